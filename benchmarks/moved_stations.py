@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.calibration.files import write_board
+from mocap_metrology.calibration.sweeps import write_board
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.summary import summary

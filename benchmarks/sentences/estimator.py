@@ -131,7 +131,7 @@ def curves() -> Iterator[tuple[int, str, np.ndarray, np.ndarray]]:
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
     common = document["defaults"]["recording"]
     twins = {
-        name: recording_twin(entry, name, common).made(name)
+        name: recording_twin(entry, name, common)
         for name, entry in document["twins"].items()
         if "published" in entry
     }

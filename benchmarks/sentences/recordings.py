@@ -17,7 +17,7 @@ from scipy import ndimage, signal
 from mocap_metrology.noise.motion.exchange import put_right
 from mocap_metrology.recording.clean import cleaned, exchanges
 from mocap_metrology.recording.noise import allan_deviations, noise_coefficients, spectra
-from mocap_metrology.recording.table import Table
+from mocap_metrology.recording.results import Table
 from mocap_metrology.recording.verdict import diagnosed
 from mocap_metrology.settings import Settings
 

@@ -92,10 +92,10 @@ def check(
 ) -> Mapping[str, Any]:
     """Verdict, diagnosis and figures of a recording into a folder, as the command `check` makes
     them; returns the contents of verdict.json (`word`, `reason`, `series`, `findings`, ...)."""
-    from mocap_metrology.recording import analyse, check, progress
+    from mocap_metrology.recording import analyse, clean, progress
 
     Path(folder).mkdir(parents=True, exist_ok=True)
-    entry, name = check.Entry([str(path)], list(markers)), Path(path).stem
+    entry, name = clean.Entry([str(path)], list(markers)), Path(path).stem
     of, quiet = settings or Settings(), progress.Progress()
     return analyse.analyse(entry, name, Path(folder), of, lambda *_: None, quiet)
 

@@ -18,7 +18,7 @@ from mocap_metrology.common.files import read_csv
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.header import READ
 from mocap_metrology.io.text.table import HOW
-from mocap_metrology.recording.check import Entry
+from mocap_metrology.recording.clean import Entry
 
 ROOT = Path(__file__).resolve().parents[2]
 RATE, SECONDS, SIGMA = 50.0, 70, 0.02

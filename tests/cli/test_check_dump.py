@@ -14,7 +14,7 @@ import pytest
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 
-from mocap_metrology.calibration.files import write_board
+from mocap_metrology.calibration.sweeps import write_board
 from mocap_metrology.cli import calibration, main
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
 

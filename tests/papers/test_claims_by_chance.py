@@ -9,12 +9,12 @@ import pytest
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.twin import Slow, Twin
+from mocap_metrology.papers import gaussian_table
 from mocap_metrology.papers.claims import decide
 from mocap_metrology.papers.claims.decide import DOES_NOT, HOLDS, UNKNOWN
 from mocap_metrology.papers.claims.study import TYPES, Moments
 from mocap_metrology.papers.claims.table import claims, decisions, of_realisations, realisations
 from mocap_metrology.present.claims import claim_rows
-from mocap_metrology.present.skurowski import gaussian_table
 
 NS = TYPES["T40"]
 LAW = claims()["S-4.2-sigma-T40"]

@@ -8,10 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.calibration.decode import Entry, decoded
-from mocap_metrology.calibration.files import write_decoded, write_poses
+from mocap_metrology.calibration.pose import write_poses
 from mocap_metrology.calibration.setup import Member, write_setup
-from mocap_metrology.calibration.twin import with_sensors, write_twin
+from mocap_metrology.calibration.sweeps import (
+    Entry,
+    decoded,
+    with_sensors,
+    write_decoded,
+    write_twin,
+)
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.lighthouse.records import inertial_of
 from mocap_metrology.lighthouse.simulate.twin import (

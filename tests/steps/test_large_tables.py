@@ -14,9 +14,8 @@ from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.noise.motion.place import by_place
 from mocap_metrology.recording.clean import cleaned, write_cleaned
-from mocap_metrology.recording.mask import masked
 from mocap_metrology.recording.noise import gaussian_model
-from mocap_metrology.recording.table import Table
+from mocap_metrology.recording.results import Table, masked
 from mocap_metrology.recording.verdict import diagnosed
 from mocap_metrology.settings import Gaussian, Hampel, Settings
 

@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.calibration.decode import Entry as CalibrationEntry
-from mocap_metrology.calibration.decode import reference_of
+from mocap_metrology.calibration.pose import reference_of
+from mocap_metrology.calibration.sweeps import Entry as CalibrationEntry
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.recording.check import Entry, examine, read, refused
-from mocap_metrology.recording.clean import trajectories
+from mocap_metrology.recording.clean import Entry, examine, read, refused, trajectories
 from mocap_metrology.settings import Settings
 
 SETTINGS = Settings()

@@ -7,7 +7,9 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
+import laboratory
 import pytest
 from running import command, environment
 
@@ -40,10 +42,28 @@ def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            timeout=900,  # many times what it takes, as other work may share the cores
+            timeout=3600,  # many times what it takes, as other work may share the cores
         )
 
     return run
+
+
+@pytest.fixture(scope="session")
+def run(tmp_path_factory: pytest.TempPathFactory, snakemake: Snakemake) -> SimpleNamespace:
+    """One run over everything in `laboratory`: its folder, `results`, `arguments` and `output`."""
+    folder = tmp_path_factory.mktemp("laboratory")
+    (folder / "profiles").symlink_to(ROOT / "profiles")
+    settings = laboratory.write_everything(folder)
+    for old in ("recordings/zip/allan.parquet", "calibrations/odd/pose.json"):
+        (folder / "results" / old).parent.mkdir(parents=True)
+        (folder / "results" / old).write_text("of an earlier input")
+    quick = ["duration_s=120", "fit_figures=[]", "noise={estimators: [likelihood]}"]
+    quick += ["lighthouse={estimators: [paper-lm], joint: setup}"]
+    arguments = ["-s", str(ROOT / "Snakefile"), "--cores", "2", "--config", *settings, *quick]
+    output = snakemake(folder, *arguments)
+    return SimpleNamespace(
+        folder=folder, results=folder / "results", arguments=arguments, output=output
+    )
 
 
 @pytest.fixture

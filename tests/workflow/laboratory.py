@@ -1,16 +1,20 @@
-"""A laboratory's files beside simulated recordings, and a sheet that lists them: good and bad."""
+"""A laboratory's recordings and calibrations, good and bad, and the sheets that list them."""
 
 from __future__ import annotations
 
 import csv
 import json
+import shutil
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin
+from running import write_sheet
 from sample_files import samples_folder
+from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.files import sha256, write_json
 from mocap_metrology.io.c3d.write import write_c3d
@@ -197,3 +201,163 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
         {"calibration": name} | common | {"setup": name} | cells
         for name, cells in (good | bad).items()
     ]
+
+
+# Recordings
+
+RECORDING = [
+    *("recording", "path", "markers", "group", "camera_type", "n_cameras", "frame_rate_hz"),
+    *("unit", "column_names", "truncated", "comment"),
+]
+REFUSED_RECORDINGS = {  # what the line of each says
+    "truncated": "cut off",
+    "cut": 'write "accept" in column truncated of the sheet',
+    "zip": "ZIP",
+    "png": "PNG",
+    "empty": "empty",
+    "directory": "directory",
+    "counts": "frame",
+    "single": "1 frame",
+    "invalid": "valid in no frame",
+    "overlap": "overlap",
+}
+TABLES_OF_RECORDING = ("trajectories.parquet", "clean.parquet", "outliers.csv")
+TABLES_OF_CALIBRATION = (
+    *("pulses.parquet", "inertial.parquet", "sweeps.parquet", "stations.json", "board.csv"),
+)
+TURN_RAD, POSES = 1e-3, 2400  # noise of the orientation of a body, and its frames
+# Labels, cells and the name of a file that are more than text to some program
+ACTIVE = [
+    *("![i](http://127.0.0.1:9/i.png)", "<img src=http://127.0.0.1:9/ onerror=alert(1)>"),
+    *("</script><script>alert(1)</script>", r"$\frac{x}$ $\undefined$", "=1+cmd|' /C calc'!A0"),
+]
+ACTIVE_FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
+TRC = """PathFileType\t4\t(X/Y/Z)\tcut.trc
+DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames
+100\t100\t200\t1\tmm\t100\t1\t200
+Frame#\tTime\tA\t\t
+\t\tX1\tY1\tZ1
+
+"""
+
+
+def take() -> np.ndarray:
+    """Two markers with white noise, a slow wave, outliers, a gap and a jump, at 50 Hz."""
+    n, rng = 4000, np.random.default_rng(8)
+    position = rng.normal(0, 0.02, (n, 2, 3))
+    position += [[100, 200, 300], [400, 250, 900]]
+    position[:, 0, 2] += 0.05 * np.sin(2 * np.pi * 1.3 * np.arange(n) / 50)
+    position[rng.integers(0, n, 12), 1, 0] += 1.0
+    position[1500:1530, 1] = np.nan
+    return position.astype(np.float32)
+
+
+def write_still(path: Path, n: int = 600, first_frame: int = 1, valid: bool = True) -> None:
+    rng = np.random.default_rng(n + first_frame)
+    points = 100 * np.arange(6).reshape(2, 3) + 0.01 * rng.normal(size=(n, 2, 3))
+    if not valid:
+        points[:, 1] = np.nan
+    write_c3d(path, ["A", "B"], 100.0, [points.astype(np.float32)], n, first_frame=first_frame)
+
+
+def png() -> bytes:
+    def chunk(kind: bytes, body: bytes) -> bytes:
+        crc = zlib.crc32(kind + body).to_bytes(4, "big")
+        return len(body).to_bytes(4, "big") + kind + body + crc
+
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", bytes(13)) + chunk(b"IEND", b"")
+
+
+def write_bad_recordings(folder: Path) -> None:
+    """The files of `REFUSED_RECORDINGS`."""
+    write_still(folder / "good.c3d")
+    whole = (folder / "good.c3d").read_bytes()
+    (folder / "truncated.c3d").write_bytes(whole[: len(whole) * 2 // 3])
+    shutil.make_archive(str(folder / "archive"), "zip", folder, "good.c3d")
+    shutil.move(folder / "archive.zip", folder / "zip.c3d")
+    (folder / "png.c3d").write_bytes(png())
+    (folder / "empty.c3d").write_bytes(b"")
+    (folder / "directory.c3d").mkdir()
+    counts = bytearray(whole)
+    counts[8:10] = (7).to_bytes(2, "little")  # header: last frame
+    at = whole.index(b"FRAMES") + 10  # POINT:FRAMES
+    counts[at : at + 2] = (7000).to_bytes(2, "little")
+    for name in (b"ACTUAL_END_FIELD", b"LONG_FRAMES"):
+        if name in whole:
+            at = whole.index(name)
+            counts[at : at + 6] = b"UNUSED"
+    (folder / "counts.c3d").write_bytes(bytes(counts))
+    write_still(folder / "single.c3d", n=1)
+    write_still(folder / "invalid.c3d", valid=False)
+    write_still(folder / "first.c3d", n=500)
+    write_still(folder / "second.c3d", n=500, first_frame=300)
+    lines = [f"{k + 1}\t{k / 100:.3f}\t1.5\t2.5\t3.{k}" for k in range(150)]
+    (folder / "cut.trc").write_text(TRC + "\n".join(lines) + "\n")
+
+
+def write_poses(path: Path) -> None:
+    """Rotation matrix and place a line; the last one ends within a number."""
+    rng = np.random.default_rng(11)
+    matrix = Rotation.from_rotvec(rng.normal(0, TURN_RAD, (POSES, 3))).as_matrix()
+    poses = np.concatenate([matrix, rng.normal(0, 1e-4, (POSES, 3, 1))], axis=2)
+    text = "\n".join(" ".join(f"{v:.9f}" for v in row) for row in poses.reshape(POSES, 12))
+    path.write_text(text[:-40], encoding="utf-8")
+
+
+def write_recordings(folder: Path) -> list[dict[str, str]]:
+    """The files of all recordings, and a row for each."""
+    position = take()
+    write_c3d(folder / "take.c3d", ["A", "B"], 50.0, [position], len(position))
+    lines = [
+        ",".join(["" if np.isnan(v) else f"{v:.6f}" for v in row])
+        for row in position.reshape(-1, 6)
+    ]
+    lines = [f"{k / 50:.2f},{line}" for k, line in enumerate(lines)]
+    (folder / "rows.csv").write_text("\n".join([*lines, ""]))
+    write_poses(folder / "poses.txt")
+    values = np.random.default_rng(1).normal(100, 0.1, (1500, len(ACTIVE), 3))
+    write_c3d(folder / ACTIVE_FILE, ACTIVE, 50.0, [values], len(values))
+    write_bad_recordings(folder)
+    two = {"markers": "A;B", "group": "check"}
+    rows = [
+        two | {"recording": "take", "path": "take.c3d"},
+        two
+        | {"recording": "table", "path": "rows.csv", "unit": "mm", "frame_rate_hz": "50"}
+        | {"column_names": "time A_x A_y A_z B_x B_y B_z"},
+        {"recording": "poses", "path": "poses.txt", "markers": "tracker", "group": "hall"}
+        | {"frame_rate_hz": "100", "truncated": "accept"},
+        {"recording": "active", "path": ACTIVE_FILE, "markers": ";".join(ACTIVE), "group": "hall"}
+        | {"camera_type": ACTIVE[1], "comment": " ".join(ACTIVE)},
+        {"recording": "T40-10", "path": "simulate:T40-10", "group": "skurowski2019"}
+        | {"camera_type": "T40", "n_cameras": "10"},
+    ]
+    others = {"overlap": "first.c3d;second.c3d", "cut": "cut.trc"}
+    return rows + [
+        two
+        | {"recording": name, "path": others.get(name, f"{name}.c3d"), "comment": ACTIVE[1]}
+        | ({"markers": "A"} if name == "cut" else {})
+        for name in REFUSED_RECORDINGS
+    ]
+
+
+def write_everything(folder: Path) -> list[str]:
+    """All files and both sheets; the settings of a run over them."""
+    mounted = made("mounted")
+    write_board(folder / "board.csv", mounted.truth.board)
+    write_dump(folder / "lab.dump", mounted.pulses)
+    write_dump(folder / "short.dump", made("short").pulses)
+    write_rec(folder / "made.rec", mounted)
+    write_angles(folder / "angles.csv", made("perfect"))
+    write_laboratory(folder, mounted)
+    write_bad(folder, made("brief"))
+    own = yaml.safe_load((Path(__file__).parents[2] / "config/twins.yaml").read_text())["twins"]
+    text = f"{TWINS}  T40-10: {json.dumps(own['T40-10'])}\n"
+    (folder / "twins.yaml").write_text(text)
+    settings = ["twins=twins.yaml"]
+    for name, header, rows in (
+        ("recordings", RECORDING, write_recordings(folder)),
+        ("calibrations", HEADER, sheet_rows(folder)),
+    ):
+        sheet = (folder / write_sheet(folder, header, *rows)).rename(folder / f"{name}.tsv")
+        settings.append(f"{name}={sheet.name}")
+    return settings

@@ -17,13 +17,12 @@ from mocap_workflow.selection import any_of
 from mocap_workflow.startup import configuration
 from snakemake.io import PeriodicityDetector
 
-from mocap_metrology.calibration.decode import priors_of
+from mocap_metrology.calibration.pose import priors_of
 from mocap_metrology.common.faults import Faults
-from mocap_metrology.common.sections import choices_of, fields
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
-from mocap_metrology.settings import Hampel, Noise, Settings, checked
+from mocap_metrology.settings import Hampel, Settings, checked
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
@@ -164,26 +163,6 @@ def test_all_wrong_values_come_at_once() -> None:
     ]
 
 
-DEFAULT = re.compile(r"^\| `([a-z0-9_.]+)` \| (.+?) \|", re.M)
-
-
-def test_the_manual_has_the_defaults() -> None:
-    manual = (ROOT / "config/README.md").read_text(encoding="utf-8").partition("## Sheets")[0]
-    said = {}
-    for name, text in DEFAULT.findall(manual):
-        words = {"nothing": None, "all but the plain one": CONFIG["noise"]["estimators"]}
-        assert text in words or re.fullmatch("`[^`]+`", text), text
-        said[name] = words[text] if text in words else yaml.safe_load(text.strip("`"))
-    sections = {k: v for k, v in CONFIG.items() if isinstance(v, dict)}
-    flat = {k: v for k, v in CONFIG.items() if k not in sections}
-    nested = {
-        f"{name}.{key}": v for name, section in sections.items() for key, v in section.items()
-    }
-    assert said == flat | nested
-    allowed = choices_of(Noise.model_fields["estimators"].annotation)
-    assert set(allowed) - set(CONFIG["noise"]["estimators"]) == {"annealing-ant-colony-plain"}
-
-
 def plain(settings: Any) -> dict[str, Any]:
     """Fields of settings that are called without any, lists as the configuration has them."""
     return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(settings).items()}
@@ -198,14 +177,6 @@ def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     found = plain(CalibrationSettings())
     assert found.pop("priors") == plain(priors_of(Settings().lighthouse))
     assert found == {name: lighthouse[name] for name in found}
-
-
-def test_every_key_and_column_is_described_for_users() -> None:
-    manual = (ROOT / "config/README.md").read_text(encoding="utf-8")
-    for name, _ in fields(Settings):
-        assert f"| `{name}` |" in manual, name
-    for column in (*RecordingRow.columns(), *CalibrationRow.columns()):
-        assert f"| `{column}` |" in manual, column
 
 
 def test_quick_changes_known_keys_only() -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 from pathlib import Path
 
 import pytest
-from running import finished, planned, side_by_side
+from rule_graph import shipped, write_shipped
+from running import finished, planned, side_by_side, watching
 
 
 def test_both_entries_list_the_same_jobs_and_quick_outlives_other_settings(
@@ -92,3 +94,53 @@ def test_a_marker_that_the_file_lacks_is_refused_before_anything_runs(
         "recordings, recording \"a\", column markers: a.c3d: no marker 'WheelchairRaerL';"
         " did you mean WheelchairRearL?"
     )
+
+
+def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
+    """One job and one figure for the twins of a setup: the dumps of one look alike."""
+    own = write_shipped(tmp_path)
+    out = snakemake(root, "-n", "--config", *own, f"results={tmp_path}/results")
+    sheet, calibrations = shipped("recordings"), shipped("calibrations")
+    per_recording = ("clean_twin", "noise", "verdict")
+    once = (
+        *("skurowski", "expected_noise", "jansen", "calibration_tables", "claims"),
+        *("gate", "default"),
+    )
+    expected = dict.fromkeys(per_recording, len(sheet)) | dict.fromkeys(once, 1)
+    expected |= {"group_tables": len({row["group"] for row in sheet})}
+    setups = {row["setup"] for row in calibrations}
+    expected |= {f"calibration_twins_{k}": 1 for k in range(1, len(setups) + 1)}
+    expected |= {"calibration_figures": len(setups)}
+    paper = [(r["camera_type"], r["n_cameras"]) for r in sheet if r["group"] == "skurowski2019"]
+    found = planned(out.stdout)
+    assert {rule: found[rule] for rule in expected} == expected, out.stdout
+    cited = csv.DictReader(
+        (root / "src/mocap_metrology/reference/camera_subsets_table3.csv").open()
+    )
+    assert {(r["camera_type"], r["n_cameras"]) for r in csv.DictReader(cited.open())} <= set(paper)
+    expected |= {"skurowski_case": 3}
+    others = {rule: count for rule, count in found.items() if rule not in expected}
+    assert all(count <= 2 for count in others.values()), others  # none for each recording
+    assert not {"clean", "sweeps", "pose"} & set(found)  # twins need no check
+    assert sum(found.values()) <= 200
+
+
+def test_no_more_than_two_raw_twins_at_once(root, tmp_path, snakemake) -> None:
+    """Four twins on two cores: nine hours of one are 124 MB, so the disk they take is bounded."""
+    lines = (root / "config/recordings.tsv").read_text().splitlines()
+    chosen = [x for x in lines if x.split("\t")[0] == "recording" or x.startswith("Bonita-")][:5]
+    (tmp_path / "sheet.tsv").write_text("\n".join(chosen) + "\n")
+    names = [line.split("\t")[0] for line in chosen[1:]]
+    with watching(
+        lambda: len(list(tmp_path.glob("results/recordings/*/.part-*/twin.c3d")))
+    ) as most:
+        out = snakemake(
+            root,
+            *("--cores", "2"),
+            *(tmp_path / f"results/recordings/{name}/trajectories.parquet" for name in names),
+            *("--config", f"recordings={tmp_path / 'sheet.tsv'}", "calibrations="),
+            *(f"results={tmp_path / 'results'}", "duration_s=600"),
+        )
+    assert out.returncode == 0, out.stdout
+    assert len(list(tmp_path.glob("results/recordings/*/trajectories.parquet"))) == 4
+    assert 1 <= max(most) <= 2

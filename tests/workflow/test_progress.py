@@ -236,7 +236,7 @@ def test_ctrl_c_ends_all_in_one_line(root: Path, toy: Path, when: str) -> None:
         os.execve(call[0], call, environment())
     told, until = b"", time.monotonic() + 600
     begun = {
-        "starting": lambda: b"jobs to do" not in told and (toy / runs.RECORD).exists(),
+        "starting": lambda: b"jobs to do" not in told and b"shared filesystem" in told,
         "running": lambda: (toy / "waiting").exists(),
     }[when]
     typed = -1
@@ -258,4 +258,4 @@ def test_ctrl_c_ends_all_in_one_line(root: Path, toy: Path, when: str) -> None:
     ]
     assert len(said) == 1 and said[0].startswith("Interrupted")
     assert "Traceback" not in told.decode()
-    assert not (toy / runs.RECORD).exists()
+    assert not (toy / "results" / runs.CLAIM).exists()

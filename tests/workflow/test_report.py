@@ -1,170 +1,18 @@
-"""`make report`: a report that opens by itself in a browser, and shows what was found."""
+"""`make report`: where results stand in its menu, and what is no markup in it."""
 
 from __future__ import annotations
 
-import csv
-import html
 import json
 import re
-import shutil
-import subprocess
-import sys
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
 import pytest
-from browser import NAMES, browser
 from mocap_workflow import report
-from running import command, environment, write_sheet
 
-from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.present.pages import summary
 
 ROOT = Path(__file__).resolve().parents[2]
-QUICK = ["noise={estimators: [likelihood], max_gauss_markov: 0}", "allan={n_taus: 20}"]
-QUICK += ["lighthouse={estimators: [paper-lm], optics: [factory]}"]
-RECORDING = ["recording", "path", "markers", "group", "camera_type", "comment"]
-# Labels, cells and the name of a file that are more than text to some program
-ACTIVE = [
-    *("![i](http://127.0.0.1:9/i.png)", "<img src=http://127.0.0.1:9/ onerror=alert(1)>"),
-    *("</script><script>alert(1)</script>", r"$\frac{x}$ $\undefined$", "=1+cmd|' /C calc'!A0"),
-]
-FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
-TWIN = ("simulate:sim-1-1", "gpio-dump")
-CALIBRATION = ["calibration", "setup", "group", "path", "format"]
-
-
-def sheet(folder: Path, name: str, header: list[str], *rows: tuple[str, ...]) -> str:
-    write_sheet(folder, header, *(dict(zip(header, row, strict=True)) for row in rows))
-    return f"{name}={(folder / 'sheet.tsv').rename(folder / f'{name}.tsv').name}"
-
-
-def write_report(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
-    return subprocess.run(
-        [sys.executable, ROOT / "workflow/write_report.py", "out/report.html", *arguments],
-        cwd=folder,
-        env=environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=900,  # as that of Snakemake
-    )
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory, snakemake):
-    """Folder with the report of a run over a twin, a file that is no recording, a calibration."""
-    folder = tmp_path_factory.mktemp("report")
-    (folder / "profiles").symlink_to(ROOT / "profiles")
-    (folder / "wrong.c3d").write_text("no recording\n")
-    values = np.random.default_rng(1).normal(100, 0.1, (1500, len(ACTIVE), 3))
-    write_c3d(folder / FILE, ACTIVE, 50.0, [values], len(values))
-    rows = (
-        ("short", "simulate:T40-10", "Wand1", "hall", "", ""),
-        ("wrong", "wrong.c3d", "A;B", "hall", "", ACTIVE[1]),
-        ("active", FILE, ";".join(ACTIVE), "hall", ACTIVE[1], " ".join(ACTIVE)),
-    )
-    settings = [
-        sheet(folder, "recordings", RECORDING, *rows),
-        sheet(folder, "calibrations", CALIBRATION, ("pair", "1", "hall", *TWIN)),
-    ]
-    settings += ["results=out", "duration_s=20", *QUICK]
-    arguments = ["-s", str(ROOT / "Snakefile"), "--cores", "2", "--config", *settings]
-    run = snakemake(folder, *arguments)
-    assert "recording wrong refused" in run.stdout
-    assert run.returncode == 1, run.stdout
-    plain = command()[3:]
-    written = write_report(folder, *plain, *arguments)
-    assert written.returncode == 0, written.stdout
-    return folder, [*plain, *arguments], written.stdout
-
-
-READY = "document.querySelector('#app')?.innerText"
-SHOW = """(() => {
-  const result = results[%s];
-  const content = result.mime_type === "text/html" ? "html" : "img";
-  document.addEventListener("load", event => { window.loaded = event.target.src; }, true);
-  app.setView({content, contentPath: result.data_uri, resultPath: %s});
-})()"""
-SHOWN = """(() => {
-  const result = results[%s];
-  const html = result.mime_type === "text/html";
-  const shown = document.querySelector(html ? "iframe" : "#app div.p-3 > img");
-  const there = html ? window.loaded === result.data_uri : shown?.naturalWidth > 0;
-  return shown?.src === result.data_uri && there;
-})()"""
-# Left and top edge of the title in its page, as scrolled to the top, and its width
-TITLE = """(() => {
-  const title = document.querySelector(".prose h1"), page = title.closest(".overflow-auto");
-  page.scrollTo(0, 0);
-  const {left, top, right} = title.getBoundingClientRect();
-  return [left - page.getBoundingClientRect().left, top, right - left];
-})()"""
-ACTIVE_LINKS = """[...document.querySelectorAll("a, iframe, object, embed")].filter(element =>
-  /^(javascript|http)/.test(element.href || element.src || element.data)).length"""
-LINKS = "[...document.querySelectorAll('.mm a')].map(a => [a.textContent, a.getAttribute('href')])"
-
-
-def test_opens_without_error_or_network(made, tmp_path) -> None:
-    folder, _, said = made
-    executable = next(filter(None, map(shutil.which, NAMES)), None)
-    if executable is None:
-        pytest.skip("no Chromium or Chrome in PATH")
-    assert re.fullmatch(r"out/report\.html: \d+\.\d MB\n", said)
-    page = folder / "out/report.html"
-    with browser(executable, tmp_path) as seen:
-        seen.open(page.as_uri(), READY)
-        front = seen.until("document.querySelector('#app').innerText")
-        shown = seen.until("Object.keys(results)")
-        for path in map(json.dumps, shown):
-            seen.evaluate(SHOW % (path, path))
-            seen.until(SHOWN % path)
-        seen.open(page.as_uri(), f"{READY} && {LINKS}.length")
-        links = dict(seen.evaluate(LINKS))
-        menu = seen.until("document.querySelector('nav').innerText").split("\n")
-        titles = []
-        for width, height in ((1400, 900), (400, 800)):
-            seen.size(width, height)
-            titles.append(seen.evaluate(TITLE))
-    assert seen.errors == []
-    assert {url.partition(":")[0] for url in seen.requests} == {"data", "file"}
-    assert {url for url in seen.requests if url.startswith("file")} == {page.as_uri()}
-    for left, top, _ in titles:  # beside the menu, and not above or left of what can be reached
-        assert 0 <= left < 30 and 0 <= top < 60
-    assert titles[0][2] > 1000 and titles[1][2] > 300
-    for words in ("How good is", "hall: recordings", "hall: calibrations", "wrong", "refused"):
-        assert words in front
-    assert links["short"] == "details/recordings/short.html"
-    assert links["pair"] == "details/calibrations/pair.html"
-    assert all((page.parent / path).is_file() for path in links.values())
-    assert {Path(path).suffix for path in shown} == {".html", ".svg"}
-    listed = [line.strip() for line in menu if line.strip() in report.CATEGORIES]
-    assert listed == [name for name in report.CATEGORIES if name in listed]
-    assert listed[0] == "1 Summary"
-    assert listed[-1] == "7 Provenance"
-
-
-def test_no_label_cell_or_file_name_asks_a_host_or_runs_in_a_page(made, tmp_path) -> None:
-    """Nor is it a formula in a table, or a signal to a terminal."""
-    folder, _, _ = made
-    executable = next(filter(None, map(shutil.which, NAMES)), None)
-    if executable is None:
-        pytest.skip("no Chromium or Chrome in PATH")
-    pages = sorted((folder / "out").rglob("*.html"))
-    assert {"summary.html", "active.html", "hall_subsets.html"} <= {page.name for page in pages}
-    with browser(executable, tmp_path) as seen:
-        for page in pages:
-            seen.requests.clear()
-            seen.open(page.as_uri(), "document.body")
-            assert not [url for url in seen.requests if not url.startswith(("file:", "data:"))]
-            assert not seen.evaluate(ACTIVE_LINKS), page
-            assert seen.errors == [] and seen.dialogs == [], page
-    text = (folder / "out/details/recordings/active.html").read_text(encoding="utf-8")
-    assert html.escape(ACTIVE[0]) in text
-    for path in (folder / "out").rglob("*.csv"):
-        cells = [cell for row in csv.reader(path.open(encoding="utf-8")) for cell in row]
-        assert not [cell for cell in cells if cell.startswith("=")], path
 
 
 def test_no_cell_of_a_sheet_is_markup_in_the_data_of_the_report() -> None:
@@ -176,49 +24,6 @@ def test_no_cell_of_a_sheet_is_markup_in_the_data_of_the_report() -> None:
     text = metadata.render_metadata({"params": params})
     assert "<" not in text
     assert json.loads(text) == {"params": params}
-
-
-def test_no_result_is_markup_in_the_report(made) -> None:
-    """The data of a finished report are those that Snakemake wrote, without a tag."""
-    text = (made[0] / "out/report.html").read_text(encoding="utf-8")
-    for name in ("results", "rules", "categories", "metadata", "workflow_desc"):
-        (data,) = re.findall(rf'<script id="[\w-]+">\s*var {name} = (.*);\n', text)
-        json.loads(data)
-        assert "<" not in data
-
-
-def test_pages_and_provenance(made) -> None:
-    folder, _, _ = made
-    results = folder / "out"
-    found = json.loads((results / "provenance.json").read_text())
-    tables = {path.name for path in (results / "tables").glob("*.csv")}
-    assert set(found["tables"]) == tables
-    assert {path.stem for path in (results / "pages").glob("*.html")} == {
-        Path(name).stem for name in tables
-    }
-    inputs = {row["name"]: row for row in found["inputs"]}
-    twin, calibration = inputs["short"], inputs["pair"]
-    assert (twin["name"], twin["source"], twin["seed"]) == ("short", "twin", 110)
-    assert (calibration["name"], calibration["seed"]) == ("pair", 1011)
-    rules = {row["rule"]: row["jobs"] for row in found["run_times"]}
-    assert (rules["noise"], rules["calibration_twins"]) == (2, 1)
-    for name in ("provenance.json", "provenance.html", "summary.html", "report_front.html"):
-        text = (results / name).read_text()
-        assert str(folder) not in text, name
-        assert str(ROOT) not in text, name
-
-
-def test_an_unfinished_run_is_one_line(made) -> None:
-    folder, arguments, _ = made
-    figure = folder / "out/calibrations/pair/calibration.svg"
-    kept = figure.rename(figure.with_suffix(".kept"))
-    try:
-        said = write_report(folder, *arguments)
-    finally:
-        kept.rename(figure)
-    assert said.returncode == 1
-    assert said.stdout.count("\n") == 1
-    assert said.stdout.startswith("no report: out/calibrations/pair/calibration.svg is missing")
 
 
 @pytest.mark.parametrize(

@@ -125,7 +125,7 @@ def test_twins_and_what_they_are_made_of() -> None:
         recording("real", "T40", 10)
     ]
     assert names(selection.printed(rows, twins)) == ["same"]
-    assert selection.twin_values(rows, twins, "crump") == [crump]
+    assert selection.twin_values(rows, twins, "crump") == [crump | {"time_share": None}]
 
 
 def test_calibrations_shown_in_figures() -> None:
@@ -171,3 +171,41 @@ def test_files_of_a_calibration_by_name() -> None:
     assert selection.decoded_from(row) == {"dump": "a.dump", "factory": "stations.json"}
     row = calibration("a", reference="pose.json", mount=None, check_against="old.json")
     assert selection.compared_with(row) == {"reference": "pose.json", "earlier": "old.json"}
+
+
+def dated(name: str, date: str | None = None, reference: str | None = None, **other: Any) -> Any:
+    same = {"camera_ids": (1, 2), "markers": ("A", "B"), "date": date, "compare_with": reference}
+    return recording(name, "T40", 2, **same | other)
+
+
+def test_a_recording_is_compared_with_the_one_before_by_date_of_the_same_cameras() -> None:
+    """Or with the one that is named, of any group; never with a subset of the same take."""
+    rows = [
+        dated("march", "2026-03-01"),
+        dated("january", "2026-01-01"),
+        dated("february", "2026-02-01T08:00:00"),
+        dated("others", "2026-02-15", camera_ids=(1, 3)),
+        dated("undated"),
+    ]
+    assert selection.pairs(rows, names(rows)) == [("march", "february"), ("february", "january")]
+    assert selection.series_over_dates(rows) == [["january", "february", "march"]]
+    assert selection.series_over_dates(rows[1:]) == []
+    rows = [dated("after", "2026-03-01", "before"), dated("today", None, "refused")]
+    assert selection.pairs(rows, ["after", "today", "before"]) == [("after", "before")]
+    rows = [dated("two", "2026-03-01"), dated("again", "2026-03-01")]
+    assert selection.pairs(rows, ["two", "again"]) == []
+
+
+def test_takes_are_nested_subsets_of_one_type_and_day() -> None:
+    cells = [
+        *(("few", (1, 2), "T40", None), ("many", (1, 2, 3), "T40", None)),
+        *(("other", (4, 5), "T40", None), ("alien", (1, 2, 3, 4), "V5", None)),
+        *(("later", (1,), "T40", "2020-01-01"), ("later3", (1, 2, 3), "T40", "2020-01-01")),
+        *(("alone", (1, 2), "T40", "2021-01-01"), ("unknown", (), "T40", None)),
+    ]
+    rows = [
+        dated(name, date, camera_ids=ids).model_copy(update={"camera_type": kind})
+        for name, ids, kind, date in cells
+    ]
+    assert selection.takes(rows) == [["few", "many"], ["later", "later3"]]
+    assert selection.takes(rows[2:5]) == []

@@ -1,39 +1,15 @@
-"""Twins as models of the workflow, and the dataclasses that they make."""
+"""Twins of the file of twins: what a change of one is seen by, and subsets of one take."""
 
 from __future__ import annotations
 
-from dataclasses import MISSING, fields
+from typing import Any
 
 import pytest
 from mocap_workflow import calibration_twins, recording_twins
+from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.startup import recording_twins as used_twins
 
-from mocap_metrology.common.entries import Entry
-from mocap_metrology.noise.twins import take, twin
-
-PAIRS: list[tuple[type[Entry], type]] = [
-    (recording_twins.RecordingTwin, twin.Twin),
-    (recording_twins.Outliers, twin.Outliers),
-    (recording_twins.Crump, twin.Crump),
-    (recording_twins.TakeOfCameras, take.Take),
-    (recording_twins.SubsetTwin, take.TakeTwin),
-]
-
-
-@pytest.mark.parametrize(("model", "made"), PAIRS)
-def test_defaults_are_those_of_the_package(model: type[Entry], made: type) -> None:
-    own = {name: f for name, f in model.model_fields.items() if not f.is_required()}
-    compared = 0
-    for field in fields(made):
-        if field.name not in own or field.default is MISSING or field.name == "start_mm":
-            continue
-        value = own[field.name].get_default(call_default_factory=True)
-        expected = field.default
-        if isinstance(value, Entry):
-            value, expected = value.model_dump(), vars(expected)
-        assert value == expected, field.name
-        compared += 1
-    assert compared
-
+from mocap_metrology.common.faults import Faults
 
 RECORDING = {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 1}
 TAKE = {"camera_type": "T40", "cameras": 4, "layout_seed": 1, "centroid_px": 0.1}
@@ -63,5 +39,35 @@ def test_a_change_of_a_twin_is_seen_in_params(entry: dict, change: dict) -> None
     texts = set()
     for values in (entry, entry | change):
         found = read(values, "T")
-        texts.add(repr({"T": found if calibration else found.made("T")}))
+        texts.add(repr({"T": found}))
     assert len(texts) == 2
+
+
+def twins(**changes: Any) -> dict[str, Any]:
+    entry = {"take": TAKE, "camera_ids": [4, 1], "seed": 1, "duration_s": 600} | changes
+    defaults = {"recording": {"distance_line": "split", "yz_coherence": 0.0, "labels": ["a", "b"]}}
+    return {"twins": {"hall": entry}, "defaults": defaults}
+
+
+def rows(camera_ids: list[int]) -> dict[str, RecordingRow]:
+    return {"r": RecordingRow.model_construct(twin="hall", camera_ids=tuple(camera_ids))}
+
+
+def test_a_take_has_defaults_of_its_kind_and_the_shorter_duration() -> None:
+    for duration, expected in ((9000.0, 600.0), (60.0, 60.0)):
+        made = used_twins(rows([1, 4]), twins(), duration)["hall"]
+        assert made.duration_s == expected and made.labels == ("a", "b")
+    assert used_twins(rows([]), twins(), 60.0)
+
+
+def test_other_cameras_than_the_sheet_says_are_a_line() -> None:
+    with pytest.raises(Faults) as faults:
+        used_twins(rows([1, 3]), twins(), 60.0)
+    assert faults.value.lines == [
+        'recordings, recording "r", column camera_ids: "1;3"; expected those of its twin hall, 4;1'
+    ]
+    with pytest.raises(Faults) as faults:
+        used_twins(rows([1, 3]), twins(camera_ids=[1, 9]), 60.0)
+    assert faults.value.lines == [
+        "twin hall: camera_ids: [1, 9], expected two or more different whole numbers from 1 to 4"
+    ]

@@ -9,27 +9,27 @@ import json
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
-from typing import get_origin
+from typing import Any, get_origin
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue, models_json_schema
 
-from mocap_metrology.common.entries import Entry, Read, entry_in
+from mocap_metrology.common.entries import Number, entry_in, fields_by_key, is_entry
 from mocap_metrology.common.sections import choices_of, fields, limits, words_of
 from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTwin
+from mocap_metrology.noise.twins.take import TakeTwin
+from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.settings import Settings
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.recording_twins import RecordingTwin, SubsetTwin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.rows import SheetRow
 
 ROOT = Path(__file__).resolve().parents[2]
 MANUAL = ROOT / "config/README.md"
 SCHEMAS = ROOT / "workflow/schemas"
-TWINS: dict[str, type[Entry]] = {
-    "keys of twins of recordings": RecordingTwin,
-    "keys of subsets of a take": SubsetTwin,
+TWINS: dict[str, type] = {
+    "keys of twins of recordings": Twin,
+    "keys of subsets of a take": TakeTwin,
     "keys of twins of calibrations": LighthouseTwin,
 }
 
@@ -81,18 +81,18 @@ def columns_table(kind: type[SheetRow]) -> list[str]:
     return ["| column | what it holds |", "|---|---|", *rows]
 
 
-def keys_table(kind: type[Entry]) -> list[str]:
+def keys_table(kind: type) -> list[str]:
     """Every key of a twin."""
     return ["| key | default | range | meaning |", "|---|---|---|---|", *_keys(kind, "")]
 
 
-def _keys(kind: type[Entry], prefix: str) -> Iterator[str]:
-    for key, field in kind.fields_by_key().items():
+def _keys(kind: type, prefix: str) -> Iterator[str]:
+    for key, field in fields_by_key(kind).items():
         name, inner = f"{prefix}{key}", entry_in(field.annotation)
         value = field.get_default(call_default_factory=True)
         default = "needed" if field.is_required() else f"`{value_text(value)}`"
-        if value in (None, "", (), {}) or isinstance(value, Entry):
-            default = "none" if not isinstance(value, Entry) else "as below"
+        if value in (None, "", (), {}) or is_entry(type(value)):
+            default = "none" if not is_entry(type(value)) else "as below"
         yield f"| `{name}` | {default} | {_limits(field)} | {help_of(field)} |"
         if inner is not None and name != "slave":  # which has the keys of the master
             yield from _keys(inner, f"{name}.")
@@ -100,7 +100,7 @@ def _keys(kind: type[Entry], prefix: str) -> Iterator[str]:
 
 def _limits(field: FieldInfo) -> str:
     for reader in field.metadata:
-        if isinstance(reader, Read):
+        if isinstance(reader, Number):
             words = reader.expected.removeprefix("a ").replace("from ", "")
             return words.replace("whole number", "whole,").removeprefix("number ")
     return ""
@@ -137,7 +137,7 @@ def _plain(schema: object) -> object:
 
 def twins_schema() -> JsonSchemaValue:
     """The file of twins. A key may come from a default, so none is required."""
-    kinds: list[type[BaseModel]] = [RecordingTwin, SubsetTwin, LighthouseTwin, FactoryValues]
+    kinds: list[Any] = [Twin, TakeTwin, LighthouseTwin, FactoryValues]
     refs, shared = models_json_schema([(kind, "validation") for kind in kinds])
     of = {kind: refs[kind, "validation"] for kind in kinds}
     for definition in shared["$defs"].values():
@@ -150,8 +150,8 @@ def twins_schema() -> JsonSchemaValue:
     factory = shared["$defs"]["StationTwin"]["properties"]["factory"]
     factory["anyOf"].append({"type": "string"})
     named = {"type": "object", "additionalProperties": {}}
-    twin = {"anyOf": [of[RecordingTwin], of[SubsetTwin], of[LighthouseTwin]]}
-    defaults = {"recording": of[RecordingTwin], "calibration": of[LighthouseTwin]}
+    twin = {"anyOf": [of[Twin], of[TakeTwin], of[LighthouseTwin]]}
+    defaults = {"recording": of[Twin], "calibration": of[LighthouseTwin]}
     return {
         "type": "object",
         "properties": {
@@ -170,20 +170,11 @@ def schemas() -> dict[str, str]:
     """Files of workflow/schemas."""
     made = {"config": Settings.model_json_schema(), "twins": twins_schema()}
     start = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return {f"{name}.schema.json": _text(_plain(start | made[name])) + "\n" for name in made}
-
-
-def _text(value: object, depth: int = 0) -> str:
-    """JSON with a line for each property."""
-    if (
-        depth > 3
-        or not isinstance(value, dict)
-        or not any(isinstance(v, dict) for v in value.values())
-    ):
-        return json.dumps(value, ensure_ascii=False)
-    indent = " " * depth
-    lines = [f"{indent} {json.dumps(k)}: {_text(v, depth + 1)}" for k, v in value.items()]
-    return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
+    plain = {name: _plain(start | schema) for name, schema in made.items()}
+    return {
+        f"{name}.schema.json": json.dumps(schema, ensure_ascii=False, indent=1) + "\n"
+        for name, schema in plain.items()
+    }
 
 
 def main() -> None:

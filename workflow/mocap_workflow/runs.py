@@ -1,11 +1,9 @@
 """One run at a time in a folder of results, and what a killed run left: its jobs, its lock, and
 results that were not finished.
 
-A run writes down who it is and removes this record when it ends: where the record stays and its
-process is gone, the run was killed. There are two records. That of the folder of results refuses a
-second run, from whatever folder it is started. That of the working folder is for Snakemake's lock,
-a file there which outlives a killed run and refuses the next. Processes of another host are not
-seen from here: there `snakemake --unlock` has the last word.
+A run writes down in the folder of results who it is, and removes this record when it ends: where
+the record stays and its process is gone, the run was killed. Processes of another host are not seen
+from here: there `snakemake --unlock` has the last word.
 """
 
 from __future__ import annotations
@@ -19,11 +17,12 @@ import os
 import shutil
 import signal
 import socket
+import subprocess
 import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import wraps
 from pathlib import Path
@@ -36,11 +35,9 @@ from mocap_metrology.common.faults import Faults, stop
 from mocap_metrology.common.files import RUN as MARK  # names the run in the environment of its jobs
 from mocap_metrology.common.files import part_prefix, verify
 
-RECORD = Path(".snakemake/run.json")  # in the working folder
 CLAIM = ".run.json"  # in the folder of results
 OWN_MARK = uuid.uuid4().hex
-CLAIMED: set[Path] = set()  # records of this process in folders of results
-PLACE = "MOCAP_METROLOGY_RECORD"  # path of the record, whatever folder Snakemake works in
+CLAIMED: set[Path] = set()  # records of this process
 SAME_S = 2.0  # what two readings of the start of one process may differ by, as the clock is set
 HEARD = threading.Event()  # Ctrl-C
 PATIENCE_S = 10.0  # for a job to end after the signal
@@ -68,17 +65,8 @@ class Run:
             return bool(self.here() and same and process.status() != psutil.STATUS_ZOMBIE)
         return False
 
-    def jobs(self) -> list[psutil.Process]:
-        """Processes that carry its mark."""
-        found = []
-        for process in psutil.process_iter():
-            with contextlib.suppress(psutil.Error):  # it ended, or is another user's
-                if process.environ().get(MARK) == self.mark:
-                    found.append(process)
-        return found
 
-
-def read(record: Path = RECORD) -> Run | None:
+def read(record: Path) -> Run | None:
     """The run that a folder was left with; None where the last one ended, or what is there is no
     record."""
     try:
@@ -87,81 +75,19 @@ def read(record: Path = RECORD) -> Run | None:
         return None
 
 
-def began(record: Path = RECORD) -> None:
-    """Record this process, and mark the jobs that it will start; a run that is alive stays."""
-    other = read(record)
-    if other is not None and other.alive():
-        return
-    os.environ[PLACE] = str(record.absolute())
-    _write(record)
-    ends_with_process(record)
+def jobs_of(mark: str) -> list[psutil.Process]:
+    """Processes that carry the mark of a run."""
+    jobs = []
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):  # it ended, or is another user's
+            if process.environ().get(MARK) == mark and process.pid != os.getpid():
+                jobs.append(process)
+    return jobs
 
 
-def _write(record: Path) -> None:
-    """Record this process, and mark the jobs that it will start."""
-    process, host = psutil.Process(), socket.gethostname()
-    run = Run(host, process.pid, process.create_time(), OWN_MARK, str(Path.cwd()))
-    os.environ[MARK] = run.mark
-    record.parent.mkdir(parents=True, exist_ok=True)
-    part = record.with_suffix(f".{run.pid}")
-    part.write_text(json.dumps(asdict(run)), encoding="utf-8")
-    part.replace(record)
-
-
-def ends_with_process(record: Path = RECORD) -> None:
-    """Remove the record when this process, if it is the one of the record, ends by itself."""
-    for path in {record.absolute(), Path(os.environ.get(PLACE, record)).absolute()}:
-        atexit.register(ended, path)
-
-
-def ended(record: Path = RECORD) -> None:
-    """Remove the record of this process."""
-    run = read(record)
-    if run is not None and run.here() and run.pid == os.getpid():
-        record.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def alone(record: Path = RECORD) -> Iterator[None]:
-    """One process at a time: two that were started at once would both clear what a killed run
-    left, the later one the lock and the record of the earlier."""
-    with contextlib.ExitStack() as held:
-        with contextlib.suppress(OSError):  # read-only, or a file system without locks
-            record.parent.mkdir(parents=True, exist_ok=True)
-            folder = os.open(record.parent, os.O_RDONLY)
-            held.callback(os.close, folder)
-            fcntl.flock(folder, fcntl.LOCK_EX)
-        yield
-
-
-def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:
-    """End the jobs of a killed run of this host and clear its lock by `unlock` (True if it did);
-    `Faults` if the run is alive, or if its lock stays: without its record the lock would refuse
-    every later run. Messages are written to stderr."""
-    run, folder = read(record), record.resolve().parents[1]
-    if run is None:
-        return
-    process = f"process {run.pid}"
-    if run.alive():
-        raise Faults([f"{folder}: another run is active here ({process}); expected none"])
-    if not run.here():
-        print(
-            f"{folder}: a run of host {run.host} ({process}) is active here or was killed; if "
-            "Snakemake reports a lock and no run is active: snakemake --unlock",
-            file=sys.stderr,
-        )
-        return
-    jobs = _end(run)
-    if not unlock():
-        raise Faults([f"{folder}: the lock of the last run ({process}) stays; run make again"])
-    record.unlink(missing_ok=True)
-    ending = f"; {len(jobs)} processes of it were ended" if jobs else ""
-    print(f"{folder}: cleared what the last run ({process}) left{ending}", file=sys.stderr)
-
-
-def _end(run: Run) -> list[psutil.Process]:
-    """End the jobs of a run; which they were."""
-    jobs = run.jobs()
+def end_jobs(mark: str) -> None:
+    """End the jobs of a run."""
+    jobs = jobs_of(mark)
     for job in jobs:
         with contextlib.suppress(psutil.Error):
             job.terminate()
@@ -169,17 +95,6 @@ def _end(run: Run) -> list[psutil.Process]:
         with contextlib.suppress(psutil.Error):
             job.kill()
     psutil.wait_procs(jobs, PATIENCE_S)
-    return jobs
-
-
-def clear_damaged(checks: Iterable[Path]) -> None:
-    """Remove damaged ones of the files that Snakemake's graph depends on; they are made anew."""
-    for path in checks:
-        try:
-            verify(path)
-        except Damaged as damaged:
-            path.unlink(missing_ok=True)
-            print(f"{path} is damaged: {damaged.what}; it is made anew", file=sys.stderr)
 
 
 class Workflow(Protocol):
@@ -204,10 +119,11 @@ def claims(workflow: Workflow, results: Path) -> None:
         def act(*args: Any, **kwargs: Any) -> Any:
             if workflow.is_main_process and not workflow.output_settings.dryrun:
                 try:
-                    claim(results, unlocks)
+                    if claim(results, unlocks) and not unlocks:
+                        unlock()
                 except Faults as faults:
                     stop(faults)
-                clear_damaged(results.glob("*/*/check.json"))
+                clear_damaged(results)
             return action(*args, **kwargs)
 
         return act
@@ -217,26 +133,39 @@ def claims(workflow: Workflow, results: Path) -> None:
     workflow.unlock = claimed(workflow.unlock, unlocks=True)
 
 
-def claim(results: Path, unlocks: bool = False) -> None:
+def claim(results: Path, unlocks: bool = False) -> bool:
     """Record that this process alone writes to `results`, and clear what a killed run left there;
-    `Faults`, and nothing is touched, if another run is active there or may be. `unlocks`: the user
-    states that no run of another host is."""
+    whether there was one. `Faults`, and nothing is touched, if another run is active there or may
+    be. unlocks: the user states that no run of another host is."""
     record, new = results.absolute() / CLAIM, not results.exists()
-    with alone(record):
+    with _alone(record.parent):
         other = read(record)
-        if other is not None and other.pid == os.getpid() and other.alive():
-            return
+        if other is not None and other.mark == os.environ.get(MARK) and other.alive():
+            return False  # this run, or its call of `snakemake --unlock`
         if other is not None:
             _expect_dead(results, other, unlocks)
-            _end(other)
-        left = clear_unfinished(results, other)
+            end_jobs(other.mark)
+            clear_unfinished(results, other)
         with contextlib.suppress(OSError):  # read-only: Snakemake will report it
             _write(record)
             CLAIMED.add(record)
             atexit.register(_leave, record, new)
-    if other is not None and left:
+    if other is not None:
         words = f"cleared what a killed run (process {other.pid} in {other.folder}) left"
         print(f"{results}: {words}", file=sys.stderr)
+    return other is not None
+
+
+@contextlib.contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """One process at a time, as two may start at once after a kill."""
+    with contextlib.ExitStack() as held:
+        with contextlib.suppress(OSError):  # read-only, or a file system without locks
+            folder.mkdir(parents=True, exist_ok=True)
+            opened = os.open(folder, os.O_RDONLY)
+            held.callback(os.close, opened)
+            fcntl.flock(opened, fcntl.LOCK_EX)
+        yield
 
 
 def _expect_dead(results: Path, other: Run, unlocks: bool) -> None:
@@ -248,6 +177,23 @@ def _expect_dead(results: Path, other: Run, unlocks: bool) -> None:
         raise Faults([f"{results}: {what}; expected none; if it was killed: snakemake --unlock"])
 
 
+def _write(record: Path) -> None:
+    """Record this process, and mark the jobs that it will start."""
+    process, host = psutil.Process(), socket.gethostname()
+    run = Run(host, process.pid, process.create_time(), OWN_MARK, str(Path.cwd()))
+    os.environ[MARK] = run.mark
+    part = record.with_suffix(f".{run.pid}")
+    part.write_text(json.dumps(asdict(run)), encoding="utf-8")
+    part.replace(record)
+
+
+def ended(record: Path) -> None:
+    """Remove the record of this process."""
+    run = read(record)
+    if run is not None and run.here() and run.pid == os.getpid():
+        record.unlink(missing_ok=True)
+
+
 def _leave(record: Path, new: bool) -> None:
     """Remove the record of this process, and the folder if it is new and nothing was written."""
     ended(record)
@@ -256,56 +202,37 @@ def _leave(record: Path, new: bool) -> None:
             record.parent.rmdir()
 
 
-def clear_unfinished(results: Path, dead: Run | None = None) -> list[Path]:
-    """Remove what jobs of a killed run were about to write; returns what is absent now.
+def unlock() -> None:
+    """Have Snakemake clear the lock of a killed run, which would refuse this one."""
+    command = [sys.executable, "-m", "snakemake", "--unlock", *sys.argv[1:]]
+    done = subprocess.run(command, capture_output=True, check=False, text=True)
+    if done.returncode:
+        sys.stderr.write(done.stderr)
 
-    That is what Snakemake has marked as unfinished, in this working folder and in that of the
-    `dead` run, and the `.part-*` files that bear the mark of that run.
 
-    Call it before Snakemake builds its graph. Snakemake looks for the marks of unfinished jobs when
-    it has built the graph for the first time, and then lacks all jobs behind a checkpoint: their
-    results would pass for finished. Where the marks lie is a private part of Snakemake (9.27: the
-    folder `incomplete`, the path in base64). Marks in a folder that is locked stay, as jobs may be
-    at work.
+def clear_unfinished(results: Path, dead: Run) -> None:
+    """Remove what jobs of a killed run were about to write: what Snakemake has marked as
+    unfinished in its working folder, and the `.part-*` files that bear its mark.
+
+    `--rerun-incomplete` is not enough: Snakemake looks for the marks of unfinished jobs when it has
+    built the graph for the first time, and then lacks all jobs behind a checkpoint: their results
+    would pass for finished. Where the marks lie is a private part of Snakemake (9.27: the folder
+    `incomplete`, the path in base64, cut into folders `@...` where it is long).
     """
-    unfinished: list[Path] = []
-    folders = {Path.cwd(), *([Path(dead.folder)] if dead else [])}
+    folder = Path(dead.folder)
+    marks = folder / ".snakemake/incomplete"
     with contextlib.suppress(OSError):  # read-only: Snakemake will report it
-        for folder in folders:
-            if not _at_rest(folder, dead):
+        for mark in [path for path in marks.rglob("*") if path.is_file()]:
+            text = "".join(part.removeprefix("@") for part in mark.relative_to(marks).parts)
+            try:
+                path = folder / base64.urlsafe_b64decode(text).decode()
+            except ValueError:
                 continue
-            marks = folder / RECORD.parent / "incomplete"
-            for mark in _files(marks):
-                path = _marked(mark.relative_to(marks))
-                if path is not None and results.resolve() in (folder / path).resolve().parents:
-                    unfinished.append(folder / path)
-                    _remove(folder / path)
-                    mark.unlink()
-        for part in results.rglob(f"{part_prefix(dead.mark)}*") if dead else ():
-            unfinished.append(part)
+            if results.resolve() in path.resolve().parents:
+                _remove(path)
+                mark.unlink()
+        for part in results.rglob(f"{part_prefix(dead.mark)}*"):
             _remove(part)
-    return unfinished
-
-
-def _at_rest(folder: Path, dead: Run | None) -> bool:
-    """Whether no run is at work in a working folder, besides one that is known to be dead."""
-    run, locks = read(folder / RECORD), folder / RECORD.parent / "locks"
-    if run is not None and run.pid != os.getpid():
-        return run == dead or (run.here() and not run.alive())
-    return not (locks.is_dir() and any(locks.iterdir()))
-
-
-def _files(folder: Path) -> list[Path]:
-    return [path for path in folder.rglob("*") if path.is_file()]
-
-
-def _marked(mark: Path) -> Path | None:
-    """The result that a mark stands for: base64, cut into folders `@...` where it is long."""
-    text = "".join([*(part.removeprefix("@") for part in mark.parts[:-1]), mark.name])
-    try:
-        return Path(base64.urlsafe_b64decode(text).decode())
-    except ValueError:
-        return None
 
 
 def _remove(path: Path) -> None:
@@ -315,7 +242,17 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def ends_at_interrupt(record: Path = RECORD) -> None:
+def clear_damaged(results: Path) -> None:
+    """Remove damaged ones of the files that Snakemake's graph depends on; they are made anew."""
+    for path in results.glob("*/*/check.json"):
+        try:
+            verify(path)
+        except Damaged as damaged:
+            path.unlink(missing_ok=True)
+            print(f"{path} is damaged: {damaged.what}; it is made anew", file=sys.stderr)
+
+
+def ends_at_interrupt() -> None:
     """Have Ctrl-C end this run and its jobs without a traceback of any.
 
     A terminal sends it to all of them. What is blocked (before any thread is started) is blocked in
@@ -324,24 +261,22 @@ def ends_at_interrupt(record: Path = RECORD) -> None:
     """
     signal.signal(signal.SIGUSR1, signal.default_int_handler)
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    threading.Thread(target=_interrupted, args=(record,), daemon=True).start()
+    threading.Thread(target=_interrupted, daemon=True).start()
 
 
-def _interrupted(record: Path) -> None:
+def _interrupted() -> None:
     signal.sigwait({signal.SIGINT})
     HEARD.set()
     os.kill(os.getpid(), signal.SIGUSR1)
     while True:  # until this process has ended, as jobs may just have been started
-        run = read(Path(os.environ.get(PLACE, record)))
-        if run is not None:
-            _end(run)
+        end_jobs(OWN_MARK)
         time.sleep(0.2)
 
 
-def ends_as_interrupted(record: Path = RECORD) -> None:
+def ends_as_interrupted() -> None:
     """End by Ctrl-C, if it was that: what called this run, a shell or make, then ends too."""
     if HEARD.is_set():
-        for path in {record.absolute(), Path(os.environ.get(PLACE, record)).absolute(), *CLAIMED}:
+        for path in CLAIMED:
             ended(path)
         sys.stdout.flush()
         sys.stderr.flush()
@@ -360,9 +295,7 @@ def without_rate_limit(scheduler: Scheduler) -> None:
     """Remove the limit of submissions a second of Snakemake's scheduler; `jobs` of a profile still
     limits how many there are.
 
-    The one private part of Snakemake that is used. Version 9.27 has no option for it. For the limit
-    it starts another timer at every look at the queue, each of which has the queue looked at again:
-    in `make`, by the 410th of 556 jobs, 400 CPU s at `max-jobs-per-timespan: 100/2s` (twice as many
-    looks at the default 100/1s), 14 % of what the whole takes without.
+    Version 9.27 has no option for it. For the limit it starts another timer at every look at the
+    queue, each of which has the queue looked at again: 14 % of the time of `make`.
     """
     scheduler.job_rate_limiter = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import chain
 from operator import attrgetter
@@ -13,10 +13,9 @@ from typing import Generic, TypeVar
 import pandas as pd
 
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
-from mocap_metrology.noise.twins.take import TakeTwin
-from mocap_metrology.noise.twins.twin import Twin
+from mocap_metrology.noise.twins.twin import Crump, Twin
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.recording_twins import AnyTwin, RecordingTwin
+from mocap_workflow.recording_twins import AnyTwin
 from mocap_workflow.recordings import RecordingRow
 
 OfSheet = TypeVar("OfSheet", RecordingRow, CalibrationRow)
@@ -152,21 +151,21 @@ def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
     found = []
     for row in rows:
         twin = twins[row.twin] if row.twin else None
-        source = twin.published if isinstance(twin, RecordingTwin) else None
+        source = twin.published if isinstance(twin, Twin) else None
         if source and (source.camera_type, source.n_cameras) == subset(row):
             found.append(row)
     return found
 
 
-def twins_by_name(rows: Iterable[RecordingRow], twins: Twins) -> dict[str, Twin | TakeTwin]:
-    """What the twins among them are made of."""
-    return {row.name: twins[row.twin].made(row.name) for row in rows if row.twin}
+def twins_by_name(rows: Iterable[RecordingRow], twins: Twins) -> dict[str, AnyTwin]:
+    """The twins among them, named as their recordings."""
+    return {row.name: replace(twins[row.twin], name=row.name) for row in rows if row.twin}
 
 
 def twin_values(rows: Iterable[RecordingRow], twins: Twins, setting: str) -> list[object]:
     """A setting of the twins among them that have it."""
-    found = [twins[row.twin].model_dump(exclude_unset=True) for row in rows if row.twin]
-    return [values[setting] for values in found if setting in values]
+    found = [getattr(twins[row.twin], setting, None) for row in rows if row.twin]
+    return [asdict(value) if isinstance(value, Crump) else value for value in found if value]
 
 
 def form(row: RecordingRow, twins: Twins) -> str | None:

@@ -1,21 +1,25 @@
 """Hashes of what rules run: Snakemake sees no edit of a module, and of a script only its date.
 
-They go by whole packages: an edit runs again everything that is computed with the package, be it
-an edit of a comment.
+An edit of a file, be it of a comment, runs again every script that imports it, directly or through
+others.
 """
 
 from __future__ import annotations
 
 import hashlib
 import importlib.util
+import re
+from collections.abc import Callable
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from mocap_metrology.common.faults import Faults
 from mocap_workflow import VERSION
 
-ALWAYS = ("step.py", "common", "reference")
+IMPORT = re.compile(r"^\s*(?:from ([\w.]+) import (\([^)]*\)|.+)|import ([\w.]+))", re.MULTILINE)
+READ_BY = {"pages": "html"}  # a folder without modules by that of its readers, both in `present`
 
 
 class Sources:
@@ -24,30 +28,71 @@ class Sources:
     def __init__(self, scripts: Path, package: Path, lock: Path):
         self.scripts, self.package, self.lock = scripts, package, lock
 
-    def __call__(self, *names: str) -> str:
-        """Hexadecimal hash of scripts (`noise.py`), of folders of the package (`noise`) with all
-        below them, and of its files (`present/text/movement.py`); what every script needs and the
-        lock file of a checkout are part of it."""
-        total = hashlib.sha256(self.lock.read_bytes() if self.lock.is_file() else b"")
-        for name in sorted({*ALWAYS, *names}):
-            of = self.scripts if name.endswith(".py") and "/" not in name else self.package
-            total.update(f"{name}\0{content(of / name)}\0".encode())
+    def __call__(self, script: str) -> Callable[[Any], str]:
+        """For `params`: hexadecimal hash of a script with all that it imports, of the data files
+        beside these modules, of the published tables and of the lock file."""
+        digest = cache(lambda: self.digest(script))
+        return lambda wildcards: digest()
+
+    def digest(self, script: str) -> str:
+        """See `__call__`."""
+        total = hashlib.sha256()
+        for file in sorted({*self.reached(script), *self._data("reference"), self.lock}):
+            if file.is_file():
+                total.update(f"{file.name}\0{content(file)}\0".encode())
         return total.hexdigest()[:16]
+
+    def reached(self, script: str) -> set[Path]:
+        """Files that a script imports, directly or through others, and data beside them."""
+        seen: set[Path] = set()
+        waiting = [self.scripts / script]
+        while waiting:
+            path = waiting.pop()
+            if path not in seen:
+                seen.add(path)
+                waiting += [
+                    file
+                    for name in imported(path)
+                    for file in files_of(name, self.scripts, self.package)
+                ]
+        folders = {path.parent.relative_to(self.package) for path in seen if self._is_ours(path)}
+        folders |= {one.with_name(READ_BY[one.name]) for one in folders if one.name in READ_BY}
+        return seen.union(*map(self._data, folders))
+
+    def _is_ours(self, path: Path) -> bool:
+        return self.package in path.parents
+
+    def _data(self, folder: Path | str) -> set[Path]:
+        """Files in a folder of the package that are no modules."""
+        files = (self.package / folder).glob("*.*")
+        return {file for file in files if file.is_file() and not file.suffix.startswith(".py")}
+
+
+@cache
+def files_of(module: str, scripts: Path, package: Path) -> list[Path]:
+    """Files that an import of this name executes, but for that of the package itself, which imports
+    what its names stand for only where they are used."""
+    first, *rest = module.split(".")
+    if first != package.name:
+        return [file for file in [scripts / f"{first}.py"] if file.is_file()]
+    places = [package.joinpath(*rest[: count + 1]) for count in range(len(rest))]
+    files = [file for one in places for file in (one.with_suffix(".py"), one / "__init__.py")]
+    return [file for file in files if file.is_file()]
+
+
+@cache
+def imported(path: Path) -> set[str]:
+    """Names of all modules that a file may import, in functions too."""
+    names = set()
+    for module, several, one in IMPORT.findall(path.read_text(encoding="utf-8")):
+        names |= {one} if one else {f"{module}.{name}" for name in re.findall(r"\w+", several)}
+    return names
 
 
 @cache
 def content(path: Path) -> str:
-    """Hexadecimal hash of a file, or of the names and contents of all files in a folder."""
-    if path.is_file():
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    if not path.is_dir():
-        raise FileNotFoundError(path)
-    total = hashlib.sha256()
-    for file in sorted(path.rglob("*.*")):
-        name = file.relative_to(path)
-        if file.is_file() and not any(p.startswith(".") or p == "__pycache__" for p in name.parts):
-            total.update(f"{name.as_posix()}\0{content(file)}\0".encode())
-    return total.hexdigest()
+    """Hexadecimal hash of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def installed(name: str, root: Path) -> Path:
@@ -65,7 +110,12 @@ def installed(name: str, root: Path) -> Path:
         version = metadata.version(name)
         if version != VERSION:
             raise Faults([f"{name} {version} is installed; expected {VERSION}, as the workflow is"])
-    elif package != expected.resolve() and content(package) != content(expected):
+    elif package != expected.resolve() and _modules(package) != _modules(expected):
         wrong = f"{name} is imported from {package}; expected {expected}"
         raise Faults([f"{wrong}: run `make env` here and use its .venv"])
     return package
+
+
+def _modules(folder: Path) -> dict[str, str]:
+    """Hash of every module by its path."""
+    return {str(path.relative_to(folder)): content(path) for path in sorted(folder.rglob("*.py"))}

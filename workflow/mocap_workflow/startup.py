@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,12 @@ from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
 from mocap_metrology.io.read import missing_marker
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
+from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.settings import Settings, checked
 from mocap_workflow import remote, rows
 from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.recording_twins import AnyTwin, SubsetTwin, recording_twin
+from mocap_workflow.recording_twins import AnyTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 
 
@@ -60,22 +62,27 @@ def sheets(
     config: Mapping[str, Any], twins: Collection[str]
 ) -> tuple[dict[str, RecordingRow], dict[str, CalibrationRow]]:
     """Recordings and calibrations by name; the faults of both sheets come together."""
-    faults: list[str] = []
-    recordings: dict[str, RecordingRow] = {}
-    calibrations: dict[str, CalibrationRow] = {}
-    try:
-        recordings = rows.load(RecordingRow, config["recordings"], twins)
-    except Faults as found:
-        faults += found.lines
-    try:
-        calibrations = rows.load(CalibrationRow, config["calibrations"], twins)
-        faults += _tracked_in_turn(calibrations)
-    except Faults as found:
-        faults += found.lines
+    kinds = {"recordings": RecordingRow, "calibrations": CalibrationRow}
+    found, faults = _all(lambda name: rows.load(kinds[name], config[name], twins), kinds)
+    recordings = found.get("recordings", {})
+    calibrations = found.get("calibrations", {})
+    faults += _tracked_in_turn(calibrations)
     faults += _spelled_otherwise([*recordings.values(), *calibrations.values()])
     if faults:
         raise Faults(faults)
     return recordings, calibrations
+
+
+def _all(read: Callable[[str], Any], names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
+    """What is read of each of some names, and all faults."""
+    values: dict[str, Any] = {}
+    faults: list[str] = []
+    for name in names:
+        try:
+            values[name] = read(name)
+        except Faults as found:
+            faults += found.lines
+    return values, faults
 
 
 def _tracked_in_turn(rows: Mapping[str, CalibrationRow]) -> list[str]:
@@ -131,15 +138,12 @@ def recording_twins(
     """
     common = {"duration_s": duration_s, "form": form}
     common |= document["defaults"].get("recording") or {}
-    twins: dict[str, AnyTwin] = {}
-    faults: list[str] = []
-    for name in _used(recordings):
-        try:
-            twin = recording_twin(document["twins"][name], name, common)
-            shorter = {"duration_s": min(twin.duration_s, duration_s)}
-            twins[name] = twin.model_copy(update=shorter)
-        except Faults as found:
-            faults += found.lines
+
+    def read(name: str) -> AnyTwin:
+        twin = recording_twin(document["twins"][name], name, common)
+        return replace(twin, duration_s=min(twin.duration_s, duration_s))
+
+    twins, faults = _all(read, _used(recordings))
     faults = faults or _other_cameras(recordings, twins)
     if faults:
         raise Faults(faults)
@@ -156,7 +160,7 @@ def _other_cameras(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin
     faults = []
     for name, row in rows.items():
         twin = twins.get(row.twin or "")
-        if not isinstance(twin, SubsetTwin) or not row.camera_ids:
+        if not isinstance(twin, TakeTwin) or not row.camera_ids:
             continue
         if set(row.camera_ids) != set(twin.camera_ids):
             shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, twin.camera_ids))
@@ -172,13 +176,7 @@ def calibration_twins(
 ) -> dict[str, LighthouseTwin]:
     """Every twin that the sheet of calibrations uses, merged with its setup's and the defaults, and
     checked."""
-    twins: dict[str, LighthouseTwin] = {}
-    faults: list[str] = []
-    for name in _used(rows):
-        try:
-            twins[name] = calibration_twin(document, name)
-        except Faults as found:
-            faults += found.lines
+    twins, faults = _all(lambda name: calibration_twin(document, name), _used(rows))
     if faults:
         raise Faults(faults)
     return twins

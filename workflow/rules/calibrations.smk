@@ -24,15 +24,7 @@ checkpoint sweeps:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source(
-            "sweeps.py",
-            "io",
-            "lighthouse",
-            "noise",
-            "calibration",
-            "present/text/calibration.py",
-            "present/text/numbers.py",
-        ),
+        code=source("sweeps.py"),
         contents=contents(selection.decoded_files),
         row=columns("calibration", "twin", "path", "sha256", "format", "board"),
         lighthouse=LIGHTHOUSE,
@@ -48,20 +40,7 @@ rule pose:
         unpack(of_row(stations_for)),
         **tables(DECODED),
     output:
-        report(
-            f"{FOLDER}/calibration.svg",
-            caption="../report/caption.rst",
-            category="6 Calibrations",
-            labels={"result": "{calibration}: paths, residuals, pose, verdict"},
-        ),
-        report(
-            f"{FOLDER}/track.svg",
-            caption="../report/caption.rst",
-            category="6 Calibrations",
-            labels={"result": "{calibration}: tracked receiver"},
-        ),
-        f"{FOLDER}/calibration.png",
-        f"{FOLDER}/track.png",
+        figures_of_calibration(),
         **tables(ESTIMATED),
         allan=f"{FOLDER}/allan.parquet",
     log:
@@ -75,7 +54,7 @@ rule pose:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("pose.py", "io", "lighthouse", "noise", "calibration", "present"),
+        code=source("pose.py"),
         caption=captions.CALIBRATION_EITHER,
         contents=contents(selection.compared_files),
         row=columns(*ENTRIES),
@@ -109,15 +88,7 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             mem_mb=memory(1000),
             runtime=minutes(30),
         params:
-            code=source(
-                "calibration_twins.py",
-                "io",
-                "lighthouse",
-                "noise",
-                "calibration",
-                "present/text/calibration.py",
-                "present/text/numbers.py",
-            ),
+            code=source("calibration_twins.py"),
             contents=[list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
             rows=[{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
             at_rest=selection.names(at_rest(BATCH)),
@@ -137,20 +108,7 @@ rule calibration_figures:
     input:
         **tables(DECODED | ESTIMATED),
     output:
-        f"{FOLDER}/calibration.png",
-        f"{FOLDER}/track.png",
-        report(
-            f"{FOLDER}/calibration.svg",
-            caption="../report/caption.rst",
-            category="6 Calibrations",
-            labels={"result": "{calibration}: paths, residuals, pose, verdict"},
-        ),
-        report(
-            f"{FOLDER}/track.svg",
-            caption="../report/caption.rst",
-            category="6 Calibrations",
-            labels={"result": "{calibration}: tracked receiver"},
-        ),
+        figures_of_calibration(),
     log:
         "<logs>/calibration_figures/{calibration}.log",
     benchmark:
@@ -161,7 +119,7 @@ rule calibration_figures:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("calibration_figures.py", "lighthouse", "calibration", "present"),
+        code=source("calibration_figures.py"),
         caption=captions.CALIBRATION_EITHER,
         twin=cell("twin"),
     message:
@@ -173,26 +131,11 @@ rule calibration_figures:
 # All recordings of a setup in one estimate.
 rule calibrate_setup:
     input:
-        sweeps=collect(
-            "<results>/calibrations/{row.calibration}/sweeps.parquet",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
-        inertial=collect(
-            "<results>/calibrations/{row.calibration}/inertial.parquet",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
-        stations=collect(
-            "<results>/calibrations/{row.calibration}/stations.json",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
-        board=collect(
-            "<results>/calibrations/{row.calibration}/board.csv",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
-        pose=collect(
-            "<results>/calibrations/{row.calibration}/pose.json",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
+        **{
+            name: of_each(file, accepted_calibrations(query=OF_SETUP), CALIBRATIONS)
+            for name, file in (DECODED | ESTIMATED).items()
+            if name in ("sweeps", "inertial", "stations", "board", "pose")
+        },
     output:
         "<results>/setups/{group}/{setup}/pose.json",
     log:
@@ -203,14 +146,7 @@ rule calibrate_setup:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source(
-            "calibrate_setup.py",
-            "io",
-            "lighthouse",
-            "calibration",
-            "present/text/calibration.py",
-            "present/text/numbers.py",
-        ),
+        code=source("calibrate_setup.py"),
         names=accepted_calibrations(selection.names, OF_SETUP),
         lighthouse=LIGHTHOUSE,
     message:
@@ -222,21 +158,12 @@ rule calibrate_setup:
 rule calibration_tables:
     input:
         checks=checks(CALIBRATIONS, OF_GROUP),
-        poses=collect(
-            "<results>/calibrations/{row.calibration}/pose.json", row=accepted_calibrations()
-        ),
-        tracks=collect(
-            "<results>/calibrations/{row.calibration}/track.parquet", row=accepted_calibrations()
-        ),
-        allan=collect(
-            "<results>/calibrations/{row.calibration}/allan.parquet",
-            row=accepted_calibrations(at_rest),
-        ),
+        poses=of_each("pose.json", accepted_calibrations(), CALIBRATIONS),
+        tracks=of_each("track.parquet", accepted_calibrations(), CALIBRATIONS),
+        allan=of_each("allan.parquet", accepted_calibrations(at_rest), CALIBRATIONS),
         setups=poses_of_setups(),
     output:
-        multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
-        multiext("<results>/tables/{group}_track", ".csv", ".md"),
-        multiext("<results>/tables/{group}_angles", ".csv", ".md"),
+        tables_of_group("calibrations", "track", "angles"),
     log:
         "<logs>/calibration_tables/{group}.log",
     benchmark:
@@ -246,7 +173,7 @@ rule calibration_tables:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("calibration_tables.py", "calibration_records.py", "lighthouse", "present"),
+        code=source("calibration_tables.py"),
         rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
         at_rest=columns("calibration", "setup", "source", of=accepted_calibrations(at_rest)),
         setups=setups(),
@@ -263,22 +190,15 @@ promise(
             row=EVERY_CALIBRATION,
             file=[*DECODED.values(), *ESTIMATED.values()],
         ),
-        collect(
-            "<results>/calibrations/{row.calibration}/{file}",
-            row=accepted_calibrations(query=SIMULATED),
-            file=TWIN.values(),
+        *(
+            of_each(file, accepted_calibrations(query=SIMULATED), CALIBRATIONS)
+            for file in TWIN.values()
         ),
-        collect(
-            "<results>/calibrations/{row.calibration}/allan.parquet",
-            row=accepted_calibrations(at_rest, EVERY),
-        ),
+        of_each("allan.parquet", accepted_calibrations(at_rest, EVERY), CALIBRATIONS),
         poses_of_setups(EVERY),
     ),
     tables=collect(
-        "<results>/tables/{group}_{table}.{kind}",
-        table=("calibrations", "track", "angles"),
-        group=groups(sheet=CALIBRATIONS),
-        kind=TABLE,
+        tables_of_group("calibrations", "track", "angles"), group=groups(sheet=CALIBRATIONS)
     ),
     figures=collect(
         "<results>/calibrations/{row.calibration}/{figure}.{kind}",

@@ -44,14 +44,12 @@ except Faults as faults:
     stop(faults)
 
 
-# Marks this process for workflow/run.py, which clears the remains of a killed run.
-runs.ends_with_process()
+# Clears what a killed run left in the folder of results.
 runs.claims(workflow, Path(config["results"]))
 reporting.without_markup()
 
 
 onstart:
-    runs.began()
     runs.without_rate_limit(workflow.scheduler)
 
 
@@ -262,7 +260,7 @@ def column(name, of):
 def twin_of(twins):
     """Function of the wildcards: the twin of the row by its name, see config/twins.yaml. In a dict,
     as Snakemake sees no change in a value of a class that it does not know."""
-    return of_row(lambda row: {row.twin: twins[row.twin].made(row.twin)})
+    return of_row(lambda row: {row.twin: twins[row.twin]})
 
 
 def column_of_twins(setting, of):
@@ -375,6 +373,23 @@ def tables(files):
     return {name: f"<results>/calibrations/{{calibration}}/{file}" for name, file in files.items()}
 
 
+def figure_of_calibration(name, words):
+    """SVG of the rule's calibration as output, with its label in the report."""
+    return report(
+        f"<results>/calibrations/{{calibration}}/{name}.svg",
+        caption="../report/caption.rst",
+        category="6 Calibrations",
+        labels={"result": f"{{calibration}}: {words}"},
+    )
+
+
+def figures_of_calibration():
+    """Both figures of the rule's calibration as outputs."""
+    shown = {"calibration": "paths, residuals, pose, verdict", "track": "tracked receiver"}
+    png = [f"<results>/calibrations/{{calibration}}/{name}.png" for name in shown]
+    return [figure_of_calibration(name, words) for name, words in shown.items()] + png
+
+
 # Recordings and groups.
 
 
@@ -395,9 +410,15 @@ def figure_of_recording(name, label):
     return {"svg": svg, "png": of_recording(f"{name}.png")}
 
 
-def of_each(file, rows):
-    """This file of each recording of a selection."""
-    return collect(f"<results>/recordings/{{row.recording}}/{file}", row=rows)
+def of_each(file, rows, sheet=RECORDINGS):
+    """This file of each recording or calibration of a selection."""
+    kind = sheet.kind.KIND
+    return collect(f"<results>/{kind}s/{{row.{kind}}}/{file}", row=rows)
+
+
+def tables_of_group(*names):
+    """Tables of the rule's group by the end of their names, each for programs and for people."""
+    return [f"<results>/tables/{{group}}_{name}.{kind}" for name in names for kind in TABLE]
 
 
 def outputs_of_group(tables=None, figures=None):

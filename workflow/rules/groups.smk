@@ -6,18 +6,13 @@ OTHERS = "group != 'skurowski2019'"  # the figures of the paper itself are in sk
 rule group_tables:
     input:
         checks=checks(RECORDINGS, OF_GROUP),
-        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=accepted()),
-        outliers=collect("<results>/recordings/{row.recording}/outliers.csv", row=accepted()),
-        allan=collect("<results>/recordings/{row.recording}/allan_masked.parquet", row=accepted()),
-        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=accepted()),
-        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=accepted()),
+        gaussian=of_each("gaussian.csv", accepted()),
+        outliers=of_each("outliers.csv", accepted()),
+        allan=of_each("allan_masked.parquet", accepted()),
+        noise=of_each("noise.csv", accepted()),
+        verdicts=of_each("verdict.json", accepted()),
     output:
-        multiext("<results>/tables/{group}_subsets", ".csv", ".md"),
-        multiext("<results>/tables/{group}_gaussian", ".csv", ".md"),
-        multiext("<results>/tables/{group}_outliers", ".csv", ".md"),
-        multiext("<results>/tables/{group}_allan", ".csv", ".md"),
-        multiext("<results>/tables/{group}_noise", ".csv", ".md"),
-        multiext("<results>/tables/{group}_summary", ".csv", ".md"),
+        tables_of_group("subsets", "gaussian", "outliers", "allan", "noise", "summary"),
     log:
         "<logs>/group_tables/{group}.log",
     benchmark:
@@ -26,7 +21,7 @@ rule group_tables:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("group_tables.py", "noise", "present"),
+        code=source("group_tables.py"),
         rows=columns(*SUBSET, "camera_ids", "comment", of=accepted()),
     message:
         "{wildcards.group}: tables of the group"
@@ -180,7 +175,7 @@ for NAME, OF in COMPARISONS.items():
             runtime=minutes(30),
         params:
             **OF["params"],
-            code=source(f"{NAME}.py", "io", "noise", "papers", "present"),
+            code=source(f"{NAME}.py"),
             script=NAME,
         message:
             f"{{wildcards.group}}: {OF['message']}"

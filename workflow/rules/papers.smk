@@ -51,7 +51,7 @@ rule skurowski_theory:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("skurowski_theory.py", "noise", "papers", "present"),
+        code=source("skurowski_theory.py"),
         caption=captions.of_skurowski(1, 2, 3),
     message:
         "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
@@ -62,7 +62,7 @@ rule skurowski_theory:
 # Result of S's estimator for the published noise without sampling errors. Depends on no recording.
 rule expected_noise:
     output:
-        collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
+        of_each("expected.csv", PRINTED),
     log:
         "<logs>/expected_noise.log",
     benchmark:
@@ -71,9 +71,9 @@ rule expected_noise:
         mem_mb=memory(1000),
         runtime=minutes(60),
     params:
-        code=source("expected_noise.py", "noise"),
+        code=source("expected_noise.py"),
         subsets={row.name: selection.subset(row) for row in PRINTED},
-        twins={row.name: TWINS[row.twin].made(row.twin) for row in PRINTED},
+        twins={row.name: TWINS[row.twin] for row in PRINTED},
         forms={row.name: selection.form(row, TWINS) for row in PRINTED},
         settings=settings(*NOISE),
     message:
@@ -85,15 +85,12 @@ rule expected_noise:
 rule skurowski:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
-        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
-        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
-        expected=collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
-        allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
-        psd=collect("<results>/recordings/{row.recording}/psd.parquet", row=OF_SKUROWSKI),
-        clean=collect(
-            "<results>/recordings/{row.recording}/clean.parquet",
-            row=accepted(selection.full_sets, SKUROWSKI),
-        ),
+        gaussian=of_each("gaussian.csv", OF_SKUROWSKI),
+        noise=of_each("noise.csv", OF_SKUROWSKI),
+        expected=of_each("expected.csv", PRINTED),
+        allan=of_each("allan.parquet", OF_SKUROWSKI),
+        psd=of_each("psd.parquet", OF_SKUROWSKI),
+        clean=of_each("clean.parquet", accepted(selection.full_sets, SKUROWSKI)),
     output:
         collect("<results>/tables/skurowski_{table}.{kind}", table=SKUROWSKI_TABLES, kind=TABLE),
         [figure_of_skurowski(n) for n in (6, *range(9, 18))],
@@ -106,7 +103,7 @@ rule skurowski:
         mem_mb=memory(2000),
         runtime=minutes(30),
     params:
-        code=source("skurowski.py", "noise", "papers", "present"),
+        code=source("skurowski.py"),
         caption=captions.of_skurowski(6, *range(9, 18)),
         rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
         twins=TWINS_OF_PAPER,
@@ -131,11 +128,9 @@ SHOCKED = by_wildcard("number", {"07": SHAKEN})
 rule skurowski_case:
     input:
         checks=checks(RECORDINGS, f"{SKUROWSKI} or {CRUMP} or {REPAIRED}"),
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet", row=together(OF_CASE, BESIDE_IT)
-        ),
-        raw=collect("<results>/recordings/{row.recording}/trajectories.parquet", row=SHOCKED),
-        clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHOCKED),
+        allan=of_each("allan.parquet", together(OF_CASE, BESIDE_IT)),
+        raw=of_each("trajectories.parquet", SHOCKED),
+        clean=of_each("clean.parquet", SHOCKED),
     output:
         report(
             "<results>/figures/skurowski_fig{number}.svg",
@@ -154,7 +149,7 @@ rule skurowski_case:
         mem_mb=memory(2500),
         runtime=minutes(10),
     params:
-        code=source("skurowski_case.py", "coordinates.py", "noise", "papers", "present"),
+        code=source("skurowski_case.py"),
         caption=lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
         others=columns("recording", "twin", of=BESIDE_IT),
@@ -226,12 +221,9 @@ JANSEN_STUDIES = {
 
 rule jansen:
     input:
-        **{
-            key: collect(f"<results>/calibrations/{{row.calibration}}/{file}", row=EXAMPLE)
-            for key, file in OF_EXAMPLE.items()
-        },
+        **{key: of_each(file, EXAMPLE, CALIBRATIONS) for key, file in OF_EXAMPLE.items()},
         checks=checks(CALIBRATIONS, JANSEN),
-        every=collect("<results>/calibrations/{row.calibration}/pose.json", row=OF_JANSEN),
+        every=of_each("pose.json", OF_JANSEN, CALIBRATIONS),
     output:
         collect("<results>/tables/jansen_table{n}.{kind}", n=(1, 2, 3), kind=TABLE),
         [
@@ -252,7 +244,7 @@ rule jansen:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen.py", "calibration_records.py", "lighthouse", "papers", "present"),
+        code=source("jansen.py"),
         caption=captions.of_jansen(*JANSEN_FIGURES),
         rows=columns("calibration", "setup", "source", of=OF_JANSEN),
         example=columns("calibration", "twin", of=EXAMPLE),
@@ -276,7 +268,7 @@ rule jansen_study:
         mem_mb=memory(1000),
         runtime=minutes(120),
     params:
-        code=source("jansen_study.py", "lighthouse", "papers"),
+        code=source("jansen_study.py"),
         settings=lambda wildcards: {
             name: config["jansen_studies"][name]
             for name in ("recordings", "duration_s", *JANSEN_STUDIES[wildcards.study])
@@ -307,7 +299,7 @@ rule jansen_studies:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen_studies.py", "lighthouse", "papers", "present"),
+        code=source("jansen_studies.py"),
         settings=config["jansen_studies"],
         seed=config["seed"],
     message:
@@ -329,16 +321,16 @@ SETUPS = accepted_calibrations(selection.first_of_setups, JANSEN_TWINS)
 
 rule claims:
     input:
-        allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
-        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
-        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
-        shocked=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHAKEN),
-        repaired=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_REPAIRED),
-        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=OF_JANSEN),
-        truth=collect("<results>/calibrations/{row.calibration}/truth.json", row=TWINS_OF_JANSEN),
-        sweeps=collect("<results>/calibrations/{row.calibration}/sweeps.parquet", row=SETUPS),
-        boards=collect("<results>/calibrations/{row.calibration}/board.csv", row=SETUPS),
-        truth_of_first=collect("<results>/calibrations/{row.calibration}/truth.json", row=SETUPS),
+        allan=of_each("allan.parquet", OF_SKUROWSKI),
+        noise=of_each("noise.csv", OF_SKUROWSKI),
+        gaussian=of_each("gaussian.csv", OF_SKUROWSKI),
+        shocked=of_each("clean.parquet", SHAKEN),
+        repaired=of_each("noise.csv", OF_REPAIRED),
+        poses=of_each("pose.json", OF_JANSEN, CALIBRATIONS),
+        truth=of_each("truth.json", TWINS_OF_JANSEN, CALIBRATIONS),
+        sweeps=of_each("sweeps.parquet", SETUPS, CALIBRATIONS),
+        boards=of_each("board.csv", SETUPS, CALIBRATIONS),
+        truth_of_first=of_each("truth.json", SETUPS, CALIBRATIONS),
     output:
         csv="<results>/tables/claims.csv",
         md="<results>/tables/claims.md",
@@ -350,15 +342,7 @@ rule claims:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source(
-            "claims.py",
-            "calibration_records.py",
-            "coordinates.py",
-            "noise",
-            "lighthouse",
-            "papers",
-            "present",
-        ),
+        code=source("claims.py"),
         recordings=columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),
         repaired=columns("recording", of=OF_REPAIRED),
         calibrations=columns("calibration", "setup", "source", of=OF_JANSEN),

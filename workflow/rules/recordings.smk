@@ -30,14 +30,7 @@ checkpoint clean:
         mem_mb=memory(4000, arrays=9),
         runtime=minutes(30, seconds=2.5),
     params:
-        code=source(
-            "clean.py",
-            "io",
-            "noise",
-            "recording",
-            "present/text/movement.py",
-            "present/text/numbers.py",
-        ),
+        code=source("clean.py"),
         contents=contents(selection.paths),
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         paths=cell("paths"),
@@ -67,14 +60,7 @@ rule clean_twin:
         mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=2.5),
     params:
-        code=source(
-            "clean.py",
-            "io",
-            "noise",
-            "recording",
-            "present/text/movement.py",
-            "present/text/numbers.py",
-        ),
+        code=source("clean.py"),
         entry=columns(*ENTRY),
         origin=of_row(partial(selection.origin_of_twin, twins=TWINS)),
         twin=twin_of(TWINS),
@@ -106,7 +92,7 @@ rule noise:
         mem_mb=memory(1000, arrays=9),
         runtime=minutes(120, seconds=5),
     params:
-        code=source("noise.py", "noise", "recording"),
+        code=source("noise.py"),
         subset=of_row(selection.subset_of_paper),
         settings=settings("psd", "gaussian", *NOISE),
     message:
@@ -146,7 +132,7 @@ rule verdict:
         mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=3.5),
     params:
-        code=source("verdict.py", "noise", "recording", "present"),
+        code=source("verdict.py"),
         captions=[captions.VERDICT, captions.DIAGNOSIS],
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         settings=settings("diagnosis", "still", "verdict", allan=["confidence"]),
@@ -220,7 +206,7 @@ for NAME, OF in FURTHER.items():
             runtime=minutes(30, seconds=3.0),
         params:
             **OF["params"],
-            code=source(f"{NAME}.py", "coordinates.py", "io", "noise", "recording", "present"),
+            code=source(f"{NAME}.py"),
             script=NAME,
         message:
             f"{{wildcards.recording}}: {OF['message']}"

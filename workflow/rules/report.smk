@@ -40,7 +40,7 @@ rule pages:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("pages.py", "noise", "lighthouse", "papers", "present"),
+        code=source("pages.py"),
         caption=captions.TABLE,
         summary=captions.SUMMARY,
         recordings=columns("recording", "group", of=EVERY_RECORDING),
@@ -82,7 +82,7 @@ rule provenance:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("provenance.py", "present"),
+        code=source("provenance.py"),
         caption=captions.PROVENANCE,
         configuration=reporting.plain_configuration(config),
         inputs=together(

@@ -5,8 +5,8 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.calibration.decode import Entry
-    from mocap_metrology.calibration.steps import simulate
+    from mocap_metrology.calibration.pose import simulate
+    from mocap_metrology.calibration.sweeps import Entry
     from mocap_metrology.settings import Allan, Lighthouse
 
     given, settings = snakemake.params, Lighthouse(**snakemake.params.lighthouse)

@@ -7,14 +7,13 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import empty_folder
-    from mocap_metrology.recording.check import Entry
-    from mocap_metrology.recording.clean import clean, refuse
+    from mocap_metrology.recording.clean import Entry, clean, refuse
     from mocap_metrology.settings import Settings
 
     given, folder = snakemake.params, Path(snakemake.output.clean).parent
     origin, settings = dict(given.origin), Settings(**given.settings)
     if origin["twin"]:
-        from mocap_metrology.recording.twin import simulated
+        from mocap_metrology.recording.clean import simulated
 
         (twin,) = given.twin.values()
         with simulated(twin, settings.seed, folder) as path:

@@ -6,9 +6,9 @@ from step import step
 with step(snakemake):
     from pathlib import Path
 
-    from mocap_metrology.calibration.decode import Entry
     from mocap_metrology.calibration.figures import draw
-    from mocap_metrology.calibration.steps import pose
+    from mocap_metrology.calibration.pose import pose
+    from mocap_metrology.calibration.sweeps import Entry
     from mocap_metrology.settings import Allan, Lighthouse
 
     given, folder = snakemake.params, Path(snakemake.output.pose).parent

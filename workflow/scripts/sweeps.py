@@ -5,8 +5,7 @@ from step import refusal_of, step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.calibration.decode import Entry
-    from mocap_metrology.calibration.steps import refuse, sweeps
+    from mocap_metrology.calibration.sweeps import Entry, refuse, sweeps
     from mocap_metrology.common.files import empty_folder
     from mocap_metrology.settings import Lighthouse
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.calibration.decode import calibration_settings, sensors_of
+from mocap_metrology.calibration.pose import calibration_settings, sensors_of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, versions, write_json
 from mocap_metrology.common.types import Row

@@ -13,10 +13,9 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from threading import Thread
 
-from mocap_metrology.calibration import files as step
 from mocap_metrology.calibration.angle_noise import of_calibration
-from mocap_metrology.calibration.decode import Entry, checked
-from mocap_metrology.calibration.exports import FORMATS
+from mocap_metrology.calibration.pose import FORMATS, write_poses
+from mocap_metrology.calibration.sweeps import Entry, checked, write_decoded
 from mocap_metrology.calibration.tables import TABLES
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
@@ -59,10 +58,10 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
         with replaced(folder, ("check.json", *TABLES.values(), *PICTURES)) as part:
             files = {name: str(part / file) for name, file in TABLES.items()}
             write_json(part / "check.json", check)
-            step.write_decoded(entry, decoded, settings, files)
+            write_decoded(entry, decoded, settings, files)
             tell("2/3 poses of the board and of the base stations")
             with ThreadPoolExecutor(options.threads) as pool:
-                step.write_poses(entry, settings, files | beside, files, pool.map)
+                write_poses(entry, settings, files | beside, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
             results = read_calibration(files, entry.calibration, None)
             tell_result(_verdict_lines(results, options.brief))

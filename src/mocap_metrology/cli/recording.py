@@ -22,8 +22,8 @@ from mocap_metrology.io.text.table import HOW
 from mocap_metrology.noise.gaussian.two_markers import median_drift
 from mocap_metrology.present.text.numbers import duration_words, mm
 from mocap_metrology.present.verdict.words import verdict_lines
-from mocap_metrology.recording import analyse, check
-from mocap_metrology.recording.check import Check, Entry
+from mocap_metrology.recording import analyse, clean
+from mocap_metrology.recording.clean import Check, Entry
 from mocap_metrology.recording.progress import Shown
 from mocap_metrology.settings import Noise, Settings
 
@@ -105,7 +105,7 @@ def _advised(refusal: Refusal) -> str:
     rate = ", here --rate 100, in make RATE=100" if "column frame_rate_hz" in str(refusal) else ""
     truncated = "add --accept-truncated, in make TRUNCATED=accept"
     unit = "--unit m or mm, in make UNIT=m or mm"
-    why = check.refused(refusal, truncated, unit)["why"]
+    why = clean.refused(refusal, truncated, unit)["why"]
     names = ', here --columns "t x y z", in make NAMES="t x y z"' if HOW in why else ""
     return f"{why}{rate}{names}"
 
@@ -154,7 +154,7 @@ def _movement(entry: Entry, label: str) -> float | None:
     """Range of a marker's one-second medians in mm; None if it is hardly seen, or has a coordinate
     that is zero throughout, which no marker has that is measured."""
     try:
-        recording = check.read(replace(entry, markers=[label]), second_opinion=False)
+        recording = clean.read(replace(entry, markers=[label]), second_opinion=False)
     except Unseen:
         return None
     position = recording.position_mm[0]

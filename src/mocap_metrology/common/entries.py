@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar, get_args
+from typing import Annotated, Any, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -18,18 +18,26 @@ from pydantic import (
     ConfigDict,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    TypeAdapter,
     ValidationError,
-    model_validator,
 )
 from pydantic.fields import FieldInfo
-from pydantic.json_schema import JsonSchemaValue
+from pydantic.json_schema import JsonSchemaValue, SkipJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from mocap_metrology.common.documents import load_yaml
-from mocap_metrology.common.faults import Faults, Loc, Unfit, misfits, shown, unknown
+from mocap_metrology.common.faults import Faults, Unfit, misfits, shown, unknown
 
 TwinsFile = dict[str, dict[str, Any]]  # its sections
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+ENTRY = ConfigDict(
+    extra="forbid",
+    use_attribute_docstrings=True,
+    arbitrary_types_allowed=True,
+    validate_by_alias=True,
+    validate_by_name=True,  # in Python; in a file by its key alone
+)
+MADE: Any = SkipJsonSchema()  # type: ignore[type-arg]  # marks a field that is no key: what the reader states
 
 
 def load_twins(path: str | None) -> TwinsFile:
@@ -69,41 +77,60 @@ def load_twins(path: str | None) -> TwinsFile:
 
 
 class Entry(BaseModel):
-    """Keys with values."""
+    """Keys with values. A pydantic dataclass with the configuration `ENTRY` is one, too."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", use_attribute_docstrings=True, arbitrary_types_allowed=True
-    )
-    MISSING: ClassVar[str] = "{} is missing"
-    BEFORE_KEY: ClassVar[str] = ": "  # between the name of this entry and a key of it
-
-    @model_validator(mode="before")
-    @classmethod
-    def _without_empty(cls, values: object) -> object:
-        if isinstance(values, Mapping):
-            return {str(key): value for key, value in values.items() if value is not None}
-        return values
-
-    @classmethod
-    def fields_by_key(cls) -> dict[str, FieldInfo]:
-        """All fields by their keys."""
-        return {field.alias or name: field for name, field in cls.model_fields.items()}
+    model_config = ENTRY | ConfigDict(frozen=True)
 
 
-class Read:
-    """How a value is read that is annotated with it: `read` returns it, or raises `Unfit`."""
+def is_entry(kind: object) -> bool:
+    """Whether the value of a key has keys itself."""
+    return isinstance(kind, type) and hasattr(kind, "__pydantic_fields__")
 
-    def read(self, value: object) -> object:
-        raise NotImplementedError
+
+def entry_in(kind: object) -> type | None:
+    """The entry among the types that a value may have."""
+    return next((one for one in get_args(kind) or (kind,) if is_entry(one)), None)
+
+
+def fields_by_key(kind: type) -> dict[str, FieldInfo]:
+    """All fields of an entry by their keys, but for those that are `MADE`."""
+    fields: dict[str, FieldInfo] = kind.__pydantic_fields__  # type: ignore[attr-defined]
+    keys = {field.alias or name: field for name, field in fields.items()}
+    return {key: field for key, field in keys.items() if MADE not in field.metadata}
+
+
+@dataclass(frozen=True)
+class Number:
+    """Annotation of a number in a range, both ends included; `positive`: greater than zero."""
+
+    low: float = 0.0
+    high: float = math.inf
+    positive: bool = False
+    whole: bool = False
 
     @property
     def expected(self) -> str:
         """The message for the user."""
-        raise NotImplementedError
+        words = "a whole number" if self.whole else "a number"
+        if self.positive:
+            return f"{words} > 0"
+        low, high = (str(n) if isinstance(n, int) else f"{n:g}" for n in (self.low, self.high))
+        if self.high < math.inf:
+            return f"{words} from {low} to {high}"
+        return f"{words} >= {low}" if self.low > -math.inf else words
 
-    def limits(self) -> dict[str, float]:
-        """What JSON Schema calls its range."""
-        raise NotImplementedError
+    def read(self, value: object) -> float:
+        """The value as a number, or `Unfit`."""
+        try:
+            number: Any = value if self.whole else float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        other = isinstance(value, bool) or (self.whole and not isinstance(value, int))
+        if other or not self.low <= number <= self.high or abs(number) == math.inf:
+            raise Unfit(self.expected, value)
+        if self.positive and not number:
+            raise Unfit(self.expected, value)
+        return number
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
@@ -113,58 +140,14 @@ class Read:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        return handler(schema) | self.limits()
-
-
-@dataclass(frozen=True)
-class Number(Read):
-    """A number in a range, both ends included; `positive`: greater than zero."""
-
-    low: float = 0.0
-    high: float = math.inf
-    positive: bool = False
-
-    @property
-    def expected(self) -> str:
-        words = f"a number from {self.low:g} to {self.high:g}"
-        words = words.replace(" from 0 to inf", " >= 0").replace(" from -inf to inf", "")
-        return "a number > 0" if self.positive else words
-
-    def read(self, value: object) -> float:
-        try:
-            found = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError, OverflowError):
-            found = math.nan
-        if not self.low <= found <= self.high or math.isinf(found) or (self.positive and not found):
-            raise Unfit(self.expected, value)
-        return found
-
-    def limits(self) -> dict[str, float]:
         low = {"exclusiveMinimum": 0.0} if self.positive else {"minimum": self.low}
-        return {k: v for k, v in (low | {"maximum": self.high}).items() if math.isfinite(v)}
+        ends = {k: v for k, v in (low | {"maximum": self.high}).items() if math.isfinite(v)}
+        return handler(schema) | ends
 
 
-@dataclass(frozen=True)
-class Whole(Read):
-    """A whole number in a range."""
-
-    low: int = 0
-    high: int | None = None
-
-    @property
-    def expected(self) -> str:
-        to = f">= {self.low}" if self.high is None else f"from {self.low} to {self.high}"
-        return f"a whole number {to}"
-
-    def read(self, value: object) -> int:
-        high = math.inf if self.high is None else self.high
-        if not isinstance(value, int) or isinstance(value, bool) or not self.low <= value <= high:
-            raise Unfit(self.expected, value)
-        return value
-
-    def limits(self) -> dict[str, float]:
-        low: dict[str, float] = {"minimum": self.low}
-        return low if self.high is None else low | {"maximum": self.high}
+def Whole(low: int = 0, high: float = math.inf) -> Number:
+    """Annotation of a whole number in a range."""
+    return Number(low, high, whole=True)
 
 
 def one_of(choices: Iterable[str], expected: str = "") -> BeforeValidator:
@@ -209,54 +192,56 @@ Positive = Annotated[float, Number(positive=True)]
 AnyNumber = Annotated[float, Number(-math.inf)]
 
 
-OfKind = TypeVar("OfKind", bound=Entry)
+OfKind = TypeVar("OfKind")
 
 
-def read_entry(kind: type[OfKind], mapping: object, where: str) -> OfKind:
-    """The entry; `Faults` names everything wrong, each line beginning with `where`."""
+def read_entry(kind: type[OfKind], mapping: object, where: str, **made: object) -> OfKind:
+    """The entry; `Faults` names everything wrong, each line beginning with `where`. made: values of
+    its fields that are no keys."""
+    values = _without_empty(mapping)
+    lines: list[str] = []
+    if isinstance(values, Mapping):
+        lines = [_unknown(where, key, kind) for key in values if key in made]
+        values = {**values, **made}
     try:
-        return kind.model_validate(mapping)
+        entry: OfKind = TypeAdapter(kind).validate_python(values, by_alias=True, by_name=False)
     except ValidationError as error:
-        raise Faults(_lines(error, kind, where)) from None
+        raise Faults([*lines, *_lines(error, kind, where)]) from None
+    if lines:
+        raise Faults(lines)
+    return entry
 
 
-def _lines(error: ValidationError, kind: type[Entry], where: str) -> list[str]:
+def _without_empty(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {str(k): _without_empty(v) for k, v in value.items() if v is not None}
+    return value
+
+
+def _unknown(at: str, key: str, of: type) -> str:
+    return f"{at}: unknown key {key!r}, expected one of {', '.join(fields_by_key(of))}"
+
+
+def _lines(error: ValidationError, kind: type, where: str) -> list[str]:
     lines: list[str] = []
     missing: dict[str, list[str]] = {}
     for one in misfits(error):
-        at, between, key, of = _place(one.loc, kind, where)
+        of: type | None = kind
+        at, between, key = where, ": ", ""
+        for part in (part for part in one.loc if isinstance(part, str)):
+            if key:
+                of = entry_in(fields_by_key(of)[key].annotation) if of else None
+                at, between = f"{at}{between}{key}", "."
+            key = part
         cause = one.cause
         if one.kind == "missing" and of:
-            missing.setdefault(f"{at}: {of.MISSING}", []).append(key)
-        elif one.kind == "extra_forbidden" and of:
-            known = ", ".join(of.fields_by_key())
-            lines.append(f"{at}: unknown key {key!r}, expected one of {known}")
+            missing.setdefault(at, []).append(key)
+        elif one.kind in ("extra_forbidden", "unexpected_keyword_argument") and of:
+            lines.append(_unknown(at, key, of))
         elif isinstance(cause, Unfit):
             what = f"{cause.value!r}, expected {cause.expected}"
-            lines.append(f"{at}{between}{key}{cause.at}: {what}")
+            lines.append(f"{at}{between}{key}{cause.at}: {what}" if key else f"{at}: {what}")
         else:
             what = str(cause or f"{one.value!r}, expected keys with values")
-            lines.append(f"{at}{between}{key}: {what}")
-    return lines + [line.format(", ".join(keys)) for line, keys in missing.items()]
-
-
-def _place(loc: Loc, kind: type[Entry], where: str) -> tuple[str, str, str, type[Entry] | None]:
-    """The entry that contains a key, with its place in words, the path between, and the key."""
-    of: type[Entry] | None = kind
-    between, key = "", ""
-    for part in (part for part in loc if isinstance(part, str)):
-        if key:
-            of = entry_in(of.fields_by_key()[key].annotation) if of else None
-            where, between = f"{where}{between}{key}", of.BEFORE_KEY if of else "."
-        else:
-            between = ": "
-        key = part
-    return where, between, key, of
-
-
-def entry_in(kind: object) -> type[Entry] | None:
-    """The entry among the types that a value may have."""
-    for one in get_args(kind) or (kind,):
-        if isinstance(one, type) and issubclass(one, Entry):
-            return one
-    return None
+            lines.append(f"{at}{between}{key}: {what}" if key else f"{at}: {what}")
+    return lines + [f"{at}: {', '.join(keys)} is missing" for at, keys in missing.items()]

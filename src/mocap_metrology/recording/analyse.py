@@ -11,8 +11,7 @@ from mocap_metrology.common.files import Metadata, write_csv
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.recording import figures
-from mocap_metrology.recording.check import Check, Entry
-from mocap_metrology.recording.clean import clean
+from mocap_metrology.recording.clean import Check, Entry, clean
 from mocap_metrology.recording.noise import noise
 from mocap_metrology.recording.progress import Progress
 from mocap_metrology.recording.verdict import diagnose, verdict

@@ -1,38 +1,168 @@
-"""First step of a recording: its coordinates as they are analysed, and cleaned."""
+"""First step of a recording: read or simulated, checked, and its coordinates cleaned."""
 
 from __future__ import annotations
 
 import logging
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NotRequired, TypedDict
 
 import numpy as np
 
 from mocap_metrology import settings as of
-from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.files import Metadata, versions, write_csv, write_json, write_series
+from mocap_metrology.common import files
+from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
+from mocap_metrology.common.files import Metadata
 from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, white_level_kept
 from mocap_metrology.common.large import is_large
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
+from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.io.read import bodies_of, labels_of, read_recording
 from mocap_metrology.io.recording import Recording
+from mocap_metrology.io.units import Unit
 from mocap_metrology.noise.diagnosis.export import filled_frames
 from mocap_metrology.noise.motion.exchange import Exchange, put_right
-from mocap_metrology.noise.motion.movement import Movement
+from mocap_metrology.noise.motion.movement import Movement, most_moving, movements
 from mocap_metrology.noise.series import coordinate_names, pair_numbers
-from mocap_metrology.recording.check import Check, Entry, examine, read, refused
+from mocap_metrology.noise.twins.simulate import simulate
+from mocap_metrology.noise.twins.take import TakeTwin, simulate_take
+from mocap_metrology.noise.twins.twin import Twin
+from mocap_metrology.present.text.movement import movement_words
 from mocap_metrology.recording.progress import CALM, Progress
-from mocap_metrology.recording.results import Results
-from mocap_metrology.recording.table import Series, Table
+from mocap_metrology.recording.results import Results, Series, Table
 from mocap_metrology.settings import Settings
 
 log = logging.getLogger(__name__)
+CHUNK = 65_536  # frames
+UNIT_ASSUMED = "the file names no unit, so its coordinates are assumed to be in mm"
 OUTLIERS = (  # columns of outliers.csv
     *("series", "action", "n_sigma", "window_frames", "n_frames", "n_valid", "n_outliers", "share"),
     *("share_of_clean_gaussian_noise", "white_level_kept", "resolution_mm", "resolution_kind"),
 )
+
+
+Movements = Mapping[str, Mapping[str, Movement]]  # label -> axis -> movement
+
+
+class Check(TypedDict):
+    """Contents of check.json; `bodies`: chosen labels that have an orientation."""
+
+    ok: bool
+    why: str
+    warnings: list[str]
+    notes: list[str]
+    unit: NotRequired[str]
+    unit_source: NotRequired[str]
+    moving: NotRequired[bool]
+    n_frames: NotRequired[int]
+    bodies: NotRequired[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What a user states of a recording: files in order, labels of markers, and what the files
+    lack, with names of their columns; sha256: of each file, where it is known."""
+
+    paths: Sequence[str]
+    markers: Sequence[str]
+    frame_rate_hz: float | None = None
+    accept_truncated: bool = False
+    unit: Unit | None = None
+    sha256: Sequence[str] = ()
+    column_names: str | None = None
+
+
+def read(entry: Entry, second_opinion: bool) -> Recording:
+    """The recording of these files; second_opinion: whether ezc3d reads a C3D file, too. Raises
+    `Refusal` for one that cannot be read with certainty, or whose checksum differs."""
+    for path, expected in zip(entry.paths, entry.sha256, strict=False):
+        if files.sha256(path) != expected:
+            raise Refusal(
+                f"{Path(path).name}: SHA-256 is {files.sha256(path)}; expected {expected}"
+            )
+    return read_recording(
+        entry.paths,
+        entry.markers or labels_of(entry.paths[0], entry.accept_truncated, entry.column_names),
+        entry.frame_rate_hz,
+        second_opinion,
+        entry.accept_truncated,
+        entry.unit,
+        entry.column_names,
+    )
+
+
+def examine(
+    entry: Entry, recording: Recording, settings: Settings, over: Over = in_turn
+) -> tuple[Check, Movements]:
+    """Contents of check.json of a recording that can be used, and how its markers move, by label
+    and axis; over: how coordinates are worked on."""
+    horizon_s = settings.verdict.horizon_s
+    rate = recording.frame_rate_hz
+    of_markers = movements(
+        dict(zip(recording.labels, recording.position_mm, strict=True)),
+        rate,
+        settings.still.range_mm,
+        horizon_s,
+        recording.resolution_mm,
+        over,
+    )
+    moving = most_moving(of_markers)
+    n_frames = recording.position_mm.shape[2]
+    duration = n_frames / rate
+    assumed = [UNIT_ASSUMED] if "assumed" in recording.unit_source else []
+    check: Check = {
+        "ok": True,
+        "why": "",
+        "warnings": [*assumed, *movement_words(moving, min(duration, horizon_s))],
+        "notes": list(recording.notes),
+        "unit": recording.units,
+        "unit_source": recording.unit_source,
+        "moving": bool(moving),
+        "n_frames": n_frames,
+        "bodies": bodies_of(entry.paths[0], entry.markers, entry.column_names),
+    }
+    return check, of_markers
+
+
+def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
+    """check.json of a recording that cannot be used; to_accept: how what is there of a file that is
+    cut off is used all the same; to_state: how its unit is stated."""
+    why = str(refusal)
+    if isinstance(refusal, Truncated):
+        why += f"; to use what is there, {to_accept}"
+    elif isinstance(refusal, UnknownUnit) and to_state:
+        why += f" ({to_state})"
+    return {
+        "ok": False,
+        "why": why,
+        "warnings": [],
+        "notes": [],
+    }
+
+
+@contextmanager
+def simulated(twin: Twin | TakeTwin, seed: int, folder: Path) -> Iterator[Path]:
+    """Path of the C3D file of a twin, which is removed in the end; truth.json in `folder`."""
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
+        path = Path(part) / "twin.c3d"
+        if isinstance(twin, TakeTwin):
+            made = simulate_take(twin, seed=seed + twin.seed)
+        else:
+            made = simulate(twin, seed=seed + twin.seed, folder=folder)
+        n_frames, rate = made.position_mm.shape[2], made.frame_rate_hz
+        log.info("%s: %d frames at %g Hz", twin.name, n_frames, rate)
+        chunks = (
+            np.moveaxis(made.position_mm[:, :, start : start + CHUNK], 2, 0).astype(np.float32)
+            for start in range(0, n_frames, CHUNK)
+        )
+        write_c3d(path, twin.labels, rate, chunks, n_frames)
+        files.write_json(folder / "truth.json", made.truth)
+        del made, chunks
+        yield path
 
 
 def clean(
@@ -59,7 +189,7 @@ def clean(
     movements: Mapping[str, Mapping[str, Movement]] = {}
     if not is_twin:
         check, movements = examine(entry, recording, settings, over)
-        write_json(folder / "check.json", check)
+        files.write_json(folder / "check.json", check)
         if tell:
             tell(check, recording)
     progress.step("gap-filled frames and outliers")
@@ -78,7 +208,7 @@ def clean(
         filtered = cleaned(raw, settings.hampel, over)
         results.clean, report = filtered.table, filtered.report
         progress.later(filtered.table.write, folder / "clean.parquet")
-    write_csv(folder / "outliers.csv", report, OUTLIERS)
+    files.write_csv(folder / "outliers.csv", report, OUTLIERS)
     return results
 
 
@@ -98,13 +228,13 @@ def exchanges(found: Sequence[Exchange]) -> list[Row]:
 def refuse(refusal: Refusal, entry: Entry, origin: Metadata, folder: Path) -> None:
     """check.json of a recording that cannot be used, with the reason; tables without rows."""
     columns = 'write "accept" in column truncated of the sheet', "column unit of the sheet"
-    write_json(folder / "check.json", refused(refusal, *columns))
+    files.write_json(folder / "check.json", refused(refusal, *columns))
     names = [f"{name}_mm" for name in coordinate_names(len(entry.markers))]
     frame = {"frame": np.empty(0, np.int32)}
     table = Table(frame | dict.fromkeys(names, np.empty(0, np.float32)), origin)
     table.write(folder / "trajectories.parquet")
     table.write(folder / "clean.parquet")
-    write_csv(folder / "outliers.csv", [], OUTLIERS)
+    files.write_csv(folder / "outliers.csv", [], OUTLIERS)
 
 
 def trajectories(
@@ -141,7 +271,7 @@ def trajectories(
         "n_filled_frames": dict(zip(recording.labels, filled.sum(axis=1).tolist(), strict=True)),
         "segments": [asdict(segment) for segment in recording.segments],
         "notes": recording.notes,
-        "versions": versions("numpy", "pyarrow"),
+        "versions": files.versions("numpy", "pyarrow"),
     }
     few_values = tuple(names) if recording.resolution_kind == "int16" else ()
     return Table(columns | dict(zip(names, coordinates, strict=True)), origin, few_values)
@@ -182,13 +312,13 @@ def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row
             report.append(one.row)
             yield f"{one.name}_mm", one.values
 
-    write_series(path, columns(), _clean_origin(raw, settings))
+    files.write_series(path, columns(), _clean_origin(raw, settings))
     return report
 
 
 def _clean_origin(raw: Table, settings: of.Hampel) -> Metadata:
     own = {"hampel": settings.model_dump(), "window_frames": 2 * _half_window(raw, settings) + 1}
-    return raw.origin | own | {"versions": versions("numpy", "numba", "pyarrow")}
+    return raw.origin | own | {"versions": files.versions("numpy", "numba", "pyarrow")}
 
 
 def _half_window(raw: Table, settings: of.Hampel) -> int:

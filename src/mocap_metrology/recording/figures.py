@@ -22,8 +22,7 @@ from mocap_metrology.present.recording.recording_figures import (
 )
 from mocap_metrology.present.recording.trajectory import trajectory_figure
 from mocap_metrology.present.verdict.figure import verdict_figure
-from mocap_metrology.recording.results import Results
-from mocap_metrology.recording.table import Table
+from mocap_metrology.recording.results import Results, Table
 from mocap_metrology.recording.verdict import Diagnosed
 from mocap_metrology.settings import Settings
 

@@ -35,10 +35,8 @@ from mocap_metrology.noise.series import (
     joined,
     periodogram_columns,
 )
-from mocap_metrology.recording.mask import known_outliers
 from mocap_metrology.recording.progress import CALM, Progress
-from mocap_metrology.recording.results import Results
-from mocap_metrology.recording.table import Series, Table
+from mocap_metrology.recording.results import Results, Series, Table, known_outliers
 from mocap_metrology.settings import Settings
 
 log = logging.getLogger(__name__)

@@ -1,17 +1,81 @@
-"""The results of a recording: tables in a folder, left in memory by the step that writes them."""
+"""Tables of a recording: in a folder, left in memory by the step that writes them."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from mocap_metrology.common import files
+from mocap_metrology.common.hampel import hampel, mask_half_window
+from mocap_metrology.common.large import Made, in_parts
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.recording import OutlierRow, read_outliers
 from mocap_metrology.noise.fit.estimates import NoiseRow, read_noise
 from mocap_metrology.noise.motion.movement import Movement
-from mocap_metrology.recording.table import Table
+from mocap_metrology.noise.series import all_series
+from mocap_metrology.settings import Settings
+
+Series = tuple[str, np.ndarray]  # name without unit, values
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns, and the origin in a Parquet file's schema. The first column of coordinates is
+    `frame`, the others end in `_mm`; `dictionary`: columns of few different values."""
+
+    columns: Mapping[str, np.ndarray]
+    origin: files.Metadata
+    dictionary: tuple[str, ...] = ()
+
+    @classmethod
+    def read(cls, path: str | Path) -> Table:
+        return cls(*files.read_table(path))
+
+    @classmethod
+    def open(cls, path: str | Path) -> Table:
+        """Of columns that are read when they are asked for, see `files.open_table`."""
+        return cls(*files.open_table(path))
+
+    def write(self, path: str | Path) -> None:
+        files.write_table(path, self.columns, self.origin, self.dictionary)
+
+    def rows(self) -> list[Row]:
+        """A row for each value of the columns."""
+        names, columns = list(self.columns), [self.columns[name].tolist() for name in self.columns]
+        return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+
+    @property
+    def frame(self) -> np.ndarray:
+        return self.columns["frame"]
+
+    @property
+    def coordinates(self) -> Mapping[str, np.ndarray]:
+        """Series by name without unit."""
+        own = (name for name in self.columns if name != "frame")
+        return Made(
+            (name.removesuffix("_mm") for name in own),
+            lambda name: self.columns[f"{name}_mm"],
+            lambda name: in_parts(self.columns, f"{name}_mm"),
+        )
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """Numbers of the markers whose distances are analysed."""
+        return [(first, second) for first, second in self.origin["pairs"]]
+
+    def in_mm(self) -> Iterator[Series]:
+        """Name and float64 values of each column but the frame."""
+        return ((name, values.astype(np.float64)) for name, values in self.coordinates.items())
+
+    def with_distances(self) -> Iterator[Series]:
+        """Name and float64 values of every coordinate, then of every pair's distance."""
+        return all_series(self.coordinates, self.pairs)
 
 
 class Results:
@@ -59,3 +123,25 @@ class Results:
         """Contents of check.json; a twin has none."""
         path = self.folder / "check.json"
         return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"warnings": []}
+
+
+def masked(raw: Table, clean: Table, settings: Settings) -> Iterator[Series]:
+    """Every series as recorded, its gross outliers NaN: what verdicts and noise models are of."""
+    rate, step = raw.origin["frame_rate_hz"], raw.origin["resolution_mm"]
+    half_window = mask_half_window(settings.hampel.half_window_s, rate)
+    outliers = known_outliers(clean, settings)
+    for name, values in raw.with_distances():
+        among = outliers(name, values)
+        found = hampel(values, half_window, settings.noise.mask_sigma, "mask", step, among)
+        yield name, found.values
+
+
+def known_outliers(
+    clean: Table, settings: Settings
+) -> Callable[[str, np.ndarray], np.ndarray | None]:
+    """Name and values as recorded -> (n,) the samples that the filter of S changed, among which the
+    grosser outliers are; None where it was another window, or a higher threshold."""
+    given, rate = settings.hampel, clean.origin["frame_rate_hz"]
+    same = round(given.half_window_s * rate) == mask_half_window(given.half_window_s, rate)
+    same &= given.action != "off" and given.n_sigma <= settings.noise.mask_sigma
+    return lambda name, values: (clean.coordinates[name] != values) if same else None

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any
 
-import numpy as np
-
-from mocap_metrology.common.files import Metadata, write_json
+from mocap_metrology.common.files import write_json
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
-from mocap_metrology.noise.assess.recording import Inputs, OutlierRow, assess_recording
+from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.uncertainty import Span
-from mocap_metrology.noise.diagnosis.findings import Finding, FindingRow, findings_of
+from mocap_metrology.noise.diagnosis.findings import Finding, findings_of
 from mocap_metrology.noise.diagnosis.recording import (
     Diagnosis,
     DiagnosisSettings,
@@ -28,10 +26,8 @@ from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 from mocap_metrology.present.text.sentence import Sentence
 from mocap_metrology.present.verdict.document import verdict_document
-from mocap_metrology.recording.mask import masked
 from mocap_metrology.recording.progress import CALM, Progress
-from mocap_metrology.recording.results import Results
-from mocap_metrology.recording.table import Series, Table
+from mocap_metrology.recording.results import Results, Table, masked
 from mocap_metrology.settings import Settings
 
 
@@ -49,19 +45,31 @@ def verdict(
 ) -> Mapping[str, Any]:
     """verdict.json of a diagnosed recording; returns its contents. named: what it begins with."""
     progress.step("verdict")
-    folder = results.folder
-    evidence = Evidence(
-        masked(results.raw, results.clean, settings),
-        results.raw.origin,
-        results.allan_masked.columns,
-        results.noise,
-        results.outlier_rows,
-        json.loads((folder / "diagnosis.json").read_text(encoding="utf-8")),
-        results.check["warnings"],
+    raw, limits = results.raw, settings.verdict
+    diagnosis = json.loads((results.folder / "diagnosis.json").read_text(encoding="utf-8"))
+    span = Span(
+        raw.origin["frame_rate_hz"],
+        limits.horizon_s,
+        limits.window_s,
+        settings.allan.confidence,
+        raw.origin["resolution_mm"],
+        limits.mean_mm,
     )
-    write_json(folder / "verdict.json", judged(evidence, named, settings, progress.over))
-    document: Mapping[str, Any] = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
-    return document
+    inputs = Inputs(
+        masked(raw, results.clean, settings),
+        raw.origin["labels"],
+        results.noise,
+        results.allan_masked.columns,
+        results.outlier_rows,
+        [Finding.of(row) for row in diagnosis["findings"]],
+    )
+    assessed = assess_recording(inputs, span, limits, progress.over)
+    told = {key: diagnosis[key] for key in ("findings", "sentences")}
+    document = named | verdict_document(assessed, raw.origin["source"])
+    path = results.folder / "verdict.json"
+    write_json(path, document | {"warnings": list(results.check["warnings"])} | told)
+    written: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return written
 
 
 @dataclass(frozen=True)
@@ -110,57 +118,3 @@ def diagnosed(
     found = diagnose_series(recording, noise, psd.columns, how, psd.origin["psd"], over)
     findings = findings_of(recording, found, noise)
     return Diagnosed(recording, found, findings, sentences(recording, found, noise, how))
-
-
-class DiagnosisDocument(TypedDict):
-    """The part of diagnosis.json that a verdict needs."""
-
-    findings: list[FindingRow]
-    sentences: list[Row]
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """Evidence of a verdict. series: gross outliers masked; origin: of trajectories.parquet; allan:
-    columns of allan_masked.parquet; noise, outliers: rows of the CSV files; diagnosis: contents of
-    diagnosis.json; warnings: of check.json."""
-
-    series: Iterable[Series]
-    origin: Metadata
-    allan: Mapping[str, np.ndarray]
-    noise: Sequence[NoiseRow]
-    outliers: Sequence[OutlierRow]
-    diagnosis: DiagnosisDocument
-    warnings: Sequence[str] = ()
-
-
-def judged(
-    evidence: Evidence,
-    named: Row,
-    settings: Settings,
-    over: Over = in_turn,
-) -> Row:
-    """Contents of verdict.json. named: what it begins with."""
-    origin = evidence.origin
-    span = Span(
-        origin["frame_rate_hz"],
-        settings.verdict.horizon_s,
-        settings.verdict.window_s,
-        settings.allan.confidence,
-        origin["resolution_mm"],
-        settings.verdict.mean_mm,
-    )
-    inputs = Inputs(
-        evidence.series,
-        origin["labels"],
-        evidence.noise,
-        evidence.allan,
-        evidence.outliers,
-        [Finding.of(row) for row in evidence.diagnosis["findings"]],
-    )
-    found = assess_recording(inputs, span, settings.verdict, over)
-    document = named | verdict_document(found, origin["source"])
-    document["warnings"] = list(evidence.warnings)
-    document["findings"] = evidence.diagnosis["findings"]
-    document["sentences"] = evidence.diagnosis["sentences"]
-    return document

@@ -38,7 +38,7 @@ def document(root):
 def twins(document):
     common = document["defaults"]["recording"]
     own = {k: v for k, v in document["twins"].items() if {"published", "coefficients"} & set(v)}
-    return {name: recording_twin(entry, name, common).made(name) for name, entry in own.items()}
+    return {name: recording_twin(entry, name, common) for name, entry in own.items()}
 
 
 def allan_variance(y, m):
@@ -328,8 +328,8 @@ def test_clipped_distance_of_bonita_5_is_12_percent_low():
         (T40 | {"drift_mm_per_h": {"Wand1": [0, 1]}}, "expected three numbers"),
         (T40 | {"without": ["q_c9"]}, "'q_c9', expected one of"),
         (T40 | {"scale": {"L": 2}}, "unknown key 'L'"),
-        (T40 | {"form": "both"}, "form 'both', expected sampled or continuous"),
-        (T40 | {"slow": {"take": "T40"}}, "slow: below_hz missing"),
+        (T40 | {"form": "both"}, "form: 'both', expected sampled or continuous"),
+        (T40 | {"slow": {"take": "T40"}}, "slow: below_hz is missing"),
         (T40 | {"slow": {"take": "T40", "below_hz": 0}}, "below_hz: 0, expected a number > 0"),
     ],
 )

@@ -57,8 +57,6 @@ Blocked = Annotated[tuple[tuple[int, float, float], ...], BeforeValidator(_block
 class FactoryValues(Entry):
     """Factory calibration of both rotors."""
 
-    BEFORE_KEY = "."
-
     phase: Rotors | None = None
     """Phase of rotor 0 and 1."""
     tilt: Rotors | None = None

@@ -17,18 +17,32 @@ frames: what they have in common is what real subsets of a take have in common.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic.dataclasses import dataclass as entry
 
+from mocap_metrology.common.entries import (
+    ENTRY,
+    MADE,
+    NonNegative,
+    Number,
+    Positive,
+    Whole,
+    one_of,
+)
+from mocap_metrology.common.faults import Unfit
 from mocap_metrology.common.types import Floats, Row
-from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.model.components import Form, NoiseModel
 from mocap_metrology.noise.twins.simulate import AXES, SimulatedRecording, frames_of, stream
-from mocap_metrology.noise.twins.twin import Point
+from mocap_metrology.noise.twins.twin import Labels, Place, check_markers
 
 HALL_MM = (9000.0, 5000.0, 3000.0)  # S section 3.1
 WAND_MM = 160.0  # distance of the two markers, S Table 4
+MOST_CAMERAS = 1000
 # Focal length in pixels: half the sensor's width over the tangent of half the angle of view (S
 # Table 2; sensors 4, 1 and 5 MP wide by the makers' data)
 FOCAL_PX = {
@@ -136,45 +150,84 @@ def positions(
     return np.einsum("idk,kdt->it", gain, centroids_px)
 
 
-@dataclass(frozen=True)
+@entry(frozen=True, config=ENTRY)
 class Failing:
-    """The centroid noise of this camera is so many times that of the others."""
+    """One camera is noisier than the others."""
 
-    camera: int
-    times: float
+    camera: Annotated[int, Whole(1)]
+    """Id of the camera."""
+    times: Positive
+    """Factor of its noise."""
 
 
-@dataclass(frozen=True)
+@entry(frozen=True, config=ENTRY)
 class Take:
-    """Cameras 1 to `cameras` of one type round the hall, placed at random by `layout_seed`.
+    """Two markers, seen by cameras on a scaffold round a hall of 9 x 5 x 3 m as in the paper."""
 
-    centroid_px: standard deviation of a centroid in each direction, white; from camera to camera
-    it differs by a log-normal factor whose logarithm has the standard deviation `spread`. The
-    failing camera has `times` the nominal one. `h_m2`: random walk of every coordinate of the
-    markers, one-sided PSD h f^-2 in mm^2 Hz; drift: their velocity, by label.
-    """
-
-    camera_type: str
-    cameras: int
-    layout_seed: int
-    centroid_px: float
-    spread: float = 0.0
+    camera_type: Annotated[str, one_of(FOCAL_PX)]
+    """T40, Bonita or Vantage: the optics of the cameras."""
+    cameras: Annotated[int, Whole(2, MOST_CAMERAS)]
+    """Number of cameras; their ids are 1, 2, ..."""
+    layout_seed: Annotated[int, Whole()]
+    """Seed of the positions of the cameras: another value is another hall."""
+    centroid_px: Positive
+    """Noise of a centroid in pixels (white, SD in each direction)."""
+    spread: Annotated[float, Number(0, 1)] = 0.0
+    """Variation of the noise from camera to camera (SD of its logarithm)."""
     failing: Failing | None = None
-    h_m2: float = 0.0
-    drift_mm_per_h: Mapping[str, Point] = field(default_factory=dict)
+    """One that is so many times as noisy."""
+    h_m2: NonNegative = Field(default=0.0, alias="h_-2")
+    """Random walk of every coordinate of the markers themselves, mm^2 Hz; the same in all
+    subsets."""
+    drift_mm_per_h: dict[str, Place] = Field(default_factory=dict)
+    """Drift of the markers, by label."""
+
+    @field_validator("failing")
+    @classmethod
+    def _is_there(cls, failing: Failing | None, info: ValidationInfo) -> Failing | None:
+        cameras = info.data.get("cameras")
+        if failing and cameras and failing.camera > cameras:
+            raise Unfit(f"one from 1 to {cameras}", failing.camera, ".camera")
+        return failing
 
 
-@dataclass(frozen=True)
+@entry(frozen=True, config=ENTRY)
 class TakeTwin:
-    """A recording of a take by the cameras `camera_ids`."""
+    """A twin triangulated from some of the cameras of a take by least squares. Twins of one `take`
+    and one `seed` are recordings of the same frames, as subsets of a real take are."""
 
-    name: str
+    form: ClassVar[Form] = "sampled"
+
+    name: Annotated[str, MADE]
     take: Take
+    """The take."""
     camera_ids: tuple[int, ...]
-    seed: int
-    duration_s: float = 32400.0
-    frame_rate_hz: float = 120.0
-    labels: tuple[str, str] = ("Wand1", "Wand2")
+    """The cameras of this recording, as in its row of the sheet."""
+    seed: Annotated[int, Whole()]
+    """The same seed gives the same recording."""
+    duration_s: Positive = 32400.0
+    """Length; by default, and at most, that of config.yaml."""
+    frame_rate_hz: Positive = 120.0
+    """Frames per second."""
+    labels: Labels = ("Wand1", "Wand2")
+    """Names of the two markers in the file."""
+
+    @field_validator("camera_ids", mode="before")
+    @classmethod
+    def _of_take(cls, value: object, info: ValidationInfo) -> object:
+        if "take" not in info.data:
+            return ()
+        n = info.data["take"].cameras
+        ids = tuple(value) if isinstance(value, list | tuple) else ()
+        right = all(type(one) is int and 1 <= one <= n for one in ids)
+        if not right or len(ids) < 2 or len(set(ids)) < len(ids):
+            raise Unfit(f"two or more different whole numbers from 1 to {n}", value)
+        return ids
+
+    @model_validator(mode="after")
+    def _of_its_markers(self) -> TakeTwin:
+        check_markers(self.take.drift_mm_per_h, self.labels, "take.drift_mm_per_h")
+        return self
 
 
 def facility(take: Take) -> tuple[Facility, np.ndarray]:

@@ -1,13 +1,33 @@
-"""Twins: what is simulated in place of a recording."""
+"""Twins: what is simulated in place of a recording. Every field is a key of the file of twins, with
+its range, default and meaning, but for those marked `MADE`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass as plain_dataclass
+from dataclasses import replace
+from typing import Annotated, Any, Literal
 
+from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf, model_validator
+from pydantic.dataclasses import dataclass
+
+from mocap_metrology.common.entries import (
+    ENTRY,
+    MADE,
+    AnyNumber,
+    NonNegative,
+    Number,
+    Positive,
+    Text,
+    Whole,
+    list_of,
+    one_of,
+    some_of,
+)
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.model.components import Form, NoiseModel
+from mocap_metrology.common.faults import Unfit
+from mocap_metrology.noise.model.components import FORMS, Form, NoiseModel
 from mocap_metrology.noise.twins.published import (
     SERIES,
     published_gaussian,
@@ -17,100 +37,215 @@ from mocap_metrology.noise.twins.published import (
 
 COORDINATES = SERIES[:6]
 Point = tuple[float, float, float]
+UNSET: Any = None  # of a value that depends on others
 
 
-@dataclass(frozen=True)
+def _two_names(value: object) -> object:
+    names = tuple(value) if isinstance(value, list | tuple) else ()
+    if len(names) != 2 or names[0] == names[1] or not all(isinstance(one, str) for one in names):
+        raise Unfit("two names [first, second]", value)
+    return names
+
+
+def _names(value: object) -> object:
+    if not isinstance(value, list | tuple) or not all(isinstance(name, str) for name in value):
+        raise Unfit("a list such as [q_c1, h_-2]", value)
+    return tuple(value)
+
+
+def _of_all_coordinates(value: object) -> object:
+    return value if isinstance(value, Mapping) else dict.fromkeys(COORDINATES, value)
+
+
+def _possible(coefficients: dict[str, float]) -> dict[str, float]:
+    NoiseModel.from_coefficients(coefficients)
+    return coefficients
+
+
+Place = Annotated[tuple[AnyNumber, AnyNumber, AnyNumber], list_of(3, "three numbers [x, y, z]")]
+Labels = Annotated[tuple[str, str], BeforeValidator(_two_names)]
+Coefficients = Annotated[dict[str, NonNegative], AfterValidator(_possible)]
+
+
+@dataclass(frozen=True, config=ENTRY)
+class PublishedRow:
+    """A row of Tables A1-A3 of Skurowski & Pawlyta 2019."""
+
+    camera_type: Text
+    """T40, Bonita or Vantage."""
+    n_cameras: Annotated[int, Whole(1)]
+    """2, 3, 4, 5, 6, 8 or 10; Vantage also 9."""
+    gaussian: Text | None = None
+    """Another row of Table 4 for the start positions."""
+
+    @model_validator(mode="after")
+    def _is_printed(self) -> PublishedRow:
+        of_published(self.camera_type, self.n_cameras, self.gaussian)
+        return self
+
+
+@dataclass(frozen=True, config=ENTRY)
 class Outliers:
-    """Single frames in which one random coordinate of one marker is off, either way.
+    """Single frames in which one random coordinate of one marker is off, either way (Poisson)."""
 
-    `per_hour`: expected number an hour (Poisson). `amplitude_mm`: mean of an exponential, or SD
-    of a normal distribution.
-    """
+    per_hour: NonNegative
+    """Expected number in an hour."""
+    amplitude_mm: NonNegative
+    """Mean of an exponential distribution, SD of a normal one."""
+    distribution: Annotated[
+        Literal["exponential", "normal"],
+        one_of(("exponential", "normal"), "exponential or normal"),
+    ] = "exponential"
+    """Distribution of the amplitude."""
 
-    per_hour: float
-    amplitude_mm: float
-    distribution: str = "exponential"
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=ENTRY)
 class Crump:
     """A shock: every coordinate swings as w A exp(-t/decay) sin(2 pi f t), w random for each, 0.5
-    to 1 with either sign, so the distance moves too (S section 3.5, Figure 7). It begins `time_s`
-    after the first frame, or after the share `time_share` (0 to 1) of the recording."""
+    to 1 with either sign, so the distance moves too (S section 3.5, Figure 7)."""
 
-    amplitude_mm: float
-    decay_s: float
-    frequency_hz: float
-    time_s: float | None = None
-    time_share: float | None = None
+    amplitude_mm: NonNegative
+    """Largest amplitude."""
+    decay_s: Positive
+    """Time in which the amplitude falls to 1/e."""
+    frequency_hz: NonNegative
+    """Frequency of the oscillation."""
+    time_s: NonNegative | None = None
+    """Time at which it begins, from the first frame."""
+    time_share: Annotated[float, Number(0, 1)] | None = None
+    """The same as a share of the recording: 0.5 is half way through."""
 
     def start_s(self, duration_s: float) -> float:
         """When it begins in a recording of that length, in s."""
         return (self.time_s or 0.0) if self.time_share is None else self.time_share * duration_s
 
+    @model_validator(mode="after")
+    def _begins_once(self) -> Crump:
+        if (self.time_s is None) == (self.time_share is None):
+            raise ValueError("expected either time_s or time_share")
+        return self
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, config=ENTRY)
 class Gaps:
-    """Occlusions: each marker is lost `per_hour` times an hour (Poisson), for an exponentially
-    distributed time of mean `mean_s`, one frame at least."""
+    """Occlusions of each marker: at exponentially distributed times, for such times."""
 
-    per_hour: float
-    mean_s: float
+    per_hour: NonNegative
+    """Expected number in an hour, for each marker."""
+    mean_s: NonNegative
+    """Mean length (exponential distribution); at least one frame."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=ENTRY)
 class Slow:
-    """Noise below `below_hz` is driven by the random numbers of `take`, the same in every twin of
-    that take, seed, length and rate, each with its own coefficients: coherence 1 below, 0 above.
-    Subsets of the cameras of one recording are such twins."""
+    """Noise below this frequency has one history in all twins of this take, seed, length and rate,
+    each with coefficients of its own (coherence 1 below, 0 above): subsets of the cameras of one
+    recording."""
 
-    take: str
-    below_hz: float
+    take: Text
+    """Name of the take."""
+    below_hz: Positive
+    """Highest frequency that is shared."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=ENTRY)
 class Twin:
-    """Everything a simulated recording of two markers is made of; mm and s.
+    """A simulated recording of two markers, drawn from noise coefficients; mm and s.
 
-    `models`: noise of x1, y1, z1, x2, y2, z2 and, optionally, of the distance L, which sets how
-    x1 and x2 go together. `coherence_factor` multiplies their coherence; `yz_coherence` is that
-    of y1 with y2 and of z1 with z2. `scale` multiplies the noise of a coordinate and leaves the
-    coherence. `distance_line`: L's sinusoid is put half into x1 and half, with the opposite sign,
-    into x2 (`split`), or left out (`omit`). `form`: frames are points (`sampled`), as a camera's
-    whose exposure is short, or averages over the frame period (`continuous`), whose Allan variance
-    is that of the textbook formulas, in which S gives its coefficients. Positions start at
-    `start_mm`; noise moves them.
+    models: noise of x1, y1, z1, x2, y2, z2 and, optionally, of the distance L, which sets how x1
+    and x2 go together; those of `published` or `coefficients` where none are stated.
     """
 
-    name: str
-    seed: int
-    models: Mapping[str, NoiseModel]
-    source: str = "coefficients of the configuration"
-    start_mm: tuple[Point, Point] = ((160.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    labels: tuple[str, str] = ("Wand1", "Wand2")
-    duration_s: float = 32400.0
-    frame_rate_hz: float = 120.0
-    form: Form = "sampled"
-    distance_line: str = "split"
-    coherence_factor: float = 1.0
-    yz_coherence: float = 0.0
-    scale: Mapping[str, float] = field(default_factory=dict)
-    drift_mm_per_h: Mapping[str, Point] = field(default_factory=dict)
+    name: Annotated[str, MADE]
+    published: PublishedRow | None = Field(default=None, kw_only=True)
+    """A row of Tables A1-A3 of Skurowski & Pawlyta 2019."""
+    coefficients: Annotated[dict[str, Coefficients], some_of((*SERIES, "all"))] | None = Field(
+        default=None, kw_only=True
+    )
+    """Your own coefficients: series x1 y1 z1 x2 y2 z2, or `all` for the six, and L (distance),
+    which sets the correlation of x1 and x2. Names h_-2 ... h_2, q_c1 T_c1, q_c2 T_c2, ..., A_s f_0;
+    mm, s and Hz (h_0: mm^2/Hz, one-sided; q_c: mm/s^0.5)."""
+    without: Annotated[tuple[str, ...], BeforeValidator(_names)] = Field(default=(), kw_only=True)
+    """Components that are excluded from every series."""
+    without_T_c_below_s: NonNegative = Field(default=0.0, kw_only=True)
+    """Excludes correlated components with a shorter T_c."""
+    seed: Annotated[int, Whole()]
+    """The same seed gives the same recording."""
+    models: Annotated[Mapping[str, InstanceOf[NoiseModel]], MADE] = Field(default_factory=dict)
+    source: Annotated[str, MADE] = "coefficients of the configuration"
+    start_mm: Annotated[tuple[Place, Place], list_of(2, "[[x, y, z], [x, y, z]]")] = UNSET
+    """Positions of the markers in the first frame, to which noise is added (default: Table 4)."""
+    labels: Labels = ("Wand1", "Wand2")
+    """Names of the two markers in the file."""
+    duration_s: Positive = 32400.0
+    """Length; by default, and at most, that of config.yaml."""
+    frame_rate_hz: Positive = 120.0
+    """Frames per second."""
+    form: Annotated[Form, one_of(FORMS, " or ".join(FORMS))] = "sampled"
+    """Frames are averages over the frame period (continuous), or points (sampled); by default
+    `twin_form` of config.yaml."""
+    distance_line: Annotated[
+        Literal["split", "omit"], one_of(("split", "omit"), "split or omit")
+    ] = "split"
+    """A periodic distortion of L is added half to x1 and half, with opposite sign, to x2; or it is
+    omitted."""
+    coherence_factor: Annotated[float, Number(0, 1)] = 1.0
+    """Factor of the common part of x1 and x2."""
+    yz_coherence: Annotated[float, Number(-1, 1)] = 0.0
+    """Common share of y1 and y2, and of z1 and z2."""
+    scale: Annotated[
+        dict[str, NonNegative], some_of(COORDINATES), BeforeValidator(_of_all_coordinates)
+    ] = Field(default_factory=dict)
+    """Factor of the noise of a coordinate, or one number for all; the common share of x1 and x2
+    remains the same."""
+    drift_mm_per_h: dict[str, Place] = Field(default_factory=dict)
+    """Velocity of a marker, by its label."""
     outliers: Outliers | None = None
+    """Single frames off."""
     crump: Crump | None = None
+    """A shock."""
     gaps: Gaps | None = None
+    """Occlusions."""
     slow: Slow | None = None
-    resolution_mm: float | None = None
-    notes: tuple[str, ...] = ()
+    """What it shares with other twins."""
+    resolution_mm: Positive | None = None
+    """Step to which coordinates are rounded."""
+    notes: Annotated[tuple[str, ...], MADE] = ()
+
+    @model_validator(mode="after")
+    def _with_models(self) -> Twin:
+        check_markers(self.drift_mm_per_h, self.labels, "drift_mm_per_h")
+        origin = Origin(self.models, self.source, notes=self.notes)
+        if not self.models:
+            if (self.published is None) == (self.coefficients is None):
+                raise ValueError("expected either published or coefficients")
+            row = self.published
+            if row is not None:
+                origin = of_published(row.camera_type, row.n_cameras, row.gaussian)
+            else:
+                origin = of_coefficients(self.coefficients or {})
+            origin = leave_out(origin, self.without, self.without_T_c_below_s)
+        start_mm = origin.start_mm if self.start_mm is UNSET else self.start_mm
+        for name, value in (vars(origin) | {"start_mm": start_mm}).items():
+            object.__setattr__(self, name, value)
+        return self
 
 
-@dataclass(frozen=True)
+def check_markers(drift: Mapping[str, Point], labels: tuple[str, str], where: str) -> None:
+    """Raise ValueError for the drift of a marker that is none of these."""
+    for key in drift:
+        if key not in labels:
+            known = ", ".join(labels)
+            raise ValueError(f"{where}: unknown key {key!r}, expected one of {known}")
+
+
+@plain_dataclass(frozen=True)
 class Origin:
     """What the positions of a twin are drawn from."""
 
     models: Mapping[str, NoiseModel]
-    source: str = Twin.source
-    start_mm: tuple[Point, Point] = Twin.start_mm
+    source: str = "coefficients of the configuration"
+    start_mm: tuple[Point, Point] = ((160.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     notes: tuple[str, ...] = ()
 
 

@@ -1,0 +1,186 @@
+"""First step of a calibration: a recording, measured or simulated, checked and decoded.
+
+`given`: paths of what a user names, called dump, board, factory, reference, mount, earlier,
+tracked_with, points; of a twin also truth. Results have the names of `TABLES` in a folder.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+
+from mocap_metrology.calibration.tables import DECODED
+from mocap_metrology.common import files
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.io.units import Unit
+from mocap_metrology.lighthouse import records
+from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode, dropped_share
+from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
+from mocap_metrology.lighthouse.export.world import read_points
+from mocap_metrology.lighthouse.simulate import recording as simulated
+from mocap_metrology.lighthouse.simulate.inertial import sensed
+from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
+from mocap_metrology.lighthouse.simulate.motion import motion_of
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
+from mocap_metrology.settings import Lighthouse
+
+log = logging.getLogger(__name__)
+Paths = Mapping[str, str]
+
+
+class Check(TypedDict):
+    """Contents of check.json."""
+
+    ok: bool
+    why: str
+    warnings: list[str]
+    notes: list[str]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Entries of a calibration, as in a row of the sheet; board: the name of the tracked
+    object of a libsurvive recording; sha256: of the recording, where it is known."""
+
+    calibration: str = ""
+    path: str | None = None
+    format: str = "gpio-dump"
+    board: str | None = None
+    twin: str | None = None
+    sha256: str | None = None
+    reference_labels_master: Sequence[str] = ()
+    reference_labels_slave: Sequence[str] = ()
+    reference_unit: Unit | None = None
+    tracked_with: str | None = None
+
+
+def decoded(entry: Entry, files: Mapping[str, str], settings: Lighthouse) -> Decoded:
+    """A recording, decoded; `files` are named dump, board and factory."""
+    return decode(
+        files["dump"],
+        entry.format,
+        str(entry.board) if entry.format == "libsurvive-rec" else files["board"],
+        files.get("factory"),
+        sample_rate_hz=settings.sample_rate_hz,
+        active_level=settings.active_level,
+        cleaning=Cleaning(
+            gate_rad=1e-3 * settings.gate_mrad,
+            gate_mad=settings.gate_mad,
+            half_window=settings.still_half_window,
+            n_sigma=settings.still_n_sigma,
+        ),
+    )
+
+
+def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, Decoded]:
+    """Contents of check.json, and the decoded recording; raises `Refusal` for one that cannot be
+    used, and for such points in the room, where they are given."""
+    if entry.sha256 and (found := files.sha256(str(entry.path))) != entry.sha256:
+        name = Path(str(entry.path)).name
+        raise Refusal(f"{name}: SHA-256 is {found}; expected {entry.sha256}")
+    if "points" in given:
+        read_points(given["points"])
+    recording = decoded(entry, given, settings)
+    warnings = [
+        f"{station.role}: no factory values ({station.why}); expected errors of centimetres"
+        for station in recording.stations
+        if station.factory is None
+    ]
+    return {"ok": True, "why": "", "warnings": warnings, "notes": recording.notes}, recording
+
+
+def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Check:
+    """Check and decode a recording: check.json and `DECODED`. Raises `Refusal` for one that cannot
+    be used; then nothing has been written."""
+    check, recording = checked(entry, given, settings)
+    write_decoded(entry, recording, settings, paths_in(DECODED, folder))
+    files.write_json(folder / "check.json", check)
+    return check
+
+
+def refuse(refusal: Refusal, folder: Path) -> None:
+    """check.json of a recording that cannot be used, with the reason; tables without rows."""
+    why = {"ok": False, "why": str(refusal), "warnings": [], "notes": []}
+    files.write_json(folder / "check.json", why)
+    for name in ("pulses", "inertial", "sweeps"):
+        files.write_table(folder / DECODED[name], {}, why)
+    files.write_json(folder / DECODED["stations"], [])
+    files.write_csv(folder / DECODED["board"], [], ("x_m", "y_m", "z_m"))
+
+
+def paths_in(names: Mapping[str, str], folder: Path) -> dict[str, str]:
+    """Paths by name of these files of a folder."""
+    return {name: str(folder / file) for name, file in names.items()}
+
+
+def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Paths) -> None:
+    """Pulses, gyroscope and accelerometer, stations, clean hits, and the board; `paths` are named
+    pulses, inertial, stations, sweeps, board."""
+    origin = {
+        "recording": entry.calibration,
+        "source": entry.twin or Path(str(entry.path)).name,  # wherever the file was
+        "twin": entry.twin,
+        "sha256": None if entry.twin else files.sha256(str(entry.path)),
+        "lighthouse": settings.of_one(),
+        "duration_s": found.duration_s,
+        "resolution_s": found.pulses.resolution_s if found.pulses else None,
+        "notes": found.notes,
+        "clocks": [vars(clock) for clock in found.clocks],
+        "versions": files.versions("numpy", "numba", "pyarrow"),
+    }
+    table: Mapping[str, np.ndarray | Sequence[object]] = {
+        name: [] for name in ("start_s", "length_us", "diode")
+    }
+    if found.pulses is not None:
+        table = records.pulse_columns(found.pulses)
+    files.write_table(paths["pulses"], table, origin, records.PULSES_CODED)
+    sensors = found.pulses.inertial if found.pulses else None
+    files.write_table(paths["inertial"], records.inertial_columns(sensors), origin, records.PLACES)
+    origin |= {"counts_by_diode": found.report, "dropped": dropped_share(found.report)}
+    files.write_table(
+        paths["sweeps"], records.sweep_columns(found.hits), origin, records.SWEEPS_CODED
+    )
+    write_board(paths["board"], found.board)
+    files.write_json(paths["stations"], stations_to_json(found.stations))
+    for station in found.stations:
+        log.info("%s: id %s, mode %s, %s", station.role, station.id, station.mode, station.why)
+    log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
+
+
+def write_board(path: str, board: np.ndarray) -> None:
+    """A board as a CSV file x_m,y_m,z_m in diode order."""
+    files.write_csv(path, [dict(zip(("x_m", "y_m", "z_m"), place, strict=True)) for place in board])
+
+
+def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
+    """Simulate a Lighthouse twin; write it as a dump, with what a lab would have beside it.
+
+    `paths` are named dump, twin_board, truth, reference, mount. Returns what was made, in words.
+    """
+    seed += twin.seed
+    made = simulated.simulate(twin, seed)
+    seen = simulate_mounts(twin, seed)
+    frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
+    write_c3d(paths["reference"], seen.labels, seen.rate_hz, [frames], len(frames))
+    write_mounts(paths["mount"], seen.mounts)
+    write_board(paths["twin_board"], made.truth.board)
+    files.write_json(paths["truth"], simulated.truth_json(made))
+    simulated.write_dump(paths["dump"], made.pulses)
+    return f"{made.pulses.start_s.size} pulses in {twin.duration_s:g} s"
+
+
+def with_sensors(found: Decoded, twin: LighthouseTwin, seed: int) -> Decoded:
+    """The decoded dump of a twin with its gyroscope and accelerometer, of which a dump has none."""
+    if twin.inertial is None or found.pulses is None:
+        return found
+    seed += twin.seed
+    motion = motion_of(twin.motion, np.array([one.t for one in twin.stations]), seed)
+    rng = np.random.default_rng([seed, simulated.SENSORS])
+    series = sensed(motion, simulated.up_of(twin), twin.inertial, twin.duration_s, rng)
+    return replace(found, pulses=replace(found.pulses, inertial=series))

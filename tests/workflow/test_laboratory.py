@@ -1,0 +1,527 @@
+"""One run over everything that a laboratory may have: recordings and calibrations that can be used,
+of every format, and all that is refused."""
+
+from __future__ import annotations
+
+import csv
+import html
+import json
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import laboratory as lab
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import yaml
+from browser import NAMES, browser
+from laboratory import ACTIVE
+from mocap_workflow import report
+from running import command, environment, finished
+from sample_files import samples_folder
+
+from mocap_metrology.calibration.sweeps import Entry, checked
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import read_table
+from mocap_metrology.lighthouse.records import ROLES
+from mocap_metrology.lighthouse.rotation import error, to_angles
+from mocap_metrology.settings import Lighthouse
+
+ROOT = Path(__file__).resolve().parents[2]
+SERIES = ("x1", "y1", "z1", "x2", "y2", "z2", "L")
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def origin(path: Path) -> dict:
+    return json.loads(pq.read_schema(path).metadata[b"mocap_metrology"])
+
+
+def said(output: str, start: str) -> list[str]:
+    return [line for line in output.splitlines() if line.startswith(start)]
+
+
+def pose(results: Path, name: str) -> dict:
+    return json.loads((results / f"calibrations/{name}/pose.json").read_text())
+
+
+def chosen(results: Path, name: str) -> dict:
+    told = pose(results, name)
+    return told["poses"][told["chosen"]]
+
+
+def off(entry: dict) -> tuple[float, float]:
+    """Distance in mm and angle in deg from the reference."""
+    mm, deg = (np.linalg.norm(entry[key]) for key in ("errors_mm", "errors_deg"))
+    return float(mm), float(deg)
+
+
+# What is refused
+
+
+def test_every_bad_input_is_one_line_and_the_rest_is_computed(run) -> None:
+    assert run.output.returncode == 1
+    text = run.output.stdout
+    for kind, refused, tables in (
+        ("recording", lab.REFUSED_RECORDINGS, lab.TABLES_OF_RECORDING),
+        ("calibration", {k: lab.REFUSED[k][1] for k in lab.BAD_ROWS}, lab.TABLES_OF_CALIBRATION),
+    ):
+        for name, reason in refused.items():
+            lines = said(text, f"{kind} {name} refused:")
+            assert len(lines) == 1 and reason in lines[0], (name, text)
+            left = {path.name for path in (run.results / f"{kind}s" / name).iterdir()}
+            assert left == {"check.json", *tables}, name
+    assert len(said(text, "calibration ")) == len(lab.BAD_ROWS) + 1  # stranger
+    assert "Traceback" not in text
+    assert "Error in rule" not in text.replace("Error in rule gate", "")
+    assert not [
+        p for p in run.results.rglob("*") if p.name.startswith((".part-", "twin.c", "twin.d"))
+    ]
+
+
+def test_rerun_repeats_the_verdict_alone(run, snakemake) -> None:
+    again = snakemake(run.folder, *run.arguments)
+    assert again.returncode == 1
+    assert finished(again.stdout) == {}
+    for start in ("recording ", "calibration ", "warning: "):
+        assert {*said(again.stdout, start)} <= {*said(run.output.stdout, start)}
+    assert len(said(again.stdout, "recording ")) >= len(lab.REFUSED_RECORDINGS)
+
+
+@pytest.mark.parametrize("name", lab.REFUSED)
+def test_bad_dumps_are_refused_by_the_check(run, monkeypatch, name: str) -> None:
+    monkeypatch.chdir(run.folder)
+    row = lab.bad_rows()[name]
+    given = {"dump": row["path"], "board": row["board"]}
+    with pytest.raises(Refusal, match=re.escape(lab.REFUSED[name][1])) as refusal:
+        checked(Entry(name, **row), given, Lighthouse())
+    assert "\n" not in str(refusal.value)
+
+
+# Recordings
+
+
+def test_a_table_without_names_has_the_deviations_of_its_c3d(run) -> None:
+    """Six decimals of a millimetre: 3e-7 mm of rounding beside noise of 1e-2 mm."""
+    theirs, ours = (
+        pq.read_table(run.results / f"recordings/{name}/allan.parquet").to_pandas()
+        for name in ("take", "table")
+    )
+    assert len(ours) > 100 and set(ours["series"]) == {*SERIES}
+    assert ours[["series", "estimator", "m"]].equals(theirs[["series", "estimator", "m"]])
+    np.testing.assert_allclose(ours["adev_mm"], theirs["adev_mm"], rtol=1e-4)
+    found = origin(run.results / "recordings/table/trajectories.parquet")
+    assert (found["frame_rate_hz"], found["file_units"]) == (50.0, "mm")
+
+
+def test_orientation_of_accepted_poses(run) -> None:
+    """The last line ends within a number; the noise is of known size, in rad."""
+    found = rows(run.results / "recordings/poses/orientation.csv")
+    one_frame = [float(row["adev_1_rad"]) for row in found]
+    assert len(one_frame) == 3
+    np.testing.assert_allclose(one_frame, lab.TURN_RAD, rtol=0.1)  # 6 standard errors
+
+
+def test_tables_of_groups_and_of_the_paper(run, root) -> None:
+    """Of T40-10 alone: the published columns are complete, the rest states what it is."""
+    tables = run.results / "tables"
+    for group, names, source in (
+        ("check", {"take", "table"}, "measured"),
+        ("skurowski2019", {"T40-10"}, "twin"),
+    ):
+        table = rows(tables / f"{group}_gaussian.csv")
+        assert {(row["recording"], row["source"]) for row in table} == {(n, source) for n in names}
+    reference = root / "src/mocap_metrology/reference"
+    expected = {
+        (row["camera_type"], key): float(value)
+        for row in rows(reference / "gaussian_model_table4.csv")
+        for key, value in row.items()
+        if key not in ("camera_type", "note")
+    }
+    table = rows(tables / "skurowski_table4.csv")
+    assert {(r["camera_type"], r["quantity"]): float(r["published"]) for r in table} == expected
+    computed = {r["quantity"]: r for r in table if r["camera_type"] == "T40"}
+    assert {r["source"] for r in computed.values()} == {"twin"}
+    assert float(computed["mu_L_mm"]["regenerated"]) == pytest.approx(160.58, abs=0.05)
+    missing = [r for r in table if r["camera_type"] == "Vantage"]
+    assert {(r["regenerated"], r["source"]) for r in missing} == {("", "cited")}
+    cited = rows(reference / "camera_subsets_table3.csv")
+    assert [r["published"] for r in rows(tables / "skurowski_table3.csv")] == [
+        r["camera_ids"] for r in cited
+    ]
+    assert "simulated" in (tables / "skurowski_table4.md").read_text()
+    own = run.results / "recordings/T40-10"
+    assert origin(own / "trajectories.parquet")["form"] == "continuous"
+    assert {r["model"] for r in rows(own / "noise.csv")} == {"continuous"}
+    assert (own / "truth.json").exists()
+
+
+# The command `check`, which runs the same steps
+
+# The file as it was given, and whether ezc3d was asked: the workflow asks before, in its check
+APART = ("source", "path", "second_opinion")
+
+
+def leaves(value: object, key: str = "") -> Iterator[tuple[str, object]]:
+    """Every number and word of a JSON document by its place."""
+    if isinstance(value, dict):
+        for name, item in value.items():
+            yield from leaves(item, f"{key}.{name}") if name not in APART else ()
+    elif isinstance(value, list):
+        for number, item in enumerate(value):
+            yield from leaves(item, f"{key}.{number}")
+    else:
+        yield key, value
+
+
+def contents(path: Path) -> object:
+    """What a file holds, comparable with `==`."""
+    if path.suffix == ".parquet":
+        columns, made = read_table(path)
+        return {k: list(map(repr, v)) for k, v in columns.items()}, dict(leaves(made))
+    if path.suffix in (".svg", ".png"):
+        return path.read_bytes()
+    text = path.read_text(encoding="utf-8")
+    return dict(leaves(json.loads(text))) if text.startswith(("{", "[")) else text
+
+
+def test_the_command_writes_what_the_workflow_does(run, tmp_path: Path) -> None:
+    arguments = ("take.c3d", "--markers", "A", "B", "--output", str(tmp_path / "one"))
+    command = [sys.executable, "-m", "mocap_metrology", "check", *arguments]
+    subprocess.run(command, cwd=run.folder, check=True, capture_output=True, timeout=900)
+    names = {path.name for path in (tmp_path / "one").iterdir()} - {"allan.csv"}
+    assert len(names) >= 21
+    for name in names:
+        own = run.results / "recordings/take" / name
+        assert contents(tmp_path / "one" / name) == contents(own), name
+
+
+# Calibrations
+
+
+@pytest.mark.parametrize("name", ["twin", "measured"])
+def test_against_markers_on_both_housings(run, name: str) -> None:
+    """4 s with factory values; the markers' own noise is 0.3 mm over 100 frames."""
+    told, best = pose(run.results, name), chosen(run.results, name)
+    assert (best["estimator"], best["stage"], best["optics"]) == ("paper-lm", "final", "factory")
+    mm, deg = off(best)
+    assert mm < 6 and deg < 0.1
+    assert told["verdict"]["word"] in ("good", "usable"), told["verdict"]
+    assert {told["stations"][role]["id"] for role in ROLES} == {3001, 3002}
+    assert ("truth_errors_mm" in best) == (name == "twin")  # no lab has it
+    ideal = [e for e in told["poses"] if (e["estimator"], e["optics"]) == ("paper-lm", "ideal")]
+    assert all(off(e)[0] > 5 * mm for e in ideal)
+
+
+def test_a_station_that_moved_since_an_earlier_pose_is_told(run) -> None:
+    against = pose(run.results, "measured")["check_against"]
+    assert against["moved"] is True
+    assert against["difference_mm"] == pytest.approx([-lab.SHIFT_MM, 0, 0], abs=5)
+    assert against["sentence"].startswith("A station has moved: ")
+
+
+def exported(results: Path, name: str) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """R and t of the stations in the file for a Crazyflie."""
+    found = yaml.safe_load((results / f"calibrations/{name}/crazyflie.yaml").read_text())
+    return {k: (np.array(g["rotation"]), np.array(g["origin"])) for k, g in found["geos"].items()}
+
+
+def test_exports_in_the_frame_of_measured_points(run) -> None:
+    """True places of both stations and of a diode in flight."""
+    told = pose(run.results, "measured")["world"]
+    assert told["name"] == "points" and told["residual_rms_mm"] < 10
+    placed = exported(run.results, "measured")
+    assert np.linalg.norm(placed[0][1] - lab.ROOM[1]) < 0.01
+    assert np.degrees(np.linalg.norm(error(placed[0][0], lab.ROOM[0]))) < 0.6
+    for k, role in enumerate(ROLES):
+        assert told["stations"][role]["translation_mm"] == pytest.approx(1e3 * placed[k][1])
+    (R0, t0), (R1, t1) = placed[0], placed[1]
+    best = chosen(run.results, "measured")
+    assert 1e3 * R0.T @ (t1 - t0) == pytest.approx(best["translation_mm"], abs=1e-6)
+    assert np.degrees(to_angles(R0.T @ R1)) == pytest.approx(list(best["rotation_deg"].values()))
+
+
+def test_exports_are_level_where_the_stations_state_gravity(run) -> None:
+    """Which 4 s hold, and 2.5 s do not. Of a calibration that failed there is no pose."""
+    (R0, t0), (R1, _) = exported(run.results, "recorded").values()
+    assert t0.tolist() == [0, 0, 0] and R0[1, 0] == 0  # x of the master is ahead, or up
+    for R, station in zip((R0, R1), lab.made("mounted").truth.stations, strict=True):
+        assert np.degrees(np.arccos(R[2] @ station.gravity)) < 1
+    told = pose(run.results, "short")["world"]
+    assert (told["name"], told["why"]) == ("master", "no station states the direction of gravity")
+    assert exported(run.results, "short")[0][0].tolist() == np.eye(3).tolist()
+    assert exported(run.results, "stranger") == {}
+    assert pose(run.results, "stranger")["world"] == {"name": None, "stations": {}}
+    for file in ("crazyflie.yaml", "libsurvive.json", "ros2_static_transforms.launch.xml"):
+        stranger, twin = (run.results / f"calibrations/{n}" / file for n in ("stranger", "twin"))
+        assert "the calibration failed: reference: its master is" in stranger.read_text()
+        assert "(twin)" in twin.read_text()
+
+
+def test_the_other_formats(run) -> None:
+    """The same pulses in a libsurvive recording, and angles of ideal stations from a file."""
+    recorded, angles = chosen(run.results, "recorded"), pose(run.results, "angles")
+    best = chosen(run.results, "angles")
+    assert (recorded["optics"], best["optics"]) == ("factory", "ideal")
+    for one in (recorded, best):
+        assert off(one)[0] < 6 and off(one)[1] < 0.1
+    assert angles["stations"]["master"]["id"] is None
+    assert "a file of angles contains no flashes" in angles["verdict"]["reason"]
+    assert "Station ids not compared" in angles["diagnostics"]["notes"][-1]
+    assert len(said(run.output.stdout, "warning: calibration angles: ")) == 2
+    assert pq.read_metadata(run.results / "calibrations/angles/pulses.parquet").num_rows == 0
+
+
+def test_a_dump_without_a_whole_frame_is_ideal_or_takes_a_file(run) -> None:
+    """2.5 s hold 300 bits of about 350."""
+    told = pose(run.results, "short")
+    assert {entry["optics"] for entry in told["poses"]} == {"ideal"}
+    assert told["verdict"]["word"] == "doubtful"
+    assert "no calibration frame" in told["verdict"]["reason"]
+    warned = "warning: calibration short: master: no factory values"
+    assert len(said(run.output.stdout, warned)) == 1
+    told, best = pose(run.results, "filed"), chosen(run.results, "filed")
+    assert best["optics"] == "factory" and off(best)[0] < 6
+    assert told["verdict"]["word"] == "usable"
+    filed = [f"{role}: factory values from stations.json" for role in ROLES]
+    assert set(filed) <= set(told["diagnostics"]["notes"])
+    stations = json.loads((run.results / "calibrations/filed/stations.json").read_text())
+    assert [station["id"] for station in stations] == [3001, 3002]
+    assert all("taken from stations.json" in station["why"] for station in stations)
+
+
+def test_the_board_is_tracked_with_its_own_or_an_earlier_calibration(run) -> None:
+    """The path of 2.5 s, with stations calibrated in 4 s, against the truth."""
+    tracks = {
+        n: run.results / f"calibrations/{n}/track.parquet" for n in ("filed", "measured", "short")
+    }
+    told, table = origin(tracks["filed"]), pq.read_table(tracks["filed"])
+    assert (told["tracked_with"], told["still"], "reason" in told) == ("measured", False, False)
+    track = {name: table[name].to_numpy() for name in table.column_names}
+    _, place = lab.made("short").truth.motion.poses(track["time_s"])
+    apart = np.stack([track[f"{axis}_mm"] for axis in "xyz"], axis=1) - 1e3 * place
+    sd = np.stack([track[f"sd_{axis}_mm"] for axis in "xyz"], axis=1)
+    assert len(apart) == 150 and np.linalg.norm(apart, axis=1).max() < 12
+    assert np.mean((apart / sd) ** 2) < 4
+    assert origin(tracks["measured"])["tracked_with"] is None
+    assert pq.read_metadata(tracks["measured"]).num_rows == 240
+    why = "calibration odd, to track with, is refused itself"
+    assert (origin(tracks["short"])["reason"], pq.read_metadata(tracks["short"]).num_rows) == (
+        why,
+        0,
+    )
+
+
+def test_a_reference_of_other_stations_is_refused_when_calibrating(run) -> None:
+    """Only then both are known. The recording itself is all right, so the run goes on, with a
+    warning; pose.json states why there is no pose in it, and the last step names it again."""
+    (warned,) = said(run.output.stdout, "warning: pose stranger: ")
+    (last,) = said(run.output.stdout, "calibration stranger failed: ")
+    told = pose(run.results, "stranger")
+    assert "reference: its master is station 7, that of the recording is 3001" in warned
+    assert (told["chosen"], told["poses"], told["verdict"]["word"]) == (None, [], "failed")
+    assert warned.endswith(told["verdict"]["reason"]) and last.endswith(told["verdict"]["reason"])
+
+
+def test_headset_of_other_people(run, samples) -> None:
+    told, best = pose(run.results, "headset"), chosen(run.results, "headset")
+    assert (best["stage"], best["optics"]) == ("static", "factory")
+    assert np.linalg.norm(best["translation_mm"]) == pytest.approx(3921, abs=9)  # by variant
+    assert told["verdict"]["word"] == "usable"
+    assert told["stations"]["slave"] == {"id": 178605925, "mode": "A"}
+
+
+def test_recordings_of_a_setup_are_joined(run) -> None:
+    """Both see the same stations: nearer to the truth than the interval of either alone, and the
+    factory values of one, whose flashes carry them, serve both."""
+    told = json.loads((run.results / "setups/lab/pair/pose.json").read_text())
+    assert sorted(told["recordings"]) == ["recorded", "short"]
+    best = told["poses"][told["chosen"]]
+    assert (best["estimator"], best["optics"]) == ("batch", "factory")
+    check = next(c for c in told["checks"] if c["name"] == "recordings agree")
+    assert check["ok"] and set(told["predicted"]) == set(told["recordings"])
+    true = json.loads((run.folder / "truth.json").read_text())
+    assert np.linalg.norm(np.array(best["translation_mm"]) - 1e3 * np.array(true["t_m"])) < 3
+    assert not list((run.results / "setups").glob("lab/[!p]*"))
+
+
+def test_tables_and_figures_of_calibrations(run) -> None:
+    tables = run.results / "tables"
+    names = {"measured", "recorded", "angles", "short", "filed", "stranger"}
+    found = {row["calibration"] for row in rows(tables / "lab_calibrations.csv")}
+    assert found - {"headset"} == names | {"pair (joint)"}
+    tracks = {row["calibration"]: row for row in rows(tables / "lab_track.csv")}
+    assert set(tracks) - {"headset"} == names
+    assert tracks["filed"]["stations"] == "measured" and float(tracks["filed"]["total_mm"]) > 0
+    for number in (1, 2, 3):
+        assert rows(tables / f"jansen_table{number}.csv")
+        assert (tables / f"jansen_table{number}.md").stat().st_size > 0
+    rotors = {row["calibration"] for row in rows(tables / "lab_angles.csv")}
+    assert rotors == ({"headset"} if samples_folder() else set())
+    for figure in ("calibration", "track"):
+        assert (run.results / f"calibrations/measured/{figure}.png").stat().st_size > 10_000
+
+
+# The report
+
+PLAIN = command()[3:]
+
+
+def write_report(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, ROOT / "workflow/write_report.py", "results/report.html", *arguments],
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=900,  # as that of Snakemake
+    )
+
+
+@pytest.fixture(scope="module")
+def made(run) -> tuple[Path, str]:
+    """Folder of the run over everything with its report, and what was said of it."""
+    written = write_report(run.folder, *PLAIN, *run.arguments)
+    assert written.returncode == 0, written.stdout
+    return run.folder, written.stdout
+
+
+@pytest.fixture(scope="module")
+def executable() -> str:
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    if found is None:
+        pytest.skip("no Chromium or Chrome in PATH")
+    return found
+
+
+READY = "document.querySelector('#app')?.innerText"
+SHOW = """(() => {
+  const result = results[%s];
+  const content = result.mime_type === "text/html" ? "html" : "img";
+  document.addEventListener("load", event => { window.loaded = event.target.src; }, true);
+  app.setView({content, contentPath: result.data_uri, resultPath: %s});
+})()"""
+SHOWN = """(() => {
+  const result = results[%s];
+  const html = result.mime_type === "text/html";
+  const shown = document.querySelector(html ? "iframe" : "#app div.p-3 > img");
+  const there = html ? window.loaded === result.data_uri : shown?.naturalWidth > 0;
+  return shown?.src === result.data_uri && there;
+})()"""
+# Left and top edge of the title in its page, as scrolled to the top, and its width
+TITLE = """(() => {
+  const title = document.querySelector(".prose h1"), page = title.closest(".overflow-auto");
+  page.scrollTo(0, 0);
+  const {left, top, right} = title.getBoundingClientRect();
+  return [left - page.getBoundingClientRect().left, top, right - left];
+})()"""
+ACTIVE_LINKS = """[...document.querySelectorAll("a, iframe, object, embed")].filter(element =>
+  /^(javascript|http)/.test(element.href || element.src || element.data)).length"""
+LINKS = "[...document.querySelectorAll('.mm a')].map(a => [a.textContent, a.getAttribute('href')])"
+
+
+def test_opens_without_error_or_network(made, executable, tmp_path) -> None:
+    folder, said = made
+    assert re.fullmatch(r"results/report\.html: \d+\.\d MB\n", said)
+    page = folder / "results/report.html"
+    with browser(executable, tmp_path) as seen:
+        seen.open(page.as_uri(), READY)
+        front = seen.until("document.querySelector('#app').innerText")
+        shown = seen.until("Object.keys(results)")
+        for path in map(json.dumps, shown):
+            seen.evaluate(SHOW % (path, path))
+            seen.until(SHOWN % path)
+        seen.open(page.as_uri(), f"{READY} && {LINKS}.length")
+        links = dict(seen.evaluate(LINKS))
+        menu = seen.until("document.querySelector('nav').innerText").split("\n")
+        titles = []
+        for width, height in ((1400, 900), (400, 800)):
+            seen.size(width, height)
+            titles.append(seen.evaluate(TITLE))
+    assert seen.errors == []
+    assert {url.partition(":")[0] for url in seen.requests} == {"data", "file"}
+    assert {url for url in seen.requests if url.startswith("file")} == {page.as_uri()}
+    for left, top, _ in titles:  # beside the menu, and not above or left of what can be reached
+        assert 0 <= left < 30 and 0 <= top < 60
+    assert titles[0][2] > 1000 and titles[1][2] > 300
+    for words in ("How good is", "hall: recordings", "lab: calibrations", "zip", "refused"):
+        assert words in front
+    assert links["take"] == "details/recordings/take.html"
+    assert links["measured"] == "details/calibrations/measured.html"
+    assert all((page.parent / path).is_file() for path in links.values())
+    assert {Path(path).suffix for path in shown} == {".html", ".svg"}
+    listed = [line.strip() for line in menu if line.strip() in report.CATEGORIES]
+    assert listed == [name for name in report.CATEGORIES if name in listed]
+    assert listed[0] == "1 Summary"
+    assert listed[-1] == "7 Provenance"
+
+
+def test_no_label_cell_or_file_name_asks_a_host_or_runs_in_a_page(
+    made, executable, tmp_path
+) -> None:
+    """Nor is it a formula in a table, or a signal to a terminal."""
+    folder, _ = made
+    pages = sorted((folder / "results").rglob("*.html"))
+    assert {"summary.html", "active.html", "hall_subsets.html"} <= {page.name for page in pages}
+    with browser(executable, tmp_path) as seen:
+        for page in pages:
+            seen.requests.clear()
+            seen.open(page.as_uri(), "document.body")
+            assert not [url for url in seen.requests if not url.startswith(("file:", "data:"))]
+            assert not seen.evaluate(ACTIVE_LINKS), page
+            assert seen.errors == [] and seen.dialogs == [], page
+    text = (folder / "results/details/recordings/active.html").read_text(encoding="utf-8")
+    assert html.escape(ACTIVE[0]) in text
+    for path in (folder / "results").rglob("*.csv"):
+        cells = [cell for row in csv.reader(path.open(encoding="utf-8")) for cell in row]
+        assert not [cell for cell in cells if cell.startswith("=")], path
+
+
+def test_no_result_is_markup_in_the_report(made) -> None:
+    """The data of a finished report are those that Snakemake wrote, without a tag."""
+    text = (made[0] / "results/report.html").read_text(encoding="utf-8")
+    for name in ("results", "rules", "categories", "metadata", "workflow_desc"):
+        (data,) = re.findall(rf'<script id="[\w-]+">\s*var {name} = (.*);\n', text)
+        json.loads(data)
+        assert "<" not in data
+
+
+def test_pages_and_provenance(made) -> None:
+    folder, _ = made
+    results = folder / "results"
+    found = json.loads((results / "provenance.json").read_text())
+    tables = {path.name for path in (results / "tables").glob("*.csv")}
+    assert set(found["tables"]) == tables
+    assert {path.stem for path in (results / "pages").glob("*.html")} == {
+        Path(name).stem for name in tables
+    }
+    inputs = {row["name"]: row for row in found["inputs"]}
+    twin, calibration = inputs["T40-10"], inputs["twin"]
+    assert (twin["name"], twin["source"], twin["seed"]) == ("T40-10", "twin", 110)
+    assert calibration["source"] == "twin"
+    rules = {row["rule"]: row["jobs"] for row in found["run_times"]}
+    assert (rules["noise"], rules["calibration_twins"]) == (5, 1)
+    for name in ("provenance.json", "provenance.html", "summary.html", "report_front.html"):
+        text = (results / name).read_text()
+        assert str(folder) not in text, name
+        assert str(ROOT) not in text, name
+
+
+def test_an_unfinished_run_is_one_line(made, run) -> None:
+    figure = run.results / "calibrations/measured/calibration.svg"
+    kept = figure.rename(figure.with_suffix(".kept"))
+    try:
+        said = write_report(run.folder, *PLAIN, *run.arguments)
+    finally:
+        kept.rename(figure)
+    assert said.returncode == 1
+    missing = "results/calibrations/measured/calibration.svg is missing"
+    assert said.stdout.count("\n") == 1 and said.stdout.startswith(f"no report: {missing}")

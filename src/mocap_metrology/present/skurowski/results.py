@@ -158,7 +158,7 @@ def _regression(of: Recordings) -> Picture:
     return allan_figures.regression_figure(
         *((own["tau_s"], own["adev_mm"]), run.starts, ordinary.model, run.estimate.model, rate),
         of.sources([name], remark),
-        form=how.form,
+        form=how.noise.form,
     )
 
 

@@ -27,6 +27,7 @@ RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that the
 # Of bursts that always recur; frames that are looked at
 LONGEST = 1 << 19
 PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED, PARTS = 0.05, 1200, 8, 4, 9.0, 32
+OCTAVES = 16
 MOST = 200  # events that are measured; more, and the recording is no still one
 
 
@@ -244,10 +245,12 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     power = resample_poly(values[: count * length] ** 2, 1, length)  # no line folds
     power = np.minimum(power, CLIPPED * np.median(power))
     padded = 4 * count
-    density = np.abs(np.fft.rfft(power - power.mean(), padded)) ** 2
+    tapered = (power - power.mean()) * np.hanning(count)  # so that lines have no side lobes
+    density = np.abs(np.fft.rfft(tapered, padded)) ** 2
     parts = np.array_split(density, PARTS)
     middle = (np.arange(PARTS) + 0.5) * density.size / PARTS
     level = np.interp(np.arange(density.size), middle, [float(np.median(p)) for p in parts])
+    level = np.maximum(level, _level_near(density))
     density = density / np.maximum(level / math.log(2), 1e-300)
     at = np.arange(4 * LEAST_PERIODS, density.size // (HARMONICS + 1))
     each = np.stack([_greatest_near(density, k * at, k) for k in range(1, HARMONICS + 1)])
@@ -255,11 +258,26 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     if not strong.any():
         return math.nan
     best = int(at[strong][np.argmax(each.sum(axis=0)[strong])])
+    for part in (2, 3):  # of a multiple the lowest frequency
+        slower = at[strong & (np.abs(part * at - best) <= HARMONICS * part)]
+        if slower.size:
+            best = int(slower[np.argmax(density[slower])])
     below = density[3 : round(0.75 * best)]
     if below.size and below.max() > each[0][at == best][0]:
         return math.nan  # a slower cycle, of which this is a part
     near = np.arange(HARMONICS * (best - 1), HARMONICS * (best + 1) + 1)
     return HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
+
+
+def _level_near(density: np.ndarray) -> np.ndarray:
+    """Medians over an octave about each frequency: bursts at any times have a level of their own at
+    the low ones."""
+    edges = np.unique(np.geomspace(4, density.size, 8 * OCTAVES).astype(int))
+    middles, medians = [], []
+    for low, high in zip(edges[:-8], edges[8:], strict=True):  # two thirds of an octave, or more
+        middles.append(math.sqrt(low * high))
+        medians.append(float(np.median(density[low:high])))
+    return np.interp(np.arange(density.size), middles, medians)
 
 
 def _greatest_near(density: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:

@@ -60,6 +60,7 @@ CHANCE = 1e-13  # that a frame begins a run which is none
 LIKELIEST = 0.7  # chance of one, from which nothing is reported
 # Runs that chance makes, and how many of them determine its rate
 SHORT, ENOUGH, MARGIN = 4, 200, 1.5
+SHORTEST, LOOSE = 6, 3  # differences of a run; frames of each end that may be noise
 PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, for s
 CHUNK = 1 << 20
 MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
@@ -334,9 +335,42 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
         chance = max(rule.chance, _seen(lengths))
         if chance > LIKELIEST:
             continue
-        for first, last in edges[lengths >= Rule.run(chance)]:  # both ends were measured
+        sure = lengths >= Rule.run(chance)
+        shorter = [
+            part
+            for first, last in edges[~sure & (lengths >= SHORTEST)]
+            if (part := _polynomial(series, int(first), int(last), rule, resolution_mm))
+        ]
+        for first, last in [*edges[sure], *shorter]:  # both ends were measured
             mask[first + 1 : last + rule.order - 1] = True
     return mask
+
+
+def _polynomial(
+    series: np.ndarray, first: int, last: int, rule: Rule, resolution_mm: float
+) -> tuple[int, int] | None:
+    """The part of a run of small differences whose frames lie on one polynomial to within 3/4 of a
+    step, where chance does that in `CHANCE` at most: each frame beyond the first `order` lies so
+    near with a probability of 1.5 steps times the greatest density of noise."""
+    innovation_mm = rule.limit / (rule.chance / (0.8 * DENSER))
+    near = max(NARROW * innovation_mm, 0.75 * resolution_mm)
+    chance = DENSER * 2 * near / (math.sqrt(2 * math.pi) * innovation_mm)
+    if chance > LIKELIEST:
+        return None
+    least = Rule.run(chance)
+    for cut in range(2 * LOOSE + 1):  # chance adds frames to a run, at either end
+        for left in range(max(cut - LOOSE, 0), min(cut, LOOSE) + 1):
+            a, b = first + left, last - (cut - left)
+            if b - a < least:
+                return None
+            values = series[a : b + rule.order].astype(np.float64)
+            t = np.linspace(-1, 1, values.size)
+            basis = np.polynomial.legendre.legvander(t, rule.order - 1)
+            rest = values - values.mean()
+            rest = rest - basis @ np.linalg.lstsq(basis, rest, rcond=None)[0]
+            if np.abs(rest).max() <= near:
+                return a, b
+    return None
 
 
 def _seen(lengths: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from typing import TypedDict
 
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.noise.diagnosis.signatures import Wander
+from mocap_metrology.noise.diagnosis.signatures import NEAR_S, Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, Z_95, NoiseRow, deterministic_of
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.series import AXES
@@ -25,10 +25,12 @@ CODES = {
     "random_walk": ("mm^2 Hz", "h_-2"),
     "accelerating": ("mm", "movement that becomes faster, from start to end"),
     "creep": ("mm", "movement that becomes slower as the logarithm of time, from start to end"),
+    "slowing": ("mm", "movement that becomes slower, of no known law, from start to end"),
     "cycle": ("s", "period of a slow cycle"),
     "step": ("mm", "lasting change of position at once"),
     "shift": ("mm", "change of position that ends or fades"),
     "two_levels": ("mm", "distance of two positions between which a series switches"),
+    "levels": ("mm", "range of several positions between which a series switches"),
     "wander": ("mm", "range of slow wander whose kind cannot be decided"),
     "moves": ("mm", "movement that the noise does not explain, within the horizon"),
     "low_pass": ("Hz", "cutoff of a low-pass filter that ran before the export"),
@@ -43,11 +45,13 @@ CODES = {
     "heavy_tails": ("", "excess kurtosis of the differences of frames"),
     "level_changes": ("", "relative change of the level of the noise over the recording"),
     "line": ("Hz", "frequency of a periodic disturbance"),
+    "resonance": ("Hz", "natural frequency of a broad resonance"),
     "recurring": ("s", "period at which bursts recur"),
     "event": ("s", "time of a disturbance, from the first frame"),
 }
 CODE_OF = {"drift": "drift", "A_w": "warm_up", "h_-2": "random_walk"}
-WANDERS = ("accelerating", "creep", "cycle", "step", "shift", "two_levels", "wander")
+WANDERS = ("accelerating", "creep", "slowing", "cycle", "step", "shift", "two_levels", "levels")
+WANDERS += ("wander",)
 USABLE = ("ok", "at_bound", "not_converged")
 SETTLED = 3.0  # T_w after which 95 % of a warm-up are over
 
@@ -123,6 +127,7 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
         _heavy_tails(found),
         _level_changes(found),
         _lines(found),
+        [Finding("resonance", one.series, one.f_hz) for one in found.resonances],
         _events(found),
     ]
     order = list(CODES)
@@ -308,14 +313,17 @@ def other_wanders(
     return {
         kind: (largest[kind], of)
         for kind, of in sizes.items()
-        if kind not in stated
-        and not (
-            kind in ("step", "shift")
-            and any(
-                found.wanders[largest[kind]].end_near(e.time_s, e.stop_s) == 0 for e in found.events
-            )
-        )
+        if kind not in stated and not _is_event(kind, found.wanders[largest[kind]], found)
     }
+
+
+def _is_event(kind: str, wander: Wander, found: Diagnosis) -> bool:
+    """Whether a single step or shift is one of the events."""
+    return kind in ("step", "shift") and any(
+        one.time_s - NEAR_S <= wander.jumps[0][0] <= one.stop_s + NEAR_S
+        for one in found.events
+        if len(wander.jumps) == 1 or kind == "shift"
+    )
 
 
 def approach(part: Deterministic, duration_s: float) -> tuple[float, float]:

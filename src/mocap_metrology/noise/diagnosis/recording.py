@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -41,7 +41,8 @@ from mocap_metrology.noise.diagnosis.outliers import (
 )
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
-from mocap_metrology.noise.diagnosis.signatures import AT_ONCE, Wander, signature
+from mocap_metrology.noise.diagnosis.resonance import Resonance, resonance
+from mocap_metrology.noise.diagnosis.signatures import Wander, signature
 from mocap_metrology.noise.diagnosis.software import Processed, processed, running_median
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.likelihood import (
@@ -57,6 +58,7 @@ from mocap_metrology.noise.series import AXES, all_series, every_series
 
 NOTCHES = 3  # of a series: its strongest lines
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
+MULTIPLES = 6  # of the frequency at which bursts recur, that are no cycle
 SLOW_HZ = 0.25  # lines below may be of a change at once, which has every frequency
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
 Columns = Mapping[str, np.ndarray]
@@ -122,7 +124,7 @@ class Diagnosis:
     before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
     their position; wanders: what slow wander is, a series;
     solved: distances within rigid bodies that the software solved; processed: what else software
-    did to the frames; recurring: period in s of bursts, a series."""
+    did to the frames; recurring: period in s of bursts, a series; resonances: broad ones."""
 
     events: list[Event]
     lines: list[Found]
@@ -145,6 +147,42 @@ class Diagnosis:
     solved: dict[str, float]
     processed: list[Processed]
     recurring: dict[str, float]
+    resonances: list[Resonance]
+
+
+def explained(found: Diagnosis) -> Diagnosis:
+    """The diagnosis without what something else in it explains: events and slow changes of level
+    that are switches between positions, or a line that comes and goes; cycles that are multiples of
+    recurring bursts; isolated and repeated frames, and broad peaks, that software made."""
+    switching = {name: one for name, one in found.wanders.items() if "levels" in one.of}
+    changing = {one.series for one in found.lines if one.amplitude}
+
+    def is_explained(event: Event) -> bool:
+        if event.kind == "level":
+            return {side.series for side in event.sides if side.changed} <= changing
+        return any(one.jump_near(event.time_s, event.stop_s) for one in switching.values())
+
+    def other_than_bursts(name: str, one: Wander) -> bool:
+        periods = found.recurring.get(name, math.nan) / np.arange(1, MULTIPLES + 1)
+        near = np.abs(one.at_s[-1] / periods - 1) < 0.02 if "cycle" in one.kinds else [False]
+        return not np.any(near)
+
+    def other_than_lines(one: Resonance) -> bool:
+        near = (line.line.f_0 for line in found.lines if line.series == one.series)
+        return all(abs(f_0 / one.f_hz - 1) > 2 * one.damping for f_0 in near)
+
+    codes = {one.code for one in found.processed}
+    software = bool(codes or found.low_pass)
+    none = np.empty(0, int)
+    return replace(
+        found,
+        events=[one for one in found.events if not is_explained(one)],
+        trends=[one for one in found.trends if one.series not in changing],
+        wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
+        spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
+        repeats=[] if "resampled" in codes else found.repeats,
+        resonances=[one for one in found.resonances if not software and other_than_lines(one)],
+    )
 
 
 def diagnose(
@@ -192,9 +230,11 @@ def diagnose(
         kind = recording.resolution_kind
         step_of = resolution(name, step, kind, avar_1, rate, name.startswith("L"))
         kind_of = signature(series, rate)
-        if kind_of and set(kind_of.kinds) & AT_ONCE:
+        if kind_of and kind_of.jumps:
             own_lines = [one for one in own_lines if one.line.f_0 > SLOW_HZ]
-        return _Examined(name, spectrum, own_lines, own_filtered, step_of, kind_of)
+        at_hz = [line.line.f_0 for line in own_lines]
+        broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None
+        return _Examined(name, spectrum, own_lines, own_filtered, step_of, kind_of, broad)
 
     every = list(over(examined, quiet.items()))
     moves = _movements(recording, settings, over)
@@ -205,18 +245,21 @@ def diagnose(
     ]
     blanked = Made(quiet, lambda name: _blanked(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
-    return Diagnosis(
-        events, [line for one in every for line in one.lines],
-        [left for one in every for left in one.filtered], [one.step for one in every], spikes,
-        _missing(recording), drifts,
-        moves, dynamics, levels,
-        sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
-        _low_pass(recording, blanked, levels, settings, over), _trends(levels, events),
-        heavy_tails(blanked, step, over), _repeats(recording),
-        {one.name: one.wander for one in every if one.wander is not None},
-        solved_pairs(quiet, at_rest), _processed(recording, blanked, levels, settings, over),
-        _recurring(events, quiet, rate, settings.false_alarm, over),
+    lines = [line for one in every for line in one.lines]
+    wanders = {one.name: one.wander for one in every if one.wander is not None}
+    recurring = _recurring(events, quiet, rate, settings.false_alarm, over)
+    processing = _processed(recording, blanked, levels, settings, over)
+    trends_of = _trends(levels, events)
+    n_windows = sum(d.n_tests for own in dynamics.values() for d in own)
+    found = Diagnosis(
+        events, lines, [left for one in every for left in one.filtered],
+        [one.step for one in every], spikes, _missing(recording), drifts, moves, dynamics, levels,
+        n_windows, quiet, spectra, _low_pass(recording, blanked, levels, settings, over), trends_of,
+        heavy_tails(blanked, step, over), _repeats(recording), wanders,
+        solved_pairs(quiet, at_rest), processing, recurring,
+        [one.resonance for one in every if one.resonance],
     )  # fmt: skip
+    return explained(found)
 
 
 @dataclass(frozen=True)
@@ -229,6 +272,7 @@ class _Examined:
     filtered: list[Filtered]
     step: Resolution
     wander: Wander | None
+    resonance: Resonance | None
 
 
 def searched(

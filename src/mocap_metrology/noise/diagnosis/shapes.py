@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -16,9 +16,13 @@ CONSTANTS = np.geomspace(0.02, 0.7, 16)  # of a warm-up, over the recording
 FINER = 8  # places a cycle of the search for one
 PLACE = 2  # parameters of a place in time, as it is searched among many
 SMOOTH, MOST_STEPS = (4, 8, 16, 32, 48), 8  # cosines of any other slow curve; steps
-SWITCHES = 4  # of two levels, at least
+SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
+DWELL = 3.0  # blocks, of each of more than two levels
+PARTS = 20  # of a curve, by whose steps it becomes faster or slower
 
 Columns = Callable[[float], Floats]
+AT_ONCE = frozenset({"step", "shift", "steps", "two_levels", "levels"})
+FADES = frozenset({"fades"})  # of shifts
 CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant over the recording
     "warm_up": lambda t, c: np.exp(-t / c),
     "accelerating": lambda t, c: np.exp((t - 1) / c),
@@ -28,20 +32,81 @@ CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant
 
 @dataclass(frozen=True)
 class Shape:
-    """A column (n,) of level over blocks, its kinds, and how many parameters it cost."""
+    """A fit to block means, (n,).
+
+    kinds: what it is; columns (p, n), of which the first `line` are a straight line; searched:
+    parameters beside the coefficients; at: its places, period or dwell, in blocks; main: the column
+    (counted from the end) whose coefficient is the size.
+    """
 
     kinds: frozenset[str]
-    columns: Floats  # (p, n)
+    columns: Floats
     searched: int = 0
     at: tuple[float, ...] = ()
+    main: int = -1
+    line: int = 0
+
+    def curve(self, z: Floats) -> tuple[Floats, Floats]:
+        """Least-squares coefficients (p,), and the fitted curve (n,) without constant and line."""
+        X = np.vstack([np.ones(z.size), self.columns])
+        solved = np.linalg.lstsq(X.T, z, rcond=None)[0][1:]
+        return solved, solved[self.line :] @ self.columns[self.line :]
+
+    def size(self, z: Floats) -> float:
+        """Amplitude of a cycle; of other shapes the coefficient of `main`, or of a smooth curve the
+        range, with the sign of its change."""
+        if not len(self.columns):
+            return math.nan
+        solved, curve = self.curve(z)
+        if "cycle" in self.kinds:
+            return float(np.hypot(*solved[-2:]))
+        if self.kinds & AT_ONCE:
+            return float(solved[self.main])
+        change = curve[-1] - curve[0]
+        return float(np.ptp(curve) * np.sign(change if change else solved[-1]))
+
+    def jumps(self, z: Floats) -> list[tuple[int, float]]:
+        """Block and size of every change at once."""
+        if not self.kinds & AT_ONCE:
+            return []
+        if self.kinds & FADES:
+            return [(int(self.at[0]), self.size(z))]
+        steps = np.diff(self.curve(z)[1])
+        found: list[tuple[int, float]] = []
+        for place in np.flatnonzero(np.abs(steps) > 1e-9 * np.abs(steps).max(initial=0)).tolist():
+            if found and place - found[-1][0] <= 2:  # within the blocks that it takes
+                found[-1] = place, found[-1][1] + float(steps[place])
+            else:
+                found.append((place, float(steps[place])))
+        least = max((abs(size) for _, size in found), default=0.0) / 10
+        return [(place + 1, size) for place, size in found if abs(size) > least]
 
 
 def on_line(shape: Shape, n: int) -> Shape | None:
-    if not shape.kinds or shape.kinds & {"drift", "smooth"}:
+    if not shape.kinds or shape.kinds & {"drift", "smooth", "accelerating"}:
         return None
-    line = np.linspace(-0.5, 0.5, n)[None]
-    both = np.vstack([line, shape.columns])
-    return Shape(shape.kinds | {"drift"}, both, shape.searched, shape.at)
+    both = np.vstack([np.linspace(-0.5, 0.5, n), shape.columns])
+    kinds = shape.kinds - {"slowing"} | {"drift"}
+    return replace(shape, kinds=kinds, columns=both, line=1)
+
+
+def pace(curve: Floats) -> frozenset[str]:
+    """`accelerating` of a curve that goes one way, ever faster; `slowing`, ever more slowly;
+    `drift`, about as fast everywhere; else none. By the steps between the means of its parts, of
+    which none may be most of the way."""
+    steps = np.diff([part.mean() for part in np.array_split(curve, PARTS)])
+    way = steps.sum()
+    share = steps / way if way else np.zeros(steps.size)
+    third = steps.size // 3
+    if share.min() < -0.01 or share.max() > 0.4:
+        return frozenset()
+    if share.min() > 0.5 / steps.size and share.max() < 1.5 / steps.size:
+        return frozenset({"drift"})
+    for kind, ordered in (("accelerating", share), ("slowing", share[::-1])):
+        falls = -np.minimum(np.diff(ordered), 0.0).sum()
+        if ordered[-third:].sum() > 3 * ordered[:third].sum() and falls < 0.1 * np.ptp(ordered):
+            return frozenset({kind})
+    return frozenset()
 
 
 def shapes(z: Floats) -> Iterator[Shape]:
@@ -50,24 +115,29 @@ def shapes(z: Floats) -> Iterator[Shape]:
     t = np.linspace(-0.5, 0.5, n)
     yield Shape(frozenset(), np.zeros((0, n)))
     yield Shape(frozenset({"drift"}), t[None])
-    yield Shape(frozenset({"drift", "accelerating"}), np.array([t, t**2]))
-    yield Shape(frozenset({"drift", "accelerating"}), np.array([t, t**2, t**3]))
+    for powers in (np.array([t, t**2]), np.array([t, t**2, t**3])):
+        yield _smooth(powers, z)
     for kind, curve in CURVES.items():
         for line in (False, True):
             constant = _refined(z, partial(curve, t + 0.5), CONSTANTS, line)
-            yield Shape(frozenset({kind}), curve(t + 0.5, constant)[None], 1)
+            kinds = {kind} if kind == "accelerating" else {kind, "slowing"}
+            yield Shape(frozenset(kinds), curve(t + 0.5, constant)[None], 1)
     yield from _cycles(z)
     yield from _steps(z)
     yield from _recoveries(z)
-    levels = _two_levels(z)
-    if levels is not None:
-        yield levels
+    yield from _levels(z)
     for count in SMOOTH:
         waves = np.cos(np.pi * np.arange(1, count + 1)[:, None] * (t + 0.5))
-        yield Shape(frozenset({"smooth"}), np.vstack([t, t**2, t**3, waves]))  # free ends
+        yield _smooth(np.vstack([t, t**2, t**3, waves]), z)  # free ends
     yield from _bends(z)
     yield from _several_steps(z, np.ones((1, n)), frozenset())
     yield from _several_steps(z, np.array([np.ones(n), t]), frozenset({"drift"}))
+
+
+def _smooth(columns: Floats, z: Floats, searched: int = 0) -> Shape:
+    """Any smooth curve, with its pace."""
+    shape = Shape(frozenset({"smooth"}), columns, searched)
+    return replace(shape, kinds=shape.kinds | pace(shape.curve(z)[1]))
 
 
 def _refined(
@@ -148,8 +218,9 @@ def _steps(z: Floats) -> Iterator[Shape]:
             inside = ((t >= first) & (t < last)).astype(float)
             ends = [t == place for place in (first - 1, first, last - 1, last)]
             for columns in (inside[None], np.vstack([inside, *ends])):  # blocks that it ends within
-                at_s = float(first), float(last)
-                yield Shape(frozenset({"shift"}), columns, 2 * PLACE, at_s)
+                places = float(first), float(last)
+                main = -len(columns)
+                yield Shape(frozenset({"shift"}), columns, 2 * PLACE, places, main)
 
 
 def _bends(z: Floats) -> Iterator[Shape]:
@@ -163,7 +234,7 @@ def _bends(z: Floats) -> Iterator[Shape]:
         own = hinges - (hinges @ basis) @ basis.T
         gain = (own @ z) ** 2 / np.maximum((own**2).sum(axis=1), 1e-9)
         columns = np.vstack([columns, hinges[int(np.argmax(gain))]])
-        yield Shape(frozenset({"smooth"}), columns[1:], len(columns) - 2)
+        yield _smooth(columns[1:], z, len(columns) - 2)
 
 
 def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator[Shape]:
@@ -187,7 +258,10 @@ def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator
         lasting = abs(sizes.sum()) > np.abs(sizes).sum() / 2
         kind = "step" if lasting else "shift" if count == 2 else "steps"
         if count > 1:
-            yield Shape(kinds | {kind}, columns[1:], PLACE * count)
+            places = tuple(float(np.argmax(row)) for row in columns[fixed:])
+            main = int(np.argmax(np.abs(sizes))) - count
+            kind_of = kinds | {kind}
+            yield Shape(kind_of, columns[1:], PLACE * count, places, main, fixed - 1)
 
 
 def _edges(total: Floats, a: int, b: int, n: int, reach: int) -> tuple[int, int]:
@@ -223,46 +297,48 @@ def _recoveries(z: Floats) -> Iterator[Shape]:
 
         first = (t == best).astype(float)[None]  # a block that the shift begins within
         constant = _refined(z, fading, np.geomspace(1, n / 5, 16), line=False, beside=first)
-        yield Shape(
-            frozenset({"shift"}),
-            np.vstack([first, fading(constant)]),
-            PLACE + 1,
-            (best, best + 3 * constant),
-        )
+        both, places = np.vstack([first, fading(constant)]), (float(best), best + 3 * constant)
+        yield Shape(frozenset({"shift", "fades"}), both, PLACE + 1, places)
 
 
-def _two_levels(z: Floats) -> Shape | None:
-    """By the most probable sequence of two levels (Viterbi). A switch counts as two parameters, as
-    its place is searched among many."""
+def _levels(z: Floats) -> Iterator[Shape]:
+    """Two levels, and more where two are switched between, each by the most probable sequence
+    (Viterbi). A switch counts as two parameters, as its place is searched among many."""
     n = z.size
-    low, high = np.quantile(z, [0.1, 0.9])
-    state = z > (low + high) / 2
-    for _ in range(20):
-        if not 0 < state.sum() < n:
-            return None
-        low, high = z[~state].mean(), z[state].mean()
-        sigma = MAD_TO_SIGMA * float(np.median(np.abs(z - np.where(state, high, low)))) or 1e-12
-        new = _viterbi(((z - low) / sigma) ** 2, ((z - high) / sigma) ** 2, 2 * math.log(n))
-        if (new == state).all():
-            break
-        state = new
-    switches = int(np.count_nonzero(np.diff(state)))
-    if switches < SWITCHES:
-        return None
-    dwell = n / (switches + 1)
-    return Shape(frozenset({"two_levels"}), state.astype(float)[None], 2 * switches, (dwell,))
+    for count in range(2, MOST_LEVELS + 1):
+        levels = np.quantile(z, np.linspace(0.1, 0.9, count))
+        state = np.argmin(np.abs(z - levels[:, None]), axis=0)
+        for _ in range(20):
+            if np.unique(state).size < count:
+                return
+            levels = np.array([z[state == k].mean() for k in range(count)])
+            sigma = MAD_TO_SIGMA * float(np.median(np.abs(z - levels[state]))) or 1e-12
+            new = _viterbi(((z - levels[:, None]) / sigma) ** 2, 2 * math.log(n))
+            if (new == state).all():
+                break
+            state = new
+        changes = np.flatnonzero(np.diff(state, prepend=-1))
+        switches = changes.size - 1
+        each = np.bincount(state) / np.maximum(np.bincount(state[changes], minlength=count), 1)
+        if switches < SWITCHES or np.unique(state).size < count:
+            return
+        if count > 2 and each.min() < DWELL:  # blocks on the way from one level to another
+            return
+        kinds, dwell = {"levels"} | ({"two_levels"} if count == 2 else set()), n / (switches + 1)
+        columns = (state == np.arange(1, count)[:, None]).astype(float)
+        yield Shape(frozenset(kinds), columns, 2 * switches, (dwell,))
 
 
-def _viterbi(cost_0: Floats, cost_1: Floats, price: float) -> np.ndarray:
-    """States (n,) of least cost, with a price for each change."""
-    n = cost_0.size
-    back = np.zeros((n, 2), bool)
-    a, b = cost_0[0], cost_1[0]
-    for k in range(1, n):
-        back[k] = b + price < a, a + price < b
-        a, b = min(a, b + price) + cost_0[k], min(b, a + price) + cost_1[k]
-    state = np.zeros(n, bool)
-    state[-1] = b < a
-    for k in range(n - 1, 0, -1):
-        state[k - 1] = state[k] ^ back[k, int(state[k])]
-    return state
+def _viterbi(costs: Floats, price: float) -> np.ndarray:
+    """States (n,) of least cost, of costs (k, n), with a price for each change."""
+    rows = costs.T.tolist()
+    total, back = rows[0], []
+    for row in rows[1:]:
+        least = min(total)
+        best = total.index(least)
+        back.append([best if least + price < stay else k for k, stay in enumerate(total)])
+        total = [min(stay, least + price) + more for stay, more in zip(total, row, strict=True)]
+    state = [total.index(min(total))]
+    for before in reversed(back):
+        state.append(before[state[-1]])
+    return np.array(state[::-1])

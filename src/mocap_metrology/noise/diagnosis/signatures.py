@@ -2,10 +2,11 @@
 
 Block means z of a series (1000 at most) are explained by a shape and a noise, in one small library:
 
-* shapes: none, line, accelerating or slowing (parabola), warm-up (exponential approach), creep
-  (logarithm of time), cycle, step, temporary shift, two levels; each also on a straight line; and
-  any other: up to 24 half cosines, and up to eight steps, so that a curve which none of the former
-  describes is not taken for noise;
+* shapes: none, line, warm-up (exponential approach), creep (logarithm of time), exponential
+  departure, cycle, step, temporary shift, two to four levels; each also on a straight line; and any
+  other: powers, up to 48 half cosines, and up to eight steps, so that a curve which none of the
+  former describes is not taken for noise. Curves that go one way ever faster (`accelerating`) or
+  ever more slowly (`slowing`) are this, whatever their law;
 * noises: white; with a random walk, flicker, or a Gauss-Markov term of at most a tenth of the
   recording.
 
@@ -32,7 +33,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.diagnosis.shapes import Shape, on_line, shapes
+from mocap_metrology.noise.diagnosis.shapes import AT_ONCE, Shape, on_line, shapes
 
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
@@ -42,8 +43,15 @@ BLOCK_S = 1.0  # at least: what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 SHARES = 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
 PERIODS = 3.0  # of a cycle that is named
-KINDS = ("drift", "accelerating", "warm_up", "creep", "cycle", "step", "shift", "two_levels")
-AT_ONCE = {"step", "shift", "two_levels"}
+KINDS = ("drift", "accelerating", "warm_up", "creep", "slowing")
+KINDS += ("cycle", "step", "shift", "two_levels", "levels")
+PARTS = {  # what a kind has in it, that is no kind of its own beside it
+    "warm_up": {"slowing"},
+    "creep": {"slowing", "drift"},
+    "slowing": {"drift"},
+    "accelerating": {"drift"},
+    "two_levels": {"levels"},
+}
 NOISES = ("random_walk", "flicker", "correlated")
 LASTING_S = 10.0  # of a shift; a shorter one is movement
 NEAR_S = 5.0  # from an event to the step or shift that it is an end of
@@ -57,7 +65,8 @@ class Wander:
     (which noise is for the model of it to say); possible: shapes that are not excluded, none where
     white noise alone explains it; net_mm: level at the end less that at the start (means of a tenth
     of the recording), with its standard error; range_mm: of medians of a fiftieth; size_mm: of the
-    shape that explains most, signed; at_s: its begin and end, or its period or mean dwell.
+    shape that explains most, signed; at_s: its places, or its period or mean dwell; jumps: time in
+    s and signed size in mm of every change at once.
     """
 
     kinds: tuple[str, ...]
@@ -68,6 +77,12 @@ class Wander:
     range_mm: float
     size_mm: float = math.nan
     at_s: tuple[float, ...] = ()
+    jumps: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def of(self) -> frozenset[str]:
+        """Kinds, and what they have in them."""
+        return frozenset(self.kinds).union(*(PARTS.get(kind, set()) for kind in self.kinds))
 
     @property
     def undecided(self) -> bool:
@@ -78,30 +93,30 @@ class Wander:
         """Whether a coefficient of the noise model of this kind may be named."""
         return self.noise if kind == "random_walk" else kind in self.kinds
 
-    def end_near(self, begin_s: float, end_s: float) -> int | None:
-        """Which end of a step or shift lies in begin_s to end_s or within `NEAR_S` of it: 0 the
-        begin, 1 where it goes back; None without one."""
-        if not {"step", "shift"} & set(self.kinds):
-            return None
-        ends = self.at_s if "shift" in self.kinds else self.at_s[:1]
-        near = (k for k, t in enumerate(ends) if begin_s - NEAR_S <= t <= end_s + NEAR_S)
-        return next(near, None)
+    def jump_near(self, begin_s: float, end_s: float) -> tuple[float, float] | None:
+        """The largest of `jumps` in begin_s to end_s or within `NEAR_S` of it."""
+        near = [one for one in self.jumps if begin_s - NEAR_S <= one[0] <= end_s + NEAR_S]
+        return max(near, key=lambda one: abs(one[1]), default=None)
+
+    @property
+    def lasting_s(self) -> float:
+        """Of a shift, from its begin to its end."""
+        return self.at_s[1] - self.at_s[0] if "shift" in self.kinds else math.inf
 
 
 def shift_near(
     begin_s: float, end_s: float, wanders: Mapping[str, Wander]
-) -> tuple[str, int] | None:
-    """Series (coordinates before distances, then the largest) and end (`end_near`) of the step or
-    lasting shift that an event is an end of; None of other events."""
-    ends = {name: one.end_near(begin_s, end_s) for name, one in wanders.items()}
-    near = [name for name, end in ends.items() if end is not None]
-    if not near:
-        return None
-    name = max(near, key=lambda k: (not k.startswith("L"), abs(wanders[k].size_mm)))
-    one = wanders[name]
-    if "step" not in one.kinds and one.at_s[1] - one.at_s[0] < LASTING_S:
-        return None
-    return name, ends[name] or 0
+) -> tuple[str, float] | None:
+    """Series (coordinates before distances, then the largest) and size in mm of the step, lasting
+    shift or switch that an event is; None of other events."""
+    near = {
+        name: jump[1]
+        for name, one in wanders.items()
+        if set(one.kinds) & AT_ONCE and one.lasting_s >= LASTING_S
+        if (jump := one.jump_near(begin_s, end_s))
+    }
+    name = max(near, key=lambda k: (not k.startswith("L"), abs(near[k])), default=None)
+    return (name, near[name]) if name else None
 
 
 def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
@@ -119,23 +134,28 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     near = [key for key, (value, _) in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
+    noise = all(noise != "white" for _, noise in near)
+    noise = noise and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
     _, shape = min(best.values(), key=lambda own: own[0])
     block_s = length / frame_rate_hz
     at = tuple(place * block_s for place in shape.at)
     if "cycle" in sure and z.size * block_s < PERIODS * at[-1]:
-        sure -= {"cycle"}
+        sure, noise = sure - {"cycle"}, False  # what is beside it may be of its form
+    for named, part in PARTS.items():
+        sure -= part if named in sure else set()
     tenth, short = max(z.size // 10, 1), max(z.size // 50, 1)
     first, last = z[:tenth], z[-tenth:]
     medians = [np.median(z[k : k + short]) for k in range(0, z.size, short)]
     return Wander(
         tuple(kind for kind in KINDS if kind in sure),
-        all(noise != "white" for _, noise in near),
+        noise,
         () if none else tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds))),
         float(last.mean() - first.mean()),
         math.sqrt(_mean_variance(first) + _mean_variance(last)),
         float(np.ptp(medians)),
-        _size(z, shape),
+        shape.size(z),
         at,
+        tuple((place * block_s, size) for place, size in shape.jumps(z)),
     )
 
 
@@ -156,20 +176,6 @@ def _mean_variance(values: Floats) -> float:
     """Of the mean of values that are correlated, by means of eighths."""
     parts = np.array([part.mean() for part in np.array_split(values, min(8, values.size))])
     return float(parts.var(ddof=1) / parts.size) if parts.size > 1 else math.nan
-
-
-def _size(z: Floats, shape: Shape) -> float:
-    """Of a fitted shape: greatest less least value, with the sign of its change."""
-    if not len(shape.columns):
-        return math.nan
-    X = np.vstack([np.ones(z.size), shape.columns])
-    solved, *_ = np.linalg.lstsq(X.T, z, rcond=None)
-    if "cycle" in shape.kinds:
-        return float(np.hypot(*solved[-2:]))
-    of = len(shape.columns) if shape.kinds & {"accelerating"} else 1
-    curve = solved[-of:] @ shape.columns[-of:]
-    change = curve[-1] - curve[0]
-    return float(np.ptp(curve) * np.sign(change if change else solved[-1]))
 
 
 def _fits(z: Floats) -> dict[tuple[frozenset[str], str], tuple[float, Shape]]:

@@ -58,6 +58,7 @@ def sentences(
         parts = [
             _events(found, recording, settings),
             _periodic(found.lines, recording),
+            _resonances(found, recording),
             _misfit(noise, found),
             _wanders(found, noise, recording),
             _shape_of_noise(found, recording.frame_rate_hz),
@@ -98,7 +99,9 @@ def _events(
 def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) -> Sentence:
     markers, shift = event.markers(recording.labels), ""
     if near := shift_near(event.time_s, event.stop_s, wanders):
-        shift = render("event.shift", name=near[0], end=near[1], one=wanders[near[0]])
+        shift = render(
+            "event.shift", name=near[0], size_mm=near[1], one=wanders[near[0]], time_s=event.time_s
+        )
     numbers = {
         "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,
         "shift_mm": event.shift_mm, "false_alarm_p": event.p, "word": outcome(event),
@@ -135,6 +138,20 @@ def _periodic(lines: Sequence[Found], recording: Recording) -> Iterator[Sentence
         }
         names, seen = [x.series for x in one.lines], line_words(first)
         yield sentence("periodic.one", one.matters, names, numbers, first=first, seen=seen)
+
+
+def _resonances(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
+    """One a frequency, with all series that show it, the largest first."""
+    left = sorted(found.resonances, key=lambda one: -one.rms_mm)
+    while left:
+        first = left[0]
+        same = [one for one in left if abs(one.f_hz / first.f_hz - 1) < 0.05]
+        left = [one for one in left if one not in same]
+        rms = {one.series: one.rms_mm for one in same}
+        shaken = {int(name[1:]) for name in rms if name in recording.coordinates}
+        numbers = {"f_hz": first.f_hz, "damping": first.damping, "rms_mm": rms}
+        common = len(recording.labels) > 1 and len(shaken) == len(recording.labels)
+        yield sentence("resonance.broad", True, rms, numbers, common=common)
 
 
 def line_words(line: Found) -> str:

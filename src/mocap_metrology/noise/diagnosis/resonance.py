@@ -1,0 +1,136 @@
+"""Resonances: what a floor, a tripod or a mount adds when it is shaken by broadband noise.
+
+A damped oscillator of natural frequency f_0 and damping ratio zeta, driven by white noise, moves
+with the one-sided density
+
+    R(f) = A / ((1 - (f/f_0)^2)^2 + (2 zeta f/f_0)^2)
+
+[e.g. Bendat & Piersol, Random Data, section 2.4]. Welch's spectrum is explained by power laws alone
+(f^-2, f^-1, 1, f^2), or with R; the deviance of gamma-distributed ordinates decides. A resonance is
+reported where nothing else in the recording has the same spectrum: no line at its frequency, no
+filter, no smoothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.types import Floats
+
+POWERS = (-2, -1, 0, 2)
+LOWEST_HZ, HIGHEST = 0.3, 0.8  # of f_0, the latter of Nyquist
+DAMPING = np.geomspace(0.005, 0.15, 10)
+PLACES, BAND = 60, 0.015  # of f_0 that are tried; of the frequency, a band
+STEADY = 0.5  # share of the mean square that its median is
+NARROWEST = 0.006  # damping; narrower, it may be a line that wanders
+HEIGHT = 1.0  # times the power laws at f_0, at least
+LEAST = 40.0  # of the deviance that R explains, beyond what chance does in any series
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """f_hz: natural frequency; damping: ratio zeta; rms_mm: of the oscillation."""
+
+    series: str
+    f_hz: float
+    damping: float
+    rms_mm: float
+
+
+def resonance(
+    name: str,
+    values: np.ndarray,
+    rate_hz: float,
+    spectrum: Mapping[str, np.ndarray],
+    lines_hz: Iterable[float] = (),
+) -> Resonance | None:
+    """Of (n,) values in mm, NaN in gaps, and columns `f_hz`, `psd_mm2_hz` (k,), `n_segments` of
+    their Welch spectrum; lines_hz: frequencies of periodic disturbances, whose bins are left out.
+    """
+    f, psd = spectrum["f_hz"], spectrum["psd_mm2_hz"]
+    if f.size < PLACES:
+        return None
+    bin_hz, nyquist = float(f[1] - f[0]), float(f[-1])
+    keep = (f > bin_hz) & (f < nyquist) & (psd > 0)
+    for line in lines_hz:
+        keep &= np.abs(f - line) > 3 * bin_hz
+    f, psd, count = _bands(f[keep], psd[keep])
+    if f.size < PLACES:
+        return None
+    weight = float(np.median(spectrum["n_segments"])) * count
+    laws = np.stack([f ** float(p) for p in POWERS])
+    alone = _deviance(laws, psd, weight)[0]
+    best = alone, math.nan, math.nan, np.zeros(0)
+    for f_0 in np.geomspace(LOWEST_HZ, HIGHEST * nyquist, PLACES):
+        for damping in DAMPING[2 * DAMPING * f_0 > 2 * bin_hz]:
+            best = min(best, _fit(f, psd, laws, weight, f_0, damping), key=lambda one: one[0])
+    if not alone - best[0] > LEAST:
+        return None
+    for step in (0.02, 0.005):  # finer
+        for f_0 in best[1] * (1 + step * np.arange(-2, 3)):
+            for damping in best[2] * (1 + 8 * step * np.arange(-2, 3)):
+                best = min(best, _fit(f, psd, laws, weight, f_0, damping), key=lambda one: one[0])
+    _, f_0, damping, size = best
+    power = size[-1] * _oscillator(f, f_0, damping)
+    base = size[:-1] @ np.array([f_0**p for p in POWERS])
+    if damping < NARROWEST or power.max() < HEIGHT * base:
+        return None
+    if not _steady(values, rate_hz, f_0, damping):
+        return None
+    rms = math.sqrt(float(power @ count) * bin_hz)
+    return Resonance(name, float(f_0), float(damping), rms)
+
+
+def _bands(f: Floats, psd: Floats) -> tuple[Floats, Floats, Floats]:
+    """Means over bands of BAND of their frequency, or of one bin, and how many bins each has."""
+    if not f.size:
+        return f, psd, f
+    number = np.floor(np.log(f / f[0]) / BAND)
+    starts = np.flatnonzero(np.diff(number, prepend=-1.0))
+    count = np.diff(np.append(starts, f.size)).astype(float)
+    return np.add.reduceat(f, starts) / count, np.add.reduceat(psd, starts) / count, count
+
+
+def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float) -> bool:
+    """Whether the oscillation goes on all the time, as no burst does: mean squares at f_0 of blocks
+    of eight times its decay have a median of half their mean at least."""
+    decay = 1 / (2 * math.pi * damping * f_0)
+    short, long = max(round(decay * rate_hz / 2), 1), 16
+    known = np.where(np.isfinite(values), values - np.nanmean(values), 0.0)
+    known = known[: known.size // (short * long) * short * long]
+    if known.size < 8 * short * long:
+        return False
+    turned = known * np.exp(-2j * np.pi * f_0 / rate_hz * np.arange(known.size))
+    power = np.abs(turned.reshape(-1, short).mean(axis=1)) ** 2
+    blocks = power.reshape(-1, long).mean(axis=1)
+    return float(np.median(blocks)) > STEADY * float(blocks.mean())
+
+
+def _oscillator(f: Floats, f_0: float, damping: float) -> Floats:
+    x = f / f_0
+    return np.asarray(1 / ((1 - x**2) ** 2 + (2 * damping * x) ** 2))
+
+
+def _fit(
+    f: Floats, psd: Floats, laws: Floats, weight: Floats, f_0: float, damping: float
+) -> tuple[float, float, float, Floats]:
+    value, size = _deviance(np.vstack([laws, _oscillator(f, f_0, damping)]), psd, weight)
+    return value, float(f_0), float(damping), size
+
+
+def _deviance(terms: Floats, psd: Floats, weight: Floats) -> tuple[float, Floats]:
+    """2 K sum (I/S - 1 - ln I/S) of ordinates I with K segments each, and the sizes of the terms of
+    S, by non-negative least squares of relative errors, twice."""
+    from scipy.optimize import nnls
+
+    level = psd
+    for _ in range(2):
+        scale = np.sqrt(weight) / level
+        size = nnls((terms * scale).T, psd * scale)[0]
+        level = np.maximum(size @ terms, 1e-3 * psd)
+    ratio = psd / level
+    return float(2 * weight @ (ratio - 1 - np.log(ratio))), size

@@ -13,7 +13,9 @@ from functools import partial
 
 import numpy as np
 from scipy import ndimage, signal
+from scipy.interpolate import CubicSpline
 
+from mocap_metrology.noise.diagnosis.export import filled_frames
 from mocap_metrology.noise.motion.exchange import put_right
 from mocap_metrology.recording.clean import cleaned, exchanges
 from mocap_metrology.recording.noise import allan_deviations, noise_coefficients, spectra
@@ -94,6 +96,40 @@ def exchanged(rng: np.random.Generator, x: np.ndarray) -> np.ndarray:
     return x
 
 
+def several_levels(rng: np.random.Generator) -> np.ndarray:
+    ends = np.cumsum(rng.uniform(10, 60, 200))
+    positions = np.cumsum(rng.integers(1, 3, 200)) % 3
+    return 0.03 * positions[np.searchsorted(ends, T, "right")]
+
+
+def trucks(rng: np.random.Generator) -> np.ndarray:
+    """Bursts at random times."""
+    times = np.cumsum(rng.exponential(60, 40))
+    return sum(
+        0.1 * np.exp(-(((T - t) / 3) ** 2)) * np.sin(2 * np.pi * 3.1 * T + rng.uniform(0, 6))
+        for t in times[times < T[-1]]
+    )
+
+
+def resonance(rng: np.random.Generator, x: np.ndarray) -> np.ndarray:
+    """An oscillator that white noise drives, in both markers."""
+    f_0, damping = rng.uniform(3, 20), rng.uniform(0.01, 0.06)
+    w_0 = 2 * RATE * np.tan(np.pi * f_0 / RATE)  # so that the bilinear transform leaves f_0
+    b, a = signal.bilinear([w_0**2], [1, 2 * damping * w_0, w_0**2], RATE)
+    shaken = signal.lfilter(b, a, rng.standard_normal(N))
+    return x + np.tile([[1.0], [0.5], [0.2]], (2, 1)) * 0.02 * shaken / shaken.std()
+
+
+def spline_fills(rng: np.random.Generator, x: np.ndarray) -> np.ndarray:
+    """Forty gaps of 15 to 60 frames of one marker, in steps of a micrometre."""
+    for start in rng.integers(100, N - 200, 40):
+        stop = start + rng.integers(15, 60)
+        known = np.r_[start - 12 : start, stop : stop + 12]
+        for axis in x[:3]:
+            axis[start:stop] = CubicSpline(known, axis[known])(np.arange(start, stop))
+    return np.round(x, 3)
+
+
 # Drawn, findings of which one is the name, findings that may stand beside it
 KINDS: dict[str, tuple[Make, set[str], set[str]]] = {
     "nothing": (lambda rng, x: x, set(), set()),
@@ -126,6 +162,16 @@ KINDS: dict[str, tuple[Make, set[str], set[str]]] = {
         {"heavy_tails", "low_pass"},
     ),
     "exchanged": (exchanged, {"exchanged"}, set()),
+    "several levels": (in_x1(several_levels), {"levels", "two_levels"}, set()),
+    "three steps": (
+        in_x1(lambda rng: 0.04 * sum(rng.uniform(t, t + 100) < T for t in (50, 250, 450))),
+        {"step"},
+        {"event", "moves"},
+    ),
+    "fourth power": (in_x1(lambda rng: 0.6 * (T / 600) ** 4), {"accelerating"}, {"moves"}),
+    "trucks": (in_x1(trucks), {"event"}, {"heavy_tails", "line"}),
+    "resonance": (resonance, {"resonance"}, set()),
+    "spline fills": (spline_fills, {"gap_filled"}, set()),
 }
 
 
@@ -139,9 +185,14 @@ def codes(kind: str, seed: int) -> Counter[str]:
     )
     position = values.astype(np.float32).reshape(2, 3, N)
     swaps = exchanges(put_right(["A", "B"], position))
+    step = 1e-3 if kind == "spline fills" else ORIGIN["resolution_mm"]
+    filled = filled_frames(position, step)
+    position[np.repeat(filled[:, None], 3, axis=1)] = np.nan
+    own = {"exchanged": swaps, "resolution_mm": step}
+    own["n_filled_frames"] = dict(zip("AB", filled.sum(axis=1).tolist(), strict=True))
     names = [f"{axis}{k}_mm" for k in (1, 2) for axis in "xyz"]
     columns = dict(zip(names, position.reshape(6, N), strict=True))
-    raw = Table({"frame": np.arange(N, dtype=np.int32)} | columns, ORIGIN | {"exchanged": swaps})
+    raw = Table({"frame": np.arange(N, dtype=np.int32)} | columns, ORIGIN | own)
     settings = Settings(noise={"estimators": ("likelihood",)})
     clean = cleaned(raw, settings.hampel).table
     allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan)

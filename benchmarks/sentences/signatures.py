@@ -78,6 +78,13 @@ def staircase(rng: np.random.Generator) -> np.ndarray:
     return 0.05 * (first < T) + 0.05 * (second < T)
 
 
+def several(rng: np.random.Generator) -> np.ndarray:
+    """Three positions 0.03 mm apart, for 10 to 60 s each."""
+    ends = np.cumsum(rng.uniform(10, 60, 200))
+    positions = np.cumsum(rng.integers(1, 3, 200)) % 3
+    return 0.03 * positions[np.searchsorted(ends, T, "right")]
+
+
 def correlated(rng: np.random.Generator) -> np.ndarray:
     """Of 0.02 mm over 10 s."""
     return gauss_markov(10.0, 0.02)(rng, N, RATE)
@@ -109,6 +116,14 @@ KINDS: dict[str, tuple[Draw, tuple[str, ...], tuple[str, ...]]] = {  # true; wha
     ),
     "drift in flicker": (lambda rng: flicker(rng) / 4 + 0.05 * T / T[-1], ("drift", "noise"), ()),
     "correlated over 10 s": (correlated, ("noise",), ()),
+    "several levels": (several, ("levels",), ()),
+    "fourth power of time": (lambda rng: 0.6 * (T / 900) ** 4, ("accelerating",), ()),
+    "square root of time": (lambda rng: 0.2 * np.sqrt(T / 900), ("creep",), ("slowing", "noise")),
+    "three steps": (
+        lambda rng: 0.04 * sum(rng.uniform(t, t + 150) < T for t in (100, 350, 600)),
+        ("step",),
+        ("drift",),
+    ),
     "two steps": (staircase, ("step",), ()),
     # Of no kind in the library
     "bend": (bend, (), ()),

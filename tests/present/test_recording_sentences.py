@@ -21,6 +21,7 @@ from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import Found, Mains
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.repeats import Repeats
+from mocap_metrology.noise.diagnosis.resonance import Resonance
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import Processed
 from mocap_metrology.noise.fit.spectral.lines import Line
@@ -40,7 +41,7 @@ RECORDING = Recording(
 QUIET = Diagnosis(
     [], [], [], [], dict.fromkeys(NAMES, NONE), {"A": 0.0, "B": 0.0}, {},
     dict.fromkeys((*NAMES, "L"), Movement(0.0)), {}, {}, 45_332, {}, {}, [], [], [], [], {}, {}, [],
-    {},
+    {}, [],
 )  # fmt: skip
 SIDE = Sides("x1", 0.02, 0.03, 0.01, 0.012, 1.2, 1.1, 1.3)
 SIDES = {
@@ -63,7 +64,10 @@ def of(seconds: float, **more: Any) -> Recording:
 
 def wander(kind: str, size: float = 0.06, *at_s: float) -> dict[str, Any]:
     kinds = (kind,) if kind else ()
-    one = Wander(kinds, False, kinds or ("cycle", "drift"), *MOVED, size, at_s)
+    jumps = {"step": [(t, size) for t in at_s], "shift": [*zip(at_s, (size, -size), strict=False)]}
+    one = Wander(
+        kinds, False, kinds or ("cycle", "drift"), *MOVED, size, at_s, tuple(jumps.get(kind, ()))
+    )
     return {"wanders": {"x1": one, "L": replace(one, size_mm=9.0, range_mm=9.0)}}
 
 
@@ -149,6 +153,7 @@ SAID = [
      "15 min, ever more slowly."),
     (wander("accelerating"), "wander.accelerating", True, "x1 moved by 50 µm in 15 min, ever "
      "faster: check that the marker and the cameras are mounted firmly."),
+    (wander("slowing"), "wander.slowing", True, "x1 moved by 50 µm in 15 min, ever more slowly."),
     (wander("creep"), "wander.creep", True, "x1 creeps: it moved by 50 µm in 15 min, ever more "
      "slowly."),
     (wander("cycle", -0.03, 200.0), "wander.cycle", True, "x1 goes to and fro with a period of "
@@ -157,6 +162,15 @@ SAID = [
      "stayed there."),
     (wander("shift", 0.03, 200.0, 240.0), "wander.shift", True, "At 3 min 20.0 s x1 shifted by "
      "30 µm, and came back within 40 s."),
+    (wander("step", 0.03, 200.0, 300.0), "wander.step", True, "x1 shifted 2 times, by up to 30 µm, "
+     "at 3 min 20.0 s, 5 min; in total it moved by 50 µm."),
+    (wander("levels", 0.03, 50.0), "wander.levels", True, "x1 switches between several positions "
+     "up to 30 µm apart, every 50 s on average: cameras may gain and lose the marker."),
+    ({"resonances": [Resonance(k, 6.0, 0.03, 0.03) for k in ("x1", "x2")]}, "resonance.broad",
+     True, "Broad resonance at 6 Hz, damping ratio 0.03: x1 30 µm, x2 30 µm rms, in all markers: a "
+     "floor, a tripod or a mount that vibrates."),
+    ({"resonances": [Resonance("y1", 6.0, 0.03, 0.03)]}, "resonance.broad", True, "Broad resonance "
+     "at 6 Hz, damping ratio 0.03: y1 30 µm rms."),
     (wander("two_levels", 0.03, 50.0), "wander.two_levels", True, "x1 switches between two "
      "positions 30 µm apart, every 50 s on average: a camera may gain and lose the marker."),
     (wander(""), "wander.undecided", True, "Slow wander of 60 µm in 15 min (x1); its kind cannot "
@@ -166,7 +180,7 @@ SAID = [
      "filter cannot be estimated."),
     ({"low_pass": [LowPass("x1", math.nan, 0.1)]}, "low_pass.filtered", True, "x1 appears to be "
      "low-pass filtered; the noise of a frame before the filter cannot be estimated."),
-    ({"processed": [Processed("smoothed", "x1", 0.1)]}, "smoothed.frames", True, "x1 have no white "
+    ({"processed": [Processed("smoothed", "x1", 0.1)]}, "smoothed.frames", True, "x1 has no white "
      "noise: the software smoothed them, as far as can be told. The noise of a measured frame "
      "cannot be estimated. Export unprocessed frames."),
     ({"processed": [Processed("resampled", k, 20.0) for k in ("x1", "y1")]}, "resampled.frames",

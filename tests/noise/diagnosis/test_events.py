@@ -263,3 +263,16 @@ def test_bursts_all_the_time_have_a_period() -> None:
     for kind in PLAIN.values():
         for seed in (1, 2):
             assert np.isnan(pulses(kind(np.random.default_rng(seed), n, rate), rate, 1e-3))
+
+
+def test_bursts_at_random_times_have_no_period() -> None:
+    """Trucks: none of twelve recordings, whose bursts are alike in all but their times."""
+    rate, n = 100.0, 90_000
+    t = np.arange(n) / rate
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        series = 0.02 * rng.standard_normal(n)
+        for time in np.cumsum(rng.exponential(80, 20)):
+            shaking = np.exp(-(((t - time) / 3) ** 2)) * np.sin(2 * np.pi * 3.1 * t)
+            series += 0.08 * shaking
+        assert np.isnan(pulses(series, rate, 0.0014))

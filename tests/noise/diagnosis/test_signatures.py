@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
-from mocap_metrology.noise.diagnosis.signatures import LEAST_BLOCKS, Wander, signature
+from mocap_metrology.noise.diagnosis.shapes import pace
+from mocap_metrology.noise.diagnosis.signatures import LEAST_BLOCKS, Wander, shift_near, signature
 
 
 def noise(seed: int, n: int = N) -> np.ndarray:
@@ -65,3 +66,37 @@ def test_a_coefficient_is_named_by_its_own_kind_alone() -> None:
     slow = Wander(("drift",), True, ("drift",), 0.1, 0.01, 0.1)
     assert slow.allows("drift") and slow.allows("random_walk") and not slow.allows("warm_up")
     assert Wander((), False, ("cycle", "drift"), 0.1, 0.01, 0.1).undecided
+
+
+def test_times_and_sizes_of_changes_at_once() -> None:
+    """Three steps; a lift, whose size is that of its middle and not of the blocks at its ends."""
+    steps = 0.04 * (T > 150.5) - 0.05 * (T > 400.5) + 0.06 * (T > 700.5)
+    found = signature(noise(10) + steps, RATE)
+    assert found is not None and found.kinds == ("step",)
+    assert [t for t, _ in found.jumps] == pytest.approx([150.5, 400.5, 700.5], abs=1)
+    assert [size for _, size in found.jumps] == pytest.approx([0.04, -0.05, 0.06], abs=0.002)
+    lift = signature(noise(11) + 0.06 * ((T > 300.3) & (T < 320.7)), RATE)
+    assert lift is not None and lift.kinds == ("shift",)
+    assert [size for _, size in lift.jumps] == pytest.approx([0.06, -0.06], abs=0.003)
+    assert lift.size_mm == pytest.approx(0.06, abs=0.003)
+    assert lift.lasting_s == pytest.approx(20.4, abs=1.5)
+    wanders = {"x1": lift, "L": lift}
+    assert shift_near(300, 301, wanders) == ("x1", pytest.approx(0.06, abs=0.003))
+    assert shift_near(310, 312, wanders) is None
+
+
+@pytest.mark.parametrize(
+    ("curve", "expected"),
+    [
+        (lambda t: t**3, {"accelerating"}),
+        (lambda t: -np.exp(3 * t), {"accelerating"}),
+        (lambda t: np.sqrt(t), {"slowing"}),
+        (lambda t: np.log1p(30 * t), {"slowing"}),
+        (lambda t: t, {"drift"}),
+        (lambda t: 1 / (1 + np.exp(-20 * (t - 0.5))), set()),  # fast in the middle
+        (lambda t: np.sin(4 * t), set()),  # turns
+        (lambda t: t > 0.9, set()),  # at once
+    ],
+)
+def test_pace_of_a_curve(curve, expected: set[str]) -> None:
+    assert pace(np.asarray(curve(np.linspace(0, 1, 600)), float)) == expected

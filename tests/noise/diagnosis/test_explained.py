@@ -1,0 +1,92 @@
+"""Whole recordings in which one disturbance looks like several: only the one is a finding."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from mocap_metrology.noise.diagnosis.findings import findings_of
+from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+from mocap_metrology.noise.diagnosis.resonance import resonance
+from mocap_metrology.noise.fit.spectral.welch import welch
+
+RATE, N = 100.0, 60_000
+T = np.arange(N) / RATE
+NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]
+
+
+def oscillator(f_0: float, damping: float, rms: float, seed: int) -> np.ndarray:
+    """Driven by white noise; the bilinear transform, warped so that it leaves f_0."""
+    w_0 = 2 * RATE * np.tan(np.pi * f_0 / RATE)
+    b, a = signal.bilinear([w_0**2], [1, 2 * damping * w_0, w_0**2], RATE)
+    shaken = signal.lfilter(b, a, np.random.default_rng(seed).standard_normal(N))
+    return np.asarray(rms * shaken / shaken.std())
+
+
+def fan(x: np.ndarray) -> None:
+    x[:3] += 0.03 * (T // 100 % 2 == 0) * np.sin(2 * np.pi * 17.3 * T)
+
+
+def positions(x: np.ndarray) -> None:
+    x[4] += 0.045 * np.array([0, 1, 2, 0, 2, 1, 0, 2, 0, 1, 2, 0])[(T // 50).astype(int)]
+
+
+def doors(x: np.ndarray) -> None:
+    x[:3] += 0.2 * np.exp(-(T % 30) / 0.8) * np.sin(2 * np.pi * 4 * (T % 30))
+
+
+def mount(x: np.ndarray) -> None:
+    x += np.tile([[1.0], [0.5], [0.2]], (2, 1)) * oscillator(6.0, 0.03, 0.03, 7)
+
+
+@pytest.mark.parametrize(
+    ("disturb", "code", "value"),
+    [(fan, "line", 17.3), (positions, "levels", 0.09), (doors, "recurring", 30.0),
+     (mount, "resonance", 6.0)],
+)  # fmt: skip
+def test_one_disturbance_is_one_kind_of_finding(
+    disturb: Callable[[np.ndarray], None], code: str, value: float
+) -> None:
+    x = 0.02 * np.random.default_rng(3).standard_normal((6, N))
+    disturb(x)
+    x[3] += 500
+    stored = dict(zip(NAMES, x.astype(np.float32).astype(float), strict=True))
+    recording = Recording(stored, ["A", "B"], [(1, 2)], RATE, 4e-6, "float32")
+    found = findings_of(recording, diagnose(recording, []), [])
+    assert {one.code for one in found} == {code}
+    assert abs(found[0].value) == pytest.approx(value, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("f_0", "damping", "rms"), [(2.5, 0.08, 0.02), (6.0, 0.03, 0.01), (23.0, 0.01, 0.03)]
+)
+def test_frequency_damping_and_size_of_a_resonance(f_0: float, damping: float, rms: float) -> None:
+    """Within 3, 25 and 10 %, beside noise of the same size."""
+    values = oscillator(f_0, damping, rms, 5) + 0.02 * np.random.default_rng(6).standard_normal(N)
+    found = resonance("x1", values, RATE, spectrum(values))
+    assert found is not None
+    assert found.f_hz == pytest.approx(f_0, rel=0.03)
+    assert found.damping == pytest.approx(damping, rel=0.25)
+    assert found.rms_mm == pytest.approx(rms, rel=0.1)
+
+
+@pytest.mark.parametrize("kind", ["white", "walk", "line", "burst"])
+def test_other_spectra_are_no_resonance(kind: str) -> None:
+    """A line that is known, and an oscillation that goes on for a minute only."""
+    values = 0.02 * np.random.default_rng(8).standard_normal(N)
+    if kind == "walk":
+        values += np.cumsum(0.002 * np.random.default_rng(9).standard_normal(N))
+    if kind == "line":
+        values += 0.03 * np.sin(2 * np.pi * 12 * T)
+    if kind == "burst":
+        values += oscillator(6.0, 0.03, 0.1, 10) * ((T > 200) & (T < 260))
+    assert resonance("x1", values, RATE, spectrum(values), [12.0]) is None
+
+
+def spectrum(values: np.ndarray) -> dict[str, np.ndarray]:
+    density = welch(values, RATE)
+    n = np.full(density.f_hz.size, density.n_segments)
+    return {"f_hz": density.f_hz, "psd_mm2_hz": density.psd, "n_segments": n}

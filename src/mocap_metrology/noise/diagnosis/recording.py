@@ -53,7 +53,7 @@ from mocap_metrology.noise.fit.spectral.likelihood import (
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.gaussian.two_markers import Drift, drift
 from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
-from mocap_metrology.noise.motion.movement import Movement, movement
+from mocap_metrology.noise.motion.movement import STILL, Movement, movement
 from mocap_metrology.noise.series import AXES, all_series, every_series
 
 NOTCHES = 3  # of a series: its strongest lines
@@ -151,11 +151,16 @@ class Diagnosis:
 
 
 def explained(found: Diagnosis) -> Diagnosis:
-    """The diagnosis without what something else in it explains: events and slow changes of level
-    that are switches between positions, or a line that comes and goes; cycles that are multiples of
-    recurring bursts; isolated and repeated frames, and broad peaks, that software made."""
+    """The diagnosis without what something else in it explains: events, movements and changes of
+    level that are switches between positions, or a line that comes and goes; cycles that are
+    multiples of recurring bursts; isolated and repeated frames, and broad peaks, that software
+    made."""
     switching = {name: one for name, one in found.wanders.items() if "levels" in one.of}
     changing = {one.series for one in found.lines if one.amplitude}
+
+    def stands(name: str, one: Movement) -> Movement:
+        wander = switching.get(name)
+        return STILL if wander and wander.jump_near(one.time_s, one.time_s) else one
 
     def is_explained(event: Event) -> bool:
         if event.kind == "level":
@@ -178,6 +183,7 @@ def explained(found: Diagnosis) -> Diagnosis:
         found,
         events=[one for one in found.events if not is_explained(one)],
         trends=[one for one in found.trends if one.series not in changing],
+        movements={name: stands(name, one) for name, one in found.movements.items()},
         wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
         spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
         repeats=[] if "resampled" in codes else found.repeats,

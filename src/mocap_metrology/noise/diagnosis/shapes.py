@@ -104,7 +104,7 @@ def pace(curve: Floats) -> frozenset[str]:
         return frozenset({"drift"})
     for kind, ordered in (("accelerating", share), ("slowing", share[::-1])):
         falls = -np.minimum(np.diff(ordered), 0.0).sum()
-        if ordered[-third:].sum() > 3 * ordered[:third].sum() and falls < 0.1 * np.ptp(ordered):
+        if ordered[-third:].sum() > 2 * ordered[:third].sum() and falls < 0.1 * np.ptp(ordered):
             return frozenset({kind})
     return frozenset()
 

@@ -50,8 +50,10 @@ CODES = {
     "event": ("s", "time of a disturbance, from the first frame"),
 }
 CODE_OF = {"drift": "drift", "A_w": "warm_up", "h_-2": "random_walk"}
-WANDERS = ("accelerating", "creep", "slowing", "cycle", "step", "shift", "two_levels", "levels")
-WANDERS += ("wander",)
+WANDERS = (
+    *("accelerating", "creep", "slowing", "cycle", "step", "shift", "two_levels", "levels"),
+    "wander",
+)
 USABLE = ("ok", "at_bound", "not_converged")
 SETTLED = 3.0  # T_w after which 95 % of a warm-up are over
 

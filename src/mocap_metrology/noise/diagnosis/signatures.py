@@ -43,8 +43,10 @@ BLOCK_S = 1.0  # at least: what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 SHARES = 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
 PERIODS = 3.0  # of a cycle that is named
-KINDS = ("drift", "accelerating", "warm_up", "creep", "slowing")
-KINDS += ("cycle", "step", "shift", "two_levels", "levels")
+KINDS = (
+    *("drift", "accelerating", "warm_up", "creep", "slowing"),
+    *("cycle", "step", "shift", "two_levels", "levels"),
+)
 PARTS = {  # what a kind has in it, that is no kind of its own beside it
     "warm_up": {"slowing"},
     "creep": {"slowing", "drift"},

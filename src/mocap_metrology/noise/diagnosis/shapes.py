@@ -49,7 +49,7 @@ class Shape:
     def curve(self, z: Floats) -> tuple[Floats, Floats]:
         """Least-squares coefficients (p,), and the fitted curve (n,) without constant and line."""
         X = np.vstack([np.ones(z.size), self.columns])
-        solved: Floats = np.linalg.lstsq(X.T, z, rcond=None)[0][1:]
+        solved = np.asarray(np.linalg.lstsq(X.T, z, rcond=None)[0][1:], np.float64)
         return solved, solved[self.line :] @ self.columns[self.line :]
 
     def size(self, z: Floats) -> float:

@@ -146,7 +146,6 @@ def test_a_whole_dump_is_quick(tmp_path, cost) -> None:
     scene = Scene(seconds=8.0, velocity=velocity, cycle_s=cycle_s, width_s=4.3e-6).build()
     path = tmp_path / "dump.bin"
     scene.words().tofile(path)
-    dump.warm_up()
     clean.warm_up()
     found = []
 

@@ -17,10 +17,8 @@ from mocap_metrology.lighthouse.batch import estimate, gravity
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate import network
 from mocap_metrology.lighthouse.calibrate.stages import BATCH, ESTIMATED, Calibration
-from mocap_metrology.lighthouse.decode import flashes, ootx
-from mocap_metrology.lighthouse.decode.ootx import SYNC, Factory, encode_frame
 from mocap_metrology.lighthouse.fit import board_pose
-from mocap_metrology.lighthouse.records import Flashes, Measurements, Path, Pulses
+from mocap_metrology.lighthouse.records import Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.lighthouse.still_angles import StillAngles
 from mocap_metrology.papers.studies.ranks import rank_correlation
@@ -148,20 +146,6 @@ def test_a_variant_that_is_no_rotation_is_refused() -> None:
         pose_file._check_variant(row | {"rotation_matrix": (1.0002 * R).tolist()})
 
 
-@pytest.mark.parametrize(("n_before", "n_out"), [(200, 0), (100, 100)])
-def test_a_short_run_of_flashes_two_seconds_before_the_rest_is_of_before(
-    monkeypatch, n_before: int, n_out: int
-) -> None:
-    """What the memory of a device still holds; a tenth of the longest run is more."""
-    cycle = np.r_[np.arange(n_before), n_before + 250 + np.arange(1500)]
-    time_s, zero = cycle / 120, np.zeros(cycle.size, np.int16)
-    own = Flashes(0, None, cycle.astype(np.int32), time_s, time_s, zero)
-    pulses = Pulses(time_s + 1e-3, time_s, zero, 1, 20.0, 1e-6)
-    monkeypatch.setattr(flashes, "find_flashes", lambda inside: [own])
-    kept, _ = flashes.within_flashes(pulses, [own])
-    assert pulses.start_s.size - kept.start_s.size == n_out
-
-
 def test_two_stations_are_connected_by_as_many_moments_as_the_fewest(monkeypatch) -> None:
     n = network.FEWEST_MOMENTS
 
@@ -187,10 +171,3 @@ def test_the_cost_of_an_estimate_is_the_sum_of_all_that_is_known() -> None:
     assert estimate._Search._cost(search) == pytest.approx(16.0)
     state.gravity = np.array([0, 0, -(gravity.GRAVITY_M_S2 + 10 * gravity.MAGNITUDE_SD)])
     assert estimate._Search._cost(search) == pytest.approx(116.0)
-
-
-def test_every_bit_of_the_length_counts() -> None:
-    frame = encode_frame(Factory(), 7, "b").copy()
-    frame[len(SYNC) + 15] ^= 1
-    with pytest.raises(Refusal, match="the length of the payload is neither 33 nor 31 bytes"):
-        ootx._read_frame(frame)

@@ -255,6 +255,16 @@ def test_pulses_of_a_devices_memory_are_left_out(n: int) -> None:
     )
 
 
+def test_twelve_flashes_are_the_fewest() -> None:
+    scene = Scene(stations=(0,)).build()
+    pulses = scene.pulses()
+    one = drop(pulses, (pulses.length_s < LONG_S) | (pulses.diode != 5))
+    twelve = drop(one, np.arange(one.start_s.size) >= 12)
+    check(scene, find_flashes(twelve), within_s=0.4e-6)
+    with pytest.raises(Refusal, match=r"no flashes: 11 of 11 pulses are longer than 46\.9 us"):
+        find_flashes(drop(one, np.arange(one.start_s.size) >= 11))
+
+
 def test_no_flashes() -> None:
     scene = Scene().build()
     pulses = scene.pulses()

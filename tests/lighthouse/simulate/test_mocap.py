@@ -49,6 +49,7 @@ def test_without_noise_the_true_pose_whatever_the_frame_of_the_system():
     assert np.linalg.norm(one - two, axis=1).min() > 10
     distances = np.linalg.norm(MOUNT_M[:, None] - MOUNT_M, axis=2)[np.triu_indices(5, 1)]
     assert np.diff(np.sort(distances)).min() > 4e-3  # tell the markers apart
+    assert distances.min() > 0.07 and distances.max() < 0.2  # a mount on a housing of 8 cm
 
 
 def test_noise_per_frame():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.board import check_count, flat_board, read_board
+from mocap_metrology.lighthouse.board import check_count, digest, flat_board, read_board
 
 SQUARE = ["0,0,0", "0,0.1,0", "0,0.1,0.1", "0,0,0.1"]
 
@@ -83,3 +83,10 @@ def test_damaged_lines(tmp_path: Path, line: str, message: str) -> None:
     (tmp_path / "board.csv").write_text("\n".join(rows))
     with pytest.raises(Refusal, match=message):
         read_board(tmp_path / "board.csv")
+
+
+def test_a_board_is_recognised_to_a_micrometre() -> None:
+    """0.4 um are the same board, 0.6 um are the next one."""
+    board = 1e-6 * np.arange(12.0).reshape(4, 3) ** 4
+    assert digest(board + 0.4e-6) == digest(board)
+    assert digest(board + 0.6e-6) == digest(board + 1e-6) != digest(board)

@@ -17,26 +17,11 @@ from mocap_metrology.lighthouse.batch import estimate, gravity
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate import network
 from mocap_metrology.lighthouse.calibrate.stages import BATCH, ESTIMATED, Calibration
-from mocap_metrology.lighthouse.decode import dump, flashes, ootx
-from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.decode.dump import SWAPPED, check_byte_order
-from mocap_metrology.lighthouse.decode.ootx import SYNC, Factory, bytes_of, encode_frame, unpack
-from mocap_metrology.lighthouse.export.formats import DECIMALS
 from mocap_metrology.lighthouse.fit import board_pose
-from mocap_metrology.lighthouse.records import Flashes, Hits, Measurements, Path, Pulses
+from mocap_metrology.lighthouse.records import Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.lighthouse.still_angles import StillAngles
 from mocap_metrology.papers.studies.ranks import rank_correlation
-
-
-def hits_of(cycle: np.ndarray, diode: np.ndarray, angle_rad: np.ndarray) -> Hits:
-    """Azimuths of the master."""
-    n = len(cycle)
-    zero, width = np.zeros(n, np.int8), np.full(n, 1e-5)
-    time_s = cycle / 120 + (angle_rad + np.pi / 2) / np.pi / 120
-    return Hits(
-        zero, zero, cycle.astype(np.int32), diode.astype(np.int16), time_s, angle_rad, width
-    )
 
 
 def path_of(n_angles: int, rms_rad: float, n: int = 3) -> Path:
@@ -55,12 +40,6 @@ def path_of(n_angles: int, rms_rad: float, n: int = 3) -> Path:
 def test_rms_of_angles_about_a_pose_has_six_degrees_of_freedom_less() -> None:
     found = board_rms_urad((path_of(10, 30e-6), path_of(64, 20e-6)))
     assert found == pytest.approx(30)
-
-
-def test_no_hits_need_no_diode() -> None:
-    none = hits_of(*(np.zeros(0) for _ in range(3)))
-    kept, report = clean_hits(none, np.zeros((1, 3)))
-    assert len(kept) == 0 and report == {"sweep": [0], "still": [0], "kept": [0]}
 
 
 def test_paths_of_batch_are_those_of_paper_lm_and_of_the_optics_it_began_with() -> None:
@@ -93,30 +72,6 @@ def test_a_quaternion_of_nearly_length_one_is_normalised(norm: float, fits: bool
     else:
         with pytest.raises(Refusal, match=re.escape("norm 1.012; expected 1")):
             reference._rotation(given, "r.json")
-
-
-def test_a_frame_has_no_faults_unless_they_are_stated() -> None:
-    for faults in ((), (3,)):
-        stated = dict(zip(("faults",), faults, strict=False))
-        data, _ = bytes_of(encode_frame(Factory(), 7, "b", **stated), 33)
-        assert unpack(data).faults == (faults[0] if faults else 0)
-
-
-def test_words_are_not_called_swapped_where_neither_order_fits() -> None:
-    """A board of another shape: both orders fit alike, and badly."""
-    rng = np.random.default_rng(2)
-    board = np.column_stack([np.zeros(32), *rng.uniform(-0.1, 0.1, (2, 32))])
-    cycle, diode = np.repeat(np.arange(0, 80, 4), 32), np.tile(np.arange(32), 20)
-    other = rng.uniform(-0.05, 0.05, 32)  # the angle of each diode, whatever the board
-    check_byte_order(hits_of(cycle, diode, np.tile(other, 20)), board, "d.bin")
-    swapped = 0.4 * board[SWAPPED, 1]
-    with pytest.raises(Refusal, match="with the bytes swapped"):
-        check_byte_order(hits_of(cycle, diode, np.tile(swapped, 20)), board, "d.bin")
-
-
-def test_written_poses_keep_a_picometre() -> None:
-    """Half of the last decimal of a metre is below it."""
-    assert 0.5 * 10.0**-DECIMALS < 1e-12
 
 
 @pytest.mark.parametrize(
@@ -177,12 +132,6 @@ def test_both_minima_are_told_apart_by_the_angle_between_them() -> None:
     assert np.array_equal(np.isinf(first.ambiguity), same)
 
 
-def test_a_pulse_may_begin_with_the_second_sample() -> None:
-    words = np.array([0, 4, 4, 0, 1, 0], np.uint32)
-    start, length, diode = dump._pulses(words, np.uint32(0), 2)
-    assert start.tolist() == [1, 4] and length.tolist() == [2, 1] and diode.tolist() == [2, 0]
-
-
 def test_a_variant_is_open_unless_it_is_worse() -> None:
     standings = {"chosen": True, "open": True, "worse": False}
     assert {k: comparison._open({"standing": k}) for k in standings} == standings
@@ -195,20 +144,6 @@ def test_a_variant_that_is_no_rotation_is_refused() -> None:
     pose_file._check_variant(row | {"rotation_matrix": R.tolist()})
     with pytest.raises(ValueError, match="variant 'a' has no pose"):
         pose_file._check_variant(row | {"rotation_matrix": (1.0002 * R).tolist()})
-
-
-@pytest.mark.parametrize(("n_before", "n_out"), [(200, 0), (100, 100)])
-def test_a_short_run_of_flashes_two_seconds_before_the_rest_is_of_before(
-    monkeypatch, n_before: int, n_out: int
-) -> None:
-    """What the memory of a device still holds; a tenth of the longest run is more."""
-    cycle = np.r_[np.arange(n_before), n_before + 250 + np.arange(1500)]
-    time_s, zero = cycle / 120, np.zeros(cycle.size, np.int16)
-    own = Flashes(0, None, cycle.astype(np.int32), time_s, time_s, zero)
-    pulses = Pulses(time_s + 1e-3, time_s, zero, 1, 20.0, 1e-6)
-    monkeypatch.setattr(flashes, "find_flashes", lambda inside: [own])
-    kept, _ = flashes.within_flashes(pulses, [own])
-    assert pulses.start_s.size - kept.start_s.size == n_out
 
 
 def test_two_stations_are_connected_by_as_many_moments_as_the_fewest(monkeypatch) -> None:
@@ -236,10 +171,3 @@ def test_the_cost_of_an_estimate_is_the_sum_of_all_that_is_known() -> None:
     assert estimate._Search._cost(search) == pytest.approx(16.0)
     state.gravity = np.array([0, 0, -(gravity.GRAVITY_M_S2 + 10 * gravity.MAGNITUDE_SD)])
     assert estimate._Search._cost(search) == pytest.approx(116.0)
-
-
-def test_every_bit_of_the_length_counts() -> None:
-    frame = encode_frame(Factory(), 7, "b").copy()
-    frame[len(SYNC) + 15] ^= 1
-    with pytest.raises(Refusal, match="the length of the payload is neither 33 nor 31 bytes"):
-        ootx._read_frame(frame)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.places import csv_rows
 
 COLUMNS = ("x_m", "y_m", "z_m")
 LARGEST_M = 2.0  # a board is carried by hand: beyond this it is in mm
@@ -34,19 +35,9 @@ def read_board(path: str | Path) -> np.ndarray:
 
     Raises `Refusal` for missing columns, cells that are no numbers, and a board in mm.
     """
-    name = Path(path).name
+    name, rows = Path(path).name, csv_rows(path, COLUMNS)
     try:
-        rows = spreadsheet.rows(Path(path).read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError) as error:
-        raise Refusal(f"{name}: cannot be read ({error}); expected a CSV x_m,y_m,z_m") from None
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    if header[:3] != list(COLUMNS):
-        raise Refusal(f"{name}: header is {','.join(header)!r}; expected x_m,y_m,z_m")
-    spreadsheet.check_width(rows, name)
-    try:
-        board = np.array(
-            [[spreadsheet.number(cell) for cell in row[:3]] for row in rows[1:] if row]
-        )
+        board = np.array([[spreadsheet.number(cell) for cell in row[:3]] for row in rows if row])
     except ValueError:
         raise Refusal(f"{name}: a cell is not a number; expected positions in metres") from None
     return check_board(board, name)

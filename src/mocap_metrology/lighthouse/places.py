@@ -1,7 +1,8 @@
-"""Labelled places from a CSV file."""
+"""Places from CSV files: rows of a table, and labelled places."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,20 @@ from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.errors import Refusal
 
 COLUMNS = ("label", "x_m", "y_m", "z_m")
+
+
+def csv_rows(path: str | Path, columns: Sequence[str]) -> list[list[str]]:
+    """Cells of a CSV file without its header, which begins with these columns."""
+    name, expected = Path(path).name, ",".join(columns)
+    try:
+        rows = spreadsheet.rows(Path(path).read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError) as error:
+        raise Refusal(f"{name}: cannot be read ({error}); expected a CSV {expected}") from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    if header[: len(columns)] != list(columns):
+        raise Refusal(f"{name}: header is {','.join(header)!r}; expected {expected}")
+    spreadsheet.check_width(rows, name)
+    return rows[1:]
 
 
 def read_places(
@@ -21,16 +36,9 @@ def read_places(
     noticed; origin: of the frame, in words. Raises `Refusal` for a file that is no such thing.
     """
     name = Path(path).name
-    try:
-        rows = spreadsheet.rows(Path(path).read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError) as error:
-        raise Refusal(f"{name}: cannot be read ({error}); expected label,x_m,y_m,z_m") from None
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    if header[:4] != list(COLUMNS):
-        raise Refusal(f"{name}: header is {','.join(header)!r}; expected label,x_m,y_m,z_m")
-    spreadsheet.check_width(rows, name)
+    rows = csv_rows(path, COLUMNS)
     places: dict[str, np.ndarray] = {}
-    for number, row in enumerate(rows[1:], start=2):
+    for number, row in enumerate(rows, start=2):
         if not any(cell.strip() for cell in row):
             continue
         label = row[0].strip()
@@ -38,12 +46,8 @@ def read_places(
             position = np.array([spreadsheet.number(cell) for cell in row[1:4]])
         except ValueError:
             position = np.empty(0)
-        if (
-            not label
-            or not label.isprintable()
-            or position.size != 3
-            or not np.isfinite(position).all()
-        ):
+        finite = position.size == 3 and np.isfinite(position).all()
+        if not (label and label.isprintable() and finite):
             raise Refusal(f"{name}: line {number} is {','.join(row)!r}; expected label,x_m,y_m,z_m")
         if label in places:
             raise Refusal(f"{name}: label {label} occurs twice; expected one line per {thing}")

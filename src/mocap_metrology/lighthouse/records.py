@@ -234,15 +234,9 @@ def pulse_columns(given: Pulses) -> dict[str, np.ndarray]:
 
 def sweep_columns(hits: Hits) -> dict[str, np.ndarray]:
     """sweeps.parquet: one row for each retained hit."""
-    return {
-        "station": hits.station,
-        "axis": hits.axis,
-        "cycle": hits.cycle,
-        "diode": hits.diode,
-        "time_s": hits.time_s,
-        "angle_rad": hits.angle_rad,
-        "width_us": (1e6 * hits.width_s).astype(np.float32),
-    }
+    columns = dict(vars(hits))
+    width_s = columns.pop("width_s")
+    return columns | {"width_us": (1e6 * width_s).astype(np.float32)}
 
 
 def inertial_columns(given: Inertial | None) -> dict[str, np.ndarray]:
@@ -268,13 +262,9 @@ def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
 
 def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:
     """Hits out of sweeps.parquet."""
-    whole = {name: columns[name] for name in ("station", "axis", "cycle", "diode")}
-    return Hits(
-        **whole,
-        time_s=columns["time_s"],
-        angle_rad=columns["angle_rad"],
-        width_s=1e-6 * columns["width_us"].astype(np.float64),
-    )
+    names = [name for name in Hits.__dataclass_fields__ if name != "width_s"]
+    width_s = 1e-6 * columns["width_us"].astype(np.float64)
+    return Hits(**{name: columns[name] for name in names}, width_s=width_s)
 
 
 def pose_columns(paths: Mapping[tuple[str, str], tuple[Path, Path]]) -> dict[str, np.ndarray]:

@@ -3,7 +3,7 @@ published timing, edges seen at the next sample. Made apart from the package's s
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ TICK = 1 / 48e6
 BOARD = np.array([[0.0, y, z] for z in (-0.08, -0.027, 0.027, 0.08) for y in np.arange(8) * 0.034])
 # Right down, origin: two stations 2 m apart that face the board
 PLACES = (np.array([3.0, -0.4, 0.1]), np.array([2.5, 0.7, -0.3]))
+COLUMNS = ("start_s", "length_s", "diode")
 MASTER_CODES = np.array([4, 5, 0, 1])  # skip * 4 + axis, by cycle
 
 
@@ -98,26 +99,17 @@ class Scene:
 
 def drop(pulses: Pulses, chosen: np.ndarray) -> Pulses:
     """The pulses without the chosen ones."""
-    keep = ~chosen
-    return Pulses(
-        pulses.start_s[keep],
-        pulses.length_s[keep],
-        pulses.diode[keep],
-        pulses.n_diodes,
-        pulses.duration_s,
-        pulses.resolution_s,
-    )
+    return replace(pulses, **{name: getattr(pulses, name)[~chosen] for name in COLUMNS})
 
 
-def add(pulses: Pulses, start_s: np.ndarray, length_s: np.ndarray, diode: np.ndarray) -> Pulses:
-    """The pulses and some more."""
-    start = np.concatenate([pulses.start_s, start_s])
-    order = np.argsort(start, kind="stable")
-    return Pulses(
-        start[order],
-        np.concatenate([pulses.length_s, length_s])[order],
-        np.concatenate([pulses.diode, np.asarray(diode, np.int16)])[order],
-        pulses.n_diodes,
-        pulses.duration_s,
-        pulses.resolution_s,
-    )
+def add(pulses: Pulses, *more: object) -> Pulses:
+    """The pulses and some more: start, length and diode."""
+    pairs = zip((getattr(pulses, name) for name in COLUMNS), more, strict=True)
+    return by_start(pulses, *(np.concatenate(pair) for pair in pairs))
+
+
+def by_start(pulses: Pulses, *columns: np.ndarray) -> Pulses:
+    """A recording with these starts, lengths and diodes, in order of time."""
+    order = np.argsort(columns[0], kind="stable")
+    start, length, diode = (column[order] for column in columns)
+    return replace(pulses, start_s=start, length_s=length, diode=diode.astype(np.int16))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles
@@ -39,6 +42,9 @@ def test_widths_may_be_unknown_and_a_byte_order_mark_there(tmp_path: Path) -> No
     path.write_text("\ufeff" + HEADER + "\r\n0, 1, 2, 3, 0.5, 0.1\r\n", encoding="utf-8")
     hits = read_angles(path)
     assert len(hits) == 1 and np.isnan(hits.width_s).all() and hits.axis.tolist() == [1]
+    path.write_text(HEADER + "\n0,0,-1073741824,32767,0,1.5707\n1,1,1073741824,0,1,-1.5707\n")
+    hits = read_angles(path)  # the largest that are allowed
+    assert hits.cycle.tolist() == [-(2**30), 2**30] and hits.diode.tolist() == [32767, 0]
 
 
 CASES = {
@@ -65,6 +71,17 @@ CASES = {
         [HEADER, *(f"0,0,3,{k},{0.033 * k},0.1" for k in range(30))],
         "hits of cycle 3 are 0.957 s apart",
     ),
+    "twice": ([HEADER, "0,0,1,0,0.1,0", "0,0,1,0,0.101,0"], "row 1: its station, axis, cycle and"),
+    "a diode of 16 bits": ([HEADER, "0,0,0,32768,0,0"], "diode is 32768; expected a whole number"),
+    "more than a right angle": ([HEADER, "0,0,0,0,0,1.5709"], "reaches 1.5709; expected radians"),
+    "each eighth turn": (
+        [HEADER, *(f"0,0,{k},0,{0.075 * k},0.1" for k in range(11))],
+        "are 0.075 s apart; expected about 0.017 or 0.033 s",
+    ),
+    "each third of a turn": (
+        [HEADER, *(f"0,0,{k},0,{0.007 * k},0.1" for k in range(11))],
+        "are 0.007 s apart; expected about 0.017 or 0.033 s",
+    ),
     "degrees": ([HEADER, "0,0,0,0,0,0.5", "0,0,0,1,0,-22.5"], "reaches 22.5; expected radians"),
 }
 
@@ -77,16 +94,38 @@ def test_bad_input_gets_one_line(tmp_path: Path, case: str) -> None:
     assert "bad.csv" in str(refused.value) and "\n" not in str(refused.value)
 
 
-def test_sweeps_may_be_numbered_by_half_turns_or_one_by_one(tmp_path: Path) -> None:
-    """Times rounded to ms, some sweeps missing, any zero of either."""
-    for step in (1, 4):
-        rows = [
-            f"slave,1,{100 + step * k},{d},{50 + round(k / 30 + 1e-4 * d, 3)},0.1"
-            for k in range(40)
-            for d in range(4)
-            if k % 7
-        ]
-        assert len(read_angles(write(tmp_path / "a.csv", HEADER, *rows))) == len(rows)
+@given(
+    step=st.sampled_from((2, 4)),
+    first=st.integers(-1000, 1000),
+    begin=st.floats(0, 1e4),
+    missing=st.sets(st.integers(0, 39), max_size=10),
+    comma=st.booleans(),
+)
+def test_angles_are_those_of_the_file(step, first, begin, missing, comma) -> None:
+    """Cycles numbered by half turns or by turns from any number, times rounded to ms, some sweeps
+    missing, and as a spreadsheet saves it where the decimal mark is a comma."""
+    rng = np.random.default_rng(first + 1000)
+    rows = [
+        (
+            1,
+            first + step * k,
+            d,
+            round(begin + k / 30 + 1e-4 * d, 3),
+            round(rng.uniform(-1.5, 1.5), 6),
+        )
+        for k in range(40)
+        for d in range(4)
+        if k not in missing
+    ]
+    lines = [HEADER, *(f"slave,{','.join(map(repr, row))}" for row in rows)]
+    text = "\n".join(lines)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "a.csv"
+        path.write_text(text.replace(",", ";").replace(".", ",") if comma else text)
+        hits = read_angles(path)
+    columns = hits.axis, hits.cycle, hits.diode, hits.time_s, hits.angle_rad
+    assert sorted(zip(*(x.tolist() for x in columns), strict=True)) == sorted(rows)
+    assert (hits.station == 1).all() and (np.diff(hits.time_s) >= 0).all()
 
 
 def test_missing_file(tmp_path: Path) -> None:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.decode.dump import pulses_of_words, read_dump
+from mocap_metrology.lighthouse.decode.dump import check_byte_order, pulses_of_words, read_dump
+from mocap_metrology.lighthouse.decode.flashes import find_flashes
+from mocap_metrology.lighthouse.decode.sweeps import find_hits
+from mocap_metrology.lighthouse.records import Hits
 
-from .synthetic import Scene
+from . import synthetic
+from .synthetic import BOARD, Scene
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +56,16 @@ def test_edges_of_every_bit(active_level: int) -> None:
 
 def test_pulses_cut_by_the_ends_are_left_out() -> None:
     words = np.zeros(1000, np.uint32)
-    words[:100] = 1
+    words[0] = 8  # ends with the second sample
+    words[1] = 16  # which another begins with
+    words[:100] |= 1
     words[500:502] = 2
     words[600] = 4
     words[900:] = 1
     pulses = pulses_of_words(words, sample_rate_hz=1000)
-    assert pulses.start_s.tolist() == [0.5, 0.6]
-    assert pulses.length_s.tolist() == [0.002, 0.001]
-    assert pulses.diode.tolist() == [1, 2]
+    assert pulses.start_s.tolist() == [0.001, 0.5, 0.6]
+    assert pulses.length_s.tolist() == [0.001, 0.002, 0.001]
+    assert pulses.diode.tolist() == [4, 1, 2]
 
 
 def test_scene_from_file(tmp_path, words: np.ndarray) -> None:
@@ -120,10 +128,12 @@ def test_inverted_level(words: np.ndarray, stored: int, asked: int) -> None:
 
 
 def test_big_endian_told_by_unused_bits(words: np.ndarray) -> None:
-    swapped = (words & 0xFFFFFF).byteswap()
-    for n_diodes in (None, 24):
-        with pytest.raises(Refusal, match="big-endian"):
-            pulses_of_words(swapped, n_diodes=n_diodes)
+    few = words & 0xFFFFFF
+    assert (
+        pulses_of_words(few).notes[1] == f"no light on diodes {', '.join(map(str, range(24, 32)))}"
+    )
+    with pytest.raises(Refusal, match="big-endian dump: light on bits 8 to 31"):
+        pulses_of_words(few.byteswap())
 
 
 @pytest.mark.parametrize("mask", [0xFFFF, 0x3FF])
@@ -133,7 +143,49 @@ def test_sixteen_bits(words: np.ndarray, mask: int) -> None:
         pulses_of_words(halves.view("<u4"))
 
 
-def test_light_beyond_the_board_is_left_out_and_said(words: np.ndarray) -> None:
-    pulses = pulses_of_words(words, n_diodes=31)
-    assert pulses.diode.max() == 30
-    assert any("bits 31, beyond the board" in note for note in pulses.notes)
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [({"active_level": 2}, "expected 0 or 1"), ({"sample_rate_hz": 0}, "expected a positive rate")],
+)
+def test_settings_of_no_dump(words: np.ndarray, settings: dict, message: str) -> None:
+    with pytest.raises(Refusal, match=message):
+        pulses_of_words(words, **settings)
+
+
+def hits_of(words: np.ndarray) -> Hits:
+    pulses = pulses_of_words(words)
+    return find_hits(pulses, find_flashes(pulses))[0]
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+def test_byte_order_from_the_geometry(monkeypatch, uneven: bool) -> None:
+    """A grid, whose rows swap to its mirror image, and diodes strewn about."""
+    rng = np.random.default_rng(1)
+    board = BOARD + uneven * 0.03 * rng.normal(size=BOARD.shape)
+    monkeypatch.setattr(synthetic, "BOARD", board)
+    words = Scene().build().words()
+    check_byte_order(hits_of(words), board, "dump.bin")
+    with pytest.raises(Refusal, match=r"dump\.bin: .*big-endian|dump\.bin: .*bytes swapped"):
+        check_byte_order(hits_of(words.byteswap()), board, "dump.bin")
+
+
+def test_boards_of_fewer_diodes_are_not_judged(words: np.ndarray) -> None:
+    hits = hits_of(words)
+    check_byte_order(hits.take(hits.diode < 24), BOARD[:24], "dump.bin")
+    check_byte_order(hits.take(hits.diode < 2), BOARD, "dump.bin")
+
+
+def test_words_are_not_called_swapped_where_neither_order_fits() -> None:
+    """A board of another shape: both orders fit alike, and badly."""
+    rng = np.random.default_rng(2)
+    board = np.column_stack([np.zeros(32), *rng.uniform(-0.1, 0.1, (2, 32))])
+    cycle, diode = np.repeat(np.arange(0, 80, 4), 32), np.tile(np.arange(32), 20)
+    zero = np.zeros(640, int)
+    bytes_swapped = np.arange(32).reshape(4, 8)[::-1].ravel()
+    for angle, refused in (
+        (rng.uniform(-0.05, 0.05, 32), False),
+        (0.4 * board[bytes_swapped, 1], True),
+    ):
+        hits = Hits(zero, zero, cycle, diode, cycle / 120, np.tile(angle, 20), zero + 1e-5)
+        with pytest.raises(Refusal, match="with the bytes swapped") if refused else nullcontext():
+            check_byte_order(hits, board, "d.bin")

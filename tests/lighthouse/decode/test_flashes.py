@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode import flashes
 from mocap_metrology.lighthouse.decode.comb import begin_of_cycles, pattern_of
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.records import Flashes, Pulses
 
-from .synthetic import TICK, Scene, add, drop
+from .synthetic import TICK, Scene, add, by_start, drop
 
 HALF_SAMPLE_S = 0.25e-6  # a sampled edge comes late by half a sample on average
 LONG_S = 45e-6
@@ -25,18 +28,18 @@ def check(
     that their mean may be off by 1/6 sample, 83 ns; real rotors differ from it.
     """
     shift = None
-    for flashes, station in zip(found, scene.stations, strict=True):
-        number = np.round((flashes.time_s - scene.begins[station, 0]) / scene.cycle_s).astype(int)
-        shifts = np.unique(number - flashes.cycle)
+    for own, station in zip(found, scene.stations, strict=True):
+        number = np.round((own.time_s - scene.begins[station, 0]) / scene.cycle_s).astype(int)
+        shifts = np.unique(number - own.cycle)
         assert shifts.size == 1
         assert shift in (None, shifts[0])  # one numbering for both
         shift = shifts[0]
-        told = flashes.code >= 0
+        told = own.code >= 0
         assert told.mean() >= least
-        np.testing.assert_array_equal(flashes.code[told], scene.codes[station, number[told]])
-        error = flashes.clock.start(flashes.cycle) - scene.begins[station, number] - HALF_SAMPLE_S
+        np.testing.assert_array_equal(own.code[told], scene.codes[station, number[told]])
+        error = own.clock.start(own.cycle) - scene.begins[station, number] - HALF_SAMPLE_S
         assert np.abs(error).max() < within_s
-        assert (np.diff(flashes.cycle) > 0).all()
+        assert (np.diff(own.cycle) > 0).all()
 
 
 @pytest.mark.parametrize("bias_s", [-4e-6, 0.0, 4e-6])
@@ -46,50 +49,46 @@ def test_all_codes_at_every_width_and_bias(below_ticks: int, bias_s: float) -> N
     found = find_flashes(scene.pulses())
     check(scene, found)
     assert [f.station for f in found] == [0, 1]
-    for flashes in found:
-        assert np.bincount(flashes.code, minlength=8).min() > 0
-        nominal = (3000 + 500 * flashes.code.astype(float)) * TICK
-        np.testing.assert_allclose(flashes.length_s, nominal, atol=1e-6)
-        assert flashes.cycle[0] == 0
+    for own in found:
+        assert np.bincount(own.code, minlength=8).min() > 0
+        nominal = (3000 + 500 * own.code.astype(float)) * TICK
+        np.testing.assert_allclose(own.length_s, nominal, atol=1e-6)
+        assert own.cycle[0] == 0
 
 
-@pytest.mark.parametrize("begin_s", [-4.0e-3, -3e-4, 1e-5, 7.9e-3])
-@pytest.mark.parametrize("phase", [0, 1, 2, 3])
-def test_recording_may_begin_anywhere(phase: int, begin_s: float) -> None:
-    scene = Scene(phase=phase, begin_s=begin_s).build()
+SCENES = {
+    **{f"from {t} s, phase {k}": {"begin_s": t, "phase": k}
+       for t in (-4e-3, -3e-4, 1e-5, 7.9e-3) for k in range(4)},
+    **{f"station {k} alone, phase {p}": {"stations": (k,), "phase": p}
+       for k in (0, 1) for p in (0, 1)},
+    "all bits 0": {"data": np.zeros((2, 300), int)},
+    "all bits 1": {"data": np.ones((2, 300), int)},
+    "sweeps as long as flashes": {"width_s": 70e-6},  # from decimetres; each fourth cycle
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", SCENES)
+def test_scenes_of_every_kind(case: str) -> None:
+    scene = Scene(**SCENES[case]).build()
     found = find_flashes(scene.pulses())
     check(scene, found)
     assert min(f.cycle[0] for f in found) == 0
-
-
-@pytest.mark.parametrize("station", [0, 1])
-@pytest.mark.parametrize("phase", [0, 1])
-def test_one_station_of_two(station: int, phase: int) -> None:
-    scene = Scene(stations=(station,), phase=phase).build()
-    found = find_flashes(scene.pulses())
-    check(scene, found)
-    assert [f.station for f in found] == [0]
+    assert [f.station for f in found] == list(range(len(scene.stations)))
 
 
 @pytest.mark.parametrize("phase", [0, 1])
 def test_one_station_that_sweeps_each_cycle(phase: int) -> None:
     scene = Scene(stations=(0,), alone=True, phase=phase).build()
-    (flashes,) = find_flashes(scene.pulses())
-    check(scene, [flashes])
-    assert sorted(pattern_of(flashes.cycle, flashes.code)) == [0, 0, 1, 1]
-
-
-def test_data_bits_may_all_be_the_same() -> None:
-    for bit in (0, 1):
-        scene = Scene(data=np.full((2, 300), bit)).build()
-        check(scene, find_flashes(scene.pulses()))
+    (own,) = find_flashes(scene.pulses())
+    check(scene, [own])
+    assert sorted(pattern_of(own.cycle, own.code)) == [0, 0, 1, 1]
 
 
 @pytest.mark.parametrize("ppm", [-97.3, 83.1, 300.7])
 def test_period_is_measured(ppm: float) -> None:
     scene = Scene(seconds=8.0, cycle_s=400_000 * TICK * (1 + ppm * 1e-6)).build()
-    for flashes in find_flashes(scene.pulses()):
-        assert abs(flashes.clock.cycle_s / scene.cycle_s - 1) < 0.05e-6
+    for own in find_flashes(scene.pulses()):
+        assert abs(own.clock.cycle_s / scene.cycle_s - 1) < 0.05e-6
     check(scene, find_flashes(scene.pulses()), within_s=0.02e-6)
 
 
@@ -106,55 +105,39 @@ def test_station_blocked_half_of_the_time_and_flashes_missed(blocked: int) -> No
     check(scene, find_flashes(drop(pulses, gone)))
 
 
-def test_slave_seen_for_a_moment() -> None:
+def of_slave(scene: Scene, pulses: Pulses) -> np.ndarray:
+    in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
+    return np.abs(in_cycle - 0.05) < 0.01
+
+
+def test_slave_seen_for_a_moment_or_by_another_diode() -> None:
     scene = Scene(seconds=4.0).build()
     pulses = scene.pulses()
-    in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
-    slave = (np.abs(in_cycle - 0.05) < 0.01) & ((pulses.start_s < 1.0) | (pulses.start_s > 1.3))
-    found = find_flashes(drop(pulses, slave))
+    gone = of_slave(scene, pulses) & ((pulses.start_s < 1.0) | (pulses.start_s > 1.3))
+    found = find_flashes(drop(pulses, gone))
     assert found[1].cycle.size == pytest.approx(36, abs=1)
     number = found[1].cycle
     np.testing.assert_array_equal(found[1].code, scene.codes[1, number])
+    other = (pulses.length_s > LONG_S) & (pulses.diode != np.where(of_slave(scene, pulses), 3, 17))
+    check(scene, find_flashes(drop(pulses, other)))  # each station by one diode, not the same
 
 
 def test_false_and_merged_flashes() -> None:
     """One false flash for two true ones, on one diode or all; and light that runs into flashes."""
-    scene = Scene(seconds=4.0).build()
-    rng = np.random.default_rng(7)
-    n = 900
-    false = add(
-        scene.pulses(), rng.uniform(0, 4, n), rng.uniform(50e-6, 140e-6, n), rng.integers(0, 32, n)
-    )
-    bursts = rng.uniform(0, 4, 60)
-    false = add(
-        false, np.repeat(bursts, 32), np.repeat(rng.uniform(50e-6, 140e-6, 60), 32), np.tile(
-            np.arange(32), 60)
-    )  # fmt: skip
+    scene, rng = Scene(seconds=4.0).build(), np.random.default_rng(7)
+
+    def length(n: int) -> np.ndarray:
+        return rng.uniform(50e-6, 140e-6, n)
+
+    false = add(scene.pulses(), rng.uniform(0, 4, 900), length(900), rng.integers(0, 32, 900))
+    bursts = np.repeat(rng.uniform(0, 4, 60), 32)
+    false = add(false, bursts, np.repeat(length(60), 32), np.tile(np.arange(32), 60))
     merged = (false.length_s > LONG_S) & (rng.uniform(size=false.start_s.size) < 0.05)
     early = np.where(merged, rng.uniform(0, 50e-6, merged.size), 0)
-    start = false.start_s - early
-    order = np.argsort(start)
-    pulses = Pulses(
-        start[order], (false.length_s + early)[order], false.diode[order], 32, 4.0, 0.5e-6
-    )
+    pulses = by_start(false, false.start_s - early, false.length_s + early, false.diode)
     found = find_flashes(pulses)
     check(scene, found, 0.97)
     assert min(f.cycle.size for f in found) > 470
-
-
-def test_sweeps_as_long_as_flashes() -> None:
-    """From decimetres the sweeps last as long; they come each fourth cycle."""
-    scene = Scene(width_s=70e-6).build()
-    check(scene, find_flashes(scene.pulses()))
-
-
-def test_each_station_seen_by_other_diodes_one_at_a_time() -> None:
-    scene = Scene().build()
-    pulses = scene.pulses()
-    in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
-    slave = np.abs(in_cycle - 0.05) < 0.01
-    gone = (pulses.length_s > LONG_S) & (pulses.diode != np.where(slave, 3, 17))
-    check(scene, find_flashes(drop(pulses, gone)))
 
 
 def test_bias_of_each_diode() -> None:
@@ -162,14 +145,8 @@ def test_bias_of_each_diode() -> None:
     scene = Scene().build()
     pulses = scene.pulses()
     bias = np.random.default_rng(2).uniform(-6e-6, 4e-6, 32)
-    uneven = Pulses(
-        pulses.start_s,
-        pulses.length_s + np.where(pulses.length_s > LONG_S, bias[pulses.diode], 0),
-        pulses.diode,
-        32,
-        2.0,
-        0.5e-6,
-    )
+    more = np.where(pulses.length_s > LONG_S, bias[pulses.diode], 0)
+    uneven = replace(pulses, length_s=pulses.length_s + more)
     rng = np.random.default_rng(3)
     check(scene, find_flashes(drop(uneven, rng.uniform(size=bias[pulses.diode].size) < 0.9)))
 
@@ -178,19 +155,14 @@ def dimmed(scene: Scene, diodes: int, dim: int, late_s: object, run_on: object =
     """The slave seen by the first diodes only; the first `dim` of them see it late by late_s(t, d),
     but its end in time; and a share of its pulses run on into other light for 4-40 us."""
     rng, pulses = np.random.default_rng(4), scene.pulses()
-
-    def slave() -> np.ndarray:
-        in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
-        return (np.abs(in_cycle - 0.05) < 0.01) & (pulses.length_s > LONG_S)
-
-    pulses = drop(pulses, slave() & (pulses.diode >= diodes))
-    own, t, d = slave(), pulses.start_s, pulses.diode
+    own = of_slave(scene, pulses) & (pulses.length_s > LONG_S)
+    pulses = drop(pulses, own & (pulses.diode >= diodes))
+    own = of_slave(scene, pulses) & (pulses.length_s > LONG_S)
+    t, d = pulses.start_s, pulses.diode
     late = np.where(own & (d < dim), np.round(2e6 * late_s(t, d)) / 2e6, 0)
     share = np.broadcast_to(run_on, 32)[d]  # by diode
     more = np.where(own & (rng.uniform(size=t.size) < share), rng.integers(8, 80, t.size) / 2e6, 0)
-    start, length = t + late, pulses.length_s - late + more
-    order = np.argsort(start, kind="stable")
-    return Pulses(start[order], length[order], d[order], 32, pulses.duration_s, 0.5e-6)
+    return by_start(pulses, t + late, pulses.length_s - late + more, d)
 
 
 @pytest.mark.parametrize("diodes, dim", [(2, 1), (3, 2), (5, 3)])
@@ -237,10 +209,10 @@ def test_rotors_that_wander() -> None:
         return 3e-6 * np.sin(2 * np.pi * cycle / (150 + 40 * station) + 2 * (cycle % 2))
 
     scene = Scene(seconds=8.0, wander=wander).build()
-    for flashes, station in zip(find_flashes(scene.pulses()), (0, 1), strict=True):
-        true = scene.begins[station, flashes.cycle] + HALF_SAMPLE_S
-        line = flashes.clock.start(flashes.cycle) - true
-        curve = begin_of_cycles(flashes, flashes.cycle, 0.5e-6) - true
+    for own, station in zip(find_flashes(scene.pulses()), (0, 1), strict=True):
+        true = scene.begins[station, own.cycle] + HALF_SAMPLE_S
+        line = own.clock.start(own.cycle) - true
+        curve = begin_of_cycles(own, own.cycle, 0.5e-6) - true
         assert line.std() > 2e-6
         assert curve.std() < 0.1e-6
         assert abs(curve.mean()) < 0.03e-6
@@ -250,22 +222,16 @@ def test_curve_follows_no_quantisation() -> None:
     """At a period that beats slowly with the samples, edges wander by up to half a sample."""
     for cycle_s in (16_668 / 2e6 * (1 + 0.1e-6), 16_667.002 / 2e6, 400_000 * TICK):
         scene = Scene(seconds=4.0, cycle_s=cycle_s).build()
-        for flashes in find_flashes(scene.pulses()):
-            begin = begin_of_cycles(flashes, flashes.cycle, 0.5e-6)
-            np.testing.assert_array_equal(begin, flashes.clock.start(flashes.cycle))
+        for own in find_flashes(scene.pulses()):
+            begin = begin_of_cycles(own, own.cycle, 0.5e-6)
+            np.testing.assert_array_equal(begin, own.clock.start(own.cycle))
 
 
 def with_memory(pulses: Pulses, wait_s: float, n: int) -> Pulses:
     """The recording, and before it n pulses of an earlier one, `wait_s` of silence between."""
     first = pulses.start_s[n] + wait_s
-    return Pulses(
-        np.concatenate([pulses.start_s[:n], pulses.start_s + first]),
-        np.concatenate([pulses.length_s[:n], pulses.length_s]),
-        np.concatenate([pulses.diode[:n], pulses.diode]),
-        32,
-        pulses.duration_s + first,
-        0.5e-6,
-    )
+    late = replace(pulses, start_s=pulses.start_s + first, duration_s=pulses.duration_s + first)
+    return add(late, pulses.start_s[:n], pulses.length_s[:n], pulses.diode[:n])
 
 
 @pytest.mark.parametrize("n", [1, 40, 1000])
@@ -273,21 +239,30 @@ def test_pulses_of_a_devices_memory_are_left_out(n: int) -> None:
     """3 s after half a minute of silence are 3 s; so are pauses within a recording."""
     scene = Scene(seconds=3.0).build()
     whole = scene.pulses()
-    pulses, flashes = within_flashes(*both(whole))
+    pulses, before = within_flashes(whole, find_flashes(whole))
     assert pulses.duration_s == pytest.approx(3.0, abs=0.02) and not pulses.notes
     assert len(pulses.start_s) == len(whole.start_s)
-    late, again = within_flashes(*both(with_memory(whole, 36.7, n)))
+    older = with_memory(whole, 36.7, n)
+    late, again = within_flashes(older, find_flashes(older))
     assert late.duration_s == pytest.approx(pulses.duration_s, abs=0.01)
     assert len(late.start_s) == len(pulses.start_s)
     assert late.notes[0].startswith(f"{n} pulses before or after the stations' flashes ignored")
-    for a, b in zip(flashes, again, strict=True):
+    for a, b in zip(before, again, strict=True):
         assert (a.code == b.code).all()
     hidden = drop(whole, (whole.start_s > 0.6) & (whole.start_s < 2.0))
-    assert within_flashes(*both(hidden))[0].duration_s == pytest.approx(3.0, abs=0.02)
+    assert within_flashes(hidden, find_flashes(hidden))[0].duration_s == pytest.approx(
+        3.0, abs=0.02
+    )
 
 
-def both(pulses: Pulses) -> tuple[Pulses, list[Flashes]]:
-    return pulses, find_flashes(pulses)
+def test_twelve_flashes_are_the_fewest() -> None:
+    scene = Scene(stations=(0,)).build()
+    pulses = scene.pulses()
+    one = drop(pulses, (pulses.length_s < LONG_S) | (pulses.diode != 5))
+    twelve = drop(one, np.arange(one.start_s.size) >= 12)
+    check(scene, find_flashes(twelve), within_s=0.4e-6)
+    with pytest.raises(Refusal, match=r"no flashes: 11 of 11 pulses are longer than 46\.9 us"):
+        find_flashes(drop(one, np.arange(one.start_s.size) >= 11))
 
 
 def test_no_flashes() -> None:
@@ -301,3 +276,16 @@ def test_no_flashes() -> None:
         random = add(none, rng.uniform(0, 2, n), rng.uniform(50e-6, 140e-6, n), [0] * n)
         with pytest.raises(Refusal, match=r"do not repeat every 8\.333 ms"):
             find_flashes(random)
+
+
+@pytest.mark.parametrize(("n_before", "n_out"), [(200, 0), (100, 100)])
+def test_a_short_run_of_flashes_two_seconds_before_the_rest_is_of_before(
+    monkeypatch, n_before: int, n_out: int
+) -> None:
+    """What the memory of a device still holds; a tenth of the longest run is more."""
+    cycle = np.r_[np.arange(n_before), n_before + 250 + np.arange(1500)]
+    time_s, zero = cycle / 120, np.zeros(cycle.size, np.int16)
+    own = Flashes(0, None, cycle.astype(np.int32), time_s, time_s, zero)
+    pulses = Pulses(time_s + 1e-3, time_s, zero, 1, 20.0, 1e-6)
+    monkeypatch.setattr(flashes, "find_flashes", lambda inside: [own])
+    assert pulses.start_s.size - within_flashes(pulses, [own])[0].start_s.size == n_out

@@ -51,41 +51,30 @@ def total(report: dict[str, list[int]]) -> dict[str, int]:
     return {reason: sum(count) for reason, count in report.items() if sum(count)}
 
 
-@pytest.mark.parametrize("phase", [0, 1, 2, 3])
-def test_moving_board(phase: int) -> None:
-    """At 83 ppm off the nominal period: a nominal one would err by 87 urad at 60 deg."""
-    scene = Scene(
-        seconds=4.0,
-        phase=phase,
-        velocity=(0.1, -0.15, 0.08),
-        cycle_s=400_000 * TICK * (1 + 83.1e-6),
-        width_s=4.3e-6,
-    ).build()
-    pulses = scene.pulses()
-    hits, report = hits_of(pulses)
-    error = check(scene, hits, 1.05 * QUANTISATION_RAD)
-    for station in (0, 1):
-        assert abs(error[hits.station == station].mean()) < 5e-6
+SCENES = {  # and the largest rms of its angles over quantisation
+    # 83 ppm off the nominal period, which would err by 87 urad at 60 deg
+    **{f"moving, phase {k}": (1.05, {"seconds": 4.0, "phase": k, "velocity": (0.1, -0.15, 0.08),
+                                     "cycle_s": 400_000 * TICK * (1 + 83.1e-6), "width_s": 4.3e-6})
+       for k in range(4)},
+    # two samples, two or three, and a near station
+    **{f"{us} us wide": (2, {"width_s": 1e-6 * us, "velocity": (0.1, 0.05, 0.08)})
+       for us in (1.0, 1.4, 20)},
+    **{f"alone, phase {k}": (2, {"stations": (0,), "alone": True, "phase": k}) for k in (0, 1)},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", SCENES)
+def test_scenes_of_every_kind(case: str) -> None:
+    rms, keys = SCENES[case]
+    scene = Scene(**keys).build()
+    hits, report = hits_of(scene.pulses())
+    error = check(scene, hits, rms * QUANTISATION_RAD)
+    if "moving" in case:
+        for station in (0, 1):
+            assert abs(error[hits.station == station].mean()) < 5e-6
     assert total(report)["hit"] == len(hits)
     assert set(total(report)) == {"flash", "hit"}
-    assert len(hits) > 0.98 * 32 * 4.0 / scene.cycle_s
-
-
-@pytest.mark.parametrize("width_s", [1.0e-6, 1.4e-6, 20e-6])
-def test_widths(width_s: float) -> None:
-    """Two samples, two or three, and a near station."""
-    scene = Scene(width_s=width_s, velocity=(0.1, 0.05, 0.08)).build()
-    hits, report = hits_of(scene.pulses())
-    check(scene, hits, 2 * QUANTISATION_RAD)
-    assert set(total(report)) == {"flash", "hit"}
-
-
-@pytest.mark.parametrize("phase", [0, 1])
-def test_one_station_that_sweeps_each_cycle(phase: int) -> None:
-    scene = Scene(stations=(0,), alone=True, phase=phase).build()
-    hits, _ = hits_of(scene.pulses())
-    check(scene, hits, 2 * QUANTISATION_RAD)
-    assert len(np.unique(hits.cycle)) > 235
+    assert len(hits) > 0.98 * 32 * scene.seconds / scene.cycle_s
 
 
 @pytest.mark.parametrize("blocked", [0, 1])
@@ -141,12 +130,10 @@ def test_reflections_and_stray_light() -> None:
 def test_a_whole_dump_is_quick(tmp_path, cost) -> None:
     """64 MB to cleaned hits in about twice the time it takes to sort their words; a kernel that is
     not compiled takes a hundred times."""
-    cycle_s = 400_000 * TICK * (1 + 83.1e-6)
-    velocity = (0.02, 0.05, -0.03)
-    scene = Scene(seconds=8.0, velocity=velocity, cycle_s=cycle_s, width_s=4.3e-6).build()
+    moving = {"velocity": (0.02, 0.05, -0.03), "cycle_s": 400_000 * TICK * (1 + 83.1e-6)}
+    scene = Scene(seconds=8.0, width_s=4.3e-6, **moving).build()
     path = tmp_path / "dump.bin"
     scene.words().tofile(path)
-    dump.warm_up()
     clean.warm_up()
     found = []
 

@@ -52,28 +52,26 @@ def calibrated(*, gravity: tuple[object, object] = (UP, UP), path: bool = True) 
     return Calibrated(stations, poses, BOARD, board if path else None)
 
 
-def test_gravity_gives_the_level_room_back() -> None:
+OFF = Rotation.from_rotvec(np.radians([0.6, -0.8, 0.0]))
+GRAVITIES = {
+    "both": ((UP, UP), ""),
+    "each wrong by 1 deg, to opposite sides": ((3 * OFF.apply(UP), OFF.inv().apply(UP)), ""),
+    "one": ((None, UP), "gravity of the slave alone"),
+    "the other": ((UP, np.zeros(3)), "gravity of the master alone"),
+}
+
+
+@pytest.mark.parametrize("case", GRAVITIES)
+def test_gravity_gives_the_level_room_back(case: str) -> None:
     """Whose x is where the master looks, as in `MASTER`."""
-    found = calibrated()
+    gravity, why = GRAVITIES[case]
+    found = calibrated(gravity=gravity)
     world = world_of("gravity", found)
-    assert (world.name, world.why) == ("gravity", "")
+    assert (world.name, world.why) == ("gravity", why)
     for (R, t), own in zip((MASTER, SLAVE), found.poses, strict=True):
         placed = world.place(own)
         np.testing.assert_allclose(placed[0], R, atol=1e-12)
         np.testing.assert_allclose(placed[1], t, atol=1e-12)
-
-
-def test_gravity_is_the_mean_of_both_stations() -> None:
-    """Each is wrong by 1 deg, to opposite sides."""
-    off = Rotation.from_rotvec(np.radians([0.6, -0.8, 0.0]))
-    world = world_of("gravity", calibrated(gravity=(3 * off.apply(UP), off.inv().apply(UP))))
-    np.testing.assert_allclose(world.R, MASTER[0], atol=1e-12)
-
-
-def test_gravity_of_one_station_is_named() -> None:
-    world = world_of("gravity", calibrated(gravity=(None, UP)))
-    np.testing.assert_allclose(world.R, MASTER[0], atol=1e-12)
-    assert (world.name, world.why) == ("gravity", "gravity of the slave alone")
 
 
 def test_gravity_by_the_accelerometer_of_the_board_comes_first() -> None:

@@ -1,15 +1,19 @@
-"""A twin's recording against closed forms, a root finder and the published order of flashes."""
+"""A twin's recording against closed forms, a root finder and the published order of flashes; what
+is lost or added, in shares within four standard errors; its words bit by bit."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from mocap_workflow.calibration_twins import twin_from_mapping
 
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame, up_of
-from mocap_metrology.lighthouse.records import Factory
+from mocap_metrology.lighthouse.records import Factory, Pulses
 from mocap_metrology.lighthouse.rotation import from_angles
-from mocap_metrology.lighthouse.simulate.recording import simulate, sweep_width
+from mocap_metrology.lighthouse.rotor import VARIANTS, angles, rotor_parameters
+from mocap_metrology.lighthouse.simulate.recording import simulate, words_of, write_dump
 
 SITE = {
     "seed": 4,
@@ -19,6 +23,7 @@ SITE = {
     "duration_s": 0.5,
 }
 CYCLE_S = 400_000 / 48e6
+FULL = 60 * 32  # hits in half a second
 
 
 def made(**changes):
@@ -29,20 +34,38 @@ def moving(**changes):
     return {**SITE["motion"], "pattern": "line", "speed_m_s": 1.0, "extent_m": 0.4, **changes}
 
 
-def test_still_board_is_seen_under_atan2():
-    recording = made()
-    truth, hits = recording.truth, recording.truth.hits
+STATION = {"factory": {"phase": [0.05, 0], "tilt": [-0.0091, 0.02], "gibmag": [0.01, -0.02]},
+           "lasers_m": [[0.004, -0.006, 0.001], [-0.003, 0.002, 0.008]]}  # fmt: skip
+
+
+@pytest.mark.parametrize("variant", ["crazyflie", "libsurvive", "astrobee"])
+@pytest.mark.parametrize(("optics", "ppm"), [({}, 0), (STATION, 400)])
+def test_still_board_is_seen_under_the_angles_of_its_optics(variant, optics, ppm):
+    """Of which `test_rotor` has the formula; pulses last aperture / (range pi / cycle) + beam."""
+    recording = made(
+        master={**SITE["master"], **optics},
+        variant=variant,
+        clock_ppm=ppm,
+        beam_us=1.5,
+        aperture_mm=4,
+    )
+    truth, hits, cycle_s = recording.truth, recording.hits, CYCLE_S * (1 + 1e-6 * ppm)
     R, p = truth.motion.poses(np.zeros(1))
     diodes = truth.board @ R[0].T + p[0]
-    for station in (0, 1):
-        pose = recording.twin.stations[station]
-        x, y, z = pose.R.T @ (diodes - pose.t).T
-        for axis, angle in enumerate((np.arctan2(y, x), np.arctan2(z, x))):
+    for station, twin in enumerate(recording.twin.stations):
+        points = np.ascontiguousarray((diodes - twin.t) @ twin.R)
+        lasers = np.array(twin.lasers_m)
+        angle = angles(points, rotor_parameters(twin.optics, lasers, VARIANTS[variant]))
+        if not optics:
+            assert np.allclose(angle, np.arctan2(points[:, 1:], points[:, :1]), atol=1e-14)
+        for axis in (0, 1):
             own = hits.take((hits.station == station) & (hits.axis == axis))
             assert len(own) == 15 * 32  # a sweep each 33 ms
-            assert np.abs(own.angle_rad - angle[own.diode]).max() < 1e-12
+            assert np.abs(own.angle_rad - angle[own.diode, axis]).max() < 1e-12
             after = own.time_s - truth.clocks[station].start(own.cycle)
-            assert np.abs(after - (angle[own.diode] / np.pi + 0.5) * CYCLE_S).max() < 1e-12
+            assert np.abs(after - (angle[own.diode, axis] / np.pi + 0.5) * cycle_s).max() < 1e-12
+            r = np.linalg.norm(points - lasers[axis], axis=1)[own.diode]
+            assert np.allclose(own.width_s, 4e-3 / (r * np.pi / cycle_s) + 1.5e-6, rtol=1e-9)
 
 
 def test_moving_board_is_hit_when_the_fan_meets_the_diode():
@@ -68,41 +91,6 @@ def test_moving_board_is_hit_when_the_fan_meets_the_diode():
 
         found = brentq(ahead, begin + 1e-3, begin + 7e-3, xtol=1e-15, rtol=1e-14)
         assert abs(found - hits.time_s[row]) < 2e-12
-
-
-def test_factory_values_and_lasers_move_the_hits_by_the_published_formula():
-    """Phase shifts an angle by itself; the tilt by asin(z tan(tilt) / r); a laser by its parallax.
-
-    Terms one by one as the Crazyflie firmware writes them.
-    """
-    tilt = float(np.float16(-0.0091))
-    phase = float(np.float16(0.05))
-    factory = {"phase": [0.05, 0], "tilt": [-0.0091, 0]}
-    lasers = [[0.004, -0.006, 0.0], [0.0, 0.0, 0.008]]
-    recording = made(master={**SITE["master"], "factory": factory, "lasers_m": lasers})
-    hits = recording.truth.hits
-    R, p = recording.truth.motion.poses(np.zeros(1))
-    x, y, z = (recording.truth.board @ R[0].T + p[0]).T
-    azimuth = np.arctan2(y + 0.006, x - 0.004)
-    azimuth -= phase + np.arcsin(z * np.tan(tilt) / np.hypot(x - 0.004, y + 0.006))
-    elevation = np.arctan2(z - 0.008, x)
-    for axis, angle in enumerate((azimuth, elevation)):
-        own = hits.take((hits.station == 0) & (hits.axis == axis))
-        assert np.abs(own.angle_rad - angle[own.diode]).max() < 1e-12
-
-
-@pytest.mark.parametrize(("range_m", "width_us"), [(1, 8.0), (2, 4.0), (4, 2.0), (6, 1.33)])
-def test_width_of_a_sweep_falls_with_distance(range_m, width_us):
-    assert sweep_width(range_m, 3e-3, CYCLE_S) == pytest.approx(width_us * 1e-6, rel=0.01)
-
-
-def test_widths_in_a_recording():
-    recording = made()
-    R, p = recording.truth.motion.poses(np.zeros(1))
-    places = recording.truth.board @ R[0].T + p[0]
-    hits = recording.hits.take(recording.hits.station == 1)
-    r = np.linalg.norm(places[hits.diode] - recording.twin.slave.t, axis=1)
-    assert np.allclose(hits.width_s, 3e-3 / (r * np.pi / CYCLE_S), rtol=1e-9)
 
 
 def flashes_of(recording):
@@ -144,8 +132,7 @@ def test_one_station_alone_sweeps_in_every_cycle():
     assert np.array_equal(np.unique(alone.hits.cycle), np.arange(60))
     assert np.array_equal(alone.hits.axis, alone.hits.cycle & 1)
     assert alone.truth.R is None
-    start, _ = flashes_of(alone)
-    assert np.allclose(np.diff(start), CYCLE_S, atol=1e-8)
+    assert np.allclose(np.diff(flashes_of(alone)[0]), CYCLE_S, atol=1e-8)
 
 
 def test_bits_of_the_flashes_are_the_frame_of_the_station():
@@ -163,15 +150,11 @@ def test_bits_of_the_flashes_are_the_frame_of_the_station():
     accel = recording.truth.stations[0].gravity
     assert np.allclose(accel, up)
     frame = encode_frame(Factory(**pairs), 11, "b", accel_of(up))
+    slave = recording.truth.stations[1].gravity
+    assert np.allclose(recording.truth.R @ slave, up, atol=1e-12)
+    stated = [up_of(accel_of(own)) for own in (up, slave)]
+    assert np.degrees(np.arccos(stated[0] @ recording.truth.R @ stated[1])) < 0.7  # bytes, 0.5 deg
     assert any(np.array_equal(np.roll(frame, -i), bits[:358]) for i in range(358))
-
-
-def test_gravity_of_both_stations_agrees_through_the_true_rotation():
-    truth = made(tilt_deg=[-6, 25]).truth
-    master, slave = (station.gravity for station in truth.stations)
-    assert np.allclose(truth.R @ slave, master, atol=1e-12)
-    stated = [up_of(accel_of(up)) for up in (master, slave)]
-    assert np.degrees(np.arccos(stated[0] @ truth.R @ stated[1])) < 0.7  # bytes, 0.5 deg
 
 
 def test_noise_has_its_common_and_its_independent_part():
@@ -189,21 +172,6 @@ def test_noise_has_its_common_and_its_independent_part():
     assert common == pytest.approx(53, abs=4 * 53 / np.sqrt(2 * n))
     means = table.mean(axis=1)
     assert abs(np.corrcoef(means[1:], means[:-1])[0, 1]) < 4 / np.sqrt(n)
-
-
-def test_clock_runs_fast_and_jitter_is_of_the_flashes():
-    recording = made(clock_ppm=400, sync_jitter_us=2, duration_s=4)
-    pulses = recording.pulses
-    first = (pulses.diode == 0) & (pulses.length_s > 45e-6)
-    t = pulses.start_s[first]
-    cycle = CYCLE_S * (1 + 400e-6)
-    phase = t - np.rint(t / cycle) * cycle
-    master = t[phase < 2e-4]
-    slope, off = np.polyfit(np.rint(master / cycle), master, 1)
-    assert slope == pytest.approx(cycle, abs=4 * 2e-6 * np.sqrt(12 / 480**3))
-    assert np.std(master - np.polyval([slope, off], np.rint(master / cycle))) == pytest.approx(
-        2e-6, rel=4 / np.sqrt(2 * 480)
-    )
 
 
 def test_same_seed_same_recording_and_noise_leaves_motion_and_dropouts():
@@ -230,3 +198,112 @@ def test_truth_between_the_optical_origins():
     hits = recording.truth.hits.take(recording.truth.hits.station == 0)
     angle = np.where(hits.axis == 0, np.arctan2(y, x)[hits.diode], np.arctan2(z, x)[hits.diode])
     assert np.abs(hits.angle_rad - angle).max() < 0.008 / 3 * np.tan(np.abs(angle).max())
+
+
+def share(n, of, expected):
+    """Within four standard errors of a binomial share."""
+    return n / of == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / of))
+
+
+def test_shares_that_are_lost():
+    assert len(made().hits) == FULL
+    assert share(len(made(dropout=0.2, duration_s=2).hits), 4 * FULL, 0.8)
+    flash = made(missed_flashes=0.2, duration_s=4).pulses
+    assert share(np.count_nonzero((flash.length_s > 45e-6) & (flash.diode == 0)), 960, 0.8)
+    extra = made(false_flashes_per_s=50, duration_s=4).pulses.start_s.size
+    extra = (extra - made(duration_s=4).pulses.start_s.size) / 32
+    assert extra == pytest.approx(200, abs=4 * np.sqrt(200))
+    # Occlusions, mean share of time 60/min x 0.2 s = 1 - exp(-0.2); 40 s, two stations
+    lost = 1 - len(made(occlusions_per_min=60, occlusion_s=0.2, duration_s=40).hits) / (80 * FULL)
+    assert lost == pytest.approx(1 - np.exp(-0.2), abs=4 * np.sqrt(2 * 0.2**2 * 80) / 80)
+
+
+def test_reflections_are_shorter_and_near_a_hit_of_the_same_diode():
+    recording, every = made(reflections=0.1, dropout=0.3), made().hits
+    sweeps = recording.pulses.length_s < 45e-6
+    n = np.count_nonzero(sweeps) - len(recording.hits)
+    assert share(n, FULL, 0.1)
+    middle = recording.pulses.start_s[sweeps] + recording.pulses.length_s[sweeps] / 2
+    extra = ~np.isin(np.round(middle, 12), np.round(recording.hits.time_s, 12))
+    assert np.count_nonzero(extra) == n
+    length, diode = recording.pulses.length_s[sweeps], recording.pulses.diode[sweeps]
+    apart, ratio = [], []
+    for i in np.flatnonzero(extra):
+        own = every.diode == diode[i]
+        k = np.argmin(np.abs(every.time_s[own] - middle[i]))
+        apart.append(middle[i] - every.time_s[own][k])
+        ratio.append(length[i] / every.width_s[own][k])
+    assert 30e-6 <= np.abs(apart).min() < 60e-6 and 700e-6 < np.abs(apart).max() <= 800e-6
+    assert share(np.count_nonzero(np.array(apart) > 0), n, 0.5)
+    assert 0.3 <= min(ratio) < 0.4 and 0.8 < max(ratio) <= 0.9
+
+
+def test_blocked_station_is_dark_and_the_other_is_not():
+    recording = made(blocked=[[0, 0.2, 0.5]], duration_s=1)
+    hits, pulses = recording.hits, recording.pulses
+    during = (hits.time_s > 0.2) & (hits.time_s < 0.5)
+    assert set(hits.station[during]) == {1} and set(hits.station[~during]) == {0, 1}
+    flash = pulses.start_s[(pulses.length_s > 45e-6) & (pulses.diode == 0)]
+    inside = flash[(flash >= 0.2) & (flash < 0.5)]
+    assert inside.size == 36 and np.allclose(np.diff(inside), CYCLE_S, atol=1e-8)
+
+
+def test_diode_sees_up_to_its_incidence_and_the_laser_up_to_60_deg():
+    away = made(motion={**SITE["motion"], "turn_deg": [0, 0, 120]})
+    assert away.pulses.start_s.size == 0
+    wide = made(motion={"pattern": "still", "centre_m": [1.0, 1.75, 0], "turn_deg": [0, 0, 0]})
+    assert 0 not in wide.hits.station[wide.hits.axis == 0]  # azimuth 60 deg: outside 4 ms + 60 deg
+    truth = away.truth
+    R, p = made().truth.motion.poses(np.zeros(1))
+    for limit in (15, 20, 25):
+        hits = made(incidence_deg=limit).hits
+        for station, twin in enumerate(away.twin.stations):
+            way = twin.t - (truth.board @ R[0].T + p[0])
+            cos = way @ R[0, :, 0] / np.linalg.norm(way, axis=1)
+            seen = np.flatnonzero(np.degrees(np.arccos(cos)) < limit)
+            assert np.unique(hits.diode[hits.station == station]).tolist() == seen.tolist()
+
+
+def test_errors_of_flashes():
+    """Bias, spread and the rise of each diode change no sweep; jitter is of both diodes alike."""
+    one = made(duration_s=2).pulses
+    long = one.length_s > 45e-6
+    other = made(duration_s=2, flash_bias_us=3).pulses
+    assert np.allclose((other.length_s - one.length_s), np.where(long, 3e-6, 0))
+    spread = made(duration_s=2, flash_spread_us=0.4).pulses
+    off = (spread.length_s - one.length_s)[long]
+    assert off.std() == pytest.approx(0.4e-6, rel=4 / np.sqrt(2 * off.size))
+    late = made(duration_s=2, flash_rise_us=2).pulses
+    ends = np.sort(late.start_s + late.length_s), np.sort(one.start_s + one.length_s)
+    assert np.allclose(*ends, atol=1e-12)
+    assert 1.5e-6 < (np.sort(late.start_s) - np.sort(one.start_s)).max() <= 2e-6
+    jitter = made(sync_jitter_us=2, duration_s=4).pulses
+    start = jitter.start_s[(jitter.length_s > 45e-6) & (jitter.diode == 0)]
+    phase = start - np.rint(start / CYCLE_S) * CYCLE_S
+    assert np.std(phase[phase < 2e-4]) == pytest.approx(2e-6, rel=4 / np.sqrt(2 * 480))
+    last = jitter.start_s[(jitter.length_s > 45e-6) & (jitter.diode == 31)]
+    assert np.array_equal(start, last)
+
+
+@given(st.lists(st.tuples(st.integers(-40, 240), st.integers(0, 90), st.sampled_from([0, 3, 31]))))
+def test_words_have_a_bit_where_a_pulse_is_on(pulses):
+    """Edges between samples, in steps of 0.1 us; what overlaps merges, what is outside is cut."""
+    start, length, diode = np.array(pulses, float).reshape(-1, 3).T
+    start = 1e-7 * start + 3e-8
+    one = Pulses(start, 1e-7 * length, diode.astype(np.int16), 32, 10e-6, 0.0)
+    expected = [0] * 20
+    for first, n, d in zip(start, 1e-7 * length, diode, strict=True):
+        for k in range(20):
+            expected[k] |= (first <= k / 2e6 < first + n) << int(d)
+    assert words_of(one).tolist() == expected
+
+
+def test_edges_on_samples_and_the_file(tmp_path):
+    """The first sample is lit, the last is not; 8.388608 s fill the memory of the board."""
+    one = Pulses(np.array([1e-6]), np.array([1e-6]), np.array([31]), 32, 1e-5, 0)
+    write_dump(tmp_path / "d.bin", one)
+    words = np.fromfile(tmp_path / "d.bin", dtype="<u4")
+    assert words.tolist() == [0, 0, 2**31, 2**31, *[0] * 16]
+    assert [f.name for f in tmp_path.iterdir()] == ["d.bin"]
+    none = np.zeros(0)
+    assert words_of(Pulses(none, none, none, 32, 8.388608, 0.0)).size == 16_777_216

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.spreadsheet import delimiter, with_point
@@ -18,6 +15,11 @@ from mocap_metrology.lighthouse.timing import CYCLE_S
 NEEDED = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
 EXPECTED = "columns " + ",".join(NEEDED) + " and, if known, width_us"
 STATIONS = {"0": 0, "1": 1, ROLES[0]: 0, ROLES[1]: 1}
+WHOLE = (  # column, least and largest value, in words
+    ("axis", 0, 1, "0 or 1"),
+    ("cycle", -(1 << 30), 1 << 30, "a whole number"),
+    ("diode", 0, (1 << 15) - 1, "a whole number from 0"),
+)
 FEWEST_SPACINGS = 10  # for a meaningful median
 LARGEST_RAD = np.pi / 2  # a sweep sees half a turn
 SWEEP_S = 1.2 * CYCLE_S  # all hits of a sweep lie within; logs round to 1 ms
@@ -53,13 +55,20 @@ def read_angles(path: str | Path) -> Hits:
     if table.empty:
         raise Refusal(f"{name}: no rows; expected one row per hit of a diode")
     station = table["station"].str.strip().str.lower().map(STATIONS)
-    if station.isna().any():
-        row = int(np.argmax(station.isna()))
-        cell = table["station"].iloc[row]
-        raise Refusal(f"{name}, row {row + 1}: station is {cell!r}; expected master or slave")
-    columns = {c: _numbers(table[c], c, name) for c in (*NEEDED[1:], "width_us") if c in table}
-    _check(columns | {"station": station.to_numpy(float)}, name)
-    order = np.argsort(columns["time_s"], kind="stable")
+    _refuse_first(
+        station.isna().to_numpy(),
+        table["station"],
+        name,
+        "station is {!r}; expected master or slave",
+    )
+    columns = {"station": station.to_numpy(float)}
+    for column in (*NEEDED[1:], "width_us"):
+        if column in table:
+            values = pd.to_numeric(table[column], errors="coerce").to_numpy(np.float64)
+            words = column + " is {!r}; expected a finite number"
+            _refuse_first(~np.isfinite(values), table[column], name, words)
+            columns[column] = values
+    _check(columns, name)
     width = columns.get("width_us", np.full(len(table), np.nan)) * 1e-6
     return Hits(
         station=station.to_numpy(np.int8),
@@ -69,37 +78,22 @@ def read_angles(path: str | Path) -> Hits:
         time_s=columns["time_s"],
         angle_rad=columns["angle_rad"],
         width_s=width,
-    ).take(order)
+    ).take(np.argsort(columns["time_s"], kind="stable"))
 
 
-def _numbers(cells: pd.Series, column: str, name: str) -> np.ndarray:
-    """A column as finite float64."""
-    import pandas as pd
-
-    values: np.ndarray = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64)
-    bad = ~np.isfinite(values)
+def _refuse_first(bad: np.ndarray, cells: Iterable[object], name: str, words: str) -> None:
+    """Refuse the first row that is bad, naming its cell."""
     if bad.any():
         row = int(np.argmax(bad))
-        cell = cells.iloc[row]
-        raise Refusal(f"{name}, row {row + 1}: {column} is {cell!r}; expected a finite number")
-    return values
+        raise Refusal(f"{name}, row {row + 1}: " + words.format(list(cells)[row]))
 
 
 def _check(columns: dict[str, np.ndarray], name: str) -> None:
     """Refuse numbers that do not fit their column."""
-    for column, least, most in (
-        ("axis", 0, 1),
-        ("cycle", -(1 << 30), 1 << 30),
-        ("diode", 0, (1 << 15) - 1),
-    ):
+    for column, least, most, expected in WHOLE:
         values = columns[column]
         bad = (values != np.round(values)) | (values < least) | (values > most)
-        if bad.any():
-            row = int(np.argmax(bad))
-            limits = "0 or 1" if column == "axis" else "a whole number"
-            if column == "diode":
-                limits += " from 0"
-            raise Refusal(f"{name}, row {row + 1}: {column} is {values[row]:g}; expected {limits}")
+        _refuse_first(bad, values, name, column + " is {:g}; expected " + expected)
     keys = np.stack([columns[name] for name in ("station", "axis", "cycle", "diode")])
     _, first, count = np.unique(keys, axis=1, return_index=True, return_counts=True)
     if (count > 1).any():
@@ -108,7 +102,11 @@ def _check(columns: dict[str, np.ndarray], name: str) -> None:
             f"{name}, row {row + 1}: its station, axis, cycle and diode occur again; expected "
             "one row per hit"
         )
-    _check_times(columns, name)
+    for station, axis in np.ndindex(2, 2):
+        of_laser = (columns["station"] == station) & (columns["axis"] == axis)
+        if of_laser.any():
+            sweeps = f"{name}: {AXES[axis]} sweeps of the {ROLES[station]}"
+            _check_times(columns["time_s"][of_laser], columns["cycle"][of_laser], sweeps)
     largest = float(np.abs(columns["angle_rad"]).max())
     if largest > LARGEST_RAD:
         raise Refusal(
@@ -117,41 +115,33 @@ def _check(columns: dict[str, np.ndarray], name: str) -> None:
         )
 
 
-def _check_times(columns: dict[str, np.ndarray], name: str) -> None:
+def _check_times(time_s: np.ndarray, cycle: np.ndarray, sweeps: str) -> None:
     """Refuse cycles that are no sweeps, and times that are not seconds.
 
     All hits of a sweep lie within a half turn; the sweeps of one axis of a station come in the
     order of their cycles, in the median every turn or every second one.
     """
-    for station in (0, 1):
-        for axis in (0, 1):
-            own = (columns["station"] == station) & (columns["axis"] == axis)
-            time, cycle = columns["time_s"][own], columns["cycle"][own]
-            if not time.size:
-                continue
-            of_it = f"{name}: {AXES[axis]} sweeps of the {ROLES[station]}"
-            numbers, row = np.unique(cycle, return_inverse=True)
-            first, last = np.full(numbers.size, np.inf), np.full(numbers.size, -np.inf)
-            np.minimum.at(first, row, time)
-            np.maximum.at(last, row, time)
-            middle = (first + last) / 2
-            spacing = np.diff(middle)
-            if spacing.size >= FEWEST_SPACINGS:
-                usual = float(np.median(spacing))
-                if not SPACING_S[0] <= usual <= SPACING_S[1]:
-                    raise Refusal(
-                        f"{of_it} are {usual:.3g} s apart; expected about 0.017 or 0.033 s (is"
-                        " time_s in seconds, and does cycle number the sweeps in their order?)"
-                    )
-            long = np.flatnonzero(last - first > SWEEP_S)
-            if long.size:
-                raise Refusal(
-                    f"{of_it}: hits of cycle {numbers[long[0]]:g} are"
-                    f" {(last - first)[long[0]]:.3g} s apart; expected one sweep, within 0.0083 s"
-                )
-            back = np.flatnonzero(spacing <= 0)
-            if back.size:
-                raise Refusal(
-                    f"{of_it}: cycle {numbers[back[0] + 1]:g} is not after cycle "
-                    f"{numbers[back[0]]:g}; expected cycles that increase with time_s"
-                )
+    numbers, row = np.unique(cycle, return_inverse=True)
+    first, last = np.full(numbers.size, np.inf), np.full(numbers.size, -np.inf)
+    np.minimum.at(first, row, time_s)
+    np.maximum.at(last, row, time_s)
+    spacing = np.diff((first + last) / 2)
+    if spacing.size >= FEWEST_SPACINGS:
+        usual = float(np.median(spacing))
+        if not SPACING_S[0] <= usual <= SPACING_S[1]:
+            raise Refusal(
+                f"{sweeps} are {usual:.3g} s apart; expected about 0.017 or 0.033 s (is"
+                " time_s in seconds, and does cycle number the sweeps in their order?)"
+            )
+    long = np.flatnonzero(last - first > SWEEP_S)
+    if long.size:
+        raise Refusal(
+            f"{sweeps}: hits of cycle {numbers[long[0]]:g} are"
+            f" {(last - first)[long[0]]:.3g} s apart; expected one sweep, within 0.0083 s"
+        )
+    back = np.flatnonzero(spacing <= 0)
+    if back.size:
+        raise Refusal(
+            f"{sweeps}: cycle {numbers[back[0] + 1]:g} is not after cycle "
+            f"{numbers[back[0]]:g}; expected cycles that increase with time_s"
+        )

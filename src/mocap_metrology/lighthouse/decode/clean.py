@@ -12,6 +12,8 @@ Over time a diode is tested against itself by the project's Hampel filter, where
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
@@ -20,13 +22,9 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel
 from mocap_metrology.common.linear import solve
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.records import Hits, Measurements, Path
+from mocap_metrology.lighthouse.records import Hits, Measurements
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
-GATE_RAD = 1.5e-3
-GATE_MAD = 8.0
-HALF_WINDOW = 15  # sweeps of one laser to each side: 1 s in all
-N_SIGMA = 4.0
 STILL_RAD = 0.5e-3  # 1 mm at 2 m
 RESOLUTION_RAD = np.pi * 0.5e-6 * 60 * 2  # one sample of 2 MHz
 LEAST_PIVOT = 1e-15  # of the normal equations of a sweep: far below what one hit adds
@@ -35,50 +33,47 @@ FEWEST_DIODES = 5  # diodes with both angles: one can be left out
 WRONG_DIODES = 2  # wrong diodes of one moment
 
 
+@dataclass(frozen=True)
+class Cleaning:
+    """Thresholds of `clean_hits`; half_window: sweeps of one laser to each side, 1 s in all."""
+
+    gate_rad: float = 1.5e-3
+    gate_mad: float = 8.0
+    half_window: int = 15
+    n_sigma: float = 4.0
+
+
+USUAL = Cleaning()
+
+
 def clean_hits(
     hits: Hits,
-    board: np.ndarray | None,
-    *,
-    gate_rad: float = GATE_RAD,
-    gate_mad: float = GATE_MAD,
-    half_window: int = HALF_WINDOW,
-    n_sigma: float = N_SIGMA,
-    still_rad: float = STILL_RAD,
+    board: np.ndarray,
+    cleaning: Cleaning = USUAL,
     resolution_rad: float = RESOLUTION_RAD,
 ) -> tuple[Hits, dict[str, list[int]]]:
     """Hits that pass all tests, and how many did not, a count for each diode.
 
-    board: (n, 3) in metres, flat or not; None leaves out the first two.
-    Report: `sweep` (dropped by `sweep_outliers` or `pose_outliers`), `still` (by
-    `still_outliers`), `kept`.
+    board: (n, 3) in metres, flat or not. Report: `sweep` (dropped by `sweep_outliers` or
+    `pose_outliers`), `still` (by `still_outliers`), `kept`.
     """
-    n_diodes = int(hits.diode.max(initial=-1)) + 1
-    wrong = np.zeros(len(hits), np.bool_)
-    if board is not None:
-        if n_diodes > len(board):
-            raise Refusal(
-                f"board: {len(board)} diodes, but light on diode {n_diodes - 1};"
-                f" expected a position for each"
-            )
-        n_diodes = len(board)
-        wrong = sweep_outliers(hits, board, gate_rad, gate_mad)
-        left = np.flatnonzero(~wrong)
-        few = fewest_for_perspective(board)
-        wrong[left] = pose_outliers(hits.take(left), board, few, gate_rad, gate_mad)
+    highest = int(hits.diode.max(initial=-1))
+    if highest >= len(board):
+        raise Refusal(
+            f"board: {len(board)} diodes, but light on diode {highest};"
+            f" expected a position for each"
+        )
+    wrong = sweep_outliers(hits, board, cleaning)
+    left = np.flatnonzero(~wrong)
+    wrong[left] = pose_outliers(hits.take(left), board, cleaning)
     passed = hits.take(~wrong)
-    late = still_outliers(passed, half_window, n_sigma, still_rad, resolution_rad)
+    late = still_outliers(passed, cleaning, resolution_rad)
     kept = passed.take(~late)
-    report = {
-        "sweep": np.bincount(hits.diode[wrong], minlength=n_diodes).tolist(),
-        "still": np.bincount(passed.diode[late], minlength=n_diodes).tolist(),
-        "kept": np.bincount(kept.diode, minlength=n_diodes).tolist(),
-    }
-    return kept, report
+    parts = {"sweep": hits.diode[wrong], "still": passed.diode[late], "kept": kept.diode}
+    return kept, {k: np.bincount(d, minlength=len(board)).tolist() for k, d in parts.items()}
 
 
-def sweep_outliers(
-    hits: Hits, board: np.ndarray, gate_rad: float = GATE_RAD, gate_mad: float = GATE_MAD
-) -> np.ndarray:
+def sweep_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
     """Hits off the others of their sweep by more than max(gate_rad, gate_mad MAD); bool, (n,).
 
     A plane of light meets diode X where tan(angle) = (a0 + a.X) / (1 + c.X), exact for a board that
@@ -96,15 +91,10 @@ def sweep_outliers(
             np.tan(hits.angle_rad[order]),
             _directions(board)[hits.diode[order]],
             np.append(first, order.size),
-            gate_rad,
-            gate_mad,
+            cleaning.gate_rad,
+            cleaning.gate_mad,
         )
     return wrong
-
-
-def fewest_for_perspective(board: np.ndarray) -> int:
-    """Hits from which `sweep_outliers` fits more than the affine part: 8, of a deep board 10."""
-    return 1 + 2 * _directions(board).shape[1] + 3
 
 
 def _directions(board: np.ndarray) -> np.ndarray:
@@ -116,28 +106,25 @@ def _directions(board: np.ndarray) -> np.ndarray:
 
 
 def still_outliers(
-    hits: Hits,
-    half_window: int = HALF_WINDOW,
-    n_sigma: float = N_SIGMA,
-    still_rad: float = STILL_RAD,
-    resolution_rad: float = RESOLUTION_RAD,
+    hits: Hits, cleaning: Cleaning = USUAL, resolution_rad: float = RESOLUTION_RAD
 ) -> np.ndarray:
     """Outliers of a diode's angle among its own in time, by station and axis; bool, (n,).
 
     Only where the board is still: the sliding robust spread of the sweeps' offsets (median over the
-    diodes of angle minus the diode's own median) is below `still_rad`.
+    diodes of angle minus the diode's own median) is below `STILL_RAD`.
     """
     wrong = np.zeros(len(hits), np.bool_)
+    half_window = cleaning.half_window
     for laser in range(4):
         chosen = np.flatnonzero((hits.station == laser // 2) & (hits.axis == laser % 2))
         if chosen.size > 2 * half_window:
             table, row = _table(hits, chosen)
-            still = _still(table, half_window) <= still_rad
+            still = _still(table, half_window) <= STILL_RAD
             for diode in np.flatnonzero(np.isfinite(table).any(axis=0)):
                 series = np.where(still, table[:, diode], np.nan)
-                found = hampel(series, half_window, n_sigma, "mask", resolution_rad)
-                own = chosen[hits.diode[chosen] == diode]
-                wrong[own] = found.outlier[row[hits.diode[chosen] == diode]]
+                found = hampel(series, half_window, cleaning.n_sigma, "mask", resolution_rad)
+                own = hits.diode[chosen] == diode
+                wrong[chosen[own]] = found.outlier[row[own]]
     return wrong
 
 
@@ -179,11 +166,12 @@ def _fit(design: np.ndarray, value: np.ndarray, weight: np.ndarray) -> np.ndarra
 
 @njit
 def _predict(
-    design: np.ndarray, coefficients: np.ndarray, n_linear: int, predicted: np.ndarray
+    design: np.ndarray, tangent: np.ndarray, weight: np.ndarray, n_linear: int, out: np.ndarray
 ) -> None:
-    """tan(angle) of the model; the columns past n_linear are made anew from it, -tan(angle) X, so
-    that a wrong hit bends none of its own columns."""
+    """tan(angle) of the fitted model, into `out`; the columns past n_linear are made anew from it,
+    -tan(angle) X, so that a wrong hit bends none of its own columns."""
     n_hits, n = design.shape
+    coefficients = _fit(design, tangent, weight)
     for h in range(n_hits):
         above = 0.0
         below = 1.0
@@ -191,9 +179,9 @@ def _predict(
             above += design[h, i] * coefficients[i]
         for i in range(n_linear, n):
             below += design[h, i - n_linear + 1] * coefficients[i]
-        predicted[h] = above / min(max(below, 0.3), 3.0)
+        out[h] = above / min(max(below, 0.3), 3.0)
         for i in range(n_linear, n):
-            design[h, i] = -predicted[h] * design[h, i - n_linear + 1]
+            design[h, i] = -out[h] * design[h, i - n_linear + 1]
 
 
 @njit
@@ -207,7 +195,7 @@ def _least_absolute(
 ) -> None:
     """Iterated weights; leaves the residuals in rad, to first order."""
     for _ in range(7):
-        _predict(design, _fit(design, tangent, weight), n_linear, predicted)
+        _predict(design, tangent, weight, n_linear, predicted)
         for h in range(tangent.size):
             residual[h] = (tangent[h] - predicted[h]) / (1.0 + tangent[h] * tangent[h])
             weight[h] = 1.0 / max(abs(residual[h]), 3e-5)
@@ -242,7 +230,7 @@ def _gate_sweep(
         limit = max(gate_rad, gate_mad * np.median(np.abs(residual)))
         for h in range(n_hits):
             weight[h] = 1.0 if abs(residual[h]) <= limit else 1e-9
-        _predict(design, _fit(design, tangent, weight), n_linear, predicted)
+        _predict(design, tangent, weight, n_linear, predicted)
         residual = np.arctan(tangent) - np.arctan(predicted)
     return np.abs(residual) > max(gate_rad, gate_mad * np.median(np.abs(residual)))
 
@@ -258,33 +246,31 @@ def _gate(
     return wrong
 
 
-def pose_outliers(
-    hits: Hits, board: np.ndarray, few: int, gate_rad: float, gate_mad: float
-) -> np.ndarray:
+def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
     """Hits off the board pose of their moment by more than max(gate_rad, gate_mad MAD); bool, (n,).
 
-    board (n, 3) in metres; few: sweeps of fewer hits are looked at. A moment is an azimuth sweep
-    and the elevation sweep of the next cycle; MAD is that of all of them, so that a wrong board
-    file or unknown optics, which no leaving out of hits mends, widen the gate. Where the pose does
-    not fit, each diode is left out in turn: it may be the one if the rest then fit.
+    Of sweeps with fewer hits than `sweep_outliers` needs for perspective, 8, of a deep board 10. A
+    moment is an azimuth sweep and the elevation sweep of the next cycle; MAD is that of all of
+    them, so that a wrong board file or unknown optics, which no leaving out of hits mends, widen
+    the gate. Where the pose does not fit, each diode is left out in turn: it may be the one if the
+    rest then fit.
     """
+    few = 1 + 2 * _directions(board).shape[1] + 3
     wrong = np.zeros(len(hits), np.bool_)
     for station in (0, 1):
         table, rows = _moments(hits, station, len(board), few)
         if not len(table):
             continue
         off = _residuals(table, board)
-        limit = max(gate_rad, gate_mad * float(np.nanmedian(np.abs(off))))
+        limit = max(cleaning.gate_rad, cleaning.gate_mad * float(np.nanmedian(np.abs(off))))
         for _ in range(WRONG_DIODES):
             suspect = np.flatnonzero(np.nanmax(np.abs(off), axis=(1, 2), initial=0) > limit)
             for moment in suspect:
                 for diode in _culprits(table[moment], board, limit):
                     rest = table[[moment]].copy()
                     rest[:, diode] = np.nan
-                    alone = (
-                        _predicted(_board_poses(rest, board), board)[0, diode]
-                        - table[moment, diode]
-                    )
+                    predicted = _predicted(rest, board)[0, diode]
+                    alone = predicted - table[moment, diode]
                     wrong[rows[moment, diode, np.abs(alone) > limit]] = True
                 table[moment, np.isin(rows[moment], np.flatnonzero(wrong)).any(axis=1)] = np.nan
                 off[moment] = np.nan
@@ -312,20 +298,17 @@ def _moments(hits: Hits, station: int, n_diodes: int, few: int) -> tuple[np.ndar
     return table[kept], rows[kept]
 
 
-def _board_poses(table: np.ndarray, board: np.ndarray) -> Path:
-    given = Measurements(np.arange(len(table), dtype=float), table)
-    return by_levenberg_marquardt(given, board, rotor_parameters())
-
-
-def _predicted(path: Path, board: np.ndarray) -> Floats:
-    """Angles (n, diodes, 2) of the board in these poses."""
+def _predicted(table: Floats, board: Floats) -> Floats:
+    """Angles (n, diodes, 2) of the board in the poses that the measured ones, `table`, fit best."""
+    measured = Measurements(np.arange(len(table), dtype=float), table)
+    path = by_levenberg_marquardt(measured, board, rotor_parameters())
     places = board @ path.R.transpose(0, 2, 1) + path.t_m[:, None]
     flat = angles(np.ascontiguousarray(places.reshape(-1, 3)), rotor_parameters())
     return flat.reshape(*places.shape[:2], 2)
 
 
 def _residuals(table: Floats, board: Floats) -> Floats:
-    return table - _predicted(_board_poses(table, board), board)
+    return table - _predicted(table, board)
 
 
 def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray:
@@ -344,5 +327,5 @@ def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray
 
 def warm_up() -> None:
     """Compile for float64."""
-    _gate(np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), GATE_RAD, GATE_MAD)
+    _gate(np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad)
     hampel(np.arange(8.0), half_window=2)

@@ -83,18 +83,16 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.n
     board, channels = _description(config, f"{name}, {tracked_object}")
     pulses, begin = _pulses(np.concatenate(seen.pulses), channels, len(board), name)
     sensors = inertial.series(np.concatenate(seen.inertial), json.loads(config), begin)
-    notes = (*pulses.notes, *_damage(seen))
-    return replace(pulses, inertial=sensors, notes=notes), board
-
-
-def _damage(seen: _Seen) -> Iterator[str]:
-    """What to say of lines that cannot be read, and of pulses of objects that are not described."""
+    notes = list(pulses.notes)
     if seen.unreadable:
-        yield f"{seen.unreadable} lines cannot be read and are left out: the file is damaged"
+        notes.append(
+            f"{seen.unreadable} lines cannot be read and are left out: the file is damaged"
+        )
     known = {name.encode() for name in seen.configs}
     stray = sum(n for name, n in seen.raw.items() if name not in known)
     if stray:
-        yield f"{stray} pulses are of objects without a CONFIG line and are left out"
+        notes.append(f"{stray} pulses are of objects without a CONFIG line and are left out")
+    return replace(pulses, inertial=sensors, notes=tuple(notes)), board
 
 
 def _scan(path: str | Path, wanted: bytes) -> _Seen:
@@ -153,7 +151,8 @@ def _blocks(path: str | Path) -> Iterator[bytes]:
                     raise Refusal(f"{name}: too long; expected at most {MOST_BYTES} bytes of text")
                 head, line_end, tail = piece.rpartition(b"\n")
                 if line_end:
-                    yield _without_empty_lines(rest + head)
+                    text = (rest + head).replace(b"\r\n", b"\n")
+                    yield re.sub(rb"\n{2,}", b"\n", text).strip(b"\r\n")
                     rest = tail
                 else:
                     rest += piece
@@ -166,13 +165,6 @@ def _blocks(path: str | Path) -> Iterator[bytes]:
     except OSError as error:
         reason = error.strerror or error
         raise Refusal(f"{name}: cannot be read ({reason}); expected a recording") from None
-
-
-def _without_empty_lines(block: bytes) -> bytes:
-    block = block.replace(b"\r\n", b"\n")
-    while b"\n\n" in block:
-        block = block.replace(b"\n\n", b"\n")
-    return block.strip(b"\r\n")
 
 
 def _readable(path: str | Path) -> bytes:

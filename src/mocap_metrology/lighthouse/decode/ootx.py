@@ -23,7 +23,7 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -62,17 +62,8 @@ def decode_station(flashes: Flashes) -> Station:
         known = int((bits >= 0).sum())
         seen = f"{known} bits in {bits.size} cycles, {bits.size - known} missing, {syncs} syncs"
         return Station(role, why=f"no calibration frame ({seen}): {why}")
-    payload = unpack(Counter(frames).most_common(1)[0][0])
-    return Station(
-        role=role,
-        id=payload.id,
-        mode=payload.mode,
-        factory=payload.factory,
-        gravity=up_of(payload.accel),
-        frames_found=len(frames),
-        firmware=payload.firmware,
-        hardware=payload.hardware,
-    )
+    station = unpack(Counter(frames).most_common(1)[0][0])
+    return replace(station, role=role, frames_found=len(frames))
 
 
 def bit_line(flashes: Flashes) -> np.ndarray:
@@ -231,46 +222,13 @@ def _by_cost(cost: np.ndarray, columns: list[int], syndrome: int) -> Iterator[tu
         heapq.heappush(heap, (*moved, turned ^ columns[last]))
 
 
-@dataclass(frozen=True)
-class Payload:
-    """Fields of a frame."""
-
-    id: int
-    protocol: int
-    firmware: int
-    hardware: int
-    unlock: int
-    mode: str | None
-    faults: int
-    accel: tuple[int, int, int]
-    factory: Factory
-
-
 def frame_bits(length: int = 33) -> int:
     """Bits of a frame with a payload of `length` bytes: 18 + 17 (3 + ceil(length / 2))."""
     return len(SYNC) + 17 * (3 + (length + 1) // 2)
 
 
-def pack(payload: Payload) -> bytes:
-    """The 33 bytes of a payload of protocol 6."""
-    f = payload.factory
-    head = LAYOUT.pack(
-        payload.firmware << 6 | 6,
-        payload.id,
-        *f.phase,
-        *f.tilt,
-        payload.unlock,
-        payload.hardware,
-        *f.curve,
-        *payload.accel,
-        *f.gibphase,
-        *f.gibmag,
-    )
-    return head + bytes([MODES.index(payload.mode), payload.faults])
-
-
-def unpack(data: bytes) -> Payload:
-    """Fields of a payload of 31 or 33 bytes.
+def unpack(data: bytes) -> Station:
+    """Station of a payload of 31 or 33 bytes; its role is not in there.
 
     Raises `Refusal` where a value is none that a first-generation station can have.
     """
@@ -278,31 +236,24 @@ def unpack(data: bytes) -> Payload:
     protocol = v[0] & 63
     if protocol not in PROTOCOLS[len(data)]:
         raise Refusal(f"protocol {protocol} of {len(data)} bytes; expected 6 of 33, 4 or 5 of 31")
-    mode, faults = (data[31], data[32]) if len(data) == 33 else (None, 0)
+    mode = data[31] if len(data) == 33 else None
     if mode is not None and mode >= len(MODES):
         raise Refusal(f"mode {mode}; expected 0, 1 or 2")
-    pairs = [np.array(v[i : i + 2]) for i in (2, 4, 8, 13, 15)]
-    factory = Factory(*pairs)
-    _check_values(factory)
-    return Payload(
-        id=v[1],
-        protocol=protocol,
-        firmware=v[0] >> 6,
-        hardware=v[7],
-        unlock=v[6],
-        mode=None if mode is None else MODES[mode],
-        faults=faults,
-        accel=v[10:13],
-        factory=factory,
-    )
-
-
-def _check_values(factory: Factory) -> None:
+    factory = Factory(*(np.array(v[i : i + 2]) for i in (2, 4, 8, 13, 15)))
     check(factory)
     for name, limit in (("gibphase", 7.0), ("gibmag", 0.3)):
         values = getattr(factory, name)
         if not (np.abs(values) <= limit).all():
             raise Refusal(f"{name} is {values.tolist()}; expected within +-{limit}")
+    return Station(
+        "",
+        id=v[1],
+        mode=None if mode is None else MODES[mode],
+        factory=factory,
+        gravity=up_of(v[10:13]),
+        firmware=v[0] >> 6,
+        hardware=v[7],
+    )
 
 
 def up_of(accel: tuple[int, int, int]) -> np.ndarray | None:
@@ -333,8 +284,19 @@ def encode_frame(
 
     gravity_int8 are the accelerometer's x, y, z as in `accel_of`; mode is A, b or c.
     """
-    values = Payload(id, 6, firmware, hardware, unlock, mode, faults, gravity_int8, factory)
-    return frame_of(pack(values))
+    data = LAYOUT.pack(
+        firmware << 6 | 6,
+        id,
+        *factory.phase,
+        *factory.tilt,
+        unlock,
+        hardware,
+        *factory.curve,
+        *gravity_int8,
+        *factory.gibphase,
+        *factory.gibmag,
+    )
+    return frame_of(data + bytes([MODES.index(mode), faults]))
 
 
 def frame_of(data: bytes) -> np.ndarray:

@@ -5,7 +5,7 @@ the board; occlusion; and light that is no direct hit.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,48 +23,13 @@ FALSE_FLASH_S = (50e-6, 150e-6)
 MOST_FALSE = 100_000  # of a recording, whatever its twin requests
 
 
-@dataclass(frozen=True)
-class SweptBoard:
+class SweptBoard(NamedTuple):
     """Hits of sweeps on diodes without any noise; all (sweeps, diodes)."""
 
     time_s: np.ndarray
     angle_rad: np.ndarray
     range_m: np.ndarray  # from the laser to the diode
     cos_incidence: np.ndarray  # of the light on the diode, 1 from straight ahead
-
-
-def swept_board(
-    start_s: np.ndarray,
-    station: np.ndarray,
-    axis: np.ndarray,
-    cycle_s: float,
-    motion: Motion,
-    board: np.ndarray,
-    poses: tuple[np.ndarray, np.ndarray],
-    rotors: np.ndarray,
-) -> SweptBoard:
-    """Hits of sweeps that begin at start_s (n,), of `station` (n,) and `axis` (n,).
-
-    t = start + (theta(p(t)) + pi/2) cycle / pi, solved for each diode by fixed-point iteration
-    through the moving pose; it converges by (speed across) / (377 rad/s range) a step, below 1/100
-    for any board. poses: R (stations, 3, 3) and t (stations, 3) in the master's frame; rotors
-    (stations, 2, 10) as `rotor_parameters`.
-    """
-    out = _sweep(
-        start_s,
-        station.astype(np.int64),
-        axis.astype(np.int64),
-        cycle_s,
-        motion.centre,
-        motion.facing,
-        motion.sines,
-        motion.arc,
-        np.ascontiguousarray(board),
-        np.ascontiguousarray(poses[0]),
-        np.ascontiguousarray(poses[1]),
-        rotors,
-    )
-    return SweptBoard(*out)
 
 
 @njit
@@ -83,20 +48,24 @@ def _in_station(
 
 
 @njit
-def _sweep(
+def swept_board(
     start_s: np.ndarray,
     station: np.ndarray,
     axis: np.ndarray,
     cycle_s: float,
-    centre: np.ndarray,
-    facing: np.ndarray,
-    sines: np.ndarray,
-    arc: np.ndarray,
+    motion: Motion,
     board: np.ndarray,
     Rs: np.ndarray,
     ts: np.ndarray,
     rotors: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+) -> SweptBoard:
+    """Hits of sweeps that begin at start_s (n,), of `station` (n,) and `axis` (n,).
+
+    t = start + (theta(p(t)) + pi/2) cycle / pi, solved for each diode by fixed-point iteration
+    through the moving pose; it converges by (speed across) / (377 rad/s range) a step, below 1/100
+    for any board. Rs (stations, 3, 3) and ts (stations, 3): poses in the master's frame; rotors
+    (stations, 2, 10) as `rotor_parameters`.
+    """
     shape = (start_s.size, board.shape[0])
     time, theta = np.empty(shape), np.empty(shape)
     distance, incidence = np.empty(shape), np.empty(shape)
@@ -108,7 +77,7 @@ def _sweep(
         t = start_s[i] + cycle_s / 2
         for d in range(shape[1]):  # from the neighbour's time on
             for _ in range(50):
-                pose_at(t, centre, facing, sines, arc, R, p)
+                pose_at(t, motion, R, p)
                 x, y, z = _in_station(R, p, board[d], Rs[s], ts[s])
                 found = angle(k, x, y, z, laser)
                 before, t = t, start_s[i] + (found + math.pi / 2) * per_rad
@@ -121,7 +90,7 @@ def _sweep(
             for j in range(3):
                 toward -= R[j, 0] * (Rs[s, j, 0] * x + Rs[s, j, 1] * y + Rs[s, j, 2] * z)
             incidence[i, d] = toward / distance[i, d]
-    return time, theta, distance, incidence
+    return SweptBoard(time, theta, distance, incidence)
 
 
 def blocked_intervals(

@@ -15,7 +15,7 @@ import numpy as np
 
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse.rotation import exp
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, StationTwin
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 
 MOCAP = 5  # stream of random numbers
 # Markers of a mount in the housing's frame, metres: around the front, above and behind it, no two
@@ -50,12 +50,6 @@ class MountRecording:
     mounts: tuple[Mount, ...]
 
 
-def default_mount(station: int) -> Mount:
-    """The mount of the master (0) or the slave (1)."""
-    labels = tuple(f"{PREFIXES[station]}{i + 1}" for i in range(len(MOUNT_M)))
-    return Mount(labels, MOUNT_M.copy())
-
-
 def simulate_mounts(twin: LighthouseTwin, seed: int | None = None) -> MountRecording:
     """Markers of both stations over `mocap_frames`; `seed` replaces the twin's own.
 
@@ -63,30 +57,19 @@ def simulate_mounts(twin: LighthouseTwin, seed: int | None = None) -> MountRecor
     `mount_error_deg`, about an axis of its own, is so in all recordings of the setup.
     """
     rng = np.random.default_rng([twin.seed if seed is None else seed, MOCAP])
-    world = exp(rng.normal(size=3) * 2), rng.uniform(-3, 3, 3)
-    bent = np.random.default_rng([zlib.crc32(twin.setup.encode()), MOCAP])
-    mounts = tuple(default_mount(i) for i in range(len(twin.stations)))
-    places = [
-        _in_world(mount, station, twin.mount_error_deg, bent, world)
-        for mount, station in zip(mounts, twin.stations, strict=True)
-    ]
+    R_world, t_world = exp(rng.normal(size=3) * 2), rng.uniform(-3, 3, 3)
+    of_setup = np.random.default_rng([zlib.crc32(twin.setup.encode()), MOCAP])
+    mounts, places = [], []
+    for prefix, station in zip(PREFIXES, twin.stations, strict=False):
+        mounts.append(Mount(tuple(f"{prefix}{i + 1}" for i in range(len(MOUNT_M))), MOUNT_M))
+        axis = of_setup.normal(size=3)
+        turned = exp(np.radians(twin.mount_error_deg) * axis / np.linalg.norm(axis))
+        in_master = MOUNT_M @ (station.R @ turned).T + station.t
+        places.append(in_master @ R_world.T + t_world)
     still = 1e3 * np.concatenate(places)[:, :, None]
     noise = twin.mocap_noise_mm * rng.standard_normal((*still.shape[:2], twin.mocap_frames))
     labels = tuple(label for mount in mounts for label in mount.labels)
-    return MountRecording(labels, still + noise, twin.mocap_rate_hz, mounts)
-
-
-def _in_world(
-    mount: Mount,
-    station: StationTwin,
-    error_deg: float,
-    rng: np.random.Generator,
-    world: tuple[np.ndarray, np.ndarray],
-) -> np.ndarray:
-    axis = rng.normal(size=3)
-    turned = exp(np.radians(error_deg) * axis / np.linalg.norm(axis))
-    in_master = mount.positions_m @ (station.R @ turned).T + station.t
-    return in_master @ world[0].T + world[1]
+    return MountRecording(labels, still + noise, twin.mocap_rate_hz, tuple(mounts))
 
 
 def write_mounts(path: str | Path, mounts: Sequence[Mount]) -> None:

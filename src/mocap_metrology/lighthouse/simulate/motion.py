@@ -6,7 +6,7 @@ Everything is a closed form of time, so that a diode's position is known at the 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,7 @@ JITTER_HZ, TREMOR_HZ, SLOW_HZ = (3.0, 5.0), (8.0, 10.0), (0.1, 0.5)
 SINES = 3  # of each coordinate of a hand, and of each angle
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """Pose of the board by time, in the frame of the master.
 
     p = centre + sums of sines + arc, R = facing Rz(c) Ry(b) Rx(a), with a, b, c sums of sines.
@@ -36,7 +35,7 @@ class Motion:
     def poses(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """R (n, 3, 3) and p (n, 3) at these times."""
         times = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
-        return _poses(times, self.centre, self.facing, self.sines, self.arc)
+        return _poses(times, self)
 
 
 def motion_of(twin: MotionTwin, stations: np.ndarray, seed: int) -> Motion:
@@ -124,16 +123,9 @@ def _tremor(twin: MotionTwin, rng: np.random.Generator) -> list[Sine]:
 
 
 @njit
-def pose_at(
-    t: float,
-    centre: np.ndarray,
-    facing: np.ndarray,
-    sines: np.ndarray,
-    arc: np.ndarray,
-    R: np.ndarray,
-    p: np.ndarray,
-) -> None:
+def pose_at(t: float, motion: Motion, R: np.ndarray, p: np.ndarray) -> None:
     """Pose at a time, into R (3, 3) and p (3,)."""
+    centre, facing, sines, arc = motion.centre, motion.facing, motion.sines, motion.arc
     q = np.zeros(6)
     for i in range(sines.shape[0]):
         q[int(sines[i, 0])] += sines[i, 1] * math.sin(sines[i, 2] * t + sines[i, 3])
@@ -151,10 +143,8 @@ def pose_at(
 
 
 @njit
-def _poses(
-    times: np.ndarray, centre: np.ndarray, facing: np.ndarray, sines: np.ndarray, arc: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _poses(times: np.ndarray, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     R, p = np.empty((times.size, 3, 3)), np.empty((times.size, 3))
     for i in range(times.size):
-        pose_at(times[i], centre, facing, sines, arc, R[i], p[i])
+        pose_at(times[i], motion, R[i], p[i])
     return R, p

@@ -167,12 +167,13 @@ class Station:
 class Halves:
     """Poses from before and after a moment of a recording, or from one of several recordings and
     from the others: how far apart, and the squared distance d^T C^-1 d of both (six degrees of
-    freedom)."""
+    freedom); stepped: whether a step at one moment explains it, None where that was not tested."""
 
     mm: float
     deg: float
     m2: float
     recordings: bool = False
+    stepped: bool | None = None
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from mocap_metrology.lighthouse.calibrate.batch import Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode
 from mocap_metrology.lighthouse.export.world import read_points
+from mocap_metrology.lighthouse.known_length import KnownLength, known_length
 from mocap_metrology.lighthouse.records import Station, inertial_of
 from mocap_metrology.settings import Lighthouse
 
@@ -52,6 +53,7 @@ class Entry:
     reference_labels_slave: Sequence[str] = ()
     reference_unit: Unit | None = None
     tracked_with: str | None = None
+    known_length: str | None = None
 
 
 def decoded(entry: Entry, files: Mapping[str, str], settings: Lighthouse) -> Decoded:
@@ -90,7 +92,12 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
     )
 
 
-def sensors_of(settings: Lighthouse, stations: Sequence[Station], inertial: str | None) -> Sensors:
+def sensors_of(
+    settings: Lighthouse,
+    stations: Sequence[Station],
+    inertial: str | None,
+    lengths: tuple[KnownLength, ...] = (),
+) -> Sensors:
     """What a calibration uses besides hits, by the settings; inertial: path of inertial.parquet."""
     series = ups = None
     if settings.inertial and inertial is not None:
@@ -98,7 +105,16 @@ def sensors_of(settings: Lighthouse, stations: Sequence[Station], inertial: str 
     if settings.gravity:
         unknown = np.full(3, np.nan)
         ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
-    return Sensors(series, ups)
+    return Sensors(series, ups, lengths)
+
+
+def lengths_of(entry: Entry, points: str | None, n_diodes: int) -> tuple[KnownLength, ...]:
+    """The length that a row states; points: file of those in the room, if it names one. Raises
+    `Refusal` for one that cannot be used."""
+    if not entry.known_length:
+        return ()
+    places = None if points is None else read_points(points)
+    return (known_length(entry.known_length, n_diodes, places),)
 
 
 def priors_of(settings: Lighthouse) -> Priors:
@@ -121,6 +137,8 @@ def checked(entry: Entry, files: Mapping[str, str], settings: Lighthouse) -> tup
     if "points" in files:
         read_points(files["points"])
     recording = decoded(entry, files, settings)
+    if "points" in files or not str(entry.known_length).startswith("points"):
+        lengths_of(entry, files.get("points"), len(recording.board))
     warnings = [
         f"{station.role}: no factory values ({station.why}); expected errors of centimetres"
         for station in recording.stations

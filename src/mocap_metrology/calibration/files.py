@@ -13,6 +13,7 @@ import numpy as np
 from mocap_metrology.calibration.decode import (
     Entry,
     calibration_settings,
+    lengths_of,
     reference_of,
     sensors_of,
     truths_of,
@@ -90,7 +91,8 @@ def write_poses(
     factories = [station.factory for station in stations]
     found, board, placed = Calibration(), read_board(given["board"]), None
     recorded, how = (records.hits_of(hits), board, factories), calibration_settings(settings)
-    sensors = sensors_of(settings, stations, given.get("inertial"))
+    lengths = lengths_of(entry, given.get("points"), len(board))
+    sensors = sensors_of(settings, stations, given.get("inertial"), lengths)
     try:
         found = calibrate(*recorded, how, log.info, over, sensors)
         result = summary(

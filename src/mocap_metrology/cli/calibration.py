@@ -43,7 +43,8 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
             raise Refusal(f"{file}: no such file; expected that of --{OPTIONS.get(name, name)}")
     if str(given.reference).lower().endswith(".c3d"):
         raise Refusal(f"{given.reference}: markers on housings need a mount: use a row of a sheet")
-    entry = Entry(name_of(path), str(path.resolve()), kind, given.board)
+    length = given.known_length
+    entry = Entry(name_of(path), str(path.resolve()), kind, given.board, known_length=length)
     with beside(import_matplotlib, _draw_calibration) as second:
         tell("1/3 pulses, base stations, sweeps")
         check, decoded = checked(

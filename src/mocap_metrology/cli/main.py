@@ -136,6 +136,12 @@ def parser() -> argparse.ArgumentParser:
         "slave, diode 3 (at the start), diode 3 at 12.5 s",
     )
     dumps.add_argument(
+        "--known-length",
+        metavar="LENGTH",
+        help='a length in the room, which shows the scale: "stations 4.330 0.005" (m, standard '
+        'deviation), "diode 0 at 2.0 s - diode 0 at 7.0 s 2.000 0.002", or "points"',
+    )
+    dumps.add_argument(
         "--factory",
         metavar="FILE",
         help="factory values of stations whose own cannot be read: stations.json, libsurvive's "
@@ -160,7 +166,7 @@ class Version(argparse.Action):
         parser.exit()
 
 
-OF_DUMPS = ("format", "inertial", "world", "world_points", "factory", "reference")
+OF_DUMPS = ("format", "inertial", "world", "world_points", "known_length", "factory", "reference")
 OF_MARKERS = ("markers", "rate", "unit", "columns", "accept_truncated")
 
 

@@ -7,13 +7,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.lighthouse_recordings import real_flight
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch import problem
-from mocap_metrology.lighthouse.batch.length import KnownLength, LengthView, Place, equation
+from mocap_metrology.lighthouse.batch.length import LengthView, equation
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.calibrate.batch import Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits
+from mocap_metrology.lighthouse.known_length import KnownLength, Place, known_length
 
 MASTER, SLAVE = Place(station=0), Place(station=1)
 PLACES = {
@@ -43,6 +45,48 @@ def test_derivatives_of_a_length_are_its_differences(name: str) -> None:
     np.testing.assert_allclose(found.by_trajectory, by, atol=1e-5)
     by = [difference(control, state.moved(d, of)) for d in step * np.eye(of.size)]
     np.testing.assert_allclose(found.by_others, by, atol=1e-5)
+
+
+POINTS = {"master": np.zeros(3), "diode 1": np.array([3.0, 0, 0]), "slave": np.array([0, 4.0, 0])}
+
+
+@pytest.mark.parametrize(
+    ("cell", "places", "size_m", "sd_m"),
+    [
+        ("stations 4.330 0.005", (MASTER, SLAVE), 4.33 / 2**0.5, 0.005 / 2**0.5),
+        (
+            "diode 0 at 2.0 s - diode 3 at 7.25 s 2 0.002",
+            *((Place(diode=0, time_s=2.0), Place(diode=3, time_s=7.25)), 2**0.5, 0.002 / 2**0.5),
+        ),
+        ("points", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.005),
+        ("points 0.001", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.001),
+    ],
+)
+def test_a_length_in_a_cell(cell: str, places, size_m: float, sd_m: float) -> None:
+    found = known_length(cell, 4, POINTS)
+    assert found.places == places
+    assert (found.size_m, found.sd_m) == pytest.approx((size_m, sd_m))
+
+
+@pytest.mark.parametrize(
+    ("cell", "why"),
+    [
+        ("stations 4.33", "expected `stations 4.330 0.005`"),
+        ("stations 4330 0.005", "expected `stations"),
+        ("stations 0.004 0.005", "expected `stations"),
+        ("stations 4.33 0", "expected `stations"),
+        ("diode 4 at 2 s - diode 0 at 7 s 2 0.002", "the board has the diodes 0 to 3"),
+        ("diode 0 - diode 1 2 0.002", "expected `stations"),
+    ],
+)
+def test_cells_that_state_no_length(cell: str, why: str) -> None:
+    with pytest.raises(Refusal, match=why):
+        known_length(cell, 4)
+
+
+def test_the_size_of_points_needs_these() -> None:
+    with pytest.raises(Refusal, match="a file of points"):
+        known_length("points", 4)
 
 
 @pytest.mark.parametrize("name", ["none", "stations", "diode"])

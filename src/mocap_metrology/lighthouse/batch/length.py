@@ -12,8 +12,6 @@ the variance sd^2 + a' A^-1 a. It is not moved itself.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,54 +22,8 @@ from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobians
 from mocap_metrology.lighthouse.batch.problem import Layout, State
 from mocap_metrology.lighthouse.batch.solve import Noise, Reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
-from mocap_metrology.lighthouse.records import ROLES
+from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.rotation import exp
-
-PLACE = re.compile(r"diode (\d{1,4}) at (\d{1,6}(?:\.\d{1,6})?) s")
-STATIONS = "stations"
-POINTS = "points"
-POINTS_SD_M = 0.005
-
-
-@dataclass(frozen=True)
-class Place:
-    """A station, or a diode at a moment."""
-
-    station: int | None = None
-    diode: int = -1
-    time_s: float = 0.0
-
-
-@dataclass(frozen=True)
-class KnownLength:
-    """Size of the figure of some places, and its standard deviation, m: see the module."""
-
-    places: tuple[Place, ...]
-    size_m: float
-    sd_m: float
-
-    @classmethod
-    def between(cls, first: Place, second: Place, length_m: float, sd_m: float) -> KnownLength:
-        """The distance of two places."""
-        return cls((first, second), length_m / np.sqrt(2), sd_m / np.sqrt(2))
-
-    @classmethod
-    def of_points(cls, points: Sequence[tuple[Place, np.ndarray]], sd_m: float) -> KnownLength:
-        """The size of a figure whose corners were measured; sd_m: of a coordinate."""
-        places, known = zip(*points, strict=True)
-        size = np.linalg.norm(known - np.mean(known, axis=0))
-        return cls(places, float(size), sd_m)
-
-
-def place_of(label: str, default_s: float | None = None) -> Place | None:
-    """The place of a label: `master`, `slave`, `diode 3 at 12.5 s`, and with default_s `diode 3`;
-    None of another."""
-    if label in ROLES:
-        return Place(station=ROLES.index(label))
-    known = PLACE.fullmatch(label if " at " in label else f"{label} at {default_s or 0:.6f} s")
-    if known is None or (default_s is None and " at " not in label):
-        return None
-    return Place(diode=int(known[1]), time_s=float(known[2]))
 
 
 @dataclass(frozen=True)

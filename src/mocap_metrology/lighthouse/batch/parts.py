@@ -17,6 +17,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     Noise,
     linearised,
     reduced,
+    solved,
     sweeps_of,
     weights,
 )
@@ -28,6 +29,7 @@ FEWEST_SWEEPS = 20  # of each station in a part
 FEWEST_OF_PIECE = 5  # likewise
 UNDETERMINED = 100.0  # m^2 or rad^2: the variance of a pose that nothing determines
 WEAK = 1e-9  # of the largest information: a direction of a pose that a piece does not determine
+SHOWN = 0.1  # of the variance of a prior
 BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step in time
 
 
@@ -221,6 +223,54 @@ def shared_errors(
     by_noise = noise[np.ix_(rows, rows)] * np.outer(units, units)
     by_noise = (by_noise + by_noise.T) / 2  # apart by rounding, which differences leave much of
     return by_noise, SharedErrors(sd[own], effect, of_board, board)
+
+
+def prior_p(found: Joint) -> float:
+    """Probability by chance that board and optics are estimated so far from what is known of them.
+
+    With M = S + L, errors of the standard deviations B make estimates v of the covariance
+    C = G B G' + M^-1 S M^-1, G = I - M^-1 L; v' C^-1 v is a chi squared in the directions that the
+    hits determine, in units of B, by `SHOWN` at least. The lower of the probabilities, times
+    two, of all and of strains of the board alone, as of a board file stretched along one axis.
+    """
+    own = np.isin(found.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
+    known, sd = 1 / found.working**2, found.of.sd[own]
+    M = solved(found.S + np.diag(known), np.eye(known.size))
+    rows = np.ix_(own, own)
+    by_prior = (np.eye(sd.size) - M[rows] * known[own]) * sd / sd[:, None]
+    C = by_prior @ by_prior.T + found.misfit * (M @ found.S @ M)[rows] / np.outer(sd, sd)
+    off = found.state.values[own] / sd
+    strains = np.zeros((sd.size, 9))
+    if found.of.places >= 0:
+        first = int(np.count_nonzero(own[: found.of.places]))
+        board = found.state.board - found.state.board.mean(axis=0)
+        strains[first : first + board.size] = np.kron(board, np.eye(3))
+    axes, size, _ = np.linalg.svd(strains, full_matrices=False)
+    p = [_by_chance(off, by_prior, C)]
+    if size[0] > 0:
+        modes = axes[:, size > 1e-6 * size[0]]
+        p.append(_by_chance(modes.T @ off, modes.T @ by_prior, modes.T @ C @ modes))
+    return min(1.0, 2 * min(p))
+
+
+def _by_chance(off: Floats, by_prior: Floats, C: Floats) -> float:
+    """Probability of a larger off' C^-1 off in directions that are shown; 1 where none is."""
+    size, axes = np.linalg.eigh((C + C.T) / 2)
+    shown = np.sum((axes.T @ by_prior) ** 2, axis=1) > SHOWN
+    if not shown.any():
+        return 1.0
+    return float(chi2.sf(np.sum((off @ axes)[shown] ** 2 / size[shown]), int(shown.sum())))
+
+
+def scale_share(found: Joint, station: int = 1) -> float:
+    """Share that the scale of the board has in the variance of a station's position."""
+    if found.of.scale < 0:
+        return 0.0
+    known = 1 / found.working**2
+    M = solved(found.S + np.diag(known), np.eye(known.size))
+    rows, scale = found.pose(station)[:3], found.of.scale
+    effect = M[rows, scale] * known[scale] * found.believed[scale]
+    return float(effect @ effect / np.trace(found.pose_covariance(station)[:3, :3]))
 
 
 def residual_ratios(one: Recording) -> dict[str, dict[str, float]]:

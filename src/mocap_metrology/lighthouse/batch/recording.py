@@ -10,7 +10,7 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.inertial import Windows, windows
-from mocap_metrology.lighthouse.batch.length import KnownLength, LengthView, added, equation
+from mocap_metrology.lighthouse.batch.length import LengthView, added, equation
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
 from mocap_metrology.lighthouse.batch.solve import (
     Equations,
@@ -26,6 +26,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     weights,
 )
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import Hits, Inertial
 
 LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
@@ -127,6 +128,11 @@ class Recording:
     def weights(self) -> Weights:
         """Of the hits, at the present noise."""
         return weights(self.seen, self.residual, self.noise)
+
+    def total_weight(self) -> Floats:
+        """Of each hit, with that of its sweep."""
+        own = self.weights()
+        return own.hit * own.held[self.sweeps.sweep]
 
     @property
     def alone(self) -> Floats:

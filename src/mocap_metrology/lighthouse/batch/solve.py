@@ -350,7 +350,7 @@ def supported(
 
         -2 log L = log det(S + L) - log det L - h_0' (S + L)^-1 h_0,
 
-    which the largest factor raises by `NOT_RULED_OUT`.
+    which the largest factor raises by `NOT_RULED_OUT`; both are interpolated between `FACTORS`.
     """
     at_zero = h - S @ values
     found = []
@@ -361,5 +361,17 @@ def supported(
         size = 2 * np.log(np.diag(L)).sum() - np.log(known[own]).sum()
         found.append(float(size - x @ x))
     best = int(np.argmin(found))
-    within = [k for k, value in enumerate(found) if value <= found[best] + NOT_RULED_OUT]
-    return FACTORS[best], FACTORS[max(within)]
+    fine = np.linspace(0, len(FACTORS) - 1, 20 * len(FACTORS))
+    curve = np.interp(fine, np.arange(len(FACTORS)), found)
+    within = fine[curve <= found[best] + NOT_RULED_OUT]
+    factors = np.interp([_lowest(found, best), within.max()], np.arange(len(FACTORS)), FACTORS)
+    return float(factors[0]), float(factors[1])
+
+
+def _lowest(values: list[float], at: int) -> float:
+    """Where the parabola through the least of equidistant values and its neighbours is lowest."""
+    if not 0 < at < len(values) - 1:
+        return float(at)
+    below, here, above = values[at - 1 : at + 2]
+    bend = below - 2 * here + above
+    return at + 0.5 * (below - above) / bend if bend > 0 else float(at)

@@ -22,12 +22,13 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
-from mocap_metrology.lighthouse.batch.length import KnownLength
 from mocap_metrology.lighthouse.batch.parts import (
     halves,
     misfit_of,
+    prior_p,
     residual_ratios,
     rms_by,
+    scale_share,
     shared_errors,
 )
 from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors, State
@@ -47,6 +48,7 @@ from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_o
 from mocap_metrology.lighthouse.calibrate.static import static_pose
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
+from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import (
     SLAVE,
     Factory,
@@ -156,14 +158,15 @@ def solved(
     began = time.perf_counter()
     found, note = known or joint(scene, still)
     one = found.recordings[0]
-    pose = pose_of(scene, found, "final" if still is None else "static")
-    pose = replace(
-        pose,
-        details={**(pose.details or {}), "residuals": residual_rows(found, scene.hits)},
-        halves=halves(found) if still is None else None,
-        path=_path(one.trajectory, one.sweeps.hits.time_s),
-        note=note,
-    )
+    with determined(scene.title):
+        pose = pose_of(scene, found, "final" if still is None else "static")
+        pose = replace(
+            pose,
+            details={**(pose.details or {}), "residuals": residual_rows(found, scene.hits)},
+            halves=halves(found) if still is None else None,
+            path=_path(one.trajectory, one.sweeps.hits.time_s),
+            note=note,
+        )
     return replace(pose, seconds=time.perf_counter() - began), found
 
 
@@ -183,7 +186,7 @@ def pose_of(scene: Scene, found: Joint, stage: str) -> PoseEstimate:
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
-        details=_details(found),
+        details=_details(found) | _weighed(scene, found),
     )
 
 
@@ -212,6 +215,25 @@ def _details(found: Joint) -> dict[str, object]:
         "residual_ratios": residual_ratios(one),
         "inertial": _of_sensors(one.sensors, state),
         "steps": found.rounds,
+    }
+
+
+def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
+    """rms residual in urad of hits as they are weighed; share of the weight of all hits that is
+    lost; misfit of pieces as in `Joint`; probability by chance that estimates are so far from their
+    priors; and the share that the scale of the board has in the variance of the position."""
+    residual = np.concatenate([one.residual for one in found.recordings])
+    weight = np.concatenate([one.total_weight() for one in found.recordings])
+    total = residual.size
+    if len(found.recordings) == 1:
+        used = np.unique(found.recordings[0].sweeps.hits.diode)
+        total = int(np.isin(scene.hits.diode, used).sum())
+    return {
+        "weighted_rms_urad": 1e6 * float(np.sqrt(weight @ residual**2 / weight.sum())),
+        "weight_lost": 1 - float(weight.sum()) / total,
+        "misfit": found.misfit,
+        "prior_p": prior_p(found),
+        "scale_share": scale_share(found),
     }
 
 

@@ -355,7 +355,8 @@ class Lighthouse(Section):
     at the master, x horizontal as the master looks; `master`: the master's own frame;
     `board-start`: the board's frame, where it was at the start of the recording; `points`: that of
     column `world_points`, which a row with such a file always has. Where the data for a frame is
-    missing, it is `gravity`, else `master`, and the files state why."""
+    missing, it is `gravity`, by the stations or by the geometry in a Crazyflie's file, else
+    `board-start`, else `master`; files and terminal state it and why."""
     inertial: bool = False
     """Whether `batch` uses the gyroscope and the accelerometer of a `.rec` besides the light.
     Biases, scale, delay, orientation and place of both are estimated. It pays for small boards."""

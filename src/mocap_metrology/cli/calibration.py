@@ -60,7 +60,8 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
             with ThreadPoolExecutor(given.threads) as pool:
                 write_poses(entry, settings, files | beside_it, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
-            lines = _verdict(read_calibration(files, entry.calibration, None))
+            found = read_calibration(files, entry.calibration, None)
+            lines = _verdict(found)
             tell_result([": ".join(lines[:2])] if given.brief else lines)
             tell("3/3 figures")
             second.call(files, entry.calibration, part / PICTURES[0])
@@ -72,7 +73,11 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
     if given.brief:
         return
     exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"
-    tell_result(["", exports, f"Figure: {folder / PICTURES[0]}"])
+    world = found.pose["world"]
+    frame = f"Frame of these: {world['frame']}" if world["name"] else "No poses in these"
+    if world.get("why"):
+        frame += f" ({world['why']})"
+    tell_result(["", exports, frame, f"Figure: {folder / PICTURES[0]}"])
 
 
 def _draw_calibration(files: Mapping[str, str], name: str, picture: Path) -> None:

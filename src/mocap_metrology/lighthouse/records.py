@@ -161,6 +161,7 @@ class Station:
     why: str = ""  # why there is no factory calibration
     firmware: int | None = None
     hardware: int | None = None
+    up_by_geometry: np.ndarray | None = None  # likewise, by the poses in a Crazyflie's file
 
 
 @dataclass(frozen=True)

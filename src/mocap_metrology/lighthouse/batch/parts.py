@@ -29,7 +29,7 @@ FEWEST_SWEEPS = 20  # of each station in a part
 FEWEST_OF_PIECE = 5  # likewise
 UNDETERMINED = 100.0  # m^2 or rad^2: the variance of a pose that nothing determines
 WEAK = 1e-9  # of the largest information: a direction of a pose that a piece does not determine
-SHOWN = 0.1  # of the variance of a prior
+SHOWN = 0.03  # of the variance of a prior
 BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step in time
 
 

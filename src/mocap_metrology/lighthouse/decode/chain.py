@@ -178,6 +178,7 @@ def _with_factory(
                 mode=station.mode or given.mode,
                 factory=given.factory,
                 gravity=station.gravity if station.gravity is not None else given.gravity,
+                up_by_geometry=given.up_by_geometry,
                 why=f"{station.why}; factory values taken from {Path(path).name}",
             )
         result.append(station)

@@ -378,7 +378,7 @@ def renewed(
     scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose, *, sized: bool = False
 ) -> Joint:
     """The estimate; stretches that fit badly begin anew from their neighbours while that helps, and
-    hits of those that remain far worse than others are left out."""
+    sweeps of those that remain far worse than others are left out, where they are so themselves."""
     found = fitted(scene, hits, trajectory, pose, sized=sized)
     for _ in range(RENEWALS):
         again = _bridged(found.recordings[0])
@@ -390,6 +390,8 @@ def renewed(
         found = then
     one = found.recordings[0]
     bad = _bad_stretches(one, LOST_STRETCH)[one.seen.who[:, 3]]
+    sweep, squares = one.sweeps.sweep, np.minimum(one.alone**2, LARGEST_RAD**2)
+    bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
     if not bad.any():
         return found
     then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, _slave(found), sized=sized)

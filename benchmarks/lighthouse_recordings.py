@@ -70,20 +70,23 @@ def _twin(
     middle = (centre - t) @ R
     first, second = rng.choice(len(factories()), 2, replace=False)
     turn = facing_to(middle, own).T @ (R.T @ R_board)
+    depths = others.pop("depths_m", (0.0, 0.0))
+    lasers = [{"lasers_m": [[d / 2, 0.0, 0.0], [-d / 2, 0.0, 0.0]]} for d in depths]
     motion = others.pop("motion") | {
         "centre_m": middle.tolist(),
         "turn_deg": _angles_deg(turn),
     }
     mapping = {
         "seed": int(rng.integers(1 << 40)),
-        "master": {"id": 11, "mode": "b", "factory": factories()[first]},
+        "master": {"id": 11, "mode": "b", "factory": factories()[first]} | lasers[0],
         "slave": {
             "id": 12,
             "mode": "c",
             "factory": factories()[second],
             "position_m": own[1].tolist(),
             "rotation_deg": _angles_deg(R.T @ turns[1]),
-        },
+        }
+        | lasers[1],
         "motion": motion,
         "tilt_deg": _angles_deg(R)[:2],
         "start_cycle": float(rng.uniform(0, 4)),
@@ -95,10 +98,14 @@ def _twin(
 
 
 def flight(
-    seed: int, variant: str = "libsurvive", seconds: float | None = None, **motions: Any
+    seed: int,
+    variant: str = "libsurvive",
+    seconds: float | None = None,
+    depths_m: tuple[float, float] = (0.0, 0.0),
+    **motions: Any,
 ) -> Made:
-    """A flight of 8 to 60 s; drawn again until all distances are those of the docstring. motions:
-    keys of its motion."""
+    """A flight of 8 to 60 s; drawn again until all distances are those of the docstring. depths_m:
+    between the lasers of each station; motions: keys of its motion."""
     rng = np.random.default_rng([seed, 4])
     if seconds is None:
         seconds = float(np.exp(rng.uniform(np.log(8), np.log(60))))
@@ -127,7 +134,7 @@ def flight(
         } | motions
         made = _twin(
             places, turns, centre, level, rng, motion=motion, board=DECK, variant=variant,
-            duration_s=seconds,
+            duration_s=seconds, depths_m=depths_m,
         )  # fmt: skip
         _, path = made.truth.motion.poses(np.linspace(0, seconds, 200))
         ways = np.linalg.norm(path[:, None] - np.array([s.t for s in made.twin.stations]), axis=2)
@@ -147,7 +154,7 @@ class RealFlight:
     scale: float
 
 
-def real_flight(seed: int) -> RealFlight:
+def real_flight(seed: int, depths_m: tuple[float, float] = (0.0, 0.0)) -> RealFlight:
     """A flight of 15 to 60 s, in part at up to 2.7 m/s, with a deck 0.5 to 1.3 % larger than its
     file. Of its first third 20 to 50 % are stretches with a misfit of 400 to 600 urad, half of it
     of the diode and half of the hit, in which single poses are mirrored as often as not, and a
@@ -156,7 +163,7 @@ def real_flight(seed: int) -> RealFlight:
     rng = np.random.default_rng([seed, 7])
     seconds = float(np.exp(rng.uniform(np.log(15), np.log(60))))
     speed = float(np.exp(rng.uniform(np.log(0.4), np.log(2.7))))
-    made = flight(seed, rng.choice(["libsurvive", "crazyflie"]), seconds, speed_m_s=speed,
+    made = flight(seed, rng.choice(["libsurvive", "crazyflie"]), seconds, depths_m, speed_m_s=speed,
                   extent_m=float(rng.uniform(1.0, 1.8)))  # fmt: skip
     hits, scale = made.hits, 1 + rng.uniform(0.005, 0.013)
     angle, kept = hits.angle_rad.copy(), np.ones(len(hits), bool)

@@ -61,10 +61,18 @@ class Outcome:
 
 
 def outcome(
-    made: Made, hits: Hits, board: np.ndarray, lengths: Sequence[KnownLength] = ()
+    made: Made,
+    hits: Hits,
+    board: np.ndarray,
+    lengths: Sequence[KnownLength] = (),
+    phases: np.ndarray | None = None,
 ) -> Outcome:
-    """Of a calibration with default settings; `failed` where there is no pose."""
+    """Of a calibration with default settings; `failed` where there is no pose. phases (2, 2): errors
+    of the stated ones in rad."""
     factories = [station.factory for station in made.truth.stations]
+    if phases is not None:
+        pairs = zip(factories, phases, strict=True)
+        factories = [replace(own, phase=own.phase + off) for own, off in pairs]
     told = [replace(station, frames_found=1) for station in made.truth.stations]
     try:
         sensors = Sensors(lengths=tuple(lengths))
@@ -96,15 +104,20 @@ def lengths_of(flight: RealFlight, seed: int) -> tuple[KnownLength, KnownLength]
     return between, KnownLength.between(first, second, of_diode, SD_M)
 
 
-def flights(n: int, known: bool) -> list[Row]:
-    """Whole flights; known: with one of both lengths in turn."""
+def flights(n: int, known: bool, drawn: bool = False) -> list[Row]:
+    """Whole flights; known: with one of both lengths in turn; drawn: depths between the lasers of a
+    station and errors of phases are from the priors of the estimate."""
     found = []
     for seed in range(n):
-        flight = real_flight(seed)
+        rng, depths, phases = np.random.default_rng([seed, 10]), (0.0, 0.0), None
+        if drawn:
+            depths, phases = tuple(0.01 * rng.normal(size=2)), 1e-3 * rng.normal(size=(2, 2))
+        flight = real_flight(seed, depths)
         hits, _ = clean_hits(flight.hits, flight.board)
         lengths = (lengths_of(flight, seed)[seed % 2],) if known else ()
-        found.append(outcome(flight.made, hits, flight.board, lengths))
+        found.append(outcome(flight.made, hits, flight.board, lengths, phases))
     case = "flights, a length known" if known else "flights, no length"
+    case += ", optics drawn from their priors" if drawn else ""
     mm, m2 = np.array([o.mm for o in found]), np.array([o.m2 for o in found])
     sd = [np.sqrt(np.trace(o.covariance[:3, :3])) for o in found]
     inside = [100 * np.mean(m2 < chi2.ppf(p, 6)) for p in (0.68, 0.95)]
@@ -218,6 +231,7 @@ def rows(n: int) -> Iterator[Row]:
     """All cases; flights of n / 2, their pieces of n / 4, boards of n / 2.5."""
     yield from flights(max(n // 2, 2), known=True)
     yield from flights(max(n // 2, 2), known=False)
+    yield from flights(max(n // 2, 2), known=True, drawn=True)
     yield from pieces(max(n // 4, 1))
     yield from boards(max(2 * n // 5, 2))
     yield from disturbed(max(2 * n // 5, 2))

@@ -287,7 +287,8 @@ def test_make_takes_names_as_they_are(take: Path) -> None:
          '--output="$CHECK_RESULTS" ${CHECK_BOARD:+--board="$CHECK_BOARD"} -- "$CHECK_FILE"'),
         ("FILE=a BOARD=HMD INERTIAL=use", '--inertial'),
         ("FILE=a BOARD=b.csv WORLD=master POINTS=p.csv",
-         '--world "master" ${CHECK_POINTS:+--world-points="$CHECK_POINTS"} ${CHECK_FACTORY:'),
+         '--world "master" ${CHECK_POINTS:+--world-points="$CHECK_POINTS"} ${CHECK_LENGTH:'),
+        ("FILE=a BOARD=b.csv LENGTH=points", '${CHECK_LENGTH:+--known-length="$CHECK_LENGTH"}'),
     ],
 )  # fmt: skip
 def test_make_hands_on_what_is_asked(arguments: str, call: str) -> None:
@@ -381,7 +382,7 @@ def test_allan_deviations_as_csv(take: Path, capsys) -> None:
             ["--factory", "f.json"],
             ["--format", "angles-csv"],
         ),
-        *(["--reference", "r.json"], ["--world-points", "p.csv"]),
+        *(["--reference", "r.json"], ["--world-points", "p.csv"], ["--known-length", "points"]),
         *(["--board", "b.csv", *of] for of in (["--markers", "A"], ["--rate", "100"])),
         *(["--board", "b.csv", *of] for of in (["--unit", "m"], ["--accept-truncated"])),
     ],

@@ -4,7 +4,9 @@ Flights (`real_flight` of `benchmarks.lighthouse_recordings`): a deck of four di
 larger than its file, 15 to 60 s, up to 2.7 m/s; a misfit of 400 to 600 urad in 20 to 50 % of the
 first third, gaps with wrong hits, 1 to 5 % of all sweeps wrong. A length is that between the
 stations, or between two places of a diode 2 m apart (or as far as it went), with a standard
-deviation of 5 mm. Pieces are the first 8 s, the last 8 s, and both halves. Boards: 24 x 16 cm by
+deviation of 5 mm. Where the optics are not drawn, factory values and lasers are exactly as stated,
+which the estimate does not assume: its sigma is then larger than the errors. Pieces are the first
+8 s, the last 8 s, and both halves. Boards: 24 x 16 cm by
 hand; sound ones are drawn from the stated priors, stretched ones are 0.5 to 1 % longer or shorter
 along one axis than their file. Bursts: 1 to 12 stretches of 50 ms with hits anywhere. Hidden: a
 station is not seen for a third to four fifths, at the start or the end. RMSE over bound: of
@@ -67,8 +69,8 @@ def outcome(
     lengths: Sequence[KnownLength] = (),
     phases: np.ndarray | None = None,
 ) -> Outcome:
-    """Of a calibration with default settings; `failed` where there is no pose. phases (2, 2): errors
-    of the stated ones in rad."""
+    """Of a calibration with default settings; `failed` where there is no pose. phases (2, 2): of the
+    stated ones, their errors in rad."""
     factories = [station.factory for station in made.truth.stations]
     if phases is not None:
         pairs = zip(factories, phases, strict=True)

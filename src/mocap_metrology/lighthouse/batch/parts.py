@@ -234,6 +234,8 @@ def prior_p(found: Joint) -> float:
     two, of all and of strains of the board alone, as of a board file stretched along one axis.
     """
     own = np.isin(found.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
+    if not own.any():
+        return 1.0
     known, sd = 1 / found.working**2, found.of.sd[own]
     M = solved(found.S + np.diag(known), np.eye(known.size))
     rows = np.ix_(own, own)

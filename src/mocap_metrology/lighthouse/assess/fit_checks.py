@@ -34,6 +34,7 @@ WEIGHTED_FAILED = 10.0
 USUAL_GAIN = 4.0  # of a board of 20 cm; errors of a smaller one's poses raise what is expected
 FARTHEST_M = 20.0  # no station is seen from farther
 BOARD = (1.2, 3.0)  # over the noise of an angle
+BOARD_PLACES = 1.5  # doubtful, over noise and errors of the board
 MIRRORED = (0.01, 0.05)
 MIRRORED_FAILED = 0.5
 COMMON = (200, 50)  # usable below, doubtful below
@@ -317,16 +318,18 @@ def places_urad(places_m: float, range_m: float, n_diodes: int) -> float:
     return 1e6 * places_m / range_m * math.sqrt(float(chi2.isf(1e-3, freedom)) / freedom)
 
 
-def board_poses(board_rms_urad: float | None, expected: float) -> Check:
+def board_poses(board_rms_urad: float | None, noise: float, by_places: float = 0.0) -> Check:
     """K_1 of single board poses: what a wrong board file or reflections raise, and motion or the
-    optics of the other station do not. expected: by noise, and errors of the board as stated."""
+    optics of the other station do not. by_places: as large as errors of the board make it."""
     name = "board poses"
     if board_rms_urad is None:
         return unknown(name, Case.BOARD_POSES_NONE, "urad")
-    word, limit = graded(board_rms_urad / expected, BOARD)
+    both = math.hypot(noise, by_places)
+    limits = BOARD[0] * both, max(BOARD[1] * noise, BOARD_PLACES * both)
+    word, limit = graded(board_rms_urad, limits)
     good = word == "good"
     case = Case.BOARD_POSES if good else Case.BOARD_POSES_HIGH
-    return Check(name, case, board_rms_urad, "urad", limit * expected, good, word)
+    return Check(name, case, board_rms_urad, "urad", limit, good, word)
 
 
 def path(chosen: PoseEstimate, span_m: float | None) -> Check:

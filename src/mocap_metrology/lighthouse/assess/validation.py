@@ -203,7 +203,7 @@ def verdict(
         fit_checks.mirrored(chosen),
         fit_checks.motion(chosen),
         fit_checks.common_measurements(chosen, n_common),
-        fit_checks.board_poses(board_rms_urad, math.hypot(expected_urad, places_urad)),
+        fit_checks.board_poses(board_rms_urad, expected_urad, places_urad),
         fit_checks.path(chosen, span_m),
         *agreements(chosen, poses),
         gravity(chosen, stations),

@@ -102,7 +102,10 @@ def twin(setup: int, recording: int, **more: object) -> LighthouseTwin:
         tremor_deg=0.014,
     )
     own = {"dropout": rng.uniform(0, 0.2), "clock_ppm": rng.normal(0, 20)} | more
-    master, slave = own.pop("master", {}), own.pop("slave", {})
+    master, slave = dict(own.pop("master", {})), dict(own.pop("slave", {}))
+    for station in (master, slave):
+        if isinstance(values := station.get("factory"), Factory):
+            station["factory"] = {name: tuple(pair) for name, pair in vars(values).items()}
     slave = {"position_m": tuple(place), "rotation_deg": tuple(angles)} | slave
     return LighthouseTwin(
         seed=1000 * setup + recording,

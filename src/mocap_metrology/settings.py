@@ -339,7 +339,8 @@ class Lighthouse(Section):
     board file. 0: exact. Less is used where the recording shows that they are better."""
     board_scale_sd: float = Field(0.001, ge=0, le=0.1)
     """Relative standard deviation of the board's scale, which no angle shows: the distance of the
-    stations has the same."""
+    stations has the same. Of boards below 0.3 m it is at least 0.3 mm over the largest distance of
+    two diodes, unless it is 0. Column `known_length` reduces it."""
     laser_depth_sd_mm: float = Field(10.0, ge=0, le=100)
     """Standard deviation of the distance in depth between both lasers of a station, with `factory`
     optics and where `lasers_mm` does not name it."""
@@ -355,7 +356,8 @@ class Lighthouse(Section):
     at the master, x horizontal as the master looks; `master`: the master's own frame;
     `board-start`: the board's frame, where it was at the start of the recording; `points`: that of
     column `world_points`, which a row with such a file always has. Where the data for a frame is
-    missing, it is `gravity`, else `master`, and the files state why."""
+    missing, it is `gravity`, by the stations or by the geometry in a Crazyflie's file, else
+    `board-start`, else `master`; files and terminal state it and why."""
     inertial: bool = False
     """Whether `batch` uses the gyroscope and the accelerometer of a `.rec` besides the light.
     Biases, scale, delay, orientation and place of both are estimated. It pays for small boards."""

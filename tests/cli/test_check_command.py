@@ -239,7 +239,8 @@ def test_names_of_recordings_are_short_and_distinguished() -> None:
          '--output="$CHECK_RESULTS" ${CHECK_BOARD:+--board="$CHECK_BOARD"} -- "$CHECK_FILE"'),
         ("FILE=a BOARD=HMD INERTIAL=use", '--inertial'),
         ("FILE=a BOARD=b.csv WORLD=master POINTS=p.csv",
-         '--world "master" ${CHECK_POINTS:+--world-points="$CHECK_POINTS"} ${CHECK_FACTORY:'),
+         '--world "master" ${CHECK_POINTS:+--world-points="$CHECK_POINTS"} ${CHECK_LENGTH:'),
+        ("FILE=a BOARD=b.csv LENGTH=points", '${CHECK_LENGTH:+--known-length="$CHECK_LENGTH"}'),
     ],
 )  # fmt: skip
 def test_make_hands_on_what_is_asked(arguments: str, call: str) -> None:
@@ -315,8 +316,8 @@ def test_files_and_folders_have_a_table_in_the_end(tmp_path: Path, capsys) -> No
 
 @pytest.mark.parametrize(
     "options",
-    [*(f"--{name} x" for name in ("factory", "reference", "world-points")), "--inertial"]
-    + ["--world master", "--format angles-csv"]
+    [*(f"--{of} x" for of in ("factory", "reference", "world-points", "known-length"))]
+    + ["--inertial", "--world master", "--format angles-csv"]
     + [f"--board b.csv --{of}" for of in ("markers A", "rate 100", "unit m", "accept-truncated")]
     + ["--board b.csv --columns x", "--rate 0", "--rate x", "--threads 0", "--threads 1.5"],
 )

@@ -36,6 +36,25 @@ SAID = {
         "reflections or board poses in the wrong minimum."
     ),
     Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
+    Case.WEIGHT: "42 % of the hits' weight is lost.",
+    Case.WEIGHT_LOST: (
+        "42 % of the hits' weight is lost, as these hits fit no path of the board. Possible "
+        "causes: reflections, stray light, a board beyond the view of a station."
+    ),
+    Case.WEIGHT_UNKNOWN: "Hits of this estimate are not weighed.",
+    Case.PRIORS: "Board and optics as estimated agree with what is known of them.",
+    Case.PRIORS_LEFT: (
+        "Board and optics as estimated deviate from what is known of them (probability by chance: "
+        "2). Possible causes: a board file that does not fit the board (stretched, or wrong "
+        "diodes), wrong factory values, lasers far from their places."
+    ),
+    Case.PRIORS_UNKNOWN: "Board and optics are not estimated.",
+    Case.MISFIT_NONE: "Pieces of the recording agree within noise.",
+    Case.MISFIT: (
+        "Pieces of the recording deviate from each other 12 times as much as noise explains, "
+        "which the uncertainty includes. Possible causes: wrong optics or board file, reflections."
+    ),
+    Case.MISFIT_UNKNOWN: "Pieces of the recording were not compared.",
     Case.PATH_ERRORS: "Errors of the board's path leave 2 µrad of the residual unexplained.",
     Case.BEYOND_PATH: (
         "Errors of the board's path leave 2 µrad of the residual unexplained (noise of an angle: "
@@ -46,6 +65,11 @@ SAID = {
     Case.HALVES_APART: (
         "Parts of the recording differ by 4 mm and 0.05°, 12 times as much as noise explains: was "
         "a station touched during the recording?"
+    ),
+    Case.HALVES_MISFIT: (
+        "Parts of the recording differ by 4 mm and 0.05°, 12 times as much as noise explains, and "
+        "no step at one moment explains it. Possible causes: wrong optics or board file, "
+        "reflections."
     ),
     Case.RECORDINGS: (
         "The recording that agrees least with the others differs from them by 4 mm and 0.05°, "
@@ -94,6 +118,11 @@ SAID = {
     Case.UNCERTAINTY_ALL: (
         "One standard deviation is 2.1 mm and 0.05° in the worst axes, errors of board and optics "
         "included."
+    ),
+    Case.UNCERTAINTY_SCALE: (
+        "One standard deviation is 2.1 mm and 0.05° in the worst axes, errors of board and optics "
+        "included; 42 % of the variance of the position is the scale of the board, which a known "
+        "length reduces (column known_length)."
     ),
     Case.UNCERTAINTY_NONE: "This estimate has no covariance.",
     Case.UNCERTAINTY_UNKNOWN: "The covariance of this estimate contains values that are not finite "
@@ -168,7 +197,7 @@ def test_what_poses_of_a_small_board_make_of_the_residual() -> None:
     assert "is 75 (errors of the board's poses alone make 4500 µrad of it), good" in sentence(small)
 
 
-ROUNDING = {"mm": 8.4e-12, "deg": 1.2e-13, "times": 0.1}
+ROUNDING = {"mm": 8.4e-12, "deg": 1.2e-13, "times": 0.1, "percent": 42.0}
 
 
 COMPARED = [case for case, text in SENTENCES.items() if re.search("{(apart|about)}", text)]

@@ -32,6 +32,7 @@ HEADER = [
     *("reference", "reference_labels_master", "reference_labels_slave", "mount", "check_against"),
     "tracked_with",
     "world_points",
+    "known_length",
 ]
 WHOLE_S, SHORT_S = 4.0, 2.5  # with and without a whole calibration frame in the flashes
 BRIEF_S = 1.0

@@ -83,6 +83,8 @@ def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -
         ({"tracked_with": "s1-1"}, 'column tracked_with: "s1-1"; expected another calibration'),
         ({"tracked_with": "s2"}, "expected a calibration of the sheet ("),
         ({"tracked_with": "no.json"}, "column tracked_with"),
+        ({"known_length": "4.33"}, "expected `stations 4.330 0.005`"),
+        ({"known_length": "points"}, "expected a length, as the row names no world_points"),
         ({"path": "simulate:T", "sha256": "0" * 64}, "nothing for a simulated calibration"),
         ({"reference_labels_master": "a"}, "expected nothing, as the reference is no C3D file"),
         ({"sha256": "1"}, "expected 64 hexadecimal digits or nothing"),

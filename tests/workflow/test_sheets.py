@@ -133,6 +133,7 @@ SAID = {  # another value of every column that may be filled in, beside a right 
         "check_against": "poses.json",
         "tracked_with": "other",
         "world_points": "board.csv",
+        "known_length": "stations 4.33 0.005",
         "sha256": "ab" * 32,
         "comment": "of the left wall",
     },

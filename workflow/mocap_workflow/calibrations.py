@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import field_validator
 
 from mocap_metrology.common.faults import Unfit, unknown
+from mocap_metrology.lighthouse.known_length import EXPECTED, FORM
 from mocap_workflow.rows import (
     Cell,
     FileOrNothing,
@@ -78,6 +79,11 @@ class CalibrationRow(SheetRow):
     and not on one line. Its frame is then that of the exported poses. A label is `master` or
     `slave` (the origin of this station), `diode 3` (where this diode of the board was at the start
     of the recording) or `diode 3 at 12.5 s`; hold the board still there for 0.2 s."""
+    known_length: Annotated[str | None, Cell(FORM, EXPECTED)] = None
+    """Optional length in the room, which shows the scale that angles do not: `stations 4.330
+    0.005`, the distance of the stations' origins and its standard deviation in m; `diode 0 at 2.0 s
+    - diode 0 at 7.0 s 2.000 0.002`, that of two places of a diode at these moments; or `points`,
+    the size of the figure of `world_points` (5 mm a coordinate; `points 0.002`: 2 mm)."""
     sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
         None
     )
@@ -128,6 +134,14 @@ class CalibrationRow(SheetRow):
         if unit and not _is_c3d(info.context.cells["reference"]):
             raise Unfit("nothing, as the reference is no C3D file")
         return unit
+
+    @field_validator("known_length")
+    @classmethod
+    def _of_points(cls, length: str | None, info: Info) -> str | None:
+        """The size of points needs their file."""
+        if length and length.startswith("points") and not info.context.cells["world_points"]:
+            raise Unfit("a length, as the row names no world_points")
+        return length
 
     @field_validator("tracked_with")
     @classmethod

@@ -1,7 +1,7 @@
 # A calibration is two jobs: sweeps, pose. Twins are simulated and calibrated a setup a job.
 
 LABELS = ("reference_labels_master", "reference_labels_slave", "reference_unit")
-ENTRIES = ("calibration", "twin", "format", "board", *LABELS, "tracked_with")
+ENTRIES = ("calibration", "twin", "format", "board", *LABELS, "tracked_with", "known_length")
 # Whether recordings of a setup are joined changes none of them.
 LIGHTHOUSE = {name: value for name, value in config["lighthouse"].items() if name != "joint"}
 FOLDER = "<results>/calibrations/{calibration}"
@@ -26,7 +26,7 @@ checkpoint sweeps:
     params:
         code=source("sweeps.py"),
         contents=contents(selection.decoded_files),
-        row=columns("calibration", "twin", "path", "sha256", "format", "board"),
+        row=columns("calibration", "twin", "path", "sha256", "format", "board", "known_length"),
         lighthouse=LIGHTHOUSE,
     message:
         "{wildcards.calibration}: checking and decoding"

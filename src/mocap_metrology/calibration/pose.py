@@ -44,6 +44,7 @@ from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.export import formats
 from mocap_metrology.lighthouse.export import world as worlds
+from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import MASTER, Factory, Hits, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
@@ -121,7 +122,8 @@ def write_poses(
     factories = [station.factory for station in stations]
     found, board, placed = Calibration(), read_board(given["board"]), None
     recorded, how = (records.hits_of(hits), board, factories), calibration_settings(settings)
-    sensors = sensors_of(settings, stations, given.get("inertial"))
+    lengths = sweeps.lengths_of(entry, given.get("points"), len(board))
+    sensors = sensors_of(settings, stations, given.get("inertial"), lengths)
     try:
         found = calibrate(*recorded, how, log.info, over, sensors)
         result = summary(
@@ -175,7 +177,12 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
     )
 
 
-def sensors_of(settings: Lighthouse, stations: Sequence[Station], inertial: str | None) -> Sensors:
+def sensors_of(
+    settings: Lighthouse,
+    stations: Sequence[Station],
+    inertial: str | None,
+    lengths: tuple[KnownLength, ...] = (),
+) -> Sensors:
     """What a calibration uses besides hits, by the settings; inertial: path of inertial.parquet."""
     series = ups = None
     if settings.inertial and inertial is not None:
@@ -183,7 +190,7 @@ def sensors_of(settings: Lighthouse, stations: Sequence[Station], inertial: str 
     if settings.gravity:
         unknown = np.full(3, np.nan)
         ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
-    return Sensors(series, ups)
+    return Sensors(series, ups, lengths)
 
 
 def priors_of(settings: Lighthouse) -> Priors:

@@ -23,6 +23,7 @@ from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode, dropped_share
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.export.world import read_points
+from mocap_metrology.lighthouse.known_length import KnownLength, known_length
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
@@ -58,6 +59,7 @@ class Entry:
     reference_labels_slave: Sequence[str] = ()
     reference_unit: Unit | None = None
     tracked_with: str | None = None
+    known_length: str | None = None
 
 
 def decoded(entry: Entry, files: Mapping[str, str], settings: Lighthouse) -> Decoded:
@@ -87,12 +89,23 @@ def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, De
     if "points" in given:
         read_points(given["points"])
     recording = decoded(entry, given, settings)
+    if "points" in given or not str(entry.known_length).startswith("points"):
+        lengths_of(entry, given.get("points"), len(recording.board))
     warnings = [
         f"{station.role}: no factory values ({station.why}); expected errors of centimetres"
         for station in recording.stations
         if station.factory is None
     ]
     return {"ok": True, "why": "", "warnings": warnings, "notes": recording.notes}, recording
+
+
+def lengths_of(entry: Entry, points: str | None, n_diodes: int) -> tuple[KnownLength, ...]:
+    """The length that a row states; points: file of those in the room, if it names one. Raises
+    `Refusal` for one that cannot be used."""
+    if not entry.known_length:
+        return ()
+    places = None if points is None else read_points(points)
+    return (known_length(entry.known_length, n_diodes, places),)
 
 
 def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Check:

@@ -47,7 +47,8 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
         why = "markers on housings need a mount: use a row of a sheet"
         raise Refusal(f"{options.reference}: {why}")
     kind = options.format or format_of(path)
-    entry = Entry(name_of(path), str(path.resolve()), kind, options.board)
+    length = options.known_length
+    entry = Entry(name_of(path), str(path.resolve()), kind, options.board, known_length=length)
     with drawing_process() as second:
         tell("1/3 pulses, base stations, sweeps")
         check, decoded = checked(
@@ -72,7 +73,10 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
             drawn.result()
     if not options.brief:
         exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"
-        tell_result(["", exports, f"Figure: {folder / PICTURES[0]}"])
+        world = results.pose["world"]
+        frame = f"Frame of these: {world['frame']}" if world["name"] else "No poses in these"
+        frame += f" ({world['why']})" if world.get("why") else ""
+        tell_result(["", exports, frame, f"Figure: {folder / PICTURES[0]}"])
     return str(results.pose["verdict"]["word"])
 
 

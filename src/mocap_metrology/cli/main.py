@@ -58,6 +58,7 @@ OF_DUMPS: dict[str, dict[str, Any]] = {
     "inertial": {"action": "store_true"},
     "world": {"choices": ("gravity", "master", "board-start")},
     "world-points": {"metavar": "CSV"},
+    "known-length": {"metavar": "LENGTH"},
     "factory": {"metavar": "FILE"},
     "reference": {"metavar": "FILE"},
 }

@@ -161,18 +161,20 @@ class Station:
     why: str = ""  # why there is no factory calibration
     firmware: int | None = None
     hardware: int | None = None
+    up_by_geometry: np.ndarray | None = None  # likewise, by the poses in a Crazyflie's file
 
 
 @dataclass(frozen=True)
 class Halves:
     """Poses from before and after a moment of a recording, or from one of several recordings and
     from the others: how far apart, and the squared distance d^T C^-1 d of both (six degrees of
-    freedom)."""
+    freedom); stepped: whether a step at one moment explains it, None where that was not tested."""
 
     mm: float
     deg: float
     m2: float
     recordings: bool = False
+    stepped: bool | None = None
 
 
 @dataclass(frozen=True)

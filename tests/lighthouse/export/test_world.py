@@ -103,6 +103,16 @@ def test_what_is_missing_is_replaced_and_stated() -> None:
     assert world.why == (
         "the path of the board is not known; no station states the direction of gravity"
     )
+    world = world_of("gravity", calibrated(gravity=(None, None)))
+    assert (world.name, world.why) == ("board-start", "no station states the direction of gravity")
+    np.testing.assert_allclose(world.R, world_of("board-start", calibrated()).R)
+    filed = [
+        Station(role, up_by_geometry=R.T @ UP)
+        for role, (R, _) in zip(("master", "slave"), (MASTER, SLAVE), strict=True)
+    ]
+    world = world_of("gravity", replace(calibrated(), stations=filed))
+    np.testing.assert_allclose(world.R @ MASTER[0].T @ UP, UP, atol=1e-12)
+    assert world.why.endswith("z up by the geometry in the Crazyflie's file")
     world = world_of("points", calibrated())
     assert (world.name, world.why) == ("gravity", "no points were given (column world_points)")
     assert world_of("master", calibrated()).why == ""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
+from scipy.stats import chi2
 
 from mocap_metrology.lighthouse.records import PoseEstimate
 from mocap_metrology.lighthouse.timing import CYCLE_S
@@ -20,8 +21,12 @@ JITTER_URAD = 61.0  # of one angle: 53 common to a sweep, 30 of each diode
 EXPECTED_URAD = 75.0  # with 38 by the two edges of a pulse at 2 MHz
 # Residual over the expected one: (usable from, doubtful from). A board on its way adds what the
 # interpolation of its path misses.
-RESIDUAL = {"static": (2.0, 6.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
-RESIDUAL_BATCH = (1.4, 4.0)  # which interpolates nothing: sound ones reach 1.0
+RESIDUAL = {"static": (2.0, 3.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
+RESIDUAL_BATCH = (1.4, 3.0)  # which interpolates nothing: sound ones reach 1.0
+WEIGHT_LOST = (0.08, 0.35)  # of hits: wrong sweeps, reflections, stretches that fit no trajectory
+PRIOR_P = (1e-2, 1e-8)
+MISFIT = (1.2, 25.0)  # of variances; 1 within chance
+SCALE_SHARE = 0.5  # of the variance of the position: from then on a known length helps most
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits
 # Over the noise, without errors of board poses. Sound ones reach 1.2, lasers 15 mm off 1.3; of a
 # mirrored deep board a pose 5 m and 76° off can leave as little as 13 (of 50, the next 13.6).
@@ -29,6 +34,7 @@ WEIGHTED_FAILED = 10.0
 USUAL_GAIN = 4.0  # of a board of 20 cm; errors of a smaller one's poses raise what is expected
 FARTHEST_M = 20.0  # no station is seen from farther
 BOARD = (1.2, 3.0)  # over the noise of an angle
+BOARD_PLACES = 1.5  # doubtful, over noise and errors of the board
 MIRRORED = (0.01, 0.05)
 MIRRORED_FAILED = 0.5
 COMMON = (200, 50)  # usable below, doubtful below
@@ -54,11 +60,21 @@ class Case(StrEnum):
     RESIDUAL = "residual"
     RESIDUAL_HIGH = "residual_high"
     RESIDUAL_UNKNOWN = "residual_unknown"
+    WEIGHT = "weight"
+    WEIGHT_LOST = "weight_lost"
+    WEIGHT_UNKNOWN = "weight_unknown"
+    PRIORS = "priors"
+    PRIORS_LEFT = "priors_left"
+    PRIORS_UNKNOWN = "priors_unknown"
+    MISFIT_NONE = "misfit_none"
+    MISFIT = "misfit"
+    MISFIT_UNKNOWN = "misfit_unknown"
     PATH_ERRORS = "path_errors"  # explain the residual
     BEYOND_PATH = "beyond_path"
     PATH_ERRORS_UNKNOWN = "path_errors_unknown"
     HALVES = "halves"
     HALVES_APART = "halves_apart"
+    HALVES_MISFIT = "halves_misfit"  # apart by no step in time
     HALVES_UNKNOWN = "halves_unknown"
     RECORDINGS = "recordings"
     RECORDINGS_APART = "recordings_apart"
@@ -80,6 +96,7 @@ class Case(StrEnum):
     PATH_NONE = "path_none"
     UNCERTAINTY = "uncertainty"
     UNCERTAINTY_ALL = "uncertainty_all"  # errors of board and optics included
+    UNCERTAINTY_SCALE = "uncertainty_scale"  # most of which are of the board's scale
     UNCERTAINTY_NONE = "uncertainty_none"
     UNCERTAINTY_UNKNOWN = "uncertainty_unknown"  # the covariance is no number
     DURATION = "duration"
@@ -173,8 +190,10 @@ def distance(chosen: PoseEstimate) -> Check:
 
 
 def residual(chosen: PoseEstimate, noise: float) -> Check:
-    """Residual of the fit; of a small board what the errors of its poses make of it is expected."""
-    value, expected, numbers = chosen.residual_rms_urad, noise, {"noise": noise}
+    """Residual of the fit, of `batch` by hits as it weighs them; of a small board what the errors
+    of its poses make of it is expected."""
+    value = float(_detail(chosen, "weighted_rms_urad", chosen.residual_rms_urad))
+    expected, numbers = noise, {"noise": noise}
     if not math.isfinite(value):
         return unknown("residual", Case.RESIDUAL_UNKNOWN, "urad", "usable")
     if chosen.noise_gain > USUAL_GAIN:
@@ -189,6 +208,45 @@ def residual(chosen: PoseEstimate, noise: float) -> Check:
     case = Case.RESIDUAL if good else Case.RESIDUAL_HIGH
     numbers["times"] = value / noise
     return Check("residual", case, value, "urad", limit * expected, good, word, numbers)
+
+
+def _detail(chosen: PoseEstimate, name: str, default: float = math.nan) -> float:
+    """One of the numbers that `batch` alone knows."""
+    value = (chosen.details or {}).get(name, default)
+    return value if isinstance(value, float) else default
+
+
+def weight(chosen: PoseEstimate) -> Check:
+    """Share of the hits' weight that `batch` does not use."""
+    lost = _detail(chosen, "weight_lost")
+    if not math.isfinite(lost):
+        return unknown("weight of hits", Case.WEIGHT_UNKNOWN, "")
+    word, limit = graded(lost, WEIGHT_LOST)
+    case = Case.WEIGHT if word == "good" else Case.WEIGHT_LOST
+    numbers = {"percent": 100 * lost}
+    return Check("weight of hits", case, lost, "", limit, word == "good", word, numbers)
+
+
+def priors(chosen: PoseEstimate) -> Check:
+    """Board and optics as estimated, held against what was known of them."""
+    p = _detail(chosen, "prior_p")
+    if not math.isfinite(p):
+        return unknown("board and optics", Case.PRIORS_UNKNOWN, "")
+    word = "good" if p >= PRIOR_P[0] else "usable" if p >= PRIOR_P[1] else "doubtful"
+    case = Case.PRIORS if word == "good" else Case.PRIORS_LEFT
+    limit = PRIOR_P[word != "good"]
+    return Check("board and optics", case, p, "", limit, word == "good", word)
+
+
+def misfit(chosen: PoseEstimate) -> Check:
+    """Pieces of a recording that differ by more than noise makes of them."""
+    times = _detail(chosen, "misfit")
+    if not math.isfinite(times):
+        return unknown("pieces agree", Case.MISFIT_UNKNOWN, "")
+    word, limit = graded(times, MISFIT)
+    case = Case.MISFIT_NONE if word == "good" else Case.MISFIT
+    numbers = {"times": math.sqrt(times)}
+    return Check("pieces agree", case, times, "", limit, word == "good", word, numbers)
 
 
 def weighted(chosen: PoseEstimate, noise: float) -> Check:
@@ -208,13 +266,18 @@ def halves(chosen: PoseEstimate) -> Check:
     name = "recordings agree" if parts is not None and parts.recordings else "halves agree"
     if parts is None or not math.isfinite(parts.m2):
         return unknown(name, Case.HALVES_UNKNOWN, "")
-    word, limit = graded(parts.m2, HALVES_BATCH if chosen.estimator == "batch" else HALVES_M2)
+    value, limits = parts.m2, HALVES_BATCH if chosen.estimator == "batch" else HALVES_M2
+    if parts.stepped is False:  # sigma includes the misfit
+        value /= max(_detail(chosen, "misfit", 1.0), 1.0)
+    word, limit = graded(value, limits)
     good = word == "good"
     case = Case.HALVES if good else Case.HALVES_APART
+    if not good and parts.stepped is False:
+        case = Case.HALVES_MISFIT
     if parts.recordings:
         case = Case.RECORDINGS if good else Case.RECORDINGS_APART
     numbers = {"mm": parts.mm, "deg": parts.deg, "times": math.sqrt(parts.m2 / 6)}
-    return Check(name, case, parts.m2, "", limit, good, word, numbers)
+    return Check(name, case, value, "", limit, good, word, numbers)
 
 
 def mirrored(chosen: PoseEstimate) -> Check:
@@ -248,16 +311,25 @@ def common_measurements(chosen: PoseEstimate, n_common: int | None) -> Check:
     return Check(name, case, n_common, "", limit, good, word)
 
 
-def board_poses(board_rms_urad: float | None, expected: float) -> Check:
+def places_urad(places_m: float, range_m: float, n_diodes: int) -> float:
+    """rms of angles that errors of the diodes' places, of so large a standard deviation, make
+    beside a board pose at a range, one time in a thousand."""
+    freedom = max(2 * n_diodes - 6, 1)
+    return 1e6 * places_m / range_m * math.sqrt(float(chi2.isf(1e-3, freedom)) / freedom)
+
+
+def board_poses(board_rms_urad: float | None, noise: float, by_places: float = 0.0) -> Check:
     """K_1 of single board poses: what a wrong board file or reflections raise, and motion or the
-    optics of the other station do not."""
+    optics of the other station do not. by_places: as large as errors of the board make it."""
     name = "board poses"
     if board_rms_urad is None:
         return unknown(name, Case.BOARD_POSES_NONE, "urad")
-    word, limit = graded(board_rms_urad / expected, BOARD)
+    both = math.hypot(noise, by_places)
+    limits = BOARD[0] * both, max(BOARD[1] * noise, BOARD_PLACES * both)
+    word, limit = graded(board_rms_urad, limits)
     good = word == "good"
     case = Case.BOARD_POSES if good else Case.BOARD_POSES_HIGH
-    return Check(name, case, board_rms_urad, "urad", limit * expected, good, word)
+    return Check(name, case, board_rms_urad, "urad", limit, good, word)
 
 
 def path(chosen: PoseEstimate, span_m: float | None) -> Check:
@@ -283,8 +355,12 @@ def uncertainty(chosen: PoseEstimate) -> Check:
         return Check(name, case, mm, "mm", "finite", False, level, {"deg": deg})
     whole = chosen.estimator == "batch"
     word, limit = worst(mm, deg, SIGMA_BATCH if whole else SIGMA)
-    case = Case.UNCERTAINTY_ALL if whole else Case.UNCERTAINTY
-    return Check(name, case, mm, "mm", limit, word == "good", word, {"deg": deg})
+    case, numbers = Case.UNCERTAINTY, {"deg": deg}
+    if whole:
+        share = _detail(chosen, "scale_share", 0.0)
+        case = Case.UNCERTAINTY_ALL if share < SCALE_SHARE else Case.UNCERTAINTY_SCALE
+        numbers["percent"] = 100 * share
+    return Check(name, case, mm, "mm", limit, word == "good", word, numbers)
 
 
 def duration(duration_s: float | None) -> Check:

@@ -109,6 +109,7 @@ class PoseFile(TypedDict):
     poses: list[PoseEntry]
     variants: NotRequired[list[Row]]
     check_against: NotRequired[Row]
+    world: NotRequired[Row]
 
 
 def pose_json(

@@ -9,12 +9,12 @@ import numpy as np
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
-from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad
+from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad, places_urad
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile, pose_json, read_pose_json
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
-from mocap_metrology.lighthouse.records import MASTER, Path, Station
+from mocap_metrology.lighthouse.records import MASTER, Path, PoseEstimate, Station
 
 NO_POSE: Row = {"moved": None, "valid": None}  # nothing to compare
 
@@ -41,6 +41,16 @@ def board_rms_urad(paths: tuple[Path, Path]) -> float:
     return 1e6 * float(max(rms))
 
 
+def _places_urad(found: Calibration, best: PoseEstimate | None, paths: tuple[Path, Path]) -> float:
+    """What errors of the board, as stated, make of `board_rms_urad`: of the nearer station."""
+    known = None if best is None else found.joints.get(best.optics)
+    if known is None:
+        return 0.0
+    scene, _ = known
+    nearest = min(float(np.median(np.linalg.norm(own.t_m, axis=1))) for own in paths)
+    return places_urad(1e-3 * scene.priors.board_position_mm, nearest, len(scene.board))
+
+
 def summary(
     found: Calibration,
     stations: Sequence[Station],
@@ -63,10 +73,11 @@ def summary(
     best = None if index is None else found.estimates[index]
     why = list(found.why)
     note = check_ids(reference, stations) if reference is not None else ""
-    span = board_rms = None
+    span, board_rms, places = None, None, 0.0
     both = None if best is None else found.paths_of(best)
     if both is not None:
         span, board_rms = span_of(both[MASTER]), board_rms_urad(both)
+        places = _places_urad(found, best, both)
     judged = verdict(
         best,
         found.estimates,
@@ -76,6 +87,7 @@ def summary(
         duration_s=duration_s,
         expected_urad=expected_noise_urad(resolution_s),
         board_rms_urad=board_rms,
+        places_urad=places,
         errors=None if reference is None or best is None else errors(best.R, best.t_m, reference),
         variants=found.variants,
         why_none="; ".join(why),

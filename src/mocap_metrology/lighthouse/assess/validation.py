@@ -148,6 +148,13 @@ def against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:
     return Check("reference", Case.REFERENCE, mm, "mm", limit, good, word, numbers)
 
 
+def _by_batch(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> PoseEstimate:
+    """The estimate by batch of the same optics, where another was chosen: it alone is judged by
+    weights, priors and pieces, and what it finds is of the recording."""
+    same = [p for p in poses if (p.estimator, p.optics) == ("batch", chosen.optics)]
+    return chosen if chosen.estimator == "batch" or not same else same[-1]
+
+
 @dataclass(frozen=True)
 class Verdict:
     """One of `WORDS`, and the checks behind it; why_none: where there are none, the reason that
@@ -168,6 +175,7 @@ def verdict(
     duration_s: float | None = None,
     expected_urad: float = EXPECTED_URAD,
     board_rms_urad: float | None = None,
+    places_urad: float = 0.0,
     errors: tuple[np.ndarray, np.ndarray] | None = None,
     variants: Sequence[Weighed] = (),
     why_none: str = "",
@@ -176,21 +184,26 @@ def verdict(
 
     stations: master first; n_common: moments with a board pose of both stations; span_m: largest
     distance between two places of the board's path, or about it; duration_s: of the recording;
-    expected_urad: noise of one angle; board_rms_urad: angles about single board poses; errors: mm
-    and deg against a reference, see `reference`; variants: of the rotor model, as the recording
-    weighed them; why_none: the reason where nothing was chosen.
+    expected_urad: noise of one angle; board_rms_urad: angles about single board poses; places_urad:
+    part of it that errors of the board make, as stated; errors: mm and deg against a reference, see
+    `reference`; variants: of the rotor model, as the recording weighed them; why_none: the reason
+    where nothing was chosen.
     """
     if chosen is None or not (np.isfinite(chosen.R).all() and np.isfinite(chosen.t_m).all()):
         return Verdict("failed", why_none=why_none)
+    weighed = _by_batch(chosen, poses)
     checks = (
         fit_checks.distance(chosen),
         fit_checks.residual(chosen, expected_urad),
+        fit_checks.weight(weighed),
+        fit_checks.priors(weighed),
+        fit_checks.misfit(weighed),
         factory(chosen, stations),
         rotor_model(chosen, variants),
         fit_checks.mirrored(chosen),
         fit_checks.motion(chosen),
         fit_checks.common_measurements(chosen, n_common),
-        fit_checks.board_poses(board_rms_urad, expected_urad),
+        fit_checks.board_poses(board_rms_urad, expected_urad, places_urad),
         fit_checks.path(chosen, span_m),
         *agreements(chosen, poses),
         gravity(chosen, stations),

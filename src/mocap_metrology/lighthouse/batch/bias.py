@@ -29,6 +29,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     Noise,
     Reduced,
     View,
+    Weights,
     linearised,
     reduced,
 )
@@ -43,7 +44,7 @@ def bias_equations(
     trajectory: Trajectory,
     state: State,
     residual: np.ndarray,
-    weight: np.ndarray,
+    weight: Weights,
     noise: Noise,
     of: Layout,
     factor: np.ndarray,
@@ -65,7 +66,8 @@ def bias_equations(
     flat = replace(trajectory, control=np.zeros_like(trajectory.control))  # its prior pulls nothing
     if more is not None:
         more = replace(more, g=np.zeros_like(more.g), g_inner=np.zeros_like(more.g_inner))
-    return reduced(linearised(seen, trajectory, state, d, weight, of, more), flat, noise)
+    sums = linearised(seen, trajectory, state, d, weight.hit, of, more, weight.held)
+    return reduced(sums, flat, noise)
 
 
 def _curvature(

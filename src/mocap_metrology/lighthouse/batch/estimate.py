@@ -53,7 +53,9 @@ SIZED = ("depth", "place")  # groups whose size the recording shows
 @dataclass(frozen=True)
 class Joint:
     """An estimate. S: information of the global unknowns without priors; working, believed: prior
-    standard deviations that it used, and that the recordings do not contradict; ups: as given."""
+    standard deviations that it used, and that the recordings do not contradict; ups: as given;
+    misfit: by how much the pieces of the recordings differ, over what noise explains (variances).
+    """
 
     state: State
     recordings: tuple[Recording, ...]
@@ -64,6 +66,7 @@ class Joint:
     converged: bool
     rounds: int
     ups: np.ndarray | None = None
+    misfit: float = 1.0
 
     def sure(self, what: str) -> Joint:
         """Itself; refused, in the name of `what`, where the search did not converge."""
@@ -74,7 +77,7 @@ class Joint:
     @property
     def covariance(self) -> np.ndarray:
         """Of all global unknowns, in m and rad."""
-        return covariance_of(self.S, self.working, self.believed)
+        return covariance_of(self.S, self.working, self.believed, self.misfit)
 
     def pose_covariance(self, station: int = 1) -> np.ndarray:
         """Covariance (6, 6) of t and the left rotation vector of a station in m and rad."""
@@ -117,9 +120,11 @@ def estimate(
     seen = [one.windows() for one in recordings]
     by_ups = ups is not None and bool(np.isfinite(ups).all(axis=1).any())
     there = [one is not None for one in seen]
-    of = layout(len(R), len(board), priors or Priors(), known_poses, there, by_ups)
+    sized_scale = any(one.lengths for one in recordings)
+    priors = priors or Priors()
+    of = layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale)
     state = start(R, t_m, rotors, board, of.size)
-    own = [recording(one.hits, one.trajectory, state) for one in recordings]
+    own = [recording(one, state) for one in recordings]
     for one, its, column in zip(own, seen, of.inertial, strict=True):
         if its is not None:
             felt = inertial.residuals(its, one.trajectory, state, column)
@@ -205,7 +210,7 @@ class _Search:
                 one.trajectory,
                 state,
                 one.residual,
-                one.weights().hit,
+                one.weights(),
                 one.noise,
                 of,
                 factor,
@@ -265,7 +270,8 @@ class _Search:
         """Robust sum of squares, with those of the priors."""
         known = float(np.sum((self.state.values / self.working) ** 2))
         _, _, of_gravity = gravity_equations(self.state, self.of, self.ups)
-        return known + of_gravity + sum(one.cost() for one in self.recordings)
+        lengths = sum(one.cost_of_lengths(self.state, self.of) for one in self.recordings)
+        return known + of_gravity + lengths + sum(one.cost() for one in self.recordings)
 
     def _step(self, sums: list[Sums]) -> tuple[Floats, Floats, Floats, float]:
         """Take a step by which the cost does not rise; S and h before it, the step without damping,
@@ -285,6 +291,9 @@ class _Search:
             ]
             S = down + np.sum([part.S for part in parts], axis=0)
             h = pull + np.sum([part.h for part in parts], axis=0)
+            for one, part in zip(old, parts, strict=True):
+                more = one.by_lengths(before, self.of, part)
+                S, h = S + more[0], h + more[1]
             M = S + np.diag(known)
             M[np.diag_indices(len(M))] *= 1 + damping
             step = -solved(M, h + known * before.values)

@@ -330,32 +330,46 @@ def robust(
     limit: float,
     weight: np.ndarray,
     offset: np.ndarray,
+    held: np.ndarray,
     cost: np.ndarray,
 ) -> None:
-    """Weights of the hits, offsets and costs of the sweeps, in place.
+    """Weights of the hits, offsets of the sweeps with their weights, costs of sweeps, in place.
 
     With z = (e - offset) / sigma, a hit costs z^2 up to |z| = limit and limit^2 (1 + 2 ln(|z| /
-    limit)) beyond, an offset (offset / common)^2; the weight is 1 up to the limit, (limit / z)^2
-    beyond. The offset is the minimum for these weights, found by repetition from the median.
+    limit)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,
+    (limit / z)^2 beyond. So a sweep that is wrong as a whole has an offset of its own, and
+    determines nothing but differences of its hits. The offset is the minimum for these weights,
+    found by repetition from the median.
     """
     for m in range(first.size - 1):
         low, high = first[m], first[m + 1]
-        b = 0.0
+        b, v = 0.0, 1.0
         if common > 0:
             b = float(np.median(residual[low:high]))
-            b *= common * common / (common * common + sigma * sigma / (high - low))
+            v = _weight(b / common, limit)
+            b /= 1 + v * (sigma / common) ** 2 / (high - low)
         for _ in range(4 if common > 0 else 1):
-            up, down = 0.0, (sigma / common) ** 2 if common > 0 else 1.0
+            v = _weight(b / common, limit) if common > 0 else 1.0
+            up, down = 0.0, v * (sigma / common) ** 2 if common > 0 else 1.0
             for h in range(low, high):
-                z = abs(residual[h] - b) / sigma
-                weight[h] = 1.0 if z <= limit else (limit / z) ** 2
+                weight[h] = _weight((residual[h] - b) / sigma, limit)
                 up += weight[h] * residual[h]
                 down += weight[h]
             if common > 0:
                 b = up / down
-        offset[m] = b
-        total = (b / common) ** 2 if common > 0 else 0.0
+        offset[m], held[m] = b, v
+        total = _loss(b / common, limit) if common > 0 else 0.0
         for h in range(low, high):
-            z = abs(residual[h] - b) / sigma
-            total += z * z if z <= limit else limit * limit * (1 + 2 * math.log(z / limit))
+            total += _loss((residual[h] - b) / sigma, limit)
         cost[m] = total
+
+
+@njit(inline="always")
+def _weight(z: float, limit: float) -> float:
+    return 1.0 if abs(z) <= limit else (limit / z) ** 2
+
+
+@njit(inline="always")
+def _loss(z: float, limit: float) -> float:
+    z = abs(z)
+    return z * z if z <= limit else limit * limit * (1 + 2 * math.log(z / limit))

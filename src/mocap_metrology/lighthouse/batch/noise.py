@@ -23,7 +23,9 @@ def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
         -2 log L = (n - p) log Q + sum_m log(1 + r W_m) + log det A,   hit^2 = Q / (n - p),
 
     p unknowns of the trajectory, less what other data determine of them; those of the border are
-    few beside it and count as known. The ratio is found by bounded search; 0 is tried, too.
+    few beside it and count as known. r of a sweep is divided by its weight in `Sums.held`; as much
+    of its offset as this leaves open counts as an unknown. The ratio is found by bounded search; 0
+    is tried, too.
     """
     if sums.more is None:
         return _estimated_noise(sums, trajectory, start, 0.0)
@@ -43,13 +45,14 @@ def _by_more(sums: Sums, trajectory: Trajectory, noise: Noise) -> float:
 def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: float) -> Noise:
     bend, bend_g = known_of(trajectory, sums.more, start.hit)
     p = int((sums.band[0] > 0).sum())
-    free = max(sums.n_hits - p + by_more, 1)
+    free = max(sums.n_hits - p + by_more - float(np.sum(1 - sums.held)), 1)
     empty = np.zeros((sums.g.size, 0)), np.zeros((0, 0)), np.zeros(0)
     nothing = np.zeros((sums.begin.size, 0))
 
     def at(ratio: float) -> tuple[float, float]:
         band, g = sums.band + bend, sums.g + bend_g
-        factor = ratio / (1 + ratio * sums.weight)
+        own = ratio / sums.held
+        factor = own / (1 + own * sums.weight)
         kernel.without_offsets(
             sums.begin,
             factor,
@@ -66,7 +69,7 @@ def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: 
         x = linalg.cho_solve_banded((L, True), g, check_finite=False)
         Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)
         log_det = 2 * float(np.log(L[0]).sum())
-        rest = float(np.log1p(ratio * sums.weight).sum())
+        rest = float(np.log1p(own * sums.weight).sum())
         return free * np.log(Q) + rest + log_det, Q / free
 
     low, high = 2 * np.log(RATIOS)

@@ -6,27 +6,31 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import chi2, f
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint
-from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors
+from mocap_metrology.lighthouse.batch.kernel import POSE
+from mocap_metrology.lighthouse.batch.problem import GROUPS, NEARLY_KNOWN, Priors
 from mocap_metrology.lighthouse.batch.recording import Recording, rough
 from mocap_metrology.lighthouse.batch.solve import (
     Noise,
-    Sums,
-    added,
     linearised,
     reduced,
+    solved,
     sweeps_of,
     weights,
 )
 from mocap_metrology.lighthouse.records import AXES, ROLES, Halves, SharedErrors
 
+PIECES = 12  # of a recording, of one duration
 SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
 FEWEST_SWEEPS = 20  # of each station in a part
-
-
+FEWEST_OF_PIECE = 5  # likewise
 UNDETERMINED = 100.0  # m^2 or rad^2: the variance of a pose that nothing determines
+WEAK = 1e-9  # of the largest information: a direction of a pose that a piece does not determine
+SHOWN = 0.03  # of the variance of a prior
+BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step in time
 
 
 @dataclass(frozen=True)
@@ -38,10 +42,21 @@ class _Part:
     noise: np.ndarray
 
 
+@dataclass(frozen=True)
+class Piece:
+    """Normal equations S, h of a piece of a recording, its trajectory eliminated, and its sweeps by
+    station."""
+
+    S: Floats
+    h: Floats
+    sweeps: np.ndarray
+
+
 def _part(found: Joint, S: Floats, h: Floats, station: int) -> _Part | None:
-    """One Gauss-Newton step of all unknowns from a part of the hits; None where these do not
-    determine the pose of the station."""
-    known = 1 / found.working**2
+    """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole, as
+    that is by other data; None where these do not determine the pose of the station."""
+    scale = found.of.group == GROUPS.index("scale")
+    known = 1 / np.where(scale, NEARLY_KNOWN * found.of.sd, found.working) ** 2
     try:
         M = np.linalg.inv(S + np.diag(known))
     except np.linalg.LinAlgError:
@@ -50,14 +65,8 @@ def _part(found: Joint, S: Floats, h: Floats, station: int) -> _Part | None:
     variances = np.linalg.eigvalsh(M[np.ix_(rows, rows)])
     if not 0 < variances[0] <= variances[-1] < UNDETERMINED:
         return None
-    step = -M @ (h + known * found.state.values)
+    step = -M @ (h + known * np.where(scale, 0.0, found.state.values))
     return _Part(step, M * known, M @ S @ M)
-
-
-def _of_sums(found: Joint, sums: Sequence[Sums], noise: Noise, station: int) -> _Part | None:
-    """From some of the sums of a recording."""
-    without = reduced(added(sums), found.recordings[0].trajectory, noise)
-    return _part(found, without.S, without.h, station)
 
 
 def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
@@ -73,27 +82,60 @@ def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halve
     return Halves(float(mm), float(deg), m2)
 
 
-def _pieces(found: Joint) -> tuple[list[Sums], np.ndarray, Noise]:
-    """Sums over the pieces between `SPLITS`, the sweeps of each station in them (pieces, stations),
-    and the noise of their weights: at least the spread of the residuals, which are larger where a
-    station was moved."""
-    one, coarse = found.recordings[0], rough(found.recordings[0])
+def pieces_of(found: Joint, one: Recording) -> list[Piece]:
+    """`PIECES` of a recording at the values of the estimate. Their noise is at least the spread of
+    the residuals, which are larger where a station moved."""
+    coarse = rough(one)
     noise = Noise(max(coarse.hit, one.noise.hit), one.noise.sweep)
-    hit = weights(one.seen, one.residual, noise).hit
-    time = one.sweeps.hits.time_s
-    ends = time.min() + np.array(SPLITS) * np.ptp(time)
-    piece = np.searchsorted(ends, time[one.sweeps.first[:-1]], side="right")
+    weight = weights(one.seen, one.residual, noise)
+    time = one.sweeps.hits.time_s[one.sweeps.first[:-1]]
+    share = (time - time.min()) / max(float(np.ptp(time)), 1e-9)
+    piece = np.minimum((PIECES * share).astype(np.int64), PIECES - 1)
     stations = one.sweeps.hits.station[one.sweeps.first[:-1]]
-    count = np.zeros((len(SPLITS) + 1, len(found.state.R)), int)
+    count = np.zeros((PIECES, len(found.state.R)), int)
     np.add.at(count, (piece, stations), 1)
-    sums = []
-    for k in range(len(SPLITS) + 1):
+    pieces = []
+    for k in range(PIECES):
         chosen = piece == k
         own = chosen[one.sweeps.sweep]
-        seen = sweeps_of(one.seen, chosen)
-        off, weight, of = one.residual[own], hit[own], found.of
-        sums.append(linearised(seen, one.trajectory, found.state, off, weight, of, one.more(of)))
-    return sums, count, noise
+        at, of = (sweeps_of(one.seen, chosen), one.trajectory, found.state), found.of
+        hit, held = weight.hit[own], weight.held[chosen]
+        sums = linearised(*at, one.residual[own], hit, of, one.more(of), held)
+        without = reduced(sums, one.trajectory, noise)
+        pieces.append(Piece(without.S, without.h, count[k]))
+    return pieces
+
+
+def _scatter(pieces: Sequence[Piece], rows: np.ndarray, step: Floats) -> tuple[float, int]:
+    """Squared sum of what the pieces pull at a station's pose after a step, over its variance; and
+    how many directions they determine."""
+    total, freedom = 0.0, 0
+    for piece in pieces:
+        if piece.sweeps.min() < FEWEST_OF_PIECE:
+            continue
+        size, axes = np.linalg.eigh(_scaled(piece.S[np.ix_(rows, rows)]))
+        clear = size > WEAK * size[-1]
+        pull = (piece.h + piece.S @ step)[rows] / np.sqrt(np.diag(piece.S)[rows])
+        total += float(np.sum((pull @ axes)[clear] ** 2 / size[clear]))
+        freedom += int(clear.sum())
+    return total, freedom
+
+
+def _scaled(S: Floats) -> Floats:
+    unit = 1 / np.sqrt(np.diag(S))
+    return S * np.outer(unit, unit)
+
+
+def misfit_of(found: Joint, station: int = 1) -> float:
+    """Mean square of what pieces pull at a station's pose, over what noise makes of it: 1 where
+    that is within chance."""
+    rows, total, freedom = found.pose(station), 0.0, -POSE
+    for one in found.recordings:
+        own = _scatter(pieces_of(found, one), rows, np.zeros(found.of.size))
+        total, freedom = total + own[0], freedom + own[1]
+    if freedom <= 0 or total < chi2.isf(BY_CHANCE, freedom):
+        return 1.0
+    return total / freedom
 
 
 def halves(found: Joint, station: int = 1) -> Halves | None:
@@ -104,16 +146,31 @@ def halves(found: Joint, station: int = 1) -> Halves | None:
     difference has the covariance of both parts' noise and
     (K_1 - K_2) diag(believed^2) (K_1 - K_2)'. A part counts that has sweeps of every station: from
     the hits of one alone the pose between two is not determined. None where no two parts have.
+
+    `stepped`: whether a step at one moment explains the difference, and pieces before and after
+    agree among themselves, by an F test of the moment that explains most.
     """
-    pieces, count, noise = _pieces(found)
-    apart, same = [], np.zeros(found.of.size)
-    for k in range(1, len(pieces)):
-        if min(count[:k].sum(axis=0).min(), count[k:].sum(axis=0).min()) < FEWEST_SWEEPS:
+    pieces = pieces_of(found, found.recordings[0])
+    rows, same, apart, ratios = found.pose(station), np.zeros(found.of.size), {}, []
+    for k in range(1, PIECES):
+        sides = pieces[:k], pieces[k:]
+        if min(np.sum([p.sweeps for p in own], axis=0).min() for own in sides) < FEWEST_SWEEPS:
             continue
-        a, b = (_of_sums(found, own, noise, station) for own in (pieces[:k], pieces[k:]))
-        if a is not None and b is not None:
-            apart.append(_apart(found, a, b, same, station))
-    return max(apart, key=lambda pair: pair.m2, default=None)
+        S, h = ([np.sum([getattr(p, name) for p in own], axis=0) for own in sides] for name in "Sh")
+        a, b = (_part(found, S[i], h[i], station) for i in (0, 1))
+        if a is None or b is None:
+            continue
+        apart[k] = _apart(found, a, b, same, station)
+        own = [_scatter(side, rows, part.step) for side, part in zip(sides, (a, b), strict=True)]
+        rest, freedom = (sum(column) for column in zip(*own, strict=True))
+        if freedom > 2 * POSE:
+            rest = max(rest / (freedom - 2 * POSE), 1.0)
+            ratios.append(float(f.sf(apart[k].m2 / POSE / rest, POSE, freedom - 2 * POSE)))
+    at = [apart[k] for k in (round(PIECES * split) for split in SPLITS) if k in apart]
+    if not at:
+        return None
+    stepped = min(ratios, default=1.0) < BY_CHANCE / PIECES
+    return replace(max(at, key=lambda pair: pair.m2), stepped=stepped)
 
 
 def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
@@ -159,13 +216,63 @@ def shared_errors(
     group, zero = np.array(GROUPS)[found.of.group], _of_one(found, priors)
     sd = np.where(np.isfinite(found.believed), found.believed, 0.0)
     sd = np.sqrt(np.maximum(sd**2 - zero**2, 0.0))
-    noise = M @ found.S @ M + (gain * zero**2) @ gain.T
+    noise = found.misfit * M @ found.S @ M + (gain * zero**2) @ gain.T
     own = sd > 1e-6 * zero
     effect = (gain * sd)[np.ix_(rows, own)].T * units
     of_board = np.isin(group[own], ("scale", "place"))
     by_noise = noise[np.ix_(rows, rows)] * np.outer(units, units)
     by_noise = (by_noise + by_noise.T) / 2  # apart by rounding, which differences leave much of
     return by_noise, SharedErrors(sd[own], effect, of_board, board)
+
+
+def prior_p(found: Joint) -> float:
+    """Probability by chance that board and optics are estimated so far from what is known of them.
+
+    With M = S + L, errors of the standard deviations B make estimates v of the covariance
+    C = G B G' + M^-1 S M^-1, G = I - M^-1 L; v' C^-1 v is a chi squared in the directions that the
+    hits determine, in units of B, by `SHOWN` at least. The lower of the probabilities, times
+    two, of all and of strains of the board alone, as of a board file stretched along one axis.
+    """
+    own = np.isin(found.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
+    if not own.any():
+        return 1.0
+    known, sd = 1 / found.working**2, found.of.sd[own]
+    M = solved(found.S + np.diag(known), np.eye(known.size))
+    rows = np.ix_(own, own)
+    by_prior = (np.eye(sd.size) - M[rows] * known[own]) * sd / sd[:, None]
+    C = by_prior @ by_prior.T + found.misfit * (M @ found.S @ M)[rows] / np.outer(sd, sd)
+    off = found.state.values[own] / sd
+    strains = np.zeros((sd.size, 9))
+    if found.of.places >= 0:
+        first = int(np.count_nonzero(own[: found.of.places]))
+        board = found.state.board - found.state.board.mean(axis=0)
+        strains[first : first + board.size] = np.kron(board, np.eye(3))
+    axes, size, _ = np.linalg.svd(strains, full_matrices=False)
+    p = [_by_chance(off, by_prior, C)]
+    if size[0] > 0:
+        modes = axes[:, size > 1e-6 * size[0]]
+        p.append(_by_chance(modes.T @ off, modes.T @ by_prior, modes.T @ C @ modes))
+    return min(1.0, 2 * min(p))
+
+
+def _by_chance(off: Floats, by_prior: Floats, C: Floats) -> float:
+    """Probability of a larger off' C^-1 off in directions that are shown; 1 where none is."""
+    size, axes = np.linalg.eigh((C + C.T) / 2)
+    shown = np.sum((axes.T @ by_prior) ** 2, axis=1) > SHOWN
+    if not shown.any():
+        return 1.0
+    return float(chi2.sf(np.sum((off @ axes)[shown] ** 2 / size[shown]), int(shown.sum())))
+
+
+def scale_share(found: Joint, station: int = 1) -> float:
+    """Share that the scale of the board has in the variance of a station's position."""
+    if found.of.scale < 0:
+        return 0.0
+    known = 1 / found.working**2
+    M = solved(found.S + np.diag(known), np.eye(known.size))
+    rows, scale = found.pose(station)[:3], found.of.scale
+    effect = M[rows, scale] * known[scale] * found.believed[scale]
+    return float(effect @ effect / np.trace(found.pose_covariance(station)[:3, :3]))
 
 
 def residual_ratios(one: Recording) -> dict[str, dict[str, float]]:

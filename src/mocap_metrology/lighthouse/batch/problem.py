@@ -8,7 +8,7 @@ prior, a normal distribution about the value of the board file, the factory cali
 | time zero | station and axis | 0.15 us (57 urad): flashes rise late, by diodes differently |
 | phase | station and axis | 1 mrad: together with the time zero one offset |
 | depth between both lasers | station | 10 mm |
-| scale of the board | | 1e-3 |
+| scale of the board | | 1e-3, of a small one 0.3 mm over its largest extent |
 | place of a diode | diode, coordinate | 0.2 mm |
 | gravity | | none; its magnitude 0.03 m/s^2 about 9.81 |
 | gyroscope: bias | recording, axis | 0.1 rad/s |
@@ -42,6 +42,8 @@ GROUPS = ("pose", "depth", "offset", "intrinsic", "scale", "place", "gravity", "
 INERTIAL_SD = np.repeat([0.1, 0.3, 1e-2, np.radians(2.0), 3e-3, 3e-3], [3, 3, 1, 3, 3, 1])
 GRAVITY_M_S2 = 9.81
 ANY_GRAVITY = 100.0  # of a coordinate: for recordings that say nothing of it
+# Between the outermost diodes: decks of 33 mm were 0.5 to 1.3 % larger than their files.
+EFFECTIVE_M = 3e-4
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for
 
 
@@ -62,6 +64,14 @@ class Priors:
         """With the spread of the factory values of eight real stations about 0, in place of their
         errors."""
         return replace(self, phase_mrad=37.0, tilt_mrad=5.0, curve_mrad=5.0, gib_mrad=9.0)
+
+    def of_board(self, board: np.ndarray) -> Priors:
+        """With the scale of a board (n, 3) in m: of a small one, places of diodes as light sees
+        them are less well known than its size."""
+        if not self.board_scale > 0:
+            return self
+        apart = np.linalg.norm(board[:, None] - board, axis=2).max()
+        return replace(self, board_scale=max(self.board_scale, EFFECTIVE_M / float(apart)))
 
     @property
     def time_zero_rad(self) -> float:
@@ -110,9 +120,11 @@ def layout(
     known_poses: bool = False,
     inertial: Sequence[bool] = (),
     gravity: bool = False,
+    sized_scale: bool = False,
 ) -> Layout:
     """The unknowns of so many stations and diodes; known_poses: those of the stations are none;
-    inertial: which recordings have such sensors; gravity: whether it is an unknown without them."""
+    inertial: which recordings have such sensors; gravity: whether it is an unknown without them;
+    sized_scale: whether data show the scale of the board."""
     columns = np.full((n_stations, 2, 7), -1)
     sd: list[float] = []
     working: list[float] = []
@@ -136,7 +148,7 @@ def layout(
             columns[station, axis, 2] = new("offset", priors.offset_rad, 1, zero)
             if priors.estimated:
                 columns[station, axis, 3:] = [new("intrinsic", 1e-3 * value) for value in intrinsic]
-    scale = new("scale", priors.board_scale, 1, 0.0)
+    scale = new("scale", priors.board_scale, 1, None if sized_scale else 0.0)
     places = new("place", 1e-3 * priors.board_position_mm, 3 * n_diodes)
     down = new("gravity", ANY_GRAVITY, 3 if gravity or any(inertial) else 0)
     sensors = []

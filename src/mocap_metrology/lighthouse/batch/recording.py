@@ -10,10 +10,12 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.inertial import Windows, windows
+from mocap_metrology.lighthouse.batch.length import LengthView, added, equation
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
 from mocap_metrology.lighthouse.batch.solve import (
     Equations,
     Noise,
+    Reduced,
     Sums,
     View,
     Weights,
@@ -24,6 +26,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     weights,
 )
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import Hits, Inertial
 
 LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
@@ -31,11 +34,13 @@ LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
 
 @dataclass(frozen=True)
 class Given:
-    """Of a recording: hits of all stations, a trajectory near the board's, sensors on it."""
+    """Of a recording: hits of all stations, a trajectory near the board's, sensors on it, and
+    lengths that were measured meanwhile."""
 
     hits: Hits
     trajectory: Trajectory
     inertial: Inertial | None = None
+    lengths: tuple[KnownLength, ...] = ()
 
     def windows(self) -> Windows | None:
         """What is used of its sensors."""
@@ -72,6 +77,7 @@ class Recording:
     noise: Noise
     residual: Floats
     sensors: Sensed | None = None
+    lengths: tuple[LengthView, ...] = ()
 
     def move(self, step: Floats, state: State) -> None:
         """Add a step to the control points, and take other values of all else."""
@@ -101,12 +107,32 @@ class Recording:
 
     def sums(self, state: State, of: Layout, column: int | None = None) -> Sums:
         """Normal equations of its hits and sensors."""
-        hit, more = self.weights().hit, self.more(of, column)
-        return linearised(self.seen, self.trajectory, state, self.residual, hit, of, more)
+        own, more = self.weights(), self.more(of, column)
+        at = self.seen, self.trajectory, state, self.residual
+        return linearised(*at, own.hit, of, more, own.held)
+
+    def by_lengths(self, state: State, of: Layout, part: Reduced) -> tuple[Floats, Floats]:
+        """S and h of its lengths, its trajectory eliminated as in `part`."""
+        S, h = np.zeros((of.size, of.size)), np.zeros(of.size)
+        for seen in self.lengths:
+            own = equation(seen, self.trajectory.control, state, of)
+            S_own, h_own, _ = added(own, part, self.noise)
+            S, h = S + S_own, h + h_own
+        return S, h
+
+    def cost_of_lengths(self, state: State, of: Layout) -> float:
+        """Sum of squares of its lengths."""
+        own = [equation(seen, self.trajectory.control, state, of) for seen in self.lengths]
+        return float(sum(one.residual**2 / one.variance for one in own))
 
     def weights(self) -> Weights:
         """Of the hits, at the present noise."""
         return weights(self.seen, self.residual, self.noise)
+
+    def total_weight(self) -> Floats:
+        """Of each hit, with that of its sweep."""
+        own = self.weights()
+        return own.hit * own.held[self.sweeps.sweep]
 
     @property
     def alone(self) -> Floats:
@@ -114,12 +140,13 @@ class Recording:
         return self.residual - self.weights().offset[self.sweeps.sweep]
 
 
-def recording(hits: Hits, trajectory: Trajectory, state: State) -> Recording:
+def recording(given: Given, state: State) -> Recording:
     """Hits of all stations along a trajectory, not yet weighed."""
-    sweeps = by_sweep(hits)
-    seen = view(sweeps, trajectory)
-    off = residuals(seen, trajectory, state)
-    return Recording(sweeps, trajectory, seen, Noise(np.inf, np.inf), off)
+    sweeps = by_sweep(given.hits)
+    seen = view(sweeps, given.trajectory)
+    off = residuals(seen, given.trajectory, state)
+    lengths = tuple(LengthView.of(known, given.trajectory) for known in given.lengths)
+    return Recording(sweeps, given.trajectory, seen, Noise(np.inf, np.inf), off, lengths=lengths)
 
 
 def _spread(values: np.ndarray) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.parts import rms_by
-from mocap_metrology.lighthouse.batch.recording import Recording, recording
+from mocap_metrology.lighthouse.batch.recording import Given, Recording, recording
 from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
 
 BINS = 12  # of angle and of time
@@ -100,7 +100,7 @@ def _all_hits(found: Joint, hits: Hits) -> Recording:
     known = hits.take(one.trajectory.known(hits.time_s))
     if len(known) == one.residual.size:
         return one
-    return replace(recording(known, one.trajectory, found.state), noise=one.noise)
+    return replace(recording(Given(known, one.trajectory), found.state), noise=one.noise)
 
 
 def _by_diode(one: Recording, every: Recording) -> Rows:

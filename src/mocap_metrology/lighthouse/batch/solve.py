@@ -92,19 +92,22 @@ def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Weights:
-    """Weight of each hit; offset in rad and robust cost of each sweep."""
+    """Weight of each hit; offset in rad, the weight of what is known of it, and robust cost of
+    each sweep."""
 
     hit: np.ndarray
     offset: np.ndarray
+    held: np.ndarray
     cost: np.ndarray
 
 
 def weights(seen: View, residual: np.ndarray, noise: Noise) -> Weights:
     """Of hits by their residuals."""
     n = seen.sweeps.first.size - 1
-    found = Weights(np.empty(residual.size), np.empty(n), np.empty(n))
+    found = Weights(np.empty(residual.size), *np.empty((3, n)))
     first, hit, sweep = seen.sweeps.first, noise.hit, noise.sweep
-    kernel.robust(first, residual, hit, sweep, LIMIT, found.hit, found.offset, found.cost)
+    of_sweep = found.offset, found.held, found.cost
+    kernel.robust(first, residual, hit, sweep, LIMIT, found.hit, *of_sweep)
     return found
 
 
@@ -133,6 +136,7 @@ class Sums:
     of_sweep: np.ndarray
     of_sweep_inner: np.ndarray
     weight: np.ndarray  # sum(w) of each sweep
+    held: np.ndarray  # weight of what is known of its offset
     residual: np.ndarray  # sum(w e) of each sweep
     square: float
     n_hits: int
@@ -147,8 +151,10 @@ def linearised(
     weight: np.ndarray,
     of: Layout,
     more: Equations | None = None,
+    held: np.ndarray | None = None,
 ) -> Sums:
-    """Sums over all hits at the present values; more: equations of other data."""
+    """Sums over all hits at the present values; more: equations of other data; held: of `Weights`,
+    1 without it."""
     K, G, m = trajectory.control.size, of.size, seen.sweeps.first.size - 1
     band, cross, inner = np.zeros((SPAN, K)), np.zeros((K, G)), np.zeros((G, G))
     g, g_inner = np.zeros(K), np.zeros(G)
@@ -187,6 +193,7 @@ def linearised(
         of_sweep,
         of_inner,
         np.add.reduceat(weight, low),
+        np.ones(m) if held is None else held,
         np.add.reduceat(weight * residual, low),
         float(weight @ residual**2),
         residual.size,
@@ -213,6 +220,7 @@ def added(parts: Sequence[Sums]) -> Sums:
         of_sweep=all_of("of_sweep"),
         of_sweep_inner=all_of("of_sweep_inner"),
         weight=all_of("weight"),
+        held=all_of("held"),
         residual=all_of("residual"),
         square=sum(part.square for part in parts),
         n_hits=sum(part.n_hits for part in parts),
@@ -276,7 +284,7 @@ def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0
         cross += variance * sums.more.cross
         inner += variance * sums.more.inner
         h += variance * sums.more.g_inner
-    ratio = (noise.sweep / noise.hit) ** 2
+    ratio = (noise.sweep / noise.hit) ** 2 / sums.held
     factor = ratio / (1 + ratio * sums.weight)
     kernel.without_offsets(
         sums.begin,
@@ -314,19 +322,21 @@ def solved(M: np.ndarray, y: np.ndarray) -> Floats:
     return (x.T * scale).T
 
 
-def covariance_of(S: np.ndarray, working: np.ndarray, believed: np.ndarray) -> np.ndarray:
+def covariance_of(
+    S: np.ndarray, working: np.ndarray, believed: np.ndarray, misfit: float = 1.0
+) -> np.ndarray:
     """Covariance of y estimated with prior standard deviations `working` where `believed` are true:
     with L = diag(1 / working^2) and M = S + L,
 
         M^-1 (S + L diag(believed^2) L) M^-1,
 
     which is M^-1 where both are the same, and where working is 0 that of Schmidt (1966) for
-    quantities that are considered, not estimated.
+    quantities that are considered, not estimated. misfit: factor of the first S.
     """
     known = 1 / working**2
     inside = np.where(np.isfinite(believed), believed, 0.0) * known
     M = solved(S + np.diag(known), np.eye(known.size))
-    return M @ (S + np.diag(inside**2)) @ M
+    return M @ (misfit * S + np.diag(inside**2)) @ M
 
 
 def supported(
@@ -340,7 +350,7 @@ def supported(
 
         -2 log L = log det(S + L) - log det L - h_0' (S + L)^-1 h_0,
 
-    which the largest factor raises by `NOT_RULED_OUT`.
+    which the largest factor raises by `NOT_RULED_OUT`; both are interpolated between `FACTORS`.
     """
     at_zero = h - S @ values
     found = []
@@ -351,5 +361,17 @@ def supported(
         size = 2 * np.log(np.diag(L)).sum() - np.log(known[own]).sum()
         found.append(float(size - x @ x))
     best = int(np.argmin(found))
-    within = [k for k, value in enumerate(found) if value <= found[best] + NOT_RULED_OUT]
-    return FACTORS[best], FACTORS[max(within)]
+    fine = np.linspace(0, len(FACTORS) - 1, 20 * len(FACTORS))
+    curve = np.interp(fine, np.arange(len(FACTORS)), found)
+    within = fine[curve <= found[best] + NOT_RULED_OUT]
+    factors = np.interp([_lowest(found, best), within.max()], np.arange(len(FACTORS)), FACTORS)
+    return float(factors[0]), float(factors[1])
+
+
+def _lowest(values: list[float], at: int) -> float:
+    """Where the parabola through the least of equidistant values and its neighbours is lowest."""
+    if not 0 < at < len(values) - 1:
+        return float(at)
+    below, here, above = values[at - 1 : at + 2]
+    bend = below - 2 * here + above
+    return at + 0.5 * (below - above) / bend if bend > 0 else float(at)

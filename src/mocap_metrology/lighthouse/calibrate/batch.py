@@ -24,8 +24,11 @@ from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import (
     halves,
+    misfit_of,
+    prior_p,
     residual_ratios,
     rms_by,
+    scale_share,
     shared_errors,
 )
 from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors, State
@@ -45,6 +48,7 @@ from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_o
 from mocap_metrology.lighthouse.calibrate.static import static_pose
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
+from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import (
     SLAVE,
     Factory,
@@ -60,6 +64,8 @@ NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
 RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over the median of all
+LOST_STRETCH = 3.0  # likewise, after that
+LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch: single wrong hits make none bad
 BAD_DIODE = 3.0  # likewise
 FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
 FEWEST_HITS = 6  # of a stretch or diode that is judged
@@ -73,10 +79,12 @@ Start = tuple[Hits, Trajectory, Pose]
 @dataclass(frozen=True)
 class Sensors:
     """Data that are used besides hits: gyroscope and accelerometer of the board, and the way up in
-    the frame of each station (stations, 3), NaN where it is unknown."""
+    the frame of each station (stations, 3), NaN where it is unknown; lengths that were measured in
+    the room."""
 
     inertial: Inertial | None = None
     ups: np.ndarray | None = None
+    lengths: tuple[KnownLength, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -124,7 +132,7 @@ class Scene:
             priors = replace(priors, phase_mrad=0.0)
         if self.optics == "ideal" or self.lasers_m is not None:
             priors = replace(priors, laser_depth_mm=0.0)
-        return priors
+        return priors.of_board(self.board)
 
     def seen(self, measured: tuple[Measurements, Measurements]) -> Optics:
         """Measurements as the optics see them; where these are estimated, it starts from ideal."""
@@ -150,14 +158,15 @@ def solved(
     began = time.perf_counter()
     found, note = known or joint(scene, still)
     one = found.recordings[0]
-    pose = pose_of(scene, found, "final" if still is None else "static")
-    pose = replace(
-        pose,
-        details={**(pose.details or {}), "residuals": residual_rows(found, scene.hits)},
-        halves=halves(found) if still is None else None,
-        path=_path(one.trajectory, one.sweeps.hits.time_s),
-        note=note,
-    )
+    with determined(scene.title):
+        pose = pose_of(scene, found, "final" if still is None else "static")
+        pose = replace(
+            pose,
+            details={**(pose.details or {}), "residuals": residual_rows(found, scene.hits)},
+            halves=halves(found) if still is None else None,
+            path=_path(one.trajectory, one.sweeps.hits.time_s),
+            note=note,
+        )
     return replace(pose, seconds=time.perf_counter() - began), found
 
 
@@ -177,7 +186,7 @@ def pose_of(scene: Scene, found: Joint, stage: str) -> PoseEstimate:
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
-        details=_details(found),
+        details=_details(found) | _weighed(scene, found),
     )
 
 
@@ -206,6 +215,25 @@ def _details(found: Joint) -> dict[str, object]:
         "residual_ratios": residual_ratios(one),
         "inertial": _of_sensors(one.sensors, state),
         "steps": found.rounds,
+    }
+
+
+def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
+    """rms residual in urad of hits as they are weighed; share of the weight of all hits that is
+    lost; misfit of pieces as in `Joint`; probability by chance that estimates are so far from their
+    priors; and the share that the scale of the board has in the variance of the position."""
+    residual = np.concatenate([one.residual for one in found.recordings])
+    weight = np.concatenate([one.total_weight() for one in found.recordings])
+    total = residual.size
+    if len(found.recordings) == 1:
+        used = np.unique(found.recordings[0].sweeps.hits.diode)
+        total = int(np.isin(scene.hits.diode, used).sum())
+    return {
+        "weighted_rms_urad": 1e6 * float(np.sqrt(weight @ residual**2 / weight.sum())),
+        "weight_lost": 1 - float(weight.sum()) / total,
+        "misfit": found.misfit,
+        "prior_p": prior_p(found),
+        "scale_share": scale_share(found),
     }
 
 
@@ -242,7 +270,10 @@ def joint(
             hits, trajectory, pose, note = _still_start(scene, still)
             found, _, why = _if_they_agree(scene, lambda own: fitted(own, hits, trajectory, pose))
             note = "; ".join(filter(None, (note, why)))
-    return found.sure(scene.title), note
+        found = found.sure(scene.title)
+        if not scene.known_pose:
+            found = replace(found, misfit=misfit_of(found))
+    return found, note
 
 
 def start(scene: Scene) -> Start:
@@ -288,7 +319,7 @@ def fitted(
 ) -> Joint:
     """One estimate from there, whatever fits badly; sized: as in `estimate`."""
     R, t = [np.eye(3), pose[0]], [np.zeros(3), pose[1]]
-    given = [Given(hits, trajectory, scene.sensors.inertial)]
+    given = [Given(hits, trajectory, scene.sensors.inertial, scene.sensors.lengths)]
     how = scene.used_priors, scene.known_pose
     return estimate(
         given, R, t, scene.rotors, scene.board, *how, sized=sized, ups=scene.sensors.ups
@@ -300,14 +331,14 @@ def without_bad_diodes(
 ) -> tuple[Joint, str]:
     """The estimate without diodes whose hits the others contradict, and a note of these."""
     out: list[int] = []
-    found, scene, why = _if_they_agree(scene, lambda own: _renewed(own, hits, trajectory, pose))
+    found, scene, why = _if_they_agree(scene, lambda own: renewed(own, hits, trajectory, pose))
     for _ in range(RENEWALS):
         worst = _bad_diode(found)
         if worst is None or np.unique(hits.diode).size <= FEWEST_DIODES:
             break
         out.append(worst)
         hits = hits.take(hits.diode != worst)
-        found = _renewed(scene, hits, trajectory, pose)
+        found = renewed(scene, hits, trajectory, pose)
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
     return found, "; ".join(filter(None, (note, why)))
@@ -343,19 +374,32 @@ def _bad_diode(found: Joint) -> int | None:
     return worst if excess[worst] > 1 else None
 
 
-def _renewed(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:
-    """The estimate; stretches that fit badly begin anew from their neighbours while that helps."""
-    found = fitted(scene, hits, trajectory, pose)
+def renewed(
+    scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose, *, sized: bool = False
+) -> Joint:
+    """The estimate; stretches that fit badly begin anew from their neighbours while that helps, and
+    sweeps of those that remain far worse than others are left out, where they are so themselves."""
+    found = fitted(scene, hits, trajectory, pose, sized=sized)
     for _ in range(RENEWALS):
         again = _bridged(found.recordings[0])
         if again is None:
             break
-        slave = found.state.R[SLAVE], found.state.t_m[SLAVE]
-        then = fitted(scene, hits, again, slave)
+        then = fitted(scene, hits, again, _slave(found), sized=sized)
         if not then.converged or _misfit(then) >= _misfit(found):
             break
         found = then
-    return found
+    one = found.recordings[0]
+    bad = _bad_stretches(one, LOST_STRETCH)[one.seen.who[:, 3]]
+    sweep, squares = one.sweeps.sweep, np.minimum(one.alone**2, LARGEST_RAD**2)
+    bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
+    if not bad.any():
+        return found
+    then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, _slave(found), sized=sized)
+    return then if then.converged else found
+
+
+def _slave(found: Joint) -> Pose:
+    return found.state.R[SLAVE], found.state.t_m[SLAVE]
 
 
 def _misfit(found: Joint) -> float:
@@ -363,13 +407,19 @@ def _misfit(found: Joint) -> float:
     return float(np.mean(np.minimum(found.recordings[0].residual ** 2, 1e-6)))
 
 
+def _bad_stretches(one: Recording, times: float) -> np.ndarray:
+    """Which stretches between knots have an rms residual so many times the median of all."""
+    rms = rms_by(one.seen.who[:, 3], np.minimum(one.alone**2, LARGEST_RAD**2), FEWEST_HITS)
+    with np.errstate(invalid="ignore"):
+        bad: np.ndarray = rms > times * np.nanmedian(rms)
+    return bad
+
+
 def _bridged(one: Recording) -> Trajectory | None:
     """The trajectory through its good stretches only; None where all are good."""
     trajectory = one.trajectory
     stretch = one.seen.who[:, 3]
-    rms = rms_by(stretch, one.alone**2, FEWEST_HITS)
-    with np.errstate(invalid="ignore"):
-        bad = rms > BAD_STRETCH * np.nanmedian(rms)
+    bad = _bad_stretches(one, BAD_STRETCH)
     if not bad.any() or bad.all():
         return None
     bad = np.convolve(bad, np.ones(5), "same") > 0  # a spline's error reaches to its neighbours

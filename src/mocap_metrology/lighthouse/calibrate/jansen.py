@@ -63,6 +63,9 @@ from mocap_metrology.lighthouse.records import (
     PoseEstimate,
 )
 
+FAILED_M2 = 22.46  # of halves of batch: by chance one time in a thousand
+FAILED_RATIO = 0.5  # of the differences of halves
+
 __all__ = [
     "Calibration",
     "CalibrationSettings",
@@ -100,6 +103,12 @@ def calibrate(
             )
 
     def by_optics(name: str) -> Calibration:
+        try:
+            return of_optics(name)
+        except np.linalg.LinAlgError as error:
+            return Calibration(why=[f"{name} optics: the hits do not determine a pose ({error})"])
+
+    def of_optics(name: str) -> Calibration:
         if name == "factory" and any(factory is None for factory in factories):
             why = "factory optics omitted: factory values of both stations are needed"
             return Calibration(why=[why])
@@ -288,7 +297,11 @@ def _static(middle: tuple[Measurements, Measurements], scene: Scene) -> list[Pos
 
 def chosen(estimates: Sequence[PoseEstimate]) -> int | None:
     """Index of the estimate to use: factory optics before estimated before ideal, batch before
-    paper-lm before the simplex, final before Kabsch; None if there is none."""
+    paper-lm before the simplex, final before Kabsch; None if there is none.
+
+    paper-lm comes before a batch that fails at what neither used: from one part of the recording
+    the pose by the other, which batch misses by more than chance, and paper-lm less than half as
+    far."""
     order = [
         (BATCH, "static"),
         (BATCH, "final"),
@@ -297,9 +310,17 @@ def chosen(estimates: Sequence[PoseEstimate]) -> int | None:
         ("paper-lm", "kabsch"),
         *((e, s) for e in ("paper", "paper-tight", *PEERS) for s in ("kabsch", "final")),
     ]
+    final = {(e.optics, e.estimator): e.halves for e in estimates if e.stage == "final"}
+
+    def failed(e: PoseEstimate) -> bool:
+        own, other = e.halves, final.get((e.optics, "paper-lm"))
+        if e.estimator != BATCH or own is None or other is None or own.m2 < FAILED_M2:
+            return False
+        return max(other.mm / own.mm, other.deg / own.deg) < FAILED_RATIO
+
     ranked = [
-        (OPTICS[::-1].index(e.optics), order.index((e.estimator, e.stage)), index)
+        (OPTICS[::-1].index(e.optics), failed(e), order.index((e.estimator, e.stage)), index)
         for index, e in enumerate(estimates)
         if np.isfinite(e.t_m).all()
     ]
-    return min(ranked)[2] if ranked else None
+    return min(ranked)[3] if ranked else None

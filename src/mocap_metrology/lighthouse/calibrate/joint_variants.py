@@ -19,7 +19,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
-from mocap_metrology.lighthouse.calibrate.batch import Scene, fitted, joint, start
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, renewed, start
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
@@ -42,8 +42,8 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     """
     of = {name: replace(scene, variant=name) for name in NAMES}
     with determined(scene.title):
-        hits, trajectory, pose = start(of[FALLBACK])
-        first = fitted(of[FALLBACK], hits, trajectory, pose, sized=True)
+        first = renewed(of[FALLBACK], *start(of[FALLBACK]), sized=True)
+        hits = first.recordings[0].sweeps.hits
         stepped = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES}
     best = min(NAMES, key=lambda name: float(_cost(stepped[name]).sum()))
     found: dict[str, tuple[Joint, str]] = {}

@@ -98,7 +98,8 @@ def _together(scene: Scene, alone: Mapping[str, Joint]) -> Joint:
     own = [one.recordings[0] for one in alone.values()]
     series = [None if one.sensors is None else one.sensors.windows.series for one in own]
     given = [
-        Given(one.sweeps.hits, one.trajectory, of) for one, of in zip(own, series, strict=True)
+        Given(one.sweeps.hits, one.trajectory, of, tuple(length.known for length in one.lengths))
+        for one, of in zip(own, series, strict=True)
     ]
     R, t = [np.eye(3), sure.state.R[SLAVE]], [np.zeros(3), sure.state.t_m[SLAVE]]
     with determined(scene.title):

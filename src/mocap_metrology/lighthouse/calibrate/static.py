@@ -22,6 +22,7 @@ from mocap_metrology.lighthouse.rotor import angles
 
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
 STILL_RAD = np.radians(0.3)
+STRETCH, MOVED, PART = 15, 4.0, 0.1  # poses; how many times as far; of the stretches
 FEWEST_LEFT = 5  # diodes; with four, nearly any pose fits
 BY_CHANCE = 0.01  # probability that a diode is left out of a measurement without a bad one
 NO_NOISE = 1e-14  # rad^2: angles computed, not measured
@@ -59,11 +60,20 @@ class StaticPose:
 
 def is_still(path: Path) -> bool:
     """Whether the board is at rest: robust spread of its position below `STILL_M`,
-    and of its rotation about the mean below `STILL_RAD` beyond what the noise of a pose makes."""
+    and of its rotation about the mean below `STILL_RAD` beyond what the noise of a pose makes; and
+    less than `PART` of the stretches of `STRETCH` poses are farther away, which else is a board
+    that moved for a part of the time."""
     from mocap_metrology.lighthouse.rotation import log, mean
 
-    spread = np.median(np.abs(path.t_m - np.median(path.t_m, axis=0)), axis=0)
-    if MAD_TO_SIGMA * np.linalg.norm(spread) >= STILL_M:
+    off = path.t_m - np.median(path.t_m, axis=0)
+    spread = MAD_TO_SIGMA * np.linalg.norm(np.median(np.abs(off), axis=0))
+    if spread >= STILL_M:
+        return False
+    whole = off[: len(off) // STRETCH * STRETCH].reshape(-1, STRETCH, 3)
+    noise = np.median(np.abs(np.diff(off, axis=0)), axis=0) if len(off) > 1 else np.zeros(3)
+    far = np.linalg.norm(np.median(whole, axis=1), axis=1)
+    limit = MOVED * (STILL_M + spread + np.linalg.norm(noise))
+    if np.count_nonzero(far > limit) > PART * len(whole):
         return False
     turns = log(path.R @ mean(path.R).T)
     noise = np.median(np.abs(np.diff(turns, axis=0)), axis=0) / np.sqrt(2)

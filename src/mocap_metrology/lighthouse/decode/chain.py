@@ -132,6 +132,7 @@ def _with_factory(
                 mode=station.mode or source.mode,
                 factory=source.factory,
                 gravity=source.gravity if station.gravity is None else station.gravity,
+                up_by_geometry=source.up_by_geometry,
                 why=f"{station.why}; factory values taken from {name}",
             )
         result.append(station)

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,7 @@ def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
             },
             "gravity": None if station.gravity is None else [float(v) for v in station.gravity],
             **{name: getattr(station, name) for name in OPTIONAL},
+            **({} if (up := station.up_by_geometry) is None else {"up_by_geometry": up.tolist()}),
         }
         for station in sorted(stations, key=lambda station: ROLES.index(station.role))
     ]
@@ -132,6 +134,8 @@ def _station(entry: Mapping[str, Any], name: str) -> Station:
     if gravity is not None:
         gravity = _numbers(gravity, (3,), f"{name}, {role}: gravity")
     rest = {key: entry[key] for key in OPTIONAL if key in entry}
+    if (up := entry.get("up_by_geometry")) is not None:
+        rest["up_by_geometry"] = _numbers(up, (3,), f"{name}, {role}: up_by_geometry")
     return Station(role, id_, mode, factory, gravity, **rest)
 
 
@@ -208,7 +212,16 @@ def _of_crazyflie(text: str, name: str) -> list[Station]:
         raise Refusal(
             f"{name}: calibs of station {', '.join(unknown)}; expected stations 0 and 1 only"
         )
-    return [_crazyflie_station(key, calibs[key], f"{name}: calibs.{key}") for key in sorted(calibs)]
+    stations = [
+        _crazyflie_station(key, calibs[key], f"{name}: calibs.{key}") for key in sorted(calibs)
+    ]
+    with suppress(Refusal):  # a file without poses
+        _, R, _ = crazyflie_poses(text, name)
+        if all(np.allclose(one @ one.T, np.eye(3), atol=1e-3) for one in R):
+            ups = [R[ROLES.index(station.role), 2] for station in stations]
+            pairs = zip(stations, ups, strict=True)
+            stations = [replace(station, up_by_geometry=up) for station, up in pairs]
+    return stations
 
 
 def _crazyflie_station(key: int, given: object, where: str) -> Station:

@@ -102,8 +102,9 @@ def world_of(name: str, found: Calibrated, points: str | None = None) -> World:
     board was at the start of the recording) or `diode 3 at 12.5 s`. The board's place is the mean
     over 0.2 s, from the start or around the moment, so it should be still there.
 
-    Where the data for a frame is missing, the next of board-start or points, gravity, master is
-    taken, and `why` states this. Raises `Refusal` for points that determine no frame.
+    Where the data for a frame is missing, the next of points, gravity (by the stations, else by the
+    geometry in a Crazyflie's file), board-start, master is taken, and `why` states this. Raises
+    `Refusal` for points that determine no frame.
     """
     if points is not None:
         return _of_points(points, found)
@@ -121,19 +122,33 @@ def world_of(name: str, found: Calibrated, points: str | None = None) -> World:
     return World(MASTER)
 
 
-def _of_gravity(found: Calibrated) -> World:
-    known = [
-        (station, R @ (station.gravity / np.linalg.norm(station.gravity)))
-        for station, (R, _) in zip(found.stations, found.poses, strict=True)
-        if station.gravity is not None and np.linalg.norm(station.gravity) > 0
+def _ups(found: Calibrated, name: str) -> list[tuple[Station, np.ndarray]]:
+    """Stations that have a way up of this name, and it in the master's frame."""
+    ups = [getattr(station, name) for station in found.stations]
+    return [
+        (station, R @ (up / np.linalg.norm(up)))
+        for station, up, (R, _) in zip(found.stations, ups, found.poses, strict=True)
+        if up is not None and np.linalg.norm(up) > 0
     ]
+
+
+def _of_gravity(found: Calibrated) -> World:
+    known = _ups(found, "gravity")
     up = np.sum([direction for _, direction in known], axis=0)
     few = 0 < len(known) < len(found.stations)
     alone = f"gravity of the {known[0][0].role} alone" if few else ""
     if found.up is not None:
         alone, up = "", found.up
     elif not known or np.linalg.norm(up) < LEAST_HORIZONTAL:
-        return World(MASTER, why="no station states the direction of gravity")
+        alone = "no station states the direction of gravity"
+        filed = _ups(found, "up_by_geometry")
+        if not filed and found.path is not None and len(found.path):
+            R, t = board_pose(found.path, None)
+            return World(BOARD_START, R.T, -R.T @ t, why=alone)
+        if not filed:
+            return World(MASTER, why=alone)
+        alone = f"{alone}; z up by the geometry in the Crazyflie's file"
+        up = np.sum([direction for _, direction in filed], axis=0)
     z = up / np.linalg.norm(up)
     # x of the master, or its z where the master looks along the vertical
     ahead = next(a for a in np.eye(3)[[0, 2]] if np.linalg.norm(a - (a @ z) * z) > LEAST_HORIZONTAL)

@@ -52,7 +52,7 @@ def spread(
     free = np.full(of.size - found.of.size, np.inf)  # the slave's pose, where it was held
     working, believed = np.r_[free, found.working], np.r_[free, found.believed]
     parts = reduced(one.sums(state, of, of.inertial[0]), one.trajectory, one.noise)
-    S, p, q = parts.S, slice(0, POSE), slice(POSE, None)
+    S, p, q = parts.S + one.by_lengths(state, of, parts)[0], slice(0, POSE), slice(POSE, None)
     M = np.linalg.inv(S[q, q] + np.diag(1 / working[q] ** 2))
     K = np.vstack([np.eye(POSE), -M @ S[q, p]])
     every = np.zeros_like(S)

@@ -31,6 +31,26 @@ SENTENCES = {
         "origin), a wrong board file, reflections or board poses in the wrong minimum."
     ),
     Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
+    Case.WEIGHT: "{percent:.2g} % of the hits' weight is lost.",
+    Case.WEIGHT_LOST: (
+        "{percent:.2g} % of the hits' weight is lost, as these hits fit no path of the board. "
+        "Possible causes: reflections, stray light, a board beyond the view of a station."
+    ),
+    Case.WEIGHT_UNKNOWN: "Hits of this estimate are not weighed.",
+    Case.PRIORS: "Board and optics as estimated agree with what is known of them.",
+    Case.PRIORS_LEFT: (
+        "Board and optics as estimated deviate from what is known of them (probability by chance: "
+        "{value:.1g}). Possible causes: a board file that does not fit the board (stretched, or "
+        "wrong diodes), wrong factory values, lasers far from their places."
+    ),
+    Case.PRIORS_UNKNOWN: "Board and optics are not estimated.",
+    Case.MISFIT_NONE: "Pieces of the recording agree within noise.",
+    Case.MISFIT: (
+        "Pieces of the recording deviate from each other {times:.2g} times as much as noise "
+        "explains, which the uncertainty includes. Possible causes: wrong optics or board file, "
+        "reflections."
+    ),
+    Case.MISFIT_UNKNOWN: "Pieces of the recording were not compared.",
     Case.PATH_ERRORS: "Errors of the board's path leave {value:.0f} µrad of the residual"
     " unexplained.",
     Case.BEYOND_PATH: (
@@ -43,6 +63,11 @@ SENTENCES = {
     Case.HALVES_APART: (
         "Parts of the recording differ by {about}, {times:.0f} times as much "
         "as noise explains: was a station touched during the recording?"
+    ),
+    Case.HALVES_MISFIT: (
+        "Parts of the recording differ by {about}, {times:.0f} times as much as noise explains, "
+        "and no step at one moment explains it. Possible causes: wrong optics or board file, "
+        "reflections."
     ),
     Case.RECORDINGS: (
         "The recording that agrees least with the others differs from them by {about}, which is "
@@ -90,6 +115,11 @@ SENTENCES = {
     ),
     Case.UNCERTAINTY_ALL: (
         "One standard deviation is {about} in the worst axes, errors of board and optics included."
+    ),
+    Case.UNCERTAINTY_SCALE: (
+        "One standard deviation is {about} in the worst axes, errors of board and optics included; "
+        "{percent:.0f} % of the variance of the position is the scale of the board, which a known "
+        "length reduces (column known_length)."
     ),
     Case.UNCERTAINTY_NONE: "This estimate has no covariance.",
     Case.UNCERTAINTY_UNKNOWN: "The covariance of this estimate contains values that are not finite"
@@ -214,7 +244,13 @@ def sentence(check: Check) -> str:
 
 def _apart(check: Check) -> tuple[float, float]:
     """mm and deg between the poses that a check compares; NaN of another check."""
-    parts = (Case.HALVES, Case.HALVES_APART, Case.RECORDINGS, Case.RECORDINGS_APART)
+    parts = (
+        Case.HALVES,
+        Case.HALVES_APART,
+        Case.HALVES_MISFIT,
+        Case.RECORDINGS,
+        Case.RECORDINGS_APART,
+    )
     halves = check.case in parts
     mm = check.numbers.get("mm") if halves else check.value
     deg = check.numbers.get("deg", math.nan)

@@ -1,0 +1,90 @@
+"""A length that was measured in the room, and how a cell states it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.records import ROLES
+
+SD = r"(?P<length>\d{1,3}(?:\.\d{1,9})?) (?P<sd>\d(?:\.\d{1,9})?)"
+MOMENT = r"diode \d{1,4} at \d{1,6}(?:\.\d{1,6})? s"
+STATIONS = re.compile(f"stations {SD}")
+DIODES = re.compile(f"(?P<first>{MOMENT}) - (?P<second>{MOMENT}) {SD}")
+POINTS = re.compile(r"points(?: (\d(?:\.\d{1,9})?))?")
+PLACE = re.compile(r"diode (\d{1,4})(?: at (\d{1,6}(?:\.\d{1,6})?) s)?")
+FORM = re.sub(r"\?P<\w+>", "?:", f"{STATIONS.pattern}|{DIODES.pattern}|{POINTS.pattern}")
+POINTS_SD_M = 0.005  # of a coordinate
+LARGEST_M = 100.0
+EXPECTED = (
+    "`stations 4.330 0.005`, `diode 0 at 2.0 s - diode 0 at 7.0 s 2.000 0.002` or `points` (m, then"
+    " its standard deviation)"
+)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A station, or a diode at a moment."""
+
+    station: int | None = None
+    diode: int = -1
+    time_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class KnownLength:
+    """Size of the figure of some places, and its standard deviation, m: the root of the
+    sum of the squared distances from their mean."""
+
+    places: tuple[Place, ...]
+    size_m: float
+    sd_m: float
+
+    @classmethod
+    def between(cls, first: Place, second: Place, length_m: float, sd_m: float) -> KnownLength:
+        """The distance of two places."""
+        return cls((first, second), length_m / np.sqrt(2), sd_m / np.sqrt(2))
+
+    @classmethod
+    def of_points(cls, points: Sequence[tuple[Place, np.ndarray]], sd_m: float) -> KnownLength:
+        """The size of a figure whose corners were measured; sd_m: of a coordinate."""
+        places, known = zip(*points, strict=True)
+        size = np.linalg.norm(known - np.mean(known, axis=0))
+        return cls(places, float(size), sd_m)
+
+
+def known_length(
+    text: str, n_diodes: int, points: Mapping[str, np.ndarray] | None = None
+) -> KnownLength:
+    """The length that a cell states: see `EXPECTED`; points: places in the room by label, in m.
+
+    Raises `Refusal` for anything else, for diodes that the board has not, and for `points` without
+    a file of these.
+    """
+    if (cell := POINTS.fullmatch(text)) is not None:
+        if points is None:
+            raise Refusal(f"known_length: {text!r}; expected a file of points (world_points)")
+        labels, sd = list(points), float(cell[1] or POINTS_SD_M)
+        return KnownLength.of_points(
+            [(_place(label, n_diodes), points[label]) for label in labels], sd
+        )
+    cell = STATIONS.fullmatch(text) or DIODES.fullmatch(text)
+    if cell is None or not 0 < float(cell["sd"]) < float(cell["length"]) <= LARGEST_M:
+        raise Refusal(f"known_length: {text!r}; expected {EXPECTED}")
+    ends = cell.groupdict()
+    labels = [ends.get("first", "master"), ends.get("second", "slave")]
+    first, second = (_place(label, n_diodes) for label in labels)
+    return KnownLength.between(first, second, float(cell["length"]), float(cell["sd"]))
+
+
+def _place(label: str, n_diodes: int) -> Place:
+    if label in ROLES:
+        return Place(station=ROLES.index(label))
+    found = PLACE.fullmatch(label)
+    if found is None or int(found[1]) >= n_diodes:
+        raise Refusal(f"known_length: {label!r}: the board has the diodes 0 to {n_diodes - 1}")
+    return Place(diode=int(found[1]), time_s=float(found[2] or 0))

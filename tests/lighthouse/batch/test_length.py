@@ -1,0 +1,122 @@
+"""Lengths that were measured in the room, in an estimate by `batch`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from benchmarks.lighthouse_recordings import real_flight
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.batch import problem
+from mocap_metrology.lighthouse.batch.length import LengthView, equation
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.calibrate.batch import Sensors
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.decode.clean import clean_hits
+from mocap_metrology.lighthouse.known_length import KnownLength, Place, known_length
+
+MASTER, SLAVE = Place(station=0), Place(station=1)
+PLACES = {
+    "stations": (MASTER, SLAVE),
+    "diode at two moments": (Place(diode=1, time_s=0.3), Place(diode=2, time_s=1.2)),
+    "points": (SLAVE, Place(diode=1, time_s=0.31), Place(diode=0, time_s=1.2), MASTER),
+}
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_derivatives_of_a_length_are_its_differences(name: str) -> None:
+    rng, step = np.random.default_rng(1), 1e-6
+    node_R = Rotation.random(9, random_state=1).as_matrix()
+    control = 0.3 * rng.normal(size=(43, 6))
+    trajectory = Trajectory(0.0, 0.05, control, np.linspace(0, 2, 9), node_R)
+    of = problem.layout(2, 4, problem.Priors(), sized_scale=True)
+    poses = [np.eye(3), np.eye(3)], [np.zeros(3), np.array([1.0, 2, 3])]
+    state = problem.start(*poses, np.zeros((2, 2, 10)), rng.normal(size=(4, 3)), of.size)
+    seen = LengthView.of(KnownLength(PLACES[name], 1.0, 0.1), trajectory)
+    found = equation(seen, control, state, of)
+
+    def difference(moved: np.ndarray, then: problem.State) -> float:
+        return (equation(seen, moved, then, of).residual - found.residual) / step
+
+    each = step * np.eye(control.size)
+    by = [difference(control + d.reshape(-1, 6), state) for d in each]
+    np.testing.assert_allclose(found.by_trajectory, by, atol=1e-5)
+    by = [difference(control, state.moved(d, of)) for d in step * np.eye(of.size)]
+    np.testing.assert_allclose(found.by_others, by, atol=1e-5)
+
+
+POINTS = {"master": np.zeros(3), "diode 1": np.array([3.0, 0, 0]), "slave": np.array([0, 4.0, 0])}
+
+
+@pytest.mark.parametrize(
+    ("cell", "places", "size_m", "sd_m"),
+    [
+        ("stations 4.330 0.005", (MASTER, SLAVE), 4.33 / 2**0.5, 0.005 / 2**0.5),
+        (
+            "diode 0 at 2.0 s - diode 3 at 7.25 s 2 0.002",
+            *((Place(diode=0, time_s=2.0), Place(diode=3, time_s=7.25)), 2**0.5, 0.002 / 2**0.5),
+        ),
+        ("points", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.005),
+        ("points 0.001", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.001),
+    ],
+)
+def test_a_length_in_a_cell(cell: str, places, size_m: float, sd_m: float) -> None:
+    found = known_length(cell, 4, POINTS)
+    assert found.places == places
+    assert (found.size_m, found.sd_m) == pytest.approx((size_m, sd_m))
+
+
+@pytest.mark.parametrize(
+    ("cell", "why"),
+    [
+        ("stations 4.33", "expected `stations 4.330 0.005`"),
+        ("stations 4330 0.005", "expected `stations"),
+        ("stations 0.004 0.005", "expected `stations"),
+        ("stations 4.33 0", "expected `stations"),
+        ("diode 4 at 2 s - diode 0 at 7 s 2 0.002", "the board has the diodes 0 to 3"),
+        ("diode 0 - diode 1 2 0.002", "expected `stations"),
+    ],
+)
+def test_cells_that_state_no_length(cell: str, why: str) -> None:
+    with pytest.raises(Refusal, match=why):
+        known_length(cell, 4)
+
+
+def test_the_size_of_points_needs_these() -> None:
+    with pytest.raises(Refusal, match="a file of points"):
+        known_length("points", 4)
+
+
+@pytest.mark.parametrize("name", ["none", "stations", "diode"])
+def test_a_known_length_shows_the_scale_of_a_deck(name: str) -> None:
+    """A deck that is 0.7 % larger than its file, with misfit in the first third and wrong sweeps:
+    without a length the pose is 30 mm off, all of it scale and within the stated sigma."""
+    flight = real_flight(2)
+    truth, end = flight.made.truth, flight.made.twin.duration_s
+    hits, _ = clean_hits(flight.hits, flight.board)
+    time = np.linspace(0.5, end - 0.5, 100)
+    R, p = truth.motion.poses(time)
+    at = p + R @ truth.board[0]
+    apart = np.linalg.norm(at[:, None] - at, axis=2)
+    i, j = np.unravel_index(apart.argmax(), apart.shape)
+    moments = [Place(diode=0, time_s=float(time[k])) for k in (i, j)]
+    lengths = {
+        "none": (),
+        "stations": (KnownLength.between(MASTER, SLAVE, np.linalg.norm(truth.t_optical_m), 2e-3),),
+        "diode": (KnownLength.between(*moments, apart[i, j], 2e-3),),
+    }[name]
+    settings = CalibrationSettings(estimators=("batch",), optics=("factory",))
+    factories = [station.factory for station in truth.stations]
+    sensors = Sensors(lengths=lengths)
+    found = calibrate(hits, flight.board, factories, settings, sensors=sensors).estimates[0]
+    off = 1e3 * (found.t_m - truth.t_optical_m)
+    sd = np.sqrt(np.diag(found.covariance))
+    turn = np.degrees(rotation.error(found.R, truth.R))
+    assert np.linalg.norm(turn) < 0.1
+    assert (np.abs(np.r_[off, turn]) < 2 * sd).all()
+    if name == "none":
+        assert 25 < np.linalg.norm(off) < 35 < np.linalg.norm(sd[:3])
+    else:
+        assert np.linalg.norm(off) < 5 < np.linalg.norm(sd[:3]) < 12

@@ -1,0 +1,122 @@
+"""Calibrations of recordings with what real ones have: wrong sweeps, stray light, a misfit, boards
+that are not as their files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.lighthouse_recordings import hand, wrong_sweeps
+from benchmarks.sentences.flights import Outcome, bursts, outcome
+from mocap_metrology.lighthouse.assess.fit_checks import Case, halves
+from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.calibrate import jansen
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate, chosen
+from mocap_metrology.lighthouse.calibrate.static import is_still
+from mocap_metrology.lighthouse.decode.clean import clean_hits
+from mocap_metrology.lighthouse.records import Halves, Hits, Path, PoseEstimate
+from mocap_metrology.lighthouse.simulate.recording import Made
+
+BATCH = CalibrationSettings(estimators=("batch",), optics=("factory",), variant="libsurvive")
+
+
+@pytest.fixture(scope="module")
+def made() -> Made:
+    return hand(1)
+
+
+def judged(made: Made, hits: Hits, board: np.ndarray | None = None) -> Outcome:
+    board = made.truth.board if board is None else board
+    return outcome(made, clean_hits(hits, board)[0], board)
+
+
+def test_whole_sweeps_that_are_wrong_lose_their_weight(made: Made) -> None:
+    """4 % of the sweeps: the pose is as good as without, not the share of their errors of mrad."""
+    angle = wrong_sweeps(made.hits, np.random.default_rng(3), 0.04)
+    plain, wrong = judged(made, made.hits), judged(made, replace(made.hits, angle_rad=angle))
+    assert plain.mm < 0.5 and wrong.mm < 0.5 and wrong.z < 1
+    assert np.trace(wrong.covariance) < 1.5 * np.trace(plain.covariance)  # rotor models open
+
+
+def test_stray_light_changes_no_word(made: Made) -> None:
+    stray = bursts(made.hits, np.random.default_rng(4), 12)
+    found = judged(made, stray)
+    assert (found.word, judged(made, made.hits).word) == ("good", "good")
+    assert found.mm < 0.5
+
+
+def test_a_board_within_what_is_stated_of_it_is_good_and_a_stretched_one_is_not() -> None:
+    made, rng = hand(2), np.random.default_rng(5)
+    board = made.truth.board
+    assert judged(made, made.hits, board + 2e-4 * rng.normal(size=board.shape)).word == "good"
+    assert judged(made, made.hits, board * [1, 1.01, 1]).word == "doubtful"
+
+
+def test_a_step_in_time_is_told_from_a_misfit(made: Made) -> None:
+    """After 5 s the slave's angles are those of a station that was turned by 1 mrad; or noise of
+    0.3 mrad comes and goes in half a second."""
+    hits, rng = made.hits, np.random.default_rng(6)
+    slave = hits.station == 1
+    step = 1e-3 * (slave & (hits.axis == 0) & (hits.time_s > 5))
+    cycle = np.floor(hits.time_s / 0.5).astype(int)
+    drift = 3e-4 * rng.normal(size=(2, 2, cycle.max() + 1))[hits.station, hits.axis, cycle]
+    found = []
+    for off in (step, drift):
+        own = clean_hits(replace(hits, angle_rad=hits.angle_rad + off), made.truth.board)[0]
+        factories = [station.factory for station in made.truth.stations]
+        found.append(calibrate(own, made.truth.board, factories, BATCH).estimates[0])
+    stepped, drifting = found
+    assert stepped.halves.stepped is True
+    assert halves(stepped).case is Case.HALVES_APART
+    assert drifting.halves.stepped is False and drifting.details["misfit"] > 2
+    assert np.trace(drifting.covariance) > 1.5 * np.trace(
+        drifting.covariance_noise / drifting.details["misfit"]
+    )
+
+
+POSE = PoseEstimate("batch", "final", "factory", np.eye(3), np.ones(3))
+
+
+@pytest.mark.parametrize(
+    ("batch", "other", "index"),
+    [
+        (Halves(1.0, 0.01, 5.0), Halves(4.0, 0.1, 5.0), 0),
+        (Halves(60.0, 0.5, 90.0), Halves(20.0, 0.1, 20.0), 1),
+        (Halves(60.0, 0.5, 90.0), Halves(20.0, 0.4, 20.0), 0),  # no better in angle
+        (Halves(60.0, 0.5, 20.0), Halves(20.0, 0.1, 20.0), 0),  # within chance
+        (Halves(60.0, 0.5, 90.0), None, 0),
+        (None, Halves(20.0, 0.1, 20.0), 0),
+    ],
+)
+def test_the_pose_is_chosen_by_how_parts_predict_each_other(batch, other, index: int) -> None:
+    poses = replace(POSE, halves=batch), replace(POSE, estimator="paper-lm", halves=other)
+    assert chosen(poses) == index
+
+
+def test_a_board_that_moves_for_a_third_of_the_time_is_not_still() -> None:
+    n, rng = 300, np.random.default_rng(7)
+    t = np.array([2.0, 0, 0]) + 1e-3 * rng.normal(size=(n, 3))
+    R, zero = np.tile(np.eye(3), (n, 1, 1)), np.zeros(n)
+    path = Path(np.arange(n) / 30, R, t, zero, zero, zero)
+    assert is_still(path)
+    alone = t.copy()
+    alone[[20, 90, 91, 200]] += 1.0  # single wrong poses are no motion
+    assert is_still(replace(path, t_m=alone))
+    moving = t.copy()
+    moving[200:] += np.linspace(0, 0.3, 100)[:, None]
+    assert not is_still(replace(path, t_m=moving))
+
+
+def test_hits_that_determine_nothing_are_a_reason_and_no_crash(made: Made, monkeypatch) -> None:
+    """Whatever fails in linear algebra."""
+
+    def singular(*_: object, **__: object) -> None:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr(jansen, "agreed_paths", singular)
+    factories = [station.factory for station in made.truth.stations]
+    found = calibrate(made.hits, made.truth.board, factories, BATCH)
+    assert found.why == ["factory optics: the hits do not determine a pose (Singular matrix)"]
+    assert summary(found, made.truth.stations).verdict.word == "failed"

@@ -43,21 +43,6 @@ class TestMarkers:
         assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
         assert recording.frame_rate_hz == 100 and recording.encoding == "table of markers"
 
-    @pytest.mark.parametrize("mark", [",", ";", "\t", " "])
-    @pytest.mark.parametrize(("encoding", "ends"), [("utf-8-sig", "\r\n"), ("latin-1", "\n")])
-    def test_separators_line_ends_and_encodings(self, tmp_path, mark, encoding, ends):
-        text = markers("{0}_{1}", mark=mark).replace("\n", ends)
-        for suffix in (".csv", ".txt", ".tsv"):
-            recording = read(make(tmp_path, f"a{suffix}", text, encoding), unit="mm")
-            assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
-
-    @pytest.mark.parametrize("mark", [";", "\t", " "])
-    def test_decimal_commas(self, tmp_path, mark):
-        text = markers("{0}_{1}", mark=mark).replace(".", ",")
-        recording = read(make(tmp_path, "a.csv", text), unit="mm")
-        assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
-        assert recording.frame_rate_hz == 100
-
     def test_the_order_is_that_of_the_names(self, tmp_path):
         names = "B_z,time,A_y,A_x,B_x,A_z,B_y"
         order = [TAKE[:, 1, 2], TIME, TAKE[:, 0, 1], TAKE[:, 0, 0], TAKE[:, 1, 0], TAKE[:, 0, 2],

@@ -25,23 +25,6 @@ def without(text, first_row, kept=KEPT):
     return "".join(lines[:first_row] + [lines[first_row + i] for i in kept])
 
 
-def test_holes_in_frame_numbers_become_gaps(tmp_path):
-    trc_path = make(tmp_path, "a.trc", without(trc(LABELS, 100, TAKE), 6))
-    for path in (
-        trc_path,
-        make(tmp_path, "a.csv", without(motive(LABELS, 100, TAKE, digits=5), 7)),
-        make(tmp_path, "b.csv", without(nexus(LABELS, 100, TAKE), 5)),
-        make(tmp_path, "a.tsv", without(qualisys(LABELS, 100, TAKE, 5), 13)),
-    ):
-        recording = read(path)
-        assert np.allclose(recording.position_mm, WITH_HOLES, atol=1e-9, rtol=0, equal_nan=True)
-        assert recording.n_gap_frames == 11
-        assert sum(sum(n.values()) for n in recording.n_invalid) == 0
-    assert read(trc_path).notes == (
-        "a.trc: 11 frames are missing in 2 places, the first before line 57: treated as gaps",
-    )
-
-
 def test_holes_by_time_alone(tmp_path):
     text = without(qualisys(LABELS, 100, TAKE, 5), 13).splitlines()
     text[13:] = [line.partition("\t")[2] for line in text[13:]]
@@ -102,14 +85,6 @@ def test_cut_off_within_the_last_number(tmp_path, name, writer, lost):
     assert len(found.notes) == 1 + notes_of_whole_file(tmp_path, name, writer)
 
 
-@pytest.mark.parametrize(("name", "writer"), WHOLE)
-def test_a_last_line_without_its_end_is_always_told(tmp_path, name, writer):
-    whole = writer(LABELS, 100, TAKE, digits=5)
-    recording = read(make(tmp_path, name, whole.rstrip()))
-    assert np.allclose(recording.position_mm, EXPECTED, rtol=0, atol=1e-9)
-    assert len(recording.notes) == 1 + notes_of_whole_file(tmp_path, name, writer)
-
-
 def test_the_last_number_of_columns_that_drop_zeros(tmp_path):
     """As short as others above it: said, not refused. In an exponent: refused."""
     lines = nexus(LABELS, 100, TAKE).splitlines()
@@ -152,16 +127,6 @@ def test_segments(tmp_path):
     write_c3d(tmp_path / "5.c3d", LABELS, 100, [TAKE], len(TAKE))
     with pytest.raises(Refusal, match=r"one take differ in format: \.trc, \.c3d$"):
         read([first, tmp_path / "5.c3d"])
-
-
-def test_over_many_blocks(tmp_path, monkeypatch):
-    """Blocks end anywhere: inside a number, before a line end, in the last line."""
-    text = without(trc(LABELS, 100, TAKE), 6)
-    for size in (64, 97, 1000):
-        monkeypatch.setattr("mocap_metrology.io.text.rows.BLOCK_BYTES", size)
-        for ends in ("\n", "\r\n"):
-            path = make(tmp_path, "a.trc", text.replace("\n", ends))
-            assert np.array_equal(read(path).position_mm, WITH_HOLES, equal_nan=True)
 
 
 def test_labels_twice(tmp_path):

@@ -140,9 +140,7 @@ def test_a_rotation_may_be_off_by_a_thousandth(tmp_path) -> None:
                 found = Rotation.from_quat(orientation_of([path], "tracker").T)
                 assert (found * turn.inv()).magnitude().max() < 1e-3
             else:
-                with pytest.raises(
-                    Refusal, match=f"a {kind} of no rotation, first in seen frame 1"
-                ):
+                with pytest.raises(Refusal, match=f"a {kind} of no rotation, first in seen frame"):
                     orientation_of([path], "tracker")
     with pytest.raises(Refusal, match="a matrix of no rotation"):
         orientation_of([poses(tmp_path, np.diag([1.0, 1.0, -1.0]))], "tracker")
@@ -161,11 +159,11 @@ def test_times_of_less_than_one_hertz_name_their_unit(tmp_path, period_s, is_rea
 
 
 def test_lines_before_the_numbers_of_a_table(tmp_path) -> None:
-    """At most 60, four of them without #; a line of at most 1 MiB."""
+    """At most 59, four of them without #; a line below 1 MiB."""
     names, rows = "time,A_x_mm,A_y_mm,A_z_mm\n", "0,100,200,300\n1,101,201,301\n"
     for head, said in (
-        ("# c\n" * 59, ""),
-        ("# c\n" * 60, "has no frames: no row of three or more numbers in its first lines"),
+        ("# c\n" * 58, ""),
+        ("# c\n" * 59, "has no frames: no row of three or more numbers in its first lines"),
         ("a,b,c,d\n" * 4, "5 lines before its numbers, which are not understood"),
         (f"#{'c' * (2**20 - 3)}\n", ""),
         (f"#{'c' * (2**20 - 2)}\n", "line 1 is longer than 1048576 bytes"),
@@ -185,8 +183,8 @@ def test_long_lists_of_labels_are_cut_after_twenty(tmp_path) -> None:
 
 
 def test_kinds_of_points_by_their_labels(tmp_path) -> None:
-    labels = ("A", "*12", "Unlabeled 3", "LFOO", "LFOA", "LFOL", "LFOP", "LKneeAngles", "LGRFv", "B",
-              "B", "CentreOfMass", "HipMomentV", "RFOO", "RFOA", "RFOL")  # fmt: skip
+    labels = ("A", "*12", "Unlabeled 3", "LFOO", "LFOA", "LFOL", "LFOP", "LKneeAngles", "LGRFv",
+              "B", "B", "CentreOfMass", "HipMomentV", "RFOO", "RFOA", "RFOL")  # fmt: skip
     path = make(tmp_path, "n.csv", nexus(labels, 100, np.ones((5, len(labels), 3))))
     assert points_by_kind(path) == {
         "marker": ("A", "LGRFv", "B#1", "B#2", "RFOO", "RFOA", "RFOL"),

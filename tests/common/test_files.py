@@ -5,21 +5,15 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import (
     empty_folder,
-    read_metadata,
-    read_series,
-    read_table,
-    sha256,
     whole,
     whole_folder,
     write_folder,
     write_json,
-    write_table,
 )
 
 
@@ -32,41 +26,6 @@ def test_whole_or_absent(tmp_path):
         raise RuntimeError
     assert path.read_text() == "one"
     assert [p.name for p in path.parent.iterdir()] == ["result.txt"]
-
-
-def columns():
-    rng = np.random.default_rng(1)
-    return {
-        "frame": np.arange(1000, dtype=np.int32),
-        "x1_mm": rng.normal(size=1000).astype(np.float32),
-        "L_mm": np.where(rng.random(1000) < 0.1, np.nan, rng.normal(size=1000)),
-        "series": ["x1", "L"] * 500,
-        "outlier": rng.random(1000) < 0.5,
-    }
-
-
-def test_table_round_trip_and_other_readers(tmp_path):
-    path = tmp_path / "table.parquet"
-    metadata = {"frame_rate_hz": 120.0, "unit": "mm", "n": np.int64(3), "nan": np.nan}
-    write_table(path, columns(), metadata, dictionary=["x1_mm"])
-    found, back = read_table(path)
-    for name, values in columns().items():
-        np.testing.assert_array_equal(found[name], values)
-    assert found["x1_mm"].dtype == np.float32
-    assert back == {"frame_rate_hz": 120.0, "unit": "mm", "n": 3, "nan": None}
-    assert read_metadata(path) == back
-    numbers = {name: columns()[name] for name in ("frame", "x1_mm", "L_mm")}
-    write_table(tmp_path / "numbers", numbers, {})
-    series = dict(read_series(tmp_path / "numbers"))
-    assert {name: values.dtype for name, values in series.items()} == {"x1": float, "L": float}
-    assert list(read_table(path, ["L_mm"])[0]) == ["L_mm"]
-    assert pq.read_table(path).num_rows == 1000
-
-
-def test_same_bytes(tmp_path):
-    for name in ("a", "b"):
-        write_table(tmp_path / name, columns(), {"b": 1, "a": 2})
-    assert sha256(tmp_path / "a") == sha256(tmp_path / "b")
 
 
 def test_json_has_no_nan(tmp_path):

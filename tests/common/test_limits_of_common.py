@@ -5,14 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 import pytest
 from pydantic import Field
 
 from mocap_metrology.common import compiled
 from mocap_metrology.common.faults import Faults
-from mocap_metrology.common.files import write_table
-from mocap_metrology.common.parquet import Column
 from mocap_metrology.common.sections import Section, choices_of
 from mocap_metrology.settings import checked
 
@@ -54,10 +51,3 @@ def test_limits_of_a_setting_hold_at_both_ends() -> None:
     for wrong in (-0.001, 1.001, float("nan")):
         with pytest.raises(ValueError, match="share"):
             Some(share=wrong)
-
-
-def test_nothing_of_a_column_is_an_empty_array(tmp_path: Path) -> None:
-    write_table(tmp_path / "a.parquet", {"x": np.arange(5.0)}, {})
-    column = Column(tmp_path / "a.parquet", "x")
-    assert column[2:2].size == 0 and column[np.zeros(0, int)].size == 0
-    assert column[1:3].tolist() == [1.0, 2.0] and column[np.array([0, 4])].tolist() == [0.0, 4.0]

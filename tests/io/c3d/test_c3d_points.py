@@ -11,7 +11,7 @@ from make_c3d import build, dec, still
 from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.io.c3d.parameters import ieee_from_dec
 from mocap_metrology.io.c3d.structure import inspect
-from mocap_metrology.io.read import read_recording
+from mocap_metrology.io.read import points_by_kind, read_recording
 
 N = 400
 
@@ -174,54 +174,6 @@ class TestResolution:
         points[..., :3] = 1e-4 * np.round((points[..., :3] + 1500) / 1e-4)
         assert read(build(tmp_path / "a.c3d", points)).resolution_kind == "float32"
 
-    def test_constant(self, tmp_path):
-        points = np.ones((N, 2, 4), "f4") * [100, 200, 300, 0]
-        recording = read(build(tmp_path / "a.c3d", points.astype("f4")))
-        assert recording.resolution_kind == "float32"
-
-    def test_one_coordinate_alone_is_rounded(self, tmp_path):
-        points = still(N)
-        points[:, 0, 0] = np.round(points[:, 0, 0])
-        assert read(build(tmp_path / "a.c3d", points)).resolution_kind == "float32"
-
-
-class TestLabels:
-    def test_as_asked_for(self, tmp_path):
-        points = still(N, 4)
-        path = build(tmp_path / "a.c3d", points, labels=["Wand:A", "Wand:B", "Cal:B", "C D"])
-        recording = read(path, ["A", " C D ", "Cal:B"])
-        assert recording.labels == ("A", "C D", "Cal:B")
-        assert np.array_equal(recording.position_mm, points[:, [0, 3, 2], :3].transpose(1, 2, 0))
-        with pytest.raises(Refusal, match="'B' occurs several times: choose from Wand:B, Cal:B"):
-            read(path, ["B"])
-        with pytest.raises(Refusal, match="'Wand:A' is chosen twice"):
-            read(path, ["A", "Wand:A"])
-        with pytest.raises(Refusal, match=r"^a\.c3d: .*'E'.*Wand:A, Wand:B"):
-            read(path, ["A", "E"])
-        with pytest.raises(Refusal, match="no marker is chosen"):
-            read(path, [])
-
-    def test_twice(self, tmp_path):
-        points = still(N, 3)
-        path = build(tmp_path / "a.c3d", points, labels=["A", "B", "A"])
-        recording = read(path, ["A#2", "A#1"])
-        assert np.array_equal(recording.position_mm, points[:, [2, 0], :3].transpose(1, 2, 0))
-        assert recording.labels == ("A#2", "A#1")
-
-    def test_continued_and_missing(self, tmp_path):
-        labels = [f"P{i}" for i in range(300)]
-        more = {"LABELS2": labels[255:280], "LABELS3": labels[280:]}
-        path = build(tmp_path / "a.c3d", still(3, 303), labels=labels[:255], point=more)
-        structure = inspect(path)
-        assert structure.labels == (*labels, "point_301", "point_302", "point_303")
-        assert read(path, ["P299", "point_302"]).position_mm.shape == (2, 3, 3)
-        none = inspect(build(path, still(3, 2), point={"LABELS": None}))
-        assert none.labels == ("point_1", "point_2")
-
-    def test_not_ascii(self, tmp_path):
-        path = build(tmp_path / "a.c3d", still(N), labels=["Fuß", "Knie"])
-        assert read(path, ["Fuß"], second_opinion=True).labels == ("Fuß",)
-
 
 @pytest.mark.parametrize("units", [None, "", "    "])
 def test_a_unit_that_is_missing_is_mm(tmp_path, units):
@@ -275,3 +227,27 @@ def test_frame_rates_may_differ_by_a_tenth_of_a_per_cent(tmp_path, keys, given, 
         assert said == ["a.c3d: frame rate 120 Hz, in the header 120.1 Hz"] * (
             "header_rate" in keys
         )
+
+
+def test_labels_go_on_in_further_parameters_and_may_be_missing(tmp_path):
+    labels = [f"P{i}" for i in range(299)] + ["Fuß"]
+    more = {"LABELS2": labels[255:280], "LABELS3": labels[280:]}
+    path = build(tmp_path / "a.c3d", still(3, 303), labels=labels[:255], point=more)
+    assert inspect(path).labels == (*labels, "point_301", "point_302", "point_303")
+    assert read(path, ["P298", "point_302"]).position_mm.shape == (2, 3, 3)
+    none = inspect(build(path, still(3, 2), point={"LABELS": None}))
+    assert none.labels == ("point_1", "point_2")
+
+
+def test_points_that_were_computed_are_no_markers(tmp_path):
+    """Those that POINT lists elsewhere, and those whose residual is 0 where others have one."""
+    points = still(N, 4)
+    points[..., 3] = 0.5
+    points[:, 2, 3] = 0
+    points[:300, 3, 3] = 0
+    keys = {"labels": ["A", "Angle", "Solved", "B"], "point": {"ANGLES": ["Angle"]}}
+    path = build(tmp_path / "a.c3d", points, processor="DEC", **keys)
+    assert points_by_kind(path) == {"marker": ("A", "B"), "computed": ("Angle", "Solved")}
+    points[..., 3] = 0
+    path = build(tmp_path / "a.c3d", points, **keys)
+    assert points_by_kind(path) == {"marker": ("A", "Solved", "B"), "computed": ("Angle",)}

@@ -89,19 +89,6 @@ class TestMarkers:
         assert np.allclose(recording.position_mm, expected, rtol=1e-12)
         assert recording.frame_rate_hz == pytest.approx(rate, rel=1e-5)
 
-    def test_gaps_missing_rows_and_columns_that_are_no_positions(self, tmp_path):
-        take = TAKE.copy()
-        take[3:6, 1] = np.nan
-        lines = markers("{0}_{1}", take).splitlines()
-        lines = [f"{line},{'temperature' if k == 0 else 'warm'}" for k, line in enumerate(lines)]
-        text = "\n".join(lines[:11] + lines[13:] + [""]).replace(",,,", ",NaN,nan,")
-        recording = read(make(tmp_path, "a.csv", text), unit="mm")
-        take[10:12] = np.nan
-        assert np.allclose(
-            recording.position_mm, take.transpose(1, 2, 0), atol=1e-9, rtol=0, equal_nan=True
-        )
-        assert recording.n_gap_frames == 2
-
     def test_units_are_those_of_the_names_or_given(self, tmp_path):
         path = make(tmp_path, "m.csv", markers("{0}_{1}_m", TAKE / 1000, digits=9))
         assert np.allclose(read(path).position_mm, EXPECTED, atol=1e-5)

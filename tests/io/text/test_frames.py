@@ -24,13 +24,6 @@ def without(text, first_row, kept=KEPT):
     return "".join(lines[:first_row] + [lines[first_row + i] for i in kept])
 
 
-def test_holes_by_time_alone(tmp_path):
-    text = without(qualisys(LABELS, 100, TAKE, 5), 13).splitlines()
-    text[13:] = [line.partition("\t")[2] for line in text[13:]]
-    recording = read(make(tmp_path, "a.tsv", "\n".join(text) + "\n"))
-    assert np.allclose(recording.position_mm, WITH_HOLES, atol=1e-9, rtol=0, equal_nan=True)
-
-
 def test_frame_numbers_that_count_by_four(tmp_path):
     text = without(
         trc(LABELS, 100, TAKE).replace("100.00\t100.00\t200", "25.00\t100.00\t50"),

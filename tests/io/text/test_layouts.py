@@ -46,14 +46,6 @@ class TestTrc:
         unnamed = make(tmp_path, "b.trc", plain.replace(labels, "Frame#\tTime\t\t\t\tB\t\t\t"))
         assert labels_of(unnamed) == ("point_1", "B")
 
-    def test_time_of_three_decimals(self, tmp_path):
-        """As in OpenSim's own examples: 60 Hz, 0.017, 0.033, 0.050."""
-        lines = trc(LABELS, 60, TAKE).splitlines()
-        for i in range(6, len(lines)):
-            cells = lines[i].split("\t")
-            lines[i] = "\t".join([cells[0], f"{float(cells[1]):.3f}", *cells[2:]])
-        same(read(make(tmp_path, "a.trc", "\n".join(lines))))
-
 
 class TestMotive:
     HEAD = "Format Version,{},Take Name,t,Capture Frame Rate,50.000000{},Length Units,Meters\r\n"
@@ -133,12 +125,6 @@ class TestMotive:
         path = make(tmp_path, "a.csv", text)
         assert labels_of(path) == labels
         same(read(path, labels), within=1e-6)
-
-
-class TestQualisys:
-    def test_a_marker_called_null(self, tmp_path):
-        text = qualisys(("NULL", "B"), 100, TAKE, 5, titles=True)
-        same(read(make(tmp_path, "a.tsv", text), ("NULL", "B")))
 
 
 class TestNexus:

@@ -7,7 +7,6 @@ import json
 import numpy as np
 import pytest
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import (
     empty_folder,
     whole,
@@ -31,10 +30,6 @@ def test_whole_or_absent(tmp_path):
 def test_json_has_no_nan(tmp_path):
     write_json(tmp_path / "x.json", {"a": np.float64("nan"), "b": (np.int64(1), np.bool_(True))})
     assert json.loads((tmp_path / "x.json").read_text()) == {"a": None, "b": [1, True]}
-
-
-def test_refusal_is_one_line():
-    assert str(Refusal("a\n  b\tc")) == "a b c"
 
 
 def test_an_emptied_folder_has_neither_files_nor_folders(tmp_path):
@@ -62,10 +57,3 @@ def test_a_folder_is_replaced_as_a_whole_or_not_at_all(tmp_path) -> None:
     assert [path.name for path in folder.iterdir()] == ["a.html"]
     assert (folder / "a.html").read_text() == "new"
     assert [path.name for path in tmp_path.iterdir()] == ["pages"]
-
-
-def test_a_terminal_gets_spaces_but_no_codes() -> None:
-    from mocap_metrology.common.errors import printable
-
-    assert printable("−2\u202f170.9 µm\u00a0x") == "−2\u202f170.9 µm\u00a0x"
-    assert printable("a\x1b[31mb\u200fc\nd") == "a\\x1b[31mb\\u200fc\\nd"

@@ -10,7 +10,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 from text_files import LABELS, make, read, refusal, still
 
-from mocap_metrology.common.errors import UnknownUnit
 from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, points_by_kind
 
 TAKE = still()
@@ -88,15 +87,6 @@ class TestMarkers:
         assert labels_of(tmp_path / "a.csv") == ("M0", "M1", "M2", "M3")
         assert np.allclose(recording.position_mm, expected, rtol=1e-12)
         assert recording.frame_rate_hz == pytest.approx(rate, rel=1e-5)
-
-    def test_units_are_those_of_the_names_or_given(self, tmp_path):
-        path = make(tmp_path, "m.csv", markers("{0}_{1}_m", TAKE / 1000, digits=9))
-        assert np.allclose(read(path).position_mm, EXPECTED, atol=1e-5)
-        path = make(tmp_path, "a.csv", markers("{0}_{1}"))
-        with pytest.raises(UnknownUnit, match=r"a\.csv: no column names the unit"):
-            read(path)
-        mixed = markers("{0}_{1}_mm").replace("B_x_mm", "B_x_m")
-        assert "unit of the columns differ" in refusal(make(tmp_path, "b.csv", mixed))
 
     @pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
     def test_units_of_time(self, tmp_path, unit, factor):

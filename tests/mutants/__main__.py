@@ -39,10 +39,8 @@ Mutant = tuple[str, Change]
 
 def run_tests(tree: Path, files: list[str], limit_s: float, **settings: str) -> str:
     """Output of pytest in a copy of the project; empty if it did not end in time."""
-    command = [
-        sys.executable,
-        *["-m", "pytest", "-p", "tests.mutants.reach", "-p", "no:cacheprovider"],
-    ]
+    options = ["-p", "tests.mutants.reach", "-p", "no:cacheprovider", "--tb=line"]
+    options += ["-x"] if "REACH_RUN" in settings else []
     command = [sys.executable, "-m", "pytest", *options, *files]
     alone = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
     paths = {"PYTHONPATH": f"{tree}/src:{tree}", "PYTHONDONTWRITEBYTECODE": "1"}

@@ -268,8 +268,10 @@ def _schema_metadata(metadata: Mapping[str, object]) -> dict[bytes, bytes]:
 def read_table(path: str | Path, columns: Sequence[str] | None = None) -> tuple[Columns, Metadata]:
     """Read a table of `write_table`: columns as arrays, and the metadata."""
     with parquet.reading(path) as file:
-        table = parquet.rows(file, path, columns)
-        metadata = _metadata(file, path)
+        table = file.read(columns=None if columns is None else list(columns))
+        metadata, n_rows = _metadata(file, path), file.metadata.num_rows
+    if table.num_rows != n_rows:
+        raise Damaged(path, f"{table.num_rows} rows; expected {n_rows}")
     arrays = {
         name: parquet.to_numpy(table[name]) if table.num_rows else np.array([])
         for name in columns or table.column_names

@@ -112,14 +112,6 @@ def reading(path: str | Path) -> Iterator[pq.ParquetFile]:
         raise Damaged(path, str(error)) from None
 
 
-def rows(file: pq.ParquetFile, path: str | Path, columns: Sequence[str] | None = None) -> pa.Table:
-    """Columns of an open file, all by default."""
-    table = file.read(columns=list(columns) if columns is not None else None)
-    if table.num_rows != file.metadata.num_rows:
-        raise Damaged(path, f"{table.num_rows} rows; expected {file.metadata.num_rows}")
-    return table
-
-
 class Column:
     """Elements of a column of numbers, read when they are asked for; the row group that was read
     last stays in memory."""

@@ -230,6 +230,7 @@ class TestSecondOpinion:
             ({"n_frames": 94}, "95 frames instead of 94"),
             ({"given_labels": ("LASI", "ROSI")}, "label 'RASI' instead of 'ROSI'"),
             ({"n_points": 65}, "66 points instead of 65"),
+            ({"frame_rate_hz": 100.11}, "100 Hz instead of 100.11 Hz"),
         ],
     )
     def test_structure_differs(self, read, change, message):
@@ -250,6 +251,11 @@ class TestSecondOpinion:
 
     def test_limits(self, read, c3d, tmp_path):
         structure, position = read
+        near = replace(structure, frame_rate_hz=100.09)
+        for size in (1 - 4e-7, 1 + 4e-7):
+            assert ask_ezc3d(near, [0, 1], position.astype(float) * size) == ("agrees", "")
+        with pytest.raises(Refusal, match="point 1, frame 1: "):
+            ask_ezc3d(structure, [0, 1], position.astype(float) * (1 + 6e-7))
         opinion, note = ask_ezc3d(structure, [0, 1], position, time_limit_s=0.01)
         assert opinion == "none" and "took longer than 0.01 s" in note
         opinion, note = ask_ezc3d(structure, [0, 1], position, memory_limit=1 << 20)

@@ -5,21 +5,14 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import (
     empty_folder,
-    read_metadata,
-    read_series,
-    read_table,
-    sha256,
     whole,
     whole_folder,
     write_folder,
     write_json,
-    write_table,
 )
 
 
@@ -34,48 +27,9 @@ def test_whole_or_absent(tmp_path):
     assert [p.name for p in path.parent.iterdir()] == ["result.txt"]
 
 
-def columns():
-    rng = np.random.default_rng(1)
-    return {
-        "frame": np.arange(1000, dtype=np.int32),
-        "x1_mm": rng.normal(size=1000).astype(np.float32),
-        "L_mm": np.where(rng.random(1000) < 0.1, np.nan, rng.normal(size=1000)),
-        "series": ["x1", "L"] * 500,
-        "outlier": rng.random(1000) < 0.5,
-    }
-
-
-def test_table_round_trip_and_other_readers(tmp_path):
-    path = tmp_path / "table.parquet"
-    metadata = {"frame_rate_hz": 120.0, "unit": "mm", "n": np.int64(3), "nan": np.nan}
-    write_table(path, columns(), metadata, dictionary=["x1_mm"])
-    found, back = read_table(path)
-    for name, values in columns().items():
-        np.testing.assert_array_equal(found[name], values)
-    assert found["x1_mm"].dtype == np.float32
-    assert back == {"frame_rate_hz": 120.0, "unit": "mm", "n": 3, "nan": None}
-    assert read_metadata(path) == back
-    numbers = {name: columns()[name] for name in ("frame", "x1_mm", "L_mm")}
-    write_table(tmp_path / "numbers", numbers, {})
-    series = dict(read_series(tmp_path / "numbers"))
-    assert {name: values.dtype for name, values in series.items()} == {"x1": float, "L": float}
-    assert list(read_table(path, ["L_mm"])[0]) == ["L_mm"]
-    assert pq.read_table(path).num_rows == 1000
-
-
-def test_same_bytes(tmp_path):
-    for name in ("a", "b"):
-        write_table(tmp_path / name, columns(), {"b": 1, "a": 2})
-    assert sha256(tmp_path / "a") == sha256(tmp_path / "b")
-
-
 def test_json_has_no_nan(tmp_path):
     write_json(tmp_path / "x.json", {"a": np.float64("nan"), "b": (np.int64(1), np.bool_(True))})
     assert json.loads((tmp_path / "x.json").read_text()) == {"a": None, "b": [1, True]}
-
-
-def test_refusal_is_one_line():
-    assert str(Refusal("a\n  b\tc")) == "a b c"
 
 
 def test_an_emptied_folder_has_neither_files_nor_folders(tmp_path):
@@ -103,10 +57,3 @@ def test_a_folder_is_replaced_as_a_whole_or_not_at_all(tmp_path) -> None:
     assert [path.name for path in folder.iterdir()] == ["a.html"]
     assert (folder / "a.html").read_text() == "new"
     assert [path.name for path in tmp_path.iterdir()] == ["pages"]
-
-
-def test_a_terminal_gets_spaces_but_no_codes() -> None:
-    from mocap_metrology.common.errors import printable
-
-    assert printable("−2\u202f170.9 µm\u00a0x") == "−2\u202f170.9 µm\u00a0x"
-    assert printable("a\x1b[31mb\u200fc\nd") == "a\\x1b[31mb\\u200fc\\nd"

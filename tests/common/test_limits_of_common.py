@@ -1,19 +1,22 @@
-"""Rules of the common parts at their limits."""
+"""Rules of the common parts at their limits, and their messages."""
 
 from __future__ import annotations
 
+import difflib
+import math
+from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-import numpy as np
 import pytest
-from pydantic import Field
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import AfterValidator, Field
 
-from mocap_metrology.common import compiled
-from mocap_metrology.common.faults import Faults
-from mocap_metrology.common.files import write_table
-from mocap_metrology.common.parquet import Column
-from mocap_metrology.common.sections import Section, choices_of
+from mocap_metrology.common import compiled, faults, paths, sections
+from mocap_metrology.common.documents import load_json, load_yaml
+from mocap_metrology.common.entries import Entry, Number, Positive, Whole, one_of, read_entry
+from mocap_metrology.common.errors import Refusal, one_line, printable
 from mocap_metrology.settings import checked
 
 
@@ -23,12 +26,6 @@ def test_kernels_of_a_user_are_in_the_folder_that_xdg_names(monkeypatch, tmp_pat
     assert compiled._candidates()[1:] == [tmp_path / "mocap-metrology"]
     monkeypatch.setenv("XDG_CACHE_HOME", "here")
     assert compiled._candidates()[1:] == []
-
-
-def test_choices_are_those_of_a_literal_alone_or_in_a_list() -> None:
-    assert choices_of(Literal["a", "b"]) == ("a", "b")
-    assert choices_of(tuple[Literal["a", 1], ...]) == ("a", "1")
-    assert choices_of(float) == choices_of(tuple[float, ...]) == ()
 
 
 @pytest.mark.parametrize(
@@ -41,23 +38,173 @@ def test_choices_are_those_of_a_literal_alone_or_in_a_list() -> None:
     ],
 )
 def test_a_wrong_key_and_a_wrong_value_are_named_with_their_section(config, fault: str) -> None:
-    with pytest.raises(Faults) as refused:
+    with pytest.raises(faults.Faults) as refused:
         checked(config)
     assert any(line.startswith(fault) for line in refused.value.lines)
 
 
-def test_limits_of_a_setting_hold_at_both_ends() -> None:
-    class Some(Section):
-        share: float = Field(0.5, ge=0, le=1)
+class Some(sections.Section):
+    flag: bool = True
+    n: int = Field(3, ge=1, le=9)
+    share: float = Field(0.5, gt=0, lt=1)
+    mode: Literal["off", "on", "auto"] = "on"
+    note: str = ""
+    level_mm: float | None = None
+    tau_s: float = Field(1.0, ge=0)
+    kinds: Annotated[
+        tuple[Literal["a", "b", "c"], ...], AfterValidator(sections.Once("a", 2))
+    ] = ("a", "b")  # fmt: skip
 
-    assert Some(share=0).share == 0 and Some(share=1).share == 1
-    for wrong in (-0.001, 1.001, float("nan")):
-        with pytest.raises(ValueError, match="share"):
-            Some(share=wrong)
+
+@pytest.mark.parametrize(
+    ("key", "value", "read"),
+    [
+        *(("flag", word, True) for word in ("yes", " ON ", "true", True)),
+        *(("flag", word, False) for word in ("no", "off", "False", False)),
+        *(("n", value, int(value)) for value in (1, "9", 3.0)),
+        *(("share", value, float(value)) for value in (0.999, " 1e-3", 0.001)),
+        *(("mode", value, "off") for value in ("off", False)),
+        ("note", 2024, "2024"),
+        *(("level_mm", value, None) for value in ("", "null", None)),
+        *(("level_mm", value, 1.5) for value in ("1.5", 1.5)),
+        ("tau_s", 0, 0.0),
+        *(("kinds", value, ("a", "c")) for value in ("a, c", ["a", "c"])),
+    ],
+)
+def test_a_setting_as_text_or_as_a_number(key: str, value: object, read: object) -> None:
+    found = getattr(Some(**{key: value}), key)
+    assert found == read and type(found) is type(read)
 
 
-def test_nothing_of_a_column_is_an_empty_array(tmp_path: Path) -> None:
-    write_table(tmp_path / "a.parquet", {"x": np.arange(5.0)}, {})
-    column = Column(tmp_path / "a.parquet", "x")
-    assert column[2:2].size == 0 and column[np.zeros(0, int)].size == 0
-    assert column[1:3].tolist() == [1.0, 2.0] and column[np.array([0, 4])].tolist() == [0.0, 4.0]
+@pytest.mark.parametrize(
+    ("key", "wrong", "expected"),
+    [
+        ("flag", ["maybe", 1, None], "true or false"),
+        ("n", [0, 10, "2.5", True, None], "a whole number from 1 to 9"),
+        ("share", [0, 1, "x", math.nan, math.inf, 10**400], "a number > 0 and < 1"),
+        ("mode", ["of", 0, None], "off, on or auto"),
+        ("tau_s", [-0.001, "1 s"], "a number of seconds >= 0"),
+        ("kinds", ["a", "b, c", "a, a", "a, d"],
+         "a list of a, b, c, each at most once, a among them"),
+    ],
+)  # fmt: skip
+def test_a_setting_out_of_its_range(key: str, wrong: list[object], expected: str) -> None:
+    assert sections.expected(key, Some.model_fields[key]) == expected
+    for value in wrong:
+        with pytest.raises(ValueError, match=key):
+            Some(**{key: value})
+
+
+class Board(Entry):
+    """An entry of a file of twins."""
+
+    side_m: Positive
+    share: Annotated[float, Number(0.25, 1.0)] = 0.5
+    n: Annotated[int, Whole(2, 5)] = 2
+    kind: Annotated[str, one_of(("flat", "bent"))] = "flat"
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ({"side_m": "1e-6", "share": 0.25, "n": 5, "kind": "bent"}, ""),
+        ({"side_m": 1, "share": 1.0, "n": 2, "kind": None}, ""),
+        ({"share": 0.5}, "board a: side_m is missing"),
+        ({"side_m": 0}, "board a: side_m: 0, expected a number > 0"),
+        ({"side_m": math.inf}, "board a: side_m: inf, expected a number > 0"),
+        ({"side_m": True}, "board a: side_m: True, expected a number > 0"),
+        ({"side_m": 1, "share": 0.2}, "board a: share: 0.2, expected a number from 0.25 to 1"),
+        ({"side_m": 1, "n": 6}, "board a: n: 6, expected a whole number from 2 to 5"),
+        ({"side_m": 1, "n": 2.0}, "board a: n: 2.0, expected a whole number from 2 to 5"),
+        ({"side_m": 1, "kind": "x"}, "board a: kind: 'x', expected one of flat, bent"),
+        ({"side_m": 1, "m": 1},
+         "board a: unknown key 'm', expected one of side_m, share, n, kind"),
+        (3, "board a: 3, expected keys with values"),
+    ],
+)  # fmt: skip
+def test_an_entry_is_read_or_each_fault_named(entry: object, said: str) -> None:
+    if not said:
+        assert isinstance(read_entry(Board, entry, "board a"), Board)
+        return
+    with pytest.raises(faults.Faults) as refused:
+        read_entry(Board, entry, "board a")
+    assert refused.value.lines == [said] or said.endswith("keys with values")
+
+
+@cache
+def distance(a: str, b: str) -> int:
+    """Optimal string alignment by its recursion."""
+    if not a or not b:
+        return len(a) + len(b)
+    ways = [distance(a[:-1], b) + 1, distance(a, b[:-1]) + 1]
+    ways.append(distance(a[:-1], b[:-1]) + (a[-1] != b[-1]))
+    if len(a) > 1 and len(b) > 1 and a[-1] == b[-2] and a[-2] == b[-1]:
+        ways.append(distance(a[:-2], b[:-2]) + 1)
+    return min(ways)
+
+
+WORDS = st.text("abc", min_size=1, max_size=6)
+
+
+@given(WORDS, st.lists(WORDS, max_size=8, unique=True))
+def test_the_nearest_words_are_those_of_the_fewest_edits(word: str, known: list[str]) -> None:
+    close = difflib.get_close_matches(word, known, n=10, cutoff=0.6)
+    least = min((distance(word, other) for other in close), default=0)
+    expected = [other for other in close if distance(word, other) == least]
+    assert faults.nearest(word, known) == expected[:3]
+    assert faults.meant(f" {word.upper()}", known) == (expected[0] if expected else None)
+
+
+def test_messages_are_one_line_of_a_limited_length() -> None:
+    assert one_line("a\n  b\tc") == str(Refusal("a\n  b\tc")) == "a b c"
+    assert one_line("x" * 2000) == "x" * 2000
+    assert one_line("x" * 1000 + "y" * 1001) == "x" * 1000 + " [...] " + "y" * 1000
+    assert faults.shortened("x" * 300) == "x" * 300
+    assert faults.shortened("x" * 301) == "x" * 295 + "[...]"
+    assert faults.shown("x" * 78) == '"' + "x" * 78 + '"'
+    assert faults.shown("x" * 79) == '"' + "x" * 74 + "[...]"
+    assert [faults.shown(value) for value in (None, "", True, False, 3)] == [
+        "nothing", "nothing", "yes", "no", "3",
+    ]  # fmt: skip
+    assert faults.unknown("sed", ["seed"]) == "unknown; did you mean seed?"
+    assert faults.unknown("x", ["seed", "n"]) == "unknown; expected one of seed, n"
+    assert faults.unknown("x", []) == "unknown; expected nothing here"
+    assert printable("−2\u202f170.9 µm\u00a0x") == "−2\u202f170.9 µm\u00a0x"
+    assert printable("a\x1b[31mb\u200fc\nd") == "a\\x1b[31mb\\u200fc\\nd"
+
+
+def values(more: int) -> str:
+    """999,006 values as aliases are written out (1,000 of them 998 times), and some more."""
+    of = ", ".join("x" * 999)
+    return f"a: &a [{of}]\nb: [{', '.join(['*a'] * 998)}]\nc: [{', '.join('x' * more)}]"
+
+
+@pytest.mark.parametrize(
+    ("read", "longest", "too_long"),
+    [
+        (load_yaml, "9" * 1000, "9" * 1001),
+        (load_json, "9" * 1000, "9" * 1001),
+        (load_yaml, "[" * 98 + "]" * 98, "[" * 99 + "]" * 99),
+        (load_yaml, values(994), values(995)),
+    ],
+)
+def test_documents_at_their_limits(read, longest: str, too_long: str) -> None:
+    assert read(longest)
+    with pytest.raises(ValueError, match="expected at most"):
+        read(too_long)
+
+
+def test_paths_of_windows(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a/b.c3d").touch()
+    for text, said in (
+        ("C:\\data\\take 1.c3d", "in WSL that is /mnt/c/data/take 1.c3d"),
+        ("d:/x/", "in WSL that is /mnt/d/x"),
+        ("a\\b.c3d", "with slashes it is a/b.c3d"),
+        ("a\\c.c3d", ""),
+        ("a/b.c3d", ""),
+    ):
+        assert paths.of_windows(text) == said
+    assert paths.is_file("a/b.c3d") and paths.exists("a") and not paths.is_file("a")
+    assert not paths.exists("x" * 300) and not paths.is_file("x" * 300)

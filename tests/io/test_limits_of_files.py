@@ -12,49 +12,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 sys.path.insert(0, str(Path(__file__).parent / "text"))
-from text_files import make, refusal
+from text_files import LABELS, TAKE, make, nexus, refusal, trc
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d import second_opinion
-from mocap_metrology.io.c3d.read import read_c3d
-from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.io.read import labels_of, read_recording
+from mocap_metrology.io.read import (
+    labels_of,
+    missing_marker,
+    orientation_of,
+    points_by_kind,
+    read_recording,
+)
 from mocap_metrology.io.text import read
-
-RATE = 100.0
-
-
-def trc(late_frames: float) -> str:
-    """One marker at rest; frame numbers beside the times, of which one is late."""
-    n = 50
-    times = np.arange(n) / RATE
-    times[20] += late_frames / RATE
-    head = [
-        "PathFileType\t4\t(X/Y/Z)\ta.trc",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\t"
-        "OrigNumFrames",
-        f"{RATE:g}\t{RATE:g}\t{n}\t1\tmm\t{RATE:g}\t1\t{n}",
-        "Frame#\tTime\tA\t\t",
-        "\t\tX1\tY1\tZ1",
-        "",
-    ]
-    rows = [f"{k + 1}	{t:.6f}	511.5	602.25	703.125" for k, t in enumerate(times)]
-    return "\n".join([*head, *rows, ""])
-
-
-@pytest.mark.parametrize("late_frames", [0.0, 0.3, 0.45])
-def test_a_time_less_than_half_a_frame_off_its_number_is_that_frame(
-    tmp_path: Path, late_frames: float
-) -> None:
-    path = make(tmp_path, "a.trc", trc(late_frames))
-    take = read_recording([path], labels_of(path))
-    assert take.position_mm.shape == (1, 3, 50)
-
-
-def test_a_time_more_than_half_a_frame_off_its_number_is_refused(tmp_path: Path) -> None:
-    assert "time goes from 0.19" in refusal(make(tmp_path, "a.trc", trc(0.6)), ["A"])
 
 
 def test_the_answer_of_ezc3d_is_the_last_line_it_prints(monkeypatch) -> None:
@@ -67,24 +39,9 @@ def test_the_answer_of_ezc3d_is_the_last_line_it_prints(monkeypatch) -> None:
     assert second_opinion._run(request) == second_opinion.Answer(**answer)
 
 
-def test_a_cut_off_file_is_used_only_where_that_is_asked(tmp_path: Path) -> None:
-    path = tmp_path / "a.c3d"
-    write_c3d(path, ["A"], RATE, [np.random.default_rng(1).normal(500, 0.1, (200, 1, 3))], 200)
-    path.write_bytes(path.read_bytes()[:-1000])
-    with pytest.raises(Refusal, match="cut off"):
-        read_c3d([path], ["A"], second_opinion=False)
-    taken = read_c3d([path], ["A"], second_opinion=False, accept_truncated=True)
-    assert 0 < taken.position_mm.shape[2] < 200
-
-
 def test_numbers_of_frames_are_whole_as_far_as_a_double_counts() -> None:
     layout, last = SimpleNamespace(name="a.csv", time_column=None), 2.0**53
     assert read._by_number(layout, np.array([last - 2, last - 1, last]), [])[1] == last - 2
-
-
-def test_a_decimal_comma_among_decimal_points_is_named_with_its_place(tmp_path: Path) -> None:
-    text = trc(0.0).replace("48\t0.470000\t511.5", "48\t0.470000\t511,5")
-    assert "column 3: '511,5' is not a number" in refusal(make(tmp_path, "a.trc", text), ["A"])
 
 
 def test_a_long_answer_of_ezc3d_is_cut(monkeypatch, capsys) -> None:
@@ -98,3 +55,141 @@ def test_a_long_answer_of_ezc3d_is_cut(monkeypatch, capsys) -> None:
     second_opinion.main()
     answer = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert answer["reason"] == f"ezc3d does not read it (ValueError: {'x' * 188})"
+
+
+def take_at(tmp_path: Path, times, frames=None) -> Path:
+    """A marker at rest in a TRC file of 100 Hz; `times` in s, frame numbers from 1 unless given."""
+    n = len(times)
+    lines = trc(("A",), 100, np.full((n, 1, 3), 511.5)).splitlines()
+    for k, time in enumerate(times):
+        cells = lines[k + 6].split("\t")
+        number = str(k + 1 if frames is None else frames[k])
+        lines[k + 6] = "\t".join([number, f"{time:.6f}", *cells[2:]])
+    return make(tmp_path, "a.trc", "\n".join([*lines, ""]))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_time_less_than_half_a_frame_off_its_number_is_that_frame(tmp_path, sign) -> None:
+    """But for its rounding, here of 1e-6 s, which is 1e-4 frames."""
+    for late, is_read in ((0.0, True), (0.4999, True), (0.5002, False), (0.9, False)):
+        times = np.arange(50) / 100
+        times[20:] += sign * late / 100
+        times[40:] -= sign * late / 100
+        path = take_at(tmp_path, times)
+        if is_read:
+            assert read_recording([path], ["A"]).position_mm.shape == (1, 3, 50)
+        else:
+            said = f"a.trc: line 27: time goes from 0.19 to {times[20]:.10g} s, expected 1 / (100 "
+            assert refusal(path, ["A"]).startswith(said)
+
+
+@pytest.mark.parametrize(("percent", "is_read"), [(0.0998, True), (0.1002, False), (5, False)])
+def test_rates_of_header_and_times_may_differ_by_a_tenth_of_a_per_cent(tmp_path, percent, is_read):
+    for sign in (-1, 1):
+        rate = 100 * (1 + sign * percent / 100)
+        path = take_at(tmp_path, np.arange(2000) / rate)
+        if is_read:
+            assert read_recording([path], ["A"]).frame_rate_hz == 100
+        else:
+            said = f"by its time column {rate:.6g} Hz; they may differ by 0.1 %"
+            assert refusal(path, ["A"]).endswith(said)
+
+
+@pytest.mark.parametrize(("last", "is_read"), [(219, True), (220, True), (221, False)])
+def test_ten_times_the_frames_there_are_may_be_missing(tmp_path, last, is_read) -> None:
+    path = make(tmp_path, "n.csv", nexus(LABELS, 100, TAKE).replace("\n20,0,", f"\n{last},0,"))
+    if is_read:
+        assert read_recording([path], LABELS).n_gap_frames == last - 20
+    else:
+        assert refusal(path) == (
+            "n.csv: frame numbers or times skip 201 frames, more than 10 times the 20 there are"
+        )
+    parts = [make(tmp_path, f"{k}.csv", nexus(LABELS, 100, TAKE, first=first))
+             for k, first in ((1, 1), (2, last + 201))]  # fmt: skip
+    if is_read:
+        assert read_recording(parts, LABELS).n_gap_frames == last + 180
+    else:
+        assert refusal(parts).startswith("1.csv: the segments' frame numbers skip 401 frames, more")
+
+
+def test_a_recording_has_two_frames(tmp_path) -> None:
+    two = make(tmp_path, "2.csv", nexus(LABELS, 100, TAKE[:2]))
+    assert read_recording([two], LABELS).position_mm.shape == (2, 3, 2)
+    one = make(tmp_path, "1.csv", nexus(LABELS, 100, TAKE[:1]))
+    assert refusal(one) == "1.csv: has 1 frame, expected at least 2 frames"
+
+
+def poses(tmp_path: Path, rotation: np.ndarray) -> Path:
+    row = np.column_stack([rotation, [1.0, 2.0, 3.0]]).ravel()
+    return make(tmp_path, "p.txt", "# Freq: 100\n" + (" ".join(map(repr, row.tolist())) + "\n") * 5)
+
+
+def test_a_rotation_may_be_off_by_a_thousandth(tmp_path) -> None:
+    """Rows of a matrix by 1 in a thousand of R R^T, a quaternion by as much of its length."""
+    turn = Rotation.from_euler("XYZ", [10, 20, 30], degrees=True)
+    for size, is_read in ((1.0009, True), (0.9991, True), (1.0011, False), (0.9989, False)):
+        matrix = poses(tmp_path, turn.as_matrix() * np.sqrt(size))
+        values = " ".join(map(repr, (turn.as_quat() * size).tolist()))
+        head = "# timestamp tx ty tz qx qy qz qw\n"
+        rows = "".join(f"{k / 100} 1 2 3 {values}\n" for k in range(5))
+        for path, kind in (
+            (matrix, "matrix"),
+            (make(tmp_path, "q.tum", head + rows), "quaternion"),
+        ):
+            if is_read:
+                found = Rotation.from_quat(orientation_of([path], "tracker").T)
+                assert (found * turn.inv()).magnitude().max() < 1e-3
+            else:
+                with pytest.raises(Refusal, match=f"a {kind} of no rotation, first in seen frame"):
+                    orientation_of([path], "tracker")
+    with pytest.raises(Refusal, match="a matrix of no rotation"):
+        orientation_of([poses(tmp_path, np.diag([1.0, 1.0, -1.0]))], "tracker")
+
+
+@pytest.mark.parametrize(("period_s", "is_read"), [(1.0, True), (1.01, False)])
+def test_times_of_less_than_one_hertz_name_their_unit(tmp_path, period_s, is_read) -> None:
+    rows = "".join(f"{k * period_s:.4f},1.5,2.5,3.5\n" for k in range(9))
+    path = make(tmp_path, "a.csv", "time,A_x,A_y,A_z\n" + rows)
+    if is_read:
+        assert read_recording([path], ["A"], unit="m").frame_rate_hz == 1
+    else:
+        assert "frame rate of 0.990099 Hz: name their unit" in refusal(path, ["A"], unit="m")
+    path = make(tmp_path, "a.csv", "time_s,A_x,A_y,A_z\n" + rows)
+    assert read_recording([path], ["A"], unit="m").frame_rate_hz == pytest.approx(1 / period_s)
+
+
+def test_lines_before_the_numbers_of_a_table(tmp_path) -> None:
+    """At most 59, four of them without #; a line below 1 MiB."""
+    names, rows = "time,A_x_mm,A_y_mm,A_z_mm\n", "0,100,200,300\n1,101,201,301\n"
+    for head, said in (
+        ("# c\n" * 58, ""),
+        ("# c\n" * 59, "has no frames: no row of three or more numbers in its first lines"),
+        ("a,b,c,d\n" * 4, "5 lines before its numbers, which are not understood"),
+        (f"#{'c' * (2**20 - 3)}\n", ""),
+        (f"#{'c' * (2**20 - 2)}\n", "line 1 is longer than 1048576 bytes"),
+    ):
+        path = make(tmp_path, "a.csv", head + names + rows)
+        if said:
+            assert refusal(path, ["A"]).startswith(f"a.csv: {said}")
+        else:
+            assert labels_of(path) == ("A",)
+
+
+def test_long_lists_of_labels_are_cut_after_twenty(tmp_path) -> None:
+    for n, end in ((20, "M19"), (21, "M19, … and 1 more")):
+        labels = [f"M{k}" for k in range(n)]
+        path = make(tmp_path, "a.trc", trc(labels, 100, np.ones((5, n, 3))))
+        assert refusal(path, ["Nose"]).endswith(f", M18, {end}")
+
+
+def test_kinds_of_points_by_their_labels(tmp_path) -> None:
+    labels = ("A", "*12", "Unlabeled 3", "LFOO", "LFOA", "LFOL", "LFOP", "LKneeAngles", "LGRFv",
+              "B", "B", "CentreOfMass", "HipMomentV", "RFOO", "RFOA", "RFOL")  # fmt: skip
+    path = make(tmp_path, "n.csv", nexus(labels, 100, np.ones((5, len(labels), 3))))
+    assert points_by_kind(path) == {
+        "marker": ("A", "LGRFv", "B#1", "B#2", "RFOO", "RFOA", "RFOL"),
+        "unlabelled": ("*12", "Unlabeled 3"),
+        "computed": ("LFOO", "LFOA", "LFOL", "LFOP", "LKneeAngles", "CentreOfMass", "HipMomentV"),
+    }
+    assert missing_marker([path], ["A"], None) == ""
+    assert missing_marker([path, tmp_path / "none.csv"], ["B"], None).startswith("n.csv: 2 points")

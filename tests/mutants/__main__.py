@@ -39,19 +39,14 @@ Mutant = tuple[str, Change]
 
 def run_tests(tree: Path, files: list[str], limit_s: float, **settings: str) -> str:
     """Output of pytest in a copy of the project; empty if it did not end in time."""
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-p",
-        "tests.mutants.reach",
-        "-p",
-        "no:cacheprovider",
-    ]
-    command += ["--tb=line", *(["-x"] if "REACH_RUN" in settings else []), *files]
+    options = ["-p", "tests.mutants.reach", "-p", "no:cacheprovider", "--tb=line"]
+    options += ["-x"] if "REACH_RUN" in settings else []
+    command = [sys.executable, "-m", "pytest", *options, *files]
     alone = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
     paths = {"PYTHONPATH": f"{tree}/src:{tree}", "PYTHONDONTWRITEBYTECODE": "1"}
-    samples = {"MOCAP_SAMPLES": os.environ.get("MOCAP_SAMPLES", str(_samples()))}
+    beside = ROOT.parent / "shared/data"
+    folder = str(beside if beside.is_dir() else ROOT / "samples")
+    samples = {"MOCAP_SAMPLES": os.environ.get("MOCAP_SAMPLES", folder)}
     child = subprocess.Popen(
         command,
         cwd=tree,
@@ -68,11 +63,6 @@ def run_tests(tree: Path, files: list[str], limit_s: float, **settings: str) -> 
         os.killpg(child.pid, signal.SIGKILL)
         child.communicate()
         return ""
-
-
-def _samples() -> Path:
-    beside = ROOT.parent / "shared/data"
-    return beside if beside.is_dir() else ROOT / "samples"
 
 
 def copy_tree(tree: Path) -> None:
@@ -244,19 +234,11 @@ def main() -> int:
         with lock:
             results[key] = {"outcome": outcome, "by": by, "tests": len(chosen), "text": line}
             stored.write_text(json.dumps(results, indent=1))
-            print(
-                f"{outcome:9}{time.monotonic() - begin:6.0f} s {len(chosen):5} tests  {key}",
-                flush=True,
-            )
+            seconds = time.monotonic() - begin
+            print(f"{outcome:9}{seconds:6.0f} s {len(chosen):5} tests  {key}", flush=True)
 
-    mutants = sample(arguments.seed, arguments.number)
     with ThreadPoolExecutor(arguments.workers) as pool:
-        list(pool.map(run, mutants))
-    return report(results, arguments)
-
-
-def report(results: dict[str, dict[str, Any]], arguments: argparse.Namespace) -> int:
-    """Print the survivors as a table."""
+        list(pool.map(run, sample(arguments.seed, arguments.number)))
     alive = {k: v for k, v in results.items() if v["outcome"] == "survived"}
     print(f"\n{len(alive)} of {len(results)} survive (seed {arguments.seed})\n")
     print("| change | line | tests |\n|---|---|---|")

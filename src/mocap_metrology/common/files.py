@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.common import parquet
-from mocap_metrology.common.arrow import to_arrow, to_numpy
 from mocap_metrology.common.errors import Damaged, Missing
 from mocap_metrology.common.large import Made, Spool, is_large
 from mocap_metrology.common.spreadsheet import as_text
@@ -227,7 +226,7 @@ def write_table(
     """
     import pyarrow as pa
 
-    table = pa.table({name: to_arrow(values) for name, values in columns.items()})
+    table = pa.table({name: parquet.to_arrow(values) for name, values in columns.items()})
     table = table.replace_schema_metadata(_schema_metadata(metadata))
     with whole(path) as part, parquet.writing(part, table.schema, dictionary) as writer:
         writer.write_table(table, ROW_GROUP)
@@ -255,7 +254,7 @@ def write_series(
         with whole(path) as part, parquet.writing(part, schema, ()) as writer:
             for start in range(0, spool.size, ROW_GROUP):
                 rows = {
-                    name: to_arrow(spool.get(name, start, start + ROW_GROUP))
+                    name: parquet.to_arrow(spool.get(name, start, start + ROW_GROUP))
                     for name in spool.dtypes
                 }
                 writer.write_table(pa.table(rows, schema), ROW_GROUP)
@@ -269,10 +268,12 @@ def _schema_metadata(metadata: Mapping[str, object]) -> dict[bytes, bytes]:
 def read_table(path: str | Path, columns: Sequence[str] | None = None) -> tuple[Columns, Metadata]:
     """Read a table of `write_table`: columns as arrays, and the metadata."""
     with parquet.reading(path) as file:
-        table = parquet.rows(file, path, columns)
-        metadata = _metadata(file, path)
+        table = file.read(columns=None if columns is None else list(columns))
+        metadata, n_rows = _metadata(file, path), file.metadata.num_rows
+    if table.num_rows != n_rows:
+        raise Damaged(path, f"{table.num_rows} rows; expected {n_rows}")
     arrays = {
-        name: to_numpy(table[name]) if table.num_rows else np.array([])
+        name: parquet.to_numpy(table[name]) if table.num_rows else np.array([])
         for name in columns or table.column_names
     }
     return arrays, metadata

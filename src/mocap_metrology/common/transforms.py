@@ -7,7 +7,6 @@ out.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,32 +15,27 @@ LONG = 1 << 22  # samples; nine hours at 120 Hz are fewer, and their tables are 
 KEPT = 16  # lengths
 
 
-def rfft(series: np.ndarray, *given: Any, **how: Any) -> np.ndarray:
+def rfft(series: np.ndarray, *args: Any, **options: Any) -> np.ndarray:
     """scipy.fft.rfft of a series (n,)."""
-    from scipy.fft import rfft as transform
-
-    return _transformed(transform, series, *given, **how)
+    return _transformed("rfft", series, *args, **options)
 
 
-def irfft(spectrum: np.ndarray, *given: Any, **how: Any) -> np.ndarray:
+def irfft(spectrum: np.ndarray, *args: Any, **options: Any) -> np.ndarray:
     """scipy.fft.irfft of a spectrum (n/2 + 1,)."""
-    from scipy.fft import irfft as transform
-
-    return _transformed(transform, spectrum, *given, **how)
+    return _transformed("irfft", spectrum, *args, **options)
 
 
-def dct(series: np.ndarray, *given: Any, **how: Any) -> np.ndarray:
+def dct(series: np.ndarray, *args: Any, **options: Any) -> np.ndarray:
     """scipy.fft.dct of a series (n,)."""
-    from scipy.fft import dct as transform
-
-    return _transformed(transform, series, *given, **how)
+    return _transformed("dct", series, *args, **options)
 
 
-def _transformed(
-    transform: Callable[..., np.ndarray], values: np.ndarray, *given: Any, **how: Any
-) -> np.ndarray:
-    found = transform(values, *given, **how)
-    if found.size > LONG:
+def _transformed(name: str, values: np.ndarray, *args: Any, **options: Any) -> np.ndarray:
+    import scipy.fft
+
+    transform = getattr(scipy.fft, name)
+    result: np.ndarray = transform(values, *args, **options)
+    if result.size > LONG:
         for size in range(KEPT):
             transform(np.zeros(size + 2))
-    return found
+    return result

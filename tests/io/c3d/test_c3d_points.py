@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from make_c3d import build, dec, still
 
 from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.io.c3d.parameters import ieee_from_dec
 from mocap_metrology.io.c3d.structure import inspect
-from mocap_metrology.io.read import read_recording
+from mocap_metrology.io.read import points_by_kind, read_recording
 
 N = 400
 
@@ -18,32 +20,63 @@ def read(path, markers=("M1", "M2"), **keys):
     return read_recording([path], markers, **{"second_opinion": False, **keys})
 
 
+MM = {"mm": 1, "MM  ": 1, "millimeters": 1, "cm": 10, "m": 1000, "mete": 1000, "Meters": 1000}
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_what_was_stored_is_read(tmp_path, data):
+    """In each encoding, with analog samples between, gaps of three kinds, and any unit."""
+    draw = data.draw
+    processor = draw(st.sampled_from(["Intel", "DEC", "MIPS"]))
+    unit, is_float = draw(st.sampled_from([*MM, "", None])), draw(st.booleans())
+    n, k, seed = draw(st.integers(2, 60)), draw(st.integers(1, 4)), draw(st.integers(0, 999))
+    scale = -0.1 if is_float else draw(st.sampled_from([0.25, 0.0625, 0.1]))
+    rng = np.random.default_rng(seed)
+    mm = MM[unit] if unit else 1
+    if is_float:
+        stored = (rng.uniform(30, 900, (n, k, 4)) / mm).astype(np.float32)
+        stored[..., 3] = rng.choice([0, 0.5, 15888], (n, k))
+    else:
+        scale /= mm
+        stored = rng.integers(400, 32767, (n, k, 4)) * rng.choice([-1, 1], (n, k, 4))
+        stored[..., 3] = rng.choice([0, 0x3E10], (n, k))
+    kind = rng.choice(4, (n, k), p=[0.7, 0.1, 0.1, 0.1])
+    kind[0] = 0
+    stored[kind == 1, 3] = -1
+    stored[kind == 2, :3] = 0
+    if is_float and processor != "DEC":  # which has neither
+        stored[kind == 3, 1] = rng.choice([np.nan, np.inf, -np.inf])
+    else:
+        kind[kind == 3] = 0
+    analog = None
+    if draw(st.booleans()):
+        analog = rng.integers(-99, 99, (n, 3)).astype(stored.dtype)
+    keys = {"processor": processor, "scale": scale, "units": unit, "analog": analog}
+    rate = draw(st.sampled_from([59.94, 100.0, 119.88]))
+    path = build(tmp_path / "a.c3d", stored, rate=rate, pad=draw(st.booleans()), **keys)
+    order = draw(st.permutations(range(k)))
+    recording = read(path, [f"M{i + 1}" for i in order], unit=None if unit else "mm")
+    factor = mm * (1.0 if is_float else float(np.float32(scale)))
+    expected = np.where(kind[..., None] == 0, stored[..., :3].astype(float) * factor, np.nan)
+    position = recording.position_mm
+    np.testing.assert_array_equal(position, expected[:, order].transpose(1, 2, 0))
+    assert position.dtype == (np.float32 if is_float and factor == 1 else np.float64)
+    assert position.flags.c_contiguous and recording.frame_rate_hz == rate
+    assert recording.encoding == f"{processor} {'float' if is_float else 'int16'}"
+    assert recording.units == ((unit or "mm").strip())
+    assert recording.unit_source == ("file" if unit else "given")
+    for found, point in zip(recording.n_invalid, order, strict=True):
+        counts = [found[reason] for reason in ("negative_residual", "zero", "not_finite")]
+        assert counts == np.bincount(kind[:, point], minlength=4)[1:].tolist()
+    if not is_float:
+        assert recording.resolution_mm == factor and recording.resolution_kind == "int16"
+    elif np.isfinite(position).all():
+        largest = np.float32(np.abs(stored[..., :3]).max())
+        assert recording.resolution_mm == pytest.approx(np.spacing(largest) * mm)
+
+
 class TestProcessors:
-    @pytest.mark.parametrize("processor", ["Intel", "DEC", "MIPS"])
-    def test_float(self, tmp_path, processor):
-        points = still(N)
-        recording = read(build(tmp_path / "a.c3d", points, processor=processor))
-        assert np.array_equal(recording.position_mm, points[..., :3].transpose(1, 2, 0))
-        assert recording.encoding == f"{processor} float"
-        assert recording.position_mm.dtype == np.float32
-        assert recording.position_mm.flags.c_contiguous
-
-    @pytest.mark.parametrize("processor", ["Intel", "DEC", "MIPS"])
-    def test_int16(self, tmp_path, processor):
-        steps = np.random.default_rng(1).integers(-32768, 32768, (N, 2, 4))
-        steps[..., 3] = 0x3E10  # camera mask and residual
-        steps[5, 0, 3] = steps[6, 1, 3] = -1
-        steps[7, 1, 3] = -32768
-        path = build(tmp_path / "a.c3d", steps, processor=processor, scale=0.25)
-        recording = read(path, second_opinion=True)
-        expected = 0.25 * steps[..., :3].transpose(1, 2, 0)
-        expected[0, :, 5] = expected[1, :, 6] = expected[1, :, 7] = np.nan
-        assert np.array_equal(recording.position_mm, expected, equal_nan=True)
-        assert [n["negative_residual"] for n in recording.n_invalid] == [1, 2]
-        assert (recording.resolution_mm, recording.resolution_kind) == (0.25, "int16")
-        wanted = "agrees" if processor != "MIPS" else "not asked (ezc3d does not read MIPS files)"
-        assert recording.segments[0].second_opinion == wanted
-
     def test_int16_at_its_limit_is_no_measurement(self, tmp_path):
         """A count saturates at -2^15 and 2^15 - 1 (two's complement): the position is beyond it."""
         steps = np.random.default_rng(2).integers(-100, 100, (N, 2, 4))
@@ -106,56 +139,6 @@ class TestValidity:
         with pytest.raises(Unseen, match=r"'M2'.* of 400 .*300 .*100 zero"):
             read(path)
 
-    def test_one_frame(self, tmp_path):
-        with pytest.raises(Refusal, match=r"^a\.c3d: has 1 frame, expected at least 2 frames$"):
-            read(build(tmp_path / "a.c3d", still(1)))
-
-
-class TestUnits:
-    @pytest.mark.parametrize(
-        ("units", "factor"),
-        [
-            ("mm", 1),
-            ("MM  ", 1),
-            ("m", 1000),
-            ("mete", 1000),
-            ("Meters", 1000),
-            ("metre", 1000),
-            ("cm", 10),
-            ("millimeters", 1),
-            (["cm", "cm  "], 10),
-        ],
-    )
-    def test_known(self, tmp_path, units, factor):
-        points = still(N) / np.float32(factor)
-        recording = read(build(tmp_path / "a.c3d", points, units=units), second_opinion=True)
-        expected = points[..., :3].transpose(1, 2, 0).astype(float) * factor
-        assert np.array_equal(recording.position_mm, expected)
-        assert recording.position_mm.dtype == (np.float32 if factor == 1 else np.float64)
-        assert recording.segments[0].second_opinion == "agrees"
-
-    def test_int16_in_metres(self, tmp_path):
-        steps = np.random.default_rng(1).integers(-3000, 3000, (N, 2, 4)) * [1, 1, 1, 0]
-        recording = read(build(tmp_path / "a.c3d", steps, scale=0.0005, units="m"))
-        assert recording.resolution_mm == pytest.approx(0.5)
-        expected = 0.5 * steps[..., :3].transpose(1, 2, 0)
-        assert np.allclose(recording.position_mm, expected, rtol=1e-6, atol=0)
-
-    @pytest.mark.parametrize("units", ["in", "furlong", "deg"])
-    def test_unknown(self, tmp_path, units):
-        with pytest.raises(Refusal, match=rf"^a\.c3d: POINT:UNITS is '{units}', expected one"):
-            inspect(build(tmp_path / "a.c3d", still(N), units=units))
-
-    def test_they_differ(self, tmp_path):
-        with pytest.raises(Refusal, match=r"differ between points \(m, mm\)"):
-            inspect(build(tmp_path / "a.c3d", still(N), units=["mm", "m"]))
-
-    @pytest.mark.parametrize("units", [None, "", "    "])
-    def test_missing(self, tmp_path, units):
-        recording = read(build(tmp_path / "a.c3d", still(N), units=units))
-        assert (recording.units, recording.unit_source) == ("mm", "assumed")
-        assert "a.c3d: no unit in POINT:UNITS: mm is assumed" in recording.notes
-
 
 class TestResolution:
     def test_float32(self, tmp_path):
@@ -166,22 +149,16 @@ class TestResolution:
         assert (recording.resolution_mm, recording.resolution_kind) == (2.0**-13, "float32")
         assert read(tmp_path / "a.c3d", ["M1"]).resolution_mm == 2.0**-14
 
-    def test_float32_in_metres(self, tmp_path):
-        points = np.random.default_rng(1).uniform(1, 2, (N, 2, 4)).astype("f4") * [-1, 1, 1, 0]
-        recording = read(build(tmp_path / "a.c3d", points.astype("f4"), units="m"))
-        assert recording.resolution_mm == pytest.approx(1000 * 2.0**-23)
-
     @pytest.mark.parametrize("unit", ["mm", "m"])
-    @pytest.mark.parametrize("step", [1, 0.5, 0.1, 0.05, 0.01, 0.005, 0.001])
-    def test_rounded(self, tmp_path, step, unit):
+    def test_rounded(self, tmp_path, unit):
         factor = {"mm": 1, "m": 1000}[unit]
-        points = still(N)
-        noise = np.random.default_rng(3).normal(0, 3 * step, (N, 2, 3))
-        rounded = step * np.round((points[..., :3] + noise) / step)
-        points[..., :3] = rounded / factor
-        points[:50, 0, 3] = -1
-        recording = read(build(tmp_path / "a.c3d", points, units=unit))
-        assert (recording.resolution_mm, recording.resolution_kind) == (step, "rounded")
+        for step in (1, 0.5, 0.1, 0.05, 0.01, 0.005, 0.001):
+            points = still(N)
+            noise = np.random.default_rng(3).normal(0, 3 * step, (N, 2, 3))
+            points[..., :3] = step * np.round((points[..., :3] + noise) / step) / factor
+            points[:50, 0, 3] = -1
+            recording = read(build(tmp_path / "a.c3d", points, units=unit))
+            assert (recording.resolution_mm, recording.resolution_kind) == (step, "rounded")
 
     def test_integers_rewritten_as_floats(self, samples):
         """Codamotion, steps of 0.1 mm, exported once as int16 and once as float."""
@@ -197,92 +174,80 @@ class TestResolution:
         points[..., :3] = 1e-4 * np.round((points[..., :3] + 1500) / 1e-4)
         assert read(build(tmp_path / "a.c3d", points)).resolution_kind == "float32"
 
-    def test_constant(self, tmp_path):
-        points = np.ones((N, 2, 4), "f4") * [100, 200, 300, 0]
-        recording = read(build(tmp_path / "a.c3d", points.astype("f4")))
-        assert recording.resolution_kind == "float32"
 
-    def test_one_coordinate_alone_is_rounded(self, tmp_path):
-        points = still(N)
-        points[:, 0, 0] = np.round(points[:, 0, 0])
-        assert read(build(tmp_path / "a.c3d", points)).resolution_kind == "float32"
+@pytest.mark.parametrize("units", [None, "", "    "])
+def test_a_unit_that_is_missing_is_mm(tmp_path, units):
+    recording = read(build(tmp_path / "a.c3d", still(N), units=units))
+    assert (recording.units, recording.unit_source) == ("mm", "assumed")
+    assert "a.c3d: no unit in POINT:UNITS: mm is assumed" in recording.notes
 
 
-class TestLabels:
-    def test_as_asked_for(self, tmp_path):
-        points = still(N, 4)
-        path = build(tmp_path / "a.c3d", points, labels=["Wand:A", "Wand:B", "Cal:B", "C D"])
-        recording = read(path, ["A", " C D ", "Cal:B"])
-        assert recording.labels == ("A", "C D", "Cal:B")
-        assert np.array_equal(recording.position_mm, points[:, [0, 3, 2], :3].transpose(1, 2, 0))
-        with pytest.raises(Refusal, match="'B' occurs several times: choose from Wand:B, Cal:B"):
-            read(path, ["B"])
-        with pytest.raises(Refusal, match="'Wand:A' is chosen twice"):
-            read(path, ["A", "Wand:A"])
-        with pytest.raises(Refusal, match=r"^a\.c3d: .*'E'.*Wand:A, Wand:B"):
-            read(path, ["A", "E"])
-        with pytest.raises(Refusal, match="no marker is chosen"):
-            read(path, [])
-
-    def test_twice(self, tmp_path):
-        points = still(N, 3)
-        path = build(tmp_path / "a.c3d", points, labels=["A", "B", "A"])
-        recording = read(path, ["A#2", "A#1"])
-        assert np.array_equal(recording.position_mm, points[:, [2, 0], :3].transpose(1, 2, 0))
-        assert recording.labels == ("A#2", "A#1")
-
-    def test_continued_and_missing(self, tmp_path):
-        labels = [f"P{i}" for i in range(300)]
-        more = {"LABELS2": labels[255:280], "LABELS3": labels[280:]}
-        path = build(tmp_path / "a.c3d", still(3, 303), labels=labels[:255], point=more)
-        structure = inspect(path)
-        assert structure.labels == (*labels, "point_301", "point_302", "point_303")
-        assert read(path, ["P299", "point_302"]).position_mm.shape == (2, 3, 3)
-        none = inspect(build(path, still(3, 2), point={"LABELS": None}))
-        assert none.labels == ("point_1", "point_2")
-
-    def test_not_ascii(self, tmp_path):
-        path = build(tmp_path / "a.c3d", still(N), labels=["Fuß", "Knie"])
-        assert read(path, ["Fuß"], second_opinion=True).labels == ("Fuß",)
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        ("furlong", "POINT:UNITS is 'furlong', expected one of mm"),
+        (["mm", "m"], "POINT:UNITS differ between points (m, mm), expected one unit"),
+    ],
+)
+def test_a_unit_that_is_wrong(tmp_path, units, said):
+    with pytest.raises(Refusal) as refused:
+        inspect(build(tmp_path / "a.c3d", still(N), units=units))
+    assert str(refused.value).startswith(f"a.c3d: {said}")
 
 
-class TestFrameRate:
-    def test_float32_is_read_as_the_decimal_meant(self, tmp_path):
-        path = build(tmp_path / "a.c3d", still(N), rate=59.94)
-        assert read(path).frame_rate_hz == 59.94
+RATES = [  # in the file, as given (Hz), as read or why not
+    ({"rate": 59.94}, None, 59.94),  # of a float32 the decimal that was meant
+    ({}, 120, 120),
+    ({}, 120.12, 120.12),
+    ({}, 119.89, 119.89),
+    ({}, 120.13, "its frame rate is 120 Hz, column frame_rate_hz states 120.13 Hz; they may"),
+    ({}, 119.87, "its frame rate is 120 Hz, column frame_rate_hz states 119.87 Hz; they may"),
+    ({}, 0, "frame_rate_hz is 0, expected a positive number"),
+    ({}, -120, "frame_rate_hz is -120, expected a positive number"),
+    ({}, float("nan"), "frame_rate_hz is nan, expected a positive number"),
+    ({"rate": 0.0}, 200, 200),
+    ({"rate": 0.0}, None, "has no frame rate; give it in column frame_rate_hz"),
+    ({"point": {"RATE": None}}, None, 120),
+    ({"header_rate": 120.1}, None, 120),
+    ({"header_rate": 120.2}, None, "frame rates disagree: 120 Hz by POINT:RATE, 120.2 Hz by the"),
+]
 
-    @pytest.mark.parametrize("given", [120, 120.05, 119.9])
-    def test_given(self, tmp_path, given):
-        path = build(tmp_path / "a.c3d", still(N))
-        assert read(path, frame_rate_hz=given).frame_rate_hz == given
 
-    @pytest.mark.parametrize("given", [100, 120.2, 60])
-    def test_given_differs(self, tmp_path, given):
-        path = build(tmp_path / "a.c3d", still(N))
-        with pytest.raises(Refusal, match=f"is 120 Hz, column frame_rate_hz states {given}"):
+@pytest.mark.parametrize(("keys", "given", "expected"), RATES)
+def test_frame_rates_may_differ_by_a_tenth_of_a_per_cent(tmp_path, keys, given, expected):
+    path = build(tmp_path / "a.c3d", still(N), **keys)
+    if isinstance(expected, str):
+        with pytest.raises(Refusal) as refused:
             read(path, frame_rate_hz=given)
+        assert str(refused.value).startswith(f"a.c3d: {expected}")
+    else:
+        recording = read(path, frame_rate_hz=given)
+        assert recording.frame_rate_hz == expected
+        said = [note for note in recording.notes if "in the header" in note]
+        assert said == ["a.c3d: frame rate 120 Hz, in the header 120.1 Hz"] * (
+            "header_rate" in keys
+        )
 
-    @pytest.mark.parametrize("given", [0, -120, float("nan")])
-    def test_given_is_nonsense(self, tmp_path, given):
-        with pytest.raises(Refusal, match="expected a positive number"):
-            read(build(tmp_path / "a.c3d", still(N)), frame_rate_hz=given)
 
-    def test_absent(self, tmp_path):
-        path = build(tmp_path / "a.c3d", still(N), rate=0.0)
-        assert inspect(path).frame_rate_hz == 0
-        assert read(path, frame_rate_hz=200).frame_rate_hz == 200
-        with pytest.raises(Refusal, match=r"^a\.c3d: .*frame_rate_hz"):
-            read(path)
+def test_labels_go_on_in_further_parameters_and_may_be_missing(tmp_path):
+    labels = [f"P{i}" for i in range(299)] + ["Fuß"]
+    more = {"LABELS2": labels[255:280], "LABELS3": labels[280:]}
+    path = build(tmp_path / "a.c3d", still(3, 303), labels=labels[:255], point=more)
+    assert inspect(path).labels == (*labels, "point_301", "point_302", "point_303")
+    assert read(path, ["P298", "point_302"]).position_mm.shape == (2, 3, 3)
+    none = inspect(build(path, still(3, 2), point={"LABELS": None}))
+    assert none.labels == ("point_1", "point_2")
 
-    def test_header_alone(self, tmp_path):
-        path = build(tmp_path / "a.c3d", still(N), point={"RATE": None})
-        assert inspect(path).frame_rate_hz == 120
 
-    def test_header_differs_a_little(self, tmp_path):
-        structure = inspect(build(tmp_path / "a.c3d", still(N), header_rate=120.05))
-        assert structure.frame_rate_hz == 120
-        assert structure.notes == ("frame rate 120 Hz, in the header 120.05 Hz",)
-
-    def test_header_differs(self, tmp_path):
-        with pytest.raises(Refusal, match="120 Hz by POINT:RATE, 100 Hz by the header"):
-            inspect(build(tmp_path / "a.c3d", still(N), header_rate=100))
+def test_points_that_were_computed_are_no_markers(tmp_path):
+    """Those that POINT lists elsewhere, and those whose residual is 0 where others have one."""
+    points = still(N, 4)
+    points[..., 3] = 0.5
+    points[:, 2, 3] = 0
+    points[:300, 3, 3] = 0
+    keys = {"labels": ["A", "Angle", "Solved", "B"], "point": {"ANGLES": ["Angle"]}}
+    path = build(tmp_path / "a.c3d", points, processor="DEC", **keys)
+    assert points_by_kind(path) == {"marker": ("A", "B"), "computed": ("Angle", "Solved")}
+    points[..., 3] = 0
+    path = build(tmp_path / "a.c3d", points, **keys)
+    assert points_by_kind(path) == {"marker": ("A", "Solved", "B"), "computed": ("Angle",)}

@@ -2,122 +2,126 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 from make_c3d import build, still
 
 from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.io.read import read_recording
 
-# A take of 240,000 frames, split, with a gap of 500 before the last part; one point.
-RANGES = ((1, 60_000), (60_001, 120_000), (120_001, 180_000), (180_501, 240_000))
-TAKE = still(240_000, 1)
+TAKE = still(2000, 1)
 WHOLE = TAKE[:, 0, :3].T.copy()
-WITH_GAP = WHOLE.copy()
-WITH_GAP[:, 180_000:180_500] = np.nan
-
-
-def split(folder, ranges=RANGES, header=lambda first, last: (1, last - first + 1), **keys):
-    paths = []
-    for i, (first, last) in enumerate(ranges, start=1):
-        part = TAKE[first - 1 : last]
-        paths.append(folder / f"part{i}.c3d")
-        build(
-            paths[-1],
-            part,
-            header=header(first, last),
-            **{
-                key: value(first, last) if callable(value) else value for key, value in keys.items()
-            },
-        )
-    return paths
-
-
-def read(paths, **keys):
-    return read_recording(paths, ["M1"], second_opinion=False, **keys)
 
 
 def wrapped(first, last):
     return first % 65536, last % 65536
 
 
-@pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1)])
-@pytest.mark.parametrize("base", [65536, 65535])
-def test_by_trial(tmp_path, order, base):
-    paths = split(tmp_path, trial=lambda *ends: ends, header=wrapped, trial_base=base)
+def split(folder, ranges, header=lambda first, last: (1, last - first + 1), start=1, **keys):
+    """Files of frames `first` to `last`, of which frame `start` is the first of the take."""
+    paths = []
+    for i, (first, last) in enumerate(ranges, start=1):
+        paths.append(folder / f"part{i}.c3d")
+        own = {key: value(first, last) if callable(value) else value for key, value in keys.items()}
+        part = TAKE[first - start : last - start + 1]
+        build(paths[-1], part, header=header(first, last), **own)
+    return paths
+
+
+def read(paths, **keys):
+    return read_recording(paths, ["M1"], **{"second_opinion": False, **keys})
+
+
+def ends(first, last):
+    return first, last
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_segments_are_joined_by_their_numbers(tmp_path, data):
+    """By TRIAL in any order, its high word counting 65536 or 65535 frames; by the header as given,
+    whose words wrap; from 1 each: without gaps."""
+    draw = data.draw
+    start, by = draw(st.sampled_from([1, 65_400, 131_000])), draw(st.sampled_from("THS1"))
+    lengths = draw(st.lists(st.integers(2, 90), min_size=2, max_size=4))
+    gaps = [0, *(draw(st.integers(0, 30)) for _ in lengths[1:])]
+    ranges, at = [], start
+    for length, gap in zip(lengths, gaps, strict=True):
+        ranges.append((at + gap, at + gap + length - 1))
+        at += gap + length
+    base = draw(st.sampled_from([65536, 65535])) if by == "T" else 65536
+    over = any(first // base != last // base for first, last in ranges)
+    assume(base == 65536 or over)  # which base it is shows where a file crosses it
+    order = draw(st.permutations(range(len(ranges)))) if by == "T" else range(len(ranges))
+    if by == "1":
+        paths, gaps = split(tmp_path, ranges, start=start), [0] * len(gaps)
+    else:
+        trial = {"trial": ends, "trial_base": base} if by != "H" else {}
+        paths = split(tmp_path, ranges, wrapped, start, **trial)
+    if by == "S":  # TRIAL in some only
+        first, last = ranges[1]
+        build(paths[1], TAKE[first - start : last - start + 1], header=wrapped(first, last))
     recording = read([paths[i] for i in order])
-    assert np.array_equal(recording.position_mm[0], WITH_GAP, equal_nan=True)
-    assert recording.n_gap_frames == 500
+    pieces = []
+    for (first, last), gap in zip(ranges, gaps, strict=True):
+        pieces += [np.full((3, gap), np.nan), WHOLE[:, first - start : last - start + 1]]
+    np.testing.assert_array_equal(recording.position_mm[0], np.concatenate(pieces, axis=1))
+    assert recording.n_gap_frames == sum(gaps)
     assert recording.n_invalid == ({"negative_residual": 0, "zero": 0, "not_finite": 0},)
-    assert [s.path for s in recording.segments] == [p.name for p in paths]
-    assert [s.gap_before for s in recording.segments] == [0, 0, 0, 500]
-    assert [s.n_frames for s in recording.segments] == [60_000, 60_000, 60_000, 59_500]
-    assert bool(recording.notes) == (order[0] == 2)
-    if recording.notes:
-        assert recording.notes[0].startswith("segments were given out of order; joined as part1")
-    if base == 65536:
-        assert [s.first_frame for s in recording.segments] == [first for first, _ in RANGES]
+    assert [s.path for s in recording.segments] == [path.name for path in paths]
+    assert [s.gap_before for s in recording.segments] == gaps
+    assert [s.n_frames for s in recording.segments] == lengths
+    if by == "T" and base == 65536:
+        assert [s.first_frame for s in recording.segments] == [first for first, _ in ranges]
+    said = "without gaps" if by == "1" else "out of order; joined as part1.c3d, part2.c3d"
+    expected = by == "1" or any(b < a for a, b in pairwise(order))
+    assert any(said in note for note in recording.notes) == expected
 
 
-def test_by_the_header(tmp_path):
-    paths = split(tmp_path, header=wrapped)
-    recording = read(paths)
-    assert np.array_equal(recording.position_mm[0], WITH_GAP, equal_nan=True)
-    with pytest.raises(Refusal, match=r"^part3\.c3d: segments overlap or are out of order: frames"):
-        read([paths[i] for i in (0, 2, 1, 3)])
-
-
-def test_header_at_its_limit(tmp_path):
-    paths = split(tmp_path, header=lambda *ends: tuple(min(e, 65535) for e in ends))
-    with pytest.raises(Refusal, match=r"^part3\.c3d: its first frame is at the 16-bit limit"):
+@pytest.mark.parametrize("keys", [{"trial": ends}, {"header": wrapped}])
+def test_segments_that_cannot_follow_each_other(tmp_path, keys):
+    paths = split(tmp_path, ((1, 1000), (901, 2000)), **keys)
+    said = "part2.c3d: segments overlap or are out of order: frames 901 to 2000, but part1.c3d has"
+    with pytest.raises(Refusal, match=rf"^{said} frames 1 to 1000$"):
         read(paths)
-    assert read(paths[:2]).n_gap_frames == 0
-
-
-def test_every_segment_from_one(tmp_path):
-    recording = read(split(tmp_path))
-    expected = np.concatenate([WHOLE[:, a - 1 : b] for a, b in RANGES], axis=1)
-    assert np.array_equal(recording.position_mm[0], expected)
-    assert recording.n_gap_frames == 0 and "without gaps" in recording.notes[0]
-
-
-def test_trial_in_some_only(tmp_path):
-    paths = split(tmp_path, header=wrapped, trial=lambda *ends: ends)
-    build(paths[1], TAKE[60_000:120_000], header=wrapped(*RANGES[1]))
-    assert np.array_equal(read(paths).position_mm[0], WITH_GAP, equal_nan=True)
-
-
-def test_overlap(tmp_path):
-    paths = split(tmp_path, ((1, 1000), (901, 2000)), trial=lambda *ends: ends)
-    with pytest.raises(Refusal, match=r"frames 901 to 2000, but part1.c3d has frames 1 to 1000$"):
+    paths = split(tmp_path, ((1, 400), (1, 400), (401, 2000)), **keys)
+    with pytest.raises(Refusal, match=r"frames 1 to 400, but part1.c3d has frames 1 to 400$"):
         read(paths)
-    paths = split(tmp_path, ((1, 1000), (901, 2000)), header=wrapped)
-    with pytest.raises(Refusal, match=r"frames 901 to 2000, but part1.c3d has frames 1 to 1000$"):
-        read(paths)
-    paths = split(tmp_path, ((1, 1000), (1, 1000), (1001, 2000)), trial=lambda *ends: ends)
-    with pytest.raises(Refusal, match=r"frames 1 to 1000, but part1.c3d has frames 1 to 1000$"):
+    if "header" in keys:
+        paths = split(tmp_path, ((1, 100), (201, 300), (101, 200)), **keys)
+        with pytest.raises(Refusal, match=r"^part3.c3d: segments overlap or are out of order"):
+            read(paths)
+
+
+@pytest.mark.parametrize(("gap", "is_read"), [(20_000, True), (20_001, False)])
+def test_ten_times_what_was_measured_may_be_missing(tmp_path, gap, is_read):
+    paths = split(tmp_path, ((1, 1000), (1001, 2000)))
+    for path, first in zip(paths, (1, 1001 + gap), strict=True):
+        build(path, TAKE[:1000], trial=(first, first + 999))
+    if is_read:
+        assert read(paths).n_gap_frames == gap
+    else:
+        with pytest.raises(Refusal, match="skip 20001 frames, more than 10 times those measured"):
+            read(paths)
+
+
+def test_a_header_at_its_limit_states_no_gap(tmp_path):
+    paths = split(tmp_path, ((65_000, 65_500), (65_501, 66_000)), wrapped, 65_000)
+    assert read(paths).n_gap_frames == 0
+    build(paths[1], TAKE[:500], header=(65535, 65535))
+    said = r"^part2\.c3d: its first frame is at the 16-bit limit 65535 in the header and TRIAL"
+    with pytest.raises(Refusal, match=said):
         read(paths)
 
 
-def test_gap_beyond_belief(tmp_path):
-    paths = split(tmp_path, ((1, 1000), (30_001, 31_000)), trial=lambda *ends: ends)
-    with pytest.raises(Refusal, match="skip 29000 frames, more than 10 times those measured"):
-        read(paths)
-
-
-def test_long_segments(tmp_path):
-    """Two of more than 65535 frames each, the second not starting at a multiple of anything."""
-    paths = split(
-        tmp_path,
-        ((1, 70_000), (70_100, 240_000)),
-        header=lambda first, last: (min(first, 65535), 65535),
-        frames=65535,
-        trial=lambda *ends: ends,
-    )
-    recording = read(paths[::-1])
-    expected = WHOLE.copy()
-    expected[:, 70_000:70_099] = np.nan
-    assert np.array_equal(recording.position_mm[0], expected, equal_nan=True)
+def test_each_segment_has_its_second_opinion(tmp_path):
+    paths = split(tmp_path, ((1, 1000), (1001, 2000)), trial=ends)
+    recording = read(paths, second_opinion=True)
+    assert [s.second_opinion for s in recording.segments] == ["agrees", "agrees"]
 
 
 class TestNotAlike:
@@ -166,9 +170,3 @@ class TestNotAlike:
     def test_nothing_given(self):
         with pytest.raises(Refusal, match="no C3D file is given"):
             read([])
-
-
-def test_second_opinion_on_each(tmp_path):
-    paths = split(tmp_path, ((1, 1000), (1001, 2000)), trial=lambda *ends: ends)
-    recording = read_recording(paths, ["M1"])
-    assert [s.second_opinion for s in recording.segments] == ["agrees", "agrees"]

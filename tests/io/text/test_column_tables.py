@@ -10,7 +10,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 from text_files import LABELS, make, read, refusal, still
 
-from mocap_metrology.common.errors import UnknownUnit
 from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, points_by_kind
 
 TAKE = still()
@@ -42,21 +41,6 @@ class TestMarkers:
         assert labels_of(path) == points_by_kind(path)["marker"] == LABELS and bodies_of(path) == ()
         assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
         assert recording.frame_rate_hz == 100 and recording.encoding == "table of markers"
-
-    @pytest.mark.parametrize("mark", [",", ";", "\t", " "])
-    @pytest.mark.parametrize(("encoding", "ends"), [("utf-8-sig", "\r\n"), ("latin-1", "\n")])
-    def test_separators_line_ends_and_encodings(self, tmp_path, mark, encoding, ends):
-        text = markers("{0}_{1}", mark=mark).replace("\n", ends)
-        for suffix in (".csv", ".txt", ".tsv"):
-            recording = read(make(tmp_path, f"a{suffix}", text, encoding), unit="mm")
-            assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
-
-    @pytest.mark.parametrize("mark", [";", "\t", " "])
-    def test_decimal_commas(self, tmp_path, mark):
-        text = markers("{0}_{1}", mark=mark).replace(".", ",")
-        recording = read(make(tmp_path, "a.csv", text), unit="mm")
-        assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
-        assert recording.frame_rate_hz == 100
 
     def test_the_order_is_that_of_the_names(self, tmp_path):
         names = "B_z,time,A_y,A_x,B_x,A_z,B_y"
@@ -103,28 +87,6 @@ class TestMarkers:
         assert labels_of(tmp_path / "a.csv") == ("M0", "M1", "M2", "M3")
         assert np.allclose(recording.position_mm, expected, rtol=1e-12)
         assert recording.frame_rate_hz == pytest.approx(rate, rel=1e-5)
-
-    def test_gaps_missing_rows_and_columns_that_are_no_positions(self, tmp_path):
-        take = TAKE.copy()
-        take[3:6, 1] = np.nan
-        lines = markers("{0}_{1}", take).splitlines()
-        lines = [f"{line},{'temperature' if k == 0 else 'warm'}" for k, line in enumerate(lines)]
-        text = "\n".join(lines[:11] + lines[13:] + [""]).replace(",,,", ",NaN,nan,")
-        recording = read(make(tmp_path, "a.csv", text), unit="mm")
-        take[10:12] = np.nan
-        assert np.allclose(
-            recording.position_mm, take.transpose(1, 2, 0), atol=1e-9, rtol=0, equal_nan=True
-        )
-        assert recording.n_gap_frames == 2
-
-    def test_units_are_those_of_the_names_or_given(self, tmp_path):
-        path = make(tmp_path, "m.csv", markers("{0}_{1}_m", TAKE / 1000, digits=9))
-        assert np.allclose(read(path).position_mm, EXPECTED, atol=1e-5)
-        path = make(tmp_path, "a.csv", markers("{0}_{1}"))
-        with pytest.raises(UnknownUnit, match=r"a\.csv: no column names the unit"):
-            read(path)
-        mixed = markers("{0}_{1}_mm").replace("B_x_mm", "B_x_m")
-        assert "unit of the columns differ" in refusal(make(tmp_path, "b.csv", mixed))
 
     @pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
     def test_units_of_time(self, tmp_path, unit, factor):

@@ -2,55 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
-from text_files import FIRST_ROW, LABELS, PLAIN, make, read, refusal, row, spoilt
-
-from mocap_metrology.common.errors import Refusal
-
-
-@pytest.mark.parametrize("name", PLAIN)
-def test_damage_is_refused_in_one_line_or_harmless(tmp_path, name):
-    """Bytes cut, changed, lost, doubled anywhere: a recording or a refusal, never a crash."""
-    rng = np.random.default_rng(5)
-    whole = PLAIN[name].encode()
-    refused = 0
-    for damage in range(200):
-        spoilt = bytearray(whole)
-        a, b = sorted(rng.integers(len(whole), size=2))
-        if damage % 4 == 0:
-            del spoilt[a:]
-        elif damage % 4 == 1:
-            spoilt[a], spoilt[b] = rng.integers(256, size=2)
-        elif damage % 4 == 2:
-            del spoilt[a : a + 150]
-        else:
-            spoilt[b:b] = spoilt[a : a + 100]
-        (tmp_path / name).write_bytes(spoilt)
-        try:
-            read(tmp_path / name, accept_truncated=bool(damage % 3))
-        except Refusal as refusal:
-            refused += 1
-            assert str(refusal).startswith(f"{name}: ") and len(str(refusal)) < 300
-    assert refused > 100
-
-
-@pytest.mark.parametrize("name", PLAIN)
-@pytest.mark.parametrize(
-    ("new", "why"),
-    [
-        ('"{}"', "line {line}, column 4: '\"{cell}\"' is not a number"),
-        ("{}\r", "line {line} has a carriage return inside"),
-    ],
-)
-def test_no_words_of_the_parser(tmp_path, name, new, why):
-    """Numbers in quotes, and a line that another program would read as two."""
-    mark = "\t" if name[-3] == "t" else ","
-    cells = row(name, 5).split(mark)
-    said = why.format(line=FIRST_ROW[name] + 4, cell=cells[3])
-    cells[3] = new.format(cells[3])
-    path = spoilt(tmp_path, name, row(name, 5), mark.join(cells))
-    assert refusal(path) == f"{name}: {said}"
+from text_files import LABELS, PLAIN, make, read, refusal, row, spoilt
 
 
 @pytest.mark.parametrize(
@@ -109,12 +62,6 @@ def test_an_unreadable_pose_is_no_gap(tmp_path):
         assert message in refusal(path, ["tracker"])
 
 
-def test_labels_that_lost_their_columns(tmp_path):
-    """Two labels in exchanged order, one of them not over its column."""
-    path = spoilt(tmp_path, "a.trc", "\tA\t\t\tB\t", "\t\t\t\tB\t\tA")
-    assert refusal(path).startswith("a.trc: line 4 has 2 labels, NumMarkers states 2")
-
-
 @pytest.mark.parametrize("name", PLAIN)
 def test_a_row_without_its_time_is_no_gap(tmp_path, name):
     if name == "n.csv":
@@ -122,15 +69,3 @@ def test_a_row_without_its_time_is_no_gap(tmp_path, name):
     own, mark = row(name, 9), "," if name == "m.csv" else "\t"
     path = spoilt(tmp_path, name, f"{own.strip()}", own.split(mark)[0])
     assert "has no time, as other lines have" in refusal(path)
-
-
-@pytest.mark.parametrize("name", PLAIN)
-def test_bytes_without_meaning_are_read_over(tmp_path, name):
-    """Line ends that were changed twice, and a last line of delimiters."""
-    mark = {"m.csv": ",", "n.csv": ","}.get(name, "\t")
-    expected = read(make(tmp_path, name, PLAIN[name]), LABELS).position_mm
-    for text in (
-        PLAIN[name].replace("\n", "\r\n").replace("\r\r", "\r\r\r"),
-        f"{PLAIN[name]}{mark}",
-    ):
-        assert np.array_equal(read(make(tmp_path, name, text), LABELS).position_mm, expected)

@@ -216,16 +216,6 @@ def test_zeros_of_matlab_are_gaps(tmp_path):
         read(make(tmp_path, "a.trc", trc(["A", "B"], 100, take).replace("\tTime\t", "\tTimes\t")))
 
 
-def test_line_5_with_its_own_titles(tmp_path):
-    text = trc(["A", "B"], 100, still())
-    for own in ("Frame#\ts\tx1\ty1\tz1\tx2\ty2\tz2", "#\tsec\tX1\tY1\tZ1\tX2\tY2\tZ2\t"):
-        new = text.replace("\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t", own)
-        assert new != text
-        np.testing.assert_array_equal(
-            read(make(tmp_path, "a.trc", new)).position_mm, still().transpose(1, 2, 0)
-        )
-
-
 def test_names_of_virtual_markers_beyond_the_numbers(tmp_path):
     """As Cortex trims; refused where there are numbers under them."""
     text = trc(["A", "B"], 100, still()).replace("\tB\t\t\t", "\tB\t\t\tV_C\t\t\tV_D\t\t\t", 1)
@@ -275,15 +265,3 @@ def test_a_coordinate_that_never_changes_has_coarse_steps(samples, tmp_path):
         lines[6 + i] = f"{i + 1}\t{i / 100:.2f}\t" + "\t".join(f"{v:.2e}" for v in row)
     path = make(tmp_path, "a.trc", "\n".join(lines))
     assert read(path, ["A"]).resolution_mm == pytest.approx(10.0)
-
-
-def test_zero_and_dropped_zeros_are_no_coarse_steps(tmp_path):
-    """A plane at z = 0, and 12 for 12.0000, in a file of steps of 0.0001 mm."""
-    take = np.round(np.random.default_rng(7).normal(1500, 0.1, (300, 1, 3)), 4)
-    for constant in (0.0, 12.0):
-        take[:, 0, 2] = constant
-        lines = trc(["A"], 100, take).split("\n")
-        for i, row in enumerate(take[:, 0]):
-            lines[6 + i] = f"{i + 1}\t{i / 100:.2f}\t" + "\t".join(f"{v:.10g}" for v in row)
-        recording = read(make(tmp_path, "a.trc", "\n".join(lines)), ["A"])
-        assert recording.resolution_mm == pytest.approx(1e-4)

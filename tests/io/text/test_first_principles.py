@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from text_files import make, read, refusal
 
-from mocap_metrology.io.read import labels_of
-
 # The first rows of an export that a public reader is tested with (otaithleigh/optotrak)
 BEAM = """Number of frames: 3
 Frequency: 50
@@ -18,21 +16,6 @@ Frame\tBeam1 x\tBeam1 y\tBeam1 z\tBeam2 x\tBeam2 y\tBeam2 z
 2\t486.617706299\t-560.736206055\t-2618.349365234\t349.381195068\t-561.467651367\t-2551.989257813\t
 3\t486.620819092\t-560.732177734\t-2618.347412109\t349.382476807\t-561.469909668\t-2551.998535156\t
 """
-
-
-@pytest.mark.parametrize("suffix", [".tsv", ".xls", ".csv"])
-@pytest.mark.parametrize("ends", ["\n", "\r\n"])
-def test_positions_rate_and_unit(tmp_path, suffix, ends):
-    text = BEAM.replace("\t", "," if suffix == ".csv" else "\t").replace("\n", ends)
-    recording = read(path := make(tmp_path, f"a{suffix}", text), ["Beam2"])
-    assert labels_of(path) == ("Beam1", "Beam2")
-    assert recording.position_mm[0, :, 1].tolist() == [
-        349.381195068,
-        -561.467651367,
-        -2551.989257813,
-    ]
-    assert (recording.frame_rate_hz, recording.units) == (50, "mm")
-    assert recording.encoding == "First Principles text"
 
 
 @pytest.mark.parametrize("missing", ["", "-3.697314E+028", "-3.697314e28"])

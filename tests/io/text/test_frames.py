@@ -16,37 +16,12 @@ EXPECTED = TAKE.transpose(1, 2, 0)
 WITH_HOLES = EXPECTED.copy()
 WITH_HOLES[:, :, 50:60] = WITH_HOLES[:, :, 99] = np.nan
 KEPT = np.flatnonzero(np.isfinite(WITH_HOLES[0, 0]))
-WHOLE = [("a.trc", trc), ("m.csv", motive), ("n.csv", nexus), ("a.tsv", qualisys)]
 
 
 def without(text, first_row, kept=KEPT):
     """The file without the rows of some frames."""
     lines = text.splitlines(keepends=True)
     return "".join(lines[:first_row] + [lines[first_row + i] for i in kept])
-
-
-def test_holes_in_frame_numbers_become_gaps(tmp_path):
-    trc_path = make(tmp_path, "a.trc", without(trc(LABELS, 100, TAKE), 6))
-    for path in (
-        trc_path,
-        make(tmp_path, "a.csv", without(motive(LABELS, 100, TAKE, digits=5), 7)),
-        make(tmp_path, "b.csv", without(nexus(LABELS, 100, TAKE), 5)),
-        make(tmp_path, "a.tsv", without(qualisys(LABELS, 100, TAKE, 5), 13)),
-    ):
-        recording = read(path)
-        assert np.allclose(recording.position_mm, WITH_HOLES, atol=1e-9, rtol=0, equal_nan=True)
-        assert recording.n_gap_frames == 11
-        assert sum(sum(n.values()) for n in recording.n_invalid) == 0
-    assert read(trc_path).notes == (
-        "a.trc: 11 frames are missing in 2 places, the first before line 57: treated as gaps",
-    )
-
-
-def test_holes_by_time_alone(tmp_path):
-    text = without(qualisys(LABELS, 100, TAKE, 5), 13).splitlines()
-    text[13:] = [line.partition("\t")[2] for line in text[13:]]
-    recording = read(make(tmp_path, "a.tsv", "\n".join(text) + "\n"))
-    assert np.allclose(recording.position_mm, WITH_HOLES, atol=1e-9, rtol=0, equal_nan=True)
 
 
 def test_frame_numbers_that_count_by_four(tmp_path):
@@ -81,33 +56,6 @@ def test_cut_off(tmp_path):
         assert np.array_equal(found.position_mm, EXPECTED[:, :, :199])
     path = make(tmp_path, "c.csv", nexus(LABELS, 100, TAKE).rstrip())
     assert read(path).notes == ("c.csv: line 205, the last, has no line end: is anything missing?",)
-
-
-def notes_of_whole_file(tmp_path, name, writer):
-    return len(read(make(tmp_path, f"whole_{name}", writer(LABELS, 100, TAKE, digits=5))).notes)
-
-
-@pytest.mark.parametrize(("name", "writer"), WHOLE)
-@pytest.mark.parametrize("lost", range(1, 8))
-def test_cut_off_within_the_last_number(tmp_path, name, writer, lost):
-    """Of five decimals some or all are lost, and the point: no wrong number is taken."""
-    whole = writer(LABELS, 100, TAKE, digits=5).rstrip()
-    path = make(tmp_path, name, whole[:-lost])
-    with pytest.raises(
-        Truncated, match=r"line \d+ ends in '\d+\.?\d*', every earlier number has more"
-    ):
-        read(path)
-    found = read(path, accept_truncated=True)
-    assert np.allclose(found.position_mm, EXPECTED[:, :, :199], rtol=0, atol=1e-9)
-    assert len(found.notes) == 1 + notes_of_whole_file(tmp_path, name, writer)
-
-
-@pytest.mark.parametrize(("name", "writer"), WHOLE)
-def test_a_last_line_without_its_end_is_always_told(tmp_path, name, writer):
-    whole = writer(LABELS, 100, TAKE, digits=5)
-    recording = read(make(tmp_path, name, whole.rstrip()))
-    assert np.allclose(recording.position_mm, EXPECTED, rtol=0, atol=1e-9)
-    assert len(recording.notes) == 1 + notes_of_whole_file(tmp_path, name, writer)
 
 
 def test_the_last_number_of_columns_that_drop_zeros(tmp_path):
@@ -152,34 +100,6 @@ def test_segments(tmp_path):
     write_c3d(tmp_path / "5.c3d", LABELS, 100, [TAKE], len(TAKE))
     with pytest.raises(Refusal, match=r"one take differ in format: \.trc, \.c3d$"):
         read([first, tmp_path / "5.c3d"])
-
-
-def test_over_many_blocks(tmp_path, monkeypatch):
-    """Blocks end anywhere: inside a number, before a line end, in the last line."""
-    text = without(trc(LABELS, 100, TAKE), 6)
-    for size in (64, 97, 1000):
-        monkeypatch.setattr("mocap_metrology.io.text.rows.BLOCK_BYTES", size)
-        for ends in ("\n", "\r\n"):
-            path = make(tmp_path, "a.trc", text.replace("\n", ends))
-            assert np.array_equal(read(path).position_mm, WITH_HOLES, equal_nan=True)
-
-
-def test_labels_twice(tmp_path):
-    path = make(tmp_path, "a.csv", nexus(("S:A", "S:A"), 100, TAKE))
-    with pytest.raises(Refusal, match=r"2 points are labelled 'S:A': choose one of them as S:A#1"):
-        read(path, ["S:A"])
-    assert np.array_equal(read(path, ["S:A#2"]).position_mm[0], EXPECTED[1])
-
-
-@pytest.mark.parametrize(
-    ("digits", "rounded_to", "step", "kind"),
-    [(3, 3, 1e-3, "text"), (6, 1, 0.1, "rounded"), (6, 2, 0.01, "rounded"), (6, 6, 1e-6, "text")],
-)
-def test_resolution(tmp_path, digits, rounded_to, step, kind):
-    noise = np.random.default_rng(1).normal(300, 1, (3000, 2, 3))
-    text = trc(LABELS, 100, np.round(noise, rounded_to), digits=digits)
-    recording = read(make(tmp_path, "a.trc", text))
-    assert (recording.resolution_mm, recording.resolution_kind) == (pytest.approx(step), kind)
 
 
 def test_resolution_of_six_significant_digits_and_of_float32(tmp_path):
@@ -237,3 +157,29 @@ def test_quaternions_do_not_jump(tmp_path):
     why = r"^a\.txt: 'tracker': a matrix of no rotation, first in seen frame 4$"
     with pytest.raises(Refusal, match=why):
         orientation_of([path], "tracker")
+
+
+@pytest.mark.parametrize("writer", [trc, motive, nexus, qualisys])
+def test_cut_off_within_the_last_number(tmp_path, writer):
+    """Of five decimals some or all are lost, and the point: no wrong number is taken."""
+    name = "a.csv" if writer in (motive, nexus) else f"a.{'trc' if writer is trc else 'tsv'}"
+    whole = writer(LABELS, 100, TAKE, digits=5).rstrip()
+    for lost in range(1, 8):
+        path = make(tmp_path, name, whole[:-lost])
+        said = r"line \d+ ends in '\d+\.?\d*', every earlier number has more"
+        with pytest.raises(Truncated, match=said):
+            read(path)
+        recording = read(path, accept_truncated=True)
+        assert np.allclose(recording.position_mm, EXPECTED[:, :, :199], rtol=0, atol=1e-9)
+        assert [note for note in recording.notes if "; used as it is" in note]
+
+
+@pytest.mark.parametrize(("rounded_to", "step"), [(1, 0.1), (2, 0.01), (6, 1e-6)])
+def test_resolution(tmp_path, rounded_to, step):
+    """Of six decimals, unless all numbers are multiples of more."""
+    noise = np.random.default_rng(1).normal(300, 1, (3000, 2, 3))
+    recording = read(
+        make(tmp_path, "a.trc", trc(LABELS, 100, np.round(noise, rounded_to), digits=6))
+    )
+    assert recording.resolution_mm == pytest.approx(step)
+    assert recording.resolution_kind == ("text" if rounded_to == 6 else "rounded")

@@ -6,64 +6,103 @@ stated is the take again.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from text_files import LABELS, WRITERS, make, read, still, trc
+from text_files import LABELS, WRITERS, make, read, refusal, still, trc
 
 from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import orientation_of
+from mocap_metrology.io.units import METRE, MILLIMETRE, read_unit
 
 TAKE = still(60) + 300.0  # mm
 EXPECTED = TAKE.transpose(1, 2, 0)
-NAMES = {"take.c3d": ".c3d", "take.trc": ".trc", "m.csv": ".motive.csv", "n.csv": ".nexus.csv"}
-NAMES |= {"take.tsv": ".tsv"}
-IN_METRES = r": no coordinate exceeds .* mm \(mm: the file's unit\), .* metres: state the unit"
-IN_MM = r": coordinates reach .* m \(m: the file's unit\), .* mm: state the unit"
+CELLS = {".c3d": "mm", ".trc": "mm", ".motive.csv": "Millimeters", ".nexus.csv": "mm"}
 
 
-def written(folder: Path, name: str, values: np.ndarray, unit: str) -> Path:
+def written(folder: Path, kind: str, values: np.ndarray, unit: str) -> Path:
     """A file of these numbers whose header says `unit`; Qualisys names none, and means mm."""
-    if name == "take.c3d":
-        write_c3d(folder / name, LABELS, 100, [values], len(values), units=unit)
-        return folder / name
-    text = WRITERS[NAMES[name]](LABELS, 100, values, digits=8)
-    if unit == "m":
-        for inside in ("\tmm\t", "Length Units,Millimeters", ",mm"):
-            text = text.replace(inside, inside.replace("Millimeters", "m").replace("mm", "m"))
-    return make(folder, name, text)
+    if kind == ".c3d":
+        write_c3d(folder / "a.c3d", LABELS, 100, [values], len(values), units=unit)
+        return folder / "a.c3d"
+    options = {} if kind == ".tsv" else {"unit": unit}
+    text = WRITERS[kind](LABELS, 100, values, digits=8, **options)
+    return make(folder, f"a.{kind.rpartition('.')[2]}", text)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_metres_under_mm(tmp_path: Path, name: str) -> None:
-    path = written(tmp_path, name, TAKE / 1000, "mm")
-    with pytest.raises(UnknownUnit, match=f"^{name}{IN_METRES}, m or mm$"):
+@pytest.mark.parametrize("kind", [*CELLS, ".tsv", ".fp.tsv", ".table.csv"])
+def test_a_wrong_unit_is_refused_until_the_right_one_is_stated(tmp_path: Path, kind: str) -> None:
+    says = CELLS.get(kind, "mm")
+    path = written(tmp_path, kind, TAKE / 1000, says)
+    with pytest.raises(UnknownUnit) as caught:
         read(path)
+    largest = f"{TAKE.max() / 1000:.3g}"
+    assert str(caught.value) == (
+        f"{path.name}: no coordinate exceeds {largest} mm (mm: the file's unit), so they may be in"
+        " metres: state the unit, m or mm"
+    )
     stated = read(path, unit="m")
-    assert np.allclose(stated.position_mm, EXPECTED, rtol=1e-6, atol=0)
+    np.testing.assert_allclose(stated.position_mm, EXPECTED, rtol=1e-6)
     assert (stated.units, stated.unit_source) == ("m", "given")
-    says = "Millimeters" if name == "m.csv" else "mm"
-    assert f"{name}: its unit is m, as given; the file says {says!r}" in stated.notes
+    assert f"{path.name}: its unit is m, as given; the file says {says!r}" in stated.notes
     # Whoever states what the file says is believed, too
-    assert np.allclose(read(path, unit="mm").position_mm, EXPECTED / 1000, rtol=1e-6, atol=0)
+    np.testing.assert_allclose(read(path, unit="mm").position_mm, EXPECTED / 1000, rtol=1e-6)
+    if kind != ".tsv":
+        path = written(tmp_path, kind, TAKE, "m")
+        with pytest.raises(UnknownUnit) as caught:
+            read(path)
+        assert str(caught.value) == (
+            f"{path.name}: coordinates reach {TAKE.max():.4g} m (m: the file's unit), so they may"
+            " be in mm: state the unit, mm or m"
+        )
+        np.testing.assert_allclose(read(path, unit="mm").position_mm, EXPECTED, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "take.tsv"])
-def test_mm_under_metres(tmp_path: Path, name: str) -> None:
-    path = written(tmp_path, name, TAKE, "m")
-    with pytest.raises(UnknownUnit, match=f"^{name}{IN_MM}, mm or m$"):
-        read(path)
-    assert np.allclose(read(path, unit="mm").position_mm, EXPECTED, rtol=1e-6, atol=0)
+@pytest.mark.parametrize(
+    ("unit", "plausible", "wrong"),
+    [
+        (MILLIMETRE, 20.001, 20.0),
+        (MILLIMETRE, 1e9, 0.5),
+        (METRE, 1e5, 1.00001e5),
+        (METRE, 0.1, 1e6),
+    ],
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_sizes_that_are_believed_up_to_their_limit(unit, plausible, wrong, sign) -> None:
+    position = np.array([[0.1, np.nan, 0.0]])
+    for size in (plausible, wrong):
+        position[0, 0] = sign * size
+        if size == plausible:
+            unit.check_size(position, "a")
+        else:
+            with pytest.raises(UnknownUnit, match=r"^a: .*state the unit"):
+                unit.check_size(position, "a")
+        for other in (read_unit(["cm"], "Units", "a"), unit.stated("mm", "a")):
+            other.check_size(position, "a")
+
+
+def test_every_spelling_of_a_unit() -> None:
+    for stem, mm in (("millimet", 1), ("centimet", 10), ("met", 1000), ("MILLIMET", 1)):
+        for ending in ("re", "res", "er", "ers", "e"):
+            assert read_unit([f" {stem}{ending} "], "U", "a").mm == mm
+    for short, mm in (("mm", 1), ("cm", 10), ("m", 1000), ("M", 1000)):
+        assert read_unit(["", short, short], "U", "a").mm == mm
+    known = "expected one of mm, cm, m, millimetre, centimetre, metre"
+    with pytest.raises(Refusal, match=rf"^a: U is 'inch', {known}$"):
+        read_unit(["inch"], "U", "a")
+    for of_points, said in ((False, r"\(mm, cm\)"), (True, r"between points \(cm, mm\)")):
+        with pytest.raises(Refusal, match=rf"^a: U differ {said}, expected one unit$"):
+            read_unit(["mm", "cm"], "U", "a", of_points)
 
 
 def test_poses_are_in_metres_and_their_orientation_has_no_unit(tmp_path: Path) -> None:
     poses = np.tile([1.0, 0, 0, 300, 0, 1, 0, 400, 0, 0, 1, 500], (20, 1))
     rows = "\n".join(" ".join(map(str, row)) for row in poses)
     path = make(tmp_path, "p.txt", f"# Freq: 100\n{rows}\n")
-    with pytest.raises(UnknownUnit, match=f"^p.txt{IN_MM}"):
-        read(path, ["tracker"])
+    assert refusal(path, ["tracker"]).startswith("p.txt: coordinates reach 500 m (m: the file's")
     stated = read(path, ["tracker"], unit="mm")
     assert stated.position_mm[0, :, 0].tolist() == [300, 400, 500]
     assert np.allclose(orientation_of([path], "tracker").T, [0, 0, 0, 1])
@@ -71,36 +110,36 @@ def test_poses_are_in_metres_and_their_orientation_has_no_unit(tmp_path: Path) -
 
 def test_what_names_no_unit_is_taken_for_mm_and_says_so(tmp_path: Path) -> None:
     path = make(tmp_path, "take.trc", trc(LABELS, 100, TAKE, unit=""))
-    found = read(path)
-    assert (found.units, found.unit_source) == ("mm", "assumed")
-    assert "take.trc: no unit in Units: mm is assumed" in found.notes
+    recording = read(path)
+    assert (recording.units, recording.unit_source) == ("mm", "assumed")
+    assert "take.trc: no unit in Units: mm is assumed" in recording.notes
     near = make(tmp_path, "near.trc", trc(LABELS, 100, TAKE / 1000, unit="", digits=8))
-    with pytest.raises(UnknownUnit, match=r"mm: assumed, as the file names none"):
-        read(near)
+    assert "(mm: assumed, as the file names none)" in refusal(near)
     stated = read(near, unit="m")
-    assert np.allclose(stated.position_mm, EXPECTED, rtol=1e-6, atol=0)
+    np.testing.assert_allclose(stated.position_mm, EXPECTED, rtol=1e-6)
     assert "near.trc: its unit is m, as given; the file names none" in stated.notes
+    assert refusal(path, unit="inch") == "take.trc: unit is 'inch', expected mm or m"
 
 
-def test_motive_without_its_unit_is_read_once_it_is_stated(tmp_path: Path) -> None:
-    text = WRITERS[".motive.csv"](LABELS, 100, TAKE / 1000, digits=8)
-    path = make(tmp_path, "m.csv", text.replace("Length Units,Millimeters", "Some,Thing"))
-    with pytest.raises(UnknownUnit, match="line 1 has no Length Units, without which m and mm"):
+@pytest.mark.parametrize(
+    ("kind", "text", "without", "said"),
+    [
+        (".motive.csv", "Length Units,Millimeters", "A,B", "line 1 has no Length Units, without"),
+        (".table.csv", " [mm]", "", "no column names the unit of its coordinates: state it, m or"),
+    ],
+)
+def test_where_no_unit_may_be_assumed_it_is_stated(tmp_path, kind, text, without, said) -> None:
+    header = WRITERS[kind](LABELS, 100, TAKE / 1000, digits=8).replace(text, without)
+    path = make(tmp_path, "a.csv", header)
+    with pytest.raises(UnknownUnit, match=f"^a.csv: {re.escape(said)}"):
         read(path)
-    assert np.allclose(read(path, unit="m").position_mm, EXPECTED, rtol=1e-6, atol=0)
+    np.testing.assert_allclose(read(path, unit="m").position_mm, EXPECTED, rtol=1e-6)
 
 
 def test_one_marker_away_from_the_origin_shows_the_unit(tmp_path: Path) -> None:
     """A board's corner on the origin and one 300 mm off it: mm, no question."""
     near = TAKE.copy()
     near[:, 0] -= near[0, 0] - 5
-    path = written(tmp_path, "take.trc", near, "mm")
+    path = written(tmp_path, ".trc", near, "mm")
     assert read(path).units == "mm"
-    with pytest.raises(UnknownUnit):
-        read(path, ["A"])
-
-
-def test_another_unit_than_mm_and_m_cannot_be_stated(tmp_path: Path) -> None:
-    path = written(tmp_path, "take.trc", TAKE, "mm")
-    with pytest.raises(Refusal, match=r"^take\.trc: unit is 'inch', expected mm or m$"):
-        read(path, unit="inch")
+    assert "no coordinate exceeds" in refusal(path, ["A"])

@@ -93,31 +93,31 @@ def qualisys(labels, rate, positions, digits=3, gap="0.000", leading=2, titles=F
     return "\r\n".join(lines) + "\r\n"
 
 
-def nexus(labels, rate, positions, digits=5, first=1, before="", after="") -> str:
+def nexus(labels, rate, positions, unit="mm", digits=5, first=1, before="", after="") -> str:
     k = positions.shape[1]
     lines = [
         "Trajectories",
         f"{rate:g}",
         ",," + ",".join(f"{label},," for label in labels),
         "Frame,Sub Frame," + ",".join(["X,Y,Z"] * k),
-        ",," + ",".join(["mm"] * 3 * k),
+        ",," + ",".join([unit] * 3 * k),
     ]
     for i, cells in enumerate(triples(positions, digits)):
         lines.append(",".join([str(first + i), "0", *cells]))
     return before + "\r\n".join(lines) + "\r\n" + after
 
 
-def table(labels, rate, positions, digits=5) -> str:
+def table(labels, rate, positions, unit="mm", digits=5, gap="", time_digits=5) -> str:
     """Columns with names: the time, then A_x [mm] ... of each label."""
-    names = [f"{label}_{axis} [mm]" for label in labels for axis in "xyz"]
-    rows = enumerate(triples(positions, digits))
+    names = [f"{label}_{axis} [{unit}]" for label in labels for axis in "xyz"]
+    rows = enumerate(triples(positions, digits, gap))
     lines = [",".join(["time", *names])]
-    lines += [",".join([f"{i / rate:.5f}", *cells]) for i, cells in rows]
+    lines += [",".join([f"{i / rate:.{time_digits}f}", *cells]) for i, cells in rows]
     return "\n".join([*lines, ""])
 
 
-def first_principles(labels, rate, positions, digits=9, gap="") -> str:
-    lines = [f"Number of frames: {len(positions)}", f"Frequency: {rate:g}", "Units: mm", ""]
+def first_principles(labels, rate, positions, unit="mm", digits=9, gap="") -> str:
+    lines = [f"Number of frames: {len(positions)}", f"Frequency: {rate:g}", f"Units: {unit}", ""]
     lines.append("\t".join(["Frame", *(f"{label} {axis}" for label in labels for axis in "xyz")]))
     for i, cells in enumerate(triples(positions, digits, gap), start=1):
         lines.append("\t".join([str(i), *cells, ""]))

@@ -25,9 +25,9 @@ def low_pass(cut_hz: float) -> np.ndarray:
 
 @pytest.mark.parametrize("taps", [[1.0], low_pass(20.0), low_pass(6.0)], ids=range(3))
 def test_even_volumes_look_even(taps: np.ndarray) -> None:
-    """150 recordings of equal noise, white or through a low-pass filter: 95 % intervals hold in 92
-    to 98 %, p < 0.05 in 10 % at most, of white noise 2 % at least (35 and 86 % if successive differences counted as those of white
-    noise); the true Allan deviation by the filter's response."""
+    """150 recordings of equal noise, white or low-pass filtered: 95 % intervals hold in 92 to 98 %,
+    p < 0.05 in 10 % at most, of white noise 2 % at least (35 and 86 % if differences counted as
+    those of white noise); the true Allan deviation by the filter's response."""
     rng = np.random.default_rng(4)
     truth = 0.1 * np.sqrt(np.sum(np.diff(taps, prepend=0, append=0) ** 2) / 2)
     held, alarms = [], 0

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.cameras.information import Chain, Step, camera_noise
 from mocap_metrology.noise.diagnosis import dynamic, events
 from mocap_metrology.noise.fit.allan import annealing
 from mocap_metrology.noise.fit.estimates import Components
@@ -80,19 +79,6 @@ def test_a_wave_in_a_later_stretch_runs_on_from_the_first() -> None:
     asked = likelihood._Asked([0, 100], 50.0, None, None)
     clock = SimpleNamespace(part=SimpleNamespace(values=SimpleNamespace(at=lambda t: t)))
     assert asked.wave(clock, 1, 4) == pytest.approx([2.0, 2.02, 2.04, 2.06])
-
-
-def test_noise_of_the_one_camera_added_is_relative_to_those_before() -> None:
-    """A coordinate each of three cameras and a fourth along (1, 1, 1), s times as noisy:
-    weighted means of p_a and of the fourth, as their covariances say."""
-    s, n = 1.7, np.ones(3) / np.sqrt(3)
-    gain = np.linalg.inv(np.eye(3) + np.outer(n, n)) @ np.outer(n, n)
-    after = (np.eye(3) - gain) @ (np.eye(3) - gain).T + s**2 * gain @ gain.T
-    cross = np.eye(3) - gain
-    joint = np.block([[np.eye(3), cross.T], [cross, after]])[None, None]
-    found, first = camera_noise(joint, Chain((Step(0, 1, 1),), (3, 4)))
-    assert found[0] == pytest.approx([s], rel=1e-6)
-    assert first.size == 0
 
 
 def test_errors_of_a_line_near_nyquist_are_those_of_the_inverse_information() -> None:

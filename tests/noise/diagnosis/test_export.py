@@ -72,36 +72,24 @@ def test_the_least_length_is_that_of_the_rules() -> None:
         assert filled(short, 0.0).sum() < 0.2 * gone.sum()
 
 
-def test_long_straight_fills_are_told_in_hundredths_of_a_millimetre() -> None:
-    x, gone = with_gaps_filled(noise(2), 100, "linear")
-    found = filled(np.round(x, 2), 0.01)
-    assert (found & gone).sum() >= 0.9 * gone.sum()
-
-
-@pytest.mark.parametrize("step", [1e-4, 0.01, 0.05, 0.1, 0.3])
-def test_steps_of_the_file_are_no_fill(step: float) -> None:
-    """Constant for long in coarse files, and straight."""
-    x = step * np.round(noise(3) / step)
-    assert not filled(x, step).any()
-    slow = step * np.round((160 + np.linspace(0, 0.5, N)) / step)
-    assert not filled(slow, step).any()
-
-
-def test_hidden_steps_and_repeated_frames_are_no_fill() -> None:
-    x = noise(4)
-    assert not filled(0.1 * np.round(x / 0.1), 1e-3).any()
-    assert not filled(np.repeat(x[::2], 2), 1.5e-5).any()
-    again = np.random.default_rng(0).choice(N - 1, 600, replace=False) + 1
-    x[again] = x[again - 1]
-    assert not filled(x, 1.5e-5).any()
-
-
-def test_heavy_tails_and_smooth_data_are_no_fill() -> None:
-    rng = np.random.default_rng(5)
-    for x in (rng.standard_t(3, N), rng.laplace(size=N), np.cumsum(rng.standard_normal(N))):
-        assert not filled(0.02 * x, 1.5e-5).any()
-    smooth = np.convolve(noise(6), np.hanning(21) / 10, "valid")
-    assert not filled(np.float32(smooth), 1.5e-5).any()
+def test_noise_of_no_kind_is_a_fill() -> None:
+    """Steps of the file, which are constant for long, and straight; hidden steps; repeated frames;
+    heavy tails; smooth data; constant, missing and short series. In coarse files a long straight
+    fill still is."""
+    rng, x, again = np.random.default_rng(5), noise(4), noise(4)
+    line, places = 160 + np.linspace(0, 0.5, N), rng.choice(N - 1, 600, replace=False) + 1
+    again[places] = again[places - 1]
+    steps = (1e-4, 0.01, 0.05, 0.1, 0.3)
+    cases = [(step * np.round(v / step), step) for step in steps for v in (x, line)]
+    cases += [(0.1 * np.round(x / 0.1), 1e-3), (np.repeat(x[::2], 2), 1.5e-5), (again, 1.5e-5)]
+    tails = rng.standard_t(3, N), rng.laplace(size=N), np.cumsum(rng.standard_normal(N))
+    cases += [(0.02 * v, 1.5e-5) for v in tails]
+    cases += [(np.float32(np.convolve(noise(6), np.hanning(21) / 10, "valid")), 1.5e-5)]
+    cases += [(v, 0.0) for v in (0 * x, np.nan * x, np.arange(5.0), np.empty(0))]
+    for values, step in cases:
+        assert not filled(values, step).any()
+    coarse, gone = with_gaps_filled(noise(2), 100, "linear")
+    assert (filled(np.round(coarse, 2), 0.01) & gone).sum() >= 0.9 * gone.sum()
 
 
 def test_a_marker_is_filled_in_all_coordinates() -> None:
@@ -112,11 +100,6 @@ def test_a_marker_is_filled_in_all_coordinates() -> None:
     assert (found[0] & gone).sum() == gone.sum()
     position[:, :, 5000:6000] = np.nan
     assert not filled_frames(position, 1.5e-5)[:, 5001:5999].any()
-
-
-def test_constant_short_and_missing_series() -> None:
-    for x in (np.full(1000, 3.0), np.full(1000, np.nan), np.arange(5.0), np.empty(0)):
-        assert not filled(x, 0.0).any()
 
 
 RATE = 100.0
@@ -165,19 +148,13 @@ def test_a_filter_is_named_with_its_cutoff(kind: str, cutoff_hz: float, order: i
     assert found.ratio < 0.02
 
 
-@pytest.mark.parametrize("size", [5, 9])
-def test_a_moving_mean_is_named(size: int) -> None:
+def test_a_moving_mean_and_coarse_steps_after_a_filter() -> None:
     """1.207/size of the rate: where sin(size x) = size sin(x) / 2, nearly."""
-    x = np.convolve(made("white"), np.full(size, 1 / size), "same")
-    found = low_pass("x1", x, RATE)
-    assert found is not None
-    assert found.cutoff_hz == pytest.approx(0.6 * RATE / size, rel=0.25)
-
-
-def test_coarse_steps_after_a_filter_leave_it_to_be_seen() -> None:
-    sos = signal.butter(2, 6.0, fs=RATE, output="sos")
-    x = 0.01 * np.round((signal.sosfiltfilt(sos, made("white")) + 160) / 0.01)
-    found = low_pass("x1", x, RATE, 0.01)
+    for size in (5, 9):
+        found = low_pass("x1", np.convolve(made("white"), np.full(size, 1 / size), "same"), RATE)
+        assert found is not None and found.cutoff_hz == pytest.approx(0.6 * RATE / size, rel=0.25)
+    x = signal.sosfiltfilt(signal.butter(2, 6.0, fs=RATE, output="sos"), made("white"))
+    found = low_pass("x1", 0.01 * np.round((x + 160) / 0.01), RATE, 0.01)
     assert found is not None and found.cutoff_hz == pytest.approx(6.0, rel=0.3)
 
 

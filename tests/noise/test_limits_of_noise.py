@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import math
+<<<<<<< HEAD
 from dataclasses import replace
+=======
+from types import SimpleNamespace
+>>>>>>> w-tnoise
 
 import numpy as np
 import pytest
 
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.assess.spread import measured_within, spread
-from mocap_metrology.noise.cameras.information import Chain, Step, camera_noise
-from mocap_metrology.noise.diagnosis import dynamic, events, export, levels
-from mocap_metrology.noise.diagnosis.periodic import mains_of
+from mocap_metrology.noise.diagnosis import dynamic, events
 from mocap_metrology.noise.fit.allan import annealing
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral import gaps, likelihood, whittle
 from mocap_metrology.noise.fit.spectral.line import Line, folded
 from mocap_metrology.noise.fit.spectral.lines import find_slow_lines
 from mocap_metrology.noise.gaussian.two_markers import correlation_time, kernel_density
+<<<<<<< HEAD
 from mocap_metrology.noise.model.components import Sinusoid
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.motion.place import evenness
+=======
+>>>>>>> w-tnoise
 from mocap_metrology.noise.twins.take import Take, TakeTwin, simulate_take
 from mocap_metrology.settings import Annealing
 
@@ -38,34 +42,6 @@ def test_a_constant_series_has_no_density() -> None:
         assert found.x.size == found.density.size == 0 and found.bandwidth == 0
 
 
-def test_a_block_with_half_its_frames_missing_does_not_count() -> None:
-    """Of the first block 4 of 10 frames are there, and they scatter by a metre."""
-    far = np.r_[[0.0, 1e3, 0.0, 1e3], np.full(6, math.nan)]
-    near = np.tile([-1.0, 1.0], 5)
-    found = measured_within(np.r_[far, near, near], 10)
-    assert found.variance == pytest.approx(np.var(near, ddof=1))
-    both = measured_within(np.r_[far[:5], near[:5], near, near], 10)
-    assert both.variance > 1e4  # 9 of 10 are
-
-
-def test_blocks_of_a_slow_camera_have_two_frames() -> None:
-    """At one frame a second no block of a second has a variance."""
-    found = levels.blocks(np.array([1.0, 3.0, 5.0, 9.0]), 1.0)
-    assert found.mean.tolist() == [2.0, 7.0]
-    assert found.variance.tolist() == [2.0, 8.0]
-
-
-def test_the_level_of_bands_is_that_of_the_one_sided_density() -> None:
-    """White noise of variance s^2 has 2 s^2 / rate, and ordinates of median ln 2 times that."""
-    white = np.random.default_rng(5).normal(0, 0.3, 120_000)
-    found = export.bands(white, 120.0)
-    expected = 2 * 0.09 / 120 * math.log(2)
-    assert found is not None
-    assert found.middle == pytest.approx(expected, rel=0.05)
-    assert found.top == pytest.approx(expected, rel=0.05)
-    assert np.median(found.psd) == pytest.approx(expected, rel=0.05)
-
-
 def test_the_ratio_of_a_burst_is_that_of_its_variances() -> None:
     """Ten seconds of three times the noise: nine times the Allan variance."""
     rate, rng = 100.0, np.random.default_rng(6)
@@ -77,31 +53,6 @@ def test_the_ratio_of_a_burst_is_that_of_its_variances() -> None:
     inside = (begin > 300) & (begin + first.window_s < 310)
     assert np.mean(first.ratio[inside]) == pytest.approx(9, rel=0.15)
     assert np.nanmedian(first.ratio) == pytest.approx(1, rel=0.05)
-
-
-def test_two_cells_can_differ_and_one_cannot() -> None:
-    row = {"dof": 400.0, "sigma_mm": 0.1, "deviation_mm": 0.0}
-    other = row | {"sigma_mm": 0.3, "deviation_mm": 0.2}
-    assert all(map(math.isnan, evenness([row]).values()))
-    found = evenness([row, other])
-    assert found["worst_over_best"] == pytest.approx(3)
-    assert found["bend_mm"] == pytest.approx(0.2 / 2**0.5)
-    assert found["p"] < 1e-6
-
-
-@pytest.mark.parametrize(("f_0", "mains"), [(50.1, 50), (50.3, None), (49.7, None), (100.3, 50)])
-def test_mains_are_named_within_four_thousandths(f_0: float, mains: float | None) -> None:
-    """EN 50160: 50 Hz within 1 % for 99.5 % of a year, so a little more is of another cause."""
-    found = mains_of(f_0, 1000.0)
-    assert (found and found.mains_hz) == mains
-
-
-def test_frames_on_one_polynomial_are_as_many_as_chance_does_not_make() -> None:
-    """Differences of order p of n frames on one are n - p zeros, each by chance in one of ten."""
-    for order in (1, 2, 3):
-        rule = export.Rule(order, 0.01, 0.1)
-        assert 0.1 ** (rule.least - order + 2) <= export.CHANCE * 1.000001
-        assert 0.1 ** (rule.least - order + 1) > export.CHANCE
 
 
 def test_averaging_factors_are_no_more_than_asked_where_all_are_distinct() -> None:
@@ -141,19 +92,6 @@ def test_a_wave_in_a_later_stretch_runs_on_from_the_first() -> None:
     assert wave == pytest.approx([2.0, 2.02, 2.04, 2.06])
 
 
-def test_noise_of_the_one_camera_added_is_relative_to_those_before() -> None:
-    """A coordinate each of three cameras and a fourth along (1, 1, 1), s times as noisy:
-    weighted means of p_a and of the fourth, as their covariances say."""
-    s, n = 1.7, np.ones(3) / np.sqrt(3)
-    gain = np.linalg.inv(np.eye(3) + np.outer(n, n)) @ np.outer(n, n)
-    after = (np.eye(3) - gain) @ (np.eye(3) - gain).T + s**2 * gain @ gain.T
-    cross = np.eye(3) - gain
-    joint = np.block([[np.eye(3), cross.T], [cross, after]])[None, None]
-    found, first = camera_noise(joint, Chain((Step(0, 1, 1),), (3, 4)))
-    assert found[0] == pytest.approx([s], rel=1e-6)
-    assert first.size == 0
-
-
 def test_errors_of_a_line_near_nyquist_are_those_of_the_inverse_information() -> None:
     rng, n, spacing_s = np.random.default_rng(1), 1000, 0.01
     matrix, line = 30 * rng.normal(size=(12, 3)), Line(2.0, 49.99, 0.3, 1e-4, 100.0)
@@ -163,13 +101,6 @@ def test_errors_of_a_line_near_nyquist_are_those_of_the_inverse_information() ->
     along = np.r_[x / 2, 0]
     assert found.f_error == pytest.approx(math.sqrt(covariance[2, 2]) / 10)
     assert found.A_error == pytest.approx(math.sqrt(along @ covariance @ along))
-
-
-def test_twelve_points_have_a_trend_and_eleven_have_none() -> None:
-    """Logarithms of variances that rise by 6 from end to end: the standard deviation by e^3."""
-    g = 0.5 * np.arange(12.0) + np.random.default_rng(3).normal(0, 0.05, 12)
-    assert levels._trend("x", g, [], 0.01).change == pytest.approx(math.expm1(3), rel=0.1)
-    assert levels._trend("x", g[:11], [], 0.01) is None
 
 
 def test_half_of_the_false_alarms_are_for_changes_of_level(monkeypatch) -> None:
@@ -232,31 +163,9 @@ def test_the_tail_is_the_median_of_the_greatest_of_24_parts() -> None:
     )
 
 
-def test_bands_go_down_as_far_as_they_have_eight_ordinates() -> None:
-    """Of one segment: a band a quarter octave wide from e down has e (1 - 2^-0.25) of them."""
-    for lowest in (8.1, 8.7):
-        n = round(2 * lowest * 2 ** (10 / 4) / (1 - 2**-0.25) / export.TOP[1])
-        found = export.bands(np.random.default_rng(1).normal(size=n), 1000.0)
-        assert found is not None and found.psd.size == 11
-
-
 def test_a_slow_wide_line_keeps_the_density_that_was_stated() -> None:
     rng, rate, n = np.random.default_rng(12), 10.0, 20_000
     phase = np.cumsum(rng.normal(0, 0.004, n))
     series = rng.normal(0, 1.0, n) + np.sin(2 * np.pi * 0.03 * np.arange(n) / rate + phase)
     found = [line for line in find_slow_lines(series, rate, lambda f: 0 * f + 0.2) if line.wide]
     assert found and all(line.psd == pytest.approx(0.2) for line in found)
-
-
-def test_a_line_at_nyquist_has_the_variance_of_its_samples() -> None:
-    """+A, -A, ...: A^2, where any other sinusoid has A^2 / 2."""
-    line = Sinusoid(0.3, 50.0)
-    assert spread(line, 1, 1000, 100.0) == pytest.approx(0.09)
-    assert spread(Sinusoid(0.3, 25.0), 1, 1000, 100.0) == pytest.approx(0.045)
-    assert spread(line, 3, 999, 100.0) == pytest.approx(0.01, rel=1e-3)
-
-
-def test_an_interval_that_holds_zero_supports_no_rise() -> None:
-    sure = levels.Trend("x1", 0.2, 0.1, 0.3, 0.0, 0.2)
-    assert sure.direction == "rises" and replace(sure, lower=-0.01).direction == "changes"
-    assert levels.Trend("x1", -0.2, -0.3, -0.1, -0.2, 0.0).direction == "falls"

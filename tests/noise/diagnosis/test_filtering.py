@@ -9,7 +9,6 @@ import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 from scipy.signal import butter, filtfilt, sosfreqz
 
-from mocap_metrology.noise.diagnosis.export import resolution
 from mocap_metrology.noise.diagnosis.filtering import (
     averaging,
     filtered_avar,
@@ -118,20 +117,3 @@ def test_published_noise_and_its_line_behind_filters():
 def test_filters_beyond_nyquist_are_left_out():
     names = [one.name for one in filters(20.0, (6.0, 10.0), (9.8,), 1.0)]
     assert names == ["none", "Butterworth 6 Hz"]
-
-
-def test_resolution_against_rounded_noise():
-    """Rounding adds q^2/12, whatever the noise, while that is above a third of a step."""
-    q, rng = 0.01, np.random.default_rng(6)
-    fine = rng.normal(0, 0.008, 400_000)
-    rounded = np.round(fine / q) * q
-    added = np.var(rounded) - np.var(fine)
-    found = resolution("x1", q, "rounded", float(np.var(rounded)), RATE)
-    assert found.share == pytest.approx(added / np.var(rounded), rel=0.05)
-    assert found.rounding_h0 == pytest.approx(q**2 / (6 * RATE))
-    assert found.word == "noticeable"
-    assert resolution("x1", q, "rounded", 1e-2, RATE).word == "fine"
-    assert resolution("x1", q, "rounded", (0.1 * q) ** 2, RATE).word == "dominates"
-    assert resolution("L", q, "rounded", 1e-4, RATE, distance=True).share == pytest.approx(
-        2 * resolution("x1", q, "rounded", 1e-4, RATE).share
-    )

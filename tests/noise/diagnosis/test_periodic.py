@@ -69,8 +69,11 @@ def test_the_interval_of_the_amplitude_covers():
 def test_share_of_the_allan_variance_is_the_closed_form():
     series = noise() + wave(0.004, 14.4)
     (one,) = found_in(series)
-    m = first_maximum(14.4, RATE)
-    assert m == 3  # 0.371 periods of 8.33 frames
+    for f_0 in (0.7, 3.3, 14.4, 31.0):  # sin^4(pi f tau) / tau^2 is greatest at 0.371 periods
+        k = np.arange(1, 200)
+        of_m = np.sin(np.pi * f_0 * k / RATE) ** 4 / k**2
+        assert first_maximum(f_0, RATE) == k[np.argmax(of_m)]
+    m = 3
     own = Sinusoid(0.004, 14.4).avar(m, RATE)
     assert one.share == pytest.approx(own / (own + 1e-4 / m), rel=0.05)
     assert one.tau_s == pytest.approx(3 / RATE)
@@ -106,11 +109,19 @@ def test_gaps_neither_shrink_a_line_nor_make_one():
     assert one.lower < 0.004 < one.upper
 
 
-def test_mains_behind_the_fold():
-    assert mains_of(20.0, 120.0) == mains_of(19.9, 120.0) == Mains(100.0, 50.0, 120.0)
-    assert mains_of(50.0, 120.0) == Mains(50.0, 50.0)
-    assert mains_of(14.4, 120.0) is None
-    assert mains_of(0.05, 120.0) is None
+@pytest.mark.parametrize("rate", [100.0, 120.0, 179.0, 1000.0])
+def test_mains_are_named_by_where_a_frame_rate_shows_them(rate: float) -> None:
+    """To 4 thousandths and three standard errors (EN 50160: 50 Hz within 1 %), four harmonics, also
+    folded about half the frame rate, and from 1 Hz on."""
+    for f_0 in np.concatenate([np.arange(0.05, rate / 2, 0.31), [50.1, 49.9, 50.3, 20.0, 19.5]]):
+        for f_error in (0.0, 0.07):
+            expected = None
+            for mains in (60, 50):
+                for f in (4 * mains, 3 * mains, 2 * mains, mains):
+                    shown = abs(f - rate * round(f / rate))
+                    if shown >= 1 and abs(shown - f_0) <= 0.004 * f + 3 * f_error:
+                        expected = Mains(f, mains, rate if f > rate / 2 else None)
+            assert mains_of(float(f_0), rate, f_error) == expected
 
 
 @pytest.mark.parametrize("segments", [1, 4])

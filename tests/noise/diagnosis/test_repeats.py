@@ -1,4 +1,4 @@
-"""Positions that stay exactly the same from frame to frame, in a real file and in made ones."""
+"""Positions that stay the same from frame to frame, and distances within solved rigid bodies."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mocap_metrology.io.read import read_recording
-from mocap_metrology.noise.diagnosis.repeats import repeats
+from mocap_metrology.noise.diagnosis.repeats import repeats, solved_pairs
 
 N, RATE = 12_000, 120.0
 STEP = 1.5e-5  # of float32 near 200 mm
@@ -45,15 +46,21 @@ def test_held_stretches_are_found(seconds: float, moves: bool) -> None:
     assert found.share == pytest.approx(len(starts) * frames / N, rel=1e-3)
 
 
-def test_one_held_stretch_in_a_long_recording_is_found() -> None:
+def test_one_stretch_some_frames_and_a_doubled_rate_are_found() -> None:
+    """Single repeats from a thousandth of the frames on. What the marker does when it leaves one:
+    the smaller of before and after, along the coordinate that does most (median)."""
     found = repeats("A", held(still(1), range(5000, 5001), 36), STEP)
     assert found is not None and found.longest == 36 and found.share == 36 / N
-
-
-def test_a_rate_that_was_doubled_is_found() -> None:
-    position = np.repeat(still(2, N // 2), 2, axis=1)
-    found = repeats("A", position, STEP)
+    found = repeats("A", np.repeat(still(2, N // 2), 2, axis=1), STEP)
     assert found is not None and found.longest == 1 and found.share == pytest.approx(0.5, abs=1e-3)
+    for count, named in ((12, False), (13, True)):
+        starts = range(500, 500 + 300 * count, 300)
+        position = held(still(3) * [[1], [1], [2]], starts, 1)
+        found = repeats("A", position, STEP)
+        assert (found is not None) is named
+    steps = np.abs(np.diff(position.astype(float)))
+    leaves = [[min(axis[k - 1], axis[k + 1]) for k in starts] for axis in steps]
+    assert found is not None and found.change_mm == pytest.approx(np.median(leaves, axis=1).max())
 
 
 @pytest.mark.parametrize("step", [1e-4, 0.01, 0.05, 0.1, 0.3, 1 / 12])
@@ -95,3 +102,43 @@ def test_of_a_real_static_trial_whose_filter_held_positions(samples: Path) -> No
         assert found.change_mm > 50 * recording.resolution_mm
     other = read_recording([folder / "btk_pig/PiG_Calibration3_FF.c3d"], ["LHEE"], None, False)
     assert repeats("LHEE", other.position_mm[0], other.resolution_mm) is None
+
+
+PLACES = np.array([[0.0, 0, 0], [80, 10, 0], [20, 60, 5]])  # mm, of three markers of a body
+
+
+def coordinates(position: np.ndarray) -> dict[str, np.ndarray]:
+    """Of (n, markers, 3) mm."""
+    return {f"{a}{k + 1}": position[:, k, i] for k in range(3) for i, a in enumerate("xyz")}
+
+
+def solved(rng: np.random.Generator, step_mm: float = 0.0) -> np.ndarray:
+    """Markers of a body whose pose has noise of 0.05 mm and 0.5 mrad."""
+    R = Rotation.from_rotvec(rng.normal(0, 5e-4, (4000, 3))).as_matrix()
+    found = PLACES @ R.transpose(0, 2, 1) + rng.normal(0, 0.05, (4000, 1, 3)) + [500, 900, 1200]
+    return np.round(found / step_mm) * step_mm if step_mm else found
+
+
+@pytest.mark.parametrize("step_mm", [0.0, 0.001, 0.01])
+def test_markers_of_a_solved_body_keep_their_distance(step_mm: float) -> None:
+    found = solved_pairs(coordinates(solved(np.random.default_rng(1), step_mm)), [(1, 2), (1, 3)])
+    assert list(found) == ["L", "L_1_3"] and max(found.values()) < 0.01
+
+
+def test_measured_markers_and_those_with_common_noise_do_not() -> None:
+    """Of a common noise as large as that of each the ratio is a half."""
+    rng = np.random.default_rng(2)
+    measured = PLACES + rng.normal(0, 0.05, (4000, 3, 3))
+    assert solved_pairs(coordinates(measured), [(1, 2), (1, 3)]) == {}
+    shaken = measured + rng.normal(0, 0.2, (4000, 1, 3))
+    assert solved_pairs(coordinates(shaken), [(1, 2)]) == {}
+
+
+def test_gaps_and_markers_at_one_place() -> None:
+    rng = np.random.default_rng(3)
+    found = coordinates(solved(rng))
+    found["x1"][rng.random(4000) < 0.3] = np.nan
+    assert list(solved_pairs(found, [(1, 2)])) == ["L"]
+    assert solved_pairs({k: np.full(4000, np.nan) for k in found}, [(1, 2)]) == {}
+    same = coordinates(np.repeat(solved(rng)[:, :1], 3, axis=1))
+    assert solved_pairs(same, [(1, 2)]) == {}

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from mocap_metrology.noise.motion.movement import UNKNOWN, movement
+from mocap_metrology.noise.motion.movement import (
+    UNKNOWN,
+    Movement,
+    all_keep_moving,
+    most_moving,
+    movement,
+    movements,
+)
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.noise.twins.twin import Twin
@@ -25,22 +34,11 @@ def walk(rng: np.random.Generator, mm_per_root_hour: float, n: int = N) -> np.nd
 
 def slow(rng: np.random.Generator, sigma: float, T_c: float) -> np.ndarray:
     """Gauss-Markov, an AR(1) series."""
-    from scipy.signal import lfilter
-
     phi = np.exp(-1 / (T_c * RATE))
     return lfilter([sigma * np.sqrt(1 - phi**2)], [1, -phi], rng.normal(size=N))
 
 
-def telegraph(rng: np.random.Generator) -> np.ndarray:
-    return SIGMA * (-1.0) ** np.cumsum(rng.random(N) < 1 / (20 * RATE))
-
-
-def shake(_rng: np.random.Generator) -> np.ndarray:
-    """Of two seconds, 3 mm, after which all is as before."""
-    t = np.maximum(T - 100, 0)
-    return 3 * np.exp(-t / 0.5) * np.sin(2 * np.pi * 3 * t)
-
-
+SHAKE = np.maximum(T - 100, 0)  # two seconds, 3 mm, after which all is as before
 STILL: dict[str, Draw] = {
     "white": lambda rng: np.zeros(N),
     "walk": lambda rng: walk(rng, 0.255),
@@ -52,8 +50,8 @@ STILL: dict[str, Draw] = {
     "mains": lambda rng: 0.3 * np.sin(2 * np.pi * 49.99 * T),
     "t4": lambda rng: SIGMA * rng.standard_t(4, N),
     "louder later": lambda rng: np.where(T > 150, SIGMA, 0) * rng.normal(size=N),
-    "telegraph": telegraph,
-    "shake": shake,
+    "telegraph": lambda rng: SIGMA * (-1.0) ** np.cumsum(rng.random(N) < 1 / (20 * RATE)),
+    "shake": lambda rng: 3 * np.exp(-SHAKE / 0.5) * np.sin(2 * np.pi * 3 * SHAKE),
 }
 MOVED: dict[str, Draw] = {
     "pushed by 2 mm": lambda rng: 2.0 * (rng.uniform(30, 270) < T),
@@ -68,39 +66,59 @@ MOVED: dict[str, Draw] = {
 }
 
 
-@pytest.mark.parametrize("kind", STILL)
-def test_noise_is_no_movement(kind: str) -> None:
+@pytest.mark.parametrize("kind", [*STILL, *MOVED])
+def test_noise_is_no_movement_and_movement_is_named(kind: str) -> None:
     for seed in range(3):
         rng = np.random.default_rng([seed, len(kind)])
-        found = movement(STILL[kind](rng) + SIGMA * rng.normal(size=N), RATE)
-        assert found.size_mm == 0 and not found.moves
+        made = (STILL | MOVED)[kind](rng) + SIGMA * rng.normal(size=N)
+        found = movement(made, RATE)
+        assert found.moves is (kind in MOVED) is (found.size_mm > 0)
 
 
-@pytest.mark.parametrize("kind", MOVED)
-def test_movement_is_named(kind: str) -> None:
-    for seed in range(3):
-        rng = np.random.default_rng([seed, len(kind)])
-        assert movement(MOVED[kind](rng) + SIGMA * rng.normal(size=N), RATE).moves
-
-
-def test_a_jump_has_its_size_its_interval_and_its_time() -> None:
-    rng, held = np.random.default_rng(1), 0
+@pytest.mark.parametrize("step_mm", [0.0, 0.1])
+def test_a_jump_has_its_size_its_interval_and_its_time(step_mm: float) -> None:
+    """From four standard deviations of a frame and the step of the file on."""
+    rng, held, least = np.random.default_rng(1), 0, 4 * math.hypot(SIGMA, step_mm)
     for _ in range(40):
         at = rng.uniform(30, 270)
-        found = movement(0.4 * (at < T) + SIGMA * rng.normal(size=N), RATE)
-        assert found.size_mm == pytest.approx(0.4, rel=0.15)
+        noise = SIGMA * rng.normal(size=N)
+        found = movement(1.3 * least * (at < T) + noise, RATE, step_mm=step_mm)
+        assert found.size_mm == pytest.approx(1.3 * least, rel=0.2)
         assert found.time_s == pytest.approx(at, abs=4)
-        held += found.lower_95 < 0.4 < found.upper_95
+        held += found.lower_95 < 1.3 * least < found.upper_95
+        middle = (found.lower_95 + found.upper_95) / 2
+        assert middle == pytest.approx(found.size_mm)
+        assert not movement(0.8 * least * (at < T) + noise, RATE, step_mm=step_mm).moves
     assert held >= 34  # the largest of many is a little high
 
 
-def test_a_gait_of_three_seconds_and_a_swing() -> None:
-    rng = np.random.default_rng(2)
-    t = np.arange(300) / RATE
-    gait = 1200 * t + 20 * np.sin(2 * np.pi * 1.8 * t)
-    assert movement(gait + SIGMA * rng.normal(size=300), RATE).moves
-    assert movement(30 * np.sin(4 * np.pi * t) + SIGMA * rng.normal(size=300), RATE).moves
-    assert not movement(SIGMA * rng.normal(size=300), RATE).moves
+@pytest.mark.parametrize("range_mm", [0.5, 2.0])
+@pytest.mark.parametrize("rate", [20.0, 100.0])
+def test_other_movement_counts_from_a_range_on(range_mm: float, rate: float) -> None:
+    """A slide, within a horizon: its size is the range of means over quarters of a second."""
+    rng, t = np.random.default_rng(2), np.arange(round(300 * rate)) / rate
+    for share, horizon_s, moves in ((0.9, 3600.0, 0), (1.1, 3600.0, 1), (1.1, 200.0, 0)):
+        slide = share * range_mm * t / 300 + 0.001 * rng.normal(size=t.size)
+        found = movement(slide, rate, range_mm, horizon_s)
+        assert found.moves == moves and math.isnan(found.time_s)
+        if moves:
+            assert found.size_mm == pytest.approx(share * range_mm, rel=0.02)
+
+
+def test_short_recordings_gaps_and_outliers() -> None:
+    """A gait of three seconds, a swing; gaps and outliers neither move nor hide a push."""
+    rng = np.random.default_rng(4)
+    t, noise = T[:300], SIGMA * rng.normal(size=300)
+    assert movement(1200 * t + 20 * np.sin(2 * np.pi * 1.8 * t) + noise, RATE).moves
+    assert movement(30 * np.sin(4 * np.pi * t) + noise, RATE).moves
+    assert not movement(noise, RATE).moves
+    still = SIGMA * rng.normal(size=N)
+    still[rng.integers(0, N, 30)] = 1e9
+    still[10_000:14_000] = np.nan
+    assert not movement(still, RATE).moves and movement(still + 2.0 * (T > 200), RATE).moves
+    for n, known in ((49, False), (50, True)):
+        assert (movement(noise[:n], RATE) is UNKNOWN) is not known
+        assert movement(noise[:n], RATE).moves is False
 
 
 def test_coarse_steps_passed_by_a_drift_are_none() -> None:
@@ -112,15 +130,22 @@ def test_coarse_steps_passed_by_a_drift_are_none() -> None:
         assert movement(pushed, RATE, step_mm=q).moves
 
 
-def test_gaps_and_outliers_neither_move_nor_hide_a_push() -> None:
-    rng = np.random.default_rng(4)
-    still = SIGMA * rng.normal(size=N)
-    still[rng.integers(0, N, 30)] = 1e9
-    still[10_000:14_000] = np.nan
-    assert not movement(still, RATE).moves
-    assert movement(still + 2.0 * (T > 200), RATE).moves
-    assert movement(np.full(N, np.nan), RATE).size_mm is UNKNOWN.size_mm
-    assert not movement(still[:50], RATE).moves
+def test_of_markers_the_axis_that_does_most() -> None:
+    rng = np.random.default_rng(5)
+    still, pushed = SIGMA * rng.normal(size=(2, 3, N))
+    pushed += np.array([0.0, 2.0, 1.0])[:, None] * (T > 100)
+    found = movements({"A": still, "B": pushed}, RATE, 2.0, 3600.0)
+    assert found["A"]["x"] == movement(still[0], RATE)
+    ((label, (axis, most)),) = most_moving(found).items()
+    assert (label, axis, most) == ("B", "y", movement(pushed[1], RATE))
+    walks, unknown = {"x": Movement(5.0)}, {"x": UNKNOWN}
+    for markers, keep in (
+        (found, False),
+        ({"A": walks}, True),
+        ({"A": walks, "B": unknown}, False),
+    ):
+        assert all_keep_moving(markers) is keep
+    assert not all_keep_moving({"B": found["B"]})  # one jump, with rest before and after it
 
 
 @pytest.mark.parametrize("cameras", [2, 3, 5])

@@ -13,6 +13,12 @@ SHAPE = np.array([[0, 0, 0], [100, 0, 0], [0, 60, 10], [50, 40, 30.0]])
 PLACE = np.array([1000, -2000, 500.0])
 
 
+# Across a line of three markers at 0, 0 and 100 mm: spread along it sqrt(2/9) of 100 mm, and with
+# two of them d apart across it d / sqrt(6); the limit is 2 %
+FLAT_BY = np.array([1.0, -1.0, 0.0])[:, None, None] * np.array([0, 1.0, 0])[:, None]
+FLAT_BY = FLAT_BY * 0.02 * 100 * np.sqrt(2 / 9) * np.sqrt(6) / 2
+
+
 def recording(turns: Rotation, sigma: float, seed: int) -> np.ndarray:
     """(k, 3, n) markers of the body turned by each rotation, with white noise."""
     points = np.stack([turns.apply(marker) + PLACE for marker in SHAPE]).transpose(0, 2, 1)
@@ -52,11 +58,9 @@ def test_each_frame_as_scipy_aligns_it() -> None:
     expected = (Rotation.from_matrix(rotations) * mean.inv()).as_rotvec().T
     # the shape is found from the frames themselves: noise / sqrt(n) of it is left
     np.testing.assert_allclose(found.vectors_rad, expected, atol=2e-4)
-
-
-def test_hidden_frames_are_gaps() -> None:
+    assert found.spread_mm == pytest.approx(np.sqrt((arms**2).sum() / 4), rel=1e-3)
     points = recording(Rotation.identity(50), 0.02, 3)
-    points[:2, :, 10:20] = np.nan
+    points[:2, :, 10:20] = np.nan  # two are none of a body
     found = of_cluster(points)
     assert np.isnan(found.vectors_rad[:, 10:20]).all() and np.isnan(found.residual_mm[10:20]).all()
     assert np.isfinite(found.vectors_rad[:, 20:]).all()
@@ -80,12 +84,13 @@ def test_quaternions_of_either_sign() -> None:
     [
         (np.ones((2, 3, 5)), "2 markers; expected three or more"),
         (np.full((3, 3, 5), np.nan), "no frame in which all markers"),
-        (np.arange(3.0)[:, None, None] * np.ones((3, 3, 5)), "lie on a line"),
+        (SHAPE[[0, 0, 1], :, None] * np.ones(5) + FLAT_BY * 0.9, "lie on a line"),
     ],
 )
 def test_what_has_no_orientation_is_refused(points: np.ndarray, message: str) -> None:
     with pytest.raises(Refusal, match=message):
         of_cluster(points)
+    of_cluster(SHAPE[[0, 0, 1], :, None] * np.ones(5) + FLAT_BY * 1.1)
 
 
 def test_how_far_a_swinging_body_turned() -> None:

@@ -1,9 +1,12 @@
-"""Noise by place, by Monte Carlo."""
+"""Noise by place: a loop over frames, scipy's tests, and Monte Carlo."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.signal import butter, lfilter
 
 from mocap_metrology.noise.motion.place import by_place, evenness, freedom
@@ -15,40 +18,26 @@ def carried(rng: np.random.Generator, sigma: np.ndarray | float) -> tuple[np.nda
     return middle, 300 + sigma * rng.standard_normal(time.size)
 
 
-def test_even_volumes_look_even() -> None:
-    """300 recordings of equal noise: 95 % intervals hold in 93 to 97 %, p < 0.05 in 2 to 9 %."""
-    rng = np.random.default_rng(1)
-    held = cells = alarms = 0
-    for _ in range(300):
-        rows = by_place(*carried(rng, 0.1), 250.0)
-        held += sum(row["lower_mm"] < 0.1 < row["upper_mm"] for row in rows)
-        cells += len(rows)
-        alarms += evenness(rows)["p"] < 0.05
-    assert 0.93 < held / cells < 0.97
-    assert 0.02 < alarms / 300 < 0.09
-
-
 def low_pass(cut_hz: float) -> np.ndarray:
     """Impulse response (500,) of a Butterworth filter of second order at 100 Hz."""
     return lfilter(*butter(2, cut_hz / 50), np.eye(1, 500)[0])
 
 
-@pytest.mark.parametrize("cut_hz", [20.0, 6.0])
-def test_filtered_even_volumes_look_even(cut_hz: float) -> None:
-    """100 recordings of equal noise through a low-pass filter: p < 0.05 in 10 % at most (35 % and
-    86 % if successive differences counted as those of white noise), 95 % intervals in 92 to 98 %;
-    the true Allan deviation by the filter's response."""
+@pytest.mark.parametrize("taps", [[1.0], low_pass(20.0), low_pass(6.0)], ids=range(3))
+def test_even_volumes_look_even(taps: np.ndarray) -> None:
+    """150 recordings of equal noise, white or low-pass filtered: 95 % intervals hold in 92 to 98 %,
+    p < 0.05 in 10 % at most, of white noise 2 % at least (35 and 86 % if differences counted as
+    those of white noise); the true Allan deviation by the filter's response."""
     rng = np.random.default_rng(4)
-    response = low_pass(cut_hz)
-    truth = 0.1 * np.sqrt(np.sum(np.diff(response, prepend=0, append=0) ** 2) / 2)
+    truth = 0.1 * np.sqrt(np.sum(np.diff(taps, prepend=0, append=0) ** 2) / 2)
     held, alarms = [], 0
-    for _ in range(100):
+    for _ in range(150):
         middle, white = carried(rng, 0.1)
-        rows = by_place(middle, np.convolve(white - 300, response)[: white.size], 250.0)
+        rows = by_place(middle, np.convolve(white - 300, taps)[: white.size], 250.0)
         held += [row["lower_mm"] < truth < row["upper_mm"] for row in rows]
         alarms += evenness(rows)["p"] < 0.05
     assert 0.92 < np.mean(held) < 0.98
-    assert alarms <= 10
+    assert (0.02 if len(taps) == 1 else 0) <= alarms / 150 <= 0.1
 
 
 @pytest.mark.parametrize("gaps", [False, True])
@@ -66,26 +55,52 @@ def test_degrees_of_freedom_of_a_difference(taps: np.ndarray, gaps: bool) -> Non
     assert freedom(np.full(100, np.nan)) == freedom(np.ones(100)) == pytest.approx(2 / 3)
 
 
-def test_noisy_and_bent_places_are_found() -> None:
-    rng = np.random.default_rng(2)
+@pytest.mark.parametrize("least", [5, 30])
+def test_a_cell_is_what_a_loop_finds(least: int) -> None:
+    """Successive frames within a cube; Bartlett's test with its degrees of freedom."""
+    rng = np.random.default_rng(7)
     middle, length = carried(rng, 0.1)
-    far = middle[0] > 250
-    length[far] += 0.1 * rng.standard_normal(far.sum()) * np.sqrt(3) + 0.5
-    rows = by_place(middle, length, 250.0)
-    near = [row for row in rows if row["x_mm"] < 250]
-    away = [row for row in rows if row["x_mm"] > 250]
-    assert np.mean([row["sigma_mm"] for row in near]) < 0.11
-    assert 0.18 < np.mean([row["sigma_mm"] for row in away]) < 0.22
-    shift = np.mean([r["deviation_mm"] for r in away]) - np.mean([r["deviation_mm"] for r in near])
-    assert abs(shift - 0.5) < 0.03
+    length[rng.random(6000) < 0.2] = np.nan
+    each, every = freedom(np.where(np.isfinite(length), length, np.nan)), np.nanmean(length)
+    inside: dict[tuple, list] = {}
+    pairs: dict[tuple, list] = {}
+    cubes = [tuple(np.floor(m / 250.0).tolist()) for m in middle.T]
+    for k, cube in enumerate(cubes):
+        if np.isfinite(length[k]):
+            inside.setdefault(cube, []).append(length[k])
+            if k + 1 < 6000 and cubes[k + 1] == cube and np.isfinite(length[k + 1]):
+                pairs.setdefault(cube, []).append(length[k + 1] - length[k])
+    rows = by_place(middle, length, 250.0, 0.9, least)
+    assert len(rows) == sum(len(p) >= least for p in pairs.values()) > 5
+    for row in rows:
+        cube = tuple((row[f"{axis}_mm"] / 250.0) - 0.5 for axis in "xyz")
+        own, steps = inside[cube], np.array(pairs[cube])
+        assert (row["n_frames"], row["n_pairs"]) == (len(own), steps.size)
+        dof, sigma = each * steps.size, math.sqrt(np.mean(steps**2) / 2)
+        ends = [sigma * math.sqrt(dof / stats.chi2.ppf(p, dof)) for p in (0.95, 0.05)]
+        found = [row["dof"], row["sigma_mm"], row["lower_mm"], row["upper_mm"]]
+        assert found == pytest.approx([dof, sigma, *ends])
+        assert row["deviation_mm"] == pytest.approx(np.mean(own) - every)
     even = evenness(rows)
-    assert even["p"] < 1e-6 and even["worst_over_best"] > 1.7
+    sigma, bend = (np.array([row[k] for row in rows]) for k in ("sigma_mm", "deviation_mm"))
+    assert even["worst_over_best"] == pytest.approx(sigma.max() / sigma.min())
+    assert even["bend_mm"] == pytest.approx(np.std(bend, ddof=1))
+
+
+def test_evenness_is_bartletts_test() -> None:
+    """Of samples with as many degrees of freedom, by scipy."""
+    rng, rows = np.random.default_rng(2), []
+    samples = [rng.normal(0, s, n) for s, n in ((1.0, 30), (1.3, 50), (0.9, 41))]
+    for one in samples:
+        deviation = {"sigma_mm": one.std(ddof=1), "deviation_mm": one.mean()}
+        rows.append({"dof": one.size - 1.0, **deviation})
+    assert evenness(rows)["p"] == pytest.approx(stats.bartlett(*samples).pvalue)
+    assert all(map(math.isnan, evenness(rows[:1]).values()))
+    rows[0]["sigma_mm"] = 0.0
+    assert math.isnan(evenness(rows)["p"]) and evenness(rows)["worst_over_best"] == math.inf
 
 
 def test_gaps_and_few_frames() -> None:
-    rng = np.random.default_rng(3)
-    middle, length = carried(rng, 0.1)
+    middle, length = carried(np.random.default_rng(3), 0.1)
     assert by_place(middle, np.full_like(length, np.nan), 250.0) == []
     assert by_place(middle[:, :20], length[:20], 250.0) == []
-    length[::2] = np.nan  # no two successive frames
-    assert by_place(middle, length, 250.0) == []

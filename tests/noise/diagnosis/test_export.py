@@ -1,0 +1,215 @@
+"""What an export did: gaps filled, low-pass filters, rounding; noise of no kind is any of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import signal
+from scipy.interpolate import CubicSpline, make_interp_spline
+
+from mocap_metrology.noise.diagnosis.export import (
+    bands,
+    filled,
+    filled_frames,
+    low_pass,
+    low_passes,
+    resolution,
+    rules,
+    wander,
+)
+
+N, SIGMA = 30_000, 0.05
+STARTS = np.arange(1000, 29_000, 2000)
+
+
+def noise(seed: int = 0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return SIGMA * rng.standard_normal(N) + np.cumsum(0.01 * rng.standard_normal(N)) + 160
+
+
+def with_gaps_filled(x: np.ndarray, size: int, how: str) -> tuple[np.ndarray, np.ndarray]:
+    gone = np.zeros(N, bool)
+    for first in STARTS:
+        gone[first : first + size] = True
+    at, gap = np.flatnonzero(~gone), np.flatnonzero(gone)
+    out = x.copy()
+    if how == "linear":
+        out[gap] = np.interp(gap, at, x[at])
+    elif how == "held":
+        out[gap] = np.repeat(x[STARTS - 1], size)
+    else:
+        spline = CubicSpline(at, x[at]) if how == "cubic" else make_interp_spline(at, x[at], 5)
+        out[gap] = spline(gap)
+    return out, gone
+
+
+@pytest.mark.parametrize("how", ["linear", "held", "cubic", "quintic"])
+@pytest.mark.parametrize("size", [15, 100])
+def test_fills_are_found_and_nothing_else(how: str, size: int) -> None:
+    x, gone = with_gaps_filled(noise(), size, how)
+    found = filled(np.float32(x), 1.5e-5)
+    assert (found & gone).sum() >= 0.9 * gone.sum()
+    assert (found & ~gone).sum() <= 0.01 * gone.sum() + 2 * STARTS.size
+
+
+def test_the_least_length_is_that_of_the_rules() -> None:
+    """Of so many that chance makes a run of them in 1e-13 only; the limit of rounding: each of the
+    2^p parts of a difference is off by half a step."""
+    for step in (0.0, 0.001, 0.005, 0.02, 0.1):
+        found = rules(SIGMA, step)
+        deltas = [max(0.02, 1.05 * 2 ** (order - 1) * step / SIGMA) for order in (2, 4, 6)]
+        assert [rule.order for rule in found] == [2, 4, 6][: sum(d <= 0.65 for d in deltas)]
+        for rule, delta in zip(found, deltas, strict=False):
+            assert (rule.limit, rule.chance) == pytest.approx((delta * SIGMA, delta))
+            run = rule.least - rule.order + 2
+            assert rule.chance**run <= 1e-13 < rule.chance ** (run - 1)
+    for rule, how in zip(rules(SIGMA, 0.0), ("linear", "cubic", "quintic"), strict=True):
+        x, gone = with_gaps_filled(noise(1), rule.least + 2, how)
+        assert (filled(x, 0.0) & gone).sum() > 0.9 * gone.sum()
+        short, _ = with_gaps_filled(noise(1), rule.least - 4, how)
+        assert filled(short, 0.0).sum() < 0.2 * gone.sum()
+
+
+def test_noise_of_no_kind_is_a_fill() -> None:
+    """Steps of the file, which are constant for long, and straight; hidden steps; repeated frames;
+    heavy tails; smooth data; constant, missing and short series. In coarse files a long straight
+    fill still is."""
+    rng, x, again = np.random.default_rng(5), noise(4), noise(4)
+    line, places = 160 + np.linspace(0, 0.5, N), rng.choice(N - 1, 600, replace=False) + 1
+    again[places] = again[places - 1]
+    steps = (1e-4, 0.01, 0.05, 0.1, 0.3)
+    cases = [(step * np.round(v / step), step) for step in steps for v in (x, line)]
+    cases += [(0.1 * np.round(x / 0.1), 1e-3), (np.repeat(x[::2], 2), 1.5e-5), (again, 1.5e-5)]
+    tails = rng.standard_t(3, N), rng.laplace(size=N), np.cumsum(rng.standard_normal(N))
+    cases += [(0.02 * v, 1.5e-5) for v in tails]
+    cases += [(np.float32(np.convolve(noise(6), np.hanning(21) / 10, "valid")), 1.5e-5)]
+    cases += [(v, 0.0) for v in (0 * x, np.nan * x, np.arange(5.0), np.empty(0))]
+    for values, step in cases:
+        assert not filled(values, step).any()
+    coarse, gone = with_gaps_filled(noise(2), 100, "linear")
+    assert (filled(np.round(coarse, 2), 0.01) & gone).sum() >= 0.9 * gone.sum()
+
+
+def test_a_marker_is_filled_in_all_coordinates() -> None:
+    x, gone = with_gaps_filled(noise(7), 30, "linear")
+    position = np.array([[x, noise(8), noise(9)], [noise(10), noise(11), noise(12)]])
+    found = filled_frames(position, 1.5e-5)
+    assert found.shape == (2, N) and not found[1].any()
+    assert (found[0] & gone).sum() == gone.sum()
+    position[:, :, 5000:6000] = np.nan
+    assert not filled_frames(position, 1.5e-5)[:, 5001:5999].any()
+
+
+RATE = 100.0
+
+
+def made(kind: str, seed: int = 0, n: int = N) -> np.ndarray:
+    rng = np.random.default_rng([seed, len(kind)])
+    white = 0.05 * rng.standard_normal(n)
+    walk = np.cumsum(rng.standard_normal(n))
+    t = np.arange(n) / RATE
+    return {
+        "white": white,
+        "walk": 0.05 * walk + white,
+        "walk alone": 0.02 * walk,
+        "correlated over a frame": signal.lfilter([1], [1, -0.4], white),
+        "correlated over 0.1 s": signal.lfilter([1], [1, -0.905], white),
+        "violet": np.diff(white, prepend=0.0),
+        "line": white + 0.2 * np.sin(2 * np.pi * 3.1 * t),
+        "movement over white noise": white + 5 * np.sin(t) + 2 * np.sin(7 * t) ** 3,
+    }[kind]
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [*("white", "walk", "walk alone", "correlated over a frame", "correlated over 0.1 s"),
+     *("violet", "line", "movement over white noise")],
+)  # fmt: skip
+@pytest.mark.parametrize("step", [1.5e-5, 0.05])
+def test_unfiltered_noise_is_not_called_filtered(kind: str, step: float) -> None:
+    for seed in range(3):
+        x = step * np.round((made(kind, seed) + 160.1) / step)
+        assert low_pass("x1", x, RATE, step) is None
+
+
+@pytest.mark.parametrize("kind", ["white", "walk", "correlated over 0.1 s"])
+@pytest.mark.parametrize("cutoff_hz", [6.0, 10.0, 20.0])
+@pytest.mark.parametrize("order", [2, 4])
+def test_a_filter_is_named_with_its_cutoff(kind: str, cutoff_hz: float, order: int) -> None:
+    """Half the amplitude at the cutoff: a Butterworth run both ways."""
+    sos = signal.butter(order, cutoff_hz, fs=RATE, output="sos")
+    x = np.float32(signal.sosfiltfilt(sos, made(kind)) + 160).astype(float)
+    x[1000:1200] = np.nan
+    found = low_pass("x1", x, RATE, 1.5e-5)
+    assert found is not None
+    assert found.cutoff_hz == pytest.approx(cutoff_hz, rel=0.2)
+    assert found.ratio < 0.02
+
+
+def test_a_moving_mean_and_coarse_steps_after_a_filter() -> None:
+    """1.207/size of the rate: where sin(size x) = size sin(x) / 2, nearly."""
+    for size in (5, 9):
+        found = low_pass("x1", np.convolve(made("white"), np.full(size, 1 / size), "same"), RATE)
+        assert found is not None and found.cutoff_hz == pytest.approx(0.6 * RATE / size, rel=0.25)
+    x = signal.sosfiltfilt(signal.butter(2, 6.0, fs=RATE, output="sos"), made("white"))
+    found = low_pass("x1", 0.01 * np.round((x + 160) / 0.01), RATE, 0.01)
+    assert found is not None and found.cutoff_hz == pytest.approx(6.0, rel=0.3)
+
+
+def test_most_coordinates_must_agree() -> None:
+    sos = signal.butter(2, 6.0, fs=RATE, output="sos")
+    series = {f"{axis}1": made("white", k) for k, axis in enumerate("xyz")}
+    series["x1"] = signal.sosfiltfilt(sos, series["x1"])
+    assert not low_passes(series, RATE, 0.0)
+    series["y1"] = signal.sosfiltfilt(sos, series["y1"])
+    assert [one.series for one in low_passes(series, RATE, 0.0)] == ["x1", "y1"]
+
+
+def test_a_walk_wanders_less_than_what_moves() -> None:
+    rng = np.random.default_rng(0)
+    assert wander(np.cumsum(rng.normal(0, 0.1, 36_000))) < 1
+    assert wander(5 * np.sin(np.arange(100))) > 5
+
+
+def test_short_and_missing_series_are_not_judged() -> None:
+    assert low_pass("x1", np.full(5000, np.nan), RATE) is None
+    assert low_pass("x1", np.full(5000, 3.0), RATE) is None
+    assert low_pass("x1", made("white")[:200], RATE) is None
+
+
+def test_resolution_against_rounded_noise():
+    """Rounding adds q^2/12, whatever the noise, while that is above a third of a step."""
+    q, rng = 0.01, np.random.default_rng(6)
+    fine = rng.normal(0, 0.008, 400_000)
+    rounded = np.round(fine / q) * q
+    added = np.var(rounded) - np.var(fine)
+    found = resolution("x1", q, "rounded", float(np.var(rounded)), 120.0)
+    assert found.share == pytest.approx(added / np.var(rounded), rel=0.05)
+    assert found.rounding_h0 == pytest.approx(q**2 / (6 * 120.0))
+    assert found.word == "noticeable"
+    assert resolution("x1", q, "rounded", 1e-2, 120.0).word == "fine"
+    assert resolution("x1", q, "rounded", (0.1 * q) ** 2, 120.0).word == "dominates"
+    assert resolution("L", q, "rounded", 1e-4, 120.0, distance=True).share == pytest.approx(
+        2 * resolution("x1", q, "rounded", 1e-4, 120.0).share
+    )
+    for share, word in ((0.0099, "fine"), (0.0101, "noticeable"), (0.2, "noticeable"),
+                        (0.201, "dominates")):  # fmt: skip
+        assert resolution("x1", q, "rounded", q**2 / 12 / share, 120.0).word == word
+    constant, unknown = (resolution("x1", q, "rounded", v, 120.0) for v in (0.0, math.nan))
+    assert (constant.share, unknown.word) == (1.0, "unknown")
+    assert found.share_of(2 * q) == pytest.approx(4 * found.share)
+
+
+def test_bands_are_medians_of_the_one_sided_density() -> None:
+    """White noise of variance s^2 has 2 s^2 / rate, and ordinates of median ln 2 times that; down
+    as far as they have eight ordinates: of one segment a band from e down has e (1 - 2^-0.25)."""
+    found = bands(np.random.default_rng(5).normal(0, 0.3, 120_000), 120.0)
+    assert found is not None
+    for level in (found.middle, found.top, np.median(found.psd)):
+        assert level == pytest.approx(2 * 0.09 / 120 * math.log(2), rel=0.05)
+    for lowest in (8.1, 8.7):
+        n = round(2 * lowest * 2 ** (10 / 4) / (1 - 2**-0.25) / 0.95)
+        found = bands(np.random.default_rng(1).normal(size=n), 1000.0)
+        assert found is not None and found.psd.size == 11

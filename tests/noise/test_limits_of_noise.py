@@ -3,11 +3,6 @@
 from __future__ import annotations
 
 import math
-<<<<<<< HEAD
-from dataclasses import replace
-=======
-from types import SimpleNamespace
->>>>>>> w-tnoise
 
 import numpy as np
 import pytest
@@ -20,12 +15,7 @@ from mocap_metrology.noise.fit.spectral import gaps, likelihood, whittle
 from mocap_metrology.noise.fit.spectral.line import Line, folded
 from mocap_metrology.noise.fit.spectral.lines import find_slow_lines
 from mocap_metrology.noise.gaussian.two_markers import correlation_time, kernel_density
-<<<<<<< HEAD
-from mocap_metrology.noise.model.components import Sinusoid
 from mocap_metrology.noise.model.deterministic import Deterministic
-from mocap_metrology.noise.motion.place import evenness
-=======
->>>>>>> w-tnoise
 from mocap_metrology.noise.twins.take import Take, TakeTwin, simulate_take
 from mocap_metrology.settings import Annealing
 

@@ -20,7 +20,8 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
-from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode, dropped_share
+from mocap_metrology.lighthouse.decode.chain import Decoded, decode, dropped_share
+from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length

@@ -69,8 +69,8 @@ def outcome(
     lengths: Sequence[KnownLength] = (),
     phases: np.ndarray | None = None,
 ) -> Outcome:
-    """Of a calibration with default settings; `failed` where there is no pose. phases (2, 2): errors
-    of the stated ones, rad."""
+    """Of a calibration with default settings; `failed` where there is no pose. phases (2, 2):
+    errors of the stated ones, rad."""
     factories = [station.factory for station in made.truth.stations]
     if phases is not None:
         pairs = zip(factories, phases, strict=True)

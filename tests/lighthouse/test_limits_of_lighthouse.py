@@ -159,11 +159,15 @@ def test_two_stations_are_connected_by_as_many_moments_as_the_fewest(monkeypatch
 
 
 def test_the_cost_of_an_estimate_is_the_sum_of_all_that_is_known() -> None:
-    """Priors 2^2, recordings 5 and 7, and gravity that is 10 of its standard deviations off."""
+    """Priors 2^2, recordings 4 and 6 with lengths of 1 each, and gravity that is 10 of its standard
+    deviations off."""
     state = SimpleNamespace(
         values=np.array([4.0]), gravity=np.array([0, 0, -gravity.GRAVITY_M_S2]), R=[]
     )
-    one, other = (SimpleNamespace(cost=lambda value=value: value) for value in (5.0, 7.0))
+    one, other = (
+        SimpleNamespace(cost=lambda value=value: value, cost_of_lengths=lambda *_: 1.0)
+        for value in (4.0, 6.0)
+    )
     search = SimpleNamespace(
         state=state, working=np.array([2.0]), of=SimpleNamespace(size=3, gravity=0), ups=None,
         recordings=[one, other],

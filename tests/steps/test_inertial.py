@@ -28,7 +28,9 @@ from mocap_metrology.lighthouse.simulate.twin import (
 )
 from mocap_metrology.settings import Lighthouse
 
-SETTINGS = Lighthouse(estimators=("batch", "paper-lm"), optics=("ideal",), world="master")
+SETTINGS = Lighthouse(  # the scale of the board is known: sensors do not show it
+    estimators=("batch", "paper-lm"), optics=("ideal",), world="master", board_scale_sd=0.0
+)
 FILES = {
     **{name: f"{name}.parquet" for name in ("pulses", "inertial", "sweeps", "poses", "track")},
     **{name: f"{name}.json" for name in ("truth", "stations", "pose", "libsurvive")},

@@ -114,10 +114,9 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     paper = [(r["camera_type"], r["n_cameras"]) for r in sheet if r["group"] == "skurowski2019"]
     found = planned(out.stdout)
     assert {rule: found[rule] for rule in expected} == expected, out.stdout
-    cited = csv.DictReader(
-        (root / "src/mocap_metrology/reference/camera_subsets_table3.csv").open()
-    )
-    assert {(r["camera_type"], r["n_cameras"]) for r in csv.DictReader(cited.open())} <= set(paper)
+    cited = (root / "src/mocap_metrology/reference/camera_subsets_table3.csv").read_text()
+    table_3 = csv.DictReader(cited.splitlines())
+    assert {(r["camera_type"], r["n_cameras"]) for r in table_3} <= set(paper)
     expected |= {"skurowski_case": 3}
     others = {rule: count for rule, count in found.items() if rule not in expected}
     assert all(count <= 2 for count in others.values()), others  # none for each recording

@@ -160,7 +160,7 @@ def test_other_wander_by_kind(at_s: float, stated: Deterministic) -> None:
     """The coordinate that has most, and all sizes; no step that is an event, at 100 s here; no
     warm-up where one is stated; a distance only where no coordinate has any."""
     own = {
-        "x1": Wander(("step",), False, ("step",), 0.0, 0.0, 5.0, -2.0, (at_s,)),
+        "x1": Wander(("step",), False, ("step",), 0.0, 0.0, 5.0, -2.0, (at_s,), ((at_s, -2.0),)),
         "y1": Wander(("step", "creep"), False, ("step",), 0.0, 0.0, 5.0, 1.0, (300.0,)),
         "z1": Wander(("warm_up", "drift"), False, ("drift",), 0.0, 0.0, 5.0, 1.0),
         "L": Wander((), False, ("step",), 0.0, 0.0, 7.0),

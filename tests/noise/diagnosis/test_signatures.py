@@ -81,7 +81,8 @@ def test_times_and_sizes_of_changes_at_once() -> None:
     assert lift.size_mm == pytest.approx(0.06, abs=0.003)
     assert lift.lasting_s == pytest.approx(20.4, abs=1.5)
     wanders = {"x1": lift, "L": lift}
-    assert shift_near(300, 301, wanders) == ("x1", pytest.approx(0.06, abs=0.003))
+    assert shift_near(300, 301, wanders) == ("x1", pytest.approx(0.06, abs=0.003), False)
+    assert shift_near(320, 321, wanders) == ("x1", pytest.approx(-0.06, abs=0.003), True)
     assert shift_near(310, 312, wanders) is None
 
 

@@ -63,13 +63,13 @@ def gapped(
 
 
 @njit
-def _three(x: Floats, start: int, stop: int, m: int) -> Three:
+def _three(x: np.ndarray, start: int, stop: int, m: int) -> Three:
     """Parts of a running sum that begin m apart."""
     return x[start:stop], x[start + m : stop + m], x[start + 2 * m : stop + 2 * m]
 
 
 @njit
-def _four(x: Floats, start: int, stop: int, m: int) -> Four:
+def _four(x: np.ndarray, start: int, stop: int, m: int) -> Four:
     a, b, c = _three(x, start, stop, m)
     return a, b, c, x[start + 3 * m : stop + 3 * m]
 

@@ -108,17 +108,20 @@ class Wander:
 
 def shift_near(
     begin_s: float, end_s: float, wanders: Mapping[str, Wander]
-) -> tuple[str, float] | None:
-    """Series (coordinates before distances, then the largest) and size in mm of the step, lasting
-    shift or switch that an event is; None of other events."""
+) -> tuple[str, float, bool] | None:
+    """Series (coordinates before distances, then the largest), size in mm of the step, lasting
+    shift or switch that an event is, and whether a shift ends with it; None of other events."""
     near = {
-        name: jump[1]
+        name: jump
         for name, one in wanders.items()
         if set(one.kinds) & AT_ONCE and one.lasting_s >= LASTING_S
         if (jump := one.jump_near(begin_s, end_s))
     }
-    name = max(near, key=lambda k: (not k.startswith("L"), abs(near[k])), default=None)
-    return (name, near[name]) if name else None
+    name = max(near, key=lambda k: (not k.startswith("L"), abs(near[k][1])), default=None)
+    if name is None:
+        return None
+    one, (time_s, size_mm) = wanders[name], near[name]
+    return name, size_mm, "shift" in one.kinds and time_s > (one.at_s[0] + one.at_s[1]) / 2
 
 
 def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:

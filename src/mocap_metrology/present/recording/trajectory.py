@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MOST_PANELS = 20  # six markers and two distances; more are drawn as rows
 COLUMNS = 660  # of samples in a panel, or over all panels side by side; as many as pixels
 PANELS_MM, PANEL_MM = 140.0, (13.5, 45.0)
-LABEL_AT = -0.09  # of the width of the axes
+LABEL_AT = -0.1  # of the width of the axes
 ROWS_MM, ROW_MM, NAME_MM = 190.0, (2.2, 9.0), 2.9
 TYPICAL, ROW_OF_CORE = 0.9, 1.6  # a row is so many times this quantile of the series' ranges
 RAW, CLEAN, MEAN, OUTLIER, GAP = "#949494", "#b4d3ee", "#10307a", "#cf4a2c", "#ececec"

@@ -100,7 +100,7 @@ def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) ->
     markers, shift = event.markers(recording.labels), ""
     if near := shift_near(event.time_s, event.stop_s, wanders):
         shift = render(
-            "event.shift", name=near[0], size_mm=near[1], one=wanders[near[0]], time_s=event.time_s
+            "event.shift", name=near[0], size_mm=near[1], back=near[2], one=wanders[near[0]]
         )
     numbers = {
         "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,

@@ -117,6 +117,24 @@ def white_level_kept(
     return share, kept / (1 - share) if action == "mask" else kept
 
 
+def tail(
+    cleaned: Cleaned, series: np.ndarray, among: np.ndarray, n_sigma: float, half_window: int
+) -> np.ndarray:
+    """(n,) which gross outliers, replaced in `cleaned`, are the tail of the noise and no errors.
+
+    Octave by octave from the least of their distances a tail holds ever fewer samples, and some
+    below: more of `among`, the outliers by the lower threshold n_sigma, than Gaussian noise has.
+    """
+    of_noise = white_level_kept(n_sigma, half_window)[0] * cleaned.n_valid
+    before = np.count_nonzero(among & np.isfinite(series)) - np.count_nonzero(cleaned.outlier)
+    before -= of_noise + 3 * np.sqrt(of_noise)
+    distance = np.abs(np.where(cleaned.outlier, series - cleaned.values, 0.0))
+    least = distance[cleaned.outlier].min(initial=np.inf)
+    while 0 < (count := np.count_nonzero((distance >= least) & (distance < 2 * least))) < before:
+        before, least = count, 2 * least
+    return cleaned.outlier & (distance < least)
+
+
 def taken_at_most(n_sigma: float, half_window: int, action: str = "replace") -> float:
     """Largest share by which the filter reduces the Allan deviation of clean noise.
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common import files
-from mocap_metrology.common.hampel import hampel, mask_half_window
+from mocap_metrology.common.hampel import hampel, mask_half_window, tail
 from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.recording import OutlierRow, read_outliers
@@ -126,14 +126,18 @@ class Results:
 
 
 def masked(raw: Table, clean: Table, settings: Settings) -> Iterator[Series]:
-    """Every series as recorded, its gross outliers NaN: what verdicts and noise models are of."""
+    """Every series as recorded, its gross outliers NaN but those of a tail: what verdicts are of.
+    (A noise model is of the series without its tail, see `masked_curve`.)"""
     rate, step = raw.origin["frame_rate_hz"], raw.origin["resolution_mm"]
     half_window = mask_half_window(settings.hampel.half_window_s, rate)
     outliers = known_outliers(clean, settings)
     for name, values in raw.with_distances():
         among = outliers(name, values)
-        found = hampel(values, half_window, settings.noise.mask_sigma, "mask", step, among)
-        yield name, found.values
+        found = hampel(values, half_window, settings.noise.mask_sigma, "replace", step, among)
+        gross = found.outlier
+        if among is not None:
+            gross = gross & ~tail(found, values, among, settings.hampel.n_sigma, half_window)
+        yield name, np.where(gross, np.nan, values)
 
 
 def known_outliers(

@@ -116,11 +116,11 @@ def test_constant_and_empty_series() -> None:
         assert assess_series(none, [], curve(), SPAN).status == status
 
 
-@pytest.mark.parametrize("ratio", [1.2, 1.3, 1 / 1.2, 1 / 1.3, 2.0])
-def test_a_level_may_be_wrong_by_a_quarter(ratio: float) -> None:
+@pytest.mark.parametrize("ratio", [1.2, 1.3, 1 / 1.03, 1 / 1.1, 2.0])
+def test_a_level_may_be_high_by_a_quarter_and_low_by_a_twentieth(ratio: float) -> None:
     """Of 15,000 frames the series' own is known to 0.6 %."""
     found = assess_series(white(), rows(sigma=SIGMA * ratio), curve(), SPAN)
-    trusted = 1 / 1.25 < ratio < 1.25
+    trusted = 1 / 1.05 < ratio < 1.25
     assert found.basis == ("model" if trusted else "measured")
     if not trusted:
         why = found.unmodelled

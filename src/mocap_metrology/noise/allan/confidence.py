@@ -31,13 +31,13 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     delta = r1 / (1 + r1) < 1/4, alpha = -2 (delta + d), rounded. Going from short tau to long, an
     exponent stands until that departs from it by more than rounding and two standard errors
     (2 / sqrt(N)) explain (of blue and violet noise downwards rounding alone: it has the most
-    degrees of freedom, and gives way), and where fewer than 30 means remain: else one white series
-    in six would be called blue at N = 31, with seven times the degrees of freedom it has. It never
-    rises above 0 and above that before: of a sum of power laws and Gauss-Markov terms the higher
-    exponents fade as tau grows, and among so many tau chance alone makes blue of white in one
-    series in twenty, with hundreds of times its degrees of freedom. (Noise that is violet down to
-    the longest tau is taken for blue there in turn, three times in four: wider intervals than it
-    has.) NaN samples are left out of the means, windows without any out of the sum.
+    degrees of freedom, and gives way), and where fewer than 30 means remain, though not above 0, as
+    of GPS data by Stable32: one white series in six would be called blue at N = 31, with seven
+    times the degrees of freedom it has. It never rises above 0 and above that before: of a sum of
+    power laws and Gauss-Markov terms the higher exponents fade as tau grows, and among so many tau
+    chance alone makes blue of white in one series in twenty, with hundreds of times its degrees of
+    freedom. (Noise that is violet down to the longest tau has wider intervals there than it
+    needs.) NaN samples are left out of the means, windows without any out of the sum.
     """
     valid = np.isfinite(series)
     if valid.all():
@@ -56,7 +56,9 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
             if exponent is not None and (last is None or _departs(exponent, last, means.size)):
                 steepest_rise = 2 if last is None else max(last, 0)
                 last = min(max(round(exponent), STEEPEST[estimator]), steepest_rise)
-        exponents[k] = last or 0
+            exponents[k] = last or 0
+        else:
+            exponents[k] = min(last or 0, 0)
     return exponents
 
 
@@ -218,15 +220,24 @@ class AllanCurve:
         return replace(self, edf=edf, lower=lower, upper=upper)
 
 
+def mean_variance(parts: np.ndarray) -> float:
+    """s^2 (1 + 2 r_1) / K of the mean of (K,) parts, r_1 >= 0 the correlation with the next."""
+    off = parts - parts.mean()
+    power = float(off @ off)
+    if not power > 0:
+        return 0.0
+    r_1 = max(float(off[1:] @ off[:-1]) / power, 0.0)
+    return power / (parts.size - 1) * (1 + 2 * r_1) / parts.size
+
+
 def excess_scatter(series: np.ndarray, m: np.ndarray, edf: np.ndarray) -> Floats:
     """(k,) times by which the variance of an Allan variance exceeds that of stationary Gaussian
     noise, 2 / edf: of a marker between two levels, or a gain that follows the light, much.
 
     The terms (z_(i+1) - z_i)^2 / 2 at every octave of m are averaged over K parts of the recording,
-    K <= PARTS, each of LEAST_PART or more windows. Their mean has the relative variance
-    s^2 (1 + 2 r_1) / K, r_1 >= 0 the correlation with the next part. What K - 1 degrees of freedom
-    exceed in CHANCE is 1. Between octaves the logarithm is interpolated; where parts become too
-    short the last value stands. series: (n,), NaN in gaps; m rising.
+    K <= PARTS, each of LEAST_PART or more windows, whose mean has a `mean_variance`. What K - 1
+    degrees of freedom exceed in CHANCE is 1. Between octaves the logarithm is interpolated; where
+    parts become too short the last value stands. series: (n,), NaN in gaps; m rising.
     """
     from scipy.special import chdtri
 
@@ -249,12 +260,9 @@ def excess_scatter(series: np.ndarray, m: np.ndarray, edf: np.ndarray) -> Floats
         if count < LEAST_PARTS:
             break
         parts = terms[: terms.size // count * count].reshape(count, -1).mean(axis=1)
-        off = parts - parts.mean()
-        power = float(off @ off)
-        if not power > 0:
+        scatter = mean_variance(parts) / parts.mean() ** 2
+        if not scatter > 0:
             break
-        r_1 = max(float(off[1:] @ off[:-1]) / power, 0.0)
-        scatter = power / (count - 1) * (1 + 2 * r_1) / count / parts.mean() ** 2
         of_edf = np.exp(np.interp(octave * math.log(2), np.log(m), np.log(edf)))
         excess = scatter * of_edf / 2
         at.append(octave * math.log(2))

@@ -25,6 +25,7 @@ from mocap_metrology.noise.model.deterministic import Deterministic
 
 FAR = 10**6  # recordings, over which a mean is the true one
 BATCHES = 20
+LEAST_RATIO = 1.0  # of the squares of differences of batch means to those of their deviations
 LEAST = 0.01  # share of the variance of the mean over ten recordings that noise without a mean has
 NOT_COVERED = ("scale and distortion of the volume", "what changes between recordings")
 
@@ -102,12 +103,15 @@ def _has_no_mean(model: NoiseModel, n: int, frame_rate_hz: float) -> bool:
 
 
 def _by_batches(series: np.ndarray) -> Measured:
-    """Variance of the mean of all and its degrees of freedom."""
+    """Variance of the mean of all and its degrees of freedom; none of batches that wander: whose
+    differences have less than half the mean square of white ones [von Neumann 1941; 1 %]."""
     with np.errstate(invalid="ignore"):
         rows = series[: series.size // BATCHES * BATCHES].reshape(BATCHES, -1)
         known = np.isfinite(rows)
         enough = known.sum(axis=1) * 2 >= rows.shape[1]
         means = np.where(known, rows, 0.0).sum(axis=1)[enough] / known.sum(axis=1)[enough]
     if not rows.shape[1] or means.size < BATCHES / 2:
+        return Measured(math.nan, math.nan)
+    if np.sum(np.diff(means) ** 2) < LEAST_RATIO * means.var() * means.size:
         return Measured(math.nan, math.nan)
     return Measured(float(means.var(ddof=1)) / means.size, means.size - 1.0)

@@ -34,6 +34,7 @@ from mocap_metrology.noise.assess.checks import (
     MovementCheck,
     Series,
 )
+from mocap_metrology.noise.assess.mean import MeanOfAll
 from mocap_metrology.noise.assess.spread import Share, joined
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span, assess_series
 from mocap_metrology.noise.diagnosis.findings import Finding
@@ -44,6 +45,7 @@ from mocap_metrology.settings import Word
 
 OF_WANDER = ("random walk", "drift", "warm-up")  # shares that are named where the kind is sure
 SLOW_WANDER = "slow wander"
+NO_MEAN = ("moves", "drift", "warm_up")  # besides slow wander: a mean depends on when it is taken
 OF_MOVING = (
     Code.MISSING,
     Code.MISSING_OR_FILLED,
@@ -140,6 +142,10 @@ def assess_recording(
         inputs.findings,
     )
     numbers = {k: _unnamed(v) if k in facts.wandering else v for k, v in numbers.items()}
+    moved = facts.wandering.union(*(facts.found(code) for code in NO_MEAN))
+    for k in moved & set(numbers):
+        without = MeanOfAll(numbers[k].mean_of_all.duration_s)
+        numbers[k] = replace(numbers[k], mean_of_all=without)
     word = verdict(numbers, facts, limits)
     if duration < LONG_S:
         numbers = {k: replace(v, drift_mm_per_h=math.nan) for k, v in numbers.items()}

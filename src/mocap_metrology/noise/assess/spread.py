@@ -24,7 +24,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.noise.allan.confidence import interval
+from mocap_metrology.noise.allan.confidence import (
+    CHANCE,
+    LEAST_PART,
+    PARTS,
+    interval,
+    mean_variance,
+)
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.fit.spectral.fisher import spectrum_of
 from mocap_metrology.noise.fit.spectral.lines import line_errors
@@ -299,7 +305,8 @@ def measured_spread(series: np.ndarray, n: int, N: int) -> Measured:
     series: (k,) mm, NaN in gaps. The stretches are spread evenly over the recording and overlap
     where k is no multiple of N. None where N holds fewer than two means. Degrees of freedom: those
     of a sum of independent squares of unequal expectation l_k, (sum l)^2 / sum l^2, where l_k is
-    the smoothed square of the k-th coefficient of the means' cosine transform (`_smoothed`).
+    the smoothed square of the k-th coefficient of the means' cosine transform (`_smoothed`); less
+    where the squares themselves scatter more from part to part, of tails, bursts or levels.
     """
     from scipy.fft import dct
 
@@ -309,7 +316,7 @@ def measured_spread(series: np.ndarray, n: int, N: int) -> Measured:
         return NONE
     count = math.ceil(series.size / N)
     starts = np.linspace(0, series.size - per_stretch * n, count).astype(int)
-    powers = []
+    powers, squares = [], []
     for start in starts:
         means = _means(series[start : start + per_stretch * n], n)
         known = np.isfinite(means)
@@ -317,6 +324,7 @@ def measured_spread(series: np.ndarray, n: int, N: int) -> Measured:
         if n_known < max(2, LEAST * per_stretch):
             continue
         deviations = np.where(known, means - means[known].mean(), 0.0)
+        squares.append(deviations[known] ** 2)
         powers.append(dct(deviations, norm="ortho")[1:] ** 2 / n_known)
     if not powers:
         return NONE
@@ -327,7 +335,20 @@ def measured_spread(series: np.ndarray, n: int, N: int) -> Measured:
     independent = len(powers) * min(series.size / (N * count), 1.0)
     level = _smoothed(power, len(powers))
     edf = independent * level.sum() ** 2 / np.sum(level**2)
+    edf /= _excess(np.concatenate(squares), edf)
     return Measured(float(power.sum()), float(max(edf, 1.0)))
+
+
+def _excess(squares: np.ndarray, edf: float) -> float:
+    """Times by which the variance of the mean of (k,) squares exceeds that of Gaussian noise, where
+    it surely does; 1 else."""
+    from scipy.special import chdtri
+
+    if squares.size < PARTS * LEAST_PART:
+        return 1.0
+    parts = np.array([part.mean() for part in np.array_split(squares, PARTS)])
+    excess = mean_variance(parts) / parts.mean() ** 2 * edf / 2
+    return max(float(excess), 1.0) if excess > chdtri(PARTS - 1, CHANCE) / (PARTS - 1) else 1.0
 
 
 def _smoothed(power: np.ndarray, count: int) -> np.ndarray:

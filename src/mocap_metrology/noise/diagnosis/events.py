@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from mocap_metrology.noise.allan.confidence import mean_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.levels import Blocks, Change, Sides, changes, compare
 from mocap_metrology.noise.diagnosis.outliers import spread
@@ -28,6 +29,7 @@ RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that the
 LONGEST = 1 << 19
 PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED, PARTS = 0.05, 1200, 8, 4, 9.0, 32
 OCTAVES = 16
+LOUD = 4.0  # standard errors that a minute is louder than usual
 MOST = 200  # events that are measured; more, and the recording is no still one
 
 
@@ -269,6 +271,28 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     return HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
 
 
+def bout(
+    series: np.ndarray, rate_hz: float, chance: float, levels: Blocks
+) -> tuple[float, float, float]:
+    """Period, begin and end in s of bursts that recur in a part of the recording, NaN where there
+    are none: in minutes in which the noise is surely louder than usual."""
+    frames = max(round(PULSE_S * rate_hz), 2) * LEAST_PULSES
+    usual = float(np.nanmedian(levels.variance))
+    starts = range(0, series.size - frames + 1, frames // 4)
+    loud = []
+    for start in starts:
+        own = levels.between(start / rate_hz, (start + frames) / rate_hz).variance
+        if own.size > 1 and own.mean() - usual > LOUD * math.sqrt(mean_variance(own)):
+            loud.append(start)
+    chance /= max(len(loud), 1)
+    found = {s: pulses(series[s : s + frames], rate_hz, chance) for s in loud}
+    found = {start: period for start, period in found.items() if math.isfinite(period)}
+    if not found:
+        return math.nan, math.nan, math.nan
+    ends = min(found) / rate_hz, (max(found) + frames) / rate_hz
+    return float(np.median(list(found.values()))), *ends
+
+
 def _level_near(density: np.ndarray) -> np.ndarray:
     """Medians over an octave about each frequency: bursts at any times have a level of their own at
     the low ones."""
@@ -298,16 +322,23 @@ def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray
 
 
 def with_sides(
-    event: Event, found: Mapping[str, Blocks], out_of: np.ndarray, side_s: float
+    event: Event,
+    found: Mapping[str, Blocks],
+    out_of: np.ndarray,
+    side_s: float,
+    levels_s: Sequence[float] = (),
 ) -> Event:
-    """The event with every series compared before and after, at most side_s on each side."""
+    """The event with every series compared before and after, at most side_s on each side and up to
+    the next of `levels_s`, times at which the level changes."""
     tail = SIDES_MISS / max(len(found), 1)
     start, stop = event.time_s - CLEAR_S, event.stop_s + CLEAR_S
+    first = max([start - side_s, *(t for t in levels_s if t < start)])
+    last = min([stop + side_s, *(t for t in levels_s if t > stop)])
     sides = tuple(
         compare(
             name,
-            one.between(start - side_s, start, out_of),
-            one.between(stop, stop + side_s, out_of),
+            one.between(first, start, out_of),
+            one.between(stop, last, out_of),
             tail,
         )
         for name, one in found.items()
@@ -339,7 +370,8 @@ def find_events(
         near = 3 * side_s / 10
         if not any(e.time_s - near <= change.time_s <= e.stop_s + near for e in found):
             found.append(_level(change, found, side_s))
-    found = [with_sides(event, levels, out_of, side_s) for event in found]
+    levels_s = [event.time_s for event in found if event.kind == "level"]
+    found = [with_sides(event, levels, out_of, side_s, levels_s) for event in found]
     return sorted(found, key=lambda e: e.time_s)
 
 

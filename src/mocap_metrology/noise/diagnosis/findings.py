@@ -320,11 +320,11 @@ def other_wanders(
 
 
 def _is_event(kind: str, wander: Wander, found: Diagnosis) -> bool:
-    """Whether a single step or shift is one of the events."""
+    """Whether a single step or shift is one of the bursts."""
     return kind in ("step", "shift") and any(
         one.time_s - NEAR_S <= wander.jumps[0][0] <= one.stop_s + NEAR_S
         for one in found.events
-        if len(wander.jumps) == 1 or kind == "shift"
+        if one.kind == "burst" and (len(wander.jumps) == 1 or kind == "shift")
     )
 
 

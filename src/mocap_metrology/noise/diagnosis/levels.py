@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.noise.allan.confidence import mean_variance
 
 BLOCK_S = 1.0  # fast noise is what is left about means so long
 FEWEST = 5  # blocks a side can be judged by
@@ -114,9 +115,8 @@ def blocks(series: np.ndarray, rate_hz: float) -> Blocks:
 def compare(series: str, before: Blocks, after: Blocks, tail: float) -> Sides:
     """Both sides; tail: probability that the ratio's interval misses the truth on either side.
 
-    The variances of blocks are averaged, and the error of the mean of k of them is taken from their
-    own scatter and correlation with the next: var (1 + 2 r_1) / k, r_1 >= 0; the logarithm of the
-    ratio is taken for t-distributed with as many degrees of freedom as the smaller side has.
+    The variances of blocks are averaged, with the error that `mean_variance` states; the logarithm
+    of the ratio is taken for t-distributed with as many degrees of freedom as the smaller side has.
     """
     from scipy.special import stdtrit
 
@@ -135,12 +135,7 @@ def compare(series: str, before: Blocks, after: Blocks, tail: float) -> Sides:
 
 def _relative(variance: np.ndarray) -> float:
     """Relative variance of the mean of these."""
-    z = variance - variance.mean()
-    power = float(z @ z)
-    if not power > 0:
-        return 0.0
-    r_1 = max(float(z[1:] @ z[:-1]) / power, 0.0)
-    return float(power / (variance.size - 1) * (1 + 2 * r_1) / variance.size / variance.mean() ** 2)
+    return mean_variance(variance) / float(variance.mean()) ** 2
 
 
 @dataclass(frozen=True)
@@ -194,7 +189,7 @@ class Trend:
 def changes(
     found: Mapping[str, Blocks], out_of: np.ndarray, side_s: float, false_alarm: float
 ) -> list[Change]:
-    """Lasting changes of level at once in any series, the surest first, none within `side_s` of
+    """Lasting changes of level at once in any series, the surest first, none within two minutes of
     another.
 
     Medians of the points over `side_s` before and after every one are compared, with the scatter of
@@ -218,9 +213,10 @@ def changes(
             for place, p in seen.items()
             if p * n_tests < false_alarm
         ]
+    apart = min(2 * LEAST_POINTS * length, side_s)
     kept: list[Change] = []
     for one in sorted(candidates, key=lambda c: c.p):
-        if all(abs(one.time_s - other.time_s) >= side_s for other in kept):
+        if all(abs(one.time_s - other.time_s) >= apart for other in kept):
             kept.append(one)
     return kept
 
@@ -265,7 +261,8 @@ def trends(
     found: Mapping[str, Blocks], out_of: np.ndarray, steps_s: Sequence[float]
 ) -> list[Trend]:
     """Slow changes of level in any series. out_of (k,): blocks in events; steps_s: times of changes
-    at once, which are fitted too and are no part of a trend."""
+    at once, which are fitted too: they alone are no trend, but beside one they are in its numbers.
+    """
     told = []
     for name, one in found.items():
         g = log_levels(one.variance, out_of)
@@ -302,16 +299,16 @@ def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Tr
     r_1 = float(np.clip(off[1:] @ off[:-1] / max(off @ off, 1e-300), 0, 0.9))
     spread = max(rest / (k.size - x.shape[1]), scale**2) * (1 + r_1) / (1 - r_1)
     powers = np.arange(1, best + 1)
-    ends = np.concatenate([np.zeros(x.shape[1] - best), np.ones(best)])
+    ends = np.concatenate([[0.0], np.ones(x.shape[1] - 1)])
     error = math.sqrt(spread * float(ends @ np.linalg.pinv(x.T @ x) @ ends))
     change = float(ends @ value)
     reach = float(stdtrit(max(k.size - x.shape[1], 1), 0.975)) * error
-    curve = np.linspace(0, 1, 101)[:, None] ** powers @ value[-best:]
+    at = np.linspace(0, 1, 101)[:, None]
+    curve = at**powers @ value[-best:]
+    curve += (at * g.size >= np.array(places)) @ value[1:-best] if places else 0.0
     left = k.size - x.shape[1]
     if fdtrc(left, dof, rest / left / scale**2) < INADEQUATE:  # its ends are no levels
-        change, reach, curve = _up_and_down(
-            g[k] - x[:, 1 : 1 + len(steps)] @ value[1 : 1 + len(steps)]
-        )
+        change, reach, curve = _up_and_down(g[k])
     low, high, least, greatest = (
         math.expm1(v / 2) for v in (change - reach, change + reach, curve.min(), curve.max())
     )

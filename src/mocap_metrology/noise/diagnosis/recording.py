@@ -17,6 +17,7 @@ from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import (
     Event,
+    bout,
     find_events,
     inside_events,
     pulses,
@@ -124,7 +125,8 @@ class Diagnosis:
     before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
     their position; wanders: what slow wander is, a series;
     solved: distances within rigid bodies that the software solved; processed: what else software
-    did to the frames; recurring: period in s of bursts, a series; resonances: broad ones."""
+    did to the frames; recurring: period in s of bursts, a series; resonances: broad ones;
+    bouts: begin and end in s of bursts that recur in a part of the recording."""
 
     events: list[Event]
     lines: list[Found]
@@ -148,6 +150,7 @@ class Diagnosis:
     processed: list[Processed]
     recurring: dict[str, float]
     resonances: list[Resonance]
+    bouts: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def explained(found: Diagnosis) -> Diagnosis:
@@ -252,8 +255,8 @@ def diagnose(
     blanked = Made(quiet, lambda name: _blanked(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     lines = [line for one in every for line in one.lines]
-    wanders = {one.name: one.wander for one in every if one.wander is not None}
-    recurring = _recurring(events, quiet, rate, settings.false_alarm, over)
+    wanders = {one.name: _walk_decided(one.wander, noise, one.name) for one in every if one.wander}
+    recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
     processing = _processed(recording, blanked, levels, settings, over)
     trends_of = _trends(levels, events)
     n_windows = sum(d.n_tests for own in dynamics.values() for d in own)
@@ -263,7 +266,7 @@ def diagnose(
         n_windows, quiet, spectra, _low_pass(recording, blanked, levels, settings, over), trends_of,
         heavy_tails(blanked, step, over), _repeats(recording), wanders,
         solved_pairs(quiet, at_rest), processing, recurring,
-        [one.resonance for one in every if one.resonance],
+        [one.resonance for one in every if one.resonance], bouts,
     )  # fmt: skip
     return explained(found)
 
@@ -308,20 +311,27 @@ def searched(
 def _recurring(
     events: Sequence[Event],
     quiet: Mapping[str, np.ndarray],
+    levels: Mapping[str, Blocks],
     rate_hz: float,
     false_alarm: float,
     over: Over,
-) -> dict[str, float]:
-    """Of events, in the series that moved most, or of bursts that are none as they are so many."""
+) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Period of events, in the series that moved most, or of bursts that are none as they are so
+    many; begin and end of those that recur for a while."""
     period = recurrence(events)
     if math.isfinite(period):
-        return {max(events, key=lambda e: np.nan_to_num(e.size_mm)).largest: period}
-    chance = false_alarm / max(len(quiet), 1)
+        return {max(events, key=lambda e: np.nan_to_num(e.size_mm)).largest: period}, {}
+    chance = false_alarm / max(len(quiet), 1) / 2
 
-    def of(one: tuple[str, np.ndarray]) -> tuple[str, float]:
-        return one[0], pulses(one[1].astype(np.float64), rate_hz, chance)
+    def of(one: tuple[str, np.ndarray]) -> tuple[str, float, float, float]:
+        name, values = one[0], one[1].astype(np.float64)
+        whole = pulses(values, rate_hz, chance)
+        part = bout(values, rate_hz, chance, levels[name])
+        return (name, whole, 0.0, math.inf) if math.isfinite(whole) else (name, *part)
 
-    return {name: period for name, period in over(of, quiet.items()) if math.isfinite(period)}
+    found = [one for one in over(of, quiet.items()) if math.isfinite(one[1])]
+    periods = {name: period for name, period, _, _ in found}
+    return periods, {name: (begin, end) for name, _, begin, end in found if math.isfinite(end)}
 
 
 def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend]:
@@ -454,11 +464,24 @@ def _repeats(recording: Recording) -> list[Repeats]:
     return [one for one in found if one is not None]
 
 
+def _likelihood_rows(noise: Sequence[NoiseRow], series: str) -> list[NoiseRow]:
+    return [r for r in noise if r["series"] == series and r["estimator"] == DEFAULT_ESTIMATOR]
+
+
 def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
     """The likelihood's model of a series, or None without one."""
-    own = [r for r in noise if r["series"] == series and r["estimator"] == DEFAULT_ESTIMATOR]
+    own = _likelihood_rows(noise, series)
     model = model_of(own) if any(r["status"] != "refused" for r in own) else None
     return model if model and model.broadband else None
+
+
+def _walk_decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
+    """No noise that is named where the interval of h_-2 holds zero, as slow Gauss-Markov noise may
+    stand for it."""
+    walks = [r["lower_95"] for r in _likelihood_rows(noise, series) if r["parameter"] == "h_-2"]
+    if not wander.noise or not any(float(low) <= 0 for low in walks):
+        return wander
+    return replace(wander, noise=False, possible=wander.possible or ("noise",))
 
 
 def _welch(

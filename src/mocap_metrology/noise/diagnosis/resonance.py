@@ -25,6 +25,8 @@ POWERS = (-2, -1, 0, 2)
 LOWEST_HZ, HIGHEST = 0.3, 0.8  # of f_0, the latter of Nyquist
 DAMPING = np.geomspace(0.005, 0.15, 10)
 PLACES, BAND = 60, 0.015  # of f_0 that are tried; of the frequency, a band
+RANDOM = 1.5  # mean square of the power over the square of its mean; Gaussian noise has 2
+MOST_GAPS = 0.1  # share of the frames; bridges over more have a spectrum of their own
 STEADY = 0.5  # share of the mean square that its median is
 NARROWEST = 0.006  # damping; narrower, it may be a line that wanders
 HEIGHT = 1.0  # times the power laws at f_0, at least
@@ -52,7 +54,7 @@ def resonance(
     their Welch spectrum; lines_hz: frequencies of periodic disturbances, whose bins are left out.
     """
     f, psd = spectrum["f_hz"], spectrum["psd_mm2_hz"]
-    if f.size < PLACES:
+    if f.size < PLACES or np.isnan(values).mean() > MOST_GAPS:
         return None
     bin_hz, nyquist = float(f[1] - f[0]), float(f[-1])
     keep = (f > bin_hz) & (f < nyquist) & (psd > 0)
@@ -96,8 +98,9 @@ def _bands(f: Floats, psd: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float) -> bool:
-    """Whether the oscillation goes on all the time, as no burst does: mean squares at f_0 of blocks
-    of eight times its decay have a median of half their mean at least."""
+    """Whether the oscillation goes on all the time, as no burst does, with an amplitude that is
+    random, as that of no line: mean squares at f_0 of blocks of eight times its decay have a median
+    of half their mean at least, powers over half a decay a mean square of `RANDOM` at least."""
     decay = 1 / (2 * math.pi * damping * f_0)
     short, long = max(round(decay * rate_hz / 2), 1), 16
     known = np.where(np.isfinite(values), values - np.nanmean(values), 0.0)
@@ -107,6 +110,8 @@ def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float) -> b
     turned = known * np.exp(-2j * np.pi * f_0 / rate_hz * np.arange(known.size))
     power = np.abs(turned.reshape(-1, short).mean(axis=1)) ** 2
     blocks = power.reshape(-1, long).mean(axis=1)
+    if float(np.mean(power**2)) < RANDOM * float(power.mean()) ** 2:
+        return False
     return float(np.median(blocks)) > STEADY * float(blocks.mean())
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 
-CONSTANTS = np.geomspace(0.02, 0.7, 16)  # of a warm-up, over the recording
+CONSTANTS = np.geomspace(0.005, 0.7, 20)  # of a warm-up, over the recording
 FINER = 8  # places a cycle of the search for one
 PLACE = 2  # parameters of a place in time, as it is searched among many
 SMOOTH, MOST_STEPS = (4, 8, 16, 32, 48), 8  # cosines of any other slow curve; steps

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.linear import non_negative
 from mocap_metrology.common.types import Floats
 
 POWERS = (-2, -1, 0, 2)
@@ -134,12 +135,10 @@ def _fit(
 def _deviance(terms: Floats, psd: Floats, weight: Floats) -> tuple[float, Floats]:
     """2 K sum (I/S - 1 - ln I/S) of ordinates I with K segments each, and the sizes of the terms of
     S, by non-negative least squares of relative errors, twice."""
-    from scipy.optimize import nnls
-
     level = psd
     for _ in range(2):
         scale = np.sqrt(weight) / level
-        size = nnls((terms * scale).T, psd * scale)[0]
+        size = non_negative((terms * scale).T, psd * scale)
         level = np.maximum(size @ terms, 1e-3 * psd)
     ratio = psd / level
     return float(2 * weight @ (ratio - 1 - np.log(ratio))), size

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.common.linear import cholesky, solve
+from mocap_metrology.common.linear import cholesky, non_negative, solve
 
 
 def system(n: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
@@ -62,3 +62,20 @@ def test_an_infinite_diagonal_holds_an_unknown_at_zero() -> None:
     solve(A.copy(), x, 0.0, 1e-15, np.inf)
     np.testing.assert_array_equal(x[~free], 0.0)
     np.testing.assert_allclose(x[free], np.linalg.solve(A[np.ix_(free, free)], b[free]), rtol=1e-7)
+
+
+def test_least_squares_without_negative_values_meet_their_conditions() -> None:
+    """Those of Karush, Kuhn and Tucker: x >= 0, gradient >= 0, and one of both 0; also of columns
+    that are nearly alike, of which the active-set method of SciPy 1.17 does not come to an end."""
+    rng = np.random.default_rng(5)
+    f = np.geomspace(0.01, 70, 300)
+    corners = np.geomspace(0.01, 70, 12)[:, None]
+    alike = np.vstack([f ** float(p) for p in (-2, -1, 0, 2)] + [corners**2 / (corners**2 + f**2)])
+    for A in (rng.normal(size=(30, 8)), (alike / (1e6 / f**4 + 1e-9)).T):
+        b = np.abs(rng.normal(size=len(A)))
+        x = non_negative(A, b)
+        norm = np.linalg.norm(A, axis=0)
+        slope = (A / norm).T @ (A @ x - b) / np.linalg.norm(b)
+        assert (x >= 0).all()
+        assert (slope > -1e-5).all()
+        assert np.abs(slope * (x * norm) / np.abs(x * norm).max()).max() < 1e-5

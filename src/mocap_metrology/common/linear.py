@@ -1,8 +1,9 @@
-"""Positive definite systems of few unknowns, solved inside compiled loops.
+"""Positive definite systems of few unknowns, solved inside compiled loops, and least squares of
+unknowns that are not negative.
 
-There a call of LAPACK costs more than the work, and each caller has its own answer to a matrix
-that rounding has made singular: `least`, `relative` and `instead`. A pivot is what is left of
-A_jj; one that is not above least + relative A_jj is replaced by `instead`: a small number to go
+In a compiled loop a call of LAPACK costs more than the work, and each caller has its own answer to
+a matrix that rounding has made singular: `least`, `relative` and `instead`. A pivot is what is left
+of A_jj; one that is not above least + relative A_jj is replaced by `instead`: a small number to go
 on with, NaN to make the whole solution NaN, or infinity to leave the unknown out, as 0. An unknown
 whose A_jj is infinite is left out, too.
 """
@@ -51,3 +52,17 @@ def solve(
         for k in range(i + 1, n):
             s -= matrix[k, i] * right[k]
         right[i] = s / matrix[i, i]
+
+
+def non_negative(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """x >= 0 (n,) of least |A x - b|, for A (m, n) and b (m,) [Lawson & Hanson, Solving Least
+    Squares Problems, ch. 23]; by interior points where columns so alike make that method cycle."""
+    from scipy.optimize import lsq_linear, nnls
+
+    norm = np.linalg.norm(matrix, axis=0)
+    norm[norm == 0] = 1.0
+    try:
+        x = nnls(matrix / norm, target)[0]
+    except RuntimeError:
+        x = np.maximum(lsq_linear(matrix / norm, target, (0.0, np.inf)).x, 0.0)
+    return np.asarray(x / norm)

@@ -79,9 +79,10 @@ def test_frequency_damping_and_size_of_a_resonance(f_0: float, damping: float, r
     assert found.rms_mm == pytest.approx(rms, rel=0.1)
 
 
-@pytest.mark.parametrize("kind", ["white", "walk", "line", "burst"])
+@pytest.mark.parametrize("kind", ["white", "walk", "line", "burst", "correlated", "falling"])
 def test_other_spectra_are_no_resonance(kind: str) -> None:
-    """A line that is known, and an oscillation that goes on for a minute only."""
+    """A line that is known, an oscillation that goes on for a minute only, Gauss-Markov noise, or
+    its filtered form (f^-4)."""
     values = 0.02 * np.random.default_rng(8).standard_normal(N)
     if kind == "walk":
         values += np.cumsum(0.002 * np.random.default_rng(9).standard_normal(N))
@@ -89,6 +90,11 @@ def test_other_spectra_are_no_resonance(kind: str) -> None:
         values += 0.03 * np.sin(2 * np.pi * 12 * T)
     if kind == "burst":
         values += oscillator(6.0, 0.03, 0.1, 10) * ((T > 200) & (T < 260))
+    if kind in ("correlated", "falling"):
+        drive = np.random.default_rng(11).standard_normal(N)
+        for _ in range(1 + (kind == "falling")):
+            drive = signal.lfilter([1], [1, -0.9], drive)
+        values += 0.05 * drive / drive.std()
     assert resonance("x1", values, RATE, spectrum(values), [12.0]) is None
 
 

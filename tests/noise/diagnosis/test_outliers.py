@@ -131,3 +131,12 @@ def test_heavy_tails_of_known_kurtosis() -> None:
     for silent in (np.round(x / 0.2) * 0.2, np.full(N, np.nan), np.full(N, 3.0)):
         assert not heavy_tails({"x1": silent}, 0.2)
     assert not heavy_tails({"x1": np.repeat(x[::2], 2)}, 1.5e-5)
+
+
+@pytest.mark.parametrize("n", range(1, 12))
+def test_a_handful_of_frames_keeps_its_length(n: int) -> None:
+    """Shorter than the widest window, with a frame that is far off."""
+    x = np.arange(n) % 2 * 1e-3
+    x[n // 2] = 5.0
+    drawn = drawn_in({"x1": x, "y1": x[::-1].copy()})
+    assert [values.shape for values in drawn.values()] == [(n,), (n,)]

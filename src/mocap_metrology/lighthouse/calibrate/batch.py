@@ -422,7 +422,7 @@ def _bridged(one: Recording) -> Trajectory | None:
     bad = _bad_stretches(one, BAD_STRETCH)
     if not bad.any() or bad.all():
         return None
-    bad = np.convolve(bad, np.ones(5), "same") > 0  # a spline's error reaches to its neighbours
+    bad = np.convolve(bad, np.ones(5))[2:-2] > 0  # a spline's error reaches to its neighbours
     middle = trajectory.begin_s + trajectory.knot_s * (np.arange(bad.size) + 0.5)
     good = ~bad & (np.bincount(stretch, minlength=bad.size) > 0)
     if np.count_nonzero(good) < 2:

@@ -29,6 +29,7 @@ from typing import Final, Literal
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.linear import non_negative
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
 
@@ -249,8 +250,6 @@ def wander(means: np.ndarray, of: int = 10) -> float:
 def _cutoff(found: Bands, steps: np.ndarray, fallen: int, rounding: float) -> float:
     """Of the best fit of (a + b / f + c / f^2) |H|^2 + d round the edge: from three octaves below
     it to where W is least, or a hundredth of its greatest; least squares of logarithms."""
-    from scipy.optimize import nnls
-
     w = found.psd * steps
     greatest = w[:fallen].max()
     edge = int(np.flatnonzero(w[:fallen] >= greatest / 2)[-1])
@@ -265,7 +264,7 @@ def _cutoff(found: Bands, steps: np.ndarray, fallen: int, rounding: float) -> fl
         for order in FILTER_ORDERS:
             gain = 1 / (1 + (f / cutoff) ** (2 * order)) ** 2
             terms = np.stack([gain, gain / np.sqrt(steps), gain / steps, np.ones_like(f)]) / psd
-            size = nnls(terms.T, np.ones(f.size))[0]
+            size = non_negative(terms.T, np.ones(f.size))
             off = np.log(np.maximum(size @ terms, 1e-9))
             best = min(best, (float(off @ off), float(cutoff)))
     return best[1]

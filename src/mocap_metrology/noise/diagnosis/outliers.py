@@ -207,7 +207,8 @@ def _together(off: np.ndarray, n_series: int) -> np.ndarray:
         chance = bdtrc(many - 1, frames * n_series, share) * off.size
         enough = many[chance < ALONE_EXPECTED]
         if enough.size:
-            dense = np.convolve(off, np.ones(frames, off.dtype), "same") >= enough[0]
+            near = np.convolve(off, np.ones(frames, off.dtype))[frames // 2 :][: off.size]
+            dense = near >= enough[0]
             found |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense
     return found
 

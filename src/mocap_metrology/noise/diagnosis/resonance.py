@@ -5,10 +5,12 @@ with the one-sided density
 
     R(f) = A / ((1 - (f/f_0)^2)^2 + (2 zeta f/f_0)^2)
 
-[e.g. Bendat & Piersol, Random Data, section 2.4]. Welch's spectrum is explained by power laws alone
-(f^-2, f^-1, 1, f^2), or with R; the deviance of gamma-distributed ordinates decides. A resonance is
-reported where nothing else in the recording has the same spectrum: no line at its frequency, no
-filter, no smoothing.
+[e.g. Bendat & Piersol, Random Data, section 2.4]. Welch's spectrum is explained by power laws
+(f^-2, f^-1, 1, f^2) and correlated noise of any time constants (f_c^2 / (f_c^2 + f^2) and its
+square), or with R as well; the deviance of gamma-distributed ordinates decides. The density of
+correlated noise only falls, so that R is a resonance by its peak alone. It is reported where
+nothing else in the recording has the same spectrum: no line at its frequency, no filter, no
+smoothing.
 """
 
 from __future__ import annotations
@@ -19,11 +21,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.linear import non_negative
 from mocap_metrology.common.types import Floats
 
 POWERS = (-2, -1, 0, 2)
 LOWEST_HZ, HIGHEST = 0.3, 0.8  # of f_0, the latter of Nyquist
 DAMPING = np.geomspace(0.005, 0.15, 10)
+BROADEST = 0.25  # damping; broader, a peak is hardly told from correlated noise
+CORNERS = 12  # of correlated noise, between the lowest frequency and Nyquist's
 PLACES, BAND = 60, 0.015  # of f_0 that are tried; of the frequency, a band
 RANDOM = 1.5  # mean square of the power over the square of its mean; Gaussian noise has 2
 MOST_GAPS = 0.1  # share of the frames; bridges over more have a spectrum of their own
@@ -74,11 +79,16 @@ def resonance(
         return None
     for step in (0.02, 0.005):  # finer
         for f_0 in best[1] * (1 + step * np.arange(-2, 3)):
-            for damping in best[2] * (1 + 8 * step * np.arange(-2, 3)):
+            for damping in np.minimum(best[2] * (1 + 8 * step * np.arange(-2, 3)), BROADEST):
                 best = min(best, _fit(f, psd, laws, weight, f_0, damping), key=lambda one: one[0])
-    _, f_0, damping, size = best
+    corners = np.geomspace(f[0], nyquist, CORNERS)[:, None]
+    falling = corners**2 / (corners**2 + f**2)
+    laws = np.vstack([laws, falling, falling**2])
+    with_it, f_0, damping, size = _fit(f, psd, laws, weight, *best[1:3])
+    if not _deviance(laws, psd, weight)[0] - with_it > LEAST:
+        return None
     power = size[-1] * _oscillator(f, f_0, damping)
-    base = size[:-1] @ np.array([f_0**p for p in POWERS])
+    base = float(np.interp(f_0, f, size[:-1] @ laws))
     if damping < NARROWEST or power.max() < HEIGHT * base:
         return None
     if not _steady(values, rate_hz, f_0, damping):
@@ -130,12 +140,10 @@ def _fit(
 def _deviance(terms: Floats, psd: Floats, weight: Floats) -> tuple[float, Floats]:
     """2 K sum (I/S - 1 - ln I/S) of ordinates I with K segments each, and the sizes of the terms of
     S, by non-negative least squares of relative errors, twice."""
-    from scipy.optimize import nnls
-
     level = psd
     for _ in range(2):
         scale = np.sqrt(weight) / level
-        size = nnls((terms * scale).T, psd * scale)[0]
+        size = non_negative((terms * scale).T, psd * scale)
         level = np.maximum(size @ terms, 1e-3 * psd)
     ratio = psd / level
     return float(2 * weight @ (ratio - 1 - np.log(ratio))), size

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mocap_metrology.common.linear import non_negative
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.diagnosis.export import Bands, bands
 
@@ -71,13 +72,12 @@ def processed(
 def white_share(found: Bands, rate_hz: float, step_mm: float) -> float:
     """b over a / W + b at the end of the spectrum, less the rounding of the file; by non-negative
     least squares of relative errors."""
-    from scipy.optimize import nnls
-
     if found.f_hz.size < OCTAVES or not found.psd.min() > 0:
         return math.nan
     f, psd = found.f_hz[-OCTAVES:], found.psd[-OCTAVES:]
     steps = 4 * np.sin(np.pi * f / rate_hz) ** 2
-    (a, b), _ = nnls(np.stack([1 / steps, np.ones_like(f)], axis=1) / psd[:, None], np.ones(f.size))
+    terms = np.stack([1 / steps, np.ones_like(f)], axis=1) / psd[:, None]
+    a, b = non_negative(terms, np.ones(f.size))
     rounding = 2 * step_mm**2 / 12 / rate_hz * math.log(2)
     if rounding > NO_WHITE * psd[-1]:
         return math.nan  # of what the steps hide nothing is known

@@ -76,6 +76,7 @@ def draw(
     `scale * value + offset` is the place of a value within `limits` (mm); what lies beyond is
     marked at its edge. All but the mean becomes one image in an SVG (neighbours in zorder do).
     """
+    from matplotlib.patches import StepPatch
 
     def place(values: pd.Series) -> np.ndarray:
         return np.asarray(scale * values.clip(*limits) + offset)
@@ -92,7 +93,8 @@ def draw(
         if rows["low"].notna().any():
             how: plot.Keywords = {"fill": True, "fc": colour, "ec": edge, "lw": 0.5}
             how |= {"baseline": place(rows["low"]), "zorder": zorder, "rasterized": True}
-            axes.stairs(place(rows["high"]), edges, label=label, **how)
+            # `axes.stairs` would search each bin for limits, which are set already.
+            axes.add_artist(StepPatch(place(rows["high"]), edges, label=label, **how))
     if len(one.means):
         at = (one.means["first"] + one.means["stop"]) / 2 * time.per_frame
         label = f"mean over {one.mean_s:.3g} s"

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.linear import non_negative
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.fit.spectral.periodogram import (
     Periodogram,
@@ -315,22 +316,17 @@ def dictionary(likelihood: Likelihood, alphas: Sequence[int]) -> Spectrum:
     Linear in all its coefficients, so its optimum needs no start: least squares of (P - S)/S by
     non-negative least squares, reweighted. Neighbouring T_c that are both used are one component.
     """
-    from scipy.optimize import nnls
-
     grid = np.geomspace(*likelihood.bounds, GRID)
     units = [gauss_markov_unit(likelihood.bins, T) for T in grid]
     columns = np.stack([*(likelihood.laws[a] for a in alphas), *units], axis=1)
     root = np.sqrt(likelihood.weight / 2)
     nine = np.ones(9)  # a running mean, as single coefficients scatter
-    density = np.convolve(likelihood.psd * likelihood.weight, nine, "same")
-    density /= np.convolve(likelihood.weight, nine, "same")
+    density = np.convolve(likelihood.psd * likelihood.weight, nine)[4:-4]
+    density /= np.convolve(likelihood.weight, nine)[4:-4]
     for _ in range(5):
         scale = root / density
-        matrix = columns * scale[:, None]
-        norm = np.linalg.norm(matrix, axis=0)
-        x, _ = nnls(matrix / norm, likelihood.psd * scale)
-        density = np.maximum(columns @ (x / norm), 1e-6 * density)
-    x = x / norm
+        x = non_negative(columns * scale[:, None], likelihood.psd * scale)
+        density = np.maximum(columns @ x, 1e-6 * density)
     h = {a: max(float(v), 0.0) for a, v in zip(alphas, x, strict=False)}
     q2 = x[len(h) :]
     used = np.flatnonzero(q2 > 0)

@@ -147,6 +147,10 @@ def test_mean_of_all_frames() -> None:
     empty = contents(empty="y1")["series"]["y1"]["mean_of_all"]
     assert set(empty.values()) == {None}
     assert mean_table({"y1": {"mean_of_all": empty}})[1] == ["y1", *["-"] * 6]
+    for one in verdict["series"].values():
+        one["mean_of_all"] = empty
+    text = "\n".join(verdict_lines(verdict))
+    assert "No uncertainty of the mean of all frames" in text and "length needed" not in text
 
 
 def test_a_recording_without_numbers_has_a_row_and_a_picture(tmp_path: Path) -> None:

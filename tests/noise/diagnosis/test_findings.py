@@ -165,7 +165,8 @@ def test_other_wander_by_kind(at_s: float, stated: Deterministic) -> None:
         "z1": Wander(("warm_up", "drift"), False, ("drift",), 0.0, 0.0, 5.0, 1.0),
         "L": Wander((), False, ("step",), 0.0, 0.0, 7.0),
     }
-    found = SimpleNamespace(wanders=own, events=[SimpleNamespace(time_s=99.0, stop_s=101.0)])
+    event = SimpleNamespace(kind="burst", time_s=99.0, stop_s=101.0)
+    found = SimpleNamespace(wanders=own, events=[event])
     recording = SimpleNamespace(coordinates={"x1", "y1", "z1"})
     expected = {"creep": ("y1", {"y1": 1.0}), "undecided": ("L", {"L": 7.0})}
     if at_s == 500:

@@ -110,7 +110,7 @@ def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str
         units = zip(head, MEAN_UNITS, strict=True)
         shown = [f"{quantity or 'series'}{unit}" for quantity, unit in units]
         means = site.Table(shown, "tnnntnn", cells, range(len(head)))
-        tables = [{"title": "Mean of all frames", "table": means}]
+        tables = [{"title": "Mean of all frames", "table": means}] * words.has_mean(verdict)
         yield "recording", name, [], _judged(verdict, lines, group, groups) | {"tables": tables}
     for row in results.poses:
         verdict, name = row["pose"]["verdict"], row["calibration"]

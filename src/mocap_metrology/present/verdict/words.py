@@ -107,7 +107,8 @@ def verdict_lines(verdict: Record) -> list[str]:
     )
     lines = [first, *sentences(verdict), *marker_numbers(verdict), "", head]
     lines += [*_aligned(_table(verdict["series"])), *_measured(verdict)]
-    lines += ["", mean_words(verdict), *_aligned(mean_table(verdict["series"]))]
+    means = _aligned(mean_table(verdict["series"])) if has_mean(verdict) else []
+    lines += ["", mean_words(verdict), *means]
     findings = [item["words"] for item in _warnings(verdict) if not _stated(item, verdict)]
     lines += ["", "Findings:", *(f"  {words}" for words in findings)] if findings else []
     told = {words.casefold().rstrip(".") for words in findings}
@@ -116,9 +117,14 @@ def verdict_lines(verdict: Record) -> list[str]:
 
 
 def mean_words(verdict: Record) -> str:
-    """What `mean_table` is of, and what is not in it."""
+    """What `mean_table` is of, and what is not in it, or why there is no mean."""
     named = {name: verdict[name] for name in ("mean_mm", "not_covered")}
-    return render("verdict.mean", **named)
+    return render("verdict.mean" if has_mean(verdict) else "verdict.no_mean", **named)
+
+
+def has_mean(verdict: Record) -> bool:
+    """Whether the mean of all frames of any series is known."""
+    return any(one["mean_of_all"]["u_mm"] is not None for one in verdict["series"].values())
 
 
 def mean_table(series: Mapping[str, Record]) -> list[list[str]]:

@@ -78,9 +78,9 @@ def _events(
     seconds, shown = recording.duration_s, NAMED
     if found.recurring:
         shown = RECURRING_SHOWN
-        numbers = {"period_s": dict(found.recurring)}
+        period = {"period_s": dict(found.recurring)}
         within = next(iter(found.bouts.values()), None)
-        yield sentence("recurring.bursts", True, found.recurring, numbers, within=within)
+        yield sentence("recurring.bursts", True, found.recurring, period, within=within)
     elif len(found.events) > NAMED:
         matter = sum(event.matters for event in found.events) >= NAMED
         numbers = {"n_events": len(found.events)}

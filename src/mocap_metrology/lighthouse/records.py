@@ -69,7 +69,12 @@ class Flashes:
 
 @dataclass(frozen=True)
 class Hits:
-    """Sweeps of a laser over photodiodes, sorted by time."""
+    """Sweeps of a laser over photodiodes, sorted by time.
+
+    In generation 2 a station is its place in the list of stations (the reference first, then by
+    rising channel), an axis is a plane (0 met first in a turn), and a cycle a turn of that station;
+    angle_rad = 2 pi (time - begin of the turn) / T - 2 pi/3 (plane 0) or - 4 pi/3 (plane 1).
+    """
 
     station: np.ndarray  # int8: 0 master, 1 slave
     axis: np.ndarray  # int8: 0 azimuth, 1 elevation
@@ -139,20 +144,24 @@ class Path:
 
 @dataclass(frozen=True)
 class Factory:
-    """Calibration of a station as written by its maker; each has one value an axis."""
+    """Calibration of a station as written by its maker; each has one value an axis, in generation 2
+    a plane. The same name is not the same term in both generations."""
 
     phase: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
     tilt: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
     curve: np.ndarray = field(default_factory=lambda: np.zeros(2))  # 1/rad
     gibphase: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
     gibmag: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
+    ogeephase: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad, of generation 2
+    ogeemag: np.ndarray = field(default_factory=lambda: np.zeros(2))  # of generation 2
+    generation: int = 1
 
 
 @dataclass(frozen=True)
 class Station:
-    """Data that a station transmits in the bits of its flashes."""
+    """Data that a station transmits in the bits of its flashes, or of its sweeps (generation 2)."""
 
-    role: str  # master or slave
+    role: str  # master or slave; of generation 2 its channel index, in digits
     id: int | None = None
     mode: str | None = None  # A, b or c
     factory: Factory | None = None
@@ -162,6 +171,8 @@ class Station:
     firmware: int | None = None
     hardware: int | None = None
     up_by_geometry: np.ndarray | None = None  # likewise, by the poses in a Crazyflie's file
+    generation: int = 1
+    channel: int | None = None  # index 0 to 15, of generation 2
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from mocap_metrology.lighthouse.decode.libsurvive import read_solution
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
 from mocap_metrology.lighthouse.rotor import check
 
-FACTORY_NAMES = tuple(Factory.__dataclass_fields__)
+FACTORY_NAMES = ("phase", "tilt", "curve", "gibphase", "gibmag")
 OPTIONAL = ("frames_found", "why", "firmware", "hardware")
 CRAZYFLIE_TYPE = "lighthouse_system_configuration"
 CRAZYFLIE_VERSIONS = ("1", "2")

@@ -40,6 +40,7 @@ from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Pose, Sc
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.records import SLAVE, Hits, Measurements, Path, PoseEstimate
 
+GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice as much, or wrong
 RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over the median of all
 LOST_STRETCH = 3.0  # likewise, after that
@@ -176,7 +177,7 @@ def joint(
     near: where it starts, if that is known."""
     with determined(scene.title):
         if still is None:
-            found, note = without_bad_diodes(scene, *(near or start(scene)))
+            found, note = without_bad_diodes(scene, *_facing(scene, *(near or start(scene))))
         else:
             hits, trajectory, poses, note = still_start(scene, still)
             found, _, why = _if_they_agree(scene, lambda own: fitted(own, hits, trajectory, poses))
@@ -185,6 +186,23 @@ def joint(
         if not scene.known_pose:
             found = replace(found, misfit=misfit_of(found))
     return found, note
+
+
+def _facing(scene: Scene, hits: Hits, trajectory: Trajectory, poses: list[Pose]) -> Start:
+    """Without hits of diodes that light cannot reach, or grazes, where their normals are known:
+    those are reflections, or of an unknown cover. By a first estimate."""
+    if scene.normals is None:
+        return hits, trajectory, poses
+    found = fitted(scene, hits, trajectory, poses, sized=True)
+    one, state = found.recordings[0], found.state
+    own = one.sweeps.hits
+    R, p = one.trajectory.poses(own.time_s)
+    normal = np.einsum("nij,nj->ni", R, scene.normals[own.diode])
+    far = p + np.einsum("nij,nj->ni", R, state.board[own.diode]) - state.t_m[own.station]
+    size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
+    grazing = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size
+    kept = own.take(~grazing | ~(size > 0))
+    return kept, one.trajectory, poses_of(found)
 
 
 def fitted(

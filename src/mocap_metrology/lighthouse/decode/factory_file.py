@@ -33,7 +33,7 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
-from mocap_metrology.lighthouse.rotor import check
+from mocap_metrology.lighthouse.rotor import rotor_parameters
 
 FACTORY_NAMES = ("phase", "tilt", "curve", "gibphase", "gibmag")
 NAMES_OF = {1: FACTORY_NAMES, 2: (*FACTORY_NAMES, "ogeephase", "ogeemag")}  # by generation
@@ -163,7 +163,7 @@ def _station(entry: Mapping[str, Any], name: str) -> Station:
 
 def _check(factory: Factory, where: str) -> None:
     try:
-        check(factory)
+        rotor_parameters(factory)
     except Refusal as refusal:
         raise Refusal(f"{where}: {refusal}") from None
 
@@ -255,7 +255,8 @@ def _crazyflie_station(key: int, given: object, where: str) -> Station:
         raise Refusal(f"{where}.uid is {uid!r}; expected a whole number of 32 bits")
     if not isinstance(sweeps, list) or len(sweeps) != 2:
         raise Refusal(f"{where}.sweeps: expected a list of two, azimuth and elevation")
-    factory = Factory(**{value: _pair(sweeps, value, where) for value in FACTORY_NAMES})
+    values: dict[str, Any] = {value: _pair(sweeps, value, where) for value in FACTORY_NAMES}
+    factory = Factory(**values)
     _check(factory, where)
     return Station(ROLES[key], id=uid or None, factory=factory)
 

@@ -21,6 +21,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from io import BufferedReader
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -354,7 +355,8 @@ def _solved(index: int, block: str) -> SolvedStation | None:
             raise ValueError(f"{key} is {entries[key]}")
         return values
 
-    factory = Factory(**{name: numbers(key, 2) for name, key in FACTORY_KEYS.items()})
+    values: dict[str, Any] = {name: numbers(key, 2) for name, key in FACTORY_KEYS.items()}
+    factory = Factory(**values)
     mode, pose = int(entries["mode"]), None
     if entries.get("PositionSet", "1") != "0":
         values = numbers("pose", 7)

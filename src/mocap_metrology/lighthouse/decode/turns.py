@@ -151,13 +151,14 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
 
 def _plane(rotor: Floats, time_s: Floats) -> tuple[np.ndarray, np.ndarray]:
     """Plane of each hit, and whether it is known: about half a turn, where the fields of both
-    planes overlap, it is the one whose other hits about that time are the nearer."""
+    planes overlap, it is the one whose other hits about that time are the nearer, or the one that
+    has none where those of the other are far."""
     plane: np.ndarray = (rotor >= np.pi).astype(np.int8)
     doubtful = np.abs(rotor - np.pi) <= DOUBTFUL_RAD
     known = ~doubtful
     if not doubtful.any():
         return plane, known
-    off = np.full((2, int(doubtful.sum())), np.inf)
+    off = np.full((2, int(doubtful.sum())), NEAR_RAD)
     for k in (0, 1):
         sure = np.flatnonzero(known & (plane == k))
         if sure.size:

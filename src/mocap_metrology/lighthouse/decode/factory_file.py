@@ -135,7 +135,7 @@ def _station(entry: Mapping[str, Any], name: str) -> Station:
         raise Refusal(f"{name}: role is {role!r}; expected master or slave")
     if generation == 2 and not (type(channel) is int and 0 <= channel < CHANNELS):
         raise Refusal(f"{name}: channel is {channel!r}; expected a whole number from 0 to 15")
-    role = role if generation == 1 else str(channel)
+    role = str(role if generation == 1 else channel)
     if id_ is not None and not (type(id_) is int and 0 <= id_ < 1 << 32):
         raise Refusal(f"{name}, {role}: id is {id_!r}; expected a whole number of 32 bits or null")
     if mode not in (None, "A", "b", "c"):

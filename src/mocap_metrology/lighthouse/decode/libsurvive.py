@@ -355,8 +355,8 @@ def _solved(index: int, block: str) -> SolvedStation | None:
             raise ValueError(f"{key} is {entries[key]}")
         return values
 
-    values: dict[str, Any] = {name: numbers(key, 2) for name, key in FACTORY_KEYS.items()}
-    factory = Factory(**values)
+    calibration: dict[str, Any] = {name: numbers(key, 2) for name, key in FACTORY_KEYS.items()}
+    factory = Factory(**calibration)
     mode, pose = int(entries["mode"]), None
     if entries.get("PositionSet", "1") != "0":
         values = numbers("pose", 7)

@@ -185,6 +185,12 @@ def _with_factory(
         return list(stations), []
     name, result, notes = Path(path).name, [], []
     filed = read_factory(path)
+    theirs, own = filed[0].generation, stations[0].generation
+    if theirs != own:
+        raise Refusal(
+            f"{name}: factory values of stations of generation {theirs}; the recording is of"
+            f" generation {own}"
+        )
     for station in stations:
         key = "role" if station.id is None else "id"
         same = [other for other in filed if getattr(other, key) == getattr(station, key)]

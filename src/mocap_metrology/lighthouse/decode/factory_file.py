@@ -13,9 +13,9 @@ The system configuration that Bitcraze's tools write is
 
 [crazyflie-lib-python, cflib/localization/lighthouse_config_manager.py]. Station 0 is the one that
 flashes first, so the master; sweep 0 is the azimuth; uid is the id that its flashes carry. A file
-without systemType is of second-generation stations, as its own reader assumes. `geos`, poses in
-the room, {0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by
-`crazyflie_poses`.
+without systemType is of second-generation stations, as its own reader assumes: then stations are
+channel indices, sweeps planes, with ogeephase and ogeemag. `geos`, poses in the room,
+{0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by `crazyflie_poses`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,12 @@ import numpy as np
 from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
-from mocap_metrology.lighthouse.decode.libsurvive import read_solution
+from mocap_metrology.lighthouse.decode.libsurvive import (
+    CLIPPED_ID,
+    of_second_generation,
+    read_solution,
+    solution_text,
+)
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 
@@ -74,8 +79,17 @@ def read_factory(path: str | Path) -> list[Station]:
 
 
 def _of_libsurvive(path: str | Path) -> list[Station]:
-    """libsurvive's lighthouse 1 flashes first: it is the master."""
+    """libsurvive's lighthouse 1 flashes first: it is the master; of generation 2 by channel."""
     stations = []
+    if of_second_generation(solution_text(path)):
+        for solved in read_solution(path, 2):
+            _check(solved.factory, Path(path).name)
+            uid = None if solved.id == CLIPPED_ID else solved.id
+            role, channel = str(solved.channel), solved.channel
+            stations.append(
+                Station(role, id=uid, factory=solved.factory, generation=2, channel=channel)
+            )
+        return sorted(stations, key=lambda station: station.channel or 0)
     for solved in sorted(read_solution(path), key=lambda station: -station.index):
         if solved.index > 1:
             continue
@@ -184,8 +198,8 @@ def is_crazyflie(text: str) -> bool:
     return CRAZYFLIE_TYPE in text
 
 
-def _crazyflie(text: str, name: str) -> Mapping[str, Any]:
-    """The system configuration of first-generation stations in a text."""
+def _crazyflie(text: str, name: str, generations: tuple[int, ...]) -> Mapping[str, Any]:
+    """The system configuration of stations of these generations in a text."""
     try:
         given = load_yaml(text)
     except UNREADABLE as error:
@@ -196,10 +210,11 @@ def _crazyflie(text: str, name: str) -> Mapping[str, Any]:
         )
     if str(given.get("version")) not in CRAZYFLIE_VERSIONS:
         raise Refusal(f"{name}: version is {given.get('version')!r}; expected 1")
-    if given.get("systemType", 2) != FIRST_GENERATION:
+    if given.get("systemType", 2) not in generations:
+        expected = " or ".join(map(str, generations))
         raise Refusal(
             f"{name}: systemType is {given.get('systemType')!r}, second-generation (V2) base"
-            " stations; expected 1"
+            f" stations; expected {expected}"
         )
     return given
 
@@ -207,7 +222,7 @@ def _crazyflie(text: str, name: str) -> Mapping[str, Any]:
 def crazyflie_poses(text: str, name: str) -> tuple[list[int | None], np.ndarray, np.ndarray]:
     """Ids of master and slave, None where unknown, and their R (2, 3, 3) and t (2, 3) in m in the
     room. Raises `Refusal` naming file and field; whether each R is a rotation is not checked."""
-    given = _crazyflie(text, name)
+    given = _crazyflie(text, name, (1,))
     geos, calibs = given.get("geos"), given.get("calibs")
     ids: list[int | None] = []
     R, t = np.empty((2, 3, 3)), np.empty((2, 3))
@@ -224,29 +239,41 @@ def crazyflie_poses(text: str, name: str) -> tuple[list[int | None], np.ndarray,
 
 
 def _of_crazyflie(text: str, name: str) -> list[Station]:
-    """Stations with factory values, master first. Raises `Refusal` naming file and field."""
-    given = _crazyflie(text, name)
-    calibs = given.get("calibs")
+    """Stations with factory values, by rising key: master first. Raises `Refusal` naming file and
+    field."""
+    given = _crazyflie(text, name, (1, 2))
+    generation, calibs = given.get("systemType", 2), given.get("calibs")
+    most = len(ROLES) if generation == 1 else CHANNELS
     if not isinstance(calibs, Mapping) or not calibs:
         raise Refusal(f"{name}: no calibs; expected factory values of stations 0 and 1")
-    unknown = sorted(str(key) for key in calibs if key not in (0, 1))
+    unknown = sorted(str(key) for key in calibs if key not in range(most))
     if unknown:
         raise Refusal(
-            f"{name}: calibs of station {', '.join(unknown)}; expected stations 0 and 1 only"
+            f"{name}: calibs of station {', '.join(unknown)}; expected stations 0 to {most - 1}"
+            " only"
         )
-    stations = [
-        _crazyflie_station(key, calibs[key], f"{name}: calibs.{key}") for key in sorted(calibs)
-    ]
-    with suppress(Refusal):  # a file without poses
-        _, R, _ = crazyflie_poses(text, name)
-        if all(np.allclose(one @ one.T, np.eye(3), atol=1e-3) for one in R):
-            ups = [R[ROLES.index(station.role), 2] for station in stations]
-            pairs = zip(stations, ups, strict=True)
-            stations = [replace(station, up_by_geometry=up) for station, up in pairs]
-    return stations
+    stations = {
+        int(key): _crazyflie_station(key, calibs[key], f"{name}: calibs.{key}", generation)
+        for key in sorted(calibs)
+    }
+    ups = _ups(given.get("geos"))
+    if generation == 2 or len(ups) == len(ROLES):
+        stations = {k: replace(one, up_by_geometry=ups.get(k)) for k, one in stations.items()}
+    return list(stations.values())
 
 
-def _crazyflie_station(key: int, given: object, where: str) -> Station:
+def _ups(geos: object) -> dict[int, np.ndarray]:
+    """Ways up in the frames of the stations, by key, where a pose is given."""
+    ups = {}
+    for key, geo in geos.items() if isinstance(geos, Mapping) else ():
+        with suppress(*UNREADABLE):
+            R = np.array(geo["rotation"], dtype=np.float64)
+            if R.shape == (3, 3) and np.allclose(R @ R.T, np.eye(3), atol=1e-3):
+                ups[key] = R[2]
+    return ups
+
+
+def _crazyflie_station(key: int, given: object, where: str, generation: int) -> Station:
     """One entry of `calibs`."""
     if not isinstance(given, Mapping):
         raise Refusal(f"{where} is {given!r}; expected uid and sweeps")
@@ -254,10 +281,13 @@ def _crazyflie_station(key: int, given: object, where: str) -> Station:
     if type(uid) is not int or not 0 <= uid < 1 << 32:
         raise Refusal(f"{where}.uid is {uid!r}; expected a whole number of 32 bits")
     if not isinstance(sweeps, list) or len(sweeps) != 2:
-        raise Refusal(f"{where}.sweeps: expected a list of two, azimuth and elevation")
-    values: dict[str, Any] = {value: _pair(sweeps, value, where) for value in FACTORY_NAMES}
-    factory = Factory(**values)
+        two = "azimuth and elevation" if generation == 1 else "one a plane"
+        raise Refusal(f"{where}.sweeps: expected a list of two, {two}")
+    values: dict[str, Any] = {value: _pair(sweeps, value, where) for value in NAMES_OF[generation]}
+    factory = Factory(**values, generation=generation)
     _check(factory, where)
+    if generation == 2:
+        return Station(str(key), uid or None, factory=factory, generation=2, channel=key)
     return Station(ROLES[key], id=uid or None, factory=factory)
 
 

@@ -29,7 +29,7 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.board import check_board
 from mocap_metrology.lighthouse.decode import inertial, libsurvive2
 from mocap_metrology.lighthouse.decode.inertial import WRAP, unrolled
-from mocap_metrology.lighthouse.decode.turns import Light
+from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light
 from mocap_metrology.lighthouse.records import Factory, Pulses
 from mocap_metrology.lighthouse.timing import CYCLE_TICKS, TICKS_PER_S
 
@@ -298,9 +298,10 @@ class SolvedStation:
 
     index: int
     id: int
-    mode: str | None
+    mode: str | None  # of generation 1
     factory: Factory
     pose: tuple[np.ndarray, np.ndarray] | None
+    channel: int | None = None  # of generation 2
 
 
 BLOCK = re.compile(r'"lighthouse(\d+)"\s*:\s*\{([^{}]*)\}')
@@ -313,24 +314,25 @@ FACTORY_KEYS = {
     "gibphase": "fcalgibpha",
     "gibmag": "fcalgibmag",
 }
+FACTORY2_KEYS = {**FACTORY_KEYS, "ogeephase": "fcalogeephase", "ogeemag": "fcalogeemag"}
+SECOND_NAMED = re.compile(r'"(?:configed-)?lighthouse-gen"\s*:\s*"2"')
+CLIPPED_ID = 0x7FFFFFFF  # of larger ones, by some versions of libsurvive
 
 
-def read_solution(path: str | Path) -> list[SolvedStation]:
+def read_solution(path: str | Path, generation: int = 1) -> list[SolvedStation]:
     """Stations in the configuration that libsurvive writes beside a recording.
 
     It is a list of `"key":"value"` and of blocks, not quite JSON. Ids are unsigned, which the file
     prints with a sign. Stations without a factory calibration (OOTXSet 0) are left out.
-    Raises `Refusal` where there is no station of the first generation in it.
+    Raises `Refusal` where there is no station of the generation in it.
     """
     name = Path(path).name
+    text = solution_text(path)
+    if (second := of_second_generation(text)) != (generation == 2):
+        words = ["first-generation", "second-generation (V2)"]
+        raise Refusal(f"{name}: of {words[second]} stations; expected {words[not second]} ones")
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise Refusal(f"{name}: cannot be read ({error}); expected libsurvive's JSON") from None
-    if re.search(r'"(?:configed-)?lighthouse-gen"\s*:\s*"2"', text):
-        raise Refusal(f"{name}: of second-generation (V2) stations; expected first-generation ones")
-    try:
-        found = [_solved(int(i), block) for i, block in BLOCK.findall(text)]
+        found = [_solved(int(i), block, generation) for i, block in BLOCK.findall(text)]
     except UNREADABLE as error:
         raise Refusal(
             f"{name}: a lighthouse block has a missing or invalid entry ({error}); expected id, "
@@ -342,7 +344,24 @@ def read_solution(path: str | Path) -> list[SolvedStation]:
     return stations
 
 
-def _solved(index: int, block: str) -> SolvedStation | None:
+def solution_text(path: str | Path) -> str:
+    """Text of such a configuration."""
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise Refusal(
+            f"{Path(path).name}: cannot be read ({error}); expected libsurvive's JSON"
+        ) from None
+
+
+def of_second_generation(text: str) -> bool:
+    """Whether a configuration is of second-generation stations: it says so, or has values that the
+    first does not transmit, which are zeros there."""
+    ogee = re.findall(r'"fcalogee\w*"\s*:\s*\[([^][]*)\]', text)
+    return bool(SECOND_NAMED.search(text)) or any(re.search("[1-9]", values) for values in ogee)
+
+
+def _solved(index: int, block: str, generation: int) -> SolvedStation | None:
     from scipy.spatial.transform import Rotation
 
     entries = {key: listed or single for key, single, listed in ENTRY.findall(block)}
@@ -355,18 +374,21 @@ def _solved(index: int, block: str) -> SolvedStation | None:
             raise ValueError(f"{key} is {entries[key]}")
         return values
 
-    calibration: dict[str, Any] = {name: numbers(key, 2) for name, key in FACTORY_KEYS.items()}
-    factory = Factory(**calibration)
+    keys = FACTORY_KEYS if generation == 1 else FACTORY2_KEYS
+    calibration: dict[str, Any] = {name: numbers(key, 2) for name, key in keys.items()}
     mode, pose = int(entries["mode"]), None
     if entries.get("PositionSet", "1") != "0":
         values = numbers("pose", 7)
         pose = Rotation.from_quat(values[3:], scalar_first=True).as_matrix(), values[:3]
+    if generation == 2 and not 0 <= mode < PERIOD_S.size:
+        raise ValueError(f"mode is {mode}")
     return SolvedStation(
         index=index,
         id=int(entries["id"]) % WRAP,
-        mode=MODES[mode] if 0 <= mode < 3 else None,
-        factory=factory,
+        mode=MODES[mode] if generation == 1 and 0 <= mode < 3 else None,
+        factory=Factory(**calibration, generation=generation),
         pose=pose,
+        channel=mode if generation == 2 else None,
     )
 
 

@@ -132,7 +132,7 @@ def _read_frame(bits: np.ndarray, payload: Payload) -> bytes:
             raise Refusal("the checksum is wrong")
         payload.unpack(data)
         return data
-    expected = " nor ".join(map(str, payload.protocols))
+    expected = " or ".join(map(str, payload.protocols))
     raise Refusal(f"the length of the payload is not {expected} bytes")
 
 

@@ -1,5 +1,5 @@
-"""Published numbers of Jansen et al. 2019 (J), read from the package's `reference/` folder; and what
-is usual of second-generation stations.
+"""Published numbers of Jansen et al. 2019 (J), read from the package's `reference/` folder;
+and the factory values that are usual of second-generation stations.
 
 Table I: mean absolute error of eight setups of five calibrations each, against motion capture;
 Table II: their standard deviations; Table III: both of ten simulated setups. mm and deg.

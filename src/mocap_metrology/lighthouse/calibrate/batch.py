@@ -58,10 +58,20 @@ def by_batch(scene: Scene, still: Sequence[Measurements] | None = None) -> PoseE
 
     Raises `Refusal` where no start is found or the search does not converge.
     """
-    return solved(scene, still)[0][0]
+    return solved(scene, still)[0]
 
 
 def solved(
+    scene: Scene,
+    still: Sequence[Measurements] | None = None,
+    known: tuple[Joint, str] | None = None,
+) -> tuple[PoseEstimate, Joint]:
+    """The slave's pose, as `all_solved`."""
+    (pose, *_), found = all_solved(scene, still, known)
+    return pose, found
+
+
+def all_solved(
     scene: Scene,
     still: Sequence[Measurements] | None = None,
     known: tuple[Joint, str] | None = None,

@@ -253,7 +253,7 @@ def _with_batch(
 ) -> Calibration:
     """The estimate by `batch`, or why there is none."""
     try:
-        (pose,), joint = solved(own.scene, still, own.joint)
+        pose, joint = solved(own.scene, still, own.joint)
     except Refusal as refusal:
         report(str(refusal))
         return replace(found, why=[*found.why, str(refusal)])

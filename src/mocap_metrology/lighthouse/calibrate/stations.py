@@ -16,7 +16,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint
-from mocap_metrology.lighthouse.calibrate.batch import joint, solved
+from mocap_metrology.lighthouse.calibrate.batch import all_solved, joint
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
     FEWEST_MOMENTS,
@@ -87,12 +87,13 @@ def calibrate_stations(
     near = start(scene, views) if still is None else None
     given = joint(scene, still, near)
     scene, given, ways = _best(scene, given, settings, near is not None)
-    poses, found = solved(scene, still, given)
+    poses, found = all_solved(scene, still, given)
     seconds = time.perf_counter() - began
     report(f"{NAME}, {scene.optics}, {len(own)} stations: {seconds:.2f} s")
     open_ways = ways or [[] for _ in poses]
     return Calibration(
         estimates=[widened(pose, way) for pose, way in zip(poses, open_ways, strict=True)],
+        paths={(NAME, scene.optics): (poses[0].path,)} if poses[0].path is not None else {},
         still=still is not None,
         n_common=min(network.common[name] for name in network.connected),
         why=list(network.apart.values()),

@@ -37,6 +37,7 @@ MEANS = {  # what mean residuals are shown against
     "time": ("time_s", "Time (s)"),
 }
 SLAVE_SEEN = ["right", "horizontal", "vertical"]
+PLANES = ("plane 0", "plane 1")  # of the second generation, in the place of `AXES`
 BY_BATCH = [SLAVE_SEEN, ["path", "azimuth", "elevation"], ["time", "diodes", "seen"]]
 BY_BOARD_POSES = [SLAVE_SEEN, ["path", "apart", "poses"], ["seen", "seen", "seen"]]
 DOT: Keywords = {"ls": "", "markersize": 1.5, "mew": 0, "alpha": 0.7}
@@ -77,8 +78,10 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     seen_from = stations.draw_path(axes["path"], files, still)
     panel_title(axes["path"], f"{'At rest,' if still else 'Path'} {seen_from}".strip(" ,"))
     stations.draw_ellipses([axes["horizontal"], axes["vertical"]], files)
-    panel_title(axes["horizontal"], "Slave from above")
-    panel_title(axes["vertical"], "Slave from right")
+    known = [name for name, own in files.entries.items() if own is not None]
+    slave = f"Station {known[0]}" if known and known[0].isdigit() else "Slave"
+    panel_title(axes["horizontal"], f"{slave} from above")
+    panel_title(axes["vertical"], f"{slave} from right")
     remarks = []
     if residuals:
         _draw_means(axes, residuals, files.names)
@@ -183,10 +186,13 @@ def _draw_residuals(axes: Axes, files: CalibrationFiles) -> None:
 def _draw_means(panels: Mapping[str, Axes], residuals: Record, names: Sequence[str]) -> None:
     """Mean residuals with their standard deviations by noise, against azimuth, elevation and time,
     all on one scale."""
-    reach = [LEAST_URAD]
+    reach, called = [LEAST_URAD], dict(zip(AXES, AXES, strict=True))
+    if names[0].isdigit():
+        called = dict(zip(AXES, PLANES, strict=True))
     for key, (against, label) in MEANS.items():
         axes, typical = panels[key], [0.0]
-        panel_title(axes, "Mean residuals" if key == "time" else f"{key.capitalize()} residuals")
+        of = called.get(key, "mean").capitalize()
+        panel_title(axes, f"{of} residuals")
         axes.axhline(0.0, color=GREY, lw=0.8)
         for row in residuals["against"]:
             if row["against"] != against or key not in ("time", row["axis"]):
@@ -199,10 +205,10 @@ def _draw_means(panels: Mapping[str, Axes], residuals: Record, names: Sequence[s
             how |= {"marker": MARKS[station], "ls": (0, (3, 1.5)) if open_ else "-"}
             how |= {"markerfacecolor": "none"} if open_ else {}
             if key == "time":
-                axes.plot(row["at"], mean, label=f"{row['station']}, {row['axis']}", **how)
+                axes.plot(row["at"], mean, label=f"{row['station']}, {called[row['axis']]}", **how)
             else:
                 axes.errorbar(row["at"], mean, sd, elinewidth=0.7, **how)
-        axes.set(xlabel=label, ylabel="Mean (µrad)")
+        axes.set(xlabel=label.replace(key.capitalize(), of), ylabel="Mean (µrad)")
     band: Keywords = {"color": GREY, "alpha": 0.2, "lw": 0, "label": "1 σ of a mean by noise"}
     panels["time"].axhspan(-max(typical), max(typical), **band)
     for key in MEANS:

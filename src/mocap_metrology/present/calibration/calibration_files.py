@@ -71,7 +71,12 @@ class CalibrationFiles:
 
     def paths(self, estimator: str, optics: str) -> Paths | None:
         """Board poses in the frames of master and slave, None without two of each. `batch` has one
-        trajectory and no such poses: shown are those of `paper-lm`."""
+        trajectory and no such poses: shown are those of `paper-lm`, of any number of stations the
+        trajectory."""
+        if pose_file.is_network(self.pose):
+            rows = np.ones(len(self.poses.get("time_s", ())), np.bool_)
+            own = _path(self.poses, rows) if rows.sum() > 1 else None
+            return None if own is None else (own, own)
         if estimator == "batch":
             estimator, optics = "paper-lm", "ideal" if optics == "estimated" else optics
         if not len(self.poses.get("time_s", ())):
@@ -93,7 +98,7 @@ class CalibrationFiles:
     def agreement(self) -> Agreement | None:
         """Both paths by the chosen estimate, compared; None without one or a common moment."""
         paths = self.shown_paths()
-        if self.chosen is None or paths is None:
+        if self.chosen is None or paths is None or pose_file.is_network(self.pose):
             return None
         both = agreement(paths, pose_file.matrix_and_metres(self.chosen))
         return both if both.time_s.size else None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.lighthouse.assess.pose_file import PoseEntry
+from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, is_network
 from mocap_metrology.lighthouse.records import MASTER, SLAVE
 from mocap_metrology.present.calibration.calibration_files import (
     CalibrationFiles,
@@ -122,8 +122,9 @@ def draw_paths(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> No
             axes.plot(*shown[:, own].T, zorder=3, **how)
     elif paths is not None:
         alone = paths[MASTER].t_m
+        alone_by: Keywords = {"label": "path of the board"} if is_network(files.pose) else {}
         axes.plot(*alone[thinned(len(alone)), own[0] : own[1] + 1 : own[1] - own[0]].T,
-                  zorder=3, **PATHS[MASTER])  # fmt: skip
+                  zorder=3, **(PATHS[MASTER] | alone_by))  # fmt: skip
 
 
 def draw_path(axes: Axes, files: CalibrationFiles, still: bool) -> str:

@@ -12,7 +12,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.lighthouse.decode.chain import _with_factory
 from mocap_metrology.lighthouse.decode.factory_file import (
-    FACTORY_NAMES,
+    NAMES_OF,
     read_factory,
     stations_from_json,
     stations_to_json,
@@ -48,7 +48,7 @@ def test_there_and_back(tmp_path: Path) -> None:
     assert (master.id, master.mode, master.frames_found) == (4152238579, "b", 3)
     assert (master.firmware, master.hardware) == (436, 9)
     assert master.gravity.tolist() == MASTER.gravity.tolist()
-    for name in FACTORY_NAMES:
+    for name in NAMES_OF[2]:
         assert getattr(master.factory, name).tolist() == getattr(FACTORY, name).tolist()
     filed = read_factory(tmp_path / "stations.json")
     assert [(s.role, s.id) for s in filed] == [("master", 4152238579)]

@@ -18,11 +18,16 @@ import math
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.rotor import angle_gradient, intrinsic_gradient
+from mocap_metrology.lighthouse.rotor import (
+    GENERATION,
+    angle_gradient,
+    intrinsic_gradient,
+    model_gradient,
+)
 
 POSE = 6  # unknowns of a control point, and of a station: position, rotation vector
 SPAN = 5 * POSE  # of a sweep: the control points of two neighbouring intervals
-LOCAL = 24  # most global unknowns of one hit
+LOCAL = 28  # most global unknowns of one hit
 
 
 @njit(inline="always")
@@ -84,7 +89,7 @@ def _hit(
 ) -> float:
     """Predicted angle; derivative by the board's pose at the time, in row[:6]; work[3:6] is that
     by the diode's place, work[6:9] by the master's coordinates, work[9:12] the diode from the
-    station, work[12:15] in the station's frame."""
+    station, work[12:15] in the station's frame, work[30:36] those of `plane_gradient`."""
     s, axis, d, k = who[h, 0], who[h, 1], who[h, 2], who[h, 3]
     p0 = p1 = p2 = 0.0
     v = work[15:18]
@@ -105,7 +110,7 @@ def _hit(
     far[2] = p2 - t[s, 2] + F[2, 0] * a[0] + F[2, 1] * a[1] + F[2, 2] * a[2]
     for i in range(3):
         x[i] = S[0, i] * far[0] + S[1, i] * far[1] + S[2, i] * far[2]
-    theta, gx, gy, gz = angle_gradient(axis, x[0], x[1], x[2], rotors[s, axis])
+    theta, gx, gy, gz = model_gradient(axis, x[0], x[1], x[2], rotors[s, axis], work[30:36])
     D, e = work[6:9], work[3:6]
     for i in range(3):
         D[i] = S[i, 0] * gx + S[i, 1] * gy + S[i, 2] * gz
@@ -137,8 +142,8 @@ def _globals(
 ) -> int:
     """Which global unknowns the angle depends on, and its derivatives; returns how many.
 
-    columns (stations, 2, 7): first column of the station's pose, of its laser depth, then of each
-    axis' offset, tilt, curve and both parts of gibbous; -1 where known.
+    columns (stations, 2, 9): first column of the station's pose, of its laser depth, then of each
+    axis' offset, tilt, curve and both parts of gibbous, and of ogee; -1 where known.
     """
     s, axis, d = who[h, 0], who[h, 1], who[h, 2]
     own, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
@@ -158,10 +163,15 @@ def _globals(
         at[n], value[n] = own[2], 1.0
         n += 1
     if own[3] >= 0:
-        of = intrinsic_gradient(axis, x[0], x[1], x[2], p)
-        for i in range(4):
-            at[n], value[n] = own[3 + i], of[1 + i]
-            n += 1
+        if p[GENERATION] == 2.0:
+            for i in range(6):
+                at[n], value[n] = own[3 + i], work[30 + i]
+                n += 1
+        else:
+            of = intrinsic_gradient(axis, x[0], x[1], x[2], p)
+            for i in range(4):
+                at[n], value[n] = own[3 + i], of[1 + i]
+                n += 1
     if scale >= 0:
         at[n] = scale
         value[n] = e[0] * board[d, 0] + e[1] * board[d, 1] + e[2] * board[d, 2]
@@ -187,7 +197,7 @@ def predicted(
     out: np.ndarray,
 ) -> None:
     """Angles of all hits in rad."""
-    row, work = np.empty(POSE), np.empty(30)
+    row, work = np.empty(POSE), np.empty(36)
     for h in range(who.shape[0]):
         theta = _hit(h, who, basis, turned, control, R, t, rotors, board, row, work)
         out[h] = theta + offsets[who[h, 0], who[h, 1]]
@@ -225,7 +235,7 @@ def accumulate(
     sums (sweeps, SPAN), from the first control point of its first hit on, and sums_inner
     (sweeps, G). All are zero before.
     """
-    row, work = np.empty(POSE), np.empty(30)
+    row, work = np.empty(POSE), np.empty(36)
     at, value = np.empty(LOCAL, np.int64), np.empty(LOCAL)
     own = np.zeros((4 * POSE, 4 * POSE)), np.zeros((4 * POSE, g_inner.size)), np.zeros(4 * POSE)
     wide = np.empty(4 * POSE)

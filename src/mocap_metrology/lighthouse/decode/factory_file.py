@@ -33,9 +33,11 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
-from mocap_metrology.lighthouse.rotor import check
+from mocap_metrology.lighthouse.rotor import rotor_parameters
 
 FACTORY_NAMES = ("phase", "tilt", "curve", "gibphase", "gibmag")
+NAMES_OF = {1: FACTORY_NAMES, 2: (*FACTORY_NAMES, "ogeephase", "ogeemag")}  # by generation
+CHANNELS = 16  # of generation 2
 OPTIONAL = ("frames_found", "why", "firmware", "hardware")
 CRAZYFLIE_TYPE = "lighthouse_system_configuration"
 CRAZYFLIE_VERSIONS = ("1", "2")
@@ -84,22 +86,32 @@ def _of_libsurvive(path: str | Path) -> list[Station]:
 
 
 def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
-    """What `stations.json` holds: a list, master first; null for what is not known."""
+    """What `stations.json` holds: a list, master first; null for what is not known. Of generation 2
+    in the given order, with generation, channel and seven factory values."""
+    every = list(stations)
+    if all(station.generation == 1 for station in every):
+        every.sort(key=lambda station: ROLES.index(station.role))
     return [
         {
             "role": station.role,
+            **(
+                {"generation": station.generation, "channel": station.channel}
+                if station.generation == 2
+                else {}
+            ),
             "id": station.id,
             "mode": station.mode,
             "factory": None
             if station.factory is None
             else {
-                name: [float(v) for v in getattr(station.factory, name)] for name in FACTORY_NAMES
+                name: [float(v) for v in getattr(station.factory, name)]
+                for name in NAMES_OF[station.generation]
             },
             "gravity": None if station.gravity is None else [float(v) for v in station.gravity],
             **{name: getattr(station, name) for name in OPTIONAL},
             **({} if (up := station.up_by_geometry) is None else {"up_by_geometry": up.tolist()}),
         }
-        for station in sorted(stations, key=lambda station: ROLES.index(station.role))
+        for station in every
     ]
 
 
@@ -116,8 +128,14 @@ def stations_from_json(entries: object, name: str = "stations.json") -> list[Sta
 
 def _station(entry: Mapping[str, Any], name: str) -> Station:
     role, id_, mode = entry.get("role"), entry.get("id"), entry.get("mode")
-    if role not in ROLES:
+    generation, channel = entry.get("generation", 1), entry.get("channel")
+    if generation not in NAMES_OF:
+        raise Refusal(f"{name}: generation is {generation!r}; expected 1 or 2")
+    if generation == 1 and role not in ROLES:
         raise Refusal(f"{name}: role is {role!r}; expected master or slave")
+    if generation == 2 and not (type(channel) is int and 0 <= channel < CHANNELS):
+        raise Refusal(f"{name}: channel is {channel!r}; expected a whole number from 0 to 15")
+    role = str(role if generation == 1 else channel)
     if id_ is not None and not (type(id_) is int and 0 <= id_ < 1 << 32):
         raise Refusal(f"{name}, {role}: id is {id_!r}; expected a whole number of 32 bits or null")
     if mode not in (None, "A", "b", "c"):
@@ -128,20 +146,24 @@ def _station(entry: Mapping[str, Any], name: str) -> Station:
             raise Refusal(
                 f"{name}, {role}: factory is not an object; expected phase, tilt, curve..."
             )
-        values = {k: _numbers(factory.get(k), (2,), f"{name}, {role}: {k}") for k in FACTORY_NAMES}
-        factory = Factory(**values)
+        values: dict[str, Any] = {
+            k: _numbers(factory.get(k), (2,), f"{name}, {role}: {k}") for k in NAMES_OF[generation]
+        }
+        factory = Factory(**values, generation=generation)
         _check(factory, f"{name}, {role}")
     if gravity is not None:
         gravity = _numbers(gravity, (3,), f"{name}, {role}: gravity")
     rest = {key: entry[key] for key in OPTIONAL if key in entry}
     if (up := entry.get("up_by_geometry")) is not None:
         rest["up_by_geometry"] = _numbers(up, (3,), f"{name}, {role}: up_by_geometry")
+    if generation == 2:
+        rest |= {"generation": 2, "channel": channel}
     return Station(role, id_, mode, factory, gravity, **rest)
 
 
 def _check(factory: Factory, where: str) -> None:
     try:
-        check(factory)
+        rotor_parameters(factory)
     except Refusal as refusal:
         raise Refusal(f"{where}: {refusal}") from None
 
@@ -233,7 +255,8 @@ def _crazyflie_station(key: int, given: object, where: str) -> Station:
         raise Refusal(f"{where}.uid is {uid!r}; expected a whole number of 32 bits")
     if not isinstance(sweeps, list) or len(sweeps) != 2:
         raise Refusal(f"{where}.sweeps: expected a list of two, azimuth and elevation")
-    factory = Factory(**{value: _pair(sweeps, value, where) for value in FACTORY_NAMES})
+    values: dict[str, Any] = {value: _pair(sweeps, value, where) for value in FACTORY_NAMES}
+    factory = Factory(**values)
     _check(factory, where)
     return Station(ROLES[key], id=uid or None, factory=factory)
 

@@ -70,7 +70,7 @@ CASES = (
     ("unchanged", 5, 0.3, None, (1, 50), "failure", "<=", 8),
     ("place 1 mm", 10, 0.0, changed(1, lambda d: 1.0 + 0 * d), (1, 1), "alert", ">=", 97),
     ("place 1 mm", 10, 0.0, changed(1, lambda d: 1.0 + 0 * d), (1, 2), "failure", ">=", 95),
-    ("jitter +50 %", 10, 0.0, changed(0, lambda d: np.log(1.5) + 0 * d), (1, 2), "failure", ">=", 99.5),
+    ("jitter +50 %, capable", 10, 0.0, changed(0, lambda d: np.log(1.5) + 0 * d), (1, 2), "failure", ">=", 99.5),
     ("jitter +20 %, capable", 10, 0.0, changed(0, lambda d: np.log(1.2) + 0 * d), (1, 5), "alert", ">=", 90),
     ("length +0.02 mm a date", 10, 0.0, changed(5, lambda d: 0.02 * d), (1, 10), "note", ">=", 70),
     ("length +0.02 mm a date", 10, 0.0, changed(5, lambda d: 0.02 * d), (1, 20), "alert", ">=", 98),
@@ -86,9 +86,7 @@ def study(n: int, seed: int) -> list[tuple[str, int, float, str, float, str, flo
         key = name, baseline, correlation
         if key not in made:
             rng = np.random.default_rng([seed, len(made)])
-            made[key] = [
-                facility(rng, baseline, DATES, correlation, change) for _ in range(n)
-            ]
+            made[key] = [facility(rng, baseline, DATES, correlation, change) for _ in range(n)]
         chosen = made[key]
         if "capable" in name:
             chosen = [one for one in chosen if one[0].capable[baseline]]

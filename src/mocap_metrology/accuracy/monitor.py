@@ -19,7 +19,8 @@ from mocap_metrology.common.types import Floats
 CLIP, REFERENCE = 2.5, 0.5  # of the CUSUM, in standard deviations
 LEARNT, SETTLED = 5, 10  # takes of a baseline: below it is learning, provisional
 PRIOR_DF = 4  # degrees of freedom of the scatter that is stated
-CAPABLE = 3  # a tolerance is watched down to this many standard deviations
+CAPABLE = 3  # a series is if its tolerance is this many s_p or more
+LEAST = 3.5  # s_p: the smallest tolerance that a series which is not capable can be watched for
 ONE_SIDED = 1.645  # 95 % of a normal distribution lies below
 CELLS = 250  # of the Markov chain
 
@@ -117,8 +118,13 @@ class Chart:
 
     @property
     def band(self) -> Floats:
-        """(n,) distance from the mean beyond which a take alarms: T + 1.645 s_p / sqrt(m)."""
-        return self.tolerance + ONE_SIDED * self.scatter / np.sqrt(np.maximum(self.n_baseline, 1))
+        """(n,) distance from the mean beyond which a take alarms."""
+        return _room(self.n_baseline, self.tolerance, self.scatter)
+
+    @property
+    def watchable(self) -> Floats:
+        """(n,) smallest tolerance that the series can be watched for, 3.5 s_p."""
+        return LEAST * self.scatter
 
 
 def chart(
@@ -138,7 +144,8 @@ def chart(
     unchanged series, whatever m. The CUSUM (Hawkins, The Statistician 36, 1987) is of the same Q
     against all earlier values, clipped to 2.5: independent, so its limits are exact. A value is
     beyond the tolerance T if |x - mean| > T + 1.645 s_p / sqrt(m), where s_p^2 = (4 s_0^2 + (m-1)
-    s^2) / (m+3) and s_0 is the scatter that is stated.
+    s^2) / (m+3) and s_0 is the scatter that is stated. Where s_p > T/3, the series is not capable:
+    it would alarm by chance, and 3.5 s_p stands in place of T.
 
     days: (n,) day of each; marked: (n,) whether the sheet names it as of the baseline. Where none
     is, the baseline is the first ten values that are not beyond. Values are judged from five values
@@ -159,8 +166,7 @@ def chart(
     recent = (total[1:] - total[since]) / length + x[:1].sum()
     shift = np.where(learning, np.nan, recent - mean)
     q = np.where(learning, np.nan, _q(x, m, mean, spread))
-    room = tolerance + ONE_SIDED * scatter / np.sqrt(np.maximum(m, 1))
-    beyond = ~learning & (np.abs(x - mean) > room)
+    beyond = ~learning & (np.abs(x - mean) > _room(m, tolerance, scatter))
     return Chart(
         x,
         m,
@@ -196,7 +202,9 @@ def _q(x: Floats, m: np.ndarray, mean: Floats, spread: Floats) -> Floats:
     with np.errstate(invalid="ignore", divide="ignore"):
         t = (x - mean) / (spread * np.sqrt(1 + 1 / m))
     t = np.where((m < 2) | np.isnan(t), 0.0, t)
-    return np.copysign(-ndtri(stdtr(np.maximum(m - 1, 1), -np.abs(t))), t)  # of the lower tail: exact
+    return np.copysign(
+        -ndtri(stdtr(np.maximum(m - 1, 1), -np.abs(t))), t
+    )  # of the lower tail: exact
 
 
 def _cusum(q: Floats) -> tuple[Floats, np.ndarray]:
@@ -207,14 +215,18 @@ def _cusum(q: Floats) -> tuple[Floats, np.ndarray]:
     return (total - least)[1:], np.maximum.accumulate(at)
 
 
-def _widths(
-    m: np.ndarray, mean: Floats, spread: Floats, watched: Watched
-) -> tuple[Floats, Floats]:
+def _widths(m: np.ndarray, mean: Floats, spread: Floats, watched: Watched) -> tuple[Floats, Floats]:
     """Tolerance, and s_p: the scatter measured and that stated."""
     tolerance, stated = watched.at(mean)
     measured = np.where(m > 1, (m - 1) * np.nan_to_num(spread) ** 2, 0.0)
     scatter = np.sqrt((PRIOR_DF * stated**2 + measured) / (np.maximum(m, 1) - 1 + PRIOR_DF))
     return tolerance, scatter
+
+
+def _room(m: np.ndarray, tolerance: Floats, scatter: Floats) -> Floats:
+    """Distance from the mean of a baseline of m values that is allowed."""
+    watched = np.where(scatter <= tolerance / CAPABLE, tolerance, LEAST * scatter)
+    return watched + ONE_SIDED * scatter / np.sqrt(np.maximum(m, 1))
 
 
 def _days_before(days: Sequence[object], chosen: np.ndarray) -> np.ndarray:
@@ -237,7 +249,7 @@ def _first(x: Floats, days: Sequence[object], watched: Watched) -> np.ndarray:
             known, m = x[chosen], np.array([len(chosen)])
             mean, spread = known.mean(keepdims=True), known.std(ddof=1, keepdims=True)
             tolerance, scatter = _widths(m, mean, spread, watched)
-            if abs(x[k] - mean[0]) > tolerance[0] + ONE_SIDED * scatter[0] / np.sqrt(m[0]):
+            if abs(x[k] - mean[0]) > _room(m, tolerance, scatter)[0]:
                 continue
         chosen.append(k)
     found = np.zeros(x.size, dtype=bool)

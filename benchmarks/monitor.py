@@ -48,9 +48,9 @@ def changed(series: int, of: Callable[[np.ndarray], np.ndarray]) -> Change:
     return lambda date: np.where(np.arange(6)[:, None] == series, of(date), 0.0)
 
 
-def shares(facilities: list[Facility], baseline: int, first: int, last: int) -> dict[str, float]:
-    """Share of facilities with a note or worse, an alert, a failure among these dates."""
-    at = slice(baseline + first - 1, baseline + last)
+def shares(facilities: list[Facility], baseline: int, last: int) -> dict[str, float]:
+    """Share of facilities with a note or worse, an alert, a failure within so many dates."""
+    at = slice(baseline, baseline + last)
 
     def share(of: Callable[[Chart], np.ndarray]) -> float:
         return float(np.mean([any(of(one)[at].any() for one in every) for every in facilities]))
@@ -62,27 +62,35 @@ def shares(facilities: list[Facility], baseline: int, first: int, last: int) -> 
     }
 
 
-# name, takes of the baseline, correlation, change, dates counted, what of them, is asked to be
+PLACE_1, PLACE_03 = changed(1, lambda d: 1.0 + 0 * d), changed(1, lambda d: 0.3 + 0 * d)
+JITTER_50, JITTER_20 = (changed(0, lambda d, a=a: np.log(a) + 0 * d) for a in (1.5, 1.2))
+CREEP = changed(4, lambda d: 0.02 * d)
+
+# name, takes of the baseline, correlation, change, last date counted, what of it, what is asked, %
 CASES = (
-    *(("unchanged", 10, 0.0, None, (1, 50), word, "<=", p) for word, p in (("note", 18), ("alert", 15), ("failure", 1))),
-    *(("unchanged", 10, 0.3, None, (1, 50), word, "<=", p) for word, p in (("note", 30), ("alert", 20), ("failure", 3))),
-    ("unchanged", 5, 0.0, None, (1, 50), "failure", "<=", 3),
-    ("unchanged", 5, 0.3, None, (1, 50), "failure", "<=", 8),
-    ("place 1 mm", 10, 0.0, changed(1, lambda d: 1.0 + 0 * d), (1, 1), "alert", ">=", 97),
-    ("place 1 mm", 10, 0.0, changed(1, lambda d: 1.0 + 0 * d), (1, 2), "failure", ">=", 95),
-    ("jitter +50 %, capable", 10, 0.0, changed(0, lambda d: np.log(1.5) + 0 * d), (1, 2), "failure", ">=", 99.5),
-    ("jitter +20 %, capable", 10, 0.0, changed(0, lambda d: np.log(1.2) + 0 * d), (1, 5), "alert", ">=", 90),
-    ("length +0.02 mm a date", 10, 0.0, changed(5, lambda d: 0.02 * d), (1, 10), "note", ">=", 70),
-    ("length +0.02 mm a date", 10, 0.0, changed(5, lambda d: 0.02 * d), (1, 20), "alert", ">=", 98),
-    ("place 0.3 mm", 10, 0.0, changed(1, lambda d: 0.3 + 0 * d), (1, 20), "note", ">=", 75),
-    ("place 0.3 mm", 10, 0.0, changed(1, lambda d: 0.3 + 0 * d), (1, 20), "failure", "<=", 10),
-)  # fmt: skip
+    ("unchanged", 10, 0.0, None, 50, "note", "<=", 18),
+    ("unchanged", 10, 0.0, None, 50, "alert", "<=", 15),
+    ("unchanged", 10, 0.0, None, 50, "failure", "<=", 1),
+    ("unchanged", 10, 0.3, None, 50, "note", "<=", 30),
+    ("unchanged", 10, 0.3, None, 50, "alert", "<=", 20),
+    ("unchanged", 10, 0.3, None, 50, "failure", "<=", 3),
+    ("unchanged", 5, 0.0, None, 50, "failure", "<=", 3),
+    ("unchanged", 5, 0.3, None, 50, "failure", "<=", 8),
+    ("place 1 mm", 10, 0.0, PLACE_1, 1, "alert", ">=", 97),
+    ("place 1 mm", 10, 0.0, PLACE_1, 2, "failure", ">=", 95),
+    ("jitter +50 %, capable", 10, 0.0, JITTER_50, 2, "failure", ">=", 99.5),
+    ("jitter +20 %, capable", 10, 0.0, JITTER_20, 5, "alert", ">=", 90),
+    ("length +0.02 mm a date", 10, 0.0, CREEP, 10, "note", ">=", 70),
+    ("length +0.02 mm a date", 10, 0.0, CREEP, 20, "alert", ">=", 98),
+    ("place 0.3 mm", 10, 0.0, PLACE_03, 20, "note", ">=", 75),
+    ("place 0.3 mm", 10, 0.0, PLACE_03, 20, "failure", "<=", 10),
+)
 
 
 def study(n: int, seed: int) -> list[tuple[str, int, float, str, float, str, float]]:
     """Name, baseline, correlation, what is counted, share in %, asked, of each case."""
     rows, made = [], {}
-    for name, baseline, correlation, change, (first, last), word, sign, asked in CASES:
+    for name, baseline, correlation, change, last, word, sign, asked in CASES:
         key = name, baseline, correlation
         if key not in made:
             rng = np.random.default_rng([seed, len(made)])
@@ -90,7 +98,7 @@ def study(n: int, seed: int) -> list[tuple[str, int, float, str, float, str, flo
         chosen = made[key]
         if "capable" in name:
             chosen = [one for one in chosen if one[0].capable[baseline]]
-        found = 100 * shares(chosen, baseline, first, last)[word]
+        found = 100 * shares(chosen, baseline, last)[word]
         rows.append((name, baseline, correlation, f"{word} by {last}", found, sign, asked))
     return rows
 

@@ -39,8 +39,8 @@ def limits(n_series: int, false_alarms: float, dates: int) -> Limits:
     takes: one half each for Q and for CUSUM, shared equally by series, sides and (Q) takes.
 
     Q: two-sided quantile. CUSUM: its distribution after `dates` steps by the Markov chain of Brook
-    and Evans (Biometrika 59, 1972), for normal values that are clipped at 2.5; tests hold it against
-    published run lengths and simulation.
+    and Evans (Biometrika 59, 1972), for normal values clipped at 2.5; tests compare it with published
+    run lengths and simulation.
     """
     share = -np.expm1(np.log1p(-false_alarms / 2) / (2 * n_series))
     low, high = 0.5, 40.0
@@ -171,7 +171,9 @@ def chart(
         x,
         m,
         baseline,
-        *(np.where(learning, np.nan, one) for one in (mean, scatter, tolerance)),
+        np.where(learning, np.nan, mean),
+        np.where(learning, np.nan, scatter),
+        np.where(learning, np.nan, tolerance),
         q,
         high,
         low,

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -61,7 +62,12 @@ class OfClass:
     n_frames: int
     n_eff: float
     statistics: dict[str, Repeated]
-    parts: Parts
+    dates: tuple[str, ...]
+
+    @cached_property
+    def parts(self) -> Parts:
+        """What the errors are made of."""
+        return parts_of(self.errors, self.middles, self.dates)
 
 
 @dataclass(frozen=True)
@@ -114,10 +120,10 @@ def _of_class(
     errors = tuple(np.where(where, take.length_mm - reference_mm, np.nan) for take, where in own)
     middles = tuple(np.where(where, take.middle_mm, np.nan) for take, where in own)
     worth = sum(effective_number(e) for e in errors)
-    parts = parts_of(errors, middles, [take.date for take, _ in own])
     n_frames = sum(int(where.sum()) for _, where in own)
     names = tuple(take.name for take, _ in own)
-    return OfClass(name, names, errors, middles, n_frames, worth, statistics(errors), parts)
+    dates = tuple(take.date for take, _ in own)
+    return OfClass(name, names, errors, middles, n_frames, worth, statistics(errors), dates)
 
 
 def statistics(errors: Sequence[np.ndarray]) -> dict[str, Repeated]:

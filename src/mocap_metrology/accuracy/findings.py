@@ -11,6 +11,7 @@ from mocap_metrology.accuracy.bar import Bar, OfClass
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
 from mocap_metrology.accuracy.effective import effective_number
+from mocap_metrology.accuracy.parts import Parts
 from mocap_metrology.accuracy.robust import robust_sd
 from mocap_metrology.common.types import Row
 
@@ -29,6 +30,7 @@ LEAST_SPIKES = 1e-4  # share of frames
 SPEEDS = 8  # bins of as many frames each
 LEAST_SPEED = 20.0  # mm/s, below it the bar stands
 NORMAL = 1.96
+SURE = 0.999
 
 
 @dataclass(frozen=True)
@@ -93,27 +95,26 @@ def _direction(bar: Bar) -> list[Finding]:
 
 
 def _place(bar: Bar) -> list[Finding]:
-    """Of classes whose surface is more than chance: it explains some of passes that it was not
-    fitted to, or, of one pass, has an F beyond the 95 % quantile for effective frames."""
+    """Of classes whose surface is more than chance: its F for effective frames is beyond the
+    quantile SURE, and where there are several passes, it explains some of those that it was not
+    fitted to."""
     return [
         Finding("by_place", one.name, part.value, part.lower, part.upper)
         for one in bar.classes
         for part in [one.parts["place"]]
-        if part.value > 0 and (one.parts.place_share > 0 or _is_bent(one))
+        if part.value > 0 and _is_bent(one.parts) and not one.parts.place_share <= 0
     ]
 
 
-def _is_bent(one: OfClass) -> bool:
+def _is_bent(parts: Parts) -> bool:
     from scipy.stats import f
 
-    if len(one.errors) > 1:
-        return False
-    terms, free = one.parts.n_terms, one.parts.n_eff - one.parts.n_terms - 1
+    terms, free = parts.n_terms, parts.n_eff - parts.n_terms - 1
     if free < 1:
         return False
-    rest = one.parts["rest"].value ** 2
-    surface = one.parts["place"].value ** 2 + terms / one.parts.n_eff * rest
-    return bool(surface / terms > f.ppf(0.95, terms, free) * rest / free)
+    rest = parts["rest"].value ** 2
+    surface = parts["place"].value ** 2 + terms / parts.n_eff * rest
+    return bool(surface / terms > f.ppf(SURE, terms, free) * rest / free)
 
 
 def _speed(bar: Bar) -> list[Finding]:

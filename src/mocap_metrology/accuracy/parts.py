@@ -19,7 +19,7 @@ from mocap_metrology.accuracy.effective import effective_number
 from mocap_metrology.accuracy.robust import huber, robust_sd
 
 FLAT = 0.05  # of the largest extent: along an axis of less the surface does not bend
-FITTED = 20_000  # frames at most
+FITTED = 10_000  # frames at most
 
 
 @dataclass(frozen=True)

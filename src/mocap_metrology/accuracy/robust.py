@@ -19,15 +19,14 @@ def huber(design: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Coefficients (p,) of target (n,) = design (n, p) by Huber's M estimate with the scale of the
     residuals' median [Huber, Robust Statistics, ch. 7], by iterated weights; the shortest ones
     where the design does not determine them."""
-    coefficients = np.linalg.lstsq(design, target)[0]
+    weight, coefficients = np.ones(target.size), np.zeros(design.shape[1])
     for _ in range(ROUNDS):
+        before = coefficients
+        weighted = design.T * weight
+        coefficients = np.linalg.lstsq(weighted @ design, weighted @ target, rcond=1e-10)[0]
         residual = np.abs(target - design @ coefficients)
         limit = TUNING * MAD_TO_SIGMA * float(np.median(residual))
-        if not limit > 0:
+        if not limit > 0 or np.allclose(before, coefficients, rtol=1e-4, atol=1e-4 * limit):
             break
-        weight = np.sqrt(np.minimum(limit / np.maximum(residual, limit), 1.0))
-        before = coefficients
-        coefficients = np.linalg.lstsq(design * weight[:, None], target * weight, rcond=1e-6)[0]
-        if np.allclose(before, coefficients, rtol=1e-6, atol=1e-12):
-            break
+        weight = np.minimum(limit / np.maximum(residual, limit), 1.0)
     return np.asarray(coefficients)

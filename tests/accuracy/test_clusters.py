@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from mocap_metrology.accuracy.clusters import rigid_clusters, scale_slope

@@ -12,11 +12,13 @@ from mocap_metrology.accuracy.components import random_effects, repeated
 
 # BCG trials [Colditz 1994] as in the documentation of metafor: log relative risks and their
 # variances; DerSimonian & Laird: tau^2 0.3088, mean -0.7141; its confint: tau^2 0.1197 to 1.1115
-BCG = (
-    [-0.8893, -1.5854, -1.3481, -1.4416, -0.2175, -0.7861]
-    + [-1.6209, 0.0120, -0.4694, -1.3713, -0.3394, 0.4459, -0.0173],
-    [0.3256, 0.1946, 0.4154, 0.0200, 0.0512, 0.0069]
-    + [0.2230, 0.0040, 0.0564, 0.0730, 0.0124, 0.5325, 0.0714],
+BCG = np.array(
+    [
+        *[(-0.8893, 0.3256), (-1.5854, 0.1946), (-1.3481, 0.4154), (-1.4416, 0.0200)],
+        *[(-0.2175, 0.0512), (-0.7861, 0.0069), (-1.6209, 0.2230), (0.0120, 0.0040)],
+        *[(-0.4694, 0.0564), (-1.3713, 0.0730), (-0.3394, 0.0124), (0.4459, 0.5325)],
+        (-0.0173, 0.0714),
+    ]
 )
 
 
@@ -35,7 +37,7 @@ def test_limits_are_those_of_scipy() -> None:
 
 
 def test_published_random_effects() -> None:
-    found = random_effects(*BCG)
+    found = random_effects(*BCG.T)
     assert found.between**2 == pytest.approx(0.3088, abs=2e-3)
     assert found.mean == pytest.approx(-0.7141, abs=2e-3)
     assert (found.between_lower**2, found.between_upper**2) == pytest.approx(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -20,14 +21,23 @@ from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
 
 
 def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, capsys) -> None:
-    """Where a figure fails after it, no results are left and the status says so."""
+    """Where a figure fails after it, no results are left and the status says so, also where the
+    other process draws for longer."""
     printed = []
+    draw, started = calibration.calibration_figure, multiprocessing.get_context("fork").Event()
 
     def broken(*_: object) -> None:
         printed.append(capsys.readouterr())
+        assert started.wait(60)
         raise IndexError("no axes")
 
+    def slow(*arguments: object) -> object:
+        started.set()
+        time.sleep(0.2)
+        return draw(*arguments)
+
     monkeypatch.setattr(calibration, "track_figure", broken)
+    monkeypatch.setattr(calibration, "calibration_figure", slow)
     twin = calibration_twin(yaml.safe_load((root / "config/twins.yaml").read_text()), "sim-1-1")
     simulated = simulate(twin.model_copy(update={"duration_s": 1.0}), 7)
     write_dump(tmp_path / "dump.bin", simulated.pulses)

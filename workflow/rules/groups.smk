@@ -13,6 +13,7 @@ rule group_tables:
         verdicts=of_each("verdict.json", accepted()),
     output:
         tables_of_group("subsets", "gaussian", "outliers", "allan", "noise", "summary"),
+        multiqc="<results>/tables/{group}_mqc.json",
     log:
         "<logs>/group_tables/{group}.log",
     benchmark:

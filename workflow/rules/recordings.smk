@@ -119,7 +119,7 @@ rule verdict:
             file=[
                 *("verdict.png", "adev.svg", "adev.png", "trajectory.svg", "trajectory.png"),
                 *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
-                *("diagnosis.svg", "diagnosis.png"),
+                *("diagnosis.svg", "diagnosis.png", "noise_ros.yaml", "px4.params"),
             ],
         ),
         json="<results>/recordings/{recording}/verdict.json",

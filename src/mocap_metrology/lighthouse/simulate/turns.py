@@ -32,7 +32,7 @@ STATIONS, RECEIVER, NOISE, FAULTS = range(1, 5)  # streams of random numbers
 PERIOD_PPM = -3.0, 5.0  # mean and SD of a period about its nominal one
 WANDER_S = 2.0, 30.0  # periods of the wander of a rotor
 GROUP_S = 170e-6  # hits within are one sweep to a receiver
-LOST, MIXED = 0.5, 0.25  # shares of the hits of two sweeps that collide
+LOST, MIXED = 0.6, 0.1  # shares of the hits of two sweeps that collide
 REFRACTION = 1.5  # of the cover of a diode
 GRAZING_DEG = 100.0  # diodes see reflections up to this incidence
 REFLECTION_RAD = 2e-3, 10e-3  # off the direct light
@@ -136,15 +136,13 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
     for s, channel in enumerate(twin.channels):
         begin_s, period_s = _begins(channel, twin.duration_s, rng)
         wander = 1e-9 * twin.wander_ns * _wander(begin_s, rng)
-        told = (
-            begin_s + wander + period_s + 1e-9 * twin.begin_ns * noise.standard_normal(wander.size)
-        )
+        told = begin_s + wander + 1e-9 * twin.begin_ns * noise.standard_normal(wander.size)
         frame = encode_frame2(
             factories[s], ids[s], channel, accel_of(twin.R[s].T @ np.array(twin.up))
         )
         bit = frame[(np.arange(wander.size) + rng.integers(frame.size)) % frame.size]
         kept = noise.random(wander.size) >= twin.lost_begins
-        begins.append([np.full(kept.sum(), s), told[kept] - period_s, bit[kept]])
+        begins.append([np.full(kept.sum(), s), told[kept], bit[kept]])
         hits.append(_hits(twin, s, begin_s + wander, period_s, factories[s], motion, places, noise))
     station, diode, time_s, wrong = (np.concatenate(column) for column in zip(*hits, strict=True))
     if twin.collisions:
@@ -287,8 +285,8 @@ def write_rec(
     ]
     late = PERIOD_S[light.begin_channel] * TICKS_PER_S  # a turn is told after its sweeps
     lines += [
-        (t + l, f"Y {c} {(t + begin) % 2**32} {b} 0")
-        for t, l, c, b in zip(ticks, late, light.begin_channel, light.begin_bit, strict=True)
+        (t + after, f"Y {c} {(t + begin) % 2**32} {b} 0")
+        for t, after, c, b in zip(ticks, late, light.begin_channel, light.begin_bit, strict=True)
     ]
     text = [f"0.1 {name} CONFIG {config}"]
     text += [f"{1.002 + t / TICKS_PER_S:.6f} {name} {line}" for t, line in sorted(lines)]

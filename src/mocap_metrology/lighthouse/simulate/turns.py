@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import gzip
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +30,7 @@ from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 STATIONS, RECEIVER, NOISE, FAULTS = range(1, 5)  # streams of random numbers
 PERIOD_PPM = -3.0, 5.0  # mean and SD of a period about its nominal one
-WANDER_S = 2.0, 30.0  # periods of the wander of a rotor
+WANDER_HZ = 0.03, 0.5  # of a rotor
 GROUP_S = 170e-6  # hits within are one sweep to a receiver
 LOST, MIXED = 0.6, 0.1  # shares of the hits of two sweeps that collide
 REFRACTION = 1.5  # of the cover of a diode
@@ -176,9 +176,9 @@ def _begins(channel: int, duration_s: float, rng: np.random.Generator) -> tuple[
 
 def _wander(time_s: Floats, rng: np.random.Generator) -> Floats:
     """Slow random function of rms 1."""
-    period = np.exp(rng.uniform(*np.log(WANDER_S), 6))
+    frequency = rng.uniform(*WANDER_HZ, 6)
     phase = rng.uniform(0, 2 * np.pi, 6)
-    sines = np.sin(2 * np.pi * time_s[:, None] / period + phase)
+    sines = np.sin(2 * np.pi * time_s[:, None] * frequency + phase)
     total: Floats = sines.sum(axis=1) / 3**0.5
     return total
 
@@ -292,8 +292,3 @@ def write_rec(
     text += [f"{1.002 + t / TICKS_PER_S:.6f} {name} {line}" for t, line in sorted(lines)]
     with whole(path) as part:
         part.write_bytes(gzip.compress(("\n".join(text) + "\n").encode(), 1))
-
-
-def with_light(made: MadeTurns, **changes: object) -> MadeTurns:
-    """The recording with other light."""
-    return replace(made, light=replace(made.light, **changes))  # type: ignore[arg-type]

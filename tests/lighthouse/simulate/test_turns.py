@@ -23,9 +23,9 @@ from mocap_metrology.lighthouse.simulate.twin import MotionTwin
 
 
 def twin(n: int = 3, **changes: object) -> TurnsTwin:
-    R, t, middle = stations_around(n, np.random.default_rng(1))
+    R, t, middle, up = stations_around(n, np.random.default_rng(1))
     motion = MotionTwin(centre_m=tuple(middle), speed_m_s=1.0, extent_m=0.8, wobble_deg=20)
-    some = {"seed": 3, "R": R, "t": t, "channels": (0, 7, 11)[:n], "motion": motion}
+    some = {"seed": 3, "R": R, "t": t, "channels": (0, 7, 11)[:n], "motion": motion, "up": up}
     return TurnsTwin(**{**some, "duration_s": 4.0, "clock_ppm": 0.0, **changes})
 
 

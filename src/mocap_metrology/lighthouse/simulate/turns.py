@@ -51,9 +51,9 @@ def ball_board(n: int = 32, radius_m: float = 0.07) -> tuple[Floats, Floats]:
 
 def stations_around(
     n: int, rng: np.random.Generator, radius_m: float = 2.5, height_m: float = 1.2
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Stations on the walls of a room that look at its middle: R (n, 3, 3), t (n, 3) in the frame
-    of the first; and the middle in it, (3,)."""
+    of the first; and the middle and the way up in it, (3,)."""
     turn = 2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / max(n, 3)
     reach = radius_m * rng.uniform(0.9, 1.2, n)
     height = height_m * rng.uniform(0.7, 1.2, n)
@@ -61,7 +61,7 @@ def stations_around(
     aims = rng.normal(0, 0.2, (n, 3))
     R = np.array([facing_to(p, aim[None]) for p, aim in zip(t, aims, strict=True)])
     first, origin = R[0].T, t[0]
-    return first @ R, (t - origin) @ first.T, -first @ origin
+    return first @ R, (t - origin) @ first.T, -first @ origin, first[:, 2]
 
 
 def usual_factory(rng: np.random.Generator) -> Factory:
@@ -106,7 +106,7 @@ class TurnsTwin:
     reflections: float = 0.0  # share of hits
     collisions: bool = True
     lost_begins: float = 0.005
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)  # in the frame of the first station
+    up: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))  # likewise
 
 
 @dataclass(frozen=True)
@@ -137,9 +137,7 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
         begin_s, period_s = _begins(channel, twin.duration_s, rng)
         wander = 1e-9 * twin.wander_ns * _wander(begin_s, rng)
         told = begin_s + wander + 1e-9 * twin.begin_ns * noise.standard_normal(wander.size)
-        frame = encode_frame2(
-            factories[s], ids[s], channel, accel_of(twin.R[s].T @ np.array(twin.up))
-        )
+        frame = encode_frame2(factories[s], ids[s], channel, accel_of(twin.R[s].T @ twin.up))
         bit = frame[(np.arange(wander.size) + rng.integers(frame.size)) % frame.size]
         kept = noise.random(wander.size) >= twin.lost_begins
         begins.append([np.full(kept.sum(), s), told[kept], bit[kept]])

@@ -18,7 +18,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from mocap_workflow import sheets
+from mocap_metrology.common import sheets
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
 from scipy.sparse import csgraph

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.accuracy.monitor_take import Take, judge, numbers, series_of, worst
+from mocap_metrology.accuracy.monitor_take import Take, Row, history, judge, numbers, series_of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.settings import Monitor
 
@@ -67,8 +67,8 @@ def test_a_fitted_frame_may_turn_but_the_object_may_not_bend() -> None:
         turned += rng.normal(0, 0.05, (3, 3))
         takes.append(replace(first, places_mm=dict(zip("ABC", turned.tolist(), strict=True))))
     how, days = Monitor(frame="fitted"), [f"2026-01-{k + 1:02d}" for k in range(20)]
-    found = judge(takes, days, [False] * 20, how)
-    said = [worst([one.words[k][0] for one in found if one.at.size]) for k in range(20)]
+    rows = [Row(day, day) for day in days]
+    said = history("hall", rows, takes, how).words()
     assert said[:5] == ["learning"] * 5
     assert set(said[10:18]) == {"pass"}
     assert said[18:] == ["alert", "failure"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mocap_workflow import rows, sheets, startup
+from mocap_metrology.common import sheets
+from mocap_workflow import rows, startup
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
 from pydantic import ValidationError

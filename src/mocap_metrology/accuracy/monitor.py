@@ -91,7 +91,8 @@ class Chart:
 
     n_baseline, mean, scatter: takes of the baseline before this one, their mean, s_p; baseline: of
     which takes it consists; tolerance; q: of the take against the baseline; high, low: CUSUM;
-    shift: mean since the start of the larger one minus that of the baseline; learning; beyond: the
+    since: first value of the run of the larger one; shift: mean from there on minus that of the
+    baseline; learning; beyond: the
     tolerance; repeated: as was the take before; unusual: by Q; drifting: by CUSUM and shift.
     """
 
@@ -104,6 +105,7 @@ class Chart:
     q: Floats
     high: Floats
     low: Floats
+    since: np.ndarray
     shift: Floats
     learning: np.ndarray
     beyond: np.ndarray
@@ -206,6 +208,7 @@ def chart(
         q,
         high,
         low,
+        since,
         shift,
         learning,
         beyond,

@@ -8,14 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from mocap_metrology.accuracy.monitor import (
-    ORDER,
-    Chart,
-    Watched,
-    chart,
-    limits,
-    words,
-)
+from mocap_metrology.accuracy.monitor import ORDER, Chart, Watched, chart, limits, words
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.allan.variance import allan_variance
@@ -183,6 +176,49 @@ def judge(
     return found
 
 
-def worst(said: Sequence[str]) -> str:
-    """The word of a take: the worst of its series."""
-    return min(said, key=ORDER.index, default="")
+@dataclass(frozen=True)
+class Row:
+    """A take as the sheet has it: name, ISO date, cell of column baseline."""
+
+    recording: str
+    date: str
+    baseline: str = ""
+
+
+@dataclass(frozen=True)
+class History:
+    """A facility: its takes in order, and each stretch of them from one restart to the next, by the
+    number of its first take; left_out: rows that were not used, and why."""
+
+    name: str
+    rows: Sequence[Row]
+    stretches: Mapping[int, Sequence[Judged]]
+    left_out: Mapping[str, str]
+
+    def words(self) -> list[str]:
+        """Word of each take: the worst of its series."""
+        said = [""] * len(self.rows)
+        for start, found in self.stretches.items():
+            for one in found:
+                for k, (word, _) in zip(one.at.tolist(), one.words, strict=True):
+                    said[start + k] = min(said[start + k], word, key=ORDER.index)
+        return said
+
+
+def history(
+    name: str,
+    rows: Sequence[Row],
+    takes: Sequence[Take],
+    how: Monitor,
+    left_out: Mapping[str, str] | None = None,
+) -> History:
+    """Charts of a facility from its takes, in order of time."""
+    starts = [k for k, row in enumerate(rows) if k == 0 or row.baseline == "restart"]
+    stretches = {}
+    for start, end in zip(starts, [*starts[1:], len(rows)], strict=True):
+        own = rows[start:end]
+        named = any(row.baseline == "yes" for row in own)
+        marked = [named and row.baseline != "" for row in own]
+        days = [row.date[:10] for row in own]
+        stretches[start] = judge(takes[start:end], days, marked, how)
+    return History(name, rows, stretches, left_out or {})

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.accuracy.monitor_take import Take, Row, history, judge, numbers, series_of
+from mocap_metrology.accuracy.monitor_row import Row
+from mocap_metrology.accuracy.monitor_take import Take, history, judge, numbers, series_of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.settings import Monitor
 

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.accuracy.monitor import ORDER, Chart, Watched, chart, limits, words
+from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.allan.variance import allan_variance
@@ -174,15 +175,6 @@ def judge(
         charted = chart(one.values[at], own_days, np.array(marked)[at], one.watched, limit)
         found.append(Judged(one, at, charted, words(charted)))
     return found
-
-
-@dataclass(frozen=True)
-class Row:
-    """A take as the sheet has it: name, ISO date, cell of column baseline."""
-
-    recording: str
-    date: str
-    baseline: str = ""
 
 
 @dataclass(frozen=True)

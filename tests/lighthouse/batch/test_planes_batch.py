@@ -15,7 +15,6 @@ from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.network import islands, look, shared_moments, start
-from tests.lighthouse.batch import planes_scene
 from tests.lighthouse.batch.planes_scene import Made, made
 
 COVER_M = (-0.75e-3, 1.55e-3)

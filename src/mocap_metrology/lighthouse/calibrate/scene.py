@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
 NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
 IDEAL_PLANES = Factory(generation=2)
-MEAN_PLANES = replace(IDEAL_PLANES, **FACTORY2_MEAN)
+MEAN_PLANES = replace(IDEAL_PLANES, **cast(Mapping[str, Any], FACTORY2_MEAN))
 Pose = tuple[np.ndarray, np.ndarray]
 
 

@@ -83,7 +83,7 @@ def decode(
         if kind == "libsurvive-rec":
             read, places = read_libsurvive(path, str(board))
             if isinstance(read, Light):
-                return _of_light(read, places, factory, cleaning, name)
+                return decode_light(read, places, factory, cleaning, name)
             pulses, flashes = within_flashes(read, find_flashes(read))
         else:
             pulses, places = read_dump(path, sample_rate_hz, active_level), read_board(board)
@@ -113,7 +113,7 @@ def decode(
     return Decoded(pulses, stations, clocks, hits, places, duration_s, report | dropped, notes)
 
 
-def _of_light(
+def decode_light(
     light: Light, places: np.ndarray, factory: str | Path | None, cleaning: Cleaning, name: str
 ) -> Decoded:
     """Decode light of second-generation stations, of which those remain that enough diodes see."""

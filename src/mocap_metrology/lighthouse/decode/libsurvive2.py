@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import chain
 
 import numpy as np
 
@@ -37,14 +38,13 @@ def rows(block: bytes, wanted: bytes) -> tuple[np.ndarray, int]:
     if b" Y " not in block and b" W " not in block:
         return np.zeros((0, 6)), 0
     hits = b"W" if b" W " in block else b"B"
-    begin = rb"^([\d.]+) +" + re.escape(wanted) + rb" +([Y" + hits + rb"])"
+    begin = rb"^(\d+\.?\d*) +" + re.escape(wanted) + rb" +([Y" + hits + rb"])"
     found = re.findall(begin + 4 * rb" +(\d{1,10})" + rb"(?: +\S+)?\r*$", block, re.M)
     n_lines = len(re.findall(begin + rb"(?=\s)", block, re.M))
-    names = b" ".join(b"%s %d %s %s %s %s" % (a, OPERATIONS[op], *rest) for a, op, *rest in found)
-    try:
-        values = np.array(names.split(), dtype=np.float64).reshape(-1, 6)
-    except ValueError:  # seconds with two points
-        return np.zeros((0, 6)), n_lines
+    words = b" ".join(chain.from_iterable(found))
+    for name, number in OPERATIONS.items():
+        words = words.replace(name, b"%d" % number)
+    values = np.fromstring(words, sep=" ").reshape(-1, 6)
     time = np.where(values[:, 1] == Y, values[:, 3], values[:, 4])
     fits = (values[:, 2] < PERIOD_S.size) & (time < WRAP)
     return values[fits], n_lines - int(fits.sum())

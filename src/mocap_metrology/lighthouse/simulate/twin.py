@@ -70,12 +70,11 @@ class FactoryValues(Entry):
 
     def made(self) -> Factory:
         """The values as the station itself can state them: half floats."""
-        given = self.model_dump(exclude_none=True)
-        values: dict[str, Any] = {
+        given: dict[str, Any] = {
             name: np.array(pair, dtype=np.float16).astype(np.float64)
-            for name, pair in given.items()
+            for name, pair in self.model_dump(exclude_none=True).items()
         }
-        return Factory(**values)
+        return Factory(**given)
 
     @model_validator(mode="after")
     def _of_first_generation(self) -> FactoryValues:

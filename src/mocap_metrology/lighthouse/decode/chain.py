@@ -1,4 +1,4 @@
-"""From a recording to cleaned hits: all stages of decoding, for the three formats."""
+"""From a recording to cleaned hits: all stages of decoding, for all formats."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from mocap_metrology.lighthouse.decode.clean import (
     clean_hits,
     clean_turn_hits,
 )
+from mocap_metrology.lighthouse.decode.crazyflie import read_log, read_uart
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
@@ -28,7 +29,8 @@ from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light, find_turn_h
 from mocap_metrology.lighthouse.records import AXES, ROLES, Clock, Hits, Pulses, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
-FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
+FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv", "crazyflie-uart", "crazyflie-log")
+OF_LIGHT = {"crazyflie-uart": read_uart, "crazyflie-log": read_log}
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,9 @@ def decode(
     clocks: list[Clock] = []
     report: dict[str, list[int]] = {}
     resolution_rad = RESOLUTION_RAD
+    if kind in OF_LIGHT:
+        places = read_board(board)
+        return decode_light(OF_LIGHT[kind](path), places, factory, cleaning, name)
     if kind == "angles-csv":
         places, hits = read_board(board), read_angles(path)
         stations = [Station(role, why="a file of angles contains no flashes") for role in ROLES]

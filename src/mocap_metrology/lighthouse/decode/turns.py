@@ -103,10 +103,10 @@ def _turns(channel: int, begin_s: Floats, bit: np.ndarray, resolution_s: float) 
     right = abs(clock.cycle_s / nominal - 1) <= 1e-6 * LARGEST_PPM
     if not right or used.size < max(FEWEST_BEGINS, turn.size // 2):
         return None
-    _, first = np.unique(turn[used], return_index=True)
-    used = used[first]
-    slow = wander(turn[used], residual[used], resolution_s)
-    return Turns(int(channel), clock, turn[used], slow, bit[used])
+    # A receiver that tells a begin with each plane tells it twice.
+    known, first, which = np.unique(turn[used], return_index=True, return_inverse=True)
+    mean = np.bincount(which, residual[used]) / np.bincount(which)
+    return Turns(int(channel), clock, known, wander(known, mean, resolution_s), bit[used][first])
 
 
 def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, list[int]]]:

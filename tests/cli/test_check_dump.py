@@ -18,23 +18,24 @@ from mocap_workflow.calibration_twins import calibration_twin
 from mocap_metrology.calibration.sweeps import write_board
 from mocap_metrology.cli import calibration, main
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
+from mocap_metrology.present.plot.figure import words_picture
 
 
 def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, capsys) -> None:
     """Where a figure fails after it, no results are left and the status says so, also where the
     other process draws for longer."""
     printed = []
-    draw, started = calibration.calibration_figure, multiprocessing.get_context("fork").Event()
+    started = multiprocessing.get_context("fork").Event()
 
     def broken(*_: object) -> None:
         printed.append(capsys.readouterr())
         assert started.wait(60)
         raise IndexError("no axes")
 
-    def slow(*arguments: object) -> object:
+    def slow(*_: object) -> object:
         started.set()
         time.sleep(0.2)
-        return draw(*arguments)
+        return words_picture("late", "", "")
 
     monkeypatch.setattr(calibration, "track_figure", broken)
     monkeypatch.setattr(calibration, "calibration_figure", slow)

@@ -176,6 +176,12 @@ FURTHER = {
         },
         "message": "noise of the orientation",
     },
+    "monitor_take": {
+        "input": {"cleaned": CLEANED},
+        "output": {"json": of_recording("monitor_take.json")},
+        "params": {"settings": settings(monitor=["wander_s"])},
+        "message": "numbers for the monitor",
+    },
     "place": {
         "input": {"clean": CLEANED[1]},
         "output": {

@@ -40,6 +40,8 @@ STATISTICS: dict[str, Statistic] = {
     "max": lambda e: float(np.abs(e).max()),
 }
 ALL = "all"
+PRECISE = "precise"
+LEAST_SEEN = 0.5
 
 
 @dataclass(frozen=True)
@@ -82,11 +84,33 @@ class Bar:
     classes: tuple[OfClass, ...]
     every: OfClass
     direction: Effects | None
+    angles: dict[str, Repeated]
 
     @property
     def worst(self) -> OfClass:
         """The class of the largest 95 % quantile of the error."""
         return max(self.classes, key=lambda one: one.statistics["p95"].value)
+
+    @property
+    def size_mm(self) -> float:
+        """What the word is of: that quantile, and twice the uncertainty of the certificate."""
+        twice = 2 * self.certificate.u_mm if self.certificate else 0.0
+        return self.worst.statistics["p95"].value + twice
+
+    @property
+    def seen(self) -> float:
+        """Smallest share of the frames of a take in which both ends were seen."""
+        return min(float(take.known.mean()) for take in self.takes)
+
+    def word(self, settings: Settings) -> str:
+        """`good`, `usable` or `bad` of the accuracy; `precise` without a certificate. Usable at
+        best where a bar was seen in fewer than LEAST_SEEN of the frames: the errors of the others
+        are not known."""
+        if self.certificate is None:
+            return PRECISE
+        if self.size_mm <= settings.good_mm and self.seen >= LEAST_SEEN:
+            return "good"
+        return "usable" if self.size_mm <= settings.usable_mm else "bad"
 
 
 def evaluate(takes: Sequence[Take], certificate: Certificate | None, settings: Settings) -> Bar:
@@ -104,8 +128,10 @@ def evaluate(takes: Sequence[Take], certificate: Certificate | None, settings: S
         kept = [take.known for take in takes]
         found = [_of_class(ALL, takes, kept, reference)]
     every = found[0] if len(found) == 1 else _of_class(ALL, takes, kept, reference)
+    angles = [take.angle_deg for take in takes if take.angle_deg is not None]
+    turned = statistics(angles) if angles else {}
     return Bar(
-        tuple(takes), certificate, reference, tuple(found), every, _between(found)
+        tuple(takes), certificate, reference, tuple(found), every, _between(found), turned
     )  # fmt: skip
 
 

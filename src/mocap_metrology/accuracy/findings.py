@@ -54,10 +54,14 @@ class Finding:
 
 
 def findings_of(
-    bar: Bar, scale: ScaleSlope | None = None, still_mm: float | None = None
+    bar: Bar,
+    scale: ScaleSlope | None = None,
+    still_mm: float | None = None,
+    pose_u_deg: float = 0.0,
 ) -> list[Finding]:
-    """All of a bar, in the order of CODES; still_mm: standard deviation of the length at rest."""
-    found = [*_bias(bar), *_direction(bar), *_place(bar), *_speed(bar)]
+    """All of a bar, in the order of CODES; still_mm: standard deviation of the length at rest;
+    pose_u_deg: standard uncertainty of a stated rotation."""
+    found = [*_bias(bar), *_angle(bar, pose_u_deg), *_direction(bar), *_place(bar), *_speed(bar)]
     if still_mm:
         rest = max(one.parts["rest"].value for one in bar.classes)
         found.append(Finding("more_than_still", "", rest / still_mm))
@@ -85,6 +89,15 @@ def _bias(bar: Bar) -> list[Finding]:
                 Finding("length_bias", one.name, mean.value, mean.value - half, mean.value + half)
             )
     return found
+
+
+def _angle(bar: Bar, u_deg: float) -> list[Finding]:
+    """Of the mean rotation against the stated one, beyond its uncertainty."""
+    found = repeated([take.angle_bias_deg for take in bar.takes])
+    least = NORMAL * u_deg + float(np.nan_to_num(found.upper - found.value))
+    if not found.value > least:
+        return []
+    return [Finding("angle_bias", "", found.value, found.value - least, found.value + least)]
 
 
 def _direction(bar: Bar) -> list[Finding]:

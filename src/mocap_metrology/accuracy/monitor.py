@@ -38,9 +38,9 @@ def limits(n_series: int, false_alarms: float, dates: int) -> Limits:
     """Limits that unchanged series, together, leave with probability `false_alarms` in `dates`
     takes: one half each for Q and for CUSUM, shared equally by series, sides and (Q) takes.
 
-    Q: two-sided quantile. CUSUM: its distribution after `dates` steps by the Markov chain of Brook
-    and Evans (Biometrika 59, 1972), for normal values clipped at 2.5; tests compare it with published
-    run lengths and simulation.
+    Q: two-sided quantile. CUSUM: its distribution after `dates` steps by the Markov chain of
+    Brook and Evans (Biometrika 59, 1972), for normal values clipped at 2.5. Tests compare it with
+    published run lengths and with simulation.
     """
     share = -np.expm1(np.log1p(-false_alarms / 2) / (2 * n_series))
     low, high = 0.5, 40.0
@@ -91,7 +91,8 @@ class Chart:
 
     n_baseline, mean, scatter: takes of the baseline before this one, their mean, s_p; baseline: of
     which takes it consists; tolerance; q: of the take against the baseline; high, low: CUSUM;
-    shift: mean since the start of the larger one minus that of the baseline; learning; beyond: the
+    since: first value of the run of the larger one; shift: mean from there on minus that of the
+    baseline; learning; beyond: the
     tolerance; repeated: as was the take before; unusual: by Q; drifting: by CUSUM and shift.
     """
 
@@ -104,6 +105,7 @@ class Chart:
     q: Floats
     high: Floats
     low: Floats
+    since: np.ndarray
     shift: Floats
     learning: np.ndarray
     beyond: np.ndarray
@@ -125,6 +127,35 @@ class Chart:
     def watchable(self) -> Floats:
         """(n,) smallest tolerance that the series can be watched for, 3.5 s_p."""
         return LEAST * self.scatter
+
+
+ORDER = ("failure", "alert", "note", "learning", "provisional", "pass", "")  # the worst first
+
+
+def words(found: Chart) -> list[tuple[str, int | None]]:
+    """Word of each value, and since which one the series is not valid (None: it is).
+
+    One value beyond the tolerance is an alert, the second running a failure; then two running
+    inside make the series valid again, and the first of them is an alert still.
+    """
+    said: list[tuple[str, int | None]] = []
+    since: int | None = None
+    for k in range(found.value.size):
+        again = k > 0 and found.beyond[k] == found.beyond[k - 1]
+        if found.beyond[k] and again and since is None:
+            since = k - 1
+        elif since is not None and not found.beyond[k] and again:
+            since = None
+        if found.beyond[k] or since is not None:
+            word = "failure" if found.beyond[k] and since is not None else "alert"
+        elif found.learning[k]:
+            word = "learning"
+        elif found.unusual[k] or found.drifting[k]:
+            word = "note"
+        else:
+            word = "provisional" if found.n_baseline[k] < SETTLED else "pass"
+        said.append((word, since))
+    return said
 
 
 def chart(
@@ -177,6 +208,7 @@ def chart(
         q,
         high,
         low,
+        since,
         shift,
         learning,
         beyond,

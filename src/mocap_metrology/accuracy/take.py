@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,14 +17,15 @@ MOST_SPREAD = 0.05  # of the length of one object, (p97.5 - p2.5) / 4
 MOST_BIAS = 0.05  # of a certificate that is of this object
 AXES = ("x", "y", "z")
 OBLIQUE = "oblique"
-Known = np.ndarray
+REVERSED = -0.9  # cosine of the angle between frames
 
 
 @dataclass(frozen=True)
 class Take:
     """A pass of the bar from marker A to B, all NaN where one is not seen: length_mm (n,),
     middle_mm (3, n), direction (3, n) of unit length, angle_deg (n,) of B in A against the stated
-    or the mean one (None of markers); step_mm: of the file."""
+    or the mean one (None of markers); angle_bias_deg: of the mean against the stated one; step_mm:
+    of the file."""
 
     name: str
     date: str
@@ -34,6 +35,7 @@ class Take:
     direction: np.ndarray
     step_mm: float
     angle_deg: np.ndarray | None = None
+    angle_bias_deg: float = math.nan
 
     @property
     def known(self) -> np.ndarray:
@@ -57,7 +59,6 @@ def take_of(
     frame_rate_hz: float,
     ends_mm: np.ndarray,
     step_mm: float,
-    angle_deg: np.ndarray | None = None,
 ) -> Take:
     """From positions (2, 3, n) of both ends."""
     ends = np.asarray(ends_mm, dtype=float)
@@ -67,7 +68,34 @@ def take_of(
     with np.errstate(invalid="ignore", divide="ignore"):
         direction = step / length
     middle = np.where(both, ends.mean(axis=0), math.nan)
-    return Take(name, date, frame_rate_hz, length, middle, direction, step_mm, angle_deg)
+    return Take(name, date, frame_rate_hz, length, middle, direction, step_mm)
+
+
+def with_angles(take: Take, quaternions: np.ndarray, stated: np.ndarray | None) -> Take:
+    """With angles |log(R_ref^T R_A^T R_B)| of two bodies, quaternions (2, 4, n), x y z w; R_ref:
+    the stated rotation of B in A as a quaternion (4,), or the mean one."""
+    from scipy.spatial.transform import Rotation
+
+    known = take.known & np.isfinite(quaternions).all(axis=(0, 1))
+    if not known.any():
+        return take
+    a, b = (Rotation.from_quat(q[:, known].T) for q in quaternions)
+    relative = a.inv() * b
+    mean = relative.mean()
+    reference, bias = mean, math.nan
+    if stated is not None:
+        reference = Rotation.from_quat(stated)
+        bias = math.degrees(float((reference.inv() * mean).magnitude()))
+    angle = np.full(take.length_mm.size, math.nan)
+    angle[known] = np.degrees((reference.inv() * relative).magnitude())
+    return replace(take, angle_deg=angle, angle_bias_deg=bias)
+
+
+def reversals(take: Take) -> int:
+    """How often the bar points the other way from one seen frame to the next: its markers have
+    exchanged their labels."""
+    direction = take.direction[:, take.known]
+    return int(((direction[:, 1:] * direction[:, :-1]).sum(axis=0) < REVERSED).sum())
 
 
 def way_mm(take: Take) -> float:

@@ -53,7 +53,7 @@ class BarErrors:
     length: Positive
     """True length, as in column `length_mm`."""
     surface: NonNegative = 0.0
-    """Bending of the volume: of a quadratic surface over the box of the path."""
+    """Bending of the volume: of a quadratic surface along the path."""
     pass_mm: NonNegative = 0.0
     """From pass to pass."""
     correlation_s: Positive = 0.3
@@ -148,14 +148,14 @@ def _directions(along: Along, time_s: np.ndarray, phases: np.ndarray) -> np.ndar
 
 def unit_surface(room_seed: int, relative: np.ndarray) -> np.ndarray:
     """(n,) a quadratic polynomial at places (3, n) of a box from -1 to 1, whose standard deviation
-    over the even box is 1: variances of u, u^2 and u v there are 1/3, 4/45 and 1/9."""
+    over the path is 1: the variances of u, u^2 and u v are 1/2, 1/8 and 1/4 there."""
     first, second = np.triu_indices(3)
     weights = stream("bar", room_seed, "room").standard_normal(9)
     variances = np.array(
-        [1 / 3] * 3 + [4 / 45 if a == b else 1 / 9 for a, b in zip(first, second, strict=True)]
+        [0.5] * 3 + [0.125 if a == b else 0.25 for a, b in zip(first, second, strict=True)]
     )
     terms = np.concatenate(
-        [relative, relative[first] * relative[second] - (first == second)[:, None] / 3]
+        [relative, relative[first] * relative[second] - (first == second)[:, None] / 2]
     )
     return np.asarray(weights @ terms / math.sqrt(float(weights**2 @ variances)))
 

@@ -35,14 +35,6 @@ from mocap_metrology.lighthouse.decode.turns import (
 from mocap_metrology.lighthouse.records import AXES, ROLES, Clock, Flashes, Hits, Pulses, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
-FORMATS = (
-    "gpio-dump",
-    "libsurvive-rec",
-    "angles-csv",
-    "crazyflie-uart",
-    "crazyflie-log",
-    "lfsr-counts",
-)
 OF_LIGHT = {"crazyflie-uart": read_uart, "crazyflie-log": read_log}
 
 
@@ -77,7 +69,7 @@ def decode(
     active_level: int = 1,
     cleaning: Cleaning | None = None,
 ) -> Decoded:
-    """Decode a recording of one of `FORMATS`.
+    """Decode a recording of one of `lighthouse.RECORDING_FORMATS`.
 
     board: CSV of diodes, or the name of the tracked object in a libsurvive recording; factory: file
     of calibrations, for stations whose own cannot be read out of the recording.

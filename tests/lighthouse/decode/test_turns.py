@@ -56,6 +56,13 @@ def test_a_still_object(samples: Path, file: str, name: str) -> None:
     assert all(9e-6 < one < 40e-6 for one in white(light))
 
 
+def test_no_sound_hit_is_rejected(samples: Path) -> None:
+    """A deep headset at rest, of which sweeps see six to nine diodes: what perspective leaves of
+    these is not taken for outliers. All its hits repeat to 0.1 mrad."""
+    found = decode(samples / FOLDER / "haagh-tracking2.rec.gz", "libsurvive-rec", "T20")
+    assert sum(found.report["sweep"]) < 0.001 * len(found.hits)
+
+
 def test_planes_and_angles_are_those_of_libsurvive(samples: Path) -> None:
     """B lines: plane and angle as libsurvive computes them from a single begin of a turn, whose
     noise of 22 to 60 urad and the wander of the rotor are the difference. Two sensors hit in one

@@ -152,10 +152,14 @@ def test_bytes_out_of_step_are_found_again(
     path = tmp_path / "a.bin"
     path.write_bytes(data)
     whole = decode(path, "crazyflie-uart", board(tmp_path))
-    path.write_bytes(data[:100_000] + data[100_005:])
-    found = decode(path, "crazyflie-uart", board(tmp_path))
-    assert 0.9 * len(whole.hits) < len(found.hits) < len(whole.hits)
-    assert "out of step" in found.notes[0]
+    for lost in (5, 30_001):  # within a frame, and two seconds
+        path.write_bytes(data[:70_000] + data[70_000 + lost :])
+        found = decode(path, "crazyflie-uart", board(tmp_path))
+        assert 0.75 * len(whole.hits) < len(found.hits) < len(whole.hits)
+        assert "1 times out of step" in found.notes[0]
+        for clock, same in zip(found.clocks, whole.clocks, strict=True):
+            assert clock.cycle_s == pytest.approx(same.cycle_s, rel=1e-6)
+            assert clock.rms_s < 1e-6
 
 
 def test_what_is_refused(tmp_path: Path, frames: tuple[np.ndarray, object]) -> None:

@@ -34,6 +34,7 @@ FRAME = 12
 SYNC = b"\xff" * FRAME
 RATE_HZ = 24_000_000
 FEWEST = 4  # frames in step
+MOST_WRAPS = 30  # 20 s without frames
 COUNTER = 1 << 24
 GAP_TICKS = 10_000  # between sweeps
 UNKNOWN = -1
@@ -62,19 +63,55 @@ def read_uart(path: str | Path) -> Light:
         parts.append(frames[:end][~sync[:end]])
         lost += bool(broken.size)
         at = data.find(SYNC, at + FRAME * end) if broken.size else -1
-    frames = np.concatenate(parts) if parts else np.zeros((0, FRAME), np.uint8)
-    if not len(frames):
+    parts = [part.astype(np.int64) for part in parts if len(part)]
+    if not parts:
         raise Refusal(
             f"{name}: no frames of 12 bytes after one of 0xFF; expected the bytes of a lighthouse"
             " deck with second-generation base stations"
         )
-    wide = frames.astype(np.int64)
-    stamp, offset = (wide[:, k] | wide[:, k + 1] << 8 | wide[:, k + 2] << 16 for k in (9, 3))
-    step = (np.diff(stamp, prepend=stamp[:1]) + COUNTER // 2) % COUNTER - COUNTER // 2
-    first = wide[:, 0]
     notes = [f"{lost} times out of step with the frames"] if lost else []
+    wide = np.concatenate(parts)
+    first, offset = wide[:, 0], 4 * _number(wide, 3)
     channel = np.where(first >> 7, UNKNOWN, first >> 3 & 15)
-    return _light(first & 3, channel, 4 * offset, np.cumsum(step), first >> 2 & 1, notes, name)
+    ends = np.cumsum([len(part) for part in parts])[:-1]
+    stamp = _continuous(_number(wide, 9), channel, offset, ends)
+    return _light(first & 3, channel, offset, stamp, first >> 2 & 1, notes, name)
+
+
+def _number(frames: Integers, at: int) -> Integers:
+    """Three bytes, the lowest first."""
+    return frames[:, at] | frames[:, at + 1] << 8 | frames[:, at + 2] << 16
+
+
+def _unrolled(stamp: Integers) -> Integers:
+    """Ticks of a counter of 24 bits without gaps of half its range."""
+    step = np.diff(stamp, prepend=stamp[:1]) + COUNTER // 2
+    return stamp[:1] + np.cumsum(step % COUNTER - COUNTER // 2)
+
+
+def _continuous(stamp: Integers, channel: Integers, offset: Integers, ends: Integers) -> Integers:
+    """Ticks over pieces of unknown distance, `ends` being the first frames of all but the first:
+    the counter may wrap in between, as often as fits the turns of the stations before best."""
+    timed = (offset > 0) & (channel != UNKNOWN)
+    pieces = [_unrolled(piece) for piece in np.split(stamp, ends)]
+    for k, at in enumerate(ends):
+        now = pieces[k + 1]
+        now += COUNTER * -((now[0] - pieces[k][-1]) // COUNTER)
+        so_far = np.concatenate(pieces[: k + 1])
+        off = np.zeros(MOST_WRAPS)
+        for one in range(PERIOD_S.size):
+            before, after = (
+                np.flatnonzero(timed[a:b] & (channel[a:b] == one))
+                for a, b in ((0, at), (at, at + now.size))
+            )
+            if before.size and after.size:
+                period = PERIOD_S[one] * RATE_HZ
+                last = so_far[before[-1]] - offset[before[-1]]
+                apart = (now[after] - offset[at + after])[:10] - last
+                turns = (apart + COUNTER * np.arange(MOST_WRAPS)[:, None]) / period
+                off += np.median(np.abs(turns - np.round(turns)), axis=1)
+        now += COUNTER * int(np.argmin(off))
+    return np.concatenate(pieces)
 
 
 def read_log(path: str | Path) -> Light:
@@ -86,13 +123,16 @@ def read_log(path: str | Path) -> Light:
     stamps = [column for column in STAMPS if column in columns]
     if missing or not stamps:
         raise Refusal(f"{name}: no {', '.join(missing or STAMPS[:1])}; expected {NEEDED + STAMPS}")
+    for column in (*NEEDED, stamps[0]):
+        values = columns[column]
+        bad = ~((values >= 0) & (values < (SENSORS if column == "sensor" else 1 << 53)))
+        if bad.any():
+            raise Refusal(f"{name}: {column} is {values[np.argmax(bad)]:g}; expected a count")
     sensor, station, offset, stamp = (
         columns[column].astype(np.int64) for column in (*NEEDED, stamps[0])
     )
     if stamps[0] == STAMPS[1]:
-        stamp = np.cumsum(
-            (np.diff(stamp, prepend=stamp[:1]) + COUNTER // 2) % COUNTER - COUNTER // 2
-        )
+        stamp = _unrolled(stamp)
     channel = np.where(station == UNKNOWN_STATION, UNKNOWN, station)
     return _light(sensor, channel, offset, stamp, np.full(stamp.size, -1), [], name)
 
@@ -185,7 +225,7 @@ def _light(
     np.maximum.at(highest, group[known], channel[known])
     np.minimum.at(lowest, group[known], channel[known])
     one_offset = np.bincount(group, offset > 0, n) == 1
-    pairs = np.unique(group * SENSORS + np.clip(sensor, 0, SENSORS - 1))
+    pairs = np.unique(group * SENSORS + sensor)
     once = np.bincount(pairs // SENSORS, minlength=n) == np.bincount(group, minlength=n)
     inside = (lowest >= 0) & (highest < PERIOD_S.size)
     used = ((highest == lowest) & inside & one_offset & once)[group]

@@ -76,6 +76,13 @@ class Scene:
         return f"{NAME}, {self.optics}"
 
     @property
+    def model(self) -> str:
+        """Variant of the rotor model: of known factory values the one that is asked for."""
+        if self.optics == "factory":
+            return self.variant
+        return "libsurvive" if self.generation == 2 else "crazyflie"
+
+    @property
     def assumed(self) -> list[Factory | None]:
         """Factory values of the stations as the optics has them, None for ideal rotors; of unknown
         planes those of real ones on average."""
@@ -89,7 +96,7 @@ class Scene:
     def rotors(self) -> np.ndarray:
         """Of all stations, (stations, 2, 13)."""
         lasers = [None] * len(self.factories) if self.lasers_m is None else self.lasers_m
-        model = VARIANTS[self.variant]
+        model = VARIANTS[self.model]
         return np.array(
             [rotor_parameters(f, own, model) for f, own in zip(self.assumed, lasers, strict=True)]
         )
@@ -149,7 +156,7 @@ class Scene:
         """Measurements as the optics see them; where these are estimated, it starts from ideal, of
         the second generation from usual ones."""
         if self.generation == 2:
-            seen = optics_of("factory", measured, self.assumed, None, self.variant)
+            seen = optics_of("factory", measured, self.assumed, None, self.model)
             return replace(seen, name=self.optics)
         name = "ideal" if self.optics == ESTIMATED else self.optics
         return optics_of(name, measured, self.factories, self.lasers_m, self.variant)

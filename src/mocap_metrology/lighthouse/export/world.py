@@ -35,7 +35,7 @@ WORDS = {
     POINTS: "that of the measured points",
 }
 LABEL = re.compile(r"diode (\d{1,4})(?: at (\d{1,6}(?:\.\d{1,6})?) s)?")
-EXPECTED = "master, slave (a V2 station: its channel), diode 3 (at the start) or diode 3 at 12.5 s"
+EXPECTED = "master, slave, diode 3 (at the start), diode 3 at 12.5 s or the channel of a V2 station"
 STILL_S = 0.2  # the board's place is the mean over so long
 LARGEST_ROOM_M = 100.0  # beyond this a place is in mm
 NARROWEST_M = 0.01  # spread of points off their line, root of the sum of squares

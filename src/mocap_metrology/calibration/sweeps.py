@@ -93,8 +93,11 @@ def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, De
     recording = decoded(entry, given, settings)
     if "points" in given or not str(entry.known_length).startswith("points"):
         lengths_of(entry, given.get("points"), len(recording.board))
+    then = "expected errors of centimetres"
+    if recording.generation == 2:
+        then = "usual ones of such stations are the first guess"
     warnings = [
-        f"{station.role}: no factory values ({station.why}); expected errors of centimetres"
+        f"{station.role}: no factory values ({station.why}); {then}"
         for station in recording.stations
         if station.factory is None
     ]

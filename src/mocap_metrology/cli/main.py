@@ -18,6 +18,7 @@ from typing import Any
 from mocap_metrology.cli import results
 from mocap_metrology.common.errors import Refusal, printable
 from mocap_metrology.common.paths import exists, is_file
+from mocap_metrology.lighthouse import RECORDING_FORMATS
 
 TEXTS = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
@@ -69,7 +70,7 @@ OF_BARS: dict[str, dict[str, Any]] = {
 }
 OF_DUMPS: dict[str, dict[str, Any]] = {
     "board": {"metavar": "CSV"},
-    "format": {"choices": ("gpio-dump", "libsurvive-rec", "angles-csv")},
+    "format": {"choices": RECORDING_FORMATS},
     "inertial": {"action": "store_true"},
     "world": {"choices": ("gravity", "master", "board-start")},
     "world-points": {"metavar": "CSV"},

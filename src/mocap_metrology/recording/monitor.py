@@ -43,6 +43,7 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
         "recording": origin["recording"],
         "source": origin["source"],
         "sha256": sums,
+        "wander_s": settings.monitor.wander_s,
         "moving": bool(results.check.get("moving")),
         "take": asdict(found),
     }

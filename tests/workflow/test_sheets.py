@@ -76,6 +76,8 @@ def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
         "covariate": "b.c3d",
         "cluster": (),
         "place": None,
+        "monitor": None,
+        "baseline": None,
         "comment": "",
     }
     with pytest.raises(ValidationError, match="frozen"):
@@ -116,6 +118,8 @@ SAID = {  # another value of every column that may be filled in, beside a right 
         "covariate": "b.c3d",
         "cluster": "M1;M2;M3",
         "place": "corner",
+        "monitor": "hall",
+        "baseline": "restart",
         "comment": "of the left wall",
     },
     "calibrations": {

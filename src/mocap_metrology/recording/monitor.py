@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,14 +71,17 @@ def monitor(
     used: list[Row] = []
     left_out: dict[str, str] = {}
     first: dict[tuple[str, ...], str] = {}
+    begins = False  # a baseline, with a take that cannot be used
     for row in rows:
         why = "the recording was refused"
         if row.recording in takes:
             why = unfit(takes[row.recording], first)
         if why:
             left_out[row.recording] = why
+            begins |= row.baseline == "restart"
         else:
-            used.append(row)
+            used.append(replace(row, baseline="restart") if begins else row)
+            begins = False
     of = [takes[row.recording] for row in used]
     numbers = [_take(one) for one in of]
     found = history(name, used, numbers, settings.monitor, left_out)

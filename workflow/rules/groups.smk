@@ -189,8 +189,7 @@ rule monitor:
         takes=of_each("monitor_take.json", takes_of),
     output:
         report(
-            "<results>/monitors/{monitor}/chart.svg",
-            caption="../report/caption.rst",
+                caption="../report/caption.rst",
             category="4 Groups",
             labels={"result": "monitor {monitor}: its takes over time"},
         ),

@@ -14,13 +14,12 @@ from mocap_metrology.common.files import write_csv, write_json
 from mocap_metrology.noise.series import pair_name, position
 from mocap_metrology.present.monitors import words
 from mocap_metrology.present.monitors.chart import chart
-from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.plot.figure import save_png
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.recording.results import Results
 from mocap_metrology.settings import Settings
 
 TAKE = "monitor_take.json"
-FILES = ("chart.png", "chart.svg", "monitor.csv", "monitor.json")
 
 
 def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
@@ -92,7 +91,9 @@ def monitor(
     n, said = len(used), document["word"] or "no word"
     dates = {"first": used[0].date[:10], "last": used[-1].date[:10]} if used else {}
     title = render("monitor.title", name=name, word=said, n=n, **dates)
-    save(chart(rows_of_table, title, render("monitor.source", **document)), folder / "chart.png")
+    save_png(
+        chart(rows_of_table, title, render("monitor.source", **document)), folder / "chart.png"
+    )
     write_json(folder / "monitor.json", document)
     return document
 

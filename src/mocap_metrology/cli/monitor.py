@@ -200,6 +200,8 @@ def _line(sheet: Sheet, path: Path, options: argparse.Namespace) -> Line:
     cells |= {"monitor": name, "baseline": baseline}
     number = sheet.raw.count(b"\n") + 1 if sheet.raw else 2
     for line in sheet.lines:
+        if path.name not in line.cells["path"]:  # a link of another name has the same checksum
+            continue
         if path.resolve() in [Path(one).resolve() for one in sheet.located(line)]:
             raise Refusal(
                 f"{path}: is the file of row {line.number} (recording "
@@ -235,10 +237,10 @@ def _entry(sheet: Sheet, line: Line) -> tuple[Entry, list[tuple[str, str]] | Non
 def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[str, Any]]:
     """monitor_take.json of the takes of a monitor; made where it is missing, or is of other markers
     or another wander. Without those that cannot be read."""
-    takes = {}
+    takes, recordings = {}, sheet.folder / RESULTS / "recordings"
     for line in sheet.of(name):
         recording = line.cells["recording"]
-        folder = sheet.folder / RESULTS / "recordings" / recording
+        folder = f"{recordings}/{recording}"
         try:
             found = read_take(folder)
             asked = [part.strip() for part in line.cells["markers"].split(";")]
@@ -247,7 +249,9 @@ def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[s
         except (OSError, ValueError, KeyError):
             is_current = False
         try:
-            takes[recording] = found if is_current else _made_again(sheet, line, folder, settings)
+            takes[recording] = (
+                found if is_current else _made_again(sheet, line, Path(folder), settings)
+            )
         except Refusal as refusal:
             results.tell(f"{recording}: {refusal}")
     return takes

@@ -52,7 +52,8 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
 
 def read_take(folder: str | Path) -> Mapping[str, Any]:
     """Contents of monitor_take.json of a recording."""
-    return json.loads((Path(folder) / TAKE).read_text(encoding="utf-8"))
+    with Path(f"{folder}/{TAKE}").open(encoding="utf-8") as file:
+        return json.load(file)
 
 
 def monitor(

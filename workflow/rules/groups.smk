@@ -189,11 +189,11 @@ rule monitor:
         takes=of_each("monitor_take.json", takes_of),
     output:
         report(
-                caption="../report/caption.rst",
+            "<results>/monitors/{monitor}/chart.png",
+            caption="../report/caption.rst",
             category="4 Groups",
             labels={"result": "monitor {monitor}: its takes over time"},
         ),
-        "<results>/monitors/{monitor}/chart.png",
         "<results>/monitors/{monitor}/monitor.csv",
         json="<results>/monitors/{monitor}/monitor.json",
     log:

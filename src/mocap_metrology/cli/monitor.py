@@ -10,7 +10,7 @@ import shutil
 import sys
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -53,7 +53,8 @@ def add_take(options: argparse.Namespace) -> int:
         raise Refusal(f"{folder}: {why}; the take was not added, and nothing changed") from None
     name = document["monitor"]
     chart = folder / RESULTS / "monitors" / name / "chart.png"
-    results.tell_result([document["line"], f"Chart: {chart}"])
+    with suppress(BrokenPipeError):  # as of `| head -1`; the take is added all the same
+        results.tell_result([document["line"], f"Chart: {chart}"])
     return STATUS.get(str(document["word"]), 0)
 
 

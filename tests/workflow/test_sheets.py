@@ -53,6 +53,8 @@ def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
         "covariate": "b.c3d",
         "cluster": "M1;M2;M3",
         "place": "corner",
+        "monitor": "hall",
+        "baseline": "restart",
         "comment": "of the left wall",
     }
     assert set(row) == set(HEADER)
@@ -81,6 +83,8 @@ def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
         "covariate": "b.c3d",
         "cluster": ("M1", "M2", "M3"),
         "place": "corner",
+        "monitor": "hall",
+        "baseline": "restart",
         "comment": "of the left wall",
     }
     with pytest.raises(ValidationError, match="frozen"):

@@ -106,6 +106,16 @@ def with_place(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
     return found if len({row.place for row in found}) > 1 else []
 
 
+def with_bar(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """Recordings of a bar that is moved."""
+    return [row for row in rows if row.bar]
+
+
+def without_bar(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """All others."""
+    return [row for row in rows if not row.bar]
+
+
 def over_dates(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
     """Recordings of the same cameras on three days or more."""
     return named(rows, chain(*series_over_dates(rows)))

@@ -218,6 +218,20 @@ def has_bodies(row):
     return not row.twin and bool(verdict("recording", row.name).get("bodies"))
 
 
+def has_bar(row):
+    """Whether its bar is judged, not its noise at rest."""
+    return bool(row.bar)
+
+
+def is_measured(row):
+    return row.twin is None
+
+
+def bars(rows):
+    """Names of recordings of a bar that is moved."""
+    return selection.names(selection.with_bar(rows))
+
+
 def turned(rows):
     """Names of recordings with an orientation: of a cluster of markers or of a body."""
     return [row.name for row in rows if row.cluster or has_bodies(row)]

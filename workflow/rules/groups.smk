@@ -128,6 +128,22 @@ COMPARISONS = {
         },
         "message": "noise by place",
     },
+    "bars": {
+        "of": groups(selection.with_bar),
+        "input": {
+            "takes": of_each("bar.parquet", accepted(selection.with_bar)),
+            "verdicts": of_each("verdict.json", accepted(selection.without_bar)),
+        },
+        "output": {
+            "tables": {"csv": "bar.csv", "md": "bar.md", "json": "bar.json"},
+            "figures": {"bar": "bar: errors of a length that moves, all passes"},
+        },
+        "params": {
+            "captions": [captions.BAR, captions.BAR_TABLE],
+            "settings": settings("bar", "place"),
+        },
+        "message": "all passes of a bar",
+    },
     "cameras": {
         "of": groups(selection.subsets),
         "input": {

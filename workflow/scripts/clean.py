@@ -21,6 +21,10 @@ with step(snakemake) as log:
     else:
         entry = Entry(list(snakemake.input), **given.entry)
         try:
+            if given.bar["bar"]:
+                from mocap_metrology.recording.bar import Asked, read_bar
+
+                read_bar(entry, Asked(**given.bar), settings, origin)
             clean(entry, origin, settings, folder)
         except Exception as error:
             refusal = refusal_of(error, snakemake.log[0])

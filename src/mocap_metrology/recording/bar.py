@@ -253,11 +253,11 @@ def write_group(
     paths: Iterable[str | Path],
     still: Iterable[Mapping[str, Any]],
     settings: Settings,
-    stem: Path,
+    path: Path,
     figure: Path,
 ) -> None:
-    """Passes of a group together: `<stem>.csv`, `.md`, `.json`, and the figure of the bar with most
-    passes. still: contents of verdict.json of the group's recordings."""
+    """Passes of a group together: tables beside the JSON file `path`, and the figure of the bar
+    with most passes. still: contents of verdict.json of the group's recordings."""
     still_mm = present.noise_at_rest(still)
     bars = passes_of(paths, settings, still_mm)
     sources = {name: source for one in bars for name, source in one.sources.items()}
@@ -268,8 +268,8 @@ def write_group(
         for row in present.bar_rows(one.bar)
     ]
     said = " ".join((captions.BAR_TABLE, *present.told([one.document for one in bars]), of))
-    tables.write(stem, rows, f"{group}: length of a bar that moves", said)
-    write_json(stem.with_suffix(".json"), {"bars": [one.document for one in bars]})
+    tables.write(path.with_suffix(".csv"), rows, f"{group}: length of a bar that moves", said)
+    write_json(path, {"bars": [one.document for one in bars]})
     drawn = bars[0].bar
     title = f"{group}: length of the bar, {len(drawn.takes)} passes"
     look = settings.place.cell_mm, settings.bar

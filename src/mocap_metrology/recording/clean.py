@@ -13,6 +13,7 @@ from typing import NamedTuple, NotRequired, TypedDict
 import numpy as np
 
 from mocap_metrology import settings as of
+from mocap_metrology.accuracy.twin import BarTwin, simulate_bar
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
 from mocap_metrology.common.files import Metadata
@@ -145,12 +146,14 @@ def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
 
 
 @contextmanager
-def simulated(twin: Twin | TakeTwin, seed: int, folder: Path) -> Iterator[Path]:
+def simulated(twin: Twin | TakeTwin | BarTwin, seed: int, folder: Path) -> Iterator[Path]:
     """Path of the C3D file of a twin, which is removed in the end; truth.json in `folder`."""
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
         path = Path(part) / "twin.c3d"
         if isinstance(twin, TakeTwin):
             made = simulate_take(twin, seed=seed + twin.seed)
+        elif isinstance(twin, BarTwin):
+            made = simulate_bar(twin, seed=seed + twin.seed)
         else:
             made = simulate(twin, seed=seed + twin.seed, folder=folder)
         n_frames, rate = made.position_mm.shape[2], made.frame_rate_hz

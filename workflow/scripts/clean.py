@@ -25,7 +25,7 @@ with step(snakemake) as log:
                 from mocap_metrology.recording.bar import Asked, read_bar
 
                 read_bar(entry, Asked(**given.bar), settings, origin)
-            clean(entry, origin, settings, folder)
+            clean(entry, origin, settings, folder, moved=bool(given.bar["bar"]))
         except Exception as error:
             refusal = refusal_of(error, snakemake.log[0])
             log.info("%s", refusal)

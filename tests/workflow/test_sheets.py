@@ -49,6 +49,9 @@ def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
         "date": "2019-03-25 21:30",
         "compare_with": "B",
         "covariate": "b.c3d",
+        "bar": "M1-M2",
+        "length_mm": "500,02",
+        "length_u_mm": ".05",
     }
     other = GOOD | {"recording": "B", "date": "2019-03-25"}
     found = load(folder, row, other)
@@ -75,6 +78,10 @@ def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
         "covariate": "b.c3d",
         "cluster": (),
         "place": None,
+        "bar": "M1-M2",
+        "length_mm": 500.02,
+        "length_u_mm": 0.05,
+        "bar_pose": None,
         "comment": "",
     }
     with pytest.raises(ValidationError, match="frozen"):
@@ -109,6 +116,10 @@ SAID = {  # another value of every column that may be filled in, beside a right 
         "unit": "mm",
         "column_names": "A_x A_y A_z",
         "truncated": "accept",
+        "bar": "auto",
+        "length_mm": "267.86",
+        "length_u_mm": "0.3",
+        "bar_pose": '{"quaternion_xyzw": [0, 0, 0, 1]}',
         "sha256": "ab" * 32,
         "date": "2019-03-25",
         "compare_with": "other",
@@ -139,7 +150,7 @@ SAID = {  # another value of every column that may be filled in, beside a right 
     },
 }
 RIGHT = {
-    "recordings": GOOD,
+    "recordings": GOOD | {"bar": "M1-M2", "length_mm": "500"},
     "calibrations": {
         "calibration": "A",
         "setup": "1",
@@ -181,6 +192,11 @@ def test_every_column_reaches_the_row_that_rules_see(folder: Path, sheet: str, c
 @pytest.mark.parametrize(
     ("column", "value", "expected"),
     [
+        ("bar", "M1", '"M1"; expected two markers joined by "-", auto, or nothing'),
+        ("length_mm", "500", '"500"; expected nothing without a bar in column bar'),
+        ("bar_pose", "{}", '"{}"; expected nothing without a bar in column bar'),
+        ("length_u_mm", "0.1", '"0.1"; expected nothing without a length in column length_mm'),
+        ("length_mm", "50 cm", '"50 cm"; expected a number of mm or nothing'),
         ("recording", "", 'nothing; expected a name of letters, digits, "_", "." and "-"'),
         ("recording", "-a", '"-a"; expected a name'),
         ("recording", "a/b", '"a/b"; expected a name'),

@@ -103,7 +103,8 @@ def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
     """A map of each class on the plane in which the places extend most, in CELLS squares at most;
     below each other where the way is long."""
     middles = np.concatenate([m for one in bar.classes for m in one.middles], axis=1)
-    extent = np.ptp(middles[:, np.isfinite(middles).all(axis=0)], axis=1)
+    known = middles[:, np.isfinite(middles).all(axis=0)]
+    extent = np.ptp(known, axis=1)
     across, up = sorted(np.argsort(-extent)[:2])
     cell = max(cell_mm, float(extent.max()) / CELLS)
     rows = place_rows(bar, cell, LEAST_FRAMES)
@@ -115,15 +116,14 @@ def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
         plot.say(axes, "too few frames in any cube for a map")
         return [axes]
     flat = 1 if extent[across] > WIDE * extent[up] or len(shown) == 1 else 2
+    ends = [((own.min() - cell) / 1000, (own.max() + cell) / 1000) for own in known]
     panels = parent.subplots(-(-len(shown) // flat), flat, squeeze=False)
     reach = max(abs(_number(row, "error_mm")) for row in rows) or 1.0
     for axes, (name, own) in zip(panels.flat, shown.items(), strict=False):
         x, y, values = _squares(own, f"{'xyz'[across]}_mm", f"{'xyz'[up]}_mm", cell)
         how: plot.Keywords = {"cmap": "coolwarm", "vmin": -reach, "vmax": reach}
         drawn = axes.pcolormesh(x / 1000, y / 1000, values, edgecolor="white", lw=0.5, **how)
-        axes.set_aspect("equal", adjustable="datalim")
-        ends = np.nanmin(middles[across]) - cell, np.nanmax(middles[across]) + cell
-        axes.set_xlim(*(float(end) / 1000 for end in ends))
+        axes.set(aspect="equal", xlim=ends[across], ylim=ends[up])
         axes.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
         axes.label_outer()
         plot.panel_title(axes, name)

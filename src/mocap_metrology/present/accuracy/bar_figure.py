@@ -24,7 +24,7 @@ HEIGHT_MM, ROW_MM = 112.0, 9.0
 POINTS = 400  # of a cumulative curve
 MAPS, CELLS = 4, 16  # at most
 LEAST_FRAMES = 5  # of a square
-WIDE = 1.8  # of a way, beyond which maps stand below each other
+WIDE = 1.2  # of a way, beyond which maps stand below each other
 PARTS = {  # of the mean square: colour, and whether the letters on it are white
     "bias": ("#0d2a6b", True),
     "pass": ("#5b7fc4", True),
@@ -57,6 +57,7 @@ def bar_figure(
     left, right = np.ravel(upper.subfigures(1, 2, squeeze=False, width_ratios=[1.0, 1.1]))
     axes = left.subplots()
     _cumulative(axes, bar, settings, still_mm)
+    plot.legend_below(left, [axes], columns=2)
     maps = _maps(right, bar, cell_mm)
     below = lower.subplots()
     _parts(below, bar)
@@ -95,7 +96,6 @@ def _cumulative(axes: Axes, bar: Bar, settings: Settings, still_mm: float | None
     axes.set_yticks([1, 0.5, 0.1, 0.05, 0.01, 0.001], ["100 %", "50", "10", "5", "1", "0.1"])
     axes.set_xlabel("error of the length (mm)" if bar.certificate else "length − its mean (mm)")
     axes.set_ylabel("frames with a larger error")
-    axes.legend(loc="upper right", fontsize=plot.SMALL_PT)
     plot.panel_title(axes, "How large")
 
 

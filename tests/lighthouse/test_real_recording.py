@@ -16,7 +16,6 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.pose_file import chosen_pose, matrix_and_metres
@@ -298,11 +297,6 @@ def test_verdicts_say_how_far_to_go(seen: dict[str, Seen]) -> None:
     for told in (headset, controller):
         assert told.document["poses"][told.document["chosen"]]["optics"] == "factory"
         assert told.document["diagnostics"]["still"]
-
-
-def test_second_generation_is_refused_by_name(samples: Path) -> None:
-    with pytest.raises(Refusal, match=r"^haagh-tracking.*V2"):
-        decode(samples / FOLDER / "haagh-tracking.rec.gz", "libsurvive-rec", "T20")
 
 
 # Mean angles of a still headset

@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mocap_workflow import rows, sheets, startup
+from mocap_workflow import rows, startup
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
 from pydantic import ValidationError
 from running import write_sheet
 
+from mocap_metrology.common import sheets
 from mocap_metrology.common.entries import load_twins
 from mocap_metrology.common.faults import Faults
 

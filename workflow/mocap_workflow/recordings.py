@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, field_validator
 
 from mocap_metrology.common.faults import Unfit, unfit, unknown
 from mocap_workflow.rows import (
+    NAME,
     SIMULATE,
     Cell,
     FileOrNothing,
@@ -189,6 +190,16 @@ class RecordingRow(SheetRow):
     bar_pose: str | None = None
     """Rotation of body B in A, as JSON: `{"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}`, `u_deg`
     its standard uncertainty. If empty, angles are about their mean."""
+    monitor: Annotated[str | None, NAME] = None
+    """Name of a facility whose takes are charted over time, `<results>/monitors/<monitor>/`: a
+    minute a day or week of the same object in the same place. Its rows have dates and stand in
+    their order; markers, pairs and cameras are the same from one `restart` to the next."""
+    baseline: Annotated[
+        Literal["yes", "restart"] | None, Cell("yes|restart", "yes, restart or nothing")
+    ] = None
+    """`yes`: the take belongs to the baseline with which later ones are compared; where no row has
+    it, the first ten takes do that are within the tolerance. `restart`: the baseline begins anew
+    with this take, as after a calibration."""
     comment: str = ""
     """Free text."""
 

@@ -13,6 +13,7 @@ rule group_tables:
         verdicts=of_each("verdict.json", accepted()),
     output:
         tables_of_group("subsets", "gaussian", "outliers", "allan", "noise", "summary"),
+        multiqc="<results>/tables/{group}_mqc.json",
     log:
         "<logs>/group_tables/{group}.log",
     benchmark:
@@ -199,7 +200,40 @@ for NAME, OF in COMPARISONS.items():
             "../scripts/{params.script}.py"  # by name: NAME is the last one when a job runs
 
 
+# A facility over its takes.
+rule monitor:
+    input:
+        takes=of_each("monitor_take.json", takes_of),
+    output:
+        report(
+            "<results>/monitors/{monitor}/chart.svg",
+            caption="../report/caption.rst",
+            category="4 Groups",
+            labels={"result": "monitor {monitor}: its takes over time"},
+        ),
+        "<results>/monitors/{monitor}/chart.png",
+        "<results>/monitors/{monitor}/monitor.csv",
+        json="<results>/monitors/{monitor}/monitor.json",
+    log:
+        "<logs>/monitor/{monitor}.log",
+    benchmark:
+        "<benchmarks>/monitor/{monitor}.tsv"
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("monitor.py"),
+        rows=lambda wildcards: [vars(take) for take in MONITORS[wildcards.monitor]],
+        takes=lambda wildcards: [row.name for row in takes_of(wildcards)],
+        settings=settings("monitor"),
+    message:
+        "{wildcards.monitor}: chart of its takes"
+    script:
+        "../scripts/monitor.py"
+
+
 promise(
+    figures=collect_outputs(rules.monitor.output, monitor=list(MONITORS)),
     tables=together(
         collect_outputs(rules.group_tables.output, group=groups()),
         *(

@@ -128,7 +128,7 @@ rule verdict:
             file=[
                 *("verdict.png", "adev.svg", "adev.png", "trajectory.svg", "trajectory.png"),
                 *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
-                *("diagnosis.svg", "diagnosis.png"),
+                *("diagnosis.svg", "diagnosis.png", "noise_ros.yaml", "px4.params"),
             ],
         ),
         json="<results>/recordings/{recording}/verdict.json",
@@ -184,6 +184,12 @@ FURTHER = {
             "mask_sigma": config["noise"]["mask_sigma"],
         },
         "message": "noise of the orientation",
+    },
+    "monitor_take": {
+        "input": {"cleaned": CLEANED},
+        "output": {"json": of_recording("monitor_take.json")},
+        "params": {"settings": settings(monitor=["wander_s"])},
+        "message": "numbers for the monitor",
     },
     "place": {
         "input": {"clean": CLEANED[1]},

@@ -1,1 +1,1 @@
-"""How far from the truth a system measures: what moves, or has a known length or place."""
+"""Accuracy of a system: known lengths, reference points, a facility over time."""

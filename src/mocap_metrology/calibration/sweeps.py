@@ -20,6 +20,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
+from mocap_metrology.lighthouse.board import COLUMNS, NORMALS
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, dropped_share
 from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
@@ -146,6 +147,7 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
         "resolution_s": found.pulses.resolution_s if found.pulses else None,
         "notes": found.notes,
         "clocks": [vars(clock) for clock in found.clocks],
+        **({} if found.generation == 1 else {"generation": found.generation}),
         "versions": files.versions("numpy", "numba", "pyarrow"),
     }
     table: Mapping[str, np.ndarray | Sequence[object]] = {
@@ -160,16 +162,19 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
     files.write_table(
         paths["sweeps"], records.sweep_columns(found.hits), origin, records.SWEEPS_CODED
     )
-    write_board(paths["board"], found.board)
+    write_board(paths["board"], found.board, found.normals)
     files.write_json(paths["stations"], stations_to_json(found.stations))
     for station in found.stations:
         log.info("%s: id %s, mode %s, %s", station.role, station.id, station.mode, station.why)
     log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
 
 
-def write_board(path: str, board: np.ndarray) -> None:
-    """A board as a CSV file x_m,y_m,z_m in diode order."""
-    files.write_csv(path, [dict(zip(("x_m", "y_m", "z_m"), place, strict=True)) for place in board])
+def write_board(path: str, board: np.ndarray, normals: np.ndarray | None = None) -> None:
+    """A board as a CSV file x_m,y_m,z_m in diode order; where known, with the directions in which
+    the diodes look, unit vectors nx,ny,nz."""
+    columns = COLUMNS if normals is None else (*COLUMNS, *NORMALS)
+    rows = board if normals is None else np.hstack([board, normals])
+    files.write_csv(path, [dict(zip(columns, row, strict=True)) for row in rows])
 
 
 def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:

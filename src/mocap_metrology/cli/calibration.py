@@ -56,7 +56,9 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
         )
         for words in (*check["notes"], *check["warnings"]):
             tell(words)
-        with replaced(folder, ("check.json", *TABLES.values(), *PICTURES)) as part:
+        names = ("check.json", *TABLES.values(), *PICTURES)
+        # The second process ends first, also after a failure: it would create the folder again
+        with replaced(folder, names) as part, second:
             files = {name: str(part / file) for name, file in TABLES.items()}
             write_json(part / "check.json", check)
             write_decoded(entry, decoded, settings, files)

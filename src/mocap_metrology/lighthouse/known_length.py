@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,18 @@ class KnownLength:
     places: tuple[Place, ...]
     size_m: float
     sd_m: float
+
+    def among(self, stations: Sequence[int]) -> KnownLength:
+        """With stations counted among some of them; refused where one of its own is not."""
+
+        def own(place: Place) -> Place:
+            if place.station is None:
+                return place
+            if place.station not in stations:
+                raise Refusal("known_length: a station that is not connected with the reference")
+            return replace(place, station=list(stations).index(place.station))
+
+        return replace(self, places=tuple(map(own, self.places)))
 
     @classmethod
     def between(cls, first: Place, second: Place, length_m: float, sd_m: float) -> KnownLength:

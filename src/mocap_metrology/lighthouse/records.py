@@ -154,7 +154,7 @@ class Factory:
     gibmag: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
     ogeephase: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad, of generation 2
     ogeemag: np.ndarray = field(default_factory=lambda: np.zeros(2))  # of generation 2
-    generation: int = 1
+    generation: int = field(default=1, kw_only=True)
 
 
 @dataclass(frozen=True)

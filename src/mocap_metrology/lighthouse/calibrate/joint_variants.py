@@ -19,7 +19,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, renewed, start
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, poses_of, renewed, start
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
@@ -48,8 +48,8 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     best = min(NAMES, key=lambda name: float(_cost(stepped[name]).sum()))
     found: dict[str, tuple[Joint, str]] = {}
     while best not in found:
-        near, state = stepped[best].recordings[0].trajectory, stepped[best].state
-        found[best] = joint(of[best], near=(hits, near, (state.R[SLAVE], state.t_m[SLAVE])))
+        near = stepped[best].recordings[0].trajectory
+        found[best] = joint(of[best], near=(hits, near, poses_of(stepped[best])))
         weighed = weighed_by(of, found[best][0])
         best = next(one.variant for one in weighed if one.standing == "chosen")
     return weighed, found[best]

@@ -11,13 +11,20 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles
-from mocap_metrology.lighthouse.decode.clean import RESOLUTION_RAD, Cleaning, clean_hits
+from mocap_metrology.lighthouse.decode.clean import (
+    RESOLUTION_RAD,
+    Cleaning,
+    clean_hits,
+    clean_turn_hits,
+)
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
+from mocap_metrology.lighthouse.decode.ootx2 import decode_turns
 from mocap_metrology.lighthouse.decode.sweeps import find_hits
+from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light, find_turn_hits, find_turns
 from mocap_metrology.lighthouse.records import AXES, ROLES, Clock, Hits, Pulses, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -26,10 +33,11 @@ FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
 
 @dataclass(frozen=True)
 class Decoded:
-    """A decoded recording of two stations.
+    """A decoded recording, of two stations or of any number of the second generation.
 
-    pulses: None for angles-csv; clocks: of master and slave, none for angles-csv; report: counts a
-    diode of what was dropped and why; notes: one line each.
+    pulses: None for angles-csv, in generation 2 of unknown length; clocks: of the stations, none
+    for angles-csv; report: counts a diode of what was dropped and why; notes: one line each;
+    normals: directions in which the diodes look, (n, 3), where the object describes them.
     """
 
     pulses: Pulses | None
@@ -40,6 +48,8 @@ class Decoded:
     duration_s: float
     report: dict[str, list[int]]
     notes: list[str]
+    generation: int = 1
+    normals: np.ndarray | None = None
 
 
 def decode(
@@ -60,6 +70,7 @@ def decode(
     Raises `Refusal` for a recording that is none, one station only, or fewer than four diodes.
     """
     name = Path(path).name
+    cleaning = cleaning or Cleaning()
     pulses: Pulses | None = None
     clocks: list[Clock] = []
     report: dict[str, list[int]] = {}
@@ -70,8 +81,10 @@ def decode(
         n_diodes = max(len(places), int(hits.diode.max(initial=-1)) + 1)
     else:
         if kind == "libsurvive-rec":
-            pulses, places = read_libsurvive(path, str(board))
-            pulses, flashes = within_flashes(pulses, find_flashes(pulses))
+            read, places = read_libsurvive(path, str(board))
+            if isinstance(read, Light):
+                return decode_light(read, places, factory, cleaning, name)
+            pulses, flashes = within_flashes(read, find_flashes(read))
         else:
             pulses, places = read_dump(path, sample_rate_hz, active_level), read_board(board)
             flashes = find_flashes(pulses)
@@ -89,20 +102,72 @@ def decode(
     check_count(places, n_diodes, int(hits.diode.max()), name)
     if kind == "gpio-dump":
         check_byte_order(hits, places, name)
-    hits, dropped = clean_hits(hits, places, cleaning or Cleaning(), resolution_rad)
+    hits, dropped = clean_hits(hits, places, cleaning, resolution_rad)
     for station, role in enumerate(ROLES):
         for axis, called in enumerate(AXES):
             of_laser = hits.take((hits.station == station) & (hits.axis == axis))
             _check_diodes(of_laser, f"{name}: {called} sweeps of the {role}")
     stations, notes = _with_factory(stations, factory)
-    odd = np.flatnonzero(np.greater(dropped["sweep"], dropped["kept"]))
-    if odd.size:
-        notes.append(
-            f"most rejected hits are on diode {', '.join(map(str, odd))}: is the board file right?"
-        )
-    notes = [*(pulses.notes if pulses else ()), *notes]
+    notes = [*(pulses.notes if pulses else ()), *notes, *_doubts(dropped)]
     duration_s = pulses.duration_s if pulses else float(np.ptp(hits.time_s))
     return Decoded(pulses, stations, clocks, hits, places, duration_s, report | dropped, notes)
+
+
+def decode_light(
+    light: Light, places: np.ndarray, factory: str | Path | None, cleaning: Cleaning, name: str
+) -> Decoded:
+    """Decode light of second-generation stations, of which those remain that enough diodes see."""
+    turns, notes = find_turns(light)
+    hits, report = find_turn_hits(light, turns)
+    check_count(places, light.n_diodes, int(hits.diode.max(initial=-1)), name)
+    resolution_rad = 2 * np.pi * light.resolution_s / float(PERIOD_S.min())
+    hits, dropped = clean_turn_hits(hits, places, cleaning, resolution_rad)
+    seen = [
+        min(np.unique(hits.diode[(hits.station == k) & (hits.axis == p)]).size for p in (0, 1))
+        for k in range(len(turns))
+    ]
+    used = [k for k, n in enumerate(seen) if n >= FEWEST_DIODES]
+    for k, n in enumerate(seen):
+        if n < FEWEST_DIODES:
+            few = f"seen by {n} diodes; a calibration needs at least {FEWEST_DIODES}"
+            notes.append(f"channel {turns[k].channel}: {few}")
+    if len(used) < 2:
+        why = "; ".join(notes) or "no light of another"
+        raise Refusal(f"{name}: {len(used)} usable base stations ({why}); expected at least two")
+    place = np.full(len(turns) + 1, -1, np.int8)
+    place[used] = np.arange(len(used))
+    hits = replace(hits, station=place[hits.station]).take(place[hits.station] >= 0)
+    stations, filed = _with_factory([decode_turns(turns[k]) for k in used], factory)
+    pulses = Pulses(
+        start_s=hits.time_s,
+        length_s=np.full(len(hits), np.nan),
+        diode=hits.diode,
+        n_diodes=light.n_diodes,
+        duration_s=light.duration_s,
+        resolution_s=light.resolution_s,
+        inertial=light.inertial,
+    )
+    return Decoded(
+        pulses,
+        stations,
+        [turns[k].clock for k in used],
+        hits,
+        places,
+        light.duration_s,
+        report | dropped,
+        [*light.notes, *notes, *filed, *_doubts(dropped)],
+        generation=2,
+        normals=light.normals,
+    )
+
+
+def _doubts(dropped: Mapping[str, Sequence[int]]) -> list[str]:
+    """A note on diodes that lose more hits than they keep."""
+    odd = np.flatnonzero(np.greater(dropped["sweep"], dropped["kept"]))
+    if not odd.size:
+        return []
+    on = ", ".join(map(str, odd))
+    return [f"most rejected hits are on diode {on}: is the board file right?"]
 
 
 def _check_diodes(hits: Hits, sweeps: str) -> None:
@@ -120,6 +185,12 @@ def _with_factory(
         return list(stations), []
     name, result, notes = Path(path).name, [], []
     filed = read_factory(path)
+    theirs, own = filed[0].generation, stations[0].generation
+    if theirs != own:
+        raise Refusal(
+            f"{name}: factory values of stations of generation {theirs}; the recording is of"
+            f" generation {own}"
+        )
     for station in stations:
         key = "role" if station.id is None else "id"
         same = [other for other in filed if getattr(other, key) == getattr(station, key)]

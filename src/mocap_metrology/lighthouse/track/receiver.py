@@ -73,7 +73,8 @@ def track(scene: Scene, known: Calibrated) -> Track:
         )
     hits = hits.take(trajectory.known(hits.time_s))
     with determined("receiver"):
-        found, note = without_bad_diodes(scene, hits, trajectory, (known.R, known.t_m))
+        stations = [(np.eye(3), np.zeros(3)), (known.R, known.t_m)]
+        found, note = without_bad_diodes(scene, hits, trajectory, stations)
     return along(found.sure("receiver"), scene, known, note)
 
 

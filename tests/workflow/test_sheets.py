@@ -83,6 +83,10 @@ def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
         "length_mm": 500.02,
         "length_u_mm": 0.05,
         "bar_pose": None,
+        "point": None,
+        "reference": None,
+        "monitor": None,
+        "baseline": None,
         "comment": "",
     }
     with pytest.raises(ValidationError, match="frozen"):
@@ -117,6 +121,10 @@ SAID = {  # another value of every column that may be filled in, beside a right 
         "unit": "mm",
         "column_names": "A_x A_y A_z",
         "truncated": "accept",
+        "point": "P2",
+        "reference": "a.c3d",
+        "monitor": "hall",
+        "baseline": "yes",
         "bar": "auto",
         "length_mm": "267.86",
         "length_u_mm": "0.3",
@@ -151,7 +159,7 @@ SAID = {  # another value of every column that may be filled in, beside a right 
     },
 }
 RIGHT = {
-    "recordings": GOOD | {"bar": "M1-M2", "length_mm": "500"},
+    "recordings": GOOD | {"bar": "M1-M2", "length_mm": "500", "point": "P1", "reference": "b.c3d"},
     "calibrations": {
         "calibration": "A",
         "setup": "1",

@@ -190,6 +190,13 @@ class RecordingRow(SheetRow):
     bar_pose: str | None = None
     """Rotation of body B in A, as JSON: `{"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}`, `u_deg`
     its standard uncertainty. If empty, angles are about their mean."""
+    point: str | None = None
+    """Name of the reference point at which the first of `markers` (or the body) was recorded. Five
+    points or more of a group (six of a body that is turned) are compared with `reference`, in
+    `<group>_points`. Column `date` is their order, else their names."""
+    reference: FileOrNothing = None
+    """CSV file `point,x_mm,y_mm,z_mm` and, where it is known, `u_mm`, the standard uncertainty:
+    where a better system measured these points. The same for all rows of a group."""
     monitor: Annotated[str | None, NAME] = None
     """Name of a facility whose takes are charted over time, `<results>/monitors/<monitor>/`: a
     minute a day or week of the same object in the same place. Its rows have dates and stand in
@@ -211,6 +218,13 @@ class RecordingRow(SheetRow):
         if info.field_name == "length_mm" and value == 0:
             raise Unfit("a number of mm > 0 or nothing")
         return value
+
+    @field_validator("reference")
+    @classmethod
+    def _of_a_point(cls, reference: str | None, info: Info) -> str | None:
+        if bool(reference) != bool(info.data.get("point")):
+            raise Unfit("a file where there is a name in column point, else nothing")
+        return reference
 
     @field_validator("length_u_mm")
     @classmethod

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.accuracy.components import Effects, random_effects
+from mocap_metrology.accuracy.components import random_effects
 from mocap_metrology.accuracy.effective import effective_number
 from mocap_metrology.accuracy.robust import huber, robust_sd
 
@@ -86,10 +86,15 @@ def _in_parts(*series: np.ndarray) -> zip[tuple[np.ndarray, ...]]:
 
 @dataclass(frozen=True)
 class ScaleSlope:
-    """Relative length error per metre of way, ppm/m, over all pairs of a cluster; way_m: its
-    length; pairs: rows of labels' numbers, slope and standard error of each."""
+    """Relative length error per metre of way, ppm/m, over all pairs of a cluster, with its
+    standard error and 95 % interval; between: standard deviation of the slopes of pairs beyond
+    their errors; way_m: length of the way; pairs: numbers of markers, slope and standard error."""
 
-    effects: Effects
+    slope: float
+    se: float
+    lower: float
+    upper: float
+    between: float
     way_m: float
     pairs: Sequence[tuple[int, int, float, float]]
 
@@ -117,9 +122,44 @@ def scale_slope(position_mm: np.ndarray, markers: Sequence[int]) -> ScaleSlope |
             rows.append((*ends, 1e6 * slope, 1e6 * error))
     if len(rows) < 3:
         return None
-    table = np.array(rows)
-    effects = random_effects(table[:, 2], table[:, 3] ** 2)
-    return ScaleSlope(effects, float(np.nanmax(way) - np.nanmin(way)), rows)
+    slope, se, half, between = _common(own, np.array(rows), list(markers))
+    way_m = float(np.nanmax(way) - np.nanmin(way))
+    return ScaleSlope(slope, se, slope - half, slope + half, between, way_m, rows)
+
+
+def _common(
+    own_mm: np.ndarray, table: np.ndarray, markers: list[int]
+) -> tuple[float, float, float, float]:
+    """Mean slope, its standard error, half its 95 % interval, sd between pairs.
+
+    Weights 1 / (v + tau^2) of random effects. Pairs with a common marker err together: of markers
+    that err independently and alike in all directions, pairs with unit vectors u have the
+    correlation of the rows of J, with -u and u at their ends. With V of these correlations and the
+    variances v + tau^2, the residual form A = W - w w^T / sum(w) has the mean tr(A V), by which Q
+    is scaled, and 2 tr(AV)^2 / tr(AVAV) / 2 degrees of freedom [Satterthwaite].
+    """
+    from scipy.special import stdtrit
+
+    x, error = table[:, 2], table[:, 3]
+    between = random_effects(x, error**2).between
+    seen = np.flatnonzero(np.isfinite(own_mm).all(axis=(0, 1)))
+    shape = own_mm[:, :, seen[seen.size // 2]] if seen.size else np.eye(len(markers), 3)
+    jacobian = np.zeros((x.size, 3 * len(markers)))
+    for row, (a, b) in enumerate(table[:, :2].astype(int)):
+        i, j = markers.index(a), markers.index(b)
+        u = (shape[j] - shape[i]) / np.linalg.norm(shape[j] - shape[i])
+        jacobian[row, 3 * i : 3 * i + 3], jacobian[row, 3 * j : 3 * j + 3] = -u, u
+    variance = error**2 + between**2
+    cov = jacobian @ jacobian.T / 2 * np.sqrt(np.outer(variance, variance))
+    w = 1 / variance
+    mean = float(w @ x / w.sum())
+    form = np.diag(w) - np.outer(w, w) / w.sum()
+    spread = form @ cov
+    trace = float(np.trace(spread))
+    scale = float(x @ form @ x) / trace
+    free = trace**2 / float(np.trace(spread @ spread))
+    se = math.sqrt(max(scale, 1.0) * float(w @ cov @ w)) / float(w.sum())
+    return mean, se, float(stdtrit(free, 0.975)) * se, between
 
 
 def along(middle_mm: np.ndarray) -> np.ndarray:

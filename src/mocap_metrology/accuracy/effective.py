@@ -69,19 +69,23 @@ def series_mean(
     series: np.ndarray, confidence: float = 0.95, least: float = LEAST_EFFECTIVE
 ) -> SeriesMean:
     """Mean of (n,) correlated values, NaN in gaps: +- t(n_eff - 1) s / sqrt(n_eff), or t(9) of the
-    means of ten batches where that is wider; no interval where n_eff is below `least`."""
+    means of ten batches where that is wider; no interval where n_eff, or the number of independent
+    values by which the batch means scatter, 10 s^2 / s_b^2, is below `least`: a series of few
+    correlation times often hides that it is one."""
     from scipy.special import stdtrit
 
     values = series[np.isfinite(series)]
     n, n_eff = values.size, effective_number(series)
     mean = float(values.mean()) if n else math.nan
     sd = float(values.std(ddof=1)) if n > 1 else math.nan
-    if not n_eff >= max(least, 2.0):
-        return SeriesMean(n, n_eff, mean, sd, math.nan, math.nan)
+    none = SeriesMean(n, n_eff, mean, sd, math.nan, math.nan)
+    if not n_eff >= max(least, 2.0) or n < 2 * BATCHES:
+        return none
+    batches = values[: n // BATCHES * BATCHES].reshape(BATCHES, -1)
+    spread = float(batches.mean(axis=1).std(ddof=1))
+    if spread > 0 and BATCHES * sd**2 < least * spread**2:
+        return none
     p = (1 + confidence) / 2
     half = stdtrit(n_eff - 1, p) * sd / math.sqrt(n_eff)
-    batches = values[: n // BATCHES * BATCHES].reshape(BATCHES, -1)
-    if batches.size:
-        spread = batches.mean(axis=1).std(ddof=1) / math.sqrt(BATCHES)
-        half = max(half, stdtrit(BATCHES - 1, p) * spread)
-    return SeriesMean(n, n_eff, mean, sd, mean - float(half), mean + float(half))
+    half = max(float(half), float(stdtrit(BATCHES - 1, p)) * spread / math.sqrt(BATCHES))
+    return SeriesMean(n, n_eff, mean, sd, mean - half, mean + half)

@@ -69,10 +69,8 @@ def findings_of(
         share = _spikes(one)
         if share > LEAST_SPIKES:
             found.append(Finding("spikes", one.name, share))
-    if scale is not None:
-        e = scale.effects
-        if e.lower > 0 or e.upper < 0:
-            found.append(Finding("scale_slope", "", e.mean, e.lower, e.upper))
+    if scale is not None and not scale.lower <= 0 <= scale.upper:
+        found.append(Finding("scale_slope", "", scale.slope, scale.lower, scale.upper))
     return found
 
 

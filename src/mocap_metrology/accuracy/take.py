@@ -106,14 +106,19 @@ def way_mm(take: Take) -> float:
     return float(strides[strides > LEAST_STRIDE_MM].sum())
 
 
+def spread_mm(take: Take) -> float:
+    """Spread of the length, (p97.5 - p2.5) / 4."""
+    low, high = np.quantile(take.length_mm[take.known], (0.025, 0.975))
+    return float(high - low) / 4
+
+
 def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: float) -> None:
     """Refuse what says nothing of a bar; pair: its name in a message."""
     n, length = int(take.known.sum()), take.length_mm[take.known]
     if n < LEAST_FRAMES:
         what = f"{pair} are seen together in {n} frames; expected at least {LEAST_FRAMES}"
         raise Refusal(f"{take.name}: {what}")
-    low, median, high = np.quantile(length, (0.025, 0.5, 0.975))
-    spread = (high - low) / 4
+    median, spread = float(np.median(length)), spread_mm(take)
     if not spread <= MOST_SPREAD * median:
         what = f"the distance of {pair} spreads by {spread:.3g} mm about {median:.4g} mm"
         hint = "expected two markers of one stiff object (or labels were exchanged on the way)"

@@ -95,8 +95,11 @@ def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, De
     if "points" in given or not str(entry.known_length).startswith("points"):
         names = [station.role for station in recording.stations]
         lengths_of(entry, given.get("points"), len(recording.board), names)
+    then = "expected errors of centimetres"
+    if recording.generation == 2:
+        then = "usual ones of such stations are the first guess"
     warnings = [
-        f"{station.role}: no factory values ({station.why}); expected errors of centimetres"
+        f"{station.role}: no factory values ({station.why}); {then}"
         for station in recording.stations
         if station.factory is None
     ]

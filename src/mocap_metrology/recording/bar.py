@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +13,14 @@ import numpy as np
 
 from mocap_metrology.accuracy import take as of_take
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
-from mocap_metrology.accuracy.clusters import Cluster, ScaleSlope, rigid_clusters, scale_slope
+from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_slope
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.take import Take, take_of, with_angles
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.files import read_table, write_csv, write_json, write_table
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.labels import in_words
-from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, points_by_kind
+from mocap_metrology.io.read import bodies_of, orientation_of, points_by_kind
 from mocap_metrology.present import tables
 from mocap_metrology.present.accuracy import bar_document as present
 from mocap_metrology.present.accuracy.bar_figure import bar_figure
@@ -38,6 +38,18 @@ FILES = ("bar.json", "bar.csv", "bar_places.csv", "bar.parquet", "bar.svg", "bar
 
 
 @dataclass(frozen=True)
+class Pose:
+    """Quaternion x, y, z, w of body B in A, and its standard uncertainty."""
+
+    xyzw: tuple[float, ...]
+    u_deg: float
+
+    @property
+    def quaternion(self) -> np.ndarray:
+        return np.array(self.xyzw)
+
+
+@dataclass(frozen=True)
 class Asked:
     """Cells of a row: `A-B` or `auto`; certified length and its standard uncertainty; the stated
     rotation of B in A, as JSON."""
@@ -52,6 +64,21 @@ class Asked:
         if self.length_mm is None:
             return None
         return Certificate(self.length_mm, self.length_u_mm or 0.0)
+
+    @property
+    def pose(self) -> Pose | None:
+        """The stated rotation, refused where it is none."""
+        if not self.bar_pose:
+            return None
+        try:
+            told = json.loads(self.bar_pose)
+            pose = Pose(tuple(map(float, told["quaternion_xyzw"])), float(told.get("u_deg", 0)))
+            if len(pose.xyzw) == 4 and abs(math.hypot(*pose.xyzw) - 1) < 1e-3 and pose.u_deg >= 0:
+                return pose
+        except UNREADABLE:
+            pass
+        what = 'expected JSON such as {"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}'
+        raise Refusal(f"bar_pose is {self.bar_pose}; {what}")
 
 
 @dataclass(frozen=True)
@@ -86,83 +113,64 @@ def read_bar(
 ) -> Reading:
     """The take of a recording, or of a twin's trajectories `raw`; named: `recording`, `source`,
     `twin`, `date`. Refuses what says nothing of a bar."""
+    pose = asked.pose
     file = str(named["recording"]) if raw else Path(entry.paths[0]).name
     if raw is None:
-        markers = _markers(entry, asked.bar, file)
-        read_in = read(replace(entry, markers=markers), second_opinion=False)
+        read_in = read(replace(entry, markers=_markers(entry, asked.bar, file)), False)
         raw = trajectories(read_in, {**named, "pairs": None})
-    labels = list(raw.origin["labels"])
+    labels, origin = list(raw.origin["labels"]), raw.origin
     position = np.array([values for _, values in raw.in_mm()]).reshape(len(labels), 3, -1)
-    clusters: list[Cluster] = []
+
+    def take_by(ends: Sequence[int]) -> Take:
+        date = str(named.get("date") or "")[:10]
+        told = str(named["recording"]), date, origin["frame_rate_hz"]
+        return take_of(*told, position[list(ends)], origin["resolution_mm"])
+
+    far, clusters = settings.bar.least_path_mm, []
     if asked.bar == AUTO:
-        clusters = _moving(position, settings, raw.origin)
+        found = rigid_clusters(position, settings.bar.rigid_mm)
+        clusters = [one for one in found if of_take.way_mm(take_by(one.pair)) >= far]
         if not clusters:
-            what = "has no two markers that stay at one distance while they move"
-            limits = f"bar.rigid_mm {settings.bar.rigid_mm:g}"
-            raise Refusal(
-                f"{file}: {what} ({limits}); name a bar of the file: {in_words(labels, 60)}"
-            )
-        ends = clusters[0].pair
+            limit = f"(p97.5 - p2.5) / 4 below {settings.bar.rigid_mm:g} mm, bar.rigid_mm"
+            what = f"has no two markers that stay at one distance ({limit}) and move {far:g} mm"
+            raise Refusal(f"{file}: {what}; name a bar of the file: {in_words(labels, 60)}")
+        first, second = clusters[0].pair
     else:
-        ends = tuple(map(labels.index, pair_of(asked.bar, labels, file)))  # type: ignore[assignment]
-    pair = labels[ends[0]], labels[ends[1]]
-    rate, step = raw.origin["frame_rate_hz"], raw.origin["resolution_mm"]
-    date = str(named.get("date") or "")[:10]
-    take = take_of(str(named["recording"]), date, rate, position[list(ends)], step)
-    of_take.check(
-        replace(take, name=file), " and ".join(pair), asked.length_mm, settings.bar.least_path_mm
-    )
-    if not named.get("twin") and set(pair) <= set(
-        bodies_of(entry.paths[0], None, entry.column_names)
-    ):
-        take = with_angles(take, _quaternions(entry, pair), stated_pose(asked.bar_pose))
-    turned = of_take.reversals(take)
-    return Reading(
-        take,
-        pair,
-        raw.origin,
-        [{"labels": [labels[k] for k in one.markers], "spread_mm": one.spread_mm,
-          "n_frames": one.n_frames} for one in clusters],
-        scale_slope(position, clusters[0].markers) if clusters else None,
-        [render("bar.reversals", n=turned, pair=pair)] if turned else [],
-    )  # fmt: skip
+        first, second = map(labels.index, pair_of(asked.bar, labels, file))
+    pair, take = (labels[first], labels[second]), take_by((first, second))
+    of_take.check(replace(take, name=file), " and ".join(pair), asked.length_mm, far)
+    bodies = () if named.get("twin") else bodies_of(entry.paths[0], None, entry.column_names)
+    if set(pair) <= set(bodies):
+        take = with_angles(take, _quaternions(entry, pair), pose.quaternion if pose else None)
+    elif pose:
+        raise Refusal(f"{file}: bar_pose is for two bodies; {' and '.join(pair)} are markers")
+    shown: list[Row] = [
+        {**asdict(one), "labels": [labels[k] for k in one.markers]} for one in clusters
+    ]
+    scale = scale_slope(position, clusters[0].markers) if clusters else None
+    return Reading(take, pair, origin, shown, scale, _warnings(take, pair, settings.bar.rigid_mm))
+
+
+def _warnings(take: Take, pair: tuple[str, str], rigid_mm: float) -> list[str]:
+    said = []
+    if turned := of_take.reversals(take):
+        said.append(render("bar.reversals", n=turned, pair=pair))
+    if (spread := of_take.spread_mm(take)) > rigid_mm:
+        said.append(render("bar.loose", spread=spread, limit=rigid_mm, pair=pair))
+    return said
 
 
 def _markers(entry: Entry, bar: str, file: str) -> list[str]:
-    """All that were measured, or the two that are named."""
-    path, *_ = entry.paths
+    """The first kind of points of the file, or the two that are named."""
+    kinds = points_by_kind(entry.paths[0], entry.accept_truncated, entry.column_names)
     if bar != AUTO:
-        kinds = points_by_kind(path, entry.accept_truncated, entry.column_names)
         return list(pair_of(bar, [one for labels in kinds.values() for one in labels], file))
-    return list(labels_of(path, entry.accept_truncated, entry.column_names))
-
-
-def _moving(position: np.ndarray, settings: Settings, origin: Mapping[str, Any]) -> list[Cluster]:
-    """Rigid clusters whose longest pair is carried far enough."""
-    found = rigid_clusters(position, settings.bar.rigid_mm)
-    rate, step = origin["frame_rate_hz"], origin["resolution_mm"]
-    takes = (take_of("", "", rate, position[list(one.pair)], step) for one in found)
-    far = settings.bar.least_path_mm
-    return [one for one, take in zip(found, takes, strict=True) if of_take.way_mm(take) >= far]
+    return list(next(iter(kinds.values()), ()))
 
 
 def _quaternions(entry: Entry, pair: Sequence[str]) -> np.ndarray:
     told = entry.frame_rate_hz, entry.accept_truncated, entry.column_names
     return np.array([orientation_of(entry.paths, body, *told) for body in pair])
-
-
-def stated_pose(text: str | None) -> np.ndarray | None:
-    """Quaternion x, y, z, w of JSON `{"quaternion_xyzw": [...], "u_deg": 0.1}`."""
-    if not text:
-        return None
-    try:
-        quaternion = np.array(json.loads(text)["quaternion_xyzw"], dtype=float)
-        if quaternion.shape == (4,) and abs(np.linalg.norm(quaternion) - 1) < 1e-3:
-            return quaternion
-    except UNREADABLE:
-        pass
-    what = 'expected JSON such as {"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}'
-    raise Refusal(f"bar_pose is {text}; {what}")
 
 
 def write_bar(
@@ -171,8 +179,8 @@ def write_bar(
     """bar.json, bar.csv, bar_places.csv, bar.parquet and the figure; the contents of bar.json."""
     take, origin = reading.take, reading.origin
     bar = evaluate([take], asked.certificate, settings.bar)
-    u_deg = float(json.loads(asked.bar_pose).get("u_deg", 0.0)) if asked.bar_pose else 0.0
-    findings = findings_of(bar, reading.scale, pose_u_deg=u_deg)
+    pose = asked.pose
+    findings = findings_of(bar, reading.scale, pose_u_deg=pose.u_deg if pose else 0.0)
     document: Row = {"recording": take.name, "source": origin["source"], "twin": origin["twin"]}
     document |= present.bar_document(
         bar, findings, settings.bar, reading.pair, reading.scale, reading.clusters, reading.warnings
@@ -253,11 +261,11 @@ def write_group(
     paths: Iterable[str | Path],
     still: Iterable[Mapping[str, Any]],
     settings: Settings,
-    stem: Path,
+    path: Path,
     figure: Path,
 ) -> None:
-    """Passes of a group together: `<stem>.csv`, `.md`, `.json`, and the figure of the bar with most
-    passes. still: contents of verdict.json of the group's recordings."""
+    """Passes of a group together: tables beside the JSON file `path`, and the figure of the bar
+    with most passes. still: contents of verdict.json of the group's recordings."""
     still_mm = present.noise_at_rest(still)
     bars = passes_of(paths, settings, still_mm)
     sources = {name: source for one in bars for name, source in one.sources.items()}
@@ -268,8 +276,8 @@ def write_group(
         for row in present.bar_rows(one.bar)
     ]
     said = " ".join((captions.BAR_TABLE, *present.told([one.document for one in bars]), of))
-    tables.write(stem, rows, f"{group}: length of a bar that moves", said)
-    write_json(stem.with_suffix(".json"), {"bars": [one.document for one in bars]})
+    tables.write(path.with_suffix(".csv"), rows, f"{group}: length of a bar that moves", said)
+    write_json(path, {"bars": [one.document for one in bars]})
     drawn = bars[0].bar
     title = f"{group}: length of the bar, {len(drawn.takes)} passes"
     look = settings.place.cell_mm, settings.bar

@@ -74,9 +74,9 @@ def _class(one: OfClass) -> Row:
 def _scale(scale: ScaleSlope | None) -> Row | None:
     if scale is None:
         return None
-    e = scale.effects
-    own: Row = {"slope_ppm_m": e.mean, "se": e.se, "lower_95": e.lower, "upper_95": e.upper}
-    return own | {"between": e.between, "pairs": e.k, "way_m": scale.way_m}
+    own: Row = {"slope_ppm_m": scale.slope, "se": scale.se, "between": scale.between}
+    own |= {"lower_95": scale.lower, "upper_95": scale.upper}
+    return own | {"pairs": len(scale.pairs), "way_m": scale.way_m}
 
 
 def reason(document: Record) -> str:
@@ -167,8 +167,8 @@ def told(documents: Sequence[Record]) -> list[str]:
     """Word, reason and sentences of some bars, each with its markers where they are several."""
     said = []
     for one in documents:
-        name = f"{' and '.join(one['pair'])}: " if len(documents) > 1 else ""
-        said += [f"{name}{one['word']}. {one['reason']}", *one["sentences"]]
+        name = f" on {' and '.join(one['pair'])}" if len(documents) > 1 else ""
+        said += [f"Verdict{name}: {one['word']}. {one['reason']}", *one["sentences"]]
     return said
 
 

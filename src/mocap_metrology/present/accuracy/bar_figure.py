@@ -24,7 +24,7 @@ HEIGHT_MM, ROW_MM = 112.0, 9.0
 POINTS = 400  # of a cumulative curve
 MAPS, CELLS = 4, 16  # at most
 LEAST_FRAMES = 5  # of a square
-WIDE = 1.8  # of a way, beyond which maps stand below each other
+WIDE = 1.2  # of a way, beyond which maps stand below each other
 PARTS = {  # of the mean square: colour, and whether the letters on it are white
     "bias": ("#0d2a6b", True),
     "pass": ("#5b7fc4", True),
@@ -57,6 +57,7 @@ def bar_figure(
     left, right = np.ravel(upper.subfigures(1, 2, squeeze=False, width_ratios=[1.0, 1.1]))
     axes = left.subplots()
     _cumulative(axes, bar, settings, still_mm)
+    plot.legend_below(left, [axes], columns=2)
     maps = _maps(right, bar, cell_mm)
     below = lower.subplots()
     _parts(below, bar)
@@ -95,7 +96,6 @@ def _cumulative(axes: Axes, bar: Bar, settings: Settings, still_mm: float | None
     axes.set_yticks([1, 0.5, 0.1, 0.05, 0.01, 0.001], ["100 %", "50", "10", "5", "1", "0.1"])
     axes.set_xlabel("error of the length (mm)" if bar.certificate else "length − its mean (mm)")
     axes.set_ylabel("frames with a larger error")
-    axes.legend(loc="upper right", fontsize=plot.SMALL_PT)
     plot.panel_title(axes, "How large")
 
 
@@ -103,7 +103,8 @@ def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
     """A map of each class on the plane in which the places extend most, in CELLS squares at most;
     below each other where the way is long."""
     middles = np.concatenate([m for one in bar.classes for m in one.middles], axis=1)
-    extent = np.ptp(middles[:, np.isfinite(middles).all(axis=0)], axis=1)
+    known = middles[:, np.isfinite(middles).all(axis=0)]
+    extent = np.ptp(known, axis=1)
     across, up = sorted(np.argsort(-extent)[:2])
     cell = max(cell_mm, float(extent.max()) / CELLS)
     rows = place_rows(bar, cell, LEAST_FRAMES)
@@ -115,15 +116,14 @@ def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
         plot.say(axes, "too few frames in any cube for a map")
         return [axes]
     flat = 1 if extent[across] > WIDE * extent[up] or len(shown) == 1 else 2
+    ends = [((own.min() - cell) / 1000, (own.max() + cell) / 1000) for own in known]
     panels = parent.subplots(-(-len(shown) // flat), flat, squeeze=False)
     reach = max(abs(_number(row, "error_mm")) for row in rows) or 1.0
     for axes, (name, own) in zip(panels.flat, shown.items(), strict=False):
         x, y, values = _squares(own, f"{'xyz'[across]}_mm", f"{'xyz'[up]}_mm", cell)
         how: plot.Keywords = {"cmap": "coolwarm", "vmin": -reach, "vmax": reach}
         drawn = axes.pcolormesh(x / 1000, y / 1000, values, edgecolor="white", lw=0.5, **how)
-        axes.set_aspect("equal", adjustable="datalim")
-        ends = np.nanmin(middles[across]) - cell, np.nanmax(middles[across]) + cell
-        axes.set_xlim(*(float(end) / 1000 for end in ends))
+        axes.set(aspect="equal", xlim=ends[across], ylim=ends[up])
         axes.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
         axes.label_outer()
         plot.panel_title(axes, name)

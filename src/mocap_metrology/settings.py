@@ -150,6 +150,24 @@ class Place(Section):
     """Edge of the cubes in which the length of a moving pair is compared, in mm."""
 
 
+class Bar(Section):
+    """A bar, or another stiff object, that is carried through the volume (column `bar`)."""
+
+    rigid_mm: float = Field(1.5, gt=0)
+    """Markers form a rigid cluster if the spread of each of their distances, (p97.5 - p2.5) / 4, is
+    below this."""
+    least_path_mm: float = Field(500.0, gt=0)
+    """A bar that is moved along a shorter way says nothing of a volume, and is refused."""
+    classes_deg: float = Field(30.0, gt=0, le=54)
+    """Bar and motion belong to an axis of the file up to this angle, and are `oblique` beyond."""
+    good_mm: float = Field(0.5, gt=0)
+    """Accuracy is `good` if 95 % of the errors of length in the worst class, plus twice the
+    standard uncertainty of the certificate, are below this. Without a certificate no accuracy is
+    stated."""
+    usable_mm: float = Field(2.0, gt=0)
+    """Accuracy is `usable` up to this, and `bad` above."""
+
+
 class Tolerance(Section):
     """Changes that matter, see `Monitor`."""
 
@@ -511,6 +529,7 @@ class Settings(Section):
     verdict: Verdict = Verdict()
     compare: Compare = Compare()
     place: Place = Place()
+    bar: Bar = Bar()
     monitor: Monitor = Monitor()
     cameras: Cameras = Cameras()
     fit_figures: Annotated[
@@ -536,14 +555,17 @@ def checked(config: Mapping[str, object], whole: bool = True) -> Settings:
         settings = Settings.model_validate(config, context=WHOLE if whole else None)
     except ValidationError as error:
         raise Faults(faults(error, Settings, config)) from None
-    limits, lines = settings.verdict.model_dump(), []
-    drift = dict(zip(("good_drift_mm", "usable_drift_mm"), settings.verdict.drift_mm, strict=True))
-    limits |= drift if any(limits[key] for key in drift) else dict.fromkeys(drift, 0.0)
+    lines = []
+    limits = {f"verdict.{key}": value for key, value in settings.verdict.model_dump().items()}
+    drift = ("verdict.good_drift_mm", "verdict.usable_drift_mm")
+    stated = any(limits[key] for key in drift)
+    limits |= zip(drift, settings.verdict.drift_mm if stated else (0.0, 0.0), strict=True)
+    limits |= {f"bar.{key}": value for key, value in settings.bar.model_dump().items()}
     for key, good in limits.items():
         other = key.replace("good_", "usable_")
         if other != key and other in limits and good > limits[other]:
-            most = f"verdict.{other} ({limits[other]:g})"
-            lines.append(f"config, key verdict.{key}: {shown(good)}; expected at most {most}")
+            most = f"{other} ({limits[other]:g})"
+            lines.append(f"config, key {key}: {shown(good)}; expected at most {most}")
     if lines:
         raise Faults(lines)
     return settings

@@ -14,10 +14,12 @@ import numpy as np
 import pytest
 
 from mocap_metrology.cli import main, recording, results
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.header import READ
 from mocap_metrology.io.text.table import HOW
+from mocap_metrology.recording import analyse, figures
 from mocap_metrology.recording.clean import Entry
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,6 +42,13 @@ def write_take(path: Path, seconds: float = SECONDS, walk_mm: float = 80) -> Pat
 def take(tmp_path: Path, monkeypatch) -> Path:
     monkeypatch.chdir(tmp_path)
     return write_take(tmp_path / "static take (2).c3d")
+
+
+@pytest.fixture
+def undrawn(monkeypatch) -> None:
+    """Figures take most of the time of a check."""
+    for name in analyse.PICTURES:
+        monkeypatch.setattr(figures, f"draw_{name.replace('adev', 'allan')}", lambda *_: None)
 
 
 def test_verdict_on_one_file(take: Path, capsys) -> None:
@@ -65,6 +74,7 @@ def test_verdict_on_one_file(take: Path, capsys) -> None:
     assert first["tau_s"] == 1 / RATE and first["adev_mm"] == pytest.approx(SIGMA, rel=0.05)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_markers_that_move_are_said_to_move_and_nothing_of_noise(tmp_path: Path, capsys) -> None:
     path = str(write_take(tmp_path / "gait.c3d", 20, 900))
     folder = str(tmp_path / "out")
@@ -116,6 +126,7 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
     assert not Path("results").exists()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_file_that_is_cut_off_or_in_another_unit_is_used_where_that_is_stated(
     take: Path, capsys
 ) -> None:
@@ -273,23 +284,28 @@ def test_processors_are_counted_where_there_is_no_affinity(monkeypatch) -> None:
 @pytest.mark.parametrize(
     ("labels", "words"),
     [
-        (["*0", "*1"], "Markers: *0, *1 (the first two at rest; no marker of the file has a label"),
-        (["Unlabeled 7", "A;B"], "Markers: Unlabeled 7 (all at rest; no marker of the file has a"),
+        (["*0", "*1"], "*0, *1: the first two at rest; no marker of the file has a label"),
+        (["Unlabeled 7", "A;B"], "Unlabeled 7: all at rest; no marker of the file has a"),
         (["LKneeAngles", "RHipPower"], "all its points were computed by a model, not measured"),
-        (["A", "LKneeAngles"], "Markers: A (all at rest);"),
+        (["A", "LKneeAngles"], "A: all at rest"),
     ],
 )
 def test_points_that_are_no_markers_are_named_for_what_they_are(
-    tmp_path: Path, capsys, labels: list[str], words: str
+    tmp_path: Path, labels: list[str], words: str
 ) -> None:
     n = round(RATE * 20)
     position = np.random.default_rng(5).normal(300, SIGMA, (n, 2, 3))
     write_c3d(tmp_path / "take.c3d", labels, RATE, [position], n)
-    status = main.main(["check", str(tmp_path / "take.c3d"), "--output", str(tmp_path / "out")])
-    assert words in capsys.readouterr().err
-    assert status == ("computed" in words)
+    entry = Entry([str(tmp_path / "take.c3d")], (), None)
+    if "computed" in words:
+        with pytest.raises(Refusal, match=words):
+            recording.chosen(entry, 2.0)
+        return
+    markers, why = recording.chosen(entry, 2.0)
+    assert f"{', '.join(markers)}: {why}".startswith(words)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_files_and_folders_have_a_table_in_the_end(tmp_path: Path, capsys) -> None:
     """Rotation matrix and position in metres of a body (`Freq:`); one that is refused does not
     stop the others; the status tells of it."""

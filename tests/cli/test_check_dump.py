@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -17,17 +18,27 @@ from mocap_workflow.calibration_twins import calibration_twin
 from mocap_metrology.calibration.sweeps import write_board
 from mocap_metrology.cli import calibration, main
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
+from mocap_metrology.present.plot.figure import words_picture
 
 
 def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, capsys) -> None:
-    """Where a figure fails after it, no results are left and the status says so."""
+    """Where a figure fails after it, no results are left and the status says so, also where the
+    other process draws for longer."""
     printed = []
+    started = multiprocessing.get_context("fork").Event()
 
     def broken(*_: object) -> None:
         printed.append(capsys.readouterr())
+        assert started.wait(60)
         raise IndexError("no axes")
 
+    def slow(*_: object) -> object:
+        started.set()
+        time.sleep(0.2)
+        return words_picture("late", "", "")
+
     monkeypatch.setattr(calibration, "track_figure", broken)
+    monkeypatch.setattr(calibration, "calibration_figure", slow)
     twin = calibration_twin(yaml.safe_load((root / "config/twins.yaml").read_text()), "sim-1-1")
     simulated = simulate(twin.model_copy(update={"duration_s": 1.0}), 7)
     write_dump(tmp_path / "dump.bin", simulated.pulses)

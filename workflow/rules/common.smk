@@ -220,6 +220,20 @@ def has_bodies(row):
     return not row.twin and bool(verdict("recording", row.name).get("bodies"))
 
 
+def has_bar(row):
+    """Whether its bar is judged, not its noise at rest."""
+    return bool(row.bar)
+
+
+def is_measured(row):
+    return row.twin is None
+
+
+def bars(rows):
+    """Names of recordings of a bar that is moved."""
+    return selection.names(selection.with_bar(rows))
+
+
 def takes_of(wildcards):
     """Accepted takes of the rule's monitor, in order of the sheet."""
     rows = [RECORDINGS.rows[take.recording] for take in MONITORS[wildcards.monitor]]

@@ -53,7 +53,7 @@ def check_recording(path: Path, folder: Path, options: argparse.Namespace) -> st
         with results.replaced(folder, analyse.FILES) as part:
             verdict = analyse.analyse(entry, name, part, SETTINGS, tell, progress)
     except Refusal as refusal:
-        raise Refusal(_advised(refusal)) from None
+        raise Refusal(advised(refusal)) from None
     finally:
         log.removeHandler(progress)
     lines = verdict_lines(verdict)
@@ -100,7 +100,7 @@ def _entry(path: Path, options: argparse.Namespace) -> Entry:
     return replace(entry, markers=markers)
 
 
-def _advised(refusal: Refusal) -> str:
+def advised(refusal: Refusal) -> str:
     """The refusal, and what to write on the command line."""
     rate = ", here --rate 100, in make RATE=100" if "column frame_rate_hz" in str(refusal) else ""
     truncated = "add --accept-truncated, in make TRUNCATED=accept"

@@ -24,6 +24,7 @@ FILES = (
     *("check.json", "trajectories.parquet", "clean.parquet", "outliers.csv"),
     *("allan.parquet", "psd.parquet", "gaussian.csv", "covariance.csv"),
     *("noise.csv", "allan.csv", "allan_masked.parquet", "periodogram.parquet", "verdict.json"),
+    *("noise_ros.yaml", "px4.params"),
     *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
     *(f"{figure}.{kind}" for figure in PICTURES for kind in ("svg", "png")),
 )

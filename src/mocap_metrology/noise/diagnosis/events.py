@@ -240,7 +240,7 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     series = series[start : start + LONGEST]
     length = max(round(PULSE_S * rate_hz), 2)
     count = series.size // length
-    if count < LEAST_PULSES:
+    if count < LEAST_PULSES or not np.isfinite(series).any():
         return math.nan
     values = bridged(series)
     values = values - uniform_filter1d(values, round(rate_hz) | 1)
@@ -277,7 +277,8 @@ def bout(
     """Period, begin and end in s of bursts that recur in a part of the recording, NaN where there
     are none: in minutes in which the noise is surely louder than usual."""
     frames = max(round(PULSE_S * rate_hz), 2) * LEAST_PULSES
-    usual = float(np.nanmedian(levels.variance))
+    known = levels.variance[np.isfinite(levels.variance)]
+    usual = float(np.median(known)) if known.size else math.nan
     starts = range(0, series.size - frames + 1, frames // 4)
     loud = []
     for start in starts:

@@ -74,6 +74,7 @@ OTHER_LOOKS = (
 )
 VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
     "good": ("#14532d", "#dcfce7"),
+    "precise": ("#1e3a8a", "#dbeafe"),
     "usable": ("#713f12", "#fef3c7"),
     "doubtful": ("#7c2d12", "#ffedd5"),
     "bad": ("#7f1d1d", "#fee2e2"),

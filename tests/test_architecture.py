@@ -16,12 +16,13 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1] / "src/mocap_metrology"
 MODULES = sorted(PACKAGE.rglob("*.py"))
-NUMBERS = {"common", "settings", "noise", "lighthouse"}
+NUMBERS = {"common", "settings", "noise", "accuracy", "lighthouse"}
 BELOW = {  # what each part may import of the others
     "common": set(),
     "settings": {"common"},
     "io": {"common"},
     "noise": {"common", "settings"},
+    "accuracy": {"common", "settings", "noise"},
     "lighthouse": {"common", "settings"},
     "papers": NUMBERS,
     "present": NUMBERS | {"papers"},

@@ -18,10 +18,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from mocap_workflow import sheets
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
 from scipy.sparse import csgraph
+
+from mocap_metrology.common import sheets
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs/rule_graph.svg"

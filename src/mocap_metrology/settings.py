@@ -150,6 +150,70 @@ class Place(Section):
     """Edge of the cubes in which the length of a moving pair is compared, in mm."""
 
 
+class Bar(Section):
+    """A bar, or another stiff object, that is carried through the volume (column `bar`)."""
+
+    rigid_mm: float = Field(1.5, gt=0)
+    """Markers form a rigid cluster if the spread of each of their distances, (p97.5 - p2.5) / 4, is
+    below this."""
+    least_path_mm: float = Field(500.0, gt=0)
+    """A bar that is moved along a shorter way says nothing of a volume, and is refused."""
+    classes_deg: float = Field(30.0, gt=0, le=54)
+    """Bar and motion belong to an axis of the file up to this angle, and are `oblique` beyond."""
+    good_mm: float = Field(0.5, gt=0)
+    """Accuracy is `good` if 95 % of the errors of length in the worst class, plus twice the
+    standard uncertainty of the certificate, are below this. Without a certificate no accuracy is
+    stated."""
+    usable_mm: float = Field(2.0, gt=0)
+    """Accuracy is `usable` up to this, and `bad` above."""
+
+
+class Tolerance(Section):
+    """Changes that matter, see `Monitor`."""
+
+    jitter: float = Field(0.15, gt=0)
+    """Change of the jitter that matters, in natural logarithm: 0.15 is 16 %."""
+    wander: float = Field(1.0, gt=0)
+    """Change of the wander that matters, as a share: 1 is twice as much."""
+    place_mm: float = Field(0.5, gt=0)
+    """Change of a coordinate of the mean place that matters, in mm."""
+    length_mm: float = Field(0.2, gt=0)
+    """Change of a length that matters, in mm."""
+
+
+class Scatter(Section):
+    """Standard deviations from day to day, see `Monitor`."""
+
+    jitter: float = Field(0.06, gt=0)
+    """Standard deviation of the jitter from day to day that is expected, as a share. What the
+    baseline shows is averaged with it, as if it came from four takes."""
+    wander: float = Field(0.2, gt=0)
+    """That of the wander, as a share."""
+    place_mm: float = Field(0.1, gt=0)
+    """That of a coordinate of the mean place, in mm."""
+    length_mm: float = Field(0.05, gt=0)
+    """That of a length, in mm."""
+
+
+class Monitor(Section):
+    """Charts of a facility over its takes."""
+
+    tolerance: Tolerance = Tolerance()
+    scatter: Scatter = Scatter()
+    false_alarms: float = Field(0.05, gt=0, lt=1)
+    """Probability that the statistical limits of all series of an unchanged facility are exceeded
+    in `monitor.dates` takes. It leads to notes; alarms depend on `monitor.tolerance`."""
+    dates: int = Field(50, ge=1, le=10000)
+    """Number of takes after the baseline for which this probability holds."""
+    frame: Literal["fixed", "fitted"] = "fixed"
+    """`fixed`: the place is the mean of the markers, in a frame that stays. `fitted`: the frame may
+    change from take to take, as that of a Lighthouse: each take of three markers or more is fitted
+    to the first one, and the place is what the fit leaves of each marker."""
+    wander_s: float = Field(2.0, gt=0)
+    """Averaging time of the wander, in s. It is judged in takes of at least 22 times this
+    length."""
+
+
 class Cameras(Section):
     """Subsets of the cameras of one take."""
 
@@ -465,6 +529,8 @@ class Settings(Section):
     verdict: Verdict = Verdict()
     compare: Compare = Compare()
     place: Place = Place()
+    bar: Bar = Bar()
+    monitor: Monitor = Monitor()
     cameras: Cameras = Cameras()
     fit_figures: Annotated[
         tuple[Annotated[str, Field(pattern=SERIES)], ...] | None,
@@ -482,20 +548,24 @@ class Settings(Section):
     jansen_studies: JansenStudies = JansenStudies()
 
 
-def checked(config: Mapping[str, object]) -> Settings:
-    """The configuration with every value of its type; `Faults` names all wrong ones."""
+def checked(config: Mapping[str, object], whole: bool = True) -> Settings:
+    """The configuration with every value of its type; `Faults` names all wrong ones. whole: whether
+    every key must be there; otherwise those that are not have their defaults."""
     try:
-        settings = Settings.model_validate(config, context=WHOLE)
+        settings = Settings.model_validate(config, context=WHOLE if whole else None)
     except ValidationError as error:
         raise Faults(faults(error, Settings, config)) from None
-    limits, lines = settings.verdict.model_dump(), []
-    drift = dict(zip(("good_drift_mm", "usable_drift_mm"), settings.verdict.drift_mm, strict=True))
-    limits |= drift if any(limits[key] for key in drift) else dict.fromkeys(drift, 0.0)
+    lines = []
+    limits = {f"verdict.{key}": value for key, value in settings.verdict.model_dump().items()}
+    drift = ("verdict.good_drift_mm", "verdict.usable_drift_mm")
+    stated = any(limits[key] for key in drift)
+    limits |= zip(drift, settings.verdict.drift_mm if stated else (0.0, 0.0), strict=True)
+    limits |= {f"bar.{key}": value for key, value in settings.bar.model_dump().items()}
     for key, good in limits.items():
         other = key.replace("good_", "usable_")
         if other != key and other in limits and good > limits[other]:
-            most = f"verdict.{other} ({limits[other]:g})"
-            lines.append(f"config, key verdict.{key}: {shown(good)}; expected at most {most}")
+            most = f"{other} ({limits[other]:g})"
+            lines.append(f"config, key {key}: {shown(good)}; expected at most {most}")
     if lines:
         raise Faults(lines)
     return settings

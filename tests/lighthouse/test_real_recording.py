@@ -16,7 +16,6 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.pose_file import chosen_pose, matrix_and_metres
@@ -27,6 +26,7 @@ from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
+from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES
 from mocap_metrology.lighthouse.decode.libsurvive import (
     FROM_LIBSURVIVE,
     read_solution,
@@ -35,14 +35,14 @@ from mocap_metrology.lighthouse.decode.libsurvive import (
 from mocap_metrology.lighthouse.export.formats import Export, libsurvive_json
 from mocap_metrology.lighthouse.export.world import Calibrated, world_of
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory, PoseEstimate
+from mocap_metrology.lighthouse.records import MASTER, SLAVE, PoseEstimate
 from mocap_metrology.lighthouse.rotation import error
 from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameters
 
 FOLDER = "lighthouse/libsurvive_extras"
 NAME = "lh1_test_cal.rec.gz"
 OBJECTS = ("HMD", "T20")
-VALUES = tuple(Factory.__dataclass_fields__)
+VALUES = FACTORY_NAMES
 
 
 @dataclass(frozen=True)
@@ -298,11 +298,6 @@ def test_verdicts_say_how_far_to_go(seen: dict[str, Seen]) -> None:
     for told in (headset, controller):
         assert told.document["poses"][told.document["chosen"]]["optics"] == "factory"
         assert told.document["diagnostics"]["still"]
-
-
-def test_second_generation_is_refused_by_name(samples: Path) -> None:
-    with pytest.raises(Refusal, match=r"^haagh-tracking.*V2"):
-        decode(samples / FOLDER / "haagh-tracking.rec.gz", "libsurvive-rec", "T20")
 
 
 # Mean angles of a still headset

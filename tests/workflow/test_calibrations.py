@@ -88,7 +88,7 @@ def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -
 @pytest.mark.parametrize(
     ("cells", "expected"),
     [
-        ({"format": "csv"}, "expected one of gpio-dump, libsurvive-rec, angles-csv"),
+        ({"format": "csv"}, "expected one of gpio-dump, libsurvive-rec, crazyflie-uart"),
         ({"setup": ""}, "column setup: nothing; expected a name"),
         ({"board": ""}, "expected a CSV file x_m,y_m,z_m in diode order"),
         ({"board": "", "format": "libsurvive-rec"}, "the name of the tracked object"),

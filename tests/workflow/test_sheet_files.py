@@ -7,9 +7,10 @@ import io
 from pathlib import Path
 
 import pytest
-from mocap_workflow import rows, sheets
+from mocap_workflow import rows
 from mocap_workflow.recordings import RecordingRow
 
+from mocap_metrology.common import sheets
 from mocap_metrology.common.faults import Faults
 
 

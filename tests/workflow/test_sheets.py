@@ -5,17 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mocap_workflow import rows, sheets, startup
+from mocap_workflow import rows, startup
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
 from pydantic import ValidationError
 from running import write_sheet
 
+from mocap_metrology.common import sheets
 from mocap_metrology.common.entries import load_twins
 from mocap_metrology.common.faults import Faults
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADER = list(RecordingRow.columns())
+OF_BAR = ("length_mm", "length_u_mm", "bar_pose")
 GOOD = {"recording": "A", "path": "a.c3d", "markers": "M1;M2;M3", "group": "g"}
 
 
@@ -52,9 +54,11 @@ def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
         "covariate": "b.c3d",
         "cluster": "M1;M2;M3",
         "place": "corner",
+        "monitor": "hall",
+        "baseline": "restart",
         "comment": "of the left wall",
     }
-    assert set(row) == set(HEADER)
+    assert set(HEADER) - set(row) == {"bar", *OF_BAR, "point", "reference"}
     other = GOOD | {"recording": "B", "date": "2019-03-25"}
     found = load(folder, row, other)
     plain = found.pop("B")
@@ -80,10 +84,26 @@ def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
         "covariate": "b.c3d",
         "cluster": ("M1", "M2", "M3"),
         "place": "corner",
+        "bar": None,
+        "length_mm": None,
+        "length_u_mm": None,
+        "bar_pose": None,
+        "point": None,
+        "reference": None,
+        "monitor": "hall",
+        "baseline": "restart",
         "comment": "of the left wall",
     }
     with pytest.raises(ValidationError, match="frozen"):
         found["A"].group = "h"
+
+
+def test_a_bar_and_its_certificate(folder: Path) -> None:
+    pose = '{"quaternion_xyzw": [0, 0, 0, 1]}'
+    bar = dict(zip(("bar", *OF_BAR), ("M1-M2", "500,02", ".05", pose), strict=True))
+    found = load(folder, GOOD | bar)["A"]
+    assert (found.bar, found.length_mm, found.length_u_mm) == ("M1-M2", 500.02, 0.05)
+    assert found.bar_pose is not None
 
 
 def test_what_is_left_out_is_derived(folder: Path) -> None:
@@ -103,6 +123,11 @@ def test_what_is_left_out_is_derived(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("column", "value", "expected"),
     [
+        ("bar", "M1", '"M1"; expected two markers joined by "-", auto, or nothing'),
+        ("length_mm", "500", '"500"; expected nothing without a bar in column bar'),
+        ("bar_pose", "{}", '"{}"; expected nothing without a bar in column bar'),
+        ("length_u_mm", "0.1", '"0.1"; expected nothing without a length in column length_mm'),
+        ("length_mm", "50 cm", '"50 cm"; expected a number of mm or nothing'),
         ("recording", "", 'nothing; expected a name of letters, digits, "_", "." and "-"'),
         ("recording", "-a", '"-a"; expected a name'),
         ("recording", "a/b", '"a/b"; expected a name'),

@@ -14,6 +14,7 @@ from typing import Any, get_origin
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue, models_json_schema
 
+from mocap_metrology.accuracy.twin import BarTwin
 from mocap_metrology.common.entries import Number, entry_in, fields_by_key, is_entry
 from mocap_metrology.common.sections import choices_of, fields, limits, words_of
 from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTwin
@@ -30,6 +31,7 @@ SCHEMAS = ROOT / "workflow/schemas"
 TWINS: dict[str, type] = {
     "keys of twins of recordings": Twin,
     "keys of subsets of a take": TakeTwin,
+    "keys of bars": BarTwin,
     "keys of twins of calibrations": LighthouseTwin,
 }
 
@@ -137,7 +139,7 @@ def _plain(schema: object) -> object:
 
 def twins_schema() -> JsonSchemaValue:
     """The file of twins. A key may come from a default, so none is required."""
-    kinds: list[Any] = [Twin, TakeTwin, LighthouseTwin, FactoryValues]
+    kinds: list[Any] = [Twin, TakeTwin, BarTwin, LighthouseTwin, FactoryValues]
     refs, shared = models_json_schema([(kind, "validation") for kind in kinds])
     of = {kind: refs[kind, "validation"] for kind in kinds}
     for definition in shared["$defs"].values():
@@ -150,7 +152,7 @@ def twins_schema() -> JsonSchemaValue:
     factory = shared["$defs"]["StationTwin"]["properties"]["factory"]
     factory["anyOf"].append({"type": "string"})
     named = {"type": "object", "additionalProperties": {}}
-    twin = {"anyOf": [of[Twin], of[TakeTwin], of[LighthouseTwin]]}
+    twin = {"anyOf": [of[Twin], of[TakeTwin], of[BarTwin], of[LighthouseTwin]]}
     defaults = {"recording": of[Twin], "calibration": of[LighthouseTwin]}
     return {
         "type": "object",

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, field_validator
 
 from mocap_metrology.common.faults import Unfit, unfit, unknown
 from mocap_workflow.rows import (
+    NAME,
     SIMULATE,
     Cell,
     FileOrNothing,
@@ -22,6 +23,7 @@ from mocap_workflow.rows import (
     parts_of,
 )
 
+NUMBER = r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?"
 ID = "(0+|0*[1-9][0-9]{0,8})"  # of a camera; what can match in one way only fails at once
 
 
@@ -63,6 +65,11 @@ def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
     if wrong:
         raise unfit(wrong)
     return pairs
+
+
+Millimetres = Annotated[
+    float | None, Cell(NUMBER, "a number of mm or nothing"), BeforeValidator(_with_point)
+]
 
 
 class RecordingRow(SheetRow):
@@ -114,9 +121,7 @@ class RecordingRow(SheetRow):
     markers. A label may contain `-` as long as there is only one way to read the pair."""
     frame_rate_hz: Annotated[
         float | None,
-        Cell(
-            r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?", "a number of Hz > 0 or nothing"
-        ),
+        Cell(NUMBER, "a number of Hz > 0 or nothing"),
         BeforeValidator(_with_point),
     ] = None
     """Frame rate where the file has none, or more exactly than in the file (within 0.1 %)."""
@@ -171,8 +176,62 @@ class RecordingRow(SheetRow):
     ] = None
     """Name of the place in the volume. Two places or more in a group make a table of noise by
     place."""
+    bar: Annotated[
+        str | None, Cell("auto|.+-.+", 'two markers joined by "-", auto, or nothing')
+    ] = None
+    """Two markers or bodies on one stiff object that is moved through the volume, `A-B`: the
+    verdict is then of the errors of their distance, in `bar.json`. `auto` finds rigid clusters of
+    markers and uses the longest pair of the one seen most. Rows of one group are passes: three or
+    more give intervals, in `<group>_bar`."""
+    length_mm: Millimetres = None
+    """Certified distance of these two. Without it only precision is stated, not accuracy."""
+    length_u_mm: Millimetres = None
+    """Standard uncertainty of `length_mm`, mounting included."""
+    bar_pose: str | None = None
+    """Rotation of body B in A, as JSON: `{"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}`, `u_deg`
+    its standard uncertainty. If empty, angles are about their mean."""
+    point: str | None = None
+    """Name of the reference point at which the first of `markers` (or the body) was recorded. Five
+    points or more of a group (six of a body that is turned) are compared with `reference`, in
+    `<group>_points`. Column `date` is their order, else their names."""
+    reference: FileOrNothing = None
+    """CSV file `point,x_mm,y_mm,z_mm` and, where it is known, `u_mm`, the standard uncertainty:
+    where a better system measured these points. The same for all rows of a group."""
+    monitor: Annotated[str | None, NAME] = None
+    """Name of a facility whose takes are charted over time, `<results>/monitors/<monitor>/`: a
+    minute a day or week of the same object in the same place. Its rows have dates and stand in
+    their order; markers, pairs and cameras are the same from one `restart` to the next."""
+    baseline: Annotated[
+        Literal["yes", "restart"] | None, Cell("yes|restart", "yes, restart or nothing")
+    ] = None
+    """`yes`: the take belongs to the baseline with which later ones are compared; where no row has
+    it, the first ten takes do that are within the tolerance. `restart`: the baseline begins anew
+    with this take, as after a calibration."""
     comment: str = ""
     """Free text."""
+
+    @field_validator("length_mm", "bar_pose")
+    @classmethod
+    def _of_a_bar(cls, value: object, info: Info) -> object:
+        if value is not None and "bar" in info.data and not info.data["bar"]:
+            raise Unfit("nothing without a bar in column bar")
+        if info.field_name == "length_mm" and value == 0:
+            raise Unfit("a number of mm > 0 or nothing")
+        return value
+
+    @field_validator("reference")
+    @classmethod
+    def _of_a_point(cls, reference: str | None, info: Info) -> str | None:
+        if bool(reference) != bool(info.data.get("point")):
+            raise Unfit("a file where there is a name in column point, else nothing")
+        return reference
+
+    @field_validator("length_u_mm")
+    @classmethod
+    def _of_a_length(cls, value: float | None, info: Info) -> float | None:
+        if value is not None and "length_mm" in info.data and info.data["length_mm"] is None:
+            raise Unfit("nothing without a length in column length_mm")
+        return value
 
     @field_validator("paths")
     @classmethod

@@ -26,6 +26,7 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
+from mocap_metrology.common import sheets
 from mocap_metrology.common.faults import (
     Faults,
     Unfit,
@@ -36,7 +37,7 @@ from mocap_metrology.common.faults import (
     unknown,
 )
 from mocap_metrology.common.paths import DRIVE, exists, is_file, of_windows
-from mocap_workflow import remote, sheets
+from mocap_workflow import remote
 
 SIMULATE = "simulate:"
 

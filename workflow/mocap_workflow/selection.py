@@ -70,6 +70,11 @@ def covariates(row: RecordingRow) -> list[str]:
     return [row.covariate] if row.covariate else []
 
 
+def references_of(row: RecordingRow) -> list[str]:
+    """File of reference points."""
+    return [row.reference] if row.reference else []
+
+
 def names(rows: Iterable[OfSheet]) -> list[str]:
     return [row.name for row in rows]
 
@@ -104,6 +109,21 @@ def with_place(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
     """Recordings whose place in the volume has a name; none if it is the same for all."""
     found = [row for row in rows if row.place]
     return found if len({row.place for row in found}) > 1 else []
+
+
+def with_bar(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """Recordings of a bar that is moved."""
+    return [row for row in rows if row.bar]
+
+
+def without_bar(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """All others."""
+    return [row for row in rows if not row.bar]
+
+
+def with_points(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """Recordings at reference points, in the order of their dates, then of their names."""
+    return sorted((row for row in rows if row.point), key=_date)
 
 
 def over_dates(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
@@ -268,7 +288,7 @@ def compared_files(row: CalibrationRow) -> list[str]:
 def files(row: RecordingRow | CalibrationRow) -> list[str]:
     """All files that a row names."""
     if isinstance(row, RecordingRow):
-        return [*([] if row.twin else row.paths), *covariates(row)]
+        return [*([] if row.twin else row.paths), *covariates(row), *references_of(row)]
     return [*([] if row.twin else decoded_files(row)), *compared_files(row)]
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.entries import TwinsFile
 from mocap_metrology.common.faults import Faults
@@ -14,6 +15,7 @@ from mocap_metrology.common.paths import exists
 from mocap_metrology.io.read import missing_marker
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.noise.twins.take import TakeTwin
+from mocap_metrology.recording.monitor_sheet import read_monitors
 from mocap_metrology.settings import Settings, checked
 from mocap_workflow import remote, rows
 from mocap_workflow.calibration_twins import calibration_twin
@@ -73,6 +75,11 @@ def sheets(
     return recordings, calibrations
 
 
+def monitors(sheet: str | None) -> dict[str, list[Row]]:
+    """Takes by monitored facility, in order of the rows of a sheet of recordings."""
+    return read_monitors(sheet, list(RecordingRow.columns()))
+
+
 def _all(read: Callable[[str], Any], names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
     """What is read of each of some names, and all faults."""
     values: dict[str, Any] = {}
@@ -102,7 +109,10 @@ def _spelled_otherwise(rows: Iterable[RecordingRow | CalibrationRow]) -> list[st
     first: dict[tuple[str, str], tuple[str, RecordingRow | CalibrationRow]] = {}
     faults = []
     for row in rows:
-        named = (("group", row.group), ("setup", getattr(row, "setup", "")))
+        named = [
+            ("group", row.group),
+            *((c, getattr(row, c, None) or "") for c in ("setup", "monitor")),
+        ]
         for column, value in named:
             known, other = first.setdefault((column, value.casefold()), (value, row))
             if value != known:

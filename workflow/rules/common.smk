@@ -36,6 +36,7 @@ try:
     config.update(SETTINGS.model_dump(mode="json"))
     twins = load_twins(config["twins"])
     recordings, calibrations = startup.sheets(config, twins["twins"])
+    MONITORS = startup.monitors(config["recordings"])
     if workflow.is_main_process:  # once, not in each job
         startup.missing_markers(recordings.values())
     TWINS = startup.recording_twins(recordings, twins, config["duration_s"], config["twin_form"])
@@ -77,6 +78,7 @@ wildcard_constraints:
     recording=selection.any_of(RECORDINGS.rows),
     calibration=selection.any_of(CALIBRATIONS.rows),
     setup=selection.any_of({row.setup for row in CALIBRATIONS.rows.values()}),
+    monitor=selection.any_of(MONITORS),
     group=selection.any_of([*RECORDINGS.groups, *CALIBRATIONS.groups]),
     target="all|recordings|calibrations|tables|figures",
 
@@ -216,6 +218,26 @@ def references(rows):
 def has_bodies(row):
     """Whether a label that was chosen is a body, with an orientation beside its position."""
     return not row.twin and bool(verdict("recording", row.name).get("bodies"))
+
+
+def has_bar(row):
+    """Whether its bar is judged, not its noise at rest."""
+    return bool(row.bar)
+
+
+def is_measured(row):
+    return row.twin is None
+
+
+def bars(rows):
+    """Names of recordings of a bar that is moved."""
+    return selection.names(selection.with_bar(rows))
+
+
+def takes_of(wildcards):
+    """Accepted takes of the rule's monitor, in order of the sheet."""
+    rows = [RECORDINGS.rows[take.recording] for take in MONITORS[wildcards.monitor]]
+    return [row for row in rows if is_accepted(row)]
 
 
 def turned(rows):

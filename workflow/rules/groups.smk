@@ -13,6 +13,7 @@ rule group_tables:
         verdicts=of_each("verdict.json", accepted()),
     output:
         tables_of_group("subsets", "gaussian", "outliers", "allan", "noise", "summary"),
+        multiqc="<results>/tables/{group}_mqc.json",
     log:
         "<logs>/group_tables/{group}.log",
     benchmark:
@@ -29,8 +30,10 @@ rule group_tables:
         "../scripts/group_tables.py"
 
 
+POINT = ("column_names", "accept_truncated")
 DATED = accepted(selection.over_dates)
 WITH_COVARIATE = accepted(selection.with_covariate)
+WITH_POINTS = accepted(selection.with_points)
 WITH_PLACE = accepted(selection.with_place)
 SUBSETS = accepted(selection.subsets)
 
@@ -128,6 +131,46 @@ COMPARISONS = {
         },
         "message": "noise by place",
     },
+    "bars": {
+        "of": groups(selection.with_bar),
+        "input": {
+            "checks": checks(RECORDINGS, OF_GROUP),
+            "takes": of_each("bar.parquet", accepted(selection.with_bar)),
+            "verdicts": of_each("verdict.json", accepted(selection.without_bar)),
+        },
+        "output": {
+            "tables": {"csv": "bar.csv", "md": "bar.md", "json": "bar.json"},
+            "figures": {"bar": "bar: errors of a length that moves, all passes"},
+        },
+        "params": {
+            "captions": [captions.BAR, captions.BAR_TABLE],
+            "settings": settings("bar", "place"),
+        },
+        "message": "all passes of a bar",
+    },
+    "points": {
+        "of": groups(selection.with_points),
+        "input": {
+            "checks": checks(RECORDINGS, OF_GROUP),
+            "clean": of_each("clean.parquet", WITH_POINTS),
+            "files": lambda wildcards: [
+                located(path) for row in WITH_POINTS(wildcards) for path in row.paths
+            ],
+            "reference": lambda wildcards: sorted(
+                {located(row.reference) for row in WITH_POINTS(wildcards)}
+            ),
+        },
+        "output": {
+            "tables": {"csv": "points.csv", "md": "points.md", "json": "points.json"},
+            "figures": {"points": "reference points: what each is off by"},
+        },
+        "params": {
+            "caption": captions.POINTS,
+            "rows": columns("recording", "point", "source", "paths", *POINT, of=WITH_POINTS),
+            "contents": contents(selection.references_of, of=WITH_POINTS),
+        },
+        "message": "reference points",
+    },
     "cameras": {
         "of": groups(selection.subsets),
         "input": {
@@ -183,7 +226,39 @@ for NAME, OF in COMPARISONS.items():
             "../scripts/{params.script}.py"  # by name: NAME is the last one when a job runs
 
 
+# A facility over its takes.
+rule monitor:
+    input:
+        takes=of_each("monitor_take.json", takes_of),
+    output:
+        report(
+            "<results>/monitors/{monitor}/chart.png",
+            caption="../report/caption.rst",
+            category="4 Groups",
+            labels={"result": "monitor {monitor}: its takes over time"},
+        ),
+        "<results>/monitors/{monitor}/monitor.csv",
+        json="<results>/monitors/{monitor}/monitor.json",
+    log:
+        "<logs>/monitor/{monitor}.log",
+    benchmark:
+        "<benchmarks>/monitor/{monitor}.tsv"
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("monitor.py"),
+        rows=lambda wildcards: [vars(take) for take in MONITORS[wildcards.monitor]],
+        takes=lambda wildcards: [row.name for row in takes_of(wildcards)],
+        settings=settings("monitor"),
+    message:
+        "{wildcards.monitor}: chart of its takes"
+    script:
+        "../scripts/monitor.py"
+
+
 promise(
+    figures=collect_outputs(rules.monitor.output, monitor=list(MONITORS)),
     tables=together(
         collect_outputs(rules.group_tables.output, group=groups()),
         *(

@@ -7,6 +7,7 @@ CLEANED = [
     "<results>/recordings/{recording}/outliers.csv",
 ]
 MEASURED_FILES = files(selection.paths)
+BAR = ("bar", "length_mm", "length_u_mm", "bar_pose")
 ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
 
 
@@ -36,7 +37,14 @@ checkpoint clean:
         paths=cell("paths"),
         entry=columns(*ENTRY, "sha256"),
         origin=columns("recording", "source", "twin", "pairs"),
-        settings=settings("hampel", "still", "second_opinion", verdict=["horizon_s"]),
+        bar=columns(*BAR),
+        settings=settings(
+            "hampel",
+            "still",
+            "second_opinion",
+            verdict=["horizon_s"],
+            bar=["rigid_mm", "least_path_mm"],
+        ),
     message:
         "{wildcards.recording}: reading, checking and cleaning"
     script:
@@ -105,6 +113,7 @@ rule verdict:
     input:
         CLEANED,
         rules.noise.output,
+        bar=branch(of_row(has_bar), then=of_recording("bar.json")),
     output:
         report(
             "<results>/recordings/{recording}/verdict.svg",
@@ -119,7 +128,7 @@ rule verdict:
             file=[
                 *("verdict.png", "adev.svg", "adev.png", "trajectory.svg", "trajectory.png"),
                 *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
-                *("diagnosis.svg", "diagnosis.png"),
+                *("diagnosis.svg", "diagnosis.png", "noise_ros.yaml", "px4.params"),
             ],
         ),
         json="<results>/recordings/{recording}/verdict.json",
@@ -176,6 +185,12 @@ FURTHER = {
         },
         "message": "noise of the orientation",
     },
+    "monitor_take": {
+        "input": {"cleaned": CLEANED},
+        "output": {"json": of_recording("monitor_take.json")},
+        "params": {"settings": settings(monitor=["wander_s"])},
+        "message": "numbers for the monitor",
+    },
     "place": {
         "input": {"clean": CLEANED[1]},
         "output": {
@@ -185,6 +200,28 @@ FURTHER = {
         },
         "params": {"caption": captions.PLACE, "place": config["place"]},
         "message": "noise by place",
+    },
+    "bar": {
+        "input": {
+            "trajectories": CLEANED[0],
+            "files": branch(of_row(is_measured), then=MEASURED_FILES),
+        },
+        "output": {
+            "json": of_recording("bar.json"),
+            "csv": of_recording("bar.csv"),
+            "places": of_recording("bar_places.csv"),
+            "takes": of_recording("bar.parquet"),
+            **figure_of_recording("bar", "bar: errors of a length that moves"),
+        },
+        "params": {
+            "contents": contents(selection.paths),
+            "caption": captions.BAR,
+            "entry": columns(*ENTRY),
+            "named": columns("recording", "source", "twin", "date"),
+            "bar": columns(*BAR),
+            "settings": settings("bar", "place"),
+        },
+        "message": "errors of a bar that is moved",
     },
 }
 
@@ -230,5 +267,6 @@ promise(
     figures=together(
         collect_outputs(rules.orientation.output, recording=accepted(turned, EVERY)),
         collect_outputs(rules.place.output, recording=accepted(moved, EVERY)),
+        collect_outputs(rules.bar.output, recording=accepted(bars, EVERY)),
     ),
 )

@@ -11,6 +11,7 @@ rule pages:
         poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
         cameras=collect("<results>/tables/{group}_cameras.json", group=groups(selection.subsets)),
         changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs)),
+        monitors=collect("<results>/monitors/{name}/monitor.json", name=MONITORS),
         claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
     output:
         # With the category and labels of the table's title

@@ -21,7 +21,11 @@ with step(snakemake) as log:
     else:
         entry = Entry(list(snakemake.input), **given.entry)
         try:
-            clean(entry, origin, settings, folder)
+            if given.bar["bar"]:
+                from mocap_metrology.recording.bar import Asked, read_bar
+
+                read_bar(entry, Asked(**given.bar), settings, origin)
+            clean(entry, origin, settings, folder, moved=bool(given.bar["bar"]))
         except Exception as error:
             refusal = refusal_of(error, snakemake.log[0])
             log.info("%s", refusal)

@@ -19,6 +19,12 @@ with step(snakemake, prefix="") as log:
             for words in json.loads(path.read_text(encoding="utf-8"))["words"]:
                 log.log(RESULT, "%s", words)
     refused = []  # reported last
+    for path in results:
+        if path.name == "monitor.json":
+            found = json.loads(path.read_text(encoding="utf-8"))
+            log.log(RESULT, "%s", found["line"])
+            named = [f"{one['recording']}: {one['why']}" for one in found["left_out"]]
+            refused += [f"monitor {found['monitor']}, recording {words}" for words in named]
     for path in map(Path, snakemake.input.checks):
         check = json.loads(path.read_text(encoding="utf-8"))
         what = f"{path.parent.parent.name.removesuffix('s')} {path.parent.name}"

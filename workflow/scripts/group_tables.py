@@ -8,10 +8,11 @@ with step(snakemake) as log:
 
     import pandas as pd
 
-    from mocap_metrology.common.files import read_table
+    from mocap_metrology.common.files import read_table, write_json
     from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
+    from mocap_metrology.present.groups.multiqc import multiqc
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.verdict import words
 
@@ -49,5 +50,7 @@ with step(snakemake) as log:
     text = group_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)
     tables.write_with(f"{stem}_noise", noise, text, group_tables.COLUMNS)
     found = [json.loads(Path(path).read_text("utf-8")) for path in snakemake.input.verdicts]
-    write("summary", list(map(words.summary_row, found)), "verdicts", words.CAPTION)
+    summary = list(map(words.summary_row, found))
+    write("summary", summary, "verdicts", words.CAPTION)
+    write_json(snakemake.output.multiqc, multiqc(group, summary))
     log.info("%s: %d recordings", group, len(rows))

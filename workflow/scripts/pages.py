@@ -28,6 +28,7 @@ with step(snakemake) as log:
         params.papers,
         params.subjects,
         [Path(path) for path in dict.fromkeys(given.results)],
+        [Path(path) for path in given.monitors],
     )
     write_folder(output.tables, table_pages(map(Path, given.tables), params.papers))
     write_folder(output.details, detail_pages(results))

@@ -20,11 +20,13 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
+from mocap_metrology.lighthouse.board import COLUMNS, NORMALS
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, dropped_share
 from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
+from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
@@ -91,22 +93,28 @@ def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, De
         read_points(given["points"])
     recording = decoded(entry, given, settings)
     if "points" in given or not str(entry.known_length).startswith("points"):
-        lengths_of(entry, given.get("points"), len(recording.board))
+        names = [station.role for station in recording.stations]
+        lengths_of(entry, given.get("points"), len(recording.board), names)
+    then = "expected errors of centimetres"
+    if recording.generation == 2:
+        then = "usual ones of such stations are the first guess"
     warnings = [
-        f"{station.role}: no factory values ({station.why}); expected errors of centimetres"
+        f"{station.role}: no factory values ({station.why}); {then}"
         for station in recording.stations
         if station.factory is None
     ]
     return {"ok": True, "why": "", "warnings": warnings, "notes": recording.notes}, recording
 
 
-def lengths_of(entry: Entry, points: str | None, n_diodes: int) -> tuple[KnownLength, ...]:
-    """The length that a row states; points: file of those in the room, if it names one. Raises
-    `Refusal` for one that cannot be used."""
+def lengths_of(
+    entry: Entry, points: str | None, n_diodes: int, names: Sequence[str] = ROLES
+) -> tuple[KnownLength, ...]:
+    """The length that a row states; points: file of those in the room, if it names one; names: of
+    the stations. Raises `Refusal` for one that cannot be used."""
     if not entry.known_length:
         return ()
     places = None if points is None else read_points(points)
-    return (known_length(entry.known_length, n_diodes, places),)
+    return (known_length(entry.known_length, n_diodes, places, names),)
 
 
 def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Check:
@@ -146,6 +154,7 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
         "resolution_s": found.pulses.resolution_s if found.pulses else None,
         "notes": found.notes,
         "clocks": [vars(clock) for clock in found.clocks],
+        **({} if found.generation == 1 else {"generation": found.generation}),
         "versions": files.versions("numpy", "numba", "pyarrow"),
     }
     table: Mapping[str, np.ndarray | Sequence[object]] = {
@@ -160,16 +169,19 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
     files.write_table(
         paths["sweeps"], records.sweep_columns(found.hits), origin, records.SWEEPS_CODED
     )
-    write_board(paths["board"], found.board)
+    write_board(paths["board"], found.board, found.normals)
     files.write_json(paths["stations"], stations_to_json(found.stations))
     for station in found.stations:
         log.info("%s: id %s, mode %s, %s", station.role, station.id, station.mode, station.why)
     log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
 
 
-def write_board(path: str, board: np.ndarray) -> None:
-    """A board as a CSV file x_m,y_m,z_m in diode order."""
-    files.write_csv(path, [dict(zip(("x_m", "y_m", "z_m"), place, strict=True)) for place in board])
+def write_board(path: str, board: np.ndarray, normals: np.ndarray | None = None) -> None:
+    """A board as a CSV file x_m,y_m,z_m in diode order; where known, with the directions in which
+    the diodes look, unit vectors nx,ny,nz."""
+    columns = COLUMNS if normals is None else (*COLUMNS, *NORMALS)
+    rows = board if normals is None else np.hstack([board, normals])
+    files.write_csv(path, [dict(zip(columns, row, strict=True)) for row in rows])
 
 
 def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:

@@ -1,4 +1,5 @@
-"""`mocap-metrology check take.c3d`: the verdict on one file, without a sheet.
+"""`mocap-metrology check take.c3d`: the verdict on one file, without a sheet; `mocap-metrology
+monitor FOLDER take.c3d`: one take more of a facility that is watched.
 
 What is heavy is imported after the first line is on the terminal.
 """
@@ -18,6 +19,7 @@ from typing import Any
 from mocap_metrology.cli import results
 from mocap_metrology.common.errors import Refusal, printable
 from mocap_metrology.common.paths import exists, is_file
+from mocap_metrology.lighthouse import RECORDING_FORMATS
 
 TEXTS = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
@@ -41,6 +43,16 @@ def _rate(text: str) -> float:
     return value
 
 
+def _length(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1e6:
+        raise argparse.ArgumentTypeError(f"{text!r}; expected mm, as 500")
+    return value
+
+
 GENERAL: dict[str, dict[str, Any]] = {
     "output": {"metavar": "DIR"},
     "threads": {"type": _count, "metavar": "N"},
@@ -52,9 +64,22 @@ OF_MARKERS: dict[str, dict[str, Any]] = {
     "columns": {"metavar": "NAMES"},
     "accept-truncated": {"action": "store_true"},
 }
+OF_BARS: dict[str, dict[str, Any]] = {
+    "bar": {"metavar": "A-B"},
+    "length": {"type": _length, "metavar": "MM"},
+    "length-u": {"type": _length, "metavar": "MM"},
+}
+OF_MONITOR: dict[str, dict[str, Any]] = {
+    "date": {"metavar": "DATE"},
+    "restart": {"action": "store_true"},
+    "monitor": {"metavar": "NAME"},
+    "markers": OF_MARKERS["markers"],
+    "rate": OF_MARKERS["rate"],
+    "unit": OF_MARKERS["unit"],
+}
 OF_DUMPS: dict[str, dict[str, Any]] = {
     "board": {"metavar": "CSV"},
-    "format": {"choices": ("gpio-dump", "libsurvive-rec", "angles-csv")},
+    "format": {"choices": RECORDING_FORMATS},
     "inertial": {"action": "store_true"},
     "world": {"choices": ("gravity", "master", "board-start")},
     "world-points": {"metavar": "CSV"},
@@ -68,18 +93,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status of the command."""
     command = parser()
     options = command.parse_args(arguments)
-    wrong = OF_MARKERS if options.board else OF_DUMPS
-    why = "is not for a dump (--board)" if options.board else "needs --board"
-    for name in wrong:
-        if name != "board" and getattr(options, name.replace("-", "_")):
-            command.error(f"--{name} {why}")
+    if options.run is check:
+        for name, why in _misplaced(options):
+            if getattr(options, name.replace("-", "_")):
+                command.error(f"--{name} {why}")
     # One thread a library, as in the workflow: the digits of a sum depend on it
     os.environ.update({f"{pool}_NUM_THREADS": "1" for pool in THREADS})
     try:
-        return check(options)
+        return int(options.run(options))
     except KeyboardInterrupt:
         print("\nInterrupted; no results were written", file=sys.stderr, flush=True)
         os._exit(INTERRUPTED)  # threads would finish their series first
+
+
+def _misplaced(options: argparse.Namespace) -> Iterator[tuple[str, str]]:
+    """Options that do not go with the others, and why."""
+    if options.board:
+        yield from ((name, "is not for a dump (--board)") for name in (*OF_MARKERS, *OF_BARS))
+    else:
+        yield from ((name, "needs --board") for name in OF_DUMPS)
+    if options.bar:
+        yield "markers", "is not for a moving bar (--bar)"
+    else:
+        yield from ((name, "needs --bar") for name in OF_BARS)
+    if not options.length:
+        yield "length-u", "needs --length"
 
 
 def parser() -> argparse.ArgumentParser:
@@ -88,7 +126,8 @@ def parser() -> argparse.ArgumentParser:
     version = f"mocap-metrology {metadata.version('mocap-metrology')}"
     text = "print the version and exit"
     command.add_argument("--version", action="version", version=version, help=text)
-    one = command.add_subparsers(required=True, metavar="command").add_parser(
+    commands = command.add_subparsers(required=True, metavar="command")
+    one = commands.add_parser(
         "check",
         help="the verdict on one file",
         description=TEXTS["check"],
@@ -97,11 +136,44 @@ def parser() -> argparse.ArgumentParser:
     )
     one.add_argument("files", nargs="+", metavar="file", help=TEXTS["options"]["files"])
     markers = one.add_argument_group("recordings of markers")
+    bars = one.add_argument_group("recordings of a bar that is moved")
     dumps = one.add_argument_group("recordings of a board of photodiodes")
-    for group, options in ((one, GENERAL), (markers, OF_MARKERS), (dumps, OF_DUMPS)):
+    groups = (one, GENERAL), (markers, OF_MARKERS), (bars, OF_BARS), (dumps, OF_DUMPS)
+    for group, options in groups:
         for name, how in options.items():
             group.add_argument(f"--{name}", help=TEXTS["options"][name], **how)
+    one.set_defaults(run=check)
+    other = commands.add_parser(
+        "monitor",
+        help="one take more of a facility that is watched",
+        description=TEXTS["monitor"],
+        epilog=TEXTS["monitor_examples"],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    for name in ("folder", "file"):
+        other.add_argument(name, help=TEXTS["of_monitor"][name])
+    for name, how in OF_MONITOR.items():
+        other.add_argument(f"--{name}", help=TEXTS["of_monitor"][name], **how)
+    other.set_defaults(run=watch)
     return command
+
+
+def watch(options: argparse.Namespace) -> int:
+    """Add a take to the folder of a facility; 1 if it was refused."""
+    options.markers = [m for text in options.markers for m in text.split(";") if m.strip()]
+    folder, name = Path(options.folder).expanduser(), Path(options.file).name
+    print(f"{printable(name)}: reading", file=sys.stderr, flush=True)
+    from mocap_metrology.cli.monitor import add_take
+    from mocap_metrology.common.faults import Faults
+
+    try:
+        return add_take(options)
+    except (Refusal, Faults) as refusal:
+        print(refusal, file=sys.stderr)
+    except Exception as error:
+        crash = results.write_crash(error, folder, name)
+        print(f"{crash}\nThe take was not added", file=sys.stderr)
+    return 1
 
 
 def check(options: argparse.Namespace) -> int:
@@ -120,6 +192,10 @@ def check(options: argparse.Namespace) -> int:
         width = [max(len(row[k]) for row in rows) for k in range(2)]
         lines = (f"{name:{width[0]}}  {word:{width[1]}}  {folder}" for name, word, folder in rows)
         results.tell_result(["", *lines])
+        if options.bar:
+            from mocap_metrology.cli.bar import tell_together
+
+            tell_together([Path(folder) for _, word, folder in rows if word != results.NONE])
     return int(any(word == results.NONE for _, word, _ in rows))
 
 
@@ -173,6 +249,8 @@ def _verdict(path: Path, folder: Path, options: argparse.Namespace) -> str:
     try:
         if options.board:
             from mocap_metrology.cli.calibration import check_calibration as check_one
+        elif options.bar:
+            from mocap_metrology.cli.bar import check_bar as check_one
         else:
             from mocap_metrology.cli.recording import check_recording as check_one
     finally:

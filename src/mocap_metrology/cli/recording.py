@@ -51,9 +51,9 @@ def check_recording(path: Path, folder: Path, options: argparse.Namespace) -> st
     try:
         entry = _entry(path, options)
         with results.replaced(folder, analyse.FILES) as part:
-            verdict = analyse.analyse(entry, name, part, SETTINGS, _tell, progress)
+            verdict = analyse.analyse(entry, name, part, SETTINGS, tell, progress)
     except Refusal as refusal:
-        raise Refusal(_advised(refusal)) from None
+        raise Refusal(advised(refusal)) from None
     finally:
         log.removeHandler(progress)
     lines = verdict_lines(verdict)
@@ -63,7 +63,7 @@ def check_recording(path: Path, folder: Path, options: argparse.Namespace) -> st
     return str(verdict["word"])
 
 
-def _tell(checked: Check, recording: Recording) -> None:
+def tell(checked: Check, recording: Recording) -> None:
     """What is analysed, and what to beware of."""
     n_frames, rate = recording.position_mm.shape[2], recording.frame_rate_hz
     labels, length = ", ".join(recording.labels), duration_words(n_frames / rate)
@@ -100,7 +100,7 @@ def _entry(path: Path, options: argparse.Namespace) -> Entry:
     return replace(entry, markers=markers)
 
 
-def _advised(refusal: Refusal) -> str:
+def advised(refusal: Refusal) -> str:
     """The refusal, and what to write on the command line."""
     rate = ", here --rate 100, in make RATE=100" if "column frame_rate_hz" in str(refusal) else ""
     truncated = "add --accept-truncated, in make TRUNCATED=accept"

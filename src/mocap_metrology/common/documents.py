@@ -96,3 +96,12 @@ def _size(node: yaml.Node, known: dict[int, tuple[int, int]]) -> tuple[int, int]
         raise ValueError(f"{_line(node)}too much, as aliases repeat it; expected at most {most}")
     known[id(node)] = values, depth
     return values, depth
+
+
+def yaml_text(content: object) -> str:
+    """YAML with lists of numbers in one line each."""
+    import yaml
+
+    return yaml.safe_dump(
+        content, sort_keys=False, allow_unicode=True, width=100, default_flow_style=None
+    )

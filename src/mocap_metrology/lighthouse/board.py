@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.places import csv_rows
 
 COLUMNS = ("x_m", "y_m", "z_m")
+NORMALS = ("nx", "ny", "nz")
 LARGEST_M = 2.0  # a board is carried by hand: beyond this it is in mm
 FEWEST_DIODES = 4  # a calibration needs; tracking needs three
 
@@ -41,6 +43,15 @@ def read_board(path: str | Path) -> np.ndarray:
     except ValueError:
         raise Refusal(f"{name}: a cell is not a number; expected positions in metres") from None
     return check_board(board, name)
+
+
+def read_normals(path: str | Path) -> np.ndarray | None:
+    """Unit vectors in which the diodes look, (n, 3), from the columns nx, ny, nz of a file that
+    `read_board` accepts; None where it has none."""
+    with suppress(Refusal):
+        rows = csv_rows(path, COLUMNS + NORMALS)
+        return np.array([[spreadsheet.number(cell) for cell in row[3:6]] for row in rows if row])
+    return None
 
 
 def digest(board: np.ndarray) -> str:

@@ -8,7 +8,8 @@ own laser,
 
 Without factory values this is J Eq. 1, theta = atan2(y, x) and phi = atan2(z, x) about each laser.
 Open-source drivers agree in the first three terms and differ in three choices, named in `Variant`;
-the defaults are those of the Crazyflie firmware.
+the defaults are those of the Crazyflie firmware. A rotor of the second generation has two tilted
+planes, see `planes`; which model a row of parameters is of stands in the row.
 """
 
 from __future__ import annotations
@@ -20,10 +21,14 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse import planes
+from mocap_metrology.lighthouse.planes import plane_gradient
 from mocap_metrology.lighthouse.records import Factory
 
-# Columns of the parameters of a rotor, as kernels read them.
+# Columns of the parameters of a rotor, as kernels read them; those after them are of `planes`.
 PHASE, TAN_TILT, CURVE, GIBPHASE, GIBMAG, X, Y, Z, GIB_CORRECTED, IMPERFECT = range(10)
+OGEEPHASE, OGEEMAG, GENERATION = range(10, 13)
+COLUMNS = 13
 LARGEST_PHASE, LARGEST_CURVE = 0.3, 0.1  # second-generation stations have curves near 0.2
 
 
@@ -52,14 +57,16 @@ def rotor_parameters(
     lasers_m: np.ndarray | None = None,
     variant: Variant = CRAZYFLIE,
 ) -> np.ndarray:
-    """Parameters of both rotors for the kernels here, shape (2, 10).
+    """Parameters of both rotors, or planes, for the kernels here, shape (2, 13).
 
-    factory None means ideal optics; lasers_m (2, 3) are the positions of the lasers of axis 0 and
-    axis 1 in the station's frame, metres, default its origin.
+    factory None means ideal optics of the first generation; lasers_m (2, 3) are the positions of
+    the lasers of axis 0 and axis 1 in the station's frame, metres, default its origin.
 
-    Raises `Refusal` where the values cannot be of a first-generation station.
+    Raises `Refusal` where the values cannot be of a station of that generation.
     """
-    parameters = np.zeros((2, 10))
+    if factory is not None and factory.generation == 2:
+        return planes.parameters(factory, full=variant != CRAZYFLIE)
+    parameters = np.zeros((2, COLUMNS))
     if factory is not None:
         check(factory)
         parameters[:, PHASE] = factory.phase
@@ -140,6 +147,17 @@ def angle_gradient(
 
 
 @njit(inline="always")
+def model_gradient(
+    axis: int, x: float, y: float, z: float, p: np.ndarray, of: np.ndarray
+) -> tuple[float, float, float, float]:
+    """As `angle_gradient`, by the model of the row's generation; of (6,): room, in which those of
+    `plane_gradient` are."""
+    if p[GENERATION] == 2.0:
+        return plane_gradient(axis, x, y, z, p, of)
+    return angle_gradient(axis, x, y, z, p)
+
+
+@njit(inline="always")
 def intrinsic_gradient(
     axis: int, x: float, y: float, z: float, p: np.ndarray
 ) -> tuple[float, float, float, float, float]:
@@ -161,6 +179,8 @@ def intrinsic_gradient(
 @njit
 def angles(points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """C(L, P) of J Eq. 2: both angles in rad of points (n, 3) in the station's frame, (n, 2)."""
+    if parameters[0, GENERATION] == 2.0:
+        return planes.plane_angles(points, parameters)
     out = np.empty((points.shape[0], 2))
     for i in range(points.shape[0]):
         for axis in range(2):
@@ -176,6 +196,8 @@ def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """
     measured = np.asarray(measured, dtype=np.float64)
     flat = np.ascontiguousarray(measured.reshape(-1, 2))
+    if parameters[0, GENERATION] == 2.0:
+        return planes.plane_directions(flat, parameters).reshape(measured.shape)
     without_place = parameters.copy()
     without_place[:, X : Z + 1] = 0.0
     return _directions(flat, without_place).reshape(measured.shape)

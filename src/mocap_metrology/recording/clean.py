@@ -13,6 +13,7 @@ from typing import NamedTuple, NotRequired, TypedDict
 import numpy as np
 
 from mocap_metrology import settings as of
+from mocap_metrology.accuracy.twin import BarTwin, simulate_bar
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
 from mocap_metrology.common.files import Metadata
@@ -96,10 +97,14 @@ def read(entry: Entry, second_opinion: bool) -> Recording:
 
 
 def examine(
-    entry: Entry, recording: Recording, settings: Settings, over: Over = in_turn
+    entry: Entry,
+    recording: Recording,
+    settings: Settings,
+    over: Over = in_turn,
+    moved: bool = False,
 ) -> tuple[Check, Movements]:
     """Contents of check.json of a recording that can be used, and how its markers move, by label
-    and axis; over: how coordinates are worked on."""
+    and axis; over: how coordinates are worked on; moved: on purpose, so it is no warning."""
     horizon_s = settings.verdict.horizon_s
     rate = recording.frame_rate_hz
     of_markers = movements(
@@ -117,7 +122,10 @@ def examine(
     check: Check = {
         "ok": True,
         "why": "",
-        "warnings": [*assumed, *movement_words(moving, min(duration, horizon_s))],
+        "warnings": [
+            *assumed,
+            *([] if moved else movement_words(moving, min(duration, horizon_s))),
+        ],
         "notes": list(recording.notes),
         "unit": recording.units,
         "unit_source": recording.unit_source,
@@ -145,12 +153,14 @@ def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
 
 
 @contextmanager
-def simulated(twin: Twin | TakeTwin, seed: int, folder: Path) -> Iterator[Path]:
+def simulated(twin: Twin | TakeTwin | BarTwin, seed: int, folder: Path) -> Iterator[Path]:
     """Path of the C3D file of a twin, which is removed in the end; truth.json in `folder`."""
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
         path = Path(part) / "twin.c3d"
         if isinstance(twin, TakeTwin):
             made = simulate_take(twin, seed=seed + twin.seed)
+        elif isinstance(twin, BarTwin):
+            made = simulate_bar(twin, seed=seed + twin.seed)
         else:
             made = simulate(twin, seed=seed + twin.seed, folder=folder)
         n_frames, rate = made.position_mm.shape[2], made.frame_rate_hz
@@ -173,13 +183,14 @@ def clean(
     *,
     tell: Callable[[Check, Recording], None] | None = None,
     progress: Progress = CALM,
+    moved: bool = False,
 ) -> Results:
     """Read, examine and clean a recording: check.json, trajectories.parquet, clean.parquet,
     outliers.csv.
 
     origin: `recording`, `source`, `twin`, `pairs`, of a twin also `form`; a twin needs no check.
-    tell: is called when the recording has been examined. Raises `Refusal` for a recording that
-    cannot be used; then nothing has been written.
+    tell: is called when the recording has been examined; moved: on purpose. Raises `Refusal` for a
+    recording that cannot be used; then nothing has been written.
     """
     results, over, is_twin = Results(folder), progress.over, bool(origin["twin"])
     recording = read(entry, settings.second_opinion and not is_twin)
@@ -188,7 +199,7 @@ def clean(
         log.warning("%s: labels exchanged in %d frames", " and ".join(one.labels), one.frames.sum())
     movements: Mapping[str, Mapping[str, Movement]] = {}
     if not is_twin:
-        check, movements = examine(entry, recording, settings, over)
+        check, movements = examine(entry, recording, settings, over, moved)
         files.write_json(folder / "check.json", check)
         if tell:
             tell(check, recording)

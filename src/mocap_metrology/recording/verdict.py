@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.common.files import write_json
+import numpy as np
+
+from mocap_metrology.common.files import write_json, write_text
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
@@ -25,7 +27,8 @@ from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 from mocap_metrology.present.text.sentence import Sentence
-from mocap_metrology.present.verdict.document import verdict_document
+from mocap_metrology.present.verdict import filters
+from mocap_metrology.present.verdict.document import of_bar, verdict_document
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results, Table, masked
 from mocap_metrology.settings import Settings
@@ -41,9 +44,14 @@ def diagnose(results: Results, settings: Settings, progress: Progress = CALM) ->
 
 
 def verdict(
-    results: Results, named: Row, settings: Settings, progress: Progress = CALM
+    results: Results,
+    named: Row,
+    settings: Settings,
+    progress: Progress = CALM,
+    bar: Mapping[str, Any] | None = None,
 ) -> Mapping[str, Any]:
-    """verdict.json of a diagnosed recording; returns its contents. named: what it begins with."""
+    """verdict.json of a diagnosed recording; returns its contents. named: what it begins with;
+    bar: contents of bar.json of one that is moved, which is then what is judged."""
     progress.step("verdict")
     raw, limits = results.raw, settings.verdict
     diagnosis = json.loads((results.folder / "diagnosis.json").read_text(encoding="utf-8"))
@@ -66,10 +74,21 @@ def verdict(
     assessed = assess_recording(inputs, span, limits, progress.over)
     told = {key: diagnosis[key] for key in ("findings", "sentences")}
     document = named | verdict_document(assessed, raw.origin["source"])
+    document |= {"warnings": list(results.check["warnings"])} | told
     path = results.folder / "verdict.json"
-    write_json(path, document | {"warnings": list(results.check["warnings"])} | told)
+    write_json(path, document if bar is None else document | of_bar(bar))
     written: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    _write_filters(results, written)
     return written
+
+
+def _write_filters(results: Results, document: Mapping[str, Any]) -> None:
+    """noise_ros.yaml, px4.params."""
+    means = [np.nanmean(v) if np.isfinite(v).any() else np.nan for _, v in results.clean.in_mm()]
+    places = np.array(means[: 3 * len(document["labels"])]).reshape(-1, 3)
+    found = filters.covariances(document, places)
+    write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(document, found))
+    write_text(results.folder / "px4.params", filters.px4_params(document, found))
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,7 @@ def test_the_memory_of_the_board_is_as_usual_as_eight_seconds():
         ({"residual_rms_urad": 333.0}, "good", None, {}),
         ({"weighted_rms_urad": 84.0}, "good", None, {}),
         ({"weighted_rms_urad": 110.0}, "usable", Case.BEYOND_PATH, {"noise": 75}),
+        ({"weighted_rms_urad": 230.0}, "doubtful", Case.BEYOND_PATH, {"noise": 75}),
         ({"halves": Halves(1.5, 0.03, 30.0)}, "good", None, {}),
         (
             {"halves": Halves(4.0, 0.05, 2238.0)},

@@ -3,12 +3,15 @@
 The text is a comment line, then the 3x4 matrix [R|t] of each frame, t in m. Layout of the Vive
 tracker recordings of Gravert's Vive-Accuracy-Experiment: line 1 begins with # and names the rate
 that was asked for (`Freq: 250`); then 12 numbers a line, row by row, with spaces or tabs between.
-There is no time stamp.
+There is no time stamp. Several bodies have their names in the comment, `bodies: A;B`, and 12
+numbers each, or 7 with `quaternion: wxyz` or `xyzw` there: x y z in m, then the quaternion in this
+order.
 """
 
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +31,8 @@ from mocap_metrology.io.units import METRE, LengthUnit
 WHAT = "a text of poses (12 numbers a line) or a table with a name over each column"
 POSITION = (3, 7, 11)
 MATRIX = (0, 1, 2, 4, 5, 6, 8, 9, 10)
+BODIES = re.compile(r"bodies:\s*([^:#]*?)(?=\s*(?:$|#|\w+:))")
+QUATERNION = re.compile(r"quaternion:\s*(wxyz|xyzw)\b")
 ORTHOGONAL = 1e-3  # how far R R^T, or the length of a quaternion, may be from 1
 NO_LENGTH = LengthUnit("", 1.0, "given")
 PARTS = 4  # series of three numbers: the position, and up to nine numbers of a rotation
@@ -46,26 +51,53 @@ def layout(path: Path) -> Layout:
     else:
         raise Refusal(f"{path.name}: has no frames: nothing follows the comment")
     cells = line.cells(" ")
+    said = " ".join(head)
+    bodies = _bodies(said, path.name)
+    order = QUATERNION.search(said)
+    size = 7 if order else 12
     names = [word for text in head for word in text.split() if word in ("x", "qx", "tx")]
-    if names or len(cells) != 12 or number(cells[0]) is None:
+    if (
+        names
+        or (bodies == (BODY_LABEL,) and (order or len(cells) != 12))
+        or number(cells[0]) is None
+    ):
         return table.layout(path)
-    found = table.FREQUENCY.search(" ".join(head))
+    if len(cells) != size * len(bodies):
+        what = f"{len(cells)} numbers a line; expected {size} for each of {', '.join(bodies)}"
+        raise Refusal(f"{path.name}: {what}")
+    found = table.FREQUENCY.search(said)
     told = rate(found[1]) if found else 0.0
+    n, kind = len(bodies), "quaternion" if order else "matrix"
+    x, y, z = (0, 1, 2) if order else POSITION
+    turn = MATRIX if order is None else tuple(3 + order[1].index(axis) for axis in "xyzw")
     return Layout(
         path=path,
         encoding="pose text",
-        labels=(BODY_LABEL,),
-        columns=(POSITION,),
+        labels=bodies,
+        columns=tuple((x + size * k, y + size * k, z + size * k) for k in range(n)),
         frame_rate_hz=told,
         unit=METRE,
         delimiter=" ",
         data_line=line.number,
         data_offset=line.start,
-        n_columns=12,
+        n_columns=size * n,
         full_rows=True,
         notes=(table.REQUESTED.format(told),) if told else (),
-        rotations={0: RotationColumns(MATRIX, "matrix")},
+        rotations={k: RotationColumns(_places(turn, size, k), kind) for k in range(n)},
     )
+
+
+def _bodies(said: str, file: str) -> tuple[str, ...]:
+    """Names in the comment, the usual one without such."""
+    found = BODIES.search(said)
+    names = tuple(name.strip() for name in found[1].split(";")) if found else (BODY_LABEL,)
+    if "" in names or len(set(names)) < len(names):
+        raise Refusal(f"{file}: bodies: {';'.join(names)}; expected names, none repeated")
+    return names
+
+
+def _places(columns: Sequence[int], size: int, body: int) -> tuple[int, ...]:
+    return tuple(column + size * body for column in columns)
 
 
 def read_orientation(

@@ -38,9 +38,10 @@ BOARD_PLACES = 1.5  # doubtful, over noise and errors of the board
 MIRRORED = (0.01, 0.05)
 MIRRORED_FAILED = 0.5
 COMMON = (200, 50)  # usable below, doubtful below
+COMMON_MOMENTS = (100, 25)  # likewise, of any number of stations: 30 a second, not 60
 SPAN_M = (0.3, 0.1)
 CHI2_6 = 22.46  # of six degrees of freedom, exceeded with probability 0.001
-WEIGHTED = 1.3  # over the noise, without errors of board poses: sound ones reach 1.2 by tremor
+WEIGHTED = (1.3, 3.0)  # over the noise, without errors of board poses: sound ones reach 1.2
 # Reported standard deviations are too small by 3 to 5, as blocks of time share their time zeros.
 # A difference of two parts has less of it: sound ones reach 35, a station moved by 5 mm 150.
 HALVES_M2 = (2**2 * CHI2_6, 5**2 * CHI2_6)
@@ -251,12 +252,13 @@ def misfit(chosen: PoseEstimate) -> Check:
 
 def weighted(chosen: PoseEstimate, noise: float) -> Check:
     """What errors of the board's path do not explain."""
-    name, value, limit = "angles beyond the path", chosen.weighted_rms_urad, WEIGHTED * noise
+    name, value = "angles beyond the path", chosen.weighted_rms_urad
     if not math.isfinite(value):
         return unknown(name, Case.PATH_ERRORS_UNKNOWN, "urad")
-    ok = value < limit
-    case, level = (Case.PATH_ERRORS, "good") if ok else (Case.BEYOND_PATH, "usable")
-    return Check(name, case, value, "urad", limit, ok, level, {"noise": noise})
+    word, limit = graded(value / noise, WEIGHTED)
+    good = word == "good"
+    case = Case.PATH_ERRORS if good else Case.BEYOND_PATH
+    return Check(name, case, value, "urad", limit * noise, good, word, {"noise": noise})
 
 
 def halves(chosen: PoseEstimate) -> Check:
@@ -305,7 +307,8 @@ def common_measurements(chosen: PoseEstimate, n_common: int | None) -> Check:
     name = "common measurements"
     if n_common is None or chosen.stage == "static":
         return unknown(name, Case.COMMON_UNNEEDED, "")
-    word, limit = graded_low(n_common, COMMON)
+    network = chosen.station.isdigit()
+    word, limit = graded_low(n_common, COMMON_MOMENTS if network else COMMON)
     good = word == "good"
     case = Case.COMMON if good else Case.COMMON_FEW
     return Check(name, case, n_common, "", limit, good, word)

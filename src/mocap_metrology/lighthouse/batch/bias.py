@@ -87,9 +87,10 @@ def _curvature(
     who, only = seen.who.copy(), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
     who[:, 3] = np.arange(n)  # a control point for each hit
     station = state.R, state.t_m, state.rotors, state.offsets
+    board = state.board, state.normals, state.cover
     total = -angle
     for sign in (1, -1):
         control, out = np.vstack([pose + sign * shift, np.zeros((3, POSE))]), np.empty(n)
-        kernel.predicted(who, only, seen.turned, control, *station, state.board, out)
+        kernel.predicted(who, only, seen.turned, control, *station, *board, out)
         total += out / 2
     return total

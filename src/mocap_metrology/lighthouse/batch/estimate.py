@@ -22,7 +22,9 @@ from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equa
 from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import (
     GROUPS,
+    NO_NORMALS,
     Layout,
+    More,
     Priors,
     State,
     layout,
@@ -107,23 +109,24 @@ def estimate(
     known_poses: bool = False,
     *,
     sized: bool = False,
-    ups: np.ndarray | None = None,
+    more: More | None = None,
 ) -> Joint:
     """Poses R, t of the stations in the master's frame and everything else, from near them.
 
-    rotors (stations, 2, 10); board (n, 3) in m; known_poses: R and t are held; sized: the priors
-    are taken as they are, also of `SIZED`, and the bias remains; ups (stations, 3): the way up in
-    the frame of each station, NaN where it is unknown. Raises LinAlgError where the hits do not
-    determine the poses.
+    rotors (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors
+    are taken as they are, also of `SIZED`, and the bias remains. Raises LinAlgError where the hits
+    do not determine the poses.
     """
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
+    more = more or More()
+    ups, normals = more.ups, more.normals
     by_ups = ups is not None and bool(np.isfinite(ups).all(axis=1).any())
     there = [one is not None for one in seen]
     sized_scale = any(one.lengths for one in recordings)
     priors = priors or Priors()
-    of = layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale)
-    state = start(R, t_m, rotors, board, of.size)
+    of = layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale, more)
+    state = start(R, t_m, rotors, board, of.size, NO_NORMALS if normals is None else normals)
     own = [recording(one, state) for one in recordings]
     for one, its, column in zip(own, seen, of.inertial, strict=True):
         if its is not None:
@@ -140,7 +143,7 @@ def estimate(
 
 
 def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
-    """The estimate for rotors (stations, 2, 10) of another model, from that of `found` and with its
+    """The estimate for rotors (stations, 2, 13) of another model, from that of `found` and with its
     noise, so that the costs of several can be compared: to `SAME_COST`, or in so many steps. All
     have the freedom of the full priors, with which one can imitate another."""
     own = rotors.copy()

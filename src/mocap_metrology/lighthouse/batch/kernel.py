@@ -2,8 +2,11 @@
 
 A hit on diode d at time t has the residual e = C(R_s^T (p(t) + R(t) q_d - t_s)) + z - theta, with
 p and R from the cubic B-spline of `trajectory`, z the offset of the station's axis. Its derivative
-touches the four control points about t and some of the global unknowns. Hits of a sweep share one
-more error, an offset of variance sigma_c^2 that is integrated out: with weights w,
+touches the four control points about t and some of the global unknowns. Where the normals n_d of
+the diodes are known, light of incidence i reaches a diode under a cover, of the refractive index
+1.5, as if it were at q_d + n_d (a + t (1 - cos i / sqrt(1.5^2 - sin^2 i))); a and t are unknowns,
+and what a turn of the board changes of the shift is not in the derivative. Hits of a sweep share
+one more error, an offset of variance sigma_c^2 that is integrated out: with weights w,
 
     V^-1 = diag(w) / sigma^2 - k w w^T / sigma^4,  k = 1 / (1 / sigma_c^2 + sum(w) / sigma^2),
 
@@ -18,11 +21,18 @@ import math
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.rotor import angle_gradient, intrinsic_gradient
+from mocap_metrology.lighthouse.rotor import (
+    GENERATION,
+    angle_gradient,
+    intrinsic_gradient,
+    model_gradient,
+)
 
 POSE = 6  # unknowns of a control point, and of a station: position, rotation vector
 SPAN = 5 * POSE  # of a sweep: the control points of two neighbouring intervals
-LOCAL = 24  # most global unknowns of one hit
+LOCAL = 28  # most global unknowns of one hit
+ROOM = 43  # of the work of one hit
+INDEX2 = 1.5**2  # of refraction, of the cover of a diode
 
 
 @njit(inline="always")
@@ -79,12 +89,16 @@ def _hit(
     t: np.ndarray,
     rotors: np.ndarray,
     board: np.ndarray,
+    normals: np.ndarray,
+    cover: np.ndarray,
     row: np.ndarray,
     work: np.ndarray,
 ) -> float:
     """Predicted angle; derivative by the board's pose at the time, in row[:6]; work[3:6] is that
     by the diode's place, work[6:9] by the master's coordinates, work[9:12] the diode from the
-    station, work[12:15] in the station's frame."""
+    station, work[12:15] in the station's frame, work[30:36] those of `plane_gradient`, work[36]
+    the factor of t, work[37:43] the normal in the master's frame and the diode under its cover.
+    normals (0, 3): without covers."""
     s, axis, d, k = who[h, 0], who[h, 1], who[h, 2], who[h, 3]
     p0 = p1 = p2 = 0.0
     v = work[15:18]
@@ -103,9 +117,24 @@ def _hit(
     far[0] = p0 - t[s, 0] + F[0, 0] * a[0] + F[0, 1] * a[1] + F[0, 2] * a[2]
     far[1] = p1 - t[s, 1] + F[1, 0] * a[0] + F[1, 1] * a[1] + F[1, 2] * a[2]
     far[2] = p2 - t[s, 2] + F[2, 0] * a[0] + F[2, 1] * a[1] + F[2, 2] * a[2]
+    if normals.shape[0] > 0:
+        m, under = work[37:40], work[40:43]
+        rotated(v, normals[d], a)
+        along = 0.0
+        for i in range(3):
+            m[i] = F[i, 0] * a[0] + F[i, 1] * a[1] + F[i, 2] * a[2]
+            along -= m[i] * far[i]
+        along /= math.sqrt(far[0] * far[0] + far[1] * far[1] + far[2] * far[2])
+        along = min(max(along, 0.0), 1.0)
+        work[36] = 1.0 - along / math.sqrt(INDEX2 - 1.0 + along * along)
+        shift = cover[0] + cover[1] * work[36]
+        for i in range(3):
+            far[i] += shift * m[i]
+            under[i] = q[i] + shift * normals[d, i]
+        q = under
     for i in range(3):
         x[i] = S[0, i] * far[0] + S[1, i] * far[1] + S[2, i] * far[2]
-    theta, gx, gy, gz = angle_gradient(axis, x[0], x[1], x[2], rotors[s, axis])
+    theta, gx, gy, gz = model_gradient(axis, x[0], x[1], x[2], rotors[s, axis], work[30:36])
     D, e = work[6:9], work[3:6]
     for i in range(3):
         D[i] = S[i, 0] * gx + S[i, 1] * gy + S[i, 2] * gz
@@ -128,17 +157,19 @@ def _globals(
     who: np.ndarray,
     rotors: np.ndarray,
     board: np.ndarray,
+    normals: np.ndarray,
     columns: np.ndarray,
     scale: int,
     places: int,
+    cover: int,
     work: np.ndarray,
     at: np.ndarray,
     value: np.ndarray,
 ) -> int:
     """Which global unknowns the angle depends on, and its derivatives; returns how many.
 
-    columns (stations, 2, 7): first column of the station's pose, of its laser depth, then of each
-    axis' offset, tilt, curve and both parts of gibbous; -1 where known.
+    columns (stations, 2, 9): first column of the station's pose, of its laser depth, then of each
+    axis' offset, tilt, curve and both parts of gibbous, and of ogee; -1 where known.
     """
     s, axis, d = who[h, 0], who[h, 1], who[h, 2]
     own, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
@@ -158,10 +189,15 @@ def _globals(
         at[n], value[n] = own[2], 1.0
         n += 1
     if own[3] >= 0:
-        of = intrinsic_gradient(axis, x[0], x[1], x[2], p)
-        for i in range(4):
-            at[n], value[n] = own[3 + i], of[1 + i]
-            n += 1
+        if p[GENERATION] == 2.0:
+            for i in range(6):
+                at[n], value[n] = own[3 + i], work[30 + i]
+                n += 1
+        else:
+            of = intrinsic_gradient(axis, x[0], x[1], x[2], p)
+            for i in range(4):
+                at[n], value[n] = own[3 + i], of[1 + i]
+                n += 1
     if scale >= 0:
         at[n] = scale
         value[n] = e[0] * board[d, 0] + e[1] * board[d, 1] + e[2] * board[d, 2]
@@ -170,6 +206,11 @@ def _globals(
         for i in range(3):
             at[n], value[n] = places + 3 * d + i, e[i]
             n += 1
+    if cover >= 0:
+        across = e[0] * normals[d, 0] + e[1] * normals[d, 1] + e[2] * normals[d, 2]
+        at[n], value[n] = cover, across
+        at[n + 1], value[n + 1] = cover + 1, across * work[36]
+        n += 2
     return n
 
 
@@ -184,12 +225,14 @@ def predicted(
     rotors: np.ndarray,
     offsets: np.ndarray,
     board: np.ndarray,
+    normals: np.ndarray,
+    cover: np.ndarray,
     out: np.ndarray,
 ) -> None:
     """Angles of all hits in rad."""
-    row, work = np.empty(POSE), np.empty(30)
+    row, work = np.empty(POSE), np.empty(ROOM)
     for h in range(who.shape[0]):
-        theta = _hit(h, who, basis, turned, control, R, t, rotors, board, row, work)
+        theta = _hit(h, who, basis, turned, control, R, t, rotors, board, normals, cover, row, work)
         out[h] = theta + offsets[who[h, 0], who[h, 1]]
 
 
@@ -206,9 +249,12 @@ def accumulate(
     t: np.ndarray,
     rotors: np.ndarray,
     board: np.ndarray,
+    normals: np.ndarray,
+    cover: np.ndarray,
     columns: np.ndarray,
     scale: int,
     places: int,
+    covers: int,
     band: np.ndarray,
     cross: np.ndarray,
     inner: np.ndarray,
@@ -225,7 +271,7 @@ def accumulate(
     sums (sweeps, SPAN), from the first control point of its first hit on, and sums_inner
     (sweeps, G). All are zero before.
     """
-    row, work = np.empty(POSE), np.empty(30)
+    row, work = np.empty(POSE), np.empty(ROOM)
     at, value = np.empty(LOCAL, np.int64), np.empty(LOCAL)
     own = np.zeros((4 * POSE, 4 * POSE)), np.zeros((4 * POSE, g_inner.size)), np.zeros(4 * POSE)
     wide = np.empty(4 * POSE)
@@ -239,8 +285,10 @@ def accumulate(
             if k != at_knot:
                 _flush(at_knot, own, band, cross, g)
                 at_knot = k
-            _hit(h, who, basis, turned, control, R, t, rotors, board, row, work)
-            n = _globals(h, who, rotors, board, columns, scale, places, work, at, value)
+            _hit(h, who, basis, turned, control, R, t, rotors, board, normals, cover, row, work)
+            n = _globals(
+                h, who, rotors, board, normals, columns, scale, places, covers, work, at, value
+            )
             w = weight[h]
             we, shift = w * residual[h], POSE * (k - begin)
             for i in range(4):
@@ -299,25 +347,30 @@ def without_offsets(
     """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times
     the outer products of its sums; begin (sweeps,): its first control point."""
     G = g_inner.size
+    own = np.empty(G, np.int64)  # those that a sweep depends on
     for m in range(begin.size):
         f, of = factor[m], POSE * begin[m]
         if f == 0.0:
             continue
+        n = 0
+        for j in range(G):
+            if sums_inner[m, j] != 0.0:
+                own[n] = j
+                n += 1
         for i in range(min(SPAN, g.size - of)):
             x = f * sums[m, i]
             if x == 0.0:
                 continue
             for j in range(i + 1):
                 band[i - j, of + j] -= x * sums[m, j]
-            for j in range(G):
-                cross[of + i, j] -= x * sums_inner[m, j]
+            for k in range(n):
+                cross[of + i, own[k]] -= x * sums_inner[m, own[k]]
             g[of + i] -= x * sum_residual[m]
-        for i in range(G):
+        for k in range(n):
+            i = own[k]
             x = f * sums_inner[m, i]
-            if x == 0.0:
-                continue
-            for j in range(G):
-                inner[i, j] -= x * sums_inner[m, j]
+            for j in range(n):
+                inner[i, own[j]] -= x * sums_inner[m, own[j]]
             g_inner[i] -= x * sum_residual[m]
 
 

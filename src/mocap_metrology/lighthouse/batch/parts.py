@@ -28,6 +28,7 @@ SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
 FEWEST_SWEEPS = 20  # of each station in a part
 FEWEST_OF_PIECE = 5  # likewise
 UNDETERMINED = 100.0  # m^2 or rad^2: the variance of a pose that nothing determines
+ANYWHERE = 100.0  # m or rad
 WEAK = 1e-9  # of the largest information: a direction of a pose that a piece does not determine
 SHOWN = 0.03  # of the variance of a prior
 BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step in time
@@ -56,17 +57,25 @@ def _part(found: Joint, S: Floats, h: Floats, station: int) -> _Part | None:
     """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole, as
     that is by other data; None where these do not determine the pose of the station."""
     scale = found.of.group == GROUPS.index("scale")
-    known = 1 / np.where(scale, NEARLY_KNOWN * found.of.sd, found.working) ** 2
+    sd = np.where(scale, NEARLY_KNOWN * found.of.sd, found.working)
+    rows = found.pose(station)
+    sd[others_of(found, station)] = ANYWHERE  # of those that a part does not see
+    known = 1 / sd**2
     try:
         M = np.linalg.inv(S + np.diag(known))
     except np.linalg.LinAlgError:
         return None
-    rows = found.pose(station)
     variances = np.linalg.eigvalsh(M[np.ix_(rows, rows)])
     if not 0 < variances[0] <= variances[-1] < UNDETERMINED:
         return None
     step = -M @ (h + known * np.where(scale, 0.0, found.state.values))
     return _Part(step, M * known, M @ S @ M)
+
+
+def others_of(found: Joint, station: int) -> np.ndarray:
+    """Rows of the poses of all other stations."""
+    rows = np.flatnonzero(found.of.group == GROUPS.index("pose"))
+    return np.setdiff1d(rows, found.pose(station))
 
 
 def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
@@ -106,12 +115,19 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
     return pieces
 
 
-def _scatter(pieces: Sequence[Piece], rows: np.ndarray, step: Floats) -> tuple[float, int]:
+def _fewest(sweeps: np.ndarray, station: int) -> int:
+    """Sweeps of a station, or of all others if these are fewer."""
+    return int(min(sweeps[station], sweeps.sum() - sweeps[station]))
+
+
+def _scatter(
+    pieces: Sequence[Piece], found: Joint, station: int, step: Floats
+) -> tuple[float, int]:
     """Squared sum of what the pieces pull at a station's pose after a step, over its variance; and
     how many directions they determine."""
-    total, freedom = 0.0, 0
+    total, freedom, rows = 0.0, 0, found.pose(station)
     for piece in pieces:
-        if piece.sweeps.min() < FEWEST_OF_PIECE:
+        if _fewest(piece.sweeps, station) < FEWEST_OF_PIECE:
             continue
         size, axes = np.linalg.eigh(_scaled(piece.S[np.ix_(rows, rows)]))
         clear = size > WEAK * size[-1]
@@ -126,42 +142,50 @@ def _scaled(S: Floats) -> Floats:
     return S * np.outer(unit, unit)
 
 
-def misfit_of(found: Joint, station: int = 1) -> float:
-    """Mean square of what pieces pull at a station's pose, over what noise makes of it: 1 where
+def misfit_of(found: Joint) -> float:
+    """Mean square of what pieces pull at the stations' poses, over what noise makes of it: 1 where
     that is within chance."""
-    rows, total, freedom = found.pose(station), 0.0, -POSE
+    n = len(found.state.R)
+    total, freedom = 0.0, -POSE * (n - 1)
     for one in found.recordings:
-        own = _scatter(pieces_of(found, one), rows, np.zeros(found.of.size))
-        total, freedom = total + own[0], freedom + own[1]
+        pieces = pieces_of(found, one)
+        for station in range(1, n):
+            own = _scatter(pieces, found, station, np.zeros(found.of.size))
+            total, freedom = total + own[0], freedom + own[1]
     if freedom <= 0 or total < chi2.isf(BY_CHANCE, freedom):
         return 1.0
     return total / freedom
 
 
-def halves(found: Joint, station: int = 1) -> Halves | None:
+def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None) -> Halves | None:
     """Pose of a station from the hits before and after each of `SPLITS` of the duration: the two
     that are farthest apart by m2.
 
     Errors of board and optics are the same in both and nearly cancel: with the gains K_i, the
     difference has the covariance of both parts' noise and
-    (K_1 - K_2) diag(believed^2) (K_1 - K_2)'. A part counts that has sweeps of every station: from
-    the hits of one alone the pose between two is not determined. None where no two parts have.
+    (K_1 - K_2) diag(believed^2) (K_1 - K_2)'. A part counts that has sweeps of the station and of
+    others: from the hits of one alone the pose between two is not determined. None where no two
+    parts have. pieces: what `pieces_of` returns, where it was called before.
 
     `stepped`: whether a step at one moment explains the difference, and pieces before and after
     agree among themselves, by an F test of the moment that explains most.
     """
-    pieces = pieces_of(found, found.recordings[0])
-    rows, same, apart, ratios = found.pose(station), np.zeros(found.of.size), {}, []
+    pieces = pieces_of(found, found.recordings[0]) if pieces is None else pieces
+    same, apart, ratios = np.zeros(found.of.size), {}, []
     for k in range(1, PIECES):
         sides = pieces[:k], pieces[k:]
-        if min(np.sum([p.sweeps for p in own], axis=0).min() for own in sides) < FEWEST_SWEEPS:
+        fewest = (_fewest(np.sum([p.sweeps for p in own], axis=0), station) for own in sides)
+        if min(fewest) < FEWEST_SWEEPS:
             continue
         S, h = ([np.sum([getattr(p, name) for p in own], axis=0) for own in sides] for name in "Sh")
         a, b = (_part(found, S[i], h[i], station) for i in (0, 1))
         if a is None or b is None:
             continue
         apart[k] = _apart(found, a, b, same, station)
-        own = [_scatter(side, rows, part.step) for side, part in zip(sides, (a, b), strict=True)]
+        own = [
+            _scatter(side, found, station, part.step)
+            for side, part in zip(sides, (a, b), strict=True)
+        ]
         rest, freedom = (sum(column) for column in zip(*own, strict=True))
         if freedom > 2 * POSE:
             rest = max(rest / (freedom - 2 * POSE), 1.0)
@@ -219,7 +243,7 @@ def shared_errors(
     noise = found.misfit * M @ found.S @ M + (gain * zero**2) @ gain.T
     own = sd > 1e-6 * zero
     effect = (gain * sd)[np.ix_(rows, own)].T * units
-    of_board = np.isin(group[own], ("scale", "place"))
+    of_board = np.isin(group[own], ("scale", "place", "cover"))
     by_noise = noise[np.ix_(rows, rows)] * np.outer(units, units)
     by_noise = (by_noise + by_noise.T) / 2  # apart by rounding, which differences leave much of
     return by_noise, SharedErrors(sd[own], effect, of_board, board)
@@ -275,17 +299,18 @@ def scale_share(found: Joint, station: int = 1) -> float:
     return float(effect @ effect / np.trace(found.pose_covariance(station)[:3, :3]))
 
 
-def residual_ratios(one: Recording) -> dict[str, dict[str, float]]:
-    """Rms residual beyond the sweep's offset over the noise of a hit: by station, axis, diode."""
+def residual_ratios(one: Recording, names: Sequence[str] = ROLES) -> dict[str, dict[str, float]]:
+    """Rms residual beyond the sweep's offset over the noise of a hit: by station, axis, diode;
+    names: of the stations."""
     hits, z2 = one.sweeps.hits, (one.alone / one.noise.hit) ** 2
     found: dict[str, dict[str, float]] = {}
     for name, key, labels in (
-        ("station", hits.station, ROLES),
+        ("station", hits.station, names),
         ("axis", hits.axis, AXES),
         ("diode", hits.diode, None),
     ):
         rms = rms_by(key, z2)
-        seen = np.flatnonzero(np.isfinite(rms))
+        seen = np.flatnonzero(np.isfinite(rms)).tolist()
         found[name] = {
             labels[k] if labels and k < len(labels) else str(k): float(rms[k]) for k in seen
         }

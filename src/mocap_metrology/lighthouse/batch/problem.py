@@ -10,6 +10,7 @@ prior, a normal distribution about the value of the board file, the factory cali
 | depth between both lasers | station | 10 mm |
 | scale of the board | | 1e-3, of a small one 0.3 mm over its largest extent |
 | place of a diode | diode, coordinate | 0.2 mm |
+| cover of the diodes: depth, thickness | | 0.4, 0.8 mm about -0.8, 1.6 mm |
 | gravity | | none; its magnitude 0.03 m/s^2 about 9.81 |
 | gyroscope: bias | recording, axis | 0.1 rad/s |
 | accelerometer: bias | recording, axis | 0.3 m/s^2 |
@@ -18,7 +19,10 @@ prior, a normal distribution about the value of the board file, the factory cali
 | place of the accelerometer | recording, coordinate | 3 mm |
 | delay of both against light | recording | 3 ms |
 
-0 means exactly known. Scale and depth are hardly seen by the angles, so their priors go into the
+0 means exactly known. A station of the second generation has one rotor, so no depth; the time zero
+of its turns is the offset of both planes, the phase is that of plane 1; the spread of its other
+factory values is given beside these. The cover is an unknown where normals of diodes are known.
+Scale and depth are hardly seen by the angles, so their priors go into the
 covariance of the poses nearly as they are. The last seven are unknowns only where such data are
 used.
 """
@@ -26,24 +30,37 @@ used.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import exp
-from mocap_metrology.lighthouse.rotor import CURVE, GIBMAG, GIBPHASE, IMPERFECT, TAN_TILT, X
+from mocap_metrology.lighthouse.rotor import (
+    CURVE,
+    GENERATION,
+    GIBMAG,
+    GIBPHASE,
+    IMPERFECT,
+    OGEEMAG,
+    OGEEPHASE,
+    TAN_TILT,
+    X,
+)
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 RAD_PER_S = np.pi / CYCLE_S
-GROUPS = ("pose", "depth", "offset", "intrinsic", "scale", "place", "gravity", "inertial")
+GROUPS = ("pose", "depth", "offset", "intrinsic", "scale", "place", "gravity", "inertial", "cover")
 # Of the sensors of a recording: bias of both, scale, orientation, place, delay; in SI and rad.
 INERTIAL_SD = np.repeat([0.1, 0.3, 1e-2, np.radians(2.0), 3e-3, 3e-3], [3, 3, 1, 3, 3, 1])
 GRAVITY_M_S2 = 9.81
 ANY_GRAVITY = 100.0  # of a coordinate: for recordings that say nothing of it
 # Between the outermost diodes: decks of 33 mm were 0.5 to 1.3 % larger than their files.
 EFFECTIVE_M = 3e-4
+COVER_M = np.array([-0.8e-3, 1.6e-3])  # a and t of two kinds of trackers, within 0.06 mm
+COVER_SD_M = np.array([0.4e-3, 0.8e-3])  # no cover is two standard deviations off
+NO_NORMALS = np.zeros((0, 3))
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for
 
 
@@ -90,12 +107,24 @@ class Priors:
 
 
 @dataclass(frozen=True)
+class More:
+    """What is known besides, where it is. ups (stations, 3): the way up in the frame of each
+    station, NaN where it is unknown; spreads (stations, 2, 7): of stations of the second
+    generation, standard deviations of phase, tilt, curve, and both parts of gibbous and of ogee of
+    each plane, 0 where known; normals (n, 3): of the diodes, whose cover then is an unknown."""
+
+    ups: np.ndarray | None = None
+    spreads: np.ndarray | None = None
+    normals: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
 class Layout:
     """Columns of the global unknowns, and their prior standard deviations (inf: none).
 
-    columns (stations, 2, 7), scale, places: as the kernels read them, -1 where known; gravity: its
-    first column; inertial (recordings,): the first of the sensors of each. working: standard
-    deviations that the estimate starts with; group: which of `GROUPS` each is of.
+    columns (stations, 2, 9), scale, places, cover: as the kernels read them, -1 where known;
+    gravity: its first column; inertial (recordings,): the first of the sensors of each. working:
+    standard deviations that the estimate starts with; group: which of `GROUPS` each is of.
     """
 
     columns: np.ndarray
@@ -106,6 +135,7 @@ class Layout:
     sd: np.ndarray
     working: np.ndarray
     group: np.ndarray
+    cover: int = -1
 
     @property
     def size(self) -> int:
@@ -121,11 +151,13 @@ def layout(
     inertial: Sequence[bool] = (),
     gravity: bool = False,
     sized_scale: bool = False,
+    more: More | None = None,
 ) -> Layout:
     """The unknowns of so many stations and diodes; known_poses: those of the stations are none;
     inertial: which recordings have such sensors; gravity: whether it is an unknown without them;
     sized_scale: whether data show the scale of the board."""
-    columns = np.full((n_stations, 2, 7), -1)
+    more = more or More()
+    columns = np.full((n_stations, 2, 9), -1)
     sd: list[float] = []
     working: list[float] = []
     group: list[int] = []
@@ -142,12 +174,18 @@ def layout(
         columns[station, :, 0] = new("pose", np.inf, POSE)
     zero = priors.offset_rad if priors.estimated else priors.time_zero_rad
     intrinsic = [priors.tilt_mrad, priors.curve_mrad, priors.gib_mrad, priors.gib_mrad]
-    for station in range(n_stations):
+    for station in range(n_stations if more.spreads is None else 0):
         columns[station, :, 1] = new("depth", 1e-3 * priors.laser_depth_mm)
         for axis in range(2):
             columns[station, axis, 2] = new("offset", priors.offset_rad, 1, zero)
             if priors.estimated:
-                columns[station, axis, 3:] = [new("intrinsic", 1e-3 * value) for value in intrinsic]
+                columns[station, axis, 3:7] = [new("intrinsic", 1e-3 * own) for own in intrinsic]
+    planes = np.zeros((0, 2, 7)) if more.spreads is None else more.spreads
+    for station, axis in np.ndindex(planes.shape[:2]):
+        phase, *others = planes[station, axis]
+        columns[station, axis, 2] = new("offset", float(np.hypot(priors.time_zero_rad, phase)))
+        if min(others) > 0:
+            columns[station, axis, 3:] = [new("intrinsic", value) for value in others]
     scale = new("scale", priors.board_scale, 1, None if sized_scale else 0.0)
     places = new("place", 1e-3 * priors.board_position_mm, 3 * n_diodes)
     down = new("gravity", ANY_GRAVITY, 3 if gravity or any(inertial) else 0)
@@ -156,18 +194,21 @@ def layout(
         sensors.append(len(sd) if there else -1)
         for value in INERTIAL_SD if there else ():
             new("inertial", value)
-    return Layout(
-        columns, scale, places, down, tuple(sensors), *map(np.array, (sd, working, group))
-    )
+    covers = -1 if more.normals is None else len(sd)
+    for value in () if more.normals is None else COVER_SD_M:
+        new("cover", float(value))
+    sizes = np.array(sd), np.array(working), np.array(group)
+    return Layout(columns, scale, places, down, tuple(sensors), *sizes, covers)
 
 
 @dataclass(frozen=True)
 class State:
     """Values of all unknowns but the trajectory.
 
-    R (stations, 3, 3), t_m (stations, 3): into the master's frame; rotors (stations, 2, 10) as
+    R (stations, 3, 3), t_m (stations, 3): into the master's frame; rotors (stations, 2, 13) as
     `rotor_parameters`; offsets (stations, 2) in rad; board (n, 3) in m; gravity (3,) in m/s^2, of
-    the master's frame; values (unknowns,): steps from where the priors are centred.
+    the master's frame; values (unknowns,): steps from where the priors are centred; normals (n, 3)
+    of the diodes, (0, 3) where no cover is taken into account; cover (2,): a and t in m.
     """
 
     R: np.ndarray
@@ -177,6 +218,8 @@ class State:
     board: np.ndarray
     gravity: np.ndarray
     values: np.ndarray
+    normals: np.ndarray = field(default_factory=NO_NORMALS.copy)
+    cover: np.ndarray = field(default_factory=COVER_M.copy)
 
     def moved(self, step: np.ndarray, of: Layout) -> State:
         """With a step (unknowns,) added; poses turn by left rotation vectors."""
@@ -201,16 +244,22 @@ class State:
             board += step[of.places : of.places + board.size].reshape(-1, 3)
         if of.gravity >= 0:
             gravity += step[of.gravity : of.gravity + 3]
-        return State(R, t, rotors, offsets, board, gravity, self.values + step)
+        cover = self.cover + step[of.cover : of.cover + 2] if of.cover >= 0 else self.cover
+        values = self.values + step
+        return State(R, t, rotors, offsets, board, gravity, values, self.normals, cover)
 
 
 def _turn(rotor: np.ndarray, step: np.ndarray) -> None:
     """Add a step of the intrinsics to the parameters of a rotor, in place."""
     rotor[TAN_TILT] += step[0]
     rotor[CURVE] += step[1]
-    along = rotor[GIBMAG] * np.cos(rotor[GIBPHASE]) + step[2]
-    across = rotor[GIBMAG] * np.sin(rotor[GIBPHASE]) + step[3]
-    rotor[GIBMAG], rotor[GIBPHASE] = np.hypot(along, across), np.arctan2(across, along)
+    parts = [(GIBMAG, GIBPHASE, step[2], step[3])]
+    if rotor[GENERATION] == 2:
+        parts.append((OGEEMAG, OGEEPHASE, step[4], step[5]))
+    for size, phase, by_along, by_across in parts:
+        along = rotor[size] * np.cos(rotor[phase]) + by_along
+        across = rotor[size] * np.sin(rotor[phase]) + by_across
+        rotor[size], rotor[phase] = np.hypot(along, across), np.arctan2(across, along)
     rotor[IMPERFECT] = 1.0
 
 
@@ -220,10 +269,12 @@ def start(
     rotors: np.ndarray,
     board: np.ndarray,
     n: int,
+    normals: np.ndarray = NO_NORMALS,
 ) -> State:
     """Stations at these poses in the master's frame, the first of them the master; n unknowns."""
     offsets, own = np.zeros((len(R), 2)), np.array(rotors)
-    return State(np.array(R), np.array(t_m), own, offsets, board.copy(), np.zeros(3), np.zeros(n))
+    known = offsets, board.copy(), np.zeros(3), np.zeros(n), np.ascontiguousarray(normals)
+    return State(np.array(R), np.array(t_m), own, *known)
 
 
 @dataclass(frozen=True)
@@ -240,6 +291,14 @@ class Sweeps:
 
 
 def by_sweep(hits: Hits) -> Sweeps:
-    """Hits by cycle, station and axis, so nearly by time."""
+    """Hits by cycle, station and axis, and the sweeps by time: turns of stations of the second
+    generation are of different lengths."""
     order, first = hits.by_sweep()
-    return Sweeps(hits.take(order), np.append(first, order.size))
+    ends = np.append(first, order.size)
+    begin = hits.time_s[order[first]]
+    if (np.diff(begin) < 0).any():
+        by_time = np.argsort(begin, kind="stable")
+        size = np.diff(ends)[by_time]
+        shift = np.repeat(first[by_time] - np.r_[0, np.cumsum(size)[:-1]], size)
+        order, ends = order[np.arange(order.size) + shift], np.r_[0, np.cumsum(size)]
+    return Sweeps(hits.take(order), ends)

@@ -85,6 +85,8 @@ def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
         state.rotors,
         state.offsets,
         state.board,
+        state.normals,
+        state.cover,
         out,
     )
     return out - seen.sweeps.hits.angle_rad
@@ -171,9 +173,12 @@ def linearised(
         state.t_m,
         state.rotors,
         state.board,
+        state.normals,
+        state.cover,
         of.columns,
         of.scale,
         of.places,
+        of.cover,
         band,
         cross,
         inner,

@@ -317,7 +317,8 @@ def agreed_paths(
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
-    return agree(master, slave, board, optics.rotors, order, near, roughly)
+    rotors = optics.rotors[0], optics.rotors[1]
+    return agree(master, slave, board, rotors, order, near, roughly)
 
 
 def warm_up() -> None:

@@ -15,53 +15,33 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import (
     halves,
     misfit_of,
+    pieces_of,
     prior_p,
     residual_ratios,
     rms_by,
     scale_share,
     shared_errors,
 )
-from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors, State
+from mocap_metrology.lighthouse.batch.problem import GROUPS, State
 from mocap_metrology.lighthouse.batch.recording import Given, Recording, Sensed
 from mocap_metrology.lighthouse.batch.residuals import residual_rows
-from mocap_metrology.lighthouse.batch.trajectory import (
-    KNOT_S,
-    Trajectory,
-    at_rest,
-    through,
-    trajectory_of,
-)
+from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory, through
 from mocap_metrology.lighthouse.board import FEWEST_DIODES, digest
-from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
-from mocap_metrology.lighthouse.calibrate.moments import joined, moments
-from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
-from mocap_metrology.lighthouse.calibrate.static import static_pose
+from mocap_metrology.lighthouse.calibrate.network import Start, start, still_start
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Pose, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
-from mocap_metrology.lighthouse.fit.board_pose import well_posed
-from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import (
-    SLAVE,
-    Factory,
-    Hits,
-    Inertial,
-    Measurements,
-    Path,
-    PoseEstimate,
-)
-from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, rotor_parameters
+from mocap_metrology.lighthouse.records import SLAVE, Hits, Measurements, Path, PoseEstimate
 
-NAME = "batch"
-ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
+GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice as much, or wrong
 RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over the median of all
 LOST_STRETCH = 3.0  # likewise, after that
@@ -69,78 +49,11 @@ LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch: single wrong 
 BAD_DIODE = 3.0  # likewise
 FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
 FEWEST_HITS = 6  # of a stretch or diode that is judged
-FEWEST_MOMENTS = 10
-ORDER = 3  # of interpolation between moments
 
-Pose = tuple[np.ndarray, np.ndarray]
-Start = tuple[Hits, Trajectory, Pose]
+__all__ = ["ESTIMATED", "NAME", "Scene", "Sensors", "by_batch", "joint", "solved", "start"]
 
 
-@dataclass(frozen=True)
-class Sensors:
-    """Data that are used besides hits: gyroscope and accelerometer of the board, and the way up in
-    the frame of each station (stations, 3), NaN where it is unknown; lengths that were measured in
-    the room."""
-
-    inertial: Inertial | None = None
-    ups: np.ndarray | None = None
-    lengths: tuple[KnownLength, ...] = ()
-
-
-@dataclass(frozen=True)
-class Scene:
-    """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
-    `reconstruction.optics_of` or `estimated`, and what is known beforehand; known_pose: that of the
-    slave is held; sensors: data besides hits."""
-
-    hits: Hits
-    board: np.ndarray
-    optics: str
-    factories: Sequence[Factory | None]
-    lasers_m: np.ndarray | None
-    variant: str
-    priors: Priors
-    known_pose: bool = False
-    sensors: Sensors = Sensors()
-
-    @property
-    def title(self) -> str:
-        """The estimate, in messages."""
-        return f"{NAME}, {self.optics}"
-
-    @property
-    def rotors(self) -> np.ndarray:
-        """Of all stations, (stations, 2, 10)."""
-        ideal = self.optics != "factory"
-        model = CRAZYFLIE if ideal else VARIANTS[self.variant]
-        lasers = [None] * len(self.factories) if self.lasers_m is None else self.lasers_m
-        return np.array(
-            [
-                rotor_parameters(None if ideal else factory, own, model)
-                for factory, own in zip(self.factories, lasers, strict=True)
-            ]
-        )
-
-    @property
-    def used_priors(self) -> Priors:
-        """Ideal optics claim to have no phase and no depth, named lasers no depth; of estimated
-        ones only the spread of real rotors is known."""
-        priors = self.priors
-        if self.optics == ESTIMATED:
-            priors = priors.of_unknown_rotors()
-        if self.optics == "ideal":
-            priors = replace(priors, phase_mrad=0.0)
-        if self.optics == "ideal" or self.lasers_m is not None:
-            priors = replace(priors, laser_depth_mm=0.0)
-        return priors.of_board(self.board)
-
-    def seen(self, measured: tuple[Measurements, Measurements]) -> Optics:
-        """Measurements as the optics see them; where these are estimated, it starts from ideal."""
-        name = "ideal" if self.optics == ESTIMATED else self.optics
-        return optics_of(name, measured, self.factories, self.lasers_m, self.variant)
-
-
-def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = None) -> PoseEstimate:
+def by_batch(scene: Scene, still: Sequence[Measurements] | None = None) -> PoseEstimate:
     """The slave's pose from all hits. still: median angles of a board that keeps its place.
 
     Raises `Refusal` where no start is found or the search does not converge.
@@ -150,43 +63,62 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
 
 def solved(
     scene: Scene,
-    still: tuple[Measurements, Measurements] | None = None,
+    still: Sequence[Measurements] | None = None,
     known: tuple[Joint, str] | None = None,
 ) -> tuple[PoseEstimate, Joint]:
-    """The slave's pose, and the joint estimate that it is from; raises as `by_batch`. known: what
-    `joint` returns, where it was called before."""
+    """The slave's pose, as `all_solved`."""
+    (pose, *_), found = all_solved(scene, still, known)
+    return pose, found
+
+
+def all_solved(
+    scene: Scene,
+    still: Sequence[Measurements] | None = None,
+    known: tuple[Joint, str] | None = None,
+) -> tuple[list[PoseEstimate], Joint]:
+    """Poses of all stations but the first, and the joint estimate that they are from; raises as
+    `by_batch`. known: what `joint` returns, where it was called before."""
     began = time.perf_counter()
     found, note = known or joint(scene, still)
-    one = found.recordings[0]
+    one, stage = found.recordings[0], "final" if still is None else "static"
     with determined(scene.title):
-        pose = pose_of(scene, found, "final" if still is None else "static")
-        pose = replace(
-            pose,
-            details={**(pose.details or {}), "residuals": residual_rows(found, scene.hits)},
-            halves=halves(found) if still is None else None,
-            path=_path(one.trajectory, one.sweeps.hits.time_s),
-            note=note,
-        )
-    return replace(pose, seconds=time.perf_counter() - began), found
+        pieces = pieces_of(found, one) if still is None else []
+        residuals = residual_rows(found, scene.hits, scene.names)
+        path = _path(one.trajectory, one.sweeps.hits.time_s)
+        poses = []
+        for k in range(1, len(scene.names)):
+            pose = pose_of(scene, found, stage, k)
+            pose = replace(
+                pose,
+                details={**(pose.details or {}), "residuals": residuals},
+                halves=halves(found, k, pieces) if still is None else None,
+                path=path,
+                note=note,
+            )
+            poses.append(replace(pose, seconds=time.perf_counter() - began))
+    return poses, found
 
 
-def pose_of(scene: Scene, found: Joint, stage: str) -> PoseEstimate:
-    """The slave's pose out of a joint estimate of one recording or of several."""
-    noise, shared = shared_errors(found, scene.used_priors, COVARIANCE_UNITS, digest(scene.board))
+def pose_of(scene: Scene, found: Joint, stage: str, station: int = SLAVE) -> PoseEstimate:
+    """A station's pose out of a joint estimate of one recording or of several."""
+    units = COVARIANCE_UNITS
+    board = digest(scene.board)
+    noise, shared = shared_errors(found, scene.used_priors, units, board, station)
     residual = np.concatenate([one.residual for one in found.recordings])
     return PoseEstimate(
         estimator=NAME,
         stage=stage,
         optics=scene.optics,
-        R=found.state.R[SLAVE],
-        t_m=found.state.t_m[SLAVE],
+        R=found.state.R[station],
+        t_m=found.state.t_m[station],
         frame="optical" if scene.lasers_m is None else "housing",
-        covariance=found.pose_covariance() * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS),
+        covariance=found.pose_covariance(station) * np.outer(units, units),
         covariance_noise=noise,
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
-        details=_details(found) | _weighed(scene, found),
+        details=_details(found, scene.names) | _weighed(scene, found, station),
+        station=scene.names[station],
     )
 
 
@@ -199,7 +131,7 @@ def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
     return Path(at, R, t_m, none, np.zeros(at.size, dtype=np.int64), none)
 
 
-def _details(found: Joint) -> dict[str, object]:
+def _details(found: Joint, names: Sequence[str]) -> dict[str, object]:
     """Noise in urad, of a hit and of a sweep; offsets of the axes in urad, depths between lasers in
     mm, size of the errors of diodes' places that the recording does not contradict in mm; rms
     residual over the noise of a hit by station, axis and diode; and the sensors of the board."""
@@ -212,13 +144,14 @@ def _details(found: Joint) -> dict[str, object]:
         "offset_urad": (1e6 * state.offsets).tolist(),
         "laser_depth_mm": (1e3 * state.values[depth]).tolist() if (depth >= 0).all() else None,
         "board_position_mm": 1e3 * float(found.believed[place].max()) if place.any() else None,
-        "residual_ratios": residual_ratios(one),
+        "residual_ratios": residual_ratios(one, names),
         "inertial": _of_sensors(one.sensors, state),
         "steps": found.rounds,
+        **({"cover_mm": (1e3 * state.cover).tolist()} if of.cover >= 0 else {}),
     }
 
 
-def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
+def _weighed(scene: Scene, found: Joint, station: int) -> dict[str, object]:
     """rms residual in urad of hits as they are weighed; share of the weight of all hits that is
     lost; misfit of pieces as in `Joint`; probability by chance that estimates are so far from their
     priors; and the share that the scale of the board has in the variance of the position."""
@@ -233,7 +166,7 @@ def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
         "weight_lost": 1 - float(weight.sum()) / total,
         "misfit": found.misfit,
         "prior_p": prior_p(found),
-        "scale_share": scale_share(found),
+        "scale_share": scale_share(found, station),
     }
 
 
@@ -258,17 +191,17 @@ def _of_sensors(own: Sensed | None, state: State) -> dict[str, object] | None:
 
 def joint(
     scene: Scene,
-    still: tuple[Measurements, Measurements] | None = None,
+    still: Sequence[Measurements] | None = None,
     near: Start | None = None,
 ) -> tuple[Joint, str]:
     """The joint estimate behind `by_batch`, and a note on what was left out; raises as that.
     near: where it starts, if that is known."""
     with determined(scene.title):
         if still is None:
-            found, note = without_bad_diodes(scene, *(near or start(scene)))
+            found, note = without_bad_diodes(scene, *_facing(scene, *(near or start(scene))))
         else:
-            hits, trajectory, pose, note = _still_start(scene, still)
-            found, _, why = _if_they_agree(scene, lambda own: fitted(own, hits, trajectory, pose))
+            hits, trajectory, poses, note = still_start(scene, still)
+            found, _, why = _if_they_agree(scene, lambda own: fitted(own, hits, trajectory, poses))
             note = "; ".join(filter(None, (note, why)))
         found = found.sure(scene.title)
         if not scene.known_pose:
@@ -276,69 +209,51 @@ def joint(
     return found, note
 
 
-def start(scene: Scene) -> Start:
-    """Hits where the board's poses are known, a trajectory near these, and the slave's pose."""
-    both = []
-    for own in moments(scene.hits, len(scene.board)):
-        seen = own.seen.sum(axis=1) >= FEWEST_DIODES
-        kept = Measurements(own.time_s[seen], own.angles_rad[seen])
-        both.append(well_posed(kept, scene.board))
-    master, slave = both
-    if min(len(master), len(slave)) < FEWEST_MOMENTS:
-        raise Refusal(
-            f"{scene.title}: {len(master)} and {len(slave)} moments at which a station sees"
-            f" four diodes; expected at least {FEWEST_MOMENTS}"
-        )
-    optics = scene.seen((master, slave))
-    agreed = agreed_paths(optics, scene.board, ORDER, roughly=True)
-    if agreed.R is None or agreed.t_m is None:
-        raise Refusal(f"{scene.title}: the stations never see the board at once")
-    time_s = scene.hits.time_s
-    trajectory = trajectory_of(joined(agreed), time_s.min(), time_s.max())
-    return scene.hits.take(trajectory.known(time_s)), trajectory, (agreed.R, agreed.t_m)
-
-
-def _still_start(
-    scene: Scene, still: tuple[Measurements, Measurements]
-) -> tuple[Hits, Trajectory, Pose, str]:
-    """Hits without those of diodes that the others contradict, one pose of the board, the slave's
-    pose, and a note."""
-    optics = scene.seen(still)
-    pose = static_pose(list(optics.measurements), scene.board, list(optics.rotors))
-    if pose is None:
-        raise Refusal(f"{scene.title}: a station sees fewer than four diodes")
-    hits = scene.hits
-    for station, out in enumerate(pose.left_out):
-        hits = hits.take((hits.station != station) | ~np.isin(hits.diode, out))
-    board = at_rest(pose.board_R, pose.board_t_m)
-    return hits, board, (pose.R, pose.t_m), "; ".join(pose.notes)
+def _facing(scene: Scene, hits: Hits, trajectory: Trajectory, poses: list[Pose]) -> Start:
+    """Without hits of diodes that light cannot reach, or grazes, where their normals are known:
+    those are reflections, or of an unknown cover. By a first estimate."""
+    if (normals := scene.sensors.normals) is None:
+        return hits, trajectory, poses
+    found = fitted(scene, hits, trajectory, poses, sized=True)
+    one, state = found.recordings[0], found.state
+    own = one.sweeps.hits
+    R, p = one.trajectory.poses(own.time_s)
+    normal = np.einsum("nij,nj->ni", R, normals[own.diode])
+    far = p + np.einsum("nij,nj->ni", R, state.board[own.diode]) - state.t_m[own.station]
+    size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
+    grazing = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size
+    kept = own.take(~grazing | ~(size > 0))
+    return kept, one.trajectory, poses_of(found)
 
 
 def fitted(
-    scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose, *, sized: bool = False
+    scene: Scene,
+    hits: Hits,
+    trajectory: Trajectory,
+    poses: Sequence[Pose],
+    *,
+    sized: bool = False,
 ) -> Joint:
     """One estimate from there, whatever fits badly; sized: as in `estimate`."""
-    R, t = [np.eye(3), pose[0]], [np.zeros(3), pose[1]]
+    R, t = zip(*poses, strict=True)
     given = [Given(hits, trajectory, scene.sensors.inertial, scene.sensors.lengths)]
     how = scene.used_priors, scene.known_pose
-    return estimate(
-        given, R, t, scene.rotors, scene.board, *how, sized=sized, ups=scene.sensors.ups
-    )
+    return estimate(given, R, t, scene.rotors, scene.board, *how, sized=sized, more=scene.more)
 
 
 def without_bad_diodes(
-    scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose
+    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
 ) -> tuple[Joint, str]:
     """The estimate without diodes whose hits the others contradict, and a note of these."""
     out: list[int] = []
-    found, scene, why = _if_they_agree(scene, lambda own: renewed(own, hits, trajectory, pose))
+    found, scene, why = _if_they_agree(scene, lambda own: renewed(own, hits, trajectory, poses))
     for _ in range(RENEWALS):
         worst = _bad_diode(found)
         if worst is None or np.unique(hits.diode).size <= FEWEST_DIODES:
             break
         out.append(worst)
         hits = hits.take(hits.diode != worst)
-        found = renewed(scene, hits, trajectory, pose)
+        found = renewed(scene, hits, trajectory, poses)
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
     return found, "; ".join(filter(None, (note, why)))
@@ -375,16 +290,21 @@ def _bad_diode(found: Joint) -> int | None:
 
 
 def renewed(
-    scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose, *, sized: bool = False
+    scene: Scene,
+    hits: Hits,
+    trajectory: Trajectory,
+    poses: Sequence[Pose],
+    *,
+    sized: bool = False,
 ) -> Joint:
     """The estimate; stretches that fit badly begin anew from their neighbours while that helps, and
     sweeps of those that remain far worse than others are left out, where they are so themselves."""
-    found = fitted(scene, hits, trajectory, pose, sized=sized)
+    found = fitted(scene, hits, trajectory, poses, sized=sized)
     for _ in range(RENEWALS):
         again = _bridged(found.recordings[0])
         if again is None:
             break
-        then = fitted(scene, hits, again, _slave(found), sized=sized)
+        then = fitted(scene, hits, again, poses_of(found), sized=sized)
         if not then.converged or _misfit(then) >= _misfit(found):
             break
         found = then
@@ -394,12 +314,13 @@ def renewed(
     bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
     if not bad.any():
         return found
-    then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, _slave(found), sized=sized)
+    then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, poses_of(found), sized=sized)
     return then if then.converged else found
 
 
-def _slave(found: Joint) -> Pose:
-    return found.state.R[SLAVE], found.state.t_m[SLAVE]
+def poses_of(found: Joint) -> list[Pose]:
+    """Of all stations, in the frame of the first."""
+    return list(zip(found.state.R, found.state.t_m, strict=True))
 
 
 def _misfit(found: Joint) -> float:

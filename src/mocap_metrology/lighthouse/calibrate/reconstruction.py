@@ -142,34 +142,35 @@ def _pairs(sweeps: list[_Sweeps]) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Optics:
-    """Measurements of both stations as an optics sees them, and the rotors that go with these."""
+    """Measurements of all stations as an optics sees them, and the rotors that go with these."""
 
     name: str
-    measurements: tuple[Measurements, Measurements]
-    rotors: tuple[np.ndarray, np.ndarray]
+    measurements: tuple[Measurements, ...]
+    rotors: tuple[np.ndarray, ...]
     frame: str  # optical, or housing where the lasers' places are named
 
 
 def optics_of(
     name: str,
-    measured: tuple[Measurements, Measurements],
+    measured: Sequence[Measurements],
     factories: Sequence[Factory | None],
     lasers_m: np.ndarray | None,
     variant: str,
 ) -> Optics:
     """With lasers in the origin, factory values are subtracted from the angles once (to
     1e-12 rad); with lasers elsewhere they stay in the model."""
-    lasers = [None, None] if lasers_m is None else lasers_m
+    n = len(measured)
+    lasers = [None] * n if lasers_m is None else lasers_m
     frame = "optical" if lasers_m is None else "housing"
     ideal = name == "ideal"
-    factories, model = ([None, None], CRAZYFLIE) if ideal else (factories, VARIANTS[variant])
-    master, slave = (
+    factories, model = ([None] * n, CRAZYFLIE) if ideal else (factories, VARIANTS[variant])
+    rotors = tuple(
         rotor_parameters(f, own, model) for f, own in zip(factories, lasers, strict=True)
     )
     if ideal or lasers_m is not None:
-        return Optics(name, measured, (master, slave), frame)
-    first, second = (
-        Measurements(own.time_s, directions(own.angles_rad, rotors))
-        for own, rotors in zip(measured, (master, slave), strict=True)
+        return Optics(name, tuple(measured), rotors, frame)
+    seen = tuple(
+        Measurements(own.time_s, directions(own.angles_rad, rotor))
+        for own, rotor in zip(measured, rotors, strict=True)
     )
-    return Optics(name, (first, second), (rotor_parameters(), rotor_parameters()), frame)
+    return Optics(name, seen, (rotor_parameters(),) * n, frame)

@@ -19,7 +19,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import predicted
 from mocap_metrology.lighthouse.batch.recording import Given
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of, poses_of
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_by
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.calibrate.variants import (
     all_one,
     widened,
 )
-from mocap_metrology.lighthouse.records import SLAVE, Halves, Measurements, PoseEstimate
+from mocap_metrology.lighthouse.records import Halves, Measurements, PoseEstimate
 
 FEWEST = 2  # recordings
 
@@ -101,8 +101,8 @@ def _together(scene: Scene, alone: Mapping[str, Joint]) -> Joint:
         Given(one.sweeps.hits, one.trajectory, of, tuple(length.known for length in one.lengths))
         for one, of in zip(own, series, strict=True)
     ]
-    R, t = [np.eye(3), sure.state.R[SLAVE]], [np.zeros(3), sure.state.t_m[SLAVE]]
+    R, t = zip(*poses_of(sure), strict=True)
     with determined(scene.title):
-        priors, ups = scene.used_priors, scene.sensors.ups
-        found = estimate(given, R, t, scene.rotors, scene.board, priors, ups=ups)
+        how = scene.rotors, scene.board, scene.used_priors
+        found = estimate(given, R, t, *how, more=scene.more)
     return found.sure(scene.title)

@@ -12,7 +12,7 @@ Over time a diode is tested against itself by the project's Hampel filter, where
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -73,7 +73,41 @@ def clean_hits(
     return kept, {k: np.bincount(d, minlength=len(board)).tolist() for k, d in parts.items()}
 
 
-def sweep_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
+def clean_turn_hits(
+    hits: Hits, board: np.ndarray, cleaning: Cleaning, resolution_rad: float
+) -> tuple[Hits, dict[str, list[int]]]:
+    """`clean_hits` for the tilted planes of second-generation stations, without the test against a
+    pose.
+
+    A plane that is tilted by A out of the axis of its rotor at angle b meets (x, y, z) where
+    x sin b - y cos b + z tan A = 0. With b = b_0 + d and x', y' turned by b_0 that is
+    tan d = (y' - z tan A / cos d) / x', as of an upright plane but for 1 - cos d, less than 5 mrad
+    within 0.1 rad. So angles are taken from the median of their sweep.
+    """
+    about = replace(hits, angle_rad=hits.angle_rad - sweep_medians(hits))
+    wrong = sweep_outliers(about, board, cleaning, perspective=1.0)
+    passed = hits.take(~wrong)
+    late = still_outliers(passed, cleaning, resolution_rad)
+    kept = passed.take(~late)
+    parts = {"sweep": hits.diode[wrong], "still": passed.diode[late], "kept": kept.diode}
+    return kept, {k: np.bincount(d, minlength=len(board)).tolist() for k, d in parts.items()}
+
+
+def sweep_medians(hits: Hits) -> np.ndarray:
+    """Median angle of the sweep of each hit."""
+    order, first = hits.by_sweep()
+    count = np.diff(first, append=order.size)
+    sweep = np.repeat(np.arange(first.size), count)
+    ranked = hits.angle_rad[order][np.lexsort((hits.angle_rad[order], sweep))]
+    middle = 0.5 * (ranked[first + (count - 1) // 2] + ranked[first + count // 2])
+    result = np.empty(len(hits))
+    result[order] = middle[sweep]
+    return result
+
+
+def sweep_outliers(
+    hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL, perspective: float = 0.0
+) -> np.ndarray:
     """Hits off the others of their sweep by more than max(gate_rad, gate_mad MAD); bool, (n,).
 
     A plane of light meets diode X where tan(angle) = (a0 + a.X) / (1 + c.X), exact for a board that
@@ -82,7 +116,8 @@ def sweep_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) ->
     the least sum of |residuals| (iterated weights), of which a few outliers bend nothing. A sweep
     with no hit more than unknowns decides nothing and passes; with one more, an outlier shows but
     not which it is, and all its hits go if the residuals sum to more than ten times the gate: what
-    perspective leaves of a board of four diodes at 1 m is 10 mrad.
+    perspective leaves of a board of four diodes at 1 m is 10 mrad. perspective: what the affine
+    part may leave, in squares of the span of the sweep; it is added to the gate.
     """
     order, first = hits.by_sweep()
     wrong = np.zeros(len(hits), np.bool_)
@@ -93,6 +128,7 @@ def sweep_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) ->
             np.append(first, order.size),
             cleaning.gate_rad,
             cleaning.gate_mad,
+            perspective,
         )
     return wrong
 
@@ -115,7 +151,7 @@ def still_outliers(
     """
     wrong = np.zeros(len(hits), np.bool_)
     half_window = cleaning.half_window
-    for laser in range(4):
+    for laser in range(2 * (int(hits.station.max(initial=0)) + 1)):
         chosen = np.flatnonzero((hits.station == laser // 2) & (hits.axis == laser % 2))
         if chosen.size > 2 * half_window:
             table, row = _table(hits, chosen)
@@ -203,7 +239,7 @@ def _least_absolute(
 
 @njit
 def _gate_sweep(
-    tangent: np.ndarray, where: np.ndarray, gate_rad: float, gate_mad: float
+    tangent: np.ndarray, where: np.ndarray, gate_rad: float, gate_mad: float, perspective: float
 ) -> np.ndarray:
     """Wrong hits of one sweep."""
     n_hits, n_directions = where.shape
@@ -217,6 +253,8 @@ def _gate_sweep(
     predicted = np.empty(n_hits)
     affine = design[:, :n_linear].copy()
     _least_absolute(affine, tangent, n_linear, residual, weight, predicted)
+    if n_hits < n_linear + n_directions + 3:
+        gate_rad += perspective * (np.max(tangent) - np.min(tangent)) ** 2
     if n_hits == n_linear + 1:
         return np.full(n_hits, np.sum(np.abs(residual)) > 10 * gate_rad)
     if n_hits < n_linear + n_directions + 3:
@@ -237,12 +275,19 @@ def _gate_sweep(
 
 @njit
 def _gate(
-    tangent: np.ndarray, where: np.ndarray, first: np.ndarray, gate_rad: float, gate_mad: float
+    tangent: np.ndarray,
+    where: np.ndarray,
+    first: np.ndarray,
+    gate_rad: float,
+    gate_mad: float,
+    perspective: float,
 ) -> np.ndarray:
     wrong = np.zeros(tangent.size, np.bool_)
     for sweep in range(first.size - 1):
         low, high = first[sweep], first[sweep + 1]
-        wrong[low:high] = _gate_sweep(tangent[low:high], where[low:high], gate_rad, gate_mad)
+        wrong[low:high] = _gate_sweep(
+            tangent[low:high], where[low:high], gate_rad, gate_mad, perspective
+        )
     return wrong
 
 
@@ -327,5 +372,5 @@ def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray
 
 def warm_up() -> None:
     """Compile for float64."""
-    _gate(np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad)
+    _gate(np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad, 0.0)
     hampel(np.arange(8.0), half_window=2)

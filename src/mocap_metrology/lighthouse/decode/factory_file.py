@@ -13,9 +13,9 @@ The system configuration that Bitcraze's tools write is
 
 [crazyflie-lib-python, cflib/localization/lighthouse_config_manager.py]. Station 0 is the one that
 flashes first, so the master; sweep 0 is the azimuth; uid is the id that its flashes carry. A file
-without systemType is of second-generation stations, as its own reader assumes. `geos`, poses in
-the room, {0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by
-`crazyflie_poses`.
+without systemType is of second-generation stations, as its own reader assumes: then stations are
+channel indices, sweeps planes, with ogeephase and ogeemag. `geos`, poses in the room,
+{0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by `crazyflie_poses`.
 """
 
 from __future__ import annotations
@@ -31,11 +31,18 @@ import numpy as np
 from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
-from mocap_metrology.lighthouse.decode.libsurvive import read_solution
+from mocap_metrology.lighthouse.decode.libsurvive import (
+    CLIPPED_ID,
+    of_second_generation,
+    read_solution,
+    solution_text,
+)
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
-from mocap_metrology.lighthouse.rotor import check
+from mocap_metrology.lighthouse.rotor import rotor_parameters
 
 FACTORY_NAMES = ("phase", "tilt", "curve", "gibphase", "gibmag")
+NAMES_OF = {1: FACTORY_NAMES, 2: (*FACTORY_NAMES, "ogeephase", "ogeemag")}  # by generation
+CHANNELS = 16  # of generation 2
 OPTIONAL = ("frames_found", "why", "firmware", "hardware")
 CRAZYFLIE_TYPE = "lighthouse_system_configuration"
 CRAZYFLIE_VERSIONS = ("1", "2")
@@ -72,8 +79,17 @@ def read_factory(path: str | Path) -> list[Station]:
 
 
 def _of_libsurvive(path: str | Path) -> list[Station]:
-    """libsurvive's lighthouse 1 flashes first: it is the master."""
+    """libsurvive's lighthouse 1 flashes first: it is the master; of generation 2 by channel."""
     stations = []
+    if of_second_generation(solution_text(path)):
+        for solved in read_solution(path, 2):
+            _check(solved.factory, Path(path).name)
+            uid = None if solved.id == CLIPPED_ID else solved.id
+            role, channel = str(solved.channel), solved.channel
+            stations.append(
+                Station(role, id=uid, factory=solved.factory, generation=2, channel=channel)
+            )
+        return sorted(stations, key=lambda station: station.channel or 0)
     for solved in sorted(read_solution(path), key=lambda station: -station.index):
         if solved.index > 1:
             continue
@@ -84,22 +100,32 @@ def _of_libsurvive(path: str | Path) -> list[Station]:
 
 
 def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
-    """What `stations.json` holds: a list, master first; null for what is not known."""
+    """What `stations.json` holds: a list, master first; null for what is not known. Of generation 2
+    in the given order, with generation, channel and seven factory values."""
+    every = list(stations)
+    if all(station.generation == 1 for station in every):
+        every.sort(key=lambda station: ROLES.index(station.role))
     return [
         {
             "role": station.role,
+            **(
+                {"generation": station.generation, "channel": station.channel}
+                if station.generation == 2
+                else {}
+            ),
             "id": station.id,
             "mode": station.mode,
             "factory": None
             if station.factory is None
             else {
-                name: [float(v) for v in getattr(station.factory, name)] for name in FACTORY_NAMES
+                name: [float(v) for v in getattr(station.factory, name)]
+                for name in NAMES_OF[station.generation]
             },
             "gravity": None if station.gravity is None else [float(v) for v in station.gravity],
             **{name: getattr(station, name) for name in OPTIONAL},
             **({} if (up := station.up_by_geometry) is None else {"up_by_geometry": up.tolist()}),
         }
-        for station in sorted(stations, key=lambda station: ROLES.index(station.role))
+        for station in every
     ]
 
 
@@ -116,8 +142,14 @@ def stations_from_json(entries: object, name: str = "stations.json") -> list[Sta
 
 def _station(entry: Mapping[str, Any], name: str) -> Station:
     role, id_, mode = entry.get("role"), entry.get("id"), entry.get("mode")
-    if role not in ROLES:
+    generation, channel = entry.get("generation", 1), entry.get("channel")
+    if generation not in NAMES_OF:
+        raise Refusal(f"{name}: generation is {generation!r}; expected 1 or 2")
+    if generation == 1 and role not in ROLES:
         raise Refusal(f"{name}: role is {role!r}; expected master or slave")
+    if generation == 2 and not (type(channel) is int and 0 <= channel < CHANNELS):
+        raise Refusal(f"{name}: channel is {channel!r}; expected a whole number from 0 to 15")
+    role = str(role if generation == 1 else channel)
     if id_ is not None and not (type(id_) is int and 0 <= id_ < 1 << 32):
         raise Refusal(f"{name}, {role}: id is {id_!r}; expected a whole number of 32 bits or null")
     if mode not in (None, "A", "b", "c"):
@@ -128,20 +160,24 @@ def _station(entry: Mapping[str, Any], name: str) -> Station:
             raise Refusal(
                 f"{name}, {role}: factory is not an object; expected phase, tilt, curve..."
             )
-        values = {k: _numbers(factory.get(k), (2,), f"{name}, {role}: {k}") for k in FACTORY_NAMES}
-        factory = Factory(**values)
+        values: dict[str, Any] = {
+            k: _numbers(factory.get(k), (2,), f"{name}, {role}: {k}") for k in NAMES_OF[generation]
+        }
+        factory = Factory(**values, generation=generation)
         _check(factory, f"{name}, {role}")
     if gravity is not None:
         gravity = _numbers(gravity, (3,), f"{name}, {role}: gravity")
     rest = {key: entry[key] for key in OPTIONAL if key in entry}
     if (up := entry.get("up_by_geometry")) is not None:
         rest["up_by_geometry"] = _numbers(up, (3,), f"{name}, {role}: up_by_geometry")
+    if generation == 2:
+        rest |= {"generation": 2, "channel": channel}
     return Station(role, id_, mode, factory, gravity, **rest)
 
 
 def _check(factory: Factory, where: str) -> None:
     try:
-        check(factory)
+        rotor_parameters(factory)
     except Refusal as refusal:
         raise Refusal(f"{where}: {refusal}") from None
 
@@ -162,8 +198,8 @@ def is_crazyflie(text: str) -> bool:
     return CRAZYFLIE_TYPE in text
 
 
-def _crazyflie(text: str, name: str) -> Mapping[str, Any]:
-    """The system configuration of first-generation stations in a text."""
+def _crazyflie(text: str, name: str, generations: tuple[int, ...]) -> Mapping[str, Any]:
+    """The system configuration of stations of these generations in a text."""
     try:
         given = load_yaml(text)
     except UNREADABLE as error:
@@ -174,10 +210,11 @@ def _crazyflie(text: str, name: str) -> Mapping[str, Any]:
         )
     if str(given.get("version")) not in CRAZYFLIE_VERSIONS:
         raise Refusal(f"{name}: version is {given.get('version')!r}; expected 1")
-    if given.get("systemType", 2) != FIRST_GENERATION:
+    if given.get("systemType", 2) not in generations:
+        expected = " or ".join(map(str, generations))
         raise Refusal(
             f"{name}: systemType is {given.get('systemType')!r}, second-generation (V2) base"
-            " stations; expected 1"
+            f" stations; expected {expected}"
         )
     return given
 
@@ -185,7 +222,7 @@ def _crazyflie(text: str, name: str) -> Mapping[str, Any]:
 def crazyflie_poses(text: str, name: str) -> tuple[list[int | None], np.ndarray, np.ndarray]:
     """Ids of master and slave, None where unknown, and their R (2, 3, 3) and t (2, 3) in m in the
     room. Raises `Refusal` naming file and field; whether each R is a rotation is not checked."""
-    given = _crazyflie(text, name)
+    given = _crazyflie(text, name, (1,))
     geos, calibs = given.get("geos"), given.get("calibs")
     ids: list[int | None] = []
     R, t = np.empty((2, 3, 3)), np.empty((2, 3))
@@ -202,29 +239,41 @@ def crazyflie_poses(text: str, name: str) -> tuple[list[int | None], np.ndarray,
 
 
 def _of_crazyflie(text: str, name: str) -> list[Station]:
-    """Stations with factory values, master first. Raises `Refusal` naming file and field."""
-    given = _crazyflie(text, name)
-    calibs = given.get("calibs")
+    """Stations with factory values, by rising key: master first. Raises `Refusal` naming file and
+    field."""
+    given = _crazyflie(text, name, (1, 2))
+    generation, calibs = given.get("systemType", 2), given.get("calibs")
+    most = len(ROLES) if generation == 1 else CHANNELS
     if not isinstance(calibs, Mapping) or not calibs:
         raise Refusal(f"{name}: no calibs; expected factory values of stations 0 and 1")
-    unknown = sorted(str(key) for key in calibs if key not in (0, 1))
+    unknown = sorted(str(key) for key in calibs if key not in range(most))
     if unknown:
         raise Refusal(
-            f"{name}: calibs of station {', '.join(unknown)}; expected stations 0 and 1 only"
+            f"{name}: calibs of station {', '.join(unknown)}; expected stations 0 to {most - 1}"
+            " only"
         )
-    stations = [
-        _crazyflie_station(key, calibs[key], f"{name}: calibs.{key}") for key in sorted(calibs)
-    ]
-    with suppress(Refusal):  # a file without poses
-        _, R, _ = crazyflie_poses(text, name)
-        if all(np.allclose(one @ one.T, np.eye(3), atol=1e-3) for one in R):
-            ups = [R[ROLES.index(station.role), 2] for station in stations]
-            pairs = zip(stations, ups, strict=True)
-            stations = [replace(station, up_by_geometry=up) for station, up in pairs]
-    return stations
+    stations = {
+        int(key): _crazyflie_station(key, calibs[key], f"{name}: calibs.{key}", generation)
+        for key in sorted(calibs)
+    }
+    ups = _ups(given.get("geos"))
+    if generation == 2 or len(ups) == len(ROLES):
+        stations = {k: replace(one, up_by_geometry=ups.get(k)) for k, one in stations.items()}
+    return list(stations.values())
 
 
-def _crazyflie_station(key: int, given: object, where: str) -> Station:
+def _ups(geos: object) -> dict[int, np.ndarray]:
+    """Ways up in the frames of the stations, by key, where a pose is given."""
+    ups = {}
+    for key, geo in geos.items() if isinstance(geos, Mapping) else ():
+        with suppress(*UNREADABLE):
+            R = np.array(geo["rotation"], dtype=np.float64)
+            if R.shape == (3, 3) and np.allclose(R @ R.T, np.eye(3), atol=1e-3):
+                ups[key] = R[2]
+    return ups
+
+
+def _crazyflie_station(key: int, given: object, where: str, generation: int) -> Station:
     """One entry of `calibs`."""
     if not isinstance(given, Mapping):
         raise Refusal(f"{where} is {given!r}; expected uid and sweeps")
@@ -232,9 +281,13 @@ def _crazyflie_station(key: int, given: object, where: str) -> Station:
     if type(uid) is not int or not 0 <= uid < 1 << 32:
         raise Refusal(f"{where}.uid is {uid!r}; expected a whole number of 32 bits")
     if not isinstance(sweeps, list) or len(sweeps) != 2:
-        raise Refusal(f"{where}.sweeps: expected a list of two, azimuth and elevation")
-    factory = Factory(**{value: _pair(sweeps, value, where) for value in FACTORY_NAMES})
+        two = "azimuth and elevation" if generation == 1 else "one a plane"
+        raise Refusal(f"{where}.sweeps: expected a list of two, {two}")
+    values: dict[str, Any] = {value: _pair(sweeps, value, where) for value in NAMES_OF[generation]}
+    factory = Factory(**values, generation=generation)
     _check(factory, where)
+    if generation == 2:
+        return Station(str(key), uid or None, factory=factory, generation=2, channel=key)
     return Station(ROLES[key], id=uid or None, factory=factory)
 
 

@@ -3,7 +3,7 @@
 One event a line: `seconds object op fields`. Used are `C channel start length`, a pulse in ticks of
 48 MHz whose 32-bit counter wraps every 89.5 s; `CONFIG`, the object's own description with the
 photodiodes' positions and which channel each is on; and `I mask time`, gyroscope and accelerometer,
-see `inertial`.
+see `inertial`. Light of second-generation stations is in lines of its own, see `libsurvive2`.
 
 libsurvive counts stations the other way round (its lighthouse 0 is the one whose flash comes
 second) and looks along -Z with X to the right and Y up: x = -Z, y = -X, z = Y.
@@ -21,21 +21,20 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from io import BufferedReader
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.board import check_board
-from mocap_metrology.lighthouse.decode import inertial
+from mocap_metrology.lighthouse.decode import inertial, libsurvive2
 from mocap_metrology.lighthouse.decode.inertial import WRAP, unrolled
+from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light
 from mocap_metrology.lighthouse.records import Factory, Pulses
 from mocap_metrology.lighthouse.timing import CYCLE_TICKS, TICKS_PER_S
 
 CHUNK = 1 << 22
-OF_SECOND_GENERATION = (
-    "recorded with second-generation (V2) base stations (B, W or Y lines); expected "
-    "first-generation (V1) ones, whose pulses are C lines"
-)
+FEW = 100  # lines of the other generation: damage
 LONGEST_LINE = 1 << 26
 CHANNELS = 1 << 12  # beyond this a channel is damage
 MOST_PULSES = 10_000_000  # of one object: an hour; beyond it the memory of a computer may not do
@@ -45,7 +44,7 @@ FROM_LIBSURVIVE = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 
 RAW = re.compile(rb"^[\d.]+ (\S+) C (\d{1,10}) (\d{1,10}) (\d{1,10})\r*$", re.M)
 CONFIG = re.compile(rb"^[-+.\de]+ +(\S+) +CONFIG +(.*)$", re.M)
-SECOND_GENERATION = re.compile(rb"^[-+.\de]+ +\S+ +[BWY] +\d", re.M)
+SECOND_GENERATION = re.compile(rb"^[-+.\de]+ +(\S+) +[WB] +\d", re.M)
 PROCESSED = re.compile(rb"^[-+.\de]+ +(\S+) +(?:A|S|[LR] [XY]) +-?\d", re.M)
 EVENT = re.compile(rb"^[-+.\de]+ +\S+ +\S", re.M)
 ANY_C = re.compile(rb"^[-+.\de]+ +\S+ +C(?=\s)", re.M)
@@ -59,31 +58,44 @@ class _Seen:
 
     pulses: list[np.ndarray] = field(default_factory=list)  # channel, start, length of the object
     inertial: list[np.ndarray] = field(default_factory=list)  # rows of `inertial.rows`
+    light: list[np.ndarray] = field(default_factory=list)  # rows of `libsurvive2.rows`
     raw: Counter[bytes] = field(default_factory=Counter)  # C lines by object
+    second: Counter[bytes] = field(default_factory=Counter)  # W and B lines by object
     configs: dict[str, bytes] = field(default_factory=dict)
-    second_generation: bool = False
     processed: bool = False
     events: int = 0  # lines
     n_pulses: int = 0  # of the object
     unreadable: int = 0  # lines
+    cut: str = ""  # how the file ends too early
 
 
-def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.ndarray]:
-    """Pulses of one tracked object, with its gyroscope and accelerometer where it describes them,
-    and the positions of its photodiodes in metres, (n, 3).
+def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Light, np.ndarray]:
+    """Pulses of one tracked object, or light of second-generation stations on it, with its
+    gyroscope and accelerometer where it describes them, and the positions of its photodiodes in
+    metres, (n, 3).
 
-    Diodes are numbered as in the object's description; its channelMap gives their channels.
-    Raises `Refusal` for what is no such recording, was made with second-generation stations, has
-    no raw pulses, or lacks the object.
+    tracked_object: its name in the recording, by order of enumeration, or its serial number. Diodes
+    are numbered as in the object's description; its channelMap gives their channels. Of the second
+    generation, a compressed file may end too early and is used to its last whole line.
+    Raises `Refusal` for what is no such recording, has both generations or no raw pulses, or lacks
+    the object.
     """
     name = Path(path).name
     seen = _scan(path, tracked_object.encode())
-    _check(seen, tracked_object, name)
-    config = seen.configs[tracked_object]
-    board, channels = _description(config, f"{name}, {tracked_object}")
-    pulses, begin = _pulses(np.concatenate(seen.pulses), channels, len(board), name)
-    sensors = inertial.series(np.concatenate(seen.inertial), json.loads(config), begin)
-    notes = list(pulses.notes)
+    own = _named(seen, tracked_object)
+    second = _check(seen, own, tracked_object, name)
+    text = seen.configs[own]
+    board, channels = _description(text, f"{name}, {tracked_object}")
+    config, sensors = json.loads(text), np.concatenate(seen.inertial)
+    read: Pulses | Light
+    if second:
+        read = libsurvive2.light_of(np.concatenate(seen.light), sensors, config, len(board), name)
+    else:
+        pulses, begin = _pulses(np.concatenate(seen.pulses), channels, len(board), name)
+        read = replace(pulses, inertial=inertial.series(sensors, config, begin))
+    notes = list(read.notes)
+    if seen.cut:
+        notes.append(f"the file is cut off ({seen.cut}) and used to its last whole line")
     if seen.unreadable:
         notes.append(
             f"{seen.unreadable} lines cannot be read and are left out: the file is damaged"
@@ -92,12 +104,23 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.n
     stray = sum(n for name, n in seen.raw.items() if name not in known)
     if stray:
         notes.append(f"{stray} pulses are of objects without a CONFIG line and are left out")
-    return replace(pulses, inertial=sensors, notes=tuple(notes)), board
+    return replace(read, notes=tuple(notes)), board
+
+
+def _named(seen: _Seen, wanted: str) -> str:
+    """Name in the recording of the object of that name, or else of that serial number."""
+    if wanted in seen.configs or wanted.encode() in seen.raw | seen.second:
+        return wanted
+    for name, text in seen.configs.items():
+        with suppress(*UNREADABLE):
+            if json.loads(text).get("device_serial_number") == wanted:
+                return name
+    return wanted
 
 
 def _scan(path: str | Path, wanted: bytes) -> _Seen:
     seen, file = _Seen(), Path(path).name
-    for block in _blocks(path):
+    for block in _blocks(path, seen):
         n_events = len(EVENT.findall(block))
         seen.events += n_events
         seen.unreadable += block.count(b"\n") + bool(block) - n_events
@@ -109,19 +132,25 @@ def _scan(path: str | Path, wanted: bytes) -> _Seen:
         if b" CONFIG " in block:
             for name, text in CONFIG.findall(block):
                 seen.configs.setdefault(name.decode("utf-8", "replace"), text)
+            wanted = _named(seen, wanted.decode()).encode()
         if b" C " in block:
             _add_raw(seen, block, wanted)
-        rows, n_damaged = inertial.rows(block, wanted)
-        seen.inertial.append(rows)
-        seen.unreadable += n_damaged
-        if seen.n_pulses > MOST_PULSES or max(len(seen.raw), len(seen.configs)) > MOST_OBJECTS:
+        seen.second.update(Counter(SECOND_GENERATION.findall(block)))
+        for rows, n_damaged in (
+            inertial.rows(block, wanted),
+            libsurvive2.rows(block, wanted),
+        ):
+            (seen.inertial if rows.shape[1] == 7 else seen.light).append(rows)
+            seen.unreadable += n_damaged
+        n_pulses = seen.n_pulses + seen.second[wanted]
+        n_objects = max(len(seen.raw), len(seen.second), len(seen.configs))
+        if n_pulses > MOST_PULSES or n_objects > MOST_OBJECTS:
             raise Refusal(
-                f"{file}: too long: {seen.n_pulses} pulses of {wanted.decode()} and"
-                f" {len(seen.raw)} objects in the first part; expected at most {MOST_PULSES} of"
+                f"{file}: too long: {n_pulses} pulses of {wanted.decode()} and"
+                f" {n_objects} objects in the first part; expected at most {MOST_PULSES} of"
                 f" {MOST_OBJECTS}"
             )
         if not seen.raw:
-            seen.second_generation |= SECOND_GENERATION.search(block) is not None
             seen.processed |= PROCESSED.search(block) is not None
     return seen
 
@@ -137,13 +166,13 @@ def _add_raw(seen: _Seen, block: bytes, wanted: bytes) -> None:
     seen.n_pulses += len(mine)
 
 
-def _blocks(path: str | Path) -> Iterator[bytes]:
+def _blocks(path: str | Path, seen: _Seen) -> Iterator[bytes]:
     """The text in pieces of whole lines without empty ones; a last line without end was cut off,
-    and is left out."""
+    and is left out. The caller is told where the file ends too early."""
     name, rest, size = Path(path).name, b"", 0
     try:
         with _opened(path) as stream:
-            while piece := stream.read(CHUNK):
+            while piece := stream.read1(CHUNK):
                 size += len(piece)
                 if len(rest) > LONGEST_LINE:
                     raise Refusal(f"{name}: no lines; expected a libsurvive recording")
@@ -156,24 +185,15 @@ def _blocks(path: str | Path) -> Iterator[bytes]:
                     rest = tail
                 else:
                     rest += piece
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        if SECOND_GENERATION.search(head := _readable(path)) and not ANY_C.search(head):
-            raise Refusal(f"{name}: {OF_SECOND_GENERATION}") from None
+    except EOFError as error:
+        seen.cut = str(error)
+    except (gzip.BadGzipFile, zlib.error) as error:
         raise Refusal(
             f"{name}: its gzip stream is damaged ({error}); expected a complete file"
         ) from None
     except OSError as error:
         reason = error.strerror or error
         raise Refusal(f"{name}: cannot be read ({reason}); expected a recording") from None
-
-
-def _readable(path: str | Path) -> bytes:
-    """The first MiB at most of what a damaged gzip stream yields."""
-    found = b""
-    with suppress(EOFError, gzip.BadGzipFile, zlib.error), _opened(path) as stream:
-        while len(found) < 1 << 20 and (piece := stream.read1(1 << 16)):
-            found += piece
-    return found
 
 
 @contextmanager
@@ -189,23 +209,34 @@ def _opened(path: str | Path) -> Iterator[BufferedReader | gzip.GzipFile]:
             yield raw
 
 
-def _check(seen: _Seen, tracked_object: str, name: str) -> None:
-    """Refuse a recording without raw pulses and description of the object."""
+def _check(seen: _Seen, own: str, wanted: str, name: str) -> bool:
+    """Whether the light is of second-generation stations; refuses a recording without raw pulses
+    and description of the object. own: its name, wanted: as the user names it."""
+    n_first, n_second = sum(seen.raw.values()), sum(seen.second.values())
+    if min(n_first, n_second) > FEW:
+        raise Refusal(
+            f"{name}: light of both generations of base stations ({n_first} C lines of the first,"
+            f" {n_second} W or B lines of the second); expected one: their angles are measured"
+            " from different zeros"
+        )
+    second = n_second > n_first
+    if seen.cut and not second:
+        raise Refusal(f"{name}: its gzip stream is damaged ({seen.cut}); expected a complete file")
     if not seen.events:
         raise Refusal(f"{name}: no line reads `seconds object event ...`; expected libsurvive's")
-    if not seen.raw and seen.second_generation:
-        raise Refusal(f"{name}: {OF_SECOND_GENERATION}")
-    if not seen.raw:
+    there = seen.second if second else seen.raw
+    if not there:
         only = "only processed angles (A, L, R or S lines)" if seen.processed else "no light"
         raise Refusal(
-            f"{name}: {only}; expected raw pulses (C lines): record with a libsurvive that"
-            " writes them"
+            f"{name}: {only}; expected raw pulses (C lines, or W and Y lines): record with a"
+            " libsurvive that writes them"
         )
-    if tracked_object.encode() not in seen.raw:
-        there = ", ".join(sorted(name.decode("utf-8", "replace") for name in seen.raw))
-        raise Refusal(f"{name}: no pulses of an object {tracked_object!r}; expected one of {there}")
-    if tracked_object not in seen.configs:
-        raise Refusal(f"{name}: no CONFIG line of {tracked_object}; expected its geometry there")
+    if own.encode() not in there:
+        objects = ", ".join(sorted(name.decode("utf-8", "replace") for name in there))
+        raise Refusal(f"{name}: no pulses of an object {wanted!r}; expected one of {objects}")
+    if own not in seen.configs:
+        raise Refusal(f"{name}: no CONFIG line of {own}; expected its geometry there")
+    return second
 
 
 def _description(text: bytes, where: str) -> tuple[np.ndarray, np.ndarray]:
@@ -267,9 +298,10 @@ class SolvedStation:
 
     index: int
     id: int
-    mode: str | None
+    mode: str | None  # of generation 1
     factory: Factory
     pose: tuple[np.ndarray, np.ndarray] | None
+    channel: int | None = None  # of generation 2
 
 
 BLOCK = re.compile(r'"lighthouse(\d+)"\s*:\s*\{([^{}]*)\}')
@@ -282,24 +314,25 @@ FACTORY_KEYS = {
     "gibphase": "fcalgibpha",
     "gibmag": "fcalgibmag",
 }
+FACTORY2_KEYS = {**FACTORY_KEYS, "ogeephase": "fcalogeephase", "ogeemag": "fcalogeemag"}
+SECOND_NAMED = re.compile(r'"(?:configed-)?lighthouse-gen"\s*:\s*"2"')
+CLIPPED_ID = 0x7FFFFFFF  # of larger ones, by some versions of libsurvive
 
 
-def read_solution(path: str | Path) -> list[SolvedStation]:
+def read_solution(path: str | Path, generation: int = 1) -> list[SolvedStation]:
     """Stations in the configuration that libsurvive writes beside a recording.
 
     It is a list of `"key":"value"` and of blocks, not quite JSON. Ids are unsigned, which the file
     prints with a sign. Stations without a factory calibration (OOTXSet 0) are left out.
-    Raises `Refusal` where there is no station of the first generation in it.
+    Raises `Refusal` where there is no station of the generation in it.
     """
     name = Path(path).name
+    text = solution_text(path)
+    if (second := of_second_generation(text)) != (generation == 2):
+        words = ["first-generation", "second-generation (V2)"]
+        raise Refusal(f"{name}: of {words[second]} stations; expected {words[not second]} ones")
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise Refusal(f"{name}: cannot be read ({error}); expected libsurvive's JSON") from None
-    if re.search(r'"(?:configed-)?lighthouse-gen"\s*:\s*"2"', text):
-        raise Refusal(f"{name}: of second-generation (V2) stations; expected first-generation ones")
-    try:
-        found = [_solved(int(i), block) for i, block in BLOCK.findall(text)]
+        found = [_solved(int(i), block, generation) for i, block in BLOCK.findall(text)]
     except UNREADABLE as error:
         raise Refusal(
             f"{name}: a lighthouse block has a missing or invalid entry ({error}); expected id, "
@@ -311,7 +344,24 @@ def read_solution(path: str | Path) -> list[SolvedStation]:
     return stations
 
 
-def _solved(index: int, block: str) -> SolvedStation | None:
+def solution_text(path: str | Path) -> str:
+    """Text of such a configuration."""
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise Refusal(
+            f"{Path(path).name}: cannot be read ({error}); expected libsurvive's JSON"
+        ) from None
+
+
+def of_second_generation(text: str) -> bool:
+    """Whether a configuration is of second-generation stations: it says so, or has values that the
+    first does not transmit, which are zeros there."""
+    ogee = re.findall(r'"fcalogee\w*"\s*:\s*\[([^][]*)\]', text)
+    return bool(SECOND_NAMED.search(text)) or any(re.search("[1-9]", values) for values in ogee)
+
+
+def _solved(index: int, block: str, generation: int) -> SolvedStation | None:
     from scipy.spatial.transform import Rotation
 
     entries = {key: listed or single for key, single, listed in ENTRY.findall(block)}
@@ -324,17 +374,21 @@ def _solved(index: int, block: str) -> SolvedStation | None:
             raise ValueError(f"{key} is {entries[key]}")
         return values
 
-    factory = Factory(**{name: numbers(key, 2) for name, key in FACTORY_KEYS.items()})
+    keys = FACTORY_KEYS if generation == 1 else FACTORY2_KEYS
+    calibration: dict[str, Any] = {name: numbers(key, 2) for name, key in keys.items()}
     mode, pose = int(entries["mode"]), None
     if entries.get("PositionSet", "1") != "0":
         values = numbers("pose", 7)
         pose = Rotation.from_quat(values[3:], scalar_first=True).as_matrix(), values[:3]
+    if generation == 2 and not 0 <= mode < PERIOD_S.size:
+        raise ValueError(f"mode is {mode}")
     return SolvedStation(
         index=index,
         id=int(entries["id"]) % WRAP,
-        mode=MODES[mode] if 0 <= mode < 3 else None,
-        factory=factory,
+        mode=MODES[mode] if generation == 1 and 0 <= mode < 3 else None,
+        factory=Factory(**calibration, generation=generation),
         pose=pose,
+        channel=mode if generation == 2 else None,
     )
 
 

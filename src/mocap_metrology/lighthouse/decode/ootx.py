@@ -22,8 +22,8 @@ import heapq
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,7 @@ FIXED_AGREE = 0.9  # least share of votes for sync, stuffing, length and padding
 MODES = ("A", "b", "c")
 SYNC = (0,) * 17 + (1,)
 PROTOCOLS = {33: (6,), 31: (4, 5)}  # length of the payload: protocols that have it
+GIB_LIMITS = (("gibphase", 7.0), ("gibmag", 0.3))
 
 # IEEE half floats and bytes of the payload, protocol 6; 4 and 5 end before the mode.
 LAYOUT = struct.Struct("<HI2e2eBB2e3b2e2e")
@@ -46,24 +47,37 @@ LAYOUT = struct.Struct("<HI2e2eBB2e3b2e2e")
 ACCEL_TO_STATION = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
+@dataclass(frozen=True)
+class Payload:
+    """What a frame may hold: protocols by length of the payload, how it is unpacked, raising
+    `Refusal` for what no station sends, and its bytes that are the same in all frames."""
+
+    protocols: Mapping[int, tuple[int, ...]]
+    unpack: Callable[[bytes], Station]
+    constant: Callable[[bytes], bytes]
+
+
 def decode_station(flashes: Flashes) -> Station:
     """Calibration of the station whose flashes these are.
 
     Without a frame of right checksum `factory` is None and `why` states the reason in one line.
     """
-    bits = bit_line(flashes)
-    frames, syncs, why = whole_frames(bits)
+    return station_of(bit_line(flashes), Station(ROLES[flashes.station]), FIRST)
+
+
+def station_of(bits: np.ndarray, unknown: Station, payload: Payload) -> Station:
+    """A station with the calibration out of its bits, or with the reason why there is none."""
+    frames, syncs, why = whole_frames(bits, payload)
     if not frames:
-        frames, why = voted_frame(bits, why)
-    role = ROLES[flashes.station]
-    if len({frame[2:14] + frame[16:20] + frame[23:31] for frame in frames}) > 1:  # id, factory
+        frames, why = voted_frame(bits, why, payload)
+    if len({payload.constant(frame) for frame in frames}) > 1:
         frames, why = [], "complete frames with correct checksums contradict each other"
     if not frames:
         known = int((bits >= 0).sum())
         seen = f"{known} bits in {bits.size} cycles, {bits.size - known} missing, {syncs} syncs"
-        return Station(role, why=f"no calibration frame ({seen}): {why}")
-    station = unpack(Counter(frames).most_common(1)[0][0])
-    return replace(station, role=role, frames_found=len(frames))
+        return replace(unknown, why=f"no calibration frame ({seen}): {why}")
+    station = payload.unpack(Counter(frames).most_common(1)[0][0])
+    return replace(station, role=unknown.role, frames_found=len(frames))
 
 
 def bit_line(flashes: Flashes) -> np.ndarray:
@@ -85,7 +99,7 @@ def bit_line(flashes: Flashes) -> np.ndarray:
     return bits
 
 
-def whole_frames(bits: np.ndarray) -> tuple[list[bytes], int, str]:
+def whole_frames(bits: np.ndarray, payload: Payload) -> tuple[list[bytes], int, str]:
     """Payloads of all frames without a hole, the number of syncs seen, and what failed first."""
     frames, reasons = [], []
     bits = np.concatenate([bits, np.full(len(SYNC), -1, np.int8)])
@@ -93,15 +107,15 @@ def whole_frames(bits: np.ndarray) -> tuple[list[bytes], int, str]:
     starts = np.flatnonzero((windows == SYNC).all(axis=1))
     for start in starts:
         try:
-            frames.append(_read_frame(bits[start : -len(SYNC)]))
+            frames.append(_read_frame(bits[start : -len(SYNC)], payload))
         except Refusal as refusal:
             reasons.append(str(refusal))
     return frames, len(starts), (reasons or ["no sync of 17 zeros and a one"])[0]
 
 
-def _read_frame(bits: np.ndarray) -> bytes:
+def _read_frame(bits: np.ndarray, payload: Payload) -> bytes:
     """Payload of the frame that begins with the first bit."""
-    for length in PROTOCOLS:
+    for length in payload.protocols:
         fixed, value = template(length)
         frame = bits[: frame_bits(length)]
         head = len(SYNC) + 16
@@ -116,14 +130,15 @@ def _read_frame(bits: np.ndarray) -> bytes:
         data, crc = bytes_of(frame, length)
         if zlib.crc32(data) != crc:
             raise Refusal("the checksum is wrong")
-        unpack(data)
+        payload.unpack(data)
         return data
-    raise Refusal("the length of the payload is neither 33 nor 31 bytes")
+    expected = " or ".join(map(str, payload.protocols))
+    raise Refusal(f"the length of the payload is not {expected} bytes")
 
 
-def voted_frame(bits: np.ndarray, why: str) -> tuple[list[bytes], str]:
+def voted_frame(bits: np.ndarray, why: str, payload: Payload) -> tuple[list[bytes], str]:
     """Payload read from all repetitions together, in a list that is empty without one."""
-    for length in PROTOCOLS:
+    for length in payload.protocols:
         fixed, value = template(length)
         ones, zeros = (
             np.bincount(np.arange(bits.size) % fixed.size, bits == bit, minlength=fixed.size)
@@ -133,7 +148,7 @@ def voted_frame(bits: np.ndarray, why: str) -> tuple[list[bytes], str]:
         if agree < FIXED_AGREE:
             continue
         margin = np.roll(ones - zeros, -start)
-        frame = _search(margin, fixed, value, length)
+        frame = _search(margin, fixed, value, length, payload)
         if frame is not None:
             return [frame], ""
         why = (
@@ -156,7 +171,9 @@ def _begin(
     return start, float(agree[start] / votes[start] + 1.0) / 2.0
 
 
-def _search(margin: np.ndarray, fixed: np.ndarray, value: np.ndarray, length: int) -> bytes | None:
+def _search(
+    margin: np.ndarray, fixed: np.ndarray, value: np.ndarray, length: int, payload: Payload
+) -> bytes | None:
     """First payload with the right checksum among the `TRIES` likeliest readings of voted bits.
 
     With equal error rates the odds of a bit are a power of its margin (ones less zeros), so the
@@ -173,7 +190,7 @@ def _search(margin: np.ndarray, fixed: np.ndarray, value: np.ndarray, length: in
         reading[free[list(flips)]] ^= 1
         data, crc = bytes_of(reading, length)
         try:
-            unpack(data)
+            payload.unpack(data)
         except Refusal:
             continue
         if zlib.crc32(data) == crc:
@@ -241,10 +258,7 @@ def unpack(data: bytes) -> Station:
         raise Refusal(f"mode {mode}; expected 0, 1 or 2")
     factory = Factory(*(np.array(v[i : i + 2]) for i in (2, 4, 8, 13, 15)))
     check(factory)
-    for name, limit in (("gibphase", 7.0), ("gibmag", 0.3)):
-        values = getattr(factory, name)
-        if not (np.abs(values) <= limit).all():
-            raise Refusal(f"{name} is {values.tolist()}; expected within +-{limit}")
+    check_limits(factory, GIB_LIMITS)
     return Station(
         "",
         id=v[1],
@@ -254,6 +268,17 @@ def unpack(data: bytes) -> Station:
         firmware=v[0] >> 6,
         hardware=v[7],
     )
+
+
+def check_limits(factory: Factory, limits: Iterable[tuple[str, float]]) -> None:
+    """Refuse factory values beyond limits."""
+    for name, limit in limits:
+        values = getattr(factory, name)
+        if not (np.abs(values) <= limit).all():
+            raise Refusal(f"{name} is {values.tolist()}; expected within +-{limit}")
+
+
+FIRST = Payload(PROTOCOLS, unpack, lambda data: data[2:14] + data[16:20] + data[23:31])
 
 
 def up_of(accel: tuple[int, int, int]) -> np.ndarray | None:

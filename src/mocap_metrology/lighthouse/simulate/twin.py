@@ -5,7 +5,7 @@ Every field is a key of the file of twins, with its range, default and meaning.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator, model_validator
@@ -70,13 +70,11 @@ class FactoryValues(Entry):
 
     def made(self) -> Factory:
         """The values as the station itself can state them: half floats."""
-        given = self.model_dump(exclude_none=True)
-        return Factory(
-            **{
-                name: np.array(pair, dtype=np.float16).astype(np.float64)
-                for name, pair in given.items()
-            }
-        )
+        given: dict[str, Any] = {
+            name: np.array(pair, dtype=np.float16).astype(np.float64)
+            for name, pair in self.model_dump(exclude_none=True).items()
+        }
+        return Factory(**given)
 
     @model_validator(mode="after")
     def _of_first_generation(self) -> FactoryValues:

@@ -16,11 +16,11 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.large import Sliced
+from mocap_metrology.noise.body_covariance import FLAT
 
 AXES = ("rx", "ry", "rz")
 CHUNK = 100_000  # frames at once: 3 x 3 decompositions of so many stay small
 SHAPE_FRAMES = 5_000  # determine the shape as well as all would: sigma / 70
-FLAT = 0.02  # least spread across a line of markers, as a share of that along it
 
 
 @dataclass(frozen=True)

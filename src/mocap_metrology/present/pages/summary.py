@@ -63,7 +63,7 @@ class Verdicts:
     `source`, `pose` (contents of pose.json); refused: `kind`, `name`, `group`, `why`; cameras:
     by group, what <group>_cameras.json holds: `short`, a line a camera type, and `apart`; changes:
     by group, sentences on comparisons with earlier recordings; picture, caption: of
-    the recordings, as PNG.
+    the recordings, as PNG; monitors: a line on each facility that is watched.
     """
 
     recordings: Sequence[Record] = ()
@@ -73,6 +73,7 @@ class Verdicts:
     changes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     picture: bytes = b""
     caption: str = ""
+    monitors: Sequence[str] = ()
 
     def rows(self) -> list[Record]:
         """Recordings and calibrations, each with its `kind`, `name`, `word` and `reason`, those
@@ -126,7 +127,10 @@ def page(
             for kind in ("recording", "calibration")
             if (of_kind := [row for row in mine if row["kind"] == kind])
         ],
-        changes=changes([words for group in groups for words in verdicts.changes.get(group, ())]),
+        changes=[
+            *verdicts.monitors,
+            *changes([words for group in groups for words in verdicts.changes.get(group, ())]),
+        ],
         picture=base64.b64encode(verdicts.picture).decode(),
         picture_says=verdicts.caption,
         notes=captions,

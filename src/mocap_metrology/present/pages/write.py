@@ -25,7 +25,7 @@ class Results:
 
     recordings, calibrations: rows of the sheets, accepted; cameras, changes: JSON files by group;
     claims: rows of claims.csv; papers: those that have results; subjects: names with a page, by
-    kind; files: figures and tables.
+    kind; files: figures and tables; monitors: monitor.json of each facility.
     """
 
     folder: Path
@@ -37,6 +37,7 @@ class Results:
     papers: Sequence[str]
     subjects: Mapping[str, Sequence[str]]
     files: list[Path]
+    monitors: Sequence[Path] = ()
 
     @cached_property
     def verdicts(self) -> list[Record]:
@@ -162,6 +163,7 @@ def summaries(
         {group: _read(path)["words"] for group, path in results.changes.items()},
         png.read_bytes(),
         caption_of(png)[1],
+        [_read(path)["line"] for path in results.monitors],
     )
     csv = [path for path in tables if path.suffix == ".csv"]
     papers = [

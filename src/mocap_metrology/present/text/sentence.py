@@ -1,4 +1,4 @@
-"""Sentences on a recording: the templates of recording.toml, filled with their numbers."""
+"""Sentences on recordings: the templates of TOML files, filled with their numbers."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from mocap_metrology.present.text import numbers as formats
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
+TEMPLATES = ("recording", "monitor")
+
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence of the diagnosis. kind: first part of its template's name in recording.toml;
+    """A sentence of the diagnosis. kind: first part of its template's name;
     severity: info, or warning; series: of which it is; words: the sentence; numbers: those in it,
     units in their names."""
 
@@ -57,7 +59,9 @@ def _template(key: str) -> Template:
 
 @cache
 def _texts() -> dict[str, dict[str, str]]:
-    return tomllib.loads(Path(__file__).with_name("recording.toml").read_text(encoding="utf-8"))
+    folder = Path(__file__).parent
+    files = [(folder / f"{name}.toml").read_text(encoding="utf-8") for name in TEMPLATES]
+    return {kind: cases for text in files for kind, cases in tomllib.loads(text).items()}
 
 
 @cache

@@ -11,6 +11,7 @@ from mocap_metrology.noise.assess.recording import Assessment
 from mocap_metrology.noise.assess.spread import Share
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
 from mocap_metrology.noise.fit.estimates import correlation_class
+from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text.numbers import with_unit
 from mocap_metrology.present.text.sentence import render
 
@@ -47,6 +48,21 @@ def verdict_document(assessment: Assessment, source: str) -> Row:
             | {"missing": facts.missing.get(name), "excess_outliers": facts.outliers.get(name)}
             for name, numbers in assessment.series.items()
         },
+    }
+
+
+def of_bar(bar: Record) -> Row:
+    """What replaces the numbers of noise in verdict.json where a bar is moved: bar, contents of
+    bar.json."""
+    empty = {"series": "", "value": bar["size_mm"], "limit": bar["limits_mm"]["usable"]}
+    decided = {"code": "bar", "quantity": "errors of a moving bar", "unit": "mm"}
+    return {
+        **{key: bar[key] for key in ("word", "reason", "warnings", "not_covered")},
+        **{"caps": [], "uncertainty": "", "series": {}, "sentences": [], "findings": []},
+        "decided_by": decided | empty,
+        "limits_mm": bar["limits_mm"],
+        "reference_for_mm": {"4": None, "10": None},
+        "bar": bar,
     }
 
 

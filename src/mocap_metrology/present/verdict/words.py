@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mocap_metrology.noise.assess.checks import COORDINATE
+from mocap_metrology.present.accuracy.bar_document import bar_lines
 from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text.numbers import duration_words, significant
 from mocap_metrology.present.text.sentence import render
@@ -91,6 +92,8 @@ def marker_numbers(verdict: Record) -> list[str]:
 
 def sentences(verdict: Record) -> list[str]:
     """The reason, the number if it is not in it, what else was found, and what follows."""
+    if bar := verdict.get("bar"):
+        return [bar["reason"], *bar["sentences"]]
     number = [verdict["uncertainty"]] if verdict.get("uncertainty") else []
     caps = [cap["reason"] for cap in verdict["caps"]]
     return [verdict["reason"], *number, *caps, reference_sentence(verdict)]
@@ -99,6 +102,8 @@ def sentences(verdict: Record) -> list[str]:
 def verdict_lines(verdict: Record) -> list[str]:
     """What `make check` prints of a recording; of one that moves no noise, which would be of the
     movement."""
+    if bar := verdict.get("bar"):
+        return bar_lines(bar)
     first = f"{verdict['recording']}: {verdict['word']}"
     if verdict["decided_by"]["code"] == "moves":
         return [first, verdict["reason"], reference_sentence(verdict)]

@@ -1,0 +1,99 @@
+"""How often the intervals of a moving bar hold: python benchmarks/bars.py (about 3 minutes).
+
+Simulated bars: place 0 to 4 mm, pass 0.5 or 1.5 mm, correlation over 15 or 150 frames, 3 or 10
+passes. For every statistic of `bar.csv`: how often its 95 % interval holds the expectation of a
+pass's statistic (its logarithm's, where positive), and how often the next pass lies in the interval
+of the next one. Then the mean of one take where it has an interval, and the slope of scale of rigid
+bodies of four markers that bend at random.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+from itertools import product
+
+import numpy as np
+
+from mocap_metrology.accuracy.bar import STATISTICS
+from mocap_metrology.accuracy.clusters import scale_slope
+from mocap_metrology.accuracy.components import repeated
+from mocap_metrology.accuracy.effective import series_mean
+from mocap_metrology.accuracy.take import take_of
+from mocap_metrology.accuracy.twin import BarErrors, BarTwin, gauss_markov, simulate_bar
+
+RATE, FRAMES = 100.0, 3000
+PASSES = (3, 5, 10)
+PLACES, OFFSETS, CORRELATIONS = (0.0, 1.0, 4.0), (0.5, 1.5), (15, 150)
+
+
+def errors_of(place: float, offset: float, frames: int, room: int, n: int) -> list[np.ndarray]:
+    """Errors of n passes in one room, mm."""
+    bar = BarErrors(500.0, place, offset, frames / RATE, rest=1.0, frame=0.3, room_seed=room)
+    found = []
+    for seed in range(n):
+        twin = BarTwin("study", bar, 10_000 * room + seed, FRAMES / RATE, RATE)
+        take = take_of("", "", RATE, simulate_bar(twin).position_mm, 1e-4)
+        found.append(take.length_mm - bar.length)
+    return found
+
+
+def passes_study(n: int) -> None:
+    """Each statistic over passes."""
+    held, ahead = defaultdict(list), defaultdict(list)
+    of_one = defaultdict(list)
+    rooms = range(1, 1 + len(PLACES) * len(OFFSETS) * len(CORRELATIONS))
+    cases = product(PLACES, OFFSETS, CORRELATIONS)
+    for room, (place, offset, frames) in zip(rooms, cases, strict=True):
+        errors = errors_of(place, offset, frames, room, n)
+        for name, statistic in STATISTICS.items():
+            positive = name != "mean"
+            every = np.array([statistic(e) for e in errors])
+            truth = np.exp(np.log(every).mean()) if positive else 0.0
+            for k in PASSES:
+                for start in range(0, n - k, k + 1):
+                    found = repeated(every[start : start + k], positive)
+                    if name != "mean" or not place:  # whose expectation depends on the room
+                        held[name, k].append(found.lower < truth < found.upper)
+                    ahead[name, k].append(found.next_lower < every[start + k] < found.next_upper)
+        if not place:  # the mean over the room is known
+            of_one[frames] += map(_of_one, errors_of(place, 0.0, frames, room, n))
+    print("statistic  passes  interval holds  next pass inside")
+    for name, k in held:
+        print(f"{name:9}  {k:6}  {np.mean(held[name, k]):14.1%}  {np.mean(ahead[name, k]):16.1%}")
+    for frames, found in of_one.items():
+        printed = [one for one in found if one is not None]
+        share, holds = len(printed) / len(found), np.mean(printed) if printed else np.nan
+        print(f"mean of one take, {frames} frames: interval in {share:.0%}, holds in {holds:.1%}")
+
+
+def _of_one(errors: np.ndarray) -> bool | None:
+    """Whether the interval of a take's mean holds the expectation; None without an interval."""
+    found = series_mean(errors)
+    if np.isnan(found.lower):
+        return None
+    return bool(found.lower < 0 < found.upper)
+
+
+def scale_study(n: int) -> None:
+    """A body of four markers on a way of 12 m: scale rising by 150 ppm/m, every marker drifting off
+    its place by bends mm/m of its own, noise correlated over 0.2 s."""
+    for bend, noise in product((0.0, 0.03, 0.1), (0.2, 0.5)):
+        held = []
+        for seed in range(n):
+            rng = np.random.default_rng([seed, int(100 * bend), int(10 * noise)])
+            shape = rng.uniform(-250, 250, (4, 3))
+            way = np.linspace(0, 12, 1500)
+            place = np.stack([1000 * way, 200 * np.sin(way), 0 * way])
+            grown = shape[:, :, None] * (1 + 150e-6 * way)
+            bent = bend * rng.standard_normal((4, 3, 1)) * way
+            waves = [[gauss_markov(rng, way.size, 20.0) for _ in range(3)] for _ in range(4)]
+            slope = scale_slope(place + grown + bent + noise * np.array(waves), range(4))
+            assert slope is not None
+            held.append(slope.lower < 150 < slope.upper)
+        print(f"scale slope, bends {bend} mm/m, noise {noise} mm: holds in {np.mean(held):.1%}")
+
+
+if __name__ == "__main__":
+    passes_study(int(sys.argv[1]) if len(sys.argv) > 1 else 400)
+    scale_study(int(sys.argv[1]) // 2 if len(sys.argv) > 1 else 200)

@@ -1,0 +1,1 @@
+"""Accuracy of a system: known lengths, reference points, a facility over time."""

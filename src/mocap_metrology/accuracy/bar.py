@@ -1,0 +1,185 @@
+"""A bar of known or unknown length in one take or several: classes, statistics, findings, a word.
+
+In the manner of ASTM E3064-16 (withdrawn in January 2025): the error of the distance of two bodies
+that move through the volume, by direction, with its mean, root mean square, quantiles and largest
+value. An interval holds only where it knows that frames of one pass are alike: of a mean of one or
+two takes by their effective number, of any other statistic from three passes on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mocap_metrology.accuracy.clusters import LEAST_FRAMES
+from mocap_metrology.accuracy.components import FEWEST, Effects, Repeated, random_effects, repeated
+from mocap_metrology.accuracy.effective import effective_number, series_mean
+from mocap_metrology.accuracy.parts import Parts, parts_of
+from mocap_metrology.accuracy.take import Take, classes
+from mocap_metrology.settings import Bar as Settings
+
+Statistic = Callable[[np.ndarray], float]
+
+
+def _quantile(p: float) -> Statistic:
+    return lambda e: float(np.quantile(np.abs(e), p))
+
+
+STATISTICS: dict[str, Statistic] = {
+    "mean": lambda e: float(e.mean()),
+    "sd": lambda e: float(e.std(ddof=1)),
+    "rms": lambda e: math.sqrt(float(np.mean(e**2))),
+    "p50": _quantile(0.5),
+    "p95": _quantile(0.95),
+    "p99": _quantile(0.99),
+    "p99.7": _quantile(0.997),
+    "max": lambda e: float(np.abs(e).max()),
+}
+ALL = "all"
+PRECISE = "precise"
+LEAST_SEEN = 0.5
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Length of the bar in mm and its standard uncertainty, mounting included."""
+
+    length_mm: float
+    u_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class OfClass:
+    """One direction of bar and motion. errors: (n,) of each pass, NaN where it is not in the class;
+    statistics: by the names of STATISTICS."""
+
+    name: str
+    passes: tuple[str, ...]
+    errors: tuple[np.ndarray, ...]
+    middles: tuple[np.ndarray, ...]
+    n_frames: int
+    n_eff: float
+    statistics: dict[str, Repeated]
+    dates: tuple[str, ...]
+
+    @cached_property
+    def parts(self) -> Parts:
+        """What the errors are made of."""
+        return parts_of(self.errors, self.middles, self.dates)
+
+
+@dataclass(frozen=True)
+class Bar:
+    """Everything that is known of a bar. reference_mm: what errors are against, the certificate's
+    length or the mean; classes: of LEAST_FRAMES frames or more, by name; every: all frames of all
+    classes; direction: between the classes, None of one."""
+
+    takes: tuple[Take, ...]
+    certificate: Certificate | None
+    reference_mm: float
+    classes: tuple[OfClass, ...]
+    every: OfClass
+    direction: Effects | None
+    angles: dict[str, Repeated]
+
+    @property
+    def worst(self) -> OfClass:
+        """The class of the largest 95 % quantile of the error."""
+        return max(self.classes, key=lambda one: one.statistics["p95"].value)
+
+    @property
+    def size_mm(self) -> float:
+        """What the word is of: that quantile, and twice the uncertainty of the certificate."""
+        twice = 2 * self.certificate.u_mm if self.certificate else 0.0
+        return self.worst.statistics["p95"].value + twice
+
+    @property
+    def seen(self) -> float:
+        """Smallest share of the frames of a take in which both ends were seen."""
+        return min(float(take.known.mean()) for take in self.takes)
+
+    def word(self, settings: Settings) -> str:
+        """`good`, `usable` or `bad` of the accuracy; `precise` without a certificate. Usable at
+        best where a bar was seen in fewer than LEAST_SEEN of the frames: the errors of the others
+        are not known."""
+        if self.certificate is None:
+            return PRECISE
+        if self.size_mm <= settings.good_mm and self.seen >= LEAST_SEEN:
+            return "good"
+        return "usable" if self.size_mm <= settings.usable_mm else "bad"
+
+
+def evaluate(takes: Sequence[Take], certificate: Certificate | None, settings: Settings) -> Bar:
+    """All of some passes of one bar."""
+    named = [classes(take, settings.classes_deg) for take in takes]
+    reference = certificate.length_mm if certificate else _mean_of(takes)
+    found, kept = [], [np.zeros(names.size, bool) for names in named]
+    for name in sorted({str(one) for names in named for one in np.unique(names) if one}):
+        inside = [names == name for names in named]
+        inside = [own if own.sum() >= LEAST_FRAMES else own & False for own in inside]
+        if any(own.any() for own in inside):
+            found.append(_of_class(name, takes, inside, reference))
+            kept = [a | b for a, b in zip(kept, inside, strict=True)]
+    if not found:  # of a take that turns all the time
+        kept = [take.known for take in takes]
+        found = [_of_class(ALL, takes, kept, reference)]
+    every = found[0] if len(found) == 1 else _of_class(ALL, takes, kept, reference)
+    angles = [take.angle_deg for take in takes if take.angle_deg is not None]
+    turned = statistics(angles) if angles else {}
+    return Bar(
+        tuple(takes), certificate, reference, tuple(found), every, _between(found), turned
+    )  # fmt: skip
+
+
+def _mean_of(takes: Sequence[Take]) -> float:
+    return float(np.mean([np.nanmean(take.length_mm) for take in takes]))
+
+
+def _of_class(
+    name: str, takes: Sequence[Take], inside: Sequence[np.ndarray], reference_mm: float
+) -> OfClass:
+    own = [(take, where) for take, where in zip(takes, inside, strict=True) if where.any()]
+    errors = tuple(np.where(where, take.length_mm - reference_mm, np.nan) for take, where in own)
+    middles = tuple(np.where(where, take.middle_mm, np.nan) for take, where in own)
+    worth = sum(effective_number(e) for e in errors)
+    n_frames = sum(int(where.sum()) for _, where in own)
+    names = tuple(take.name for take, _ in own)
+    dates = tuple(take.date for take, _ in own)
+    return OfClass(name, names, errors, middles, n_frames, worth, statistics(errors), dates)
+
+
+def statistics(errors: Sequence[np.ndarray]) -> dict[str, Repeated]:
+    """Each statistic of passes (n,): over passes, from FEWEST on with its interval and that of the
+    next pass; of fewer the interval of the mean alone, where frames are worth enough."""
+    passes = [e[np.isfinite(e)] for e in errors]
+    found = {
+        name: repeated([of(e) for e in passes], positive=name != "mean")
+        for name, of in STATISTICS.items()
+    }
+    if len(passes) < FEWEST:
+        means = [series_mean(e) for e in errors]
+        halves = np.array([(m.upper - m.lower) / 2 for m in means])
+        half = float(np.sqrt((halves**2).sum())) / len(means)
+        mean = found["mean"].value
+        found["mean"] = Repeated(len(passes), mean, mean - half, mean + half)
+    return found
+
+
+def _between(found: Sequence[OfClass]) -> Effects | None:
+    """Random effects of the means of classes, with the errors that these have."""
+    if len(found) < 2:
+        return None
+    means, variances = [], []
+    for one in found:
+        passes = np.array([float(np.nanmean(e)) for e in one.errors])
+        inside = [float(np.nanvar(e)) / max(effective_number(e), 1.0) for e in one.errors]
+        variance = float(np.mean(inside)) / passes.size
+        if passes.size >= FEWEST:
+            variance = max(variance, float(passes.var(ddof=1)) / passes.size)
+        means.append(float(passes.mean()))
+        variances.append(max(variance, 1e-12))
+    return random_effects(means, variances)

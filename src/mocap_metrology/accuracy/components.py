@@ -1,0 +1,107 @@
+"""Few repeated values: their mean and the next one by Student's t, and how much of their scatter is
+real.
+
+Random effects: values x_i = mu + b_i + e_i with known variances v_i of e_i; the variance tau^2 of
+b_i by DerSimonian & Laird [Control. Clin. Trials 7 (1986) 177], its limits by the profile of
+Q(tau^2) = sum (x_i - mu)^2 / (v_i + tau^2) ~ chi^2(k - 1) [Viechtbauer, Stat. Med. 26 (2007) 37],
+those of mu by Hartung & Knapp [Stat. Med. 20 (2001) 3875], whose t(k - 1) holds with few values.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+FEWEST = 3  # values that show how they scatter
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """A statistic of k repeats: its mean (geometric where positive), the interval of the mean, and
+    that of the next repeat. NaN below FEWEST."""
+
+    k: int
+    value: float
+    lower: float = math.nan
+    upper: float = math.nan
+    next_lower: float = math.nan
+    next_upper: float = math.nan
+
+
+def repeated(
+    values: Sequence[float] | np.ndarray, positive: bool = False, confidence: float = 0.95
+) -> Repeated:
+    """mean +- t(k - 1) s / sqrt(k), the next value +- t(k - 1) s sqrt(1 + 1/k), of logarithms where
+    the statistic is `positive` and no value is 0. NaN values are left out."""
+    from scipy.special import stdtrit
+
+    known = np.asarray(values, dtype=float)
+    known = known[np.isfinite(known)]
+    logs = positive and bool(known.size) and bool((known > 0).all())
+    x = np.log(known) if logs else known
+    k = x.size
+    mean = x.mean() if k else math.nan
+    half = math.nan
+    if k >= FEWEST:
+        half = stdtrit(k - 1, (1 + confidence) / 2) * x.std(ddof=1) / math.sqrt(k)
+    further = half * math.sqrt(k + 1)
+    ends = np.array([mean, mean - half, mean + half, mean - further, mean + further])
+    return Repeated(k, *(float(end) for end in (np.exp(ends) if logs else ends)))
+
+
+@dataclass(frozen=True)
+class Effects:
+    """Random effects of k groups: common mean, its standard error and interval; sd between groups
+    with its interval. NaN below two groups."""
+
+    k: int
+    mean: float
+    se: float
+    lower: float
+    upper: float
+    between: float
+    between_lower: float
+    between_upper: float
+
+
+def random_effects(
+    values: Sequence[float] | np.ndarray,
+    variances: Sequence[float] | np.ndarray,
+    confidence: float = 0.95,
+) -> Effects:
+    """Values (k,) and the variances (k,) > 0 of their errors."""
+    from scipy.special import chdtri, stdtrit
+
+    x, v = np.asarray(values, dtype=float), np.asarray(variances, dtype=float)
+    k = x.size
+    if k < 2:
+        return Effects(k, float(x[0]) if k else math.nan, *(math.nan,) * 6)
+    w = 1 / v
+    excess = _q(x, v, 0.0)[0] - (k - 1)
+    between = max(excess / (w.sum() - (w**2).sum() / w.sum()), 0.0)
+    q, mean = _q(x, v, between)
+    se = math.sqrt(q / (k - 1) / float((1 / (v + between)).sum()))
+    half = float(stdtrit(k - 1, (1 + confidence) / 2)) * se
+    tails = ((1 - confidence) / 2, (1 + confidence) / 2)
+    ends = (math.sqrt(_solve(x, v, float(chdtri(k - 1, p)))) for p in tails)
+    return Effects(k, mean, se, mean - half, mean + half, math.sqrt(between), *ends)
+
+
+def _q(x: np.ndarray, v: np.ndarray, between: float) -> tuple[float, float]:
+    """Q(tau^2), and the weighted mean."""
+    w = 1 / (v + between)
+    mean = float((w * x).sum() / w.sum())
+    return float((w * (x - mean) ** 2).sum()), mean
+
+
+def _solve(x: np.ndarray, v: np.ndarray, q: float) -> float:
+    """tau^2 with Q(tau^2) = q; 0 where Q is smaller for all."""
+    from scipy.optimize import brentq
+
+    if _q(x, v, 0.0)[0] <= q:
+        return 0.0
+    high = float(((x - x.mean()) ** 2).sum()) / q + float(v.max())  # Q is below q there
+    return float(brentq(lambda tau: _q(x, v, tau)[0] - q, 0.0, high))

@@ -1,0 +1,175 @@
+"""What a bar shows of a system, as codes and numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from mocap_metrology.accuracy.bar import Bar, OfClass
+from mocap_metrology.accuracy.clusters import ScaleSlope
+from mocap_metrology.accuracy.components import FEWEST, repeated
+from mocap_metrology.accuracy.effective import effective_number
+from mocap_metrology.accuracy.parts import Parts
+from mocap_metrology.accuracy.robust import robust_sd
+from mocap_metrology.common.types import Row
+
+CODES = {  # unit of the value
+    "length_bias": "mm",
+    "angle_bias": "deg",
+    "by_direction": "mm",
+    "by_place": "mm",
+    "by_speed": "",
+    "more_than_still": "",
+    "spikes": "",
+    "scale_slope": "ppm/m",
+}
+SPIKE = 6.0  # robust standard deviations of the rest
+LEAST_SPIKES = 1e-4  # share of frames
+SPEEDS = 8  # bins of as many frames each
+LEAST_SPEED = 20.0  # mm/s, below it the bar stands
+NORMAL = 1.96
+SURE = 0.999
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding in one class of a bar ("" where it is of all); lower, upper: its 95 % interval,
+    NaN where there is none."""
+
+    code: str
+    series: str
+    value: float
+    lower_95: float = math.nan
+    upper_95: float = math.nan
+
+    @property
+    def unit(self) -> str:
+        return CODES[self.code]
+
+    def as_dict(self) -> Row:
+        """For JSON, as findings of noise."""
+        return asdict(self) | {"unit": self.unit}
+
+
+def findings_of(
+    bar: Bar,
+    scale: ScaleSlope | None = None,
+    still_mm: float | None = None,
+    pose_u_deg: float = 0.0,
+) -> list[Finding]:
+    """All of a bar, in the order of CODES; still_mm: standard deviation of the length at rest;
+    pose_u_deg: standard uncertainty of a stated rotation."""
+    found = [*_bias(bar), *_angle(bar, pose_u_deg), *_direction(bar), *_place(bar), *_speed(bar)]
+    if still_mm:
+        rest = max(one.parts["rest"].value for one in bar.classes)
+        found.append(Finding("more_than_still", "", rest / still_mm))
+    for one in bar.classes:
+        share = _spikes(one)
+        if share > LEAST_SPIKES:
+            found.append(Finding("spikes", one.name, share))
+    if scale is not None and not scale.lower <= 0 <= scale.upper:
+        found.append(Finding("scale_slope", "", scale.slope, scale.lower, scale.upper))
+    return found
+
+
+def _bias(bar: Bar) -> list[Finding]:
+    """Beyond the uncertainties of mean and certificate together, in quadrature."""
+    if bar.certificate is None:
+        return []
+    found = []
+    for one in bar.classes:
+        mean = one.statistics["mean"]
+        half = math.hypot((mean.upper - mean.lower) / 2, NORMAL * bar.certificate.u_mm)
+        if abs(mean.value) > half:
+            found.append(
+                Finding("length_bias", one.name, mean.value, mean.value - half, mean.value + half)
+            )
+    return found
+
+
+def _angle(bar: Bar, u_deg: float) -> list[Finding]:
+    """Of the mean rotation against the stated one, beyond its uncertainty."""
+    found = repeated([take.angle_bias_deg for take in bar.takes])
+    least = NORMAL * u_deg + float(np.nan_to_num(found.upper - found.value))
+    if not found.value > least:
+        return []
+    return [Finding("angle_bias", "", found.value, found.value - least, found.value + least)]
+
+
+def _direction(bar: Bar) -> list[Finding]:
+    d = bar.direction
+    if d is None or not d.between_lower > 0:
+        return []
+    return [Finding("by_direction", "", d.between, d.between_lower, d.between_upper)]
+
+
+def _place(bar: Bar) -> list[Finding]:
+    """Of classes whose surface is more than chance: its F for effective frames is beyond the
+    quantile SURE, and where there are several passes, it explains some of those that it was not
+    fitted to."""
+    return [
+        Finding("by_place", one.name, part.value, part.lower, part.upper)
+        for one in bar.classes
+        for part in [one.parts["place"]]
+        if part.value > 0 and _is_bent(one.parts) and not one.parts.place_share <= 0
+    ]
+
+
+def _is_bent(parts: Parts) -> bool:
+    from scipy.stats import f
+
+    terms, free = parts.n_terms, parts.n_eff - parts.n_terms - 1
+    if free < 1:
+        return False
+    rest = parts["rest"].value ** 2
+    surface = parts["place"].value ** 2 + terms / parts.n_eff * rest
+    return bool(surface / terms > f.ppf(SURE, terms, free) * rest / free)
+
+
+def _speed(bar: Bar) -> list[Finding]:
+    """Exponent of the growth of the rest with speed, over all classes: between the speeds of the
+    passes, or of one take's frames."""
+    speeds = {take.name: take.speed_mm_s for take in bar.takes}
+    slopes = [
+        _exponent(rest, speeds[name])
+        for one in bar.classes
+        for name, rest in zip(one.passes, one.parts.rest, strict=True)
+    ]
+    slopes = [slope for slope in slopes if math.isfinite(slope[0])]
+    if len(slopes) >= FEWEST:
+        found = repeated([slope for slope, _ in slopes])
+        value, lower, upper = found.value, found.lower, found.upper
+    elif slopes:
+        value, error = max(slopes, key=lambda slope: abs(slope[0]) / slope[1])
+        lower, upper = value - NORMAL * error, value + NORMAL * error
+    else:
+        return []
+    return [Finding("by_speed", "", value, lower, upper)] if lower > 0 else []
+
+
+def _exponent(rest: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
+    """b of robust sd ~ speed^b, and its standard error, from SPEEDS bins of equal frames: the
+    logarithm of the sd of n_eff values has the variance 1 / (2 n_eff) (of the MAD 1.36 / n_eff)."""
+    known = np.flatnonzero(np.isfinite(rest) & (speed > LEAST_SPEED))
+    if known.size < 100 * SPEEDS:
+        return math.nan, math.nan
+    bins = np.array_split(known[np.argsort(speed[known])], SPEEDS)
+    x = np.array([math.log(float(np.median(speed[own]))) for own in bins])
+    sd = np.array([robust_sd(rest[own]) for own in bins])
+    if not (sd > 0).all() or np.ptp(x) < math.log(1.5):
+        return math.nan, math.nan
+    y = np.log(sd)
+    centred = x - x.mean()
+    slope = float(centred @ y / (centred @ centred))
+    worth = max(effective_number(rest**2) / SPEEDS, 1.0)
+    left = float(np.sum((y - y.mean() - slope * centred) ** 2)) / (SPEEDS - 2)
+    variance = max(1.36 / worth, left) / float(centred @ centred)
+    return slope, math.sqrt(variance)
+
+
+def _spikes(one: OfClass) -> float:
+    """Share of the frames of the rest beyond SPIKE robust sd of its pass."""
+    beyond = [np.abs(r - np.nanmedian(r)) > SPIKE * robust_sd(r) for r in one.parts.rest]
+    return sum(int(b.sum()) for b in beyond) / one.n_frames

@@ -1,0 +1,291 @@
+"""Charts of one series of a facility over months: is a new take like those of the baseline?
+
+Statistics give notes, a tolerance gives alarms: limits from the scatter of few takes are wrong by
+chance, and takes of neighbouring days are alike, so a facility that did not change leaves textbook
+limits (mean +- 3 sd) in most cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from scipy.special import ndtr, ndtri, stdtr
+
+from mocap_metrology.common.types import Floats
+
+CLIP, REFERENCE = 2.5, 0.5  # of the CUSUM, in standard deviations
+LEARNT, SETTLED = 5, 10  # takes of a baseline: below it is learning, provisional
+PRIOR_DF = 4  # degrees of freedom of the scatter that is stated
+CAPABLE = 3  # a series is if its tolerance is this many s_p or more
+LEAST = 3.5  # s_p: the smallest tolerance that a series which is not capable can be watched for
+ONE_SIDED = 1.645  # 95 % of a normal distribution lies below
+CELLS = 250  # of the Markov chain
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of |Q| and of a CUSUM, both in standard deviations."""
+
+    q: float
+    cusum: float
+
+
+@cache
+def limits(n_series: int, false_alarms: float, dates: int) -> Limits:
+    """Limits that unchanged series, together, leave with probability `false_alarms` in `dates`
+    takes: one half each for Q and for CUSUM, shared equally by series, sides and (Q) takes.
+
+    Q: two-sided quantile. CUSUM: its distribution after `dates` steps by the Markov chain of
+    Brook and Evans (Biometrika 59, 1972), for normal values clipped at 2.5. Tests compare it with
+    published run lengths and with simulation.
+    """
+    share = -np.expm1(np.log1p(-false_alarms / 2) / (2 * n_series))
+    low, high = 0.5, 40.0
+    while high - low > 1e-3:
+        middle = (low + high) / 2
+        low, high = (middle, high) if crossing(middle, dates) > share else (low, middle)
+    return Limits(float(-ndtri(-np.expm1(np.log1p(-share) / dates))), high)
+
+
+def crossing(limit: float, steps: int, clip: float = CLIP) -> float:
+    """Probability that max(0, C + z - 0.5), from 0, z standard normal and clipped, exceeds `limit`
+    within `steps`."""
+    width = limit / (CELLS - 0.5)  # the first cell is half as wide: zero is its middle
+    edges = (np.arange(CELLS) + 0.5) * width
+    reached = edges[None, :] - np.arange(CELLS)[:, None] * width + REFERENCE
+    below = np.where(reached < -clip, 0.0, np.where(reached >= clip, 1.0, ndtr(reached)))
+    chain = np.diff(below, axis=1, prepend=0.0)
+    at = np.zeros(CELLS)
+    at[0] = 1
+    for _ in range(steps):
+        at = at @ chain
+    return float(1 - at.sum())
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What a series is watched for.
+
+    tolerance: change that matters; scatter: standard deviation from day to day that is expected,
+    which counts like 4 degrees of freedom; relative: both are shares of a standard deviation whose
+    power 2/3 the series is.
+    """
+
+    tolerance: float
+    scatter: float
+    relative: bool = False
+
+    def at(self, mean: Floats) -> tuple[Floats, Floats]:
+        """Tolerance and scatter in the unit of the series, for a mean of the baseline."""
+        if not self.relative:
+            return np.full_like(mean, self.tolerance), np.full_like(mean, self.scatter)
+        return mean * ((1 + self.tolerance) ** (2 / 3) - 1), mean * self.scatter * 2 / 3
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Statistics of a series at each take, (n,) each; those before a take is judged are NaN.
+
+    n_baseline, mean, scatter: takes of the baseline before this one, their mean, s_p; baseline: of
+    which takes it consists; tolerance; q: of the take against the baseline; high, low: CUSUM;
+    since: first value of the run of the larger one; shift: mean from there on minus that of the
+    baseline; learning; beyond: the
+    tolerance; repeated: as was the take before; unusual: by Q; drifting: by CUSUM and shift.
+    """
+
+    value: Floats
+    n_baseline: np.ndarray
+    baseline: np.ndarray
+    mean: Floats
+    scatter: Floats
+    tolerance: Floats
+    q: Floats
+    high: Floats
+    low: Floats
+    since: np.ndarray
+    shift: Floats
+    learning: np.ndarray
+    beyond: np.ndarray
+    repeated: np.ndarray
+    unusual: np.ndarray
+    drifting: np.ndarray
+
+    @property
+    def capable(self) -> np.ndarray:
+        """(n,) whether the scatter is small enough, s_p <= T/3."""
+        return self.scatter <= self.tolerance / CAPABLE
+
+    @property
+    def band(self) -> Floats:
+        """(n,) distance from the mean beyond which a take alarms."""
+        return _room(self.n_baseline, self.tolerance, self.scatter)
+
+    @property
+    def watchable(self) -> Floats:
+        """(n,) smallest tolerance that the series can be watched for, 3.5 s_p."""
+        return LEAST * self.scatter
+
+
+ORDER = ("failure", "alert", "note", "learning", "provisional", "pass", "")  # the worst first
+
+
+def words(found: Chart) -> list[tuple[str, int | None]]:
+    """Word of each value, and since which one the series is not valid (None: it is).
+
+    One value beyond the tolerance is an alert, the second running a failure; then two running
+    inside make the series valid again, and the first of them is an alert still.
+    """
+    said: list[tuple[str, int | None]] = []
+    since: int | None = None
+    for k in range(found.value.size):
+        again = k > 0 and found.beyond[k] == found.beyond[k - 1]
+        if found.beyond[k] and again and since is None:
+            since = k - 1
+        elif since is not None and not found.beyond[k] and again:
+            since = None
+        if found.beyond[k] or since is not None:
+            word = "failure" if found.beyond[k] and since is not None else "alert"
+        elif found.learning[k]:
+            word = "learning"
+        elif found.unusual[k] or found.drifting[k]:
+            word = "note"
+        else:
+            word = "provisional" if found.n_baseline[k] < SETTLED else "pass"
+        said.append((word, since))
+    return said
+
+
+def chart(
+    values: Floats,
+    days: Sequence[object],
+    marked: np.ndarray,
+    watched: Watched,
+    limit: Limits,
+) -> Chart:
+    """Chart of the values (n,) of one series, in order of time, without NaN.
+
+    With m values of the baseline before a value x, their mean and standard deviation s,
+
+        Q = Phi^-1 G_(m-1)[(x - mean) / (s sqrt(1 + 1/m))],
+
+    G the distribution of Student's t (Quesenberry, J. Qual. Technol. 23, 1991): normal for an
+    unchanged series, whatever m. The CUSUM (Hawkins, The Statistician 36, 1987) is of the same Q
+    against all earlier values, clipped to 2.5: independent, so its limits are exact. A value is
+    beyond the tolerance T if |x - mean| > T + 1.645 s_p / sqrt(m), where s_p^2 = (4 s_0^2 + (m-1)
+    s^2) / (m+3) and s_0 is the scatter that is stated. Where s_p > T/3, the series is not capable:
+    it would alarm by chance, and 3.5 s_p stands in place of T.
+
+    days: (n,) day of each; marked: (n,) whether the sheet names it as of the baseline. Where none
+    is, the baseline is the first ten values that are not beyond. Values are judged from five values
+    of five days on.
+    """
+    x = np.asarray(values, dtype=np.float64)
+    baseline = marked if marked.any() else _first(x, days, watched)
+    m, mean, spread = _before(x, baseline)
+    learning = (m < LEARNT) | (_days_before(days, baseline) < LEARNT)
+    tolerance, scatter = _widths(m, mean, spread, watched)
+    count, all_mean, all_spread = _before(x, np.ones(x.size, dtype=bool))
+    running = np.clip(_q(x, count, all_mean, all_spread), -CLIP, CLIP)
+    high, since_high = _cusum(running)
+    low, since_low = _cusum(-running)
+    since = np.where(high >= low, since_high, since_low)
+    total = np.concatenate([[0.0], np.cumsum(x - x[:1].sum())])
+    length = np.arange(x.size) + 1 - since
+    recent = (total[1:] - total[since]) / length + x[:1].sum()
+    shift = np.where(learning, np.nan, recent - mean)
+    q = np.where(learning, np.nan, _q(x, m, mean, spread))
+    beyond = ~learning & (np.abs(x - mean) > _room(m, tolerance, scatter))
+    return Chart(
+        x,
+        m,
+        baseline,
+        np.where(learning, np.nan, mean),
+        np.where(learning, np.nan, scatter),
+        np.where(learning, np.nan, tolerance),
+        q,
+        high,
+        low,
+        since,
+        shift,
+        learning,
+        beyond,
+        beyond & np.concatenate([[False], beyond])[: x.size],
+        np.abs(q) > limit.q,
+        (np.maximum(high, low) > limit.cusum) & (np.abs(shift) > tolerance / 2),
+    )
+
+
+def _before(x: Floats, chosen: np.ndarray) -> tuple[np.ndarray, Floats, Floats]:
+    """Number, mean and standard deviation of the chosen values before each; NaN where too few."""
+    origin = x[chosen][:1].sum()  # sums of small numbers keep their digits
+    y = np.where(chosen, x - origin, 0.0)
+    m, first, second = (
+        np.concatenate([[0], np.cumsum(one)])[: x.size] for one in (chosen, y, y * y)
+    )
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = first / m
+        variance = np.where(m > 1, (second - m * mean**2) / (m - 1), np.nan)
+    return m, mean + origin, np.sqrt(np.maximum(variance, 0))
+
+
+def _q(x: Floats, m: np.ndarray, mean: Floats, spread: Floats) -> Floats:
+    """(n,) Q of each value; 0 where fewer than two values are before it."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        t = (x - mean) / (spread * np.sqrt(1 + 1 / m))
+    t = np.where((m < 2) | np.isnan(t), 0.0, t)
+    return np.copysign(
+        -ndtri(stdtr(np.maximum(m - 1, 1), -np.abs(t))), t
+    )  # of the lower tail: exact
+
+
+def _cusum(q: Floats) -> tuple[Floats, np.ndarray]:
+    """(n,) C = max(0, C + q - 0.5), and the first value of its present run."""
+    total = np.concatenate([[0.0], np.cumsum(q - REFERENCE)])
+    least = np.minimum.accumulate(total)
+    at = np.where(total[:-1] <= least[:-1], np.arange(q.size), 0)
+    return (total - least)[1:], np.maximum.accumulate(at)
+
+
+def _widths(m: np.ndarray, mean: Floats, spread: Floats, watched: Watched) -> tuple[Floats, Floats]:
+    """Tolerance, and s_p: the scatter measured and that stated."""
+    tolerance, stated = watched.at(mean)
+    measured = np.where(m > 1, (m - 1) * np.nan_to_num(spread) ** 2, 0.0)
+    scatter = np.sqrt((PRIOR_DF * stated**2 + measured) / (np.maximum(m, 1) - 1 + PRIOR_DF))
+    return tolerance, scatter
+
+
+def _room(m: np.ndarray, tolerance: Floats, scatter: Floats) -> Floats:
+    """Distance from the mean of a baseline of m values that is allowed."""
+    watched = np.where(scatter <= tolerance / CAPABLE, tolerance, LEAST * scatter)
+    return watched + ONE_SIDED * scatter / np.sqrt(np.maximum(m, 1))
+
+
+def _days_before(days: Sequence[object], chosen: np.ndarray) -> np.ndarray:
+    """(n,) different days among the chosen takes before each."""
+    seen: set[object] = set()
+    numbers = []
+    for day, is_chosen in zip(days, chosen, strict=True):
+        numbers.append(len(seen))
+        seen |= {day} if is_chosen else set()
+    return np.array(numbers, dtype=np.int64)
+
+
+def _first(x: Floats, days: Sequence[object], watched: Watched) -> np.ndarray:
+    """(n,) the first ten values that are not beyond the tolerance of those before them."""
+    chosen: list[int] = []
+    for k in range(x.size):
+        if len(chosen) >= SETTLED:
+            break
+        if len(chosen) >= LEARNT and len({days[c] for c in chosen}) >= LEARNT:
+            known, m = x[chosen], np.array([len(chosen)])
+            mean, spread = known.mean(keepdims=True), known.std(ddof=1, keepdims=True)
+            tolerance, scatter = _widths(m, mean, spread, watched)
+            if abs(x[k] - mean[0]) > _room(m, tolerance, scatter)[0]:
+                continue
+        chosen.append(k)
+    found = np.zeros(x.size, dtype=bool)
+    found[chosen] = True
+    return found

@@ -1,0 +1,216 @@
+"""A take of a monitored facility in a few numbers, and the series that many takes make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from mocap_metrology.accuracy.monitor import ORDER, Chart, Watched, chart, limits, words
+from mocap_metrology.accuracy.monitor_row import Row
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Floats
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.settings import Monitor
+
+LEAST_JITTER_MM = 1e-6  # of a stream that repeats itself; its logarithm must be finite
+LEAST_DF = 20  # of a wander that is judged
+
+Kind = Literal["jitter", "wander", "place", "length"]
+
+
+@dataclass(frozen=True)
+class Take:
+    """jitter_mm: from frame to frame; wander_mm: Allan deviation at `monitor.wander_s`, both the
+    root mean square of all coordinates; wander_df: its degrees of freedom; places_mm: mean
+    position of each marker; lengths_mm: mean distance of each pair."""
+
+    jitter_mm: float
+    wander_mm: float
+    wander_df: float
+    places_mm: Mapping[str, Sequence[float]]
+    lengths_mm: Mapping[str, float]
+
+
+def numbers(
+    positions: Mapping[str, Floats],
+    distances: Mapping[str, Floats],
+    frame_rate_hz: float,
+    wander_s: float,
+) -> Take:
+    """Numbers of a take: (3, n) cleaned coordinates of each marker, (n,) distances of each pair, in
+    mm, gaps as NaN.
+
+    The jitter is the Allan deviation at one frame, sqrt(<(x_(k+1) - x_k)^2> / 2). Of the wander the
+    terms that do not overlap are its degrees of freedom, (n - 2m + 1) / m at m frames.
+    """
+    series = [axis for marker in positions.values() for axis in marker]
+    n, m = series[0].size, max(round(wander_s * frame_rate_hz), 1)
+    factors = np.array([1, min(m, max(n // 2, 1))])
+    variances = np.array([allan_variance(one, factors).variance for one in series])
+    known = np.isfinite(variances).any(axis=0)
+    jitter, wander = (
+        float(np.sqrt(np.nanmean(variances[:, k]))) if known[k] else np.nan for k in range(2)
+    )
+    return Take(
+        jitter,
+        wander,
+        max(n - 2 * m + 1, 0) / m,
+        {label: np.nanmean(own, axis=1).tolist() for label, own in positions.items()},
+        {
+            name: float(np.nanmean(own)) if np.isfinite(own).any() else np.nan
+            for name, own in distances.items()
+        },
+    )
+
+
+@dataclass(frozen=True)
+class Series:
+    """One number of each take: values (n,) in which it is charted, `natural` those to show."""
+
+    name: str
+    kind: Kind
+    values: Floats
+    judged: np.ndarray
+    watched: Watched
+
+    def natural(self, values: Floats) -> Floats:
+        """In mm."""
+        if self.kind == "jitter":
+            return np.exp(values)
+        return np.maximum(values, 0) ** 1.5 if self.kind == "wander" else values
+
+    def change(self, difference: Floats, mean: Floats) -> Floats:
+        """Of a difference of charted values: mm, of jitter and wander a share."""
+        if self.kind in ("place", "length"):
+            return difference
+        return self.natural(mean + difference) / self.natural(mean) - 1
+
+    @property
+    def unit(self) -> str:
+        """Of a change."""
+        return "mm" if self.kind in ("place", "length") else ""
+
+    @property
+    def code(self) -> str:
+        """Of a finding on a change."""
+        return f"{self.kind}_changed"
+
+
+def series_of(takes: Sequence[Take], how: Monitor) -> list[Series]:
+    """All series of takes of the same markers and pairs."""
+    every = np.ones(len(takes), dtype=bool)
+    tolerance, scatter = how.tolerance, how.scatter
+    jitter = np.maximum([take.jitter_mm for take in takes], LEAST_JITTER_MM)
+    wander = np.array([take.wander_mm for take in takes]) ** (2 / 3)
+    enough = np.array([take.wander_df >= LEAST_DF for take in takes])
+    of_jitter = Watched(tolerance.jitter, scatter.jitter)
+    of_wander = Watched(tolerance.wander, scatter.wander, relative=True)
+    of_place = Watched(tolerance.place_mm, scatter.place_mm)
+    of_length = Watched(tolerance.length_mm, scatter.length_mm)
+    lengths = {
+        name: np.array([take.lengths_mm[name] for take in takes]) for name in takes[0].lengths_mm
+    }
+    found = [
+        Series("jitter", "jitter", np.log(jitter), every, of_jitter),
+        Series("wander", "wander", wander, enough, of_wander),
+        *(Series(n, "place", v, every, of_place) for n, v in _places(takes, how.frame).items()),
+        *(Series(f"length {n}", "length", v, every, of_length) for n, v in lengths.items()),
+    ]
+    return [one for one in found if np.isfinite(one.values).any()]
+
+
+def _places(takes: Sequence[Take], frame: str) -> dict[str, Floats]:
+    """Mean of the markers, or what a rigid fit to the first take leaves of each."""
+    labels = list(takes[0].places_mm)
+    places = np.array([[take.places_mm[label] for label in labels] for take in takes])
+    if frame == "fixed":
+        return {f"place {axis}": places[:, :, k].mean(axis=1) for k, axis in enumerate("xyz")}
+    if len(labels) < 3:
+        raise Refusal(
+            f"monitor.frame is fitted, and there are {len(labels)} markers; expected three or more"
+        )
+    from scipy.spatial.transform import Rotation
+
+    centred = places - places.mean(axis=1, keepdims=True)
+    left = np.array(
+        [Rotation.align_vectors(centred[0], one)[0].apply(one) - centred[0] for one in centred]
+    )
+    return {
+        f"place {label} {axis}": left[:, i, k]
+        for i, label in enumerate(labels)
+        for k, axis in enumerate("xyz")
+    }
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A series of a stretch, from one restart to the next, and its chart.
+
+    at: (k,) which takes are judged; words: of each of them, and since which one of them the series
+    is not valid.
+    """
+
+    series: Series
+    at: np.ndarray
+    chart: Chart
+    words: Sequence[tuple[str, int | None]]
+
+
+def judge(
+    takes: Sequence[Take], days: Sequence[str], marked: Sequence[bool], how: Monitor
+) -> list[Judged]:
+    """Every series of one stretch of takes, in order of time.
+
+    days: of each; marked: whether the sheet names it as of the baseline.
+    """
+    every, found = series_of(takes, how), []
+    watched = [np.flatnonzero(one.judged & np.isfinite(one.values)) for one in every]
+    number = sum(at.size > 0 for at in watched)
+    limit = limits(max(number, 1), how.false_alarms, how.dates)
+    for one, at in zip(every, watched, strict=True):
+        own_days = [days[k] for k in at.tolist()]
+        charted = chart(one.values[at], own_days, np.array(marked)[at], one.watched, limit)
+        found.append(Judged(one, at, charted, words(charted)))
+    return found
+
+
+@dataclass(frozen=True)
+class History:
+    """A facility: its takes in order, and each stretch of them from one restart to the next, by the
+    number of its first take; left_out: rows that were not used, and why."""
+
+    name: str
+    rows: Sequence[Row]
+    stretches: Mapping[int, Sequence[Judged]]
+    left_out: Mapping[str, str]
+
+    def words(self) -> list[str]:
+        """Word of each take: the worst of its series."""
+        said = [""] * len(self.rows)
+        for start, found in self.stretches.items():
+            for one in found:
+                for k, (word, _) in zip(one.at.tolist(), one.words, strict=True):
+                    said[start + k] = min(said[start + k], word, key=ORDER.index)
+        return said
+
+
+def history(
+    name: str,
+    rows: Sequence[Row],
+    takes: Sequence[Take],
+    how: Monitor,
+    left_out: Mapping[str, str] | None = None,
+) -> History:
+    """Charts of a facility from its takes, in order of time."""
+    starts = [k for k, row in enumerate(rows) if k == 0 or row.baseline == "restart"]
+    stretches = {}
+    for start, end in zip(starts, [*starts[1:], len(rows)], strict=False):
+        own = rows[start:end]
+        named = any(row.baseline == "yes" for row in own)
+        marked = [named and row.baseline != "" for row in own]
+        days = [row.date[:10] for row in own]
+        stretches[start] = judge(takes[start:end], days, marked, how)
+    return History(name, rows, stretches, left_out or {})

@@ -1,0 +1,125 @@
+"""What the error of a bar is made of: of the class, of the pass, of the place, and a rest.
+
+e = bias + class + pass + place + rest. Place: a quadratic surface of the middle [Huber's estimate],
+common to the passes of a class, about each pass's own mean; a surface of p terms takes p / n_eff of
+the rest's variance by chance, which is subtracted. Frame to frame, part of the rest: the mean of
+(e_k+1 - e_k)^2 / 2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.accuracy.components import Repeated, random_effects, repeated
+from mocap_metrology.accuracy.effective import effective_number
+from mocap_metrology.accuracy.robust import huber, robust_sd
+
+FLAT = 0.05  # of the largest extent: along an axis of less the surface does not bend
+FITTED = 10_000  # frames at most
+
+
+@dataclass(frozen=True)
+class Part:
+    """Of the error, mm; lower, upper: its 95 % interval, NaN where there is none."""
+
+    name: str
+    value: float
+    lower: float = math.nan
+    upper: float = math.nan
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Of one class. parts: bias, pass, place, rest, frame; place_share: of the variance about the
+    pass's mean that the surface of other dates, or of other passes, explains in what it was not
+    fitted to (NaN of one pass); rest: (n,) of each pass; n_eff: of the
+    rest; n_terms: of the surface."""
+
+    parts: tuple[Part, ...]
+    place_share: float
+    rest: tuple[np.ndarray, ...]
+    n_eff: float
+    n_terms: int
+
+    def __getitem__(self, name: str) -> Part:
+        return next(part for part in self.parts if part.name == name)
+
+
+def parts_of(
+    errors: Sequence[np.ndarray], middles: Sequence[np.ndarray], dates: Sequence[str]
+) -> Parts:
+    """Of the passes of a class: errors (n,) mm, NaN in gaps, middles (3, n) mm."""
+    centred = [e - np.nanmean(e) for e in errors]
+    terms = surface_terms(middles)
+    surfaces = [own @ _fitted(terms, centred) for own in terms]
+    rest = tuple(c - s for c, s in zip(centred, surfaces, strict=True))
+    worth = [effective_number(one) for one in rest]
+    sd = np.array([float(np.nanstd(one)) for one in rest])
+    chance = terms[0].shape[1] / sum(worth) * float(np.mean(sd**2))
+    bent = np.array([np.nanvar(np.where(np.isnan(e), np.nan, s)) for e, s in
+                     zip(errors, surfaces, strict=True)])  # fmt: skip
+    place = _together("place", np.sqrt(np.maximum(bent - chance, 0.0)))
+    frame = [math.sqrt(float(np.nanmean(np.diff(e) ** 2)) / 2) for e in errors]
+    means = [float(np.nanmean(e)) for e in errors]
+    bias = _together("bias", means, positive=False)
+    variance = [max(float(np.nanvar(e)), 1e-30) / max(effective_number(e), 1.0) for e in errors]
+    between = random_effects(means, variance)
+    passes = Part("pass", between.between, between.between_lower, between.between_upper)
+    parts = (bias, passes, place, _together("rest", sd), _together("frame", frame))
+    return Parts(parts, _left_out(terms, centred, dates), rest, sum(worth), terms[0].shape[1])
+
+
+def _together(name: str, values: Sequence[float] | np.ndarray, positive: bool = True) -> Part:
+    found: Repeated = repeated(values, positive)
+    return Part(name, found.value, found.lower, found.upper)
+
+
+def surface_terms(middles: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """(n, p) linear and quadratic terms of the middles (3, n) of each pass in their common main
+    axes, scaled, each term about its mean in the pass; none of axes along which they hardly differ.
+    NaN in gaps."""
+    every = np.concatenate(middles, axis=1)
+    every = every[:, np.isfinite(every).all(axis=0)]
+    mean = every.mean(axis=1, keepdims=True)
+    axes, variances, _ = np.linalg.svd((every - mean) @ (every - mean).T / every.shape[1])
+    size = np.sqrt(variances)
+    kept = size > max(FLAT * size[0], 1e-9)
+    scaled = axes[:, kept].T / size[kept, None]
+    first, second = np.triu_indices(int(kept.sum()))
+    found = []
+    for middle in middles:
+        linear = scaled @ (middle - mean)
+        terms = np.concatenate([linear, linear[first] * linear[second]]).T
+        found.append(terms - np.nanmean(terms, axis=0))
+    return found
+
+
+def _fitted(terms: Sequence[np.ndarray], centred: Sequence[np.ndarray]) -> np.ndarray:
+    """Coefficients (p,) of the surface of some passes; of long ones some frames only."""
+    design, target = np.concatenate(terms), np.concatenate(centred)
+    known = np.flatnonzero(np.isfinite(target))
+    some = known[:: max(known.size // FITTED, 1)]
+    return huber(design[some], target[some])
+
+
+def _left_out(
+    terms: Sequence[np.ndarray], centred: Sequence[np.ndarray], dates: Sequence[str]
+) -> float:
+    """Share of the robust variance about the pass's mean that surfaces of the others remove; by
+    dates where there are two or more."""
+    marks = list(dates) if len(set(dates)) > 1 and all(dates) else list(range(len(centred)))
+    if len(set(marks)) < 2:
+        return math.nan
+    before, after = [], []
+    for out in set(marks):
+        others = [k for k, mark in enumerate(marks) if mark != out]
+        surface = _fitted([terms[k] for k in others], [centred[k] for k in others])
+        for k in (k for k, mark in enumerate(marks) if mark == out):
+            left = centred[k] - terms[k] @ surface
+            before.append(robust_sd(centred[k]) ** 2)
+            after.append(robust_sd(left - np.nanmean(left)) ** 2)
+    return 1 - float(np.mean(after) / np.mean(before)) if np.mean(before) > 0 else math.nan

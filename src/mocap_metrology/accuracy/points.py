@@ -1,0 +1,231 @@
+"""Reference points: places that a system and a better one measured, and the fit between them.
+
+O_i = t + (1 + s) R (p_i + Q_i l): p_i place and Q_i attitude of the tracked body, l the lever from
+its origin to the point that the reference measured, R, t, s rotation, shift and scale between the
+frames. Least squares over the points; the headline is what each point is off by in a fit without
+it. Lengths in mm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from mocap_metrology.common.errors import Refusal
+
+ROUNDS, TURNS = 100, 6
+LEAST_TURN_DEG = 3.0  # of attitudes, below which a lever is not seen
+LEAST_POINTS, LEAST_WITH_LEVER = 5, 6
+LEAST_SEGMENT = 4  # points
+PARAMETERS = 7  # a segment adds: six of a rigid fit, and its place
+ON_A_LINE = 1e-2  # of the largest extent
+
+
+@dataclass(frozen=True)
+class Fit:
+    """rotation (3, 3), shift (3,), scale s (a difference from 1), lever (3,)."""
+
+    rotation: np.ndarray
+    shift: np.ndarray
+    scale: float
+    lever: np.ndarray
+
+    def applied(self, places: np.ndarray, turns: np.ndarray) -> np.ndarray:
+        """(n, 3) of places (n, 3) and attitudes (n, 3, 3) in the frame of the reference."""
+        points = places + turns @ self.lever
+        return np.asarray(self.shift + (1 + self.scale) * points @ self.rotation.T)
+
+
+@dataclass(frozen=True)
+class Points:
+    """Places (n, 3), attitudes (n, 3, 3) (identities of markers), reference (n, 3), in mm."""
+
+    places: np.ndarray
+    turns: np.ndarray
+    reference: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def only(self, which: np.ndarray | Sequence[int] | slice) -> Points:
+        return Points(self.places[which], self.turns[which], self.reference[which])
+
+    @property
+    def has_lever(self) -> bool:
+        """Whether the attitudes differ enough to show a lever."""
+        turns = Rotation.from_matrix(self.turns)
+        angles = np.degrees((turns.mean().inv() * turns).magnitude())
+        return bool(angles.max() > LEAST_TURN_DEG)
+
+
+def fit(points: Points, lever: bool, scale: bool) -> Fit:
+    """Least squares of one frame; scale: whether s is free."""
+    arm = lever_of(points, (), scale) if lever else np.zeros(3)
+    bodies = points.places + points.turns @ arm
+    rotation, factor = _kabsch(bodies, points.reference, scale)
+    shift = points.reference.mean(axis=0) - factor * rotation @ bodies.mean(axis=0)
+    return Fit(rotation, shift, factor - 1, arm)
+
+
+def lever_of(points: Points, cuts: Sequence[int], scale: bool = False) -> np.ndarray:
+    """(3,) lever common to segments that begin at `cuts`, each with a frame of its own: by turns
+    the frames for the lever [Umeyama], and the lever for the frames.
+
+    With c = (1 + s) R and all about the means of a segment, r_i = d_i - c (q_i + Q_i l), so l
+    solves Q_i l = c^-1 d_i - q_i by least squares. Components that no attitude shows are 0.
+    """
+    bounds = (0, *cuts, len(points))
+    parts = [points.only(slice(a, b)) for a, b in pairwise(bounds)]
+    design = np.concatenate([(p.turns - p.turns.mean(axis=0)).reshape(-1, 3) for p in parts])
+    arm = np.zeros(3)
+    for _ in range(ROUNDS):
+        left = []
+        for part in parts:
+            rotation, factor = _kabsch(part.places + part.turns @ arm, part.reference, scale)
+            target = part.reference - part.reference.mean(axis=0)
+            left.append(target @ rotation / factor - (part.places - part.places.mean(axis=0)))
+        before, arm = arm, np.linalg.lstsq(design, np.concatenate(left).ravel(), rcond=1e-6)[0]
+        if np.abs(arm - before).max() < 1e-6:
+            break
+    return arm
+
+
+def _kabsch(points: np.ndarray, reference: np.ndarray, scale: bool) -> tuple[np.ndarray, float]:
+    """Rotation and scale factor of least squares [Umeyama, IEEE PAMI 13 (1991) 376]."""
+    a, b = points - points.mean(axis=0), reference - reference.mean(axis=0)
+    u, s, vt = np.linalg.svd(b.T @ a)
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
+    factor = float((s * sign).sum() / (a**2).sum()) if scale else 1.0
+    return (u * sign) @ vt, factor
+
+
+def residuals(points: Points, found: Fit) -> np.ndarray:
+    """(n, 3) reference minus fitted."""
+    return np.asarray(points.reference - found.applied(points.places, points.turns))
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """off_mm (n, 3): what each point is off by in a fit without it; scale_se, lever_se: standard
+    errors by the jackknife, sqrt((n - 1)/n sum (theta_k - mean)^2)."""
+
+    off_mm: np.ndarray
+    scale_se: float
+    lever_se: np.ndarray
+
+
+def left_out(points: Points, lever: bool, scale: bool) -> LeftOut:
+    """All points one after the other."""
+    n = len(points)
+    fits = [fit(points.only(np.arange(n) != k), lever, scale) for k in range(n)]
+    off = np.concatenate([residuals(points.only([k]), one) for k, one in enumerate(fits)])
+    values = np.array([[one.scale, *one.lever] for one in fits])
+    se = np.sqrt((n - 1) * values.var(axis=0))
+    return LeftOut(off, float(se[0]), se[1:])
+
+
+def check(points: Points, group: str) -> None:
+    """Refuse points that do not determine a fit."""
+    least = LEAST_WITH_LEVER if points.has_lever else LEAST_POINTS
+    if len(points) < least:
+        raise Refusal(f"{group}: {len(points)} reference points; expected at least {least}")
+    size = np.linalg.svd(points.reference - points.reference.mean(axis=0), compute_uv=False)
+    if size[1] < ON_A_LINE * size[0]:
+        raise Refusal(
+            f"{group}: the reference points are on a line; expected points that span a plane"
+        )
+
+
+def rms(vectors: np.ndarray) -> float:
+    """Root mean square length of (n, 3)."""
+    return math.sqrt(float((vectors**2).sum() / len(vectors)))
+
+
+@dataclass(frozen=True)
+class Segments:
+    """cuts: the numbers of points after which the frame jumped; inside_mm: rms inside segments;
+    jumps_mm: how far the places of all points are moved by each jump, rms."""
+
+    cuts: tuple[int, ...]
+    inside_mm: float
+    jumps_mm: tuple[float, ...]
+
+
+def frame_changes(points: Points) -> Segments:
+    """Segments of the order, of LEAST_SEGMENT points or more, each with a rigid fit of its own and
+    all with one lever: the least sum of squares S for each number k of segments by dynamic
+    programming [Bai & Perron, J. Appl. Econometrics 18 (2003) 1], k by BIC,
+    3 n log(S / 3n) + PARAMETERS k log(3n); lever and segments by turns.
+
+    Reported where the rms falls below half of that of one fit and each jump exceeds four times the
+    rms inside; no cuts otherwise.
+    """
+    cuts: tuple[int, ...] = ()
+    whole = rms(residuals(points, fit(points, points.has_lever, scale=False)))
+    for _ in range(TURNS):
+        lever = lever_of(points, cuts) if points.has_lever else np.zeros(3)
+        moved = replace(points, places=points.places + points.turns @ lever)
+        before, (cuts, squares) = cuts, _segmented(moved)
+        if cuts == before:
+            break
+    inside = math.sqrt(squares / len(points))
+    jumps = _jumps(moved, cuts)
+    if inside > whole / 2 or any(jump < 4 * inside for jump in jumps):
+        return Segments((), whole, ())
+    return Segments(cuts, inside, jumps)
+
+
+def _segmented(points: Points) -> tuple[tuple[int, ...], float]:
+    """Cuts by BIC, and the sum of squares inside."""
+    n, cost = len(points), _costs(points)
+    best, before = [cost[0]], []
+    for _ in range(n // LEAST_SEGMENT - 1):
+        sums = best[-1][:, None] + cost
+        before.append(np.argmin(sums, axis=0))
+        best.append(np.min(sums, axis=0))
+    size = 3 * n
+    penalty = PARAMETERS * math.log(size)
+    bic = [size * math.log(max(one[n], 1e-9)) + penalty * k for k, one in enumerate(best)]
+    chosen = int(np.argmin(bic))
+    cuts: list[int] = []
+    end = n
+    for of in reversed(before[:chosen]):
+        end = int(of[end])
+        cuts.insert(0, end)
+    return tuple(cuts), float(best[chosen][n])
+
+
+def _costs(points: Points) -> np.ndarray:
+    """(n + 1, n + 1) least sum of squares of a rigid fit of the points from a row's number to
+    before a column's, infinite for fewer than LEAST_SEGMENT: |a|^2 + |b|^2 - 2 (s_1 + s_2 +-
+    s_3) of the singular values of sum b a^T, a and b about their means, out of running sums."""
+    n = len(points)
+    a, b = (x - x.mean(axis=0) for x in (points.places, points.reference))
+    start, end = np.triu_indices(n + 1, LEAST_SEGMENT)
+
+    def total(x: np.ndarray) -> np.ndarray:
+        running = np.concatenate([np.zeros((1, *x.shape[1:])), np.cumsum(x, axis=0)])
+        return np.asarray(running[end] - running[start])
+
+    sum_a, sum_b, count = total(a), total(b), (end - start)[:, None]
+    products = total(b[:, :, None] * a[:, None, :])
+    products = products - sum_b[:, :, None] * sum_a[:, None, :] / count[:, :, None]
+    squares = total((a**2 + b**2).sum(axis=1)) - ((sum_a**2 + sum_b**2) / count).sum(axis=1)
+    singular = np.linalg.svd(products, compute_uv=False)
+    singular[:, 2] *= np.sign(np.linalg.det(products))
+    cost = np.full((n + 1, n + 1), np.inf)
+    cost[start, end] = np.maximum(squares - 2 * singular.sum(axis=1), 0.0)
+    return cost
+
+
+def _jumps(points: Points, cuts: Sequence[int]) -> tuple[float, ...]:
+    """How far the frames of successive segments put all points apart, rms."""
+    bounds = pairwise((0, *cuts, len(points)))
+    frames = [fit(points.only(slice(a, b)), False, False) for a, b in bounds]
+    placed = [one.applied(points.places, points.turns) for one in frames]
+    return tuple(rms(after - before) for before, after in pairwise(placed))

@@ -1,0 +1,163 @@
+"""One take of a bar that is carried about: its length, where it is, how it points and moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.accuracy.clusters import LEAST_FRAMES
+from mocap_metrology.common.errors import Refusal
+
+STEP_S = 0.1  # of a speed: long enough that noise of a frame counts little
+STRIDE_S = 0.5  # of a way
+LEAST_STRIDE_MM = 5.0  # below it the stride is noise
+MOST_SPREAD = 0.05  # of the length of one object, (p97.5 - p2.5) / 4
+MOST_BIAS = 0.05  # of a certificate that is of this object
+AXES = ("x", "y", "z")
+OBLIQUE = "oblique"
+REVERSED = -0.9  # cosine of the angle between frames
+
+
+@dataclass(frozen=True)
+class Take:
+    """A pass of the bar from marker A to B, all NaN where one is not seen: length_mm (n,),
+    middle_mm (3, n), direction (3, n) of unit length, angle_deg (n,) of B in A against the stated
+    or the mean one (None of markers); angle_bias_deg: of the mean against the stated one; step_mm:
+    of the file."""
+
+    name: str
+    date: str
+    frame_rate_hz: float
+    length_mm: np.ndarray
+    middle_mm: np.ndarray
+    direction: np.ndarray
+    step_mm: float
+    angle_deg: np.ndarray | None = None
+    angle_bias_deg: float = math.nan
+
+    @property
+    def known(self) -> np.ndarray:
+        """(n,) whether both ends were seen."""
+        return np.isfinite(self.length_mm)
+
+    @property
+    def speed_mm_s(self) -> np.ndarray:
+        """(n,) of the middle, over STEP_S about each frame; NaN at gaps and ends."""
+        half = max(round(STEP_S * self.frame_rate_hz / 2), 1)
+        speed = np.full(self.length_mm.size, math.nan)
+        step = self.middle_mm[:, 2 * half :] - self.middle_mm[:, : -2 * half]
+        rate = self.frame_rate_hz / (2 * half)
+        speed[half:-half] = np.sqrt(np.einsum("kn,kn->n", step, step)) * rate
+        return speed
+
+
+def take_of(
+    name: str,
+    date: str,
+    frame_rate_hz: float,
+    ends_mm: np.ndarray,
+    step_mm: float,
+) -> Take:
+    """From positions (2, 3, n) of both ends."""
+    ends = np.asarray(ends_mm, dtype=float)
+    both = np.isfinite(ends).all(axis=(0, 1))
+    step = np.where(both, ends[1] - ends[0], math.nan)
+    length = np.sqrt(np.einsum("kn,kn->n", step, step))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        direction = step / length
+    middle = np.where(both, ends.mean(axis=0), math.nan)
+    return Take(name, date, frame_rate_hz, length, middle, direction, step_mm)
+
+
+def with_angles(take: Take, quaternions: np.ndarray, stated: np.ndarray | None) -> Take:
+    """With angles |log(R_ref^T R_A^T R_B)| of two bodies, quaternions (2, 4, n), x y z w; R_ref:
+    the stated rotation of B in A as a quaternion (4,), or the mean one."""
+    from scipy.spatial.transform import Rotation
+
+    known = take.known & np.isfinite(quaternions).all(axis=(0, 1))
+    if not known.any():
+        return take
+    a, b = (Rotation.from_quat(q[:, known].T) for q in quaternions)
+    relative = a.inv() * b
+    mean = relative.mean()
+    reference, bias = mean, math.nan
+    if stated is not None:
+        reference = Rotation.from_quat(stated)
+        bias = math.degrees(float((reference.inv() * mean).magnitude()))
+    angle = np.full(take.length_mm.size, math.nan)
+    angle[known] = np.degrees((reference.inv() * relative).magnitude())
+    return replace(take, angle_deg=angle, angle_bias_deg=bias)
+
+
+def reversals(take: Take) -> int:
+    """How often the bar points the other way from one seen frame to the next: its markers have
+    exchanged their labels."""
+    direction = take.direction[:, take.known]
+    return int(((direction[:, 1:] * direction[:, :-1]).sum(axis=0) < REVERSED).sum())
+
+
+def way_mm(take: Take) -> float:
+    """Length of the way of the middle, in strides of STRIDE_S that exceed the noise."""
+    stride = max(round(STRIDE_S * take.frame_rate_hz), 1)
+    places = take.middle_mm[:, take.known][:, ::stride]
+    strides = np.sqrt((np.diff(places, axis=1) ** 2).sum(axis=0))
+    return float(strides[strides > LEAST_STRIDE_MM].sum())
+
+
+def spread_mm(take: Take) -> float:
+    """Spread of the length, (p97.5 - p2.5) / 4."""
+    low, high = np.quantile(take.length_mm[take.known], (0.025, 0.975))
+    return float(high - low) / 4
+
+
+def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: float) -> None:
+    """Refuse what says nothing of a bar; pair: its name in a message."""
+    n, length = int(take.known.sum()), take.length_mm[take.known]
+    if n < LEAST_FRAMES:
+        what = f"{pair} are seen together in {n} frames; expected at least {LEAST_FRAMES}"
+        raise Refusal(f"{take.name}: {what}")
+    median, spread = float(np.median(length)), spread_mm(take)
+    if not spread <= MOST_SPREAD * median:
+        what = f"the distance of {pair} spreads by {spread:.3g} mm about {median:.4g} mm"
+        hint = "expected two markers of one stiff object (or labels were exchanged on the way)"
+        raise Refusal(f"{take.name}: {what}; {hint}")
+    if float(np.median(np.abs(length - median))) <= take.step_mm / 2:
+        what = f"the distance of {pair} never changes by more than a step of the file"
+        hint = "it was imposed by a solved body, expected markers as measured"
+        raise Refusal(f"{take.name}: {what}: {hint}")
+    way = way_mm(take)
+    if way < least_path_mm:
+        what = f"{pair} move by {way:.3g} mm; expected at least {least_path_mm:g} mm"
+        raise Refusal(f"{take.name}: {what} (bar.least_path_mm): carry the bar through the volume")
+    if certificate_mm is not None and abs(median / certificate_mm - 1) > MOST_BIAS:
+        what = f"length_mm is {certificate_mm:g}, but {pair} are {median:.5g} mm apart"
+        ratios = {10: "is it in cm?", 1000: "is it in m?", 25.4: "is it in inches?"}
+        near = (w for r, w in ratios.items() if abs(median / certificate_mm / r - 1) < MOST_BIAS)
+        raise Refusal(f"{take.name}: {what}; {next(near, 'expected the length of this pair')}")
+
+
+def classes(take: Take, within_deg: float) -> np.ndarray:
+    """(n,) names such as `bar x, way y`: the axis of the file that the bar is nearest to in a
+    frame, and that of the main motion while it points so; `oblique` beyond `within_deg`; empty in
+    gaps."""
+    bar = _nearest(take.direction, within_deg)
+    names = np.full(take.length_mm.size, "", dtype="<U24")
+    for axis in np.unique(bar[take.known]):
+        own = (bar == axis) & take.known
+        names[own] = f"bar {axis}, way {_main_axis(take.middle_mm[:, own], within_deg)}"
+    return names
+
+
+def _nearest(direction: np.ndarray, within_deg: float) -> np.ndarray:
+    """(n,) names of the axes nearest to (3, n) directions."""
+    size = np.abs(np.nan_to_num(direction))
+    near = size.max(axis=0) >= math.cos(math.radians(within_deg)) - 1e-9
+    return np.where(near, np.array(AXES)[size.argmax(axis=0)], OBLIQUE)
+
+
+def _main_axis(middle_mm: np.ndarray, within_deg: float) -> str:
+    centred = middle_mm - middle_mm.mean(axis=1, keepdims=True)
+    main = np.linalg.svd(centred @ centred.T)[0][:, :1]
+    return str(_nearest(main, within_deg)[0])

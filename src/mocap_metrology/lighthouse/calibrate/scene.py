@@ -1,0 +1,160 @@
+"""What a calibration by `batch` is given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.lighthouse.batch.problem import More, Priors
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
+from mocap_metrology.lighthouse.known_length import KnownLength
+from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
+from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Inertial, Measurements
+from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
+
+NAME = "batch"
+ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
+IDEAL_PLANES = Factory(generation=2)
+MEAN_PLANES = Factory(**FACTORY2_MEAN, generation=2)
+Pose = tuple[np.ndarray, np.ndarray]
+
+
+def _part_sd(size: str, phase: str) -> np.ndarray:
+    """Standard deviation of either part, along and across, of a term with a size and a phase."""
+    mean = FACTORY2_MEAN[size] * FACTORY2_SD[phase]
+    return np.hypot(FACTORY2_SD[size], mean)
+
+
+UNKNOWN_SD = np.stack(
+    [
+        *(FACTORY2_SD[name] for name in ("phase", "tilt", "curve")),
+        *2 * [_part_sd("gibmag", "gibphase")],
+        *2 * [_part_sd("ogeemag", "ogeephase")],
+    ],
+    axis=1,
+)
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Data that are used besides hits: gyroscope and accelerometer of the board, and the way up in
+    the frame of each station (stations, 3), NaN where it is unknown; lengths that were measured in
+    the room; normals (n, 3) of the diodes, whose cover then is an unknown."""
+
+    inertial: Inertial | None = None
+    ups: np.ndarray | None = None
+    lengths: tuple[KnownLength, ...] = ()
+    normals: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
+    `reconstruction.optics_of` or `estimated`, and what is known beforehand; known_pose: those of
+    the stations are held; sensors: data besides hits; generation: of the stations; names: of the
+    stations."""
+
+    hits: Hits
+    board: np.ndarray
+    optics: str
+    factories: Sequence[Factory | None]
+    lasers_m: np.ndarray | None
+    variant: str
+    priors: Priors
+    known_pose: bool = False
+    sensors: Sensors = Sensors()
+    generation: int = 1
+    names: Sequence[str] = ROLES
+
+    @property
+    def title(self) -> str:
+        """The estimate, in messages."""
+        return f"{NAME}, {self.optics}"
+
+    @property
+    def model(self) -> str:
+        """Variant of the rotor model: of known factory values the one that is asked for."""
+        if self.optics == "factory":
+            return self.variant
+        return "libsurvive" if self.generation == 2 else "crazyflie"
+
+    @property
+    def assumed(self) -> list[Factory | None]:
+        """Factory values of the stations as the optics has them, None for ideal rotors; of unknown
+        planes those of real ones on average."""
+        if self.generation == 2:
+            ideal = self.optics == "ideal"
+            return [IDEAL_PLANES if ideal else own or MEAN_PLANES for own in self.factories]
+        known = self.optics == "factory"
+        return [own if known else None for own in self.factories]
+
+    @property
+    def rotors(self) -> np.ndarray:
+        """Of all stations, (stations, 2, 13)."""
+        lasers = [None] * len(self.factories) if self.lasers_m is None else self.lasers_m
+        model = VARIANTS[self.model]
+        return np.array(
+            [rotor_parameters(f, own, model) for f, own in zip(self.assumed, lasers, strict=True)]
+        )
+
+    @property
+    def spreads(self) -> np.ndarray | None:
+        """Of planes of the second generation, as `problem.layout` expects them: phases of plane 1,
+        and of unknown stations what real ones differ by."""
+        if self.generation != 2:
+            return None
+        known = np.zeros((2, 7))
+        if self.optics != "ideal":
+            known[1, 0] = 1e-3 * self.priors.phase_mrad
+        return np.array(
+            [UNKNOWN_SD if own is None and known.any() else known for own in self.factories]
+        )
+
+    @property
+    def more(self) -> More:
+        """What an estimate knows besides."""
+        return More(self.sensors.ups, self.spreads, self.sensors.normals)
+
+    def of(self, members: Sequence[int]) -> Scene:
+        """Some of the stations, the first of them the reference."""
+        place = np.full(len(self.factories), -1, self.hits.station.dtype)
+        place[list(members)] = np.arange(len(members))
+        hits = self.hits.take(place[self.hits.station] >= 0)
+        ups = self.sensors.ups
+        return replace(
+            self,
+            hits=replace(hits, station=place[hits.station]),
+            factories=[self.factories[k] for k in members],
+            sensors=replace(
+                self.sensors,
+                ups=None if ups is None else ups[list(members)],
+                lengths=tuple(own.among(members) for own in self.sensors.lengths),
+            ),
+            names=[self.names[k] for k in members],
+        )
+
+    @property
+    def used_priors(self) -> Priors:
+        """Ideal optics claim to have no phase and no depth, named lasers no depth; of estimated
+        ones only the spread of real rotors is known."""
+        priors = self.priors
+        if self.generation == 2:
+            return priors.of_board(self.board)
+        if self.optics == ESTIMATED:
+            priors = priors.of_unknown_rotors()
+        if self.optics == "ideal":
+            priors = replace(priors, phase_mrad=0.0)
+        if self.optics == "ideal" or self.lasers_m is not None:
+            priors = replace(priors, laser_depth_mm=0.0)
+        return priors.of_board(self.board)
+
+    def seen(self, measured: Sequence[Measurements]) -> Optics:
+        """Measurements as the optics see them; where these are estimated, it starts from ideal, of
+        the second generation from usual ones."""
+        if self.generation == 2:
+            seen = optics_of("factory", measured, self.assumed, None, self.model)
+            return replace(seen, name=self.optics)
+        name = "ideal" if self.optics == ESTIMATED else self.optics
+        return optics_of(name, measured, self.factories, self.lasers_m, self.variant)

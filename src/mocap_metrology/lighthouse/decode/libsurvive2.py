@@ -1,0 +1,125 @@
+"""Light of second-generation stations in libsurvive recordings.
+
+    seconds object W channel sensor time half         a hit; half = 1 adds half a tick
+    seconds object Y channel time bit gen             begin of a turn, as the receiver computes it
+    seconds object B channel sensor time plane theta  what libsurvive made of W
+
+time in ticks of 48 MHz of a 32-bit counter of the object; seconds those of the computer. Sensors
+are numbered as the positions in CONFIG. Y lines come late and out of order. A counter can restart,
+and single lines are off by 2^24 ticks: both are told by the seconds, which lag by milliseconds.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from itertools import chain
+
+import numpy as np
+
+from mocap_metrology.common.errors import UNREADABLE, Refusal
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.decode import inertial
+from mocap_metrology.lighthouse.decode.inertial import WRAP
+from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light
+from mocap_metrology.lighthouse.timing import TICKS_PER_S
+
+W, Y, B = range(3)
+OPERATIONS = {b"W": W, b"Y": Y, b"B": B}
+STRAY_S = 0.12  # between a line's time and those of others of its moment: 2^24 ticks are 0.35 s
+FARTHEST_S = 2.0  # likewise from those of the whole recording, by drift and delay
+MOMENT = 256  # lines
+LENGTH_OF_NORMAL = 0.1  # deviation from 1 that is damage
+
+
+def rows(block: bytes, wanted: bytes) -> tuple[np.ndarray, int]:
+    """Seconds, operation and four whole numbers (n, 6) of the lines of an object in their order,
+    and how many cannot be read; B lines where the block has no W."""
+    if b" Y " not in block and b" W " not in block:
+        return np.zeros((0, 6)), 0
+    hits = b"W" if b" W " in block else b"B"
+    begin = rb"^(\d+\.?\d*) +" + re.escape(wanted) + rb" +([Y" + hits + rb"])"
+    found = re.findall(begin + 4 * rb" +(\d{1,10})" + rb"(?: +\S+)?\r*$", block, re.M)
+    n_lines = len(re.findall(begin + rb"(?=\s)", block, re.M))
+    words = b" ".join(chain.from_iterable(found))
+    for name, number in OPERATIONS.items():
+        words = words.replace(name, b"%d" % number)
+    values = np.fromstring(words, sep=" ").reshape(-1, 6)
+    time = np.where(values[:, 1] == Y, values[:, 3], values[:, 4])
+    fits = (values[:, 2] < PERIOD_S.size) & (time < WRAP)
+    return values[fits], n_lines - int(fits.sum())
+
+
+def light_of(
+    values: Floats, sensors: Floats, config: Mapping[str, object], n_diodes: int, name: str
+) -> Light:
+    """Light on an object out of its `rows`, and its gyroscope and accelerometer out of those of
+    `inertial.rows`. Raises `Refusal` where there are no hits."""
+    of_b = not (values[:, 1] == W).any()
+    values = values[(values[:, 1] == Y) | (values[:, 1] == (B if of_b else W))]
+    begins = values[:, 1] == Y
+    counter = np.where(begins, values[:, 3], values[:, 4])
+    ticks, kept = _ticks(counter, values[:, 0])
+    notes = []
+    if not kept.all():
+        notes.append(
+            f"{int((~kept).sum())} of {kept.size} lines are of another count of the object's clock"
+            " and are left out"
+        )
+    if of_b:
+        notes.append("no W lines: hits are taken from B lines, without half ticks")
+    known = kept & (begins | (values[:, 3] < n_diodes))
+    if (strange := int((kept & ~known).sum())) > 0:
+        notes.append(f"{strange} hits are on none of the {n_diodes} sensors and are left out")
+    values, ticks, begins = values[known], ticks[known], begins[known]
+    if begins.all():
+        raise Refusal(f"{name}: no hits (W lines) of the object; expected second-generation light")
+    zero = float(ticks.min())
+    half = np.where(begins | of_b, 0.0, 0.5 * values[:, 5])
+    time_s = (ticks - zero + half) / TICKS_PER_S
+    hits = ~begins
+    return Light(
+        begin_channel=values[begins, 2].astype(np.int8),
+        begin_s=time_s[begins],
+        begin_bit=(values[begins, 4] > 0).astype(np.int8),
+        hit_channel=values[hits, 2].astype(np.int8),
+        hit_diode=values[hits, 3].astype(np.int16),
+        hit_s=time_s[hits],
+        n_diodes=n_diodes,
+        duration_s=float(np.ptp(time_s)),
+        resolution_s=(1.0 if of_b else 0.5) / TICKS_PER_S,
+        notes=tuple(notes),
+        inertial=inertial.series(sensors, config, int(zero) % WRAP),
+        normals=_normals(config, n_diodes),
+    )
+
+
+def _ticks(counter: Floats, host_s: Floats) -> tuple[Floats, np.ndarray]:
+    """Ticks since the counter's zero nearest to host time 0, and the lines that are to be trusted:
+    those of the most common difference between both times, and near the others of their moment."""
+    period = WRAP / TICKS_PER_S
+    lag = np.mod(host_s - counter / TICKS_PER_S, period)
+    whole = np.sort(np.concatenate([lag, lag + period]))
+    inside = np.searchsorted(whole, whole + STRAY_S) - np.arange(whole.size)
+    first = int(np.argmax(inside))
+    usual = float(np.median(whole[first : first + inside[first]]))
+    off = np.mod(lag - usual + period / 2, period) - period / 2
+    kept = np.abs(off) <= FARTHEST_S
+    local = np.flatnonzero(kept)
+    for some in np.array_split(local, max(1, local.size // MOMENT)):
+        kept[some] = np.abs(off[some] - np.median(off[some])) <= STRAY_S
+    wraps = np.round((host_s - usual - counter / TICKS_PER_S) / period)
+    return counter + WRAP * wraps, kept
+
+
+def _normals(config: Mapping[str, object], n_diodes: int) -> np.ndarray | None:
+    """Unit vectors along which the sensors look, where the object describes them."""
+    try:
+        normals = np.array(config["lighthouse_config"]["modelNormals"], np.float64)  # type: ignore
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+    except UNREADABLE:
+        return None
+    if normals.shape != (n_diodes, 3) or not (np.abs(length - 1) <= LENGTH_OF_NORMAL).all():
+        return None
+    unit: np.ndarray = normals / length
+    return unit

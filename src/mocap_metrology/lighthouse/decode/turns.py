@@ -1,0 +1,198 @@
+"""Second generation: turns of the stations, and the hits of their two planes of light.
+
+A station has one rotor. Its light carries its place in the turn, from which a receiver computes
+when the turn began, but with 20 to 60 urad of noise: so a turn is timed by the line through many
+begins and the slow wander about it, never by a single one. Turns of two stations slide through each
+other.
+
+Periods by channel: crazyflie-firmware, `pulse_processor_v2.c`; angles of the planes likewise, and
+as in libsurvive's `survive_process_gen2.c`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.decode.clean import sweep_medians
+from mocap_metrology.lighthouse.decode.comb import fit_clock, wander
+from mocap_metrology.lighthouse.records import Clock, Hits, Inertial, Pulses
+from mocap_metrology.lighthouse.timing import TICKS_PER_S
+
+PERIOD_TICKS = (
+    *(959000, 957000, 953000, 949000, 947000, 943000, 941000, 939000),
+    *(937000, 929000, 919000, 911000, 907000, 901000, 893000, 887000),
+)
+PERIOD_S = np.array(PERIOD_TICKS) / TICKS_PER_S  # of a turn, by channel index
+PLANE_RAD = np.array([2, 4]) * np.pi / 3  # angle of the rotor where a plane is straight ahead
+LARGEST_RAD = 1.2  # of an angle that a station can sweep with both planes
+DOUBTFUL_RAD = 0.05 * np.pi  # of the rotor about half a turn, where either plane may sweep
+NEAR_RAD = 0.35  # of the angles of a plane before and after: an object is no larger
+FEWEST_BEGINS = 12  # of a station
+LARGEST_PPM = 100.0  # of a period: eight recordings have -12 to 6
+OUTLIER_S = 2e-6  # least deviation of a begin that is left out
+DRIFT_S = 15e-6  # from turn to turn: half the difference of two periods
+REPEATED = 0.25  # share of the pulses of a diode
+FATES = ("no_sweep", "second_on_diode", "hit")
+NO_SWEEP, SECOND, HIT = range(len(FATES))
+
+
+@dataclass(frozen=True)
+class Light:
+    """What a receiver tells of second-generation light, all by its clock."""
+
+    begin_channel: np.ndarray  # int8, index 0 to 15, of each begin of a turn that was computed
+    begin_s: np.ndarray
+    begin_bit: np.ndarray  # int8, of the station's data; -1 unknown
+    hit_channel: np.ndarray  # int8
+    hit_diode: np.ndarray  # int16
+    hit_s: np.ndarray
+    n_diodes: int
+    duration_s: float
+    resolution_s: float
+    notes: tuple[str, ...] = ()
+    inertial: Inertial | None = None
+    normals: np.ndarray | None = None  # (n_diodes, 3), unit vectors out of the diodes
+
+
+@dataclass(frozen=True)
+class Turns:
+    """Turns of a station: those with a begin, one each, rising."""
+
+    channel: int
+    clock: Clock  # of turns
+    turn: np.ndarray  # from 0, missed ones counted
+    wander_s: np.ndarray  # slow deviation from the clock
+    bit: np.ndarray  # int8; -1 unknown
+
+    def begin(self, turn: np.ndarray) -> np.ndarray:
+        """Begin of turns in seconds; between known turns the wander is a straight line."""
+        found: np.ndarray = self.clock.start(turn) + np.interp(turn, self.turn, self.wander_s)
+        return found
+
+
+def find_turns(light: Light) -> tuple[list[Turns], list[str]]:
+    """Turns of all stations by rising channel, and why light of a channel was ignored."""
+    found, notes = [], []
+    for channel in np.unique(np.r_[light.begin_channel, light.hit_channel]):
+        own = np.flatnonzero(light.begin_channel == channel)
+        own = own[np.argsort(light.begin_s[own], kind="stable")]
+        turns = None
+        if own.size >= FEWEST_BEGINS:
+            turns = _turns(channel, light.begin_s[own], light.begin_bit[own], light.resolution_s)
+        if turns is not None:
+            found.append(turns)
+        else:
+            n = int((light.hit_channel == channel).sum())
+            notes.append(
+                f"channel {channel}: no turns of a station ({own.size} begins); {n} hits ignored"
+            )
+    return found, notes
+
+
+def _turns(channel: int, begin_s: Floats, bit: np.ndarray, resolution_s: float) -> Turns | None:
+    """Turns of one station, begins being sorted; None where these are not of its period."""
+    nominal = PERIOD_S[channel]
+    turn = np.cumsum(np.round(np.diff(begin_s, prepend=begin_s[:1]) / nominal)).astype(np.int64)
+    first = np.flatnonzero(np.diff(turn, prepend=-1))
+    if first.size < FEWEST_BEGINS:
+        return None
+    clock, _ = fit_clock(turn[first], begin_s[first])
+    residual = begin_s - clock.start(turn)
+    used = np.flatnonzero(np.abs(residual) <= max(5 * clock.rms_s, OUTLIER_S))
+    right = abs(clock.cycle_s / nominal - 1) <= 1e-6 * LARGEST_PPM
+    if not right or used.size < max(FEWEST_BEGINS, turn.size // 2):
+        return None
+    # A receiver that tells a begin with each plane tells it twice.
+    known, first, which = np.unique(turn[used], return_index=True, return_inverse=True)
+    mean = np.bincount(which, residual[used]) / np.bincount(which)
+    return Turns(int(channel), clock, known, wander(known, mean, resolution_s), bit[used][first])
+
+
+def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, list[int]]]:
+    """Hits of all stations by time, and how many went where, a count for each diode.
+
+    Report: `hit`, and what was dropped: `no_sweep` where no plane can be, beyond 1.2 rad or of a
+    channel without turns; `second_on_diode` of two hits on a diode in a sweep, of which the one
+    nearer to the median of the sweep remains.
+    """
+    fate = np.full(light.hit_s.size, NO_SWEEP, np.int8)
+    station = np.full(fate.size, -1, np.int8)
+    plane = np.zeros(fate.size, np.int8)
+    turn, angle = np.zeros(fate.size, np.int64), np.zeros(fate.size)
+    for index, one in enumerate(turns):
+        own = np.flatnonzero(light.hit_channel == one.channel)
+        time_s = light.hit_s[own]
+        turn[own] = np.floor((time_s - one.clock.epoch_s) / one.clock.cycle_s)
+        rotor = 2 * np.pi * (time_s - one.begin(turn[own])) / one.clock.cycle_s
+        plane[own], good = _plane(rotor, time_s)
+        angle[own] = rotor - PLANE_RAD[plane[own]]
+        own = own[good & (np.abs(angle[own]) <= LARGEST_RAD)]
+        station[own], fate[own] = index, HIT
+    chosen = np.flatnonzero(fate == HIT)
+    hits = Hits(
+        station=station[chosen],
+        axis=plane[chosen],
+        cycle=turn[chosen].astype(np.int32),
+        diode=light.hit_diode[chosen],
+        time_s=light.hit_s[chosen],
+        angle_rad=angle[chosen],
+        width_s=np.full(chosen.size, np.nan),
+    )
+    again = _again(hits)
+    fate[chosen[again]] = SECOND
+    hits = hits.take(~again)
+    number = fate.astype(np.int64) * light.n_diodes + light.hit_diode
+    count = np.bincount(number, minlength=len(FATES) * light.n_diodes)
+    by_fate = count.reshape(len(FATES), -1).tolist()
+    order = np.argsort(hits.time_s, kind="stable")
+    return hits.take(order), dict(zip(FATES, by_fate, strict=True))
+
+
+def channels_by_period(pulses: Pulses) -> list[int]:
+    """Channels whose period the pulses of a diode repeat with: what a dump without the data of the
+    light still shows of second-generation stations; empty where none does.
+
+    A moving diode is met up to `DRIFT_S` early or late in the next turn.
+    """
+    if not pulses.start_s.size:
+        return []
+    start = pulses.start_s[pulses.diode == np.argmax(np.bincount(pulses.diode))]
+    next_turn = start + PERIOD_S[:, None]
+    first, last = (np.searchsorted(start, next_turn + off) for off in (-DRIFT_S, DRIFT_S))
+    again = (last > first).mean(axis=1)
+    by_chance = start.size / max(pulses.duration_s, 1e-3) * 2 * DRIFT_S
+    return np.flatnonzero(again > max(REPEATED, 5 * by_chance)).tolist()
+
+
+def _plane(rotor: Floats, time_s: Floats) -> tuple[np.ndarray, np.ndarray]:
+    """Plane of each hit, and whether it is known: about half a turn, where the fields of both
+    planes overlap, it is the one whose other hits about that time are the nearer, or the one that
+    has none where those of the other are far."""
+    plane: np.ndarray = (rotor >= np.pi).astype(np.int8)
+    doubtful = np.abs(rotor - np.pi) <= DOUBTFUL_RAD
+    known = ~doubtful
+    if not doubtful.any():
+        return plane, known
+    off = np.full((2, int(doubtful.sum())), NEAR_RAD)
+    for k in (0, 1):
+        sure = np.flatnonzero(known & (plane == k))
+        if sure.size:
+            sure = sure[np.argsort(time_s[sure])]
+            usual = np.interp(time_s[doubtful], time_s[sure], rotor[sure])
+            off[k] = np.abs(rotor[doubtful] - usual)
+    plane[doubtful] = np.argmin(off, axis=0)
+    known[doubtful] = off.min(axis=0) <= NEAR_RAD
+    return plane, known
+
+
+def _again(hits: Hits) -> np.ndarray:
+    """Hits on a diode that another hit of the same sweep has, nearer to the sweep's median."""
+    off = np.abs(hits.angle_rad - sweep_medians(hits))
+    order = np.lexsort((off, hits.diode, hits.axis, hits.station, hits.cycle))
+    key = np.stack([hits.cycle, hits.station, hits.axis, hits.diode]).astype(np.int64)[:, order]
+    again = np.zeros(len(hits), np.bool_)
+    again[order[1:]] = (np.diff(key, axis=1) == 0).all(axis=0)
+    return again

@@ -1,0 +1,1 @@
+"""What a moving bar shows, in words, tables and figures."""

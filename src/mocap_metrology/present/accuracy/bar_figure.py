@@ -1,0 +1,186 @@
+"""The errors of a bar: how large, where, and what they are made of."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mocap_metrology.accuracy.bar import Bar, OfClass
+from mocap_metrology.common.types import Row
+from mocap_metrology.present.accuracy.bar_document import place_rows
+from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.numbers import mm
+from mocap_metrology.settings import Bar as Settings
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import SubFigure
+
+HEIGHT_MM, ROW_MM = 112.0, 9.0
+POINTS = 400  # of a cumulative curve
+MAPS, CELLS = 4, 16  # at most
+LEAST_FRAMES = 5  # of a square
+WIDE = 1.2  # of a way, beyond which maps stand below each other
+PARTS = {  # of the mean square: colour, and whether the letters on it are white
+    "bias": ("#0d2a6b", True),
+    "pass": ("#5b7fc4", True),
+    "place": ("#962c10", True),
+    "rest": ("#d9a441", False),
+    "frame": ("#e8dcc0", False),
+}
+NAMED = {"bias": "mean", "pass": "between passes", "place": "place", "rest": "rest",
+         "frame": "frame to frame"}  # fmt: skip
+LEAST_SHARE = 0.1  # of a bar, below which a part has no number on it
+LOOKS = (*plot.LOOKS.values(), *plot.OTHER_LOOKS)
+
+
+@plot.styled()
+def bar_figure(
+    bar: Bar,
+    cell_mm: float,
+    settings: Settings,
+    title: str,
+    source: str,
+    still_mm: float | None = None,
+) -> plot.Picture:
+    """Above, cumulative errors of passes and classes, and maps; below, the parts of the mean
+    square. cell_mm: edge of the squares of maps, at least; still_mm: standard deviation at rest."""
+    rows = len(bar.classes)
+    height = HEIGHT_MM + ROW_MM * rows
+    body = plot.new_figure(title, source, height)
+    ratios = [4.5, 1.2 + 0.5 * rows]
+    upper, lower = np.ravel(body.subfigures(2, 1, squeeze=False, height_ratios=ratios))
+    left, right = np.ravel(upper.subfigures(1, 2, squeeze=False, width_ratios=[1.0, 1.1]))
+    axes = left.subplots()
+    _cumulative(axes, bar, settings, still_mm)
+    plot.legend_below(left, [axes], columns=2)
+    maps = _maps(right, bar, cell_mm)
+    below = lower.subplots()
+    _parts(below, bar)
+    plot.letters([axes, *maps, below])
+    return plot.Picture(body, captions.BAR)
+
+
+def _cumulative(axes: Axes, bar: Bar, settings: Settings, still_mm: float | None) -> None:
+    """Share of the frames with a larger error, both axes logarithmic."""
+    share = np.geomspace(1e-3, 1.0, POINTS)
+    sizes = []
+    for one, look in zip(bar.classes, itertools.cycle(LOOKS), strict=False):
+        passes = [np.abs(e[np.isfinite(e)]) for e in one.errors]
+        for errors in passes if len(passes) > 1 else []:
+            axes.plot(np.quantile(errors, 1 - share), share, color=look.colour, lw=0.5, alpha=0.5)
+        curve = np.quantile(np.concatenate(passes), 1 - share)
+        sizes.append(curve)
+        axes.plot(curve, share, color=look.colour, ls=look.dashes, lw=1.8, label=one.name)
+    if still_mm:
+        from scipy.stats import halfnorm
+
+        still = halfnorm.isf(share, scale=still_mm)
+        axes.plot(still, share, color=plot.GREY, lw=1.5, label="at rest")
+    largest = max(float(curve.max()) for curve in sizes)
+    least = min(float(np.interp(0.9, share, curve)) for curve in sizes)
+    if bar.certificate:
+        for limit, word in ((settings.good_mm, "good"), (settings.usable_mm, "usable")):
+            axes.axvline(limit, color=plot.GREY, ls=":", lw=0.8)
+            how: plot.Keywords = {"xycoords": ("data", "axes fraction"), "rotation": 90}
+            how |= {"xytext": (-1, 3), "textcoords": "offset points", "ha": "right"}
+            how |= {"fontsize": plot.SMALL_PT, "color": plot.GREY}
+            axes.annotate(word, (limit, 0.0), bbox={"color": "white", "pad": 0.5}, **how)
+        largest = max(largest, 1.2 * settings.usable_mm)
+    axes.axhline(0.05, color=plot.FAINT, lw=0.8, zorder=0)
+    plot.log_axes(axes, ((max(least, 1e-3 * largest), 1.2 * largest), (1e-3, 1.0)))
+    axes.set_yticks([1, 0.5, 0.1, 0.05, 0.01, 0.001], ["100 %", "50", "10", "5", "1", "0.1"])
+    axes.set_xlabel("error of the length (mm)" if bar.certificate else "length − its mean (mm)")
+    axes.set_ylabel("frames with a larger error")
+    plot.panel_title(axes, "How large")
+
+
+def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
+    """A map of each class on the plane in which the places extend most, in CELLS squares at most;
+    below each other where the way is long."""
+    middles = np.concatenate([m for one in bar.classes for m in one.middles], axis=1)
+    known = middles[:, np.isfinite(middles).all(axis=0)]
+    extent = np.ptp(known, axis=1)
+    across, up = sorted(np.argsort(-extent)[:2])
+    cell = max(cell_mm, float(extent.max()) / CELLS)
+    rows = place_rows(bar, cell, LEAST_FRAMES)
+    shown = {one.name: [r for r in rows if r["class"] == one.name] for one in bar.classes}
+    shown = dict([(name, own) for name, own in shown.items() if own][:MAPS])
+    if not shown:
+        axes = parent.subplots()
+        axes.axis("off")
+        plot.say(axes, "too few frames in any cube for a map")
+        return [axes]
+    flat = 1 if extent[across] > WIDE * extent[up] or len(shown) == 1 else 2
+    ends = [((own.min() - cell) / 1000, (own.max() + cell) / 1000) for own in known]
+    panels = parent.subplots(-(-len(shown) // flat), flat, squeeze=False)
+    reach = max(abs(_number(row, "error_mm")) for row in rows) or 1.0
+    for axes, (name, own) in zip(panels.flat, shown.items(), strict=False):
+        x, y, values = _squares(own, f"{'xyz'[across]}_mm", f"{'xyz'[up]}_mm", cell)
+        how: plot.Keywords = {"cmap": "coolwarm", "vmin": -reach, "vmax": reach}
+        drawn = axes.pcolormesh(x / 1000, y / 1000, values, edgecolor="white", lw=0.5, **how)
+        axes.set(aspect="equal", xlim=ends[across], ylim=ends[up])
+        axes.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
+        axes.label_outer()
+        plot.panel_title(axes, name)
+    for axes in panels.flat[len(shown) :]:
+        axes.axis("off")
+    parent.colorbar(drawn, ax=list(panels.flat), label="mean error (mm)", shrink=0.8)
+    return list(panels.flat[: len(shown)])
+
+
+def _squares(
+    rows: Sequence[Row], across: str, up: str, cell: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges of squares and their mean errors, weighted by frames over what lies behind."""
+    x, y, n, error = (np.array([_number(row, k) for row in rows])
+                      for k in (across, up, "n_frames", "error_mm"))  # fmt: skip
+    column, row = (np.round((v - v.min()) / cell).astype(int) for v in (x, y))
+    sums, frames = np.zeros((2, row.max() + 1, column.max() + 1))
+    np.add.at(sums, (row, column), n * error)
+    np.add.at(frames, (row, column), n)
+    edges = (v.min() + cell * (np.arange(k.max() + 2) - 0.5) for v, k in ((x, column), (y, row)))
+    with np.errstate(invalid="ignore"):
+        return (*edges, sums / frames)
+
+
+def _number(row: Row, key: str) -> float:
+    return float(row[key])  # type: ignore[arg-type]
+
+
+def _parts(axes: Axes, bar: Bar) -> None:
+    """A row a class: shares of the mean square error, sizes in mm on them."""
+    for row, one in enumerate(bar.classes):
+        start = 0.0
+        sizes = part_sizes(one)
+        total = sum(size**2 for size in sizes.values()) or 1.0
+        for name, size in sizes.items():
+            share = size**2 / total
+            colour, white = PARTS[name]
+            label = NAMED[name] if row == 0 else None
+            axes.barh(row, share, left=start, color=colour, label=label, height=0.7)
+            if share > LEAST_SHARE:
+                how: plot.Keywords = {"ha": "center", "va": "center", "fontsize": plot.SMALL_PT}
+                ink = "white" if white else plot.INK
+                axes.text(start + share / 2, row, mm(size, 2), color=ink, **how)
+            start += share
+    axes.set_yticks(range(len(bar.classes)), [one.name for one in bar.classes])
+    axes.invert_yaxis()
+    axes.set_xlim(0, 1)
+    axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25", "50", "75", "100 %"])
+    axes.set_xlabel("share of the mean square")
+    axes.legend(ncols=len(PARTS), loc="lower right", bbox_to_anchor=(1.01, 0.97), frameon=False,
+                fontsize=plot.SMALL_PT, columnspacing=1.2, handlelength=1.2)  # fmt: skip
+    plot.panel_title(axes, "Made of")
+
+
+def part_sizes(one: OfClass) -> dict[str, float]:
+    """Sizes in mm whose squares add up to the mean square; the rest without frame to frame."""
+    sizes = {name: abs(float(np.nan_to_num(one.parts[name].value))) for name in PARTS}
+    sizes["frame"] = min(sizes["frame"], sizes["rest"])
+    sizes["rest"] = float(np.sqrt(sizes["rest"] ** 2 - sizes["frame"] ** 2))
+    return sizes

@@ -1,0 +1,66 @@
+"""What reference points show: numbers, findings, words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.accuracy.points import (
+    Points,
+    fit,
+    frame_changes,
+    left_out,
+    residuals,
+    rms,
+)
+from mocap_metrology.common.types import Row
+from mocap_metrology.present.text.sentence import render
+
+CLAIMED = 3.0  # standard errors from which a scale is claimed
+MISFIT = 10.0  # times the noise
+
+
+def points_document(points: Points, noise_mm: float) -> tuple[dict[str, Any], np.ndarray]:
+    """Contents of <group>_points.json, and what the left-out points are off by (n, 3); noise_mm: of
+    reference and takes together. Of a frame that jumped, segments are fitted each for itself."""
+    lever = points.has_lever
+    found, scaled = fit(points, lever, False), fit(points, lever, True)
+    out, of_scale = left_out(points, lever, False), left_out(points, lever, True)
+    changes = frame_changes(points)
+    ppm, se = 1e6 * scaled.scale, 1e6 * of_scale.scale_se
+    document: dict[str, Any] = {
+        "n": len(points),
+        "left_out_rms_mm": rms(out.off_mm),
+        "fit_rms_mm": rms(residuals(points, found)),
+        "left_out_scaled_rms_mm": rms(of_scale.off_mm),
+        "lever_mm": found.lever if lever else None,
+        "lever_se_mm": out.lever_se if lever else None,
+        "scale_ppm": ppm,
+        "scale_se_ppm": se,
+        "noise_mm": noise_mm,
+        "cuts": list(changes.cuts),
+        "inside_mm": changes.inside_mm,
+        "jumps_mm": list(changes.jumps_mm),
+    }
+    codes = ["frame_changed"] if changes.cuts else []
+    if not codes and document["left_out_rms_mm"] > MISFIT * noise_mm:
+        codes.append("does_not_fit")
+    codes += ["scale"] if abs(ppm) > CLAIMED * se else []
+    document["findings"] = codes
+    said = ["headline", *codes, *([] if "scale" in codes else ["no_scale"])]
+    document["sentences"] = [render(f"points.{code}", **document) for code in said]
+    return document, out.off_mm
+
+
+def point_rows(points: Points, off_mm: np.ndarray) -> list[Row]:
+    """Rows of <group>_points.csv: place in the reference's frame, what fit and left-out fit are off
+    by there."""
+    found = residuals(points, fit(points, points.has_lever, False))
+    rows: list[Row] = []
+    for place, fitted, off in zip(points.reference, found, off_mm, strict=True):
+        row: Row = {f"{a}_mm": float(v) for a, v in zip("xyz", place, strict=True)}
+        row |= {f"fit_{a}_mm": float(v) for a, v in zip("xyz", fitted, strict=True)}
+        row |= {f"left_out_{a}_mm": float(v) for a, v in zip("xyz", off, strict=True)}
+        rows.append(row | {"left_out_mm": float(np.linalg.norm(off))})
+    return rows

@@ -1,0 +1,57 @@
+"""Reference points from above and from the side, with what they are off by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mocap_metrology.accuracy.points import Points
+from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.numbers import mm
+
+HEIGHT_MM = 150.0
+SHOWN = 0.08  # of the largest extent is the median arrow
+
+
+@plot.styled()
+def points_figure(
+    points: Points,
+    off_mm: np.ndarray,
+    labels: Sequence[str],
+    cuts: Sequence[int],
+    title: str,
+    source: str,
+) -> plot.Picture:
+    """Arrows of the left-out points, enlarged alike in both views, and their sizes in the order in
+    which they were taken; lines where the frame jumped."""
+    body = plot.new_figure(title, source, HEIGHT_MM)
+    panels = body.subplot_mosaic([["above", "side"], ["size", "size"]], height_ratios=[1.6, 1.0])
+    size = np.linalg.norm(off_mm, axis=1)
+    extent = float(np.ptp(points.reference, axis=0).max())
+    times = SHOWN * extent / max(float(np.median(size)), 1e-9)
+    look: plot.Keywords = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.004}
+    for name, (a, b) in (("above", (0, 1)), ("side", (0, 2))):
+        axes = panels[name]
+        places, arrows = points.reference[:, [a, b]] / 1000, off_mm[:, [a, b]] * times / 1000
+        axes.plot(*places.T, ".", color=plot.GREY, ms=4)
+        axes.quiver(*places.T, *arrows.T, color=plot.LOOKS["y"].colour, **look)
+        ends = np.concatenate([places, places + arrows])
+        axes.update_datalim(ends)
+        axes.autoscale_view()
+        axes.set(xlabel=f"{'xyz'[a]} (m)", ylabel=f"{'xyz'[b]} (m)")
+        axes.set_aspect("equal", adjustable="datalim")
+        plot.panel_title(axes, f"{'xyz'[a]} and {'xyz'[b]}", f"arrows {times:.3g} times enlarged")
+    axes = panels["size"]
+    axes.bar(range(len(size)), size, color=plot.LOOKS["x"].colour, width=0.7)
+    for cut in cuts:
+        axes.axvline(cut - 0.5, color=plot.LOOKS["y"].colour, ls="--", lw=1.2)
+    names = [plot.short(label, 8) for label in labels]
+    axes.set_xticks(range(len(size)), names, rotation=90, fontsize=plot.SMALL_PT)
+    axes.set(ylabel="left out (mm)", xlim=(-0.6, len(size) - 0.4))
+    whole = mm(float(np.sqrt((size**2).mean())))
+    remark = f"rms {whole}" + ("; dashed: the frame jumped" if cuts else "")
+    plot.panel_title(axes, "In the order of their recording", remark)
+    plot.letters(panels[name] for name in ("above", "side", "size"))
+    return plot.Picture(body, captions.POINTS)

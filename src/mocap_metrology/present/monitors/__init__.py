@@ -1,0 +1,1 @@
+"""A facility over months: chart, table, words."""

@@ -1,0 +1,83 @@
+"""Noise of one frame for state estimators: ROS covariances, parameters of PX4's EKF2.
+
+The variance is that of one frame about the mean of the horizon, `frame_mm` of verdict.json: a
+filter that takes the white part alone for all of the noise believes in the slow rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.documents import yaml_text
+from mocap_metrology.noise.body_covariance import body_covariance
+
+UNKNOWN_RAD2 = 1e6  # of an orientation that was not measured: no filter takes notice of it
+# Floors of EKF2_EVP_NOISE and EKF2_EVA_NOISE [PX4-Autopilot, module.yaml of ekf2]
+FLOORS = {"EKF2_EVP_NOISE": (0.01, "m"), "EKF2_EVA_NOISE": (0.05, "rad")}
+FLOAT = 9  # MAV_PARAM_TYPE_REAL32
+
+
+def frame_sigma(verdict: Mapping[str, Any]) -> np.ndarray:
+    """Standard uncertainty of one frame in m, (markers, 3); NaN where it is unknown."""
+    series, n = verdict["series"], len(verdict["labels"])
+    sizes = [series.get(f"{a}{k}", {}).get("frame_mm") for k in range(1, n + 1) for a in "xyz"]
+    return 1e-3 * np.array(sizes, dtype=np.float64).reshape(n, 3)
+
+
+def covariances(verdict: Mapping[str, Any], places_mm: np.ndarray) -> dict[str, np.ndarray]:
+    """Pose covariances (6, 6) in m^2 and rad^2, by marker, and of all markers as one body.
+
+    verdict: contents of verdict.json; places_mm: (markers, 3), means of the recording.
+    """
+    sigma = frame_sigma(verdict)
+    known = np.isfinite(sigma).all(axis=1) & np.isfinite(places_mm).all(axis=1)
+    found = {
+        label: np.diag(np.r_[sigma[k] ** 2, [UNKNOWN_RAD2] * 3])
+        for k, label in enumerate(verdict["labels"])
+        if known[k]
+    }
+    body = body_covariance(1e-3 * places_mm[known], sigma[known])
+    return found if body is None else found | {"": body}
+
+
+def ros_yaml(verdict: Mapping[str, Any], found: Mapping[str, np.ndarray]) -> str:
+    """noise_ros.yaml: `covariance` of geometry_msgs/PoseWithCovariance, row by row."""
+    numbers = {label: [float(f"{x:.6g}") for x in one.ravel()] for label, one in found.items()}
+    body = numbers.pop("", None)
+    content = {
+        "recording": verdict["recording"],
+        "horizon_s": round(verdict["horizon_s"], 3),
+        "markers": {label: {"covariance": own} for label, own in numbers.items()},
+        "body": None if body is None else {"markers": list(numbers), "covariance": body},
+    }
+    remarks = [
+        "Noise of one frame about the mean of horizon_s; no scale, distortion or latency.",
+        "covariance: geometry_msgs/PoseWithCovariance, row by row: x, y, z (m^2), then rotations",
+        f"about the fixed axes x, y, z (rad^2; {UNKNOWN_RAD2:g}: not measured).",
+        "body: all markers as one rigid body, about their centre; null without three of them",
+        "that are not on a line.",
+    ]
+    return _remarks(remarks) + yaml_text(content)
+
+
+def px4_params(verdict: Mapping[str, Any], found: Mapping[str, np.ndarray]) -> str:
+    """px4.params: lower bounds of the noise of external vision, as QGroundControl loads them."""
+    poses = [found[""]] if "" in found else list(found.values())
+    variances = np.array([np.diag(one) for one in poses]).reshape(-1, 6)
+    worst = variances[:, :3].max(initial=-1), variances[:, 3:].max(initial=-1)
+    lines, remarks = [], [f"Noise of one frame of {verdict['recording']}, for EKF2."]
+    for (name, (floor, unit)), variance in zip(FLOORS.items(), worst, strict=True):
+        sigma = math.sqrt(variance) if 0 <= variance < UNKNOWN_RAD2 else math.nan
+        measured = f"{sigma:.2g} {unit}" if math.isfinite(sigma) else "not measured"
+        binds = "" if sigma > floor else f"; PX4 takes no less than {floor:g} {unit}, which binds"
+        remarks.append(f"{name}: {measured}{binds}.")
+        lines.append(f"1\t1\t{name}\t{max(floor, np.nan_to_num(sigma)):.6g}\t{FLOAT}\n")
+    return _remarks(remarks) + "".join(lines)
+
+
+def _remarks(lines: Sequence[str]) -> str:
+    return "".join(f"# {' '.join(line.split())}\n" for line in lines)

@@ -1,0 +1,284 @@
+"""The step of a recording whose bar is moved: its takes are read, judged, written and drawn."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.accuracy import take as of_take
+from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
+from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_slope
+from mocap_metrology.accuracy.findings import findings_of
+from mocap_metrology.accuracy.take import Take, take_of, with_angles
+from mocap_metrology.common.errors import UNREADABLE, Refusal
+from mocap_metrology.common.files import read_table, write_csv, write_json, write_table
+from mocap_metrology.common.types import Row
+from mocap_metrology.io.labels import in_words
+from mocap_metrology.io.read import bodies_of, orientation_of, points_by_kind
+from mocap_metrology.present import tables
+from mocap_metrology.present.accuracy import bar_document as present
+from mocap_metrology.present.accuracy.bar_figure import bar_figure
+from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.recording.recording_figures import source_words
+from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.sentence import render
+from mocap_metrology.recording.clean import Entry, read, trajectories
+from mocap_metrology.recording.results import Table
+from mocap_metrology.settings import Settings
+
+AUTO = "auto"
+COLUMNS = ("length_mm", "x_mm", "y_mm", "z_mm", "along_x", "along_y", "along_z")
+FILES = ("bar.json", "bar.csv", "bar_places.csv", "bar.parquet", "bar.svg", "bar.png")
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Quaternion x, y, z, w of body B in A, and its standard uncertainty."""
+
+    xyzw: tuple[float, ...]
+    u_deg: float
+
+    @property
+    def quaternion(self) -> np.ndarray:
+        return np.array(self.xyzw)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Cells of a row: `A-B` or `auto`; certified length and its standard uncertainty; the stated
+    rotation of B in A, as JSON."""
+
+    bar: str
+    length_mm: float | None = None
+    length_u_mm: float | None = None
+    bar_pose: str | None = None
+
+    @property
+    def certificate(self) -> Certificate | None:
+        if self.length_mm is None:
+            return None
+        return Certificate(self.length_mm, self.length_u_mm or 0.0)
+
+    @property
+    def pose(self) -> Pose | None:
+        """The stated rotation, refused where it is none."""
+        if not self.bar_pose:
+            return None
+        try:
+            told = json.loads(self.bar_pose)
+            pose = Pose(tuple(map(float, told["quaternion_xyzw"])), float(told.get("u_deg", 0)))
+            if len(pose.xyzw) == 4 and abs(math.hypot(*pose.xyzw) - 1) < 1e-3 and pose.u_deg >= 0:
+                return pose
+        except UNREADABLE:
+            pass
+        what = 'expected JSON such as {"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}'
+        raise Refusal(f"bar_pose is {self.bar_pose}; {what}")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One take, its two ends, the rigid clusters (of `auto`) and the scale along the way."""
+
+    take: Take
+    pair: tuple[str, str]
+    origin: Mapping[str, Any]
+    clusters: Sequence[Row] = ()
+    scale: ScaleSlope | None = None
+    warnings: Sequence[str] = ()
+
+
+def pair_of(text: str, labels: Sequence[str], file: str) -> tuple[str, str]:
+    """`A-B` as two labels of a file; a label may itself hold a `-`."""
+    cuts = [k for k, letter in enumerate(text) if letter == "-"]
+    found = [(text[:k].strip(), text[k + 1 :].strip()) for k in cuts]
+    found = [(a, b) for a, b in found if a != b and {a, b} <= set(labels)]
+    if len(found) != 1:
+        what = f'bar is "{text}"; expected auto, or two markers of the file joined by "-"'
+        raise Refusal(f"{file}: {what}: {in_words(labels, 60)}")
+    return found[0]
+
+
+def read_bar(
+    entry: Entry,
+    asked: Asked,
+    settings: Settings,
+    named: Mapping[str, Any],
+    raw: Table | None = None,
+) -> Reading:
+    """The take of a recording, or of a twin's trajectories `raw`; named: `recording`, `source`,
+    `twin`, `date`. Refuses what says nothing of a bar."""
+    pose = asked.pose
+    file = str(named["recording"]) if raw else Path(entry.paths[0]).name
+    if raw is None:
+        read_in = read(replace(entry, markers=_markers(entry, asked.bar, file)), False)
+        raw = trajectories(read_in, {**named, "pairs": None})
+    labels, origin = list(raw.origin["labels"]), raw.origin
+    position = np.array([values for _, values in raw.in_mm()]).reshape(len(labels), 3, -1)
+
+    def take_by(ends: Sequence[int]) -> Take:
+        date = str(named.get("date") or "")[:10]
+        told = str(named["recording"]), date, origin["frame_rate_hz"]
+        return take_of(*told, position[list(ends)], origin["resolution_mm"])
+
+    far, clusters = settings.bar.least_path_mm, []
+    if asked.bar == AUTO:
+        found = rigid_clusters(position, settings.bar.rigid_mm)
+        clusters = [one for one in found if of_take.way_mm(take_by(one.pair)) >= far]
+        if not clusters:
+            limit = f"(p97.5 - p2.5) / 4 below {settings.bar.rigid_mm:g} mm, bar.rigid_mm"
+            what = f"has no two markers that stay at one distance ({limit}) and move {far:g} mm"
+            raise Refusal(f"{file}: {what}; name a bar of the file: {in_words(labels, 60)}")
+        first, second = clusters[0].pair
+    else:
+        first, second = map(labels.index, pair_of(asked.bar, labels, file))
+    pair, take = (labels[first], labels[second]), take_by((first, second))
+    of_take.check(replace(take, name=file), " and ".join(pair), asked.length_mm, far)
+    bodies = () if named.get("twin") else bodies_of(entry.paths[0], None, entry.column_names)
+    if set(pair) <= set(bodies):
+        take = with_angles(take, _quaternions(entry, pair), pose.quaternion if pose else None)
+    elif pose:
+        raise Refusal(f"{file}: bar_pose is for two bodies; {' and '.join(pair)} are markers")
+    shown: list[Row] = [
+        {**asdict(one), "labels": [labels[k] for k in one.markers]} for one in clusters
+    ]
+    scale = scale_slope(position, clusters[0].markers) if clusters else None
+    return Reading(take, pair, origin, shown, scale, _warnings(take, pair, settings.bar.rigid_mm))
+
+
+def _warnings(take: Take, pair: tuple[str, str], rigid_mm: float) -> list[str]:
+    said = []
+    if turned := of_take.reversals(take):
+        said.append(render("bar.reversals", n=turned, pair=pair))
+    if (spread := of_take.spread_mm(take)) > rigid_mm:
+        said.append(render("bar.loose", spread=spread, limit=rigid_mm, pair=pair))
+    return said
+
+
+def _markers(entry: Entry, bar: str, file: str) -> list[str]:
+    """The first kind of points of the file, or the two that are named."""
+    kinds = points_by_kind(entry.paths[0], entry.accept_truncated, entry.column_names)
+    if bar != AUTO:
+        return list(pair_of(bar, [one for labels in kinds.values() for one in labels], file))
+    return list(next(iter(kinds.values()), ()))
+
+
+def _quaternions(entry: Entry, pair: Sequence[str]) -> np.ndarray:
+    told = entry.frame_rate_hz, entry.accept_truncated, entry.column_names
+    return np.array([orientation_of(entry.paths, body, *told) for body in pair])
+
+
+def write_bar(
+    reading: Reading, asked: Asked, settings: Settings, folder: Path
+) -> Mapping[str, Any]:
+    """bar.json, bar.csv, bar_places.csv, bar.parquet and the figure; the contents of bar.json."""
+    take, origin = reading.take, reading.origin
+    bar = evaluate([take], asked.certificate, settings.bar)
+    pose = asked.pose
+    findings = findings_of(bar, reading.scale, pose_u_deg=pose.u_deg if pose else 0.0)
+    document: Row = {"recording": take.name, "source": origin["source"], "twin": origin["twin"]}
+    document |= present.bar_document(
+        bar, findings, settings.bar, reading.pair, reading.scale, reading.clusters, reading.warnings
+    )
+    write_csv(folder / "bar.csv", present.bar_rows(bar))
+    places = present.place_rows(bar, settings.place.cell_mm)
+    write_csv(folder / "bar_places.csv", places, present.PLACES)
+    kept = {key: origin[key] for key in ("recording", "source", "twin", "resolution_mm")}
+    kept |= {"date": take.date, "frame_rate_hz": take.frame_rate_hz, "pair": reading.pair}
+    kept |= {"length_mm": asked.length_mm, "length_u_mm": asked.length_u_mm}
+    kept |= {"angle_bias_deg": None if math.isnan(take.angle_bias_deg) else take.angle_bias_deg}
+    axes = zip(COLUMNS, (take.length_mm, *take.middle_mm, *take.direction), strict=True)
+    angle = {} if take.angle_deg is None else {"angle_deg": take.angle_deg}
+    write_table(folder / "bar.parquet", dict(axes) | angle, kept)
+    title, source = f"{take.name}: length of the bar", f"Source: {source_words(origin)}."
+    save(bar_figure(bar, settings.place.cell_mm, settings.bar, title, source), folder / "bar")
+    write_json(folder / "bar.json", document)
+    written: Mapping[str, Any] = json.loads((folder / "bar.json").read_text(encoding="utf-8"))
+    return written
+
+
+def read_take(path: str | Path) -> tuple[Take, Mapping[str, Any]]:
+    """A take out of bar.parquet, and its origin."""
+    columns, origin = read_table(path)
+    length, *others = (columns[name] for name in COLUMNS)
+    bias = origin["angle_bias_deg"]
+    take = Take(
+        origin["recording"],
+        origin["date"],
+        origin["frame_rate_hz"],
+        length,
+        np.array(others[:3]),
+        np.array(others[3:]),
+        origin["resolution_mm"],
+        columns.get("angle_deg"),
+        math.nan if bias is None else bias,
+    )
+    return take, origin
+
+
+@dataclass(frozen=True)
+class Together:
+    """All passes of one bar, and sources of the recordings by name; document: as bar.json."""
+
+    bar: Bar
+    sources: Mapping[str, str]
+    document: Row
+
+
+def passes_of(
+    paths: Iterable[str | Path], settings: Settings, still_mm: float | None = None
+) -> list[Together]:
+    """The bars of some bar.parquet, those of most passes first: takes with one pair of markers and
+    one certificate are passes of one bar."""
+    bars: dict[tuple[Any, ...], list[tuple[Take, Mapping[str, Any]]]] = {}
+    for take, origin in map(read_take, paths):
+        key = (*origin["pair"], origin["length_mm"], origin["length_u_mm"])
+        bars.setdefault(key, []).append((take, origin))
+    found = []
+    for (*pair, length, u), own in sorted(bars.items(), key=lambda one: -len(one[1])):
+        certificate = None if length is None else Certificate(length, u or 0.0)
+        bar = evaluate([take for take, _ in own], certificate, settings.bar)
+        findings = findings_of(bar, still_mm=still_mm)
+        named: Row = {"recording": f"{len(own)} passes of {'-'.join(pair)}"}
+        document = named | present.bar_document(bar, findings, settings.bar, pair)
+        sources = {origin["recording"]: origin["source"] for _, origin in own}
+        found.append(Together(bar, sources, document))
+    return found
+
+
+def together(paths: Iterable[str | Path], settings: Settings) -> list[Row]:
+    """Contents of bar.json for each bar, of all its passes."""
+    return [one.document for one in passes_of(paths, settings)]
+
+
+def write_group(
+    group: str,
+    paths: Iterable[str | Path],
+    still: Iterable[Mapping[str, Any]],
+    settings: Settings,
+    path: Path,
+    figure: Path,
+) -> None:
+    """Passes of a group together: tables beside the JSON file `path`, and the figure of the bar
+    with most passes. still: contents of verdict.json of the group's recordings."""
+    still_mm = present.noise_at_rest(still)
+    bars = passes_of(paths, settings, still_mm)
+    sources = {name: source for one in bars for name, source in one.sources.items()}
+    of = tables.source_sentence(sources)
+    rows = [
+        {"bar": "-".join(one.document["pair"])} | row  # type: ignore[arg-type]
+        for one in bars
+        for row in present.bar_rows(one.bar)
+    ]
+    said = " ".join((captions.BAR_TABLE, *present.told([one.document for one in bars]), of))
+    tables.write(path.with_suffix(".csv"), rows, f"{group}: length of a bar that moves", said)
+    write_json(path, {"bars": [one.document for one in bars]})
+    drawn = bars[0].bar
+    title = f"{group}: length of the bar, {len(drawn.takes)} passes"
+    look = settings.place.cell_mm, settings.bar
+    save(bar_figure(drawn, *look, title, of, still_mm), figure)

@@ -1,0 +1,120 @@
+"""A facility over its takes: each take in a few numbers, then the chart of all."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from mocap_metrology.accuracy.monitor_row import Row
+from mocap_metrology.accuracy.monitor_take import Take, history, numbers
+from mocap_metrology.common.files import write_csv, write_json
+from mocap_metrology.noise.series import pair_name, position
+from mocap_metrology.present.monitors import words
+from mocap_metrology.present.monitors.chart import chart
+from mocap_metrology.present.plot.figure import save_png
+from mocap_metrology.present.text.sentence import render
+from mocap_metrology.recording.results import Results
+from mocap_metrology.settings import Settings
+
+TAKE = "monitor_take.json"
+
+
+def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
+    """monitor_take.json of a cleaned recording: its numbers, checksums of its files, whether it
+    moves."""
+    clean = results.clean
+    origin, series = clean.origin, clean.coordinates
+    labels, pairs = origin["labels"], clean.pairs
+    found = numbers(
+        {label: position(series, k) for k, label in enumerate(labels, start=1)},
+        {
+            "-".join(labels[k - 1] for k in pair): series[pair_name(pair, pairs)].astype(float)
+            for pair in pairs
+        },
+        origin["frame_rate_hz"],
+        settings.monitor.wander_s,
+    )
+    sums = [segment["sha256"] for segment in origin["segments"]] if not origin["twin"] else []
+    document = {
+        "recording": origin["recording"],
+        "source": origin["source"],
+        "sha256": sums,
+        "wander_s": settings.monitor.wander_s,
+        "moving": bool(results.check.get("moving")),
+        "take": asdict(found),
+    }
+    write_json(results.folder / TAKE, document)
+    return read_take(results.folder)
+
+
+def read_take(folder: str | Path) -> Mapping[str, Any]:
+    """Contents of monitor_take.json of a recording."""
+    with Path(f"{folder}/{TAKE}").open(encoding="utf-8") as file:
+        return json.load(file)
+
+
+def monitor(
+    name: str,
+    rows: Sequence[Row],
+    takes: Mapping[str, Mapping[str, Any]],
+    settings: Settings,
+    folder: Path,
+) -> Mapping[str, Any]:
+    """monitor.json, monitor.csv, chart.png of a facility; returns the contents of the first.
+
+    rows: of the sheet, in order; takes: contents of monitor_take.json by recording, of those that
+    were accepted. A take that moves is left out, and one whose files are those of an earlier one.
+    """
+    used: list[Row] = []
+    left_out: dict[str, str] = {}
+    first: dict[tuple[str, ...], str] = {}
+    begins = False  # a baseline, with a take that cannot be used
+    for row in rows:
+        why = "the recording was refused"
+        if row.recording in takes:
+            why = unfit(takes[row.recording], first)
+        if why:
+            left_out[row.recording] = why
+            begins |= row.baseline == "restart"
+        else:
+            used.append(replace(row, baseline="restart") if begins else row)
+            begins = False
+    of = [takes[row.recording] for row in used]
+    numbers = [_take(one) for one in of]
+    found = history(name, used, numbers, settings.monitor, left_out)
+    rows_of_table, sources = words.table(found), [one["source"] for one in of]
+    document = words.document(found, sources)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_csv(folder / "monitor.csv", rows_of_table, words.COLUMNS)
+    n, said = len(used), document["word"] or "no word"
+    dates = {"first": used[0].date[:10], "last": used[-1].date[:10]} if used else {}
+    title = render("monitor.title", name=name, word=said, n=n, **dates)
+    save_png(
+        chart(rows_of_table, title, render("monitor.source", **document)), folder / "chart.png"
+    )
+    write_json(folder / "monitor.json", document)
+    return document
+
+
+def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:
+    """Why a take cannot be used, or nothing; first: recording of the checksums that were seen, to
+    which its own are added."""
+    if take["moving"]:
+        return "its markers move; expected the same object at rest in the same place"
+    sums = tuple(take["sha256"])
+    known = first.setdefault(sums, take["recording"]) if sums else take["recording"]
+    return "" if known == take["recording"] else f"it is the same file as {known}"
+
+
+def _take(document: Mapping[str, Any]) -> Take:
+    """The numbers; what JSON has no number for is NaN."""
+    own = dict(document["take"])
+    own["lengths_mm"] = {name: _known(value) for name, value in own["lengths_mm"].items()}
+    return Take(**own | {key: _known(own[key]) for key in ("jitter_mm", "wander_mm")})
+
+
+def _known(value: float | None) -> float:
+    return float("nan") if value is None else value

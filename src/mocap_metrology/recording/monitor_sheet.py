@@ -1,0 +1,78 @@
+"""Takes of monitored facilities in a sheet of recordings, in its order."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+
+from mocap_metrology.accuracy.monitor_row import Row
+from mocap_metrology.common import sheets
+from mocap_metrology.common.faults import Faults, shown
+from mocap_metrology.common.sheets import Line
+
+# What takes share from one restart to the next
+ALIKE = ("markers", "pairs", "camera_type", "n_cameras", "camera_ids")
+
+
+def read_monitors(sheet: str | Path | None, columns: Sequence[str]) -> dict[str, list[Row]]:
+    """Takes by monitor; `Faults` where the sheet cannot be read, and as in `monitors`."""
+    if sheet is None:
+        return {}
+    return monitors(str(sheet), sheets.read(sheet, columns, ["recording"]))
+
+
+def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
+    """Takes by monitor, in order of the rows. `Faults` names rows without a date or out of order,
+    of other markers, pairs or cameras than the take before, and a baseline without a monitor."""
+    found: dict[str, list[Row]] = {}
+    before: dict[str, Line] = {}
+    faults = []
+    for line in lines:
+        cells = line.cells
+        name, baseline, date = (cells.get(key, "") for key in ("monitor", "baseline", "date"))
+
+        def wrong(column: str, expected: str, of: Line = line) -> str:
+            where = f'{sheet}, row {of.number} (recording "{of.cells["recording"]}")'
+            return f"{where}, column {column}: {shown(of.cells.get(column))}; expected {expected}"
+
+        if not name:
+            if baseline:
+                faults.append(wrong("baseline", "nothing, as column monitor is empty"))
+            continue
+        day = _moment(date)
+        if day is None:
+            faults.append(wrong("date", "the date of a take that is monitored"))
+            continue
+        last = before.get(name)
+        if last is not None:
+            named = f"as row {last.number}, the take before of monitor {name}"
+            earlier = _moment(last.cells["date"]) or day
+            n = min(len(day), len(earlier))
+            if day[:n] < earlier[:n]:
+                faults.append(wrong("date", f"{last.cells['date']} or later, {named}"))
+            if baseline != "restart":
+                faults += [
+                    wrong(column, f"{shown(last.cells.get(column))}, {named}; or restart")
+                    for column in ALIKE
+                    if _plain(cells, column) != _plain(last.cells, column)
+                ]
+        before[name] = line
+        found.setdefault(name, []).append(Row(cells["recording"], day, baseline))
+    if faults:
+        raise Faults(faults)
+    return found
+
+
+def _plain(cells: Mapping[str, str], column: str) -> list[str]:
+    return [part.strip() for part in cells.get(column, "").split(";")]
+
+
+def _moment(text: str) -> str | None:
+    """A date, with or without a time, as ISO 8601 has it; None if it is none."""
+    try:
+        moment = datetime.fromisoformat(text.replace(" ", "T"))
+    except ValueError:
+        return None
+    return moment.isoformat()[: 10 if re.fullmatch(r"[0-9-]{10}", text) else 19]

@@ -1,0 +1,112 @@
+"""Reference points of a group: a row a point, beside what a better system measured there."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from mocap_metrology.accuracy.points import Points, check
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import write_json
+from mocap_metrology.io.read import bodies_of, orientation_of
+from mocap_metrology.present import tables
+from mocap_metrology.present.accuracy import point_document as present
+from mocap_metrology.present.accuracy.point_figure import points_figure
+from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.text import captions
+from mocap_metrology.recording.results import Table
+
+COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A point as it was recorded: mean place (3,) in mm, standard deviation of a frame, mean
+    attitude (3, 3), the identity of a marker."""
+
+    place: np.ndarray
+    noise_mm: float
+    turn: np.ndarray
+
+
+def seen(clean: str | Path, paths: Sequence[str], row: Mapping[str, Any]) -> Seen:
+    """The first marker, or body, of a recording at rest; row: columns as `clean.Entry` has them."""
+    table = Table.read(clean)
+    label = table.origin["labels"][0]
+    place = np.array([values for _, values in table.in_mm()][:3])
+    turn = np.eye(3)
+    names = row["column_names"]
+    if label in bodies_of(paths[0], None, names):
+        told = table.origin["frame_rate_hz"], row["accept_truncated"], names
+        quaternion = orientation_of(paths, label, *told)
+        known = np.isfinite(quaternion).all(axis=0)
+        turn = Rotation.from_quat(quaternion[:, known].T).mean().as_matrix()
+    return Seen(np.nanmean(place, axis=1), float(np.nanstd(place, axis=1).max()), turn)
+
+
+def read_reference(path: str | Path) -> dict[str, tuple[np.ndarray, float]]:
+    """Place (3,) and standard uncertainty (0 without a column u_mm) of each point of a CSV file."""
+    name = Path(path).name
+    with Path(path).open(encoding="utf-8-sig", newline="") as file:
+        rows = csv.DictReader(file)
+        if not set(COLUMNS) <= set(rows.fieldnames or ()):
+            given = ", ".join(rows.fieldnames or ()) or "nothing"
+            raise Refusal(f"{name}: columns {given}; expected {', '.join(COLUMNS)}[, u_mm]")
+        found: dict[str, tuple[np.ndarray, float]] = {}
+        for row in rows:
+            try:
+                place = np.array([float(row[axis]) for axis in COLUMNS[1:]])
+                u = float(row.get("u_mm") or 0.0)
+                if not (np.isfinite(place).all() and 0 <= u < np.inf):
+                    raise ValueError
+            except (TypeError, ValueError):
+                raise Refusal(
+                    f"{name}, line {rows.line_num}: {row}; expected numbers of mm"
+                ) from None
+            if row["point"] in found:
+                raise Refusal(f"{name}: point {row['point']} stands twice; expected each once")
+            found[row["point"]] = place, u
+    return found
+
+
+def write_points(
+    group: str,
+    rows: Sequence[Mapping[str, Any]],
+    recorded: Sequence[Seen],
+    reference: str | Path,
+    path: Path,
+    figure: Path,
+) -> None:
+    """Tables beside the JSON file `path`, and the figure; rows: `recording`, `point`, `source` in
+    the order in which they were taken."""
+    known = read_reference(reference)
+    missing = [row["point"] for row in rows if row["point"] not in known]
+    if missing:
+        what = f"{Path(reference).name}: has no point {', '.join(missing)}"
+        raise Refusal(f"{what}; it has {', '.join(known)}")
+    points = Points(
+        np.array([one.place for one in recorded]),
+        np.array([one.turn for one in recorded]),
+        np.array([known[row["point"]][0] for row in rows]),
+    )
+    check(points, group)
+    noise = [
+        np.hypot(one.noise_mm, known[row["point"]][1])
+        for one, row in zip(recorded, rows, strict=True)
+    ]
+    document, off = present.points_document(points, float(np.sqrt(np.mean(np.square(noise)))))
+    named = [{key: row[key] for key in ("point", "recording", "source")} for row in rows]
+    table = [one | more for one, more in zip(named, present.point_rows(points, off), strict=True)]
+    source = tables.source_sentence({row["recording"]: row["source"] for row in rows})
+    said = " ".join((captions.POINTS, *document["sentences"], source))
+    write_json(path, {"group": group, **document})
+    tables.write(path.with_suffix(".csv"), table, f"{group}: reference points", said)
+    labels = [str(row["point"]) for row in rows]
+    title = f"{group}: {len(labels)} reference points"
+    save(points_figure(points, off, labels, document["cuts"], title, source), figure)

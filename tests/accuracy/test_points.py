@@ -1,0 +1,124 @@
+"""Fits to reference points: real sets beside a laser tracker, scipy, and drawn frames that jump."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from mocap_metrology.accuracy import points as of
+from mocap_metrology.accuracy.points import Points, fit, frame_changes, left_out, residuals, rms
+from mocap_metrology.common.errors import Refusal
+
+SETS = Path(__file__).parents[3] / "shared/data/metrology/vive_accuracy"
+
+
+def real(name: str) -> Points:
+    """A set as its README says: means of poses, and of the first and fourth row of the tracker."""
+    folder = SETS / name
+    laser = np.genfromtxt(
+        folder / f"{name}_laserData.csv", delimiter=",", skip_header=6, usecols=(0, 1, 2)
+    )
+    laser = laser[: len(laser) // 4 * 4].reshape(-1, 4, 3)
+    places, turns = [], []
+    for k in range(1, len(laser) + 1):
+        rows = np.loadtxt(folder / f"measurementPoint{k}.txt")
+        if rows.shape[1] == 12:
+            matrix = rows.reshape(-1, 3, 4)
+            places.append(matrix[:, :, 3].mean(axis=0))
+            turns.append(Rotation.from_matrix(matrix[:, :, :3]).mean().as_matrix())
+        else:
+            places.append(rows[:, :3].mean(axis=0))
+            turns.append(Rotation.from_quat(rows[:, 3:], scalar_first=True).mean().as_matrix())
+    return Points(1000 * np.array(places), np.array(turns), (laser[:, 0] + laser[:, 3]) / 2)
+
+
+@pytest.mark.skipif(not SETS.exists(), reason="the sets of reference points are not here")
+def test_real_sets() -> None:
+    """2020-10-01: the frame jumped after points 10, 17 and 22, four segments leave 7.6 to 8.3 mm of
+    56 to 62; 2020-09-18: it did not, the left-out points are 9.6 to 12.7 mm off, and no lever more
+    than doubles it."""
+    jumped = frame_changes(real("20201001_Exp1"))
+    assert jumped.cuts == (10, 17, 22) and 7.6 < jumped.inside_mm < 8.3
+    sound = real("20200918_Exp1")
+    assert frame_changes(sound).cuts == ()
+    off = left_out(sound, True, False)
+    assert rms(off.off_mm) == pytest.approx(9.6, abs=0.2)
+    assert rms(left_out(sound, False, False).off_mm) > 2 * rms(off.off_mm)
+
+
+def drawn(rng: np.random.Generator, n: int, noise: float = 0.0, scale: float = 0.0) -> Points:
+    """Bodies at random in 3 m, turned up to 40 degrees, lever of 210 mm."""
+    places = rng.uniform(-1500, 1500, (n, 3))
+    turns = Rotation.from_rotvec(rng.uniform(-0.7, 0.7, (n, 3))).as_matrix()
+    bodies = places + turns @ [30.0, -60.0, 200.0]
+    frame = Rotation.random(rng=rng).as_matrix()
+    reference = (1 + scale) * bodies @ frame.T + rng.uniform(-1000, 1000, 3)
+    return Points(places + noise * rng.standard_normal((n, 3)), turns, reference)
+
+
+@pytest.mark.parametrize("scale", [False, True])
+def test_a_fit_is_that_of_least_squares(scale: bool) -> None:
+    """The same sum of squares as scipy's, over all ten unknowns at once; exact without noise."""
+    points = drawn(np.random.default_rng(1), 12, 5.0, 0.003)
+    found = fit(points, lever=True, scale=scale)
+
+    def left(x: np.ndarray) -> np.ndarray:
+        turn = Rotation.from_rotvec(x[:3]).as_matrix() @ found.rotation
+        one = of.Fit(turn, x[3:6], x[9] if scale else 0.0, x[6:9])
+        return residuals(points, one).ravel()
+
+    best = least_squares(left, [0, 0, 0, *found.shift, *found.lever, found.scale], x_scale="jac")
+    assert (left_sum := (residuals(points, found) ** 2).sum()) == pytest.approx(2 * best.cost)
+    assert left_sum > 0
+    exact = fit(drawn(np.random.default_rng(2), 8, 0.0, 0.003), True, True)
+    assert exact.lever == pytest.approx([30, -60, 200], abs=1e-3)
+    assert exact.scale == pytest.approx(0.003, abs=1e-7)
+
+
+def test_jackknife_of_scale_and_lever() -> None:
+    """25 sets of 12 points with independent errors: two standard errors hold in 88 % at least."""
+    held = []
+    for seed in range(25):
+        points = drawn(np.random.default_rng(seed), 12, 3.0)
+        found, out = fit(points, True, True), left_out(points, True, True)
+        held.append(abs(found.scale) < 2.2 * out.scale_se)
+        held += list(np.abs(found.lever - [30, -60, 200]) < 2.2 * out.lever_se)
+    assert np.mean(held) >= 0.88
+
+
+def bent(rng: np.random.Generator, points: Points, size_mm: float) -> Points:
+    """With a smooth distortion of the system's places."""
+    waves = rng.normal(0, 1 / 2000, (4, 3))
+    phases, arms = rng.uniform(0, 6, 4), rng.standard_normal((4, 3))
+    off = np.sin(points.places @ waves.T + phases) @ arms
+    return Points(points.places + size_mm * off / rms(off), points.turns, points.reference)
+
+
+def test_jumps_of_frames_and_none() -> None:
+    """40 sets of 20 points, smoothly distorted by 4 mm: no jump where there is none in 97 % at
+    least; one of 50 mm and 1 degree after point 9 in 85 %, within one point."""
+    false, found = 0, 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        points = bent(rng, drawn(rng, 20, 1.0), 4.0)
+        false += bool(frame_changes(points).cuts)
+        places = points.places.copy()
+        away = rng.standard_normal(3)
+        places[9:] += 50 * away / np.linalg.norm(away)
+        cuts = frame_changes(Points(places, points.turns, points.reference)).cuts
+        found += len(cuts) == 1 and abs(cuts[0] - 9) <= 1
+    assert false <= 1 and found >= 34
+
+
+def test_too_few_points_and_a_line_are_refused() -> None:
+    points = drawn(np.random.default_rng(3), 8)
+    of.check(points, "set")
+    with pytest.raises(Refusal, match="set: 5 reference points; expected at least 6"):
+        of.check(points.only(slice(5)), "set")
+    line = points.reference[0] + np.outer(np.arange(8), [1.0, 2, 3])
+    with pytest.raises(Refusal, match="are on a line"):
+        of.check(Points(points.places, points.turns, line), "set")

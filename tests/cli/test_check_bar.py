@@ -1,0 +1,116 @@
+"""`mocap-metrology check --bar`: from a file of a moved bar to words, numbers and a figure."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.accuracy.twin import BarErrors, BarTwin, Way, simulate_bar
+from mocap_metrology.cli import main
+from mocap_metrology.common.files import read_csv
+from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.present.plot.figure import caption_of
+from mocap_metrology.recording.bar import FILES
+
+SPRINT = Path(__file__).parents[3] / "shared/data/metrology/kinematics_basket_sprint.c3d"
+RATE = 50.0
+
+
+def write_pass(path: Path, seed: int, bias: float = 0.0, still: bool = False) -> Path:
+    """A bar of 500 mm beside a marker that hangs loose; or at rest."""
+    way = Way(speed_mm_s=1e-3 if still else 400.0)
+    bar = BarErrors(500.0, pass_mm=0.05, rest=0.1, frame=0.03, bias=bias, path=way)
+    ends = simulate_bar(BarTwin("t", bar, seed, 30.0, RATE)).position_mm
+    loose = ends[:1] + 100 * np.sin(np.arange(ends.shape[2]) / 9)
+    position = np.moveaxis(np.concatenate([loose, ends]), 2, 0).astype(np.float32)
+    write_c3d(path, ["Loose", "Wand-A", "Wand-B"], RATE, [position], position.shape[0])
+    return path
+
+
+@pytest.fixture
+def passes(tmp_path: Path, monkeypatch) -> list[str]:
+    monkeypatch.chdir(tmp_path)
+    return [write_pass(tmp_path / f"pass {k}.c3d", k).name for k in range(3)]
+
+
+def test_a_certified_bar_is_judged(passes: list[str], capsys) -> None:
+    named = ["--bar", "Wand-A-Wand-B", "--length", "500", "--length-u", "0.02"]
+    assert main.main(["check", passes[0], *named]) == 0
+    printed = capsys.readouterr()
+    assert printed.err.splitlines()[1] == "Wand-A and Wand-B: 1500 frames at 50 Hz, 30 s"
+    lines = printed.out.splitlines()
+    assert lines[0] == "pass-0: good" and "are wrong by at most 0.2" in lines[1]
+    folder = Path("results/check/pass-0.c3d")
+    assert {path.name for path in folder.iterdir()} == set(FILES)
+    found = json.loads((folder / "bar.json").read_text())
+    assert found["certificate"] == {"length_mm": 500.0, "u_mm": 0.02}
+    assert found["size_mm"] == pytest.approx(0.04 + 2 * 0.11, rel=0.3)
+    (row,) = read_csv(folder / "bar.csv", ("p95", "rms"))
+    assert (row["class"], row["passes"], row["rms_lower"]) == ("bar x, way x", "1", "")
+    assert found["size_mm"] == pytest.approx(row["p95"] + 0.04)
+    title, caption = caption_of(folder / "bar.png")
+    assert title == "pass-0: length of the bar" and "5 % of the frames" in caption
+
+
+def test_three_files_are_passes_and_have_intervals(passes: list[str], capsys) -> None:
+    assert main.main(["check", *passes, "--bar", "auto", "--length", "500.5"]) == 0
+    text = capsys.readouterr().out
+    assert text.count("pass-") >= 3 and "3 passes of Wand-A-Wand-B: " in text
+    assert "lengths are too short on average" in text and "Record 3 passes" not in text
+
+
+def test_without_a_certificate_nothing_is_called_accurate(passes: list[str], capsys) -> None:
+    assert main.main(["check", passes[0], "--bar", "auto"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("pass-0: precise\n95 % of the lengths are within 0.2")
+    assert "No accuracy is stated" in text and "wrong" not in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--bar", "Wand-A"], 'bar is "Wand-A"; expected auto, or two markers of the file'),
+        (["--bar", "Loose-Wand-A"], "expected two markers of one stiff object"),
+        (["--bar", "auto", "--length", "50"], "length_mm is 50, but Wand-A and Wand-B are 499."),
+    ],
+)
+def test_what_is_no_bar_has_no_verdict(passes, arguments: list[str], words: str, capsys) -> None:
+    assert main.main(["check", passes[0], *arguments]) == 1
+    assert words in capsys.readouterr().err
+    assert not Path("results").exists()
+
+
+def test_a_bar_at_rest_has_no_verdict(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = write_pass(tmp_path / "still.c3d", 1, still=True)
+    assert main.main(["check", path.name, "--bar", "Wand-A-Wand-B"]) == 1
+    assert "move by 0 mm; expected at least 500 mm (bar.least_path_mm)" in capsys.readouterr().err
+    assert main.main(["check", path.name, "--bar", "auto"]) == 1
+    assert "has no two markers that stay at one distance" in capsys.readouterr().err
+
+
+def test_options_that_need_each_other(capsys) -> None:
+    for arguments, words in (
+        (["--length", "5"], "--length needs --bar"),
+        (["--bar", "auto", "--length-u", "1"], "--length-u needs --length"),
+        (["--bar", "auto", "--markers", "A"], "--markers is not for a moving bar"),
+        (["--bar", "auto", "--board", "b.csv"], "--bar is not for a dump"),
+        (["--bar", "auto", "--length", "5cm"], "'5cm'; expected mm, as 500"),
+    ):
+        with pytest.raises(SystemExit):
+            main.main(["check", "a.c3d", *arguments])
+        assert words in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not SPRINT.exists(), reason="the recording of a sprint is not here")
+def test_a_real_sprint(tmp_path: Path, capsys) -> None:
+    """Both bodies are named whole; robust precision below a millimetre, as elsewhere (0.13-0.6)."""
+    assert main.main(["check", str(SPRINT), "--bar", "auto", "--output", str(tmp_path)]) == 0
+    found = json.loads((tmp_path / "bar.json").read_text())
+    names = [sorted(one["labels"]) for one in found["clusters"][:2]]
+    bodies = [[f"{body}:Marker{k}" for k in (1, 2, 3, 4)] for body in ("SWL", "WheelchairL")]
+    assert (names, found["word"], found["scale"]["pairs"]) == (bodies, "precise", 6)
+    assert all(0.1 < one["statistics_mm"]["p50"]["value"] < 0.6 for one in found["classes"])

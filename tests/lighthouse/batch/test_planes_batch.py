@@ -1,0 +1,107 @@
+"""Stations of the second generation, any number of them, in one estimate: against the poses that
+the hits were made with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.network import islands, look, shared_moments, start
+from tests.lighthouse.batch.planes_scene import Made, made
+
+COVER_M = (-0.75e-3, 1.55e-3)
+
+
+def errors(found: Joint, given: Made) -> np.ndarray:
+    """(stations - 1, 6) in m and rad."""
+    own = zip(found.state.R[1:], found.state.t_m[1:], given.poses[1:], strict=True)
+    return np.array([np.r_[t - t0, rotation.error(R, R0)] for R, t, (R0, t0) in own])
+
+
+def squared(found: Joint, off: np.ndarray) -> float:
+    """Of all stations together, over their joint covariance."""
+    rows = np.concatenate([found.pose(k) for k in range(1, len(off) + 1)])
+    return float(off.ravel() @ np.linalg.solve(found.covariance[np.ix_(rows, rows)], off.ravel()))
+
+
+@pytest.mark.parametrize("n", [2, 4])
+def test_poses_from_nothing_are_as_near_as_the_covariance_says(n: int) -> None:
+    """Six recordings; the sum of squares within its 99 % interval, noise as it was made."""
+    total, freedom = 0.0, 0
+    for seed in range(6):
+        given = made(n, seed, seconds=4.0)
+        found, _ = joint(given.scene)
+        total += squared(found, off := errors(found, given))
+        freedom += off.size
+        assert np.linalg.norm(off[:, :3], axis=1).max() < 1e-3
+        noise = found.recordings[0].noise
+        assert 1e6 * noise.hit == pytest.approx(20.0, rel=0.03)
+        assert 1e6 * noise.sweep == pytest.approx(15.0, rel=0.15)
+    assert chi2.ppf(0.005, freedom) < total < chi2.ppf(0.995, freedom)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_errors_of_board_cover_and_factory_values_are_in_the_covariance(known: bool) -> None:
+    total, freedom = 0.0, 0
+    for seed in range(4):
+        given = made(
+            3, seed, 4.0, place_mm=0.2, cover=COVER_M, known=known, priors=Priors(board_scale=1e-3)
+        )
+        found, _ = joint(given.scene)
+        assert found.state.cover == pytest.approx(COVER_M, abs=4e-4)
+        total += squared(found, off := errors(found, given))
+        freedom += off.size
+    assert total < chi2.ppf(0.995, freedom)
+
+
+def test_factory_values_known_unknown_and_neglected() -> None:
+    """Unknown ones are those of real stations on average, with their spread."""
+    given = made(2, 3, 4.0, priors=Priors())
+    unknown = replace(given.scene, optics="estimated", factories=[None, given.factories[1]])
+    ways = given.scene, unknown, replace(given.scene, optics="ideal")
+    known, free, none = (np.linalg.norm(errors(joint(own)[0], given)[0, :3]) for own in ways)
+    assert known < 5e-3 and free < 0.02 and none > 0.05
+
+
+def test_reflections_onto_diodes_that_face_away_are_left_out() -> None:
+    """Beyond 75 deg of incidence: such hits are some mrad off."""
+    given = made(2, 4, 4.0, cover=COVER_M, priors=Priors(), farthest_deg=100.0)
+    hits, rng = given.scene.hits, np.random.default_rng(0)
+    found, _ = joint(given.scene)
+    kept = found.recordings[0].sweeps.hits
+    assert 0.6 * len(hits) < len(kept) < 0.9 * len(hits)
+    aside = ~np.isin(hits.time_s, kept.time_s)
+    wrong = hits.angle_rad + np.where(aside, rng.uniform(-8e-3, 8e-3, len(hits)), 0.0)
+    again, _ = joint(replace(given.scene, hits=replace(hits, angle_rad=wrong)))
+    np.testing.assert_allclose(errors(again, given), errors(found, given), atol=3e-4)
+
+
+def test_a_station_without_a_common_view_is_an_island() -> None:
+    """Stations 0 and 1 see the board first, 2 and 3 afterwards; 1 alone sees it all the time."""
+    early, late = (0.0, 0.45), (0.55, 1.0)
+    apart = made(4, 5, 4.0, keep=[early, early, late, late]).scene
+    assert islands(shared_moments(look(apart))) == [[0, 1], [2, 3]]
+    with pytest.raises(Refusal, match="station 2, 3: no 10 moments"):
+        start(apart)
+    given = made(4, 5, 4.0, keep=[early, (0.0, 1.0), late, late])
+    assert islands(shared_moments(look(given.scene))) == [[0, 1, 2, 3]]
+    found, _ = joint(given.scene)
+    off = errors(found, given)
+    assert squared(found, off) < chi2.ppf(0.999, off.size)
+
+
+def test_some_of_the_stations() -> None:
+    """Stations 1 and 3 alone are where they are among all."""
+    given = made(4, 6, 4.0)
+    found, _ = joint(given.scene.of([1, 3]))
+    (R1, t1), (R3, t3) = given.poses[1], given.poses[3]
+    assert np.linalg.norm(found.state.t_m[1] - R1.T @ (t3 - t1)) < 1e-3
+    assert np.linalg.norm(rotation.error(found.state.R[1], R1.T @ R3)) < 1e-4

@@ -1,0 +1,107 @@
+"""The twin of second-generation light: its angles against the model at the true poses, its noise,
+and the file of it, which is decoded to the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light
+from mocap_metrology.lighthouse.decode.clean import Cleaning
+from mocap_metrology.lighthouse.planes import parameters, plane_angles
+from mocap_metrology.lighthouse.simulate.turns import (
+    MadeTurns,
+    TurnsTwin,
+    ball_board,
+    simulate_turns,
+    stations_around,
+    write_rec,
+)
+from mocap_metrology.lighthouse.simulate.twin import MotionTwin
+
+
+def twin(n: int = 3, **changes: object) -> TurnsTwin:
+    R, t, middle, up = stations_around(n, np.random.default_rng(1))
+    motion = MotionTwin(centre_m=tuple(middle), speed_m_s=1.0, extent_m=0.8, wobble_deg=20)
+    some = {"seed": 3, "R": R, "t": t, "channels": (0, 7, 11)[:n], "motion": motion, "up": up}
+    return TurnsTwin(**{**some, "duration_s": 4.0, "clock_ppm": 0.0, **changes})
+
+
+def decoded(made: MadeTurns) -> Decoded:
+    return decode_light(made.light, made.twin.board, None, Cleaning(), "twin")
+
+
+def residuals(made: MadeTurns, found: Decoded) -> np.ndarray:
+    """Angles less those of the model at the true places of diodes without cover, by rotation and
+    translation written out; rad."""
+    hits, out = found.hits, np.empty(len(found.hits))
+    R, p = made.motion.poses(hits.time_s)
+    place = np.einsum("nij,nj->ni", R, made.places[hits.diode]) + p
+    for s, factory in enumerate(made.factories):
+        own = hits.station == s
+        angle = plane_angles(
+            (place[own] - made.twin.t[s]) @ made.twin.R[s], parameters(factory, True)
+        )
+        out[own] = hits.angle_rad[own] - angle[np.arange(own.sum()), hits.axis[own]]
+    return out
+
+
+def test_angles_are_those_of_the_model_with_the_stated_noise() -> None:
+    """15 urad common, 15 of each hit, 3 of half ticks; the begins add little."""
+    made = simulate_turns(twin(collisions=False))
+    off = residuals(made, found := decoded(made))
+    assert found.notes == [] and not made.wrong.any() and sum(found.report["sweep"]) == 0
+    assert 20e-6 < off.std() < 25e-6 and np.abs(off).max() < 150e-6
+    exact = twin(
+        collisions=False, common_urad=0.0, independent_urad=0.0, begin_ns=0.0, wander_ns=0.0
+    )
+    off = residuals(made := simulate_turns(exact), decoded(made))
+    assert off.std() < 5e-6  # ticks
+
+
+def test_a_cover_shifts_diodes_along_their_normals() -> None:
+    """a alone is a board that is larger by it."""
+    board, normals = ball_board()
+    plain = {"collisions": False, "place_mm": 0.0, "incidence_deg": 180.0}
+    covered = simulate_turns(twin(**plain, cover_mm=(1.0, 0.0)))
+    larger = simulate_turns(twin(**plain, board=board + 1e-3 * normals))
+    near = np.abs(covered.light.hit_s - larger.light.hit_s)
+    assert np.max(near) < 1e-8
+
+
+def test_collisions_and_reflections() -> None:
+    """Two stations: 4 to 6 % of the light is lost or given to the other one."""
+    quiet = simulate_turns(twin(2, collisions=False))
+    loud = simulate_turns(twin(2))
+    lost = 1 - (~loud.wrong).sum() / quiet.wrong.size
+    assert 0.02 < lost < 0.08 and 0.002 < loud.wrong.mean() < 0.01
+    bright = simulate_turns(twin(2, collisions=False, reflections=0.03))
+    assert 0.02 < bright.wrong.mean() < 0.04
+
+
+def test_the_file_is_decoded_to_the_same(tmp_path: Path) -> None:
+    """Through text and a wrapping counter; a frame of the calibration is in 20 s."""
+    made = simulate_turns(twin(2, duration_s=20.0, incidence_deg=40.0))
+    write_rec(tmp_path / "a.rec.gz", made, begin=2**32 - 10**8)
+    found, direct = decode(tmp_path / "a.rec.gz", "libsurvive-rec", "LHR-TWIN"), decoded(made)
+    assert len(found.hits) == len(direct.hits)
+    assert np.allclose(found.normals, made.twin.normals)
+    apart = found.hits.time_s - direct.hits.time_s
+    assert np.ptp(apart) < 1e-8
+    assert np.abs(np.sort(found.hits.angle_rad) - np.sort(direct.hits.angle_rad)).max() < 1e-6
+    for station, factory, id_ in zip(found.stations, made.factories, made.ids, strict=True):
+        assert station.id == id_ and np.array_equal(station.factory.tilt, factory.tilt)
+        assert station.gravity @ [0, 0, 1] > 0.8 and station.frames_found > 0
+
+
+@pytest.mark.parametrize("n", [2, 16])
+def test_objects_before_the_same_stations_differ_in_what_is_their_own(n: int) -> None:
+    channels = tuple(range(n))
+    one, other = (
+        simulate_turns(twin(n, channels=channels, receiver=k, duration_s=1.0)) for k in (0, 1)
+    )
+    assert one.ids == other.ids and len(set(one.ids)) == n
+    assert not np.array_equal(one.places, other.places)
+    assert len(decoded(one).stations) == n

@@ -1,0 +1,51 @@
+"""Files of the noise for state estimators, read back as their readers do."""
+
+import numpy as np
+import yaml
+
+from mocap_metrology.present.verdict.filters import covariances, px4_params, ros_yaml
+
+PLACES_MM = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]])
+
+
+def verdict(frame_mm, labels=("A", "B", "C")):
+    names = [f"{axis}{k + 1}" for k in range(len(labels)) for axis in "xyz"]
+    series = {name: {"frame_mm": frame_mm} for name in names}
+    return {"recording": "take", "horizon_s": 60.0, "labels": list(labels), "series": series}
+
+
+def parameters(text):
+    rows = [line.split("\t") for line in text.splitlines() if not line.startswith("#")]
+    assert {(vehicle, component, kind) for vehicle, component, _, _, kind in rows} == {
+        ("1", "1", "9")
+    }
+    return {name: float(value) for _, _, name, value, _ in rows}
+
+
+def test_ros_covariances_in_metres():
+    given = verdict(2.0)
+    written = yaml.safe_load(ros_yaml(given, covariances(given, PLACES_MM)))
+    marker = np.reshape(written["markers"]["B"]["covariance"], (6, 6))
+    np.testing.assert_allclose(np.diag(marker), [4e-6] * 3 + [1e6] * 3)
+    body = np.reshape(written["body"]["covariance"], (6, 6))
+    np.testing.assert_allclose(np.diag(body)[:3], 4e-6 / 3, rtol=1e-5)
+    assert written["body"]["markers"] == ["A", "B", "C"] and (np.diag(body)[3:] > 1e-4).all()
+
+
+def test_noise_above_and_below_the_floors_of_px4():
+    noisy, fine = verdict(60.0), verdict(0.1)
+    found = parameters(px4_params(noisy, covariances(noisy, PLACES_MM)))
+    assert found["EKF2_EVP_NOISE"] == np.float64(f"{0.06 / np.sqrt(3):.6g}")
+    assert found["EKF2_EVA_NOISE"] > 0.5
+    text = px4_params(fine, covariances(fine, PLACES_MM))
+    assert parameters(text) == {"EKF2_EVP_NOISE": 0.01, "EKF2_EVA_NOISE": 0.05}
+    assert text.count("binds") == 2
+
+
+def test_what_is_not_measured_is_said():
+    alone = verdict(0.1, ["A"])
+    found = covariances(alone, PLACES_MM[:1])
+    assert yaml.safe_load(ros_yaml(alone, found))["body"] is None
+    assert "EKF2_EVA_NOISE: not measured" in px4_params(alone, found)
+    moves = verdict(None)
+    assert yaml.safe_load(ros_yaml(moves, covariances(moves, PLACES_MM)))["markers"] == {}

@@ -1,0 +1,17 @@
+"""monitor_take.json of the takes of a facility -> its chart, table and state."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.accuracy.monitor_row import Row
+    from mocap_metrology.recording.monitor import monitor, read_take
+    from mocap_metrology.settings import Settings
+
+    given, folder = snakemake.params, Path(snakemake.output.json).parent
+    paths = map(Path, snakemake.input.takes)
+    takes = {name: read_take(path.parent) for name, path in zip(given.takes, paths, strict=True)}
+    rows = [Row(**row) for row in given.rows]
+    found = monitor(snakemake.wildcards.monitor, rows, takes, Settings(**given.settings), folder)
+    log.info("%s", found["line"])

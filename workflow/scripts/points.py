@@ -1,0 +1,33 @@
+"""Recordings at reference points -> <group>_points: a rigid fit, what each is off by, a figure."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.files import write_json
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.plot.figure import save, styled, words_picture
+    from mocap_metrology.recording.points import seen, write_points
+
+    given, output, rows = snakemake.input, snakemake.output, snakemake.params.rows
+    group, files = snakemake.wildcards.group, iter(given.files)
+    try:
+        if len(given.reference) > 1:
+            names = ", ".join(Path(path).name for path in given.reference)
+            raise Refusal(f"{group}: references {names}; expected one file for all rows of a group")
+        recorded = [
+            seen(path, [next(files) for _ in row["paths"]], row)
+            for path, row in zip(given.clean, rows, strict=True)
+        ]
+        found = Path(output.json), Path(output.svg)
+        write_points(group, rows, recorded, given.reference[0], *found)
+    except Refusal as refusal:
+        log.warning("%s", refusal)
+        title = f"{group}: reference points"
+        write_json(output.json, {"group": group, "refused": str(refusal)})
+        tables.write(output.csv, [{"note": str(refusal)}], title, snakemake.params.caption)
+        with styled():
+            save(words_picture(str(refusal), title, ""), output.svg)
+    log.info("%d points", len(rows))

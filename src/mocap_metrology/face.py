@@ -112,7 +112,7 @@ def simulate(
 
 def calibrate(dump: PathLike, board: PathLike, kind: str = "gpio-dump") -> PoseEstimate:
     """Pose of the slave in the frame of the master (p_master = R p_slave + t_m) of a recording of a
-    board of photodiodes. kind: `gpio-dump`, `libsurvive-rec` or `angles-csv`."""
+    board of photodiodes before two V1 base stations. kind: of a sheet's column `format`."""
     decoded = decode(dump, kind, board)
     factory = [station.factory for station in decoded.stations]
     estimates = jansen.calibrate(decoded.hits, decoded.board, factory).estimates

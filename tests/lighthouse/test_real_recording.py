@@ -26,6 +26,7 @@ from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
+from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES
 from mocap_metrology.lighthouse.decode.libsurvive import (
     FROM_LIBSURVIVE,
     read_solution,
@@ -34,14 +35,14 @@ from mocap_metrology.lighthouse.decode.libsurvive import (
 from mocap_metrology.lighthouse.export.formats import Export, libsurvive_json
 from mocap_metrology.lighthouse.export.world import Calibrated, world_of
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory, PoseEstimate
+from mocap_metrology.lighthouse.records import MASTER, SLAVE, PoseEstimate
 from mocap_metrology.lighthouse.rotation import error
 from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameters
 
 FOLDER = "lighthouse/libsurvive_extras"
 NAME = "lh1_test_cal.rec.gz"
 OBJECTS = ("HMD", "T20")
-VALUES = tuple(Factory.__dataclass_fields__)
+VALUES = FACTORY_NAMES
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation, rotor, timing
+from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES
 from mocap_metrology.lighthouse.records import Factory
 
 FACTORY = Factory(
@@ -43,7 +44,7 @@ def parameters(variant: str, lasers: object, factory: Factory = FACTORY) -> np.n
     return rotor.rotor_parameters(factory, lasers, rotor.VARIANTS[variant])
 
 
-@pytest.mark.parametrize("only", [*Factory.__dataclass_fields__, "all"])
+@pytest.mark.parametrize("only", [*FACTORY_NAMES, "all"])
 @pytest.mark.parametrize(("variant", "lasers"), CASES)
 def test_angles_by_hand_of_each_term_alone_and_of_all(variant, lasers, only) -> None:
     factory = FACTORY if only == "all" else Factory(**{only: getattr(FACTORY, only)})

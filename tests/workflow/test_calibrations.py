@@ -47,6 +47,22 @@ def test_a_right_calibration_becomes_values_of_their_types(folder: Path) -> None
     assert row.reference_labels_master == ("a", "b", "c")
 
 
+def test_every_column_reaches_the_row(folder: Path) -> None:
+    labels = {"reference_labels_master": ("M1", "M2"), "reference_labels_slave": ("S1", "S2")}
+    files = {
+        **{"factory": "poses.json", "reference": "ref.c3d", "mount": "board.csv"},
+        **{"check_against": "poses.json", "tracked_with": "poses.json"},
+        **{"world_points": "board.csv", "board": "board.csv", "path": "dump.bin"},
+    }
+    others = {"known_length": "stations 4.33 0.005", "sha256": "ab" * 32, "comment": "moved"}
+    others |= {"reference_unit": "m"}
+    joined = {name: ";".join(value) for name, value in labels.items()}
+    row = CALIBRATION | files | others | joined
+    assert set(row) == set(CalibrationRow.columns())
+    derived = {"twin": None, "source": "measured"}
+    assert load(folder, **row).model_dump() == row | labels | derived
+
+
 def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -> None:
     """Also between the sheets, as pages of groups are made of both."""
     rows_of = [("s1-1", "Hall", "s1"), ("s1-2", "hall", "S1"), ("s1-3", "Hall", "s1")]
@@ -72,7 +88,7 @@ def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -
 @pytest.mark.parametrize(
     ("cells", "expected"),
     [
-        ({"format": "csv"}, "expected one of gpio-dump, libsurvive-rec, angles-csv"),
+        ({"format": "csv"}, "expected one of gpio-dump, libsurvive-rec, crazyflie-uart"),
         ({"setup": ""}, "column setup: nothing; expected a name"),
         ({"board": ""}, "expected a CSV file x_m,y_m,z_m in diode order"),
         ({"board": "", "format": "libsurvive-rec"}, "the name of the tracked object"),

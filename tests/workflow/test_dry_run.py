@@ -51,22 +51,15 @@ def test_wrong_input_is_lines_and_status_1(toy: Path, snakemake) -> None:
         "recording\tpath\tmarkers\tgroup\na\tno.c3d\tA\tg\nb\tsimulate:U\t\tg\n"
     )
     (toy / "config/dumps.tsv").write_text("calibration\tsetup\n")
-    wrong = ("recording=x", "seed=-1")
     named = ("recordings=config/mine.tsv", "calibrations=config/dumps.tsv")
     (toy / "config/mine.yaml").write_text("seed: 1\nnoise: {}\nseed: 2\n")
-    settings, sheets, twice = side_by_side(
-        lambda: snakemake(toy, "-n", "--config", *wrong),
+    sheets, twice = side_by_side(
         lambda: snakemake(toy, "-n", "--config", *named),
         lambda: snakemake(toy, "-n", "--configfile", "config/mine.yaml"),
     )
     assert twice.returncode == 1
     line = "no readable YAML or JSON: line 3: key seed is repeated; expected once"
     assert twice.stdout.splitlines()[-1].endswith(f"config/mine.yaml: {line}")
-    assert settings.returncode == 1
-    assert settings.stdout.splitlines()[-2:] == [
-        "config, key recording: unknown; did you mean recordings?",
-        "config, key seed: -1; expected a whole number >= 0",
-    ]
     assert sheets.returncode == 1
     assert sheets.stdout.splitlines()[-3:] == [
         'config/mine.tsv, row 2 (recording "a"), column path: "no.c3d"; '
@@ -75,7 +68,7 @@ def test_wrong_input_is_lines_and_status_1(toy: Path, snakemake) -> None:
         "expected simulate: and a twin of the file of twins (unknown; expected one of T)",
         "config/dumps.tsv: no column group, path, format; expected a header with it",
     ]
-    assert "Traceback" not in settings.stdout + sheets.stdout
+    assert "Traceback" not in sheets.stdout + twice.stdout
 
 
 def test_a_marker_that_the_file_lacks_is_refused_before_anything_runs(

@@ -86,13 +86,6 @@ def test_the_plan_of_a_recording_that_was_not_checked_yet(
     assert there == {f"mocap_{job}": 1 for job in jobs} | {"own": 1, "all": 1}, plans[1].stdout
 
 
-def test_in_another_directory(tmp_path: Path, root: Path, snakemake) -> None:
-    elsewhere = folder_with_sheet(tmp_path / "elsewhere")
-    settings = ("--config", "recordings=sheet.tsv", "calibrations=")
-    done = snakemake(root, "-n", "--directory", str(elsewhere), *settings)
-    assert planned(done.stdout) == {"clean": 1, "gate": 1, "default": 1}, done.stdout
-
-
 def test_the_environment_of_a_checkout_that_differs_is_refused(tmp_path: Path) -> None:
     ignored = shutil.ignore_patterns("__pycache__", ".*")
     for name in ("workflow", "src", "config", "profiles", "requirements"):

@@ -31,11 +31,6 @@ def test_refusal_rerun_mending_and_a_new_row(toy: Path, snakemake) -> None:
     assert (tables / "t_noise.csv").read_text() == "T\n"
     assert not old.exists()
 
-    again = snakemake(toy, "--cores", "2")
-    assert again.returncode == 1
-    assert "recording b refused: it is bad" in again.stdout.splitlines()
-    assert finished(again.stdout) == {}
-
     (toy / "config/b.c3d").write_text("b is mended\n")
     with (toy / "config/recordings.tsv").open("a") as stream:
         stream.write("u\tsimulate:T\t\tt\n")
@@ -51,7 +46,6 @@ def test_refusal_rerun_mending_and_a_new_row(toy: Path, snakemake) -> None:
     }
     assert (tables / "g_noise.csv").read_text() == "a is good\nb is mended\n"
     assert (tables / "t_noise.csv").read_text() == "T\nT\n"
-    assert "Nothing to be done" in snakemake(toy, "-n").stdout
     made = [*tables.iterdir(), toy / "results/recordings/a/noise.csv"]
     whole = {path: path.read_bytes() for path in made}
     for path in whole:

@@ -1,15 +1,25 @@
-"""What a changed cell of a sheet computes anew: what reads its column, and nothing else."""
+"""What a changed cell of a sheet, source or file of the package computes anew, and nothing else."""
 
 from __future__ import annotations
 
 import functools
 import json
 import os
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
-from running import pass_for_computed, planned, side_by_side, write_sheet
+from running import (
+    command,
+    environment,
+    pass_for_computed,
+    planned,
+    side_by_side,
+    write_sheet,
+)
 
+ROOT = Path(__file__).resolve().parents[2]
 HEADER = ["recording", "path", "markers", "pairs", "group", "date", "comment"]
 RECORDINGS = [
     {"recording": "measured", "markers": "A;B;C", "group": "lab"},
@@ -20,6 +30,16 @@ CALIBRATIONS = [
     | {"path": "simulate:sim-1-1", "format": "gpio-dump"}
 ]
 LAST = {"pages", "provenance", "gate", "default"}
+RUN_AGAIN = {  # by an edit of each file, with what depends on their results
+    "io/read.py": {"clean"},  # on which the others depend
+    "lighthouse/rotor.py": {
+        *("calibration_twins_1", "calibration_figures", "calibration_tables", "claims", "jansen"),
+    },
+    "present/plot/figure.py": {
+        *("verdict", "group_tables", "skurowski_theory", "calibration_figures"),
+        *("jansen", "families"),
+    },
+}
 
 
 def sheets(folder: Path, file: Path, changed: dict[str, dict[str, str]]) -> list[str]:
@@ -40,39 +60,72 @@ def sheets(folder: Path, file: Path, changed: dict[str, dict[str, str]]) -> list
 
 
 @pytest.fixture(scope="module")
-def computed(tmp_path_factory, root, snakemake):
-    """Folder in which everything passes for computed, without a number in it."""
+def computed(tmp_path_factory):
+    """A copy of the project in which everything passes for computed, without a number in it."""
     folder = tmp_path_factory.mktemp("computed")
+    ignored = shutil.ignore_patterns("__pycache__", ".*")
+    for name in ("workflow", "src", "config", "profiles", "requirements"):
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    shutil.copy(ROOT / "Snakefile", folder)
     file = folder / "given.c3d"
     file.touch()
-    arguments = ("--config", *sheets(folder, file, {}), f"results={folder}/results")
     check = folder / "results/recordings/measured/check.json"
     check.parent.mkdir(parents=True)
     check.write_text(json.dumps({"ok": True, "why": "", "warnings": [], "notes": []}) + "\n")
-    pass_for_computed(functools.partial(snakemake, root), *arguments)
+    settings = sheets(folder / "sheets", file, {})
+    pass_for_computed(functools.partial(of, folder), "--config", *settings, results_in(folder))
     return folder
 
 
-def test_a_source_with_an_older_date_is_computed_anew(computed, root, snakemake) -> None:
+def results_in(folder: Path) -> str:
+    return f"results={folder}/results"
+
+
+def of(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+    """Snakemake in the copy, with its package."""
+    return subprocess.run(
+        command(*arguments),
+        cwd=folder,
+        env=environment() | {"PYTHONPATH": str(folder / "src")},
+        capture_output=True,
+        text=True,
+        timeout=900,
+    )
+
+
+def plan(folder: Path, name: str = "sheets", changed: dict | None = None) -> set[str]:
+    """Rules that would run with these cells."""
+    given = sheets(folder / name, folder / "given.c3d", changed or {})
+    output = of(folder, "-n", "--config", *given, results_in(folder)).stdout
+    return set(planned(output)) - LAST
+
+
+@pytest.mark.parametrize("name", RUN_AGAIN)
+def test_an_edit_runs_again_what_imports_the_file(computed: Path, name: str) -> None:
+    file = computed / "src/mocap_metrology" / name
+    before = file.read_text(encoding="utf-8")
+    file.write_text(f"{before}# a word\n", encoding="utf-8")
+    try:
+        assert plan(computed) == RUN_AGAIN[name]
+    finally:
+        file.write_text(before, encoding="utf-8")
+
+
+def test_a_source_with_an_older_date_is_computed_anew(computed: Path) -> None:
     file = computed / "given.c3d"
-    arguments = ("-n", "--config", *sheets(computed, file, {}), f"results={computed}/results")
-
-    def plan() -> set[str]:
-        return set(planned(snakemake(root, *arguments).stdout)) - LAST
-
     before = file.stat()
     file.touch()
-    assert not plan()
+    assert not plan(computed)
     file.write_text("another recording")
     os.utime(file, ns=(0, 0))
     try:
-        assert plan() == {"clean"}  # on which the others depend
+        assert plan(computed) == {"clean"}  # on which the others depend
     finally:
         file.write_text("")
         os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
 
 
-def test_a_changed_cell_computes_anew_what_reads_its_column(computed, root, snakemake) -> None:
+def test_a_changed_cell_computes_anew_what_reads_its_column(computed: Path) -> None:
     changes = {
         "words": {
             "measured": {"date": "2024-05-01"},
@@ -88,10 +141,5 @@ def test_a_changed_cell_computes_anew_what_reads_its_column(computed, root, snak
         "pairs": {"clean"},
     }
 
-    def plan(name: str) -> str:
-        given = sheets(computed / name, computed / "given.c3d", changes[name])
-        return snakemake(root, "-n", "--config", *given, f"results={computed}/results").stdout
-
-    found = side_by_side(*(functools.partial(plan, name) for name in changes))
-    for (name, rules), output in zip(expected.items(), found, strict=True):
-        assert set(planned(output)) - LAST == rules, (name, output)
+    plans = (functools.partial(plan, computed, name, changes[name]) for name in changes)
+    assert dict(zip(expected, side_by_side(*plans), strict=True)) == expected

@@ -103,7 +103,7 @@ def test_without_a_network_one_line_says_what_to_do(root: Path, tmp_path: Path) 
 
 def test_every_sample_has_its_origin() -> None:
     samples = read_samples()
-    assert len({sample.file for sample in samples}) == len(samples) == 83
+    assert len({sample.file for sample in samples}) == len(samples) == 91
     for sample in samples:
         assert re.fullmatch(r"[\w.-]+/[\w.-]+", sample.repository)
         assert re.fullmatch(r"[0-9a-f]{12}|[0-9a-f]{40}", sample.commit)

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import field_validator
 
 from mocap_metrology.common.faults import Unfit, unknown
+from mocap_metrology.lighthouse import RECORDING_FORMATS
 from mocap_metrology.lighthouse.known_length import EXPECTED, FORM
 from mocap_workflow.rows import (
     Cell,
@@ -44,17 +45,19 @@ class CalibrationRow(SheetRow):
     """The recording, or `simulate:<twin>` with a Lighthouse twin of `config/twins.yaml`."""
     format: Annotated[
         str,
-        Cell("gpio-dump|libsurvive-rec|angles-csv", "one of gpio-dump, libsurvive-rec, angles-csv"),
+        Cell("|".join(RECORDING_FORMATS), f"one of {', '.join(RECORDING_FORMATS)}"),
     ]
-    """`gpio-dump`, `libsurvive-rec` or `angles-csv`, see below."""
+    """Of the recording, see below: `gpio-dump`, `libsurvive-rec`, `crazyflie-uart`,
+    `crazyflie-log`, `angles-csv` or `lfsr-counts`."""
     board: str | None = None
     """CSV file `x_m,y_m,z_m` in diode order, metres; for `libsurvive-rec` the name of the tracked
-    object in the recording. May be empty for a twin."""
+    object in the recording, or its serial number. May be empty for a twin."""
     factory: FileOrNothing = None
     """Optional file of factory values for stations whose own values cannot be read from the
     recording: a `stations.json` of this workflow, the `.json` that libsurvive writes beside a
-    recording, or the system configuration (`.yaml`, `systemType: 1`) of a Crazyflie, whose station
-    0 flashes first and is the master."""
+    recording, or the system configuration (`.yaml`) of a Crazyflie, whose station 0 flashes first
+    and is the master. Stations of the second generation are matched by id, or by channel where the
+    recording has no id."""
     reference: FileOrNothing = None
     """Optional pose to compare with: JSON (`R` or `quaternion_xyzw`, `t_m` or `translation_mm`,
     `stations: {master: id, slave: id}`), the system configuration of a Crazyflie, the configuration

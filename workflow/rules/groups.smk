@@ -232,12 +232,11 @@ rule monitor:
         takes=of_each("monitor_take.json", takes_of),
     output:
         report(
-            "<results>/monitors/{monitor}/chart.svg",
+            "<results>/monitors/{monitor}/chart.png",
             caption="../report/caption.rst",
             category="4 Groups",
             labels={"result": "monitor {monitor}: its takes over time"},
         ),
-        "<results>/monitors/{monitor}/chart.png",
         "<results>/monitors/{monitor}/monitor.csv",
         json="<results>/monitors/{monitor}/monitor.json",
     log:

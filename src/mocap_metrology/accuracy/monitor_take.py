@@ -207,7 +207,7 @@ def history(
     """Charts of a facility from its takes, in order of time."""
     starts = [k for k, row in enumerate(rows) if k == 0 or row.baseline == "restart"]
     stretches = {}
-    for start, end in zip(starts, [*starts[1:], len(rows)], strict=True):
+    for start, end in zip(starts, [*starts[1:], len(rows)], strict=False):
         own = rows[start:end]
         named = any(row.baseline == "yes" for row in own)
         marked = [named and row.baseline != "" for row in own]

@@ -9,6 +9,7 @@ import json
 import logging
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,14 +31,16 @@ from mocap_metrology.lighthouse.assess.pose_file import (
     PoseEntry,
     PoseFile,
     chosen_pose,
+    is_network,
     kind_of,
     matrix_and_metres,
+    pairs,
     read_pose_json,
 )
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.assess.summary import refused, summary
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.board import read_board
+from mocap_metrology.lighthouse.board import read_board, read_normals
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, NAME, Scene, Sensors, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, FALLBACK
@@ -45,7 +48,15 @@ from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.export import formats
 from mocap_metrology.lighthouse.export import world as worlds
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import MASTER, Factory, Hits, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import (
+    MASTER,
+    ROLES,
+    SLAVE,
+    Factory,
+    Hits,
+    PoseEstimate,
+    Station,
+)
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.inertial import sensed
@@ -122,10 +133,13 @@ def write_poses(
     factories = [station.factory for station in stations]
     found, board, placed = Calibration(), read_board(given["board"]), None
     recorded, how = (records.hits_of(hits), board, factories), calibration_settings(settings)
-    lengths = sweeps.lengths_of(entry, given.get("points"), len(board))
+    names = [station.role for station in stations]
+    lengths = sweeps.lengths_of(entry, given.get("points"), len(board), names)
     sensors = sensors_of(settings, stations, given.get("inertial"), lengths)
+    if stations and stations[0].generation == 2:
+        sensors = replace(sensors, normals=read_normals(given["board"]))
     try:
-        found = calibrate(*recorded, how, log.info, over, sensors)
+        found = calibrate(*recorded, how, log.info, over, sensors, stations)
         result = summary(
             found,
             stations,
@@ -136,9 +150,9 @@ def write_poses(
             truths=truths_of(given.get("truth")),
             earlier=given.get("earlier"),
         )
-        if (index := result.document["chosen"]) is not None:
-            pose, points = found.estimates[index], given.get("points")
-            placed = frame_of(found, pose, stations, board, settings.world, points)
+        if taken := _taken(found, result.document):
+            points = given.get("points")
+            placed = frame_of(found, taken, stations, board, settings.world, points)
     except Refusal as refusal:
         log.warning("%s", refusal)
         result = refused(stations, str(refusal))
@@ -150,9 +164,8 @@ def write_poses(
     origin["versions"] = files.versions("numpy", "scipy", "numba")
     files.write_table(paths["poses"], records.pose_columns(found.paths), origin)
     earlier = given.get("tracked_with")
-    write_track(
-        paths["track"], entry, found, result.document, earlier, recorded, how, origin, sensors
-    )
+    given_to = recorded, how, origin, sensors, names
+    write_track(paths["track"], entry, found, result.document, earlier, *given_to)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, paths)
     document |= {"world": world, "origin": origin}
     files.write_json(paths["pose"], document)
@@ -235,31 +248,44 @@ def truths_of(path: str | None) -> dict[str, Reference] | None:
     return {"housing": housing, "optical": reference.optical(housing, np.array(lasers))}
 
 
+def _taken(found: Calibration, document: PoseFile) -> dict[str, PoseEstimate]:
+    """The chosen estimate of each station but the reference, by its name."""
+    chosen: object = document["chosen"]
+    if isinstance(chosen, Mapping):
+        return {name: found.estimates[k] for name, k in chosen.items() if k is not None}
+    return {} if not isinstance(chosen, int) else {ROLES[SLAVE]: found.estimates[chosen]}
+
+
 def frame_of(
     found: Calibration,
-    pose: PoseEstimate,
+    taken: Mapping[str, PoseEstimate],
     stations: Sequence[Station],
     board: np.ndarray,
     name: str,
     points: str | None,
-) -> tuple[worlds.World, list[Pose]]:
-    """The requested frame, and the poses of both stations in it; pose: the chosen one of `found`.
-    Raises `Refusal` for points that determine no frame."""
-    poses = [(np.eye(3), np.zeros(3)), (pose.R, pose.t_m)]
+) -> tuple[worlds.World, list[Pose | None]]:
+    """The requested frame, and the poses of the stations in it, None of one without; taken: the
+    chosen ones of `found`. Raises `Refusal` for points that determine no frame."""
+    pose = next(iter(taken.values()))
+    reference = stations[0].role if found.network is None else found.network.connected[0]
+    known = {reference: (np.eye(3), np.zeros(3))} | {k: (p.R, p.t_m) for k, p in taken.items()}
+    own = sorted((s for s in stations if s.role in known), key=lambda s: s.role != reference)
+    poses = [known[station.role] for station in own]
     path, both = pose.path, found.paths_of(pose)
     if path is None and both is not None:
         path = both[MASTER]
     felt = (pose.details or {}).get("inertial")
     up = -np.array(felt["gravity_m_s2"]) if isinstance(felt, Mapping) else None
-    world = worlds.world_of(name, worlds.Calibrated(stations, poses, board, path, up), points)
-    return world, [world.place(one) for one in poses]
+    world = worlds.world_of(name, worlds.Calibrated(own, poses, board, path, up), points)
+    places = {s.role: world.place(known[s.role]) for s in own}
+    return world, [places.get(station.role) for station in stations]
 
 
 def write_exports(
     origin: Row,
     verdict: Mapping[str, str],
     stations: Sequence[Station],
-    placed: tuple[worlds.World, list[Pose]] | None,
+    placed: tuple[worlds.World, list[Pose | None]] | None,
     lasers_m: np.ndarray | None,
     paths: Paths,
 ) -> Row:
@@ -293,16 +319,19 @@ def described(world: worlds.World) -> str:
     return f"{words} ({world.why})" if world.why else words
 
 
-def _of_optics(poses: list[Pose], lasers_m: np.ndarray | None) -> list[Pose]:
+def _of_optics(poses: list[Pose | None], lasers_m: np.ndarray | None) -> list[Pose | None]:
     """Poses of the stations' optics, which other programs track with; those of a calibration with
     `lasers_mm` are of the housings."""
     if lasers_m is None:
         return poses
     origins = reference.optical_origins(lasers_m)
-    return [(R, R @ own + t) for (R, t), own in zip(poses, origins, strict=True)]
+    return [
+        None if pose is None else (pose[0], pose[0] @ own + pose[1])
+        for pose, own in zip(poses, origins, strict=True)
+    ]
 
 
-def _entry(world: worlds.World, stations: Sequence[Station], poses: Sequence[Pose]) -> Row:
+def _entry(world: worlds.World, stations: Sequence[Station], poses: Sequence[Pose | None]) -> Row:
     from scipy.spatial.transform import Rotation
 
     off = world.residuals_m
@@ -314,10 +343,11 @@ def _entry(world: worlds.World, stations: Sequence[Station], poses: Sequence[Pos
         "residuals_mm": None if off is None else {k: 1e3 * v for k, v in off.items()},
         "stations": {
             station.role: {
-                "translation_mm": (1e3 * t).tolist(),
-                "quaternion_xyzw": Rotation.from_matrix(R).as_quat(canonical=True).tolist(),
+                "translation_mm": (1e3 * pose[1]).tolist(),
+                "quaternion_xyzw": Rotation.from_matrix(pose[0]).as_quat(canonical=True).tolist(),
             }
-            for station, (R, t) in zip(stations, poses, strict=True)
+            for station, pose in zip(stations, poses, strict=True)
+            if pose is not None
         },
     }
 
@@ -332,20 +362,23 @@ def write_track(
     settings: CalibrationSettings,
     origin: Metadata,
     sensors: Sensors,
+    names: Sequence[str],
 ) -> None:
     """Track the board of a recording and write its poses; where that cannot be, no rows, and the
     reason in the metadata.
 
     own: pose.json of this recording, `found` its estimates; earlier: that of another, whose
     stations are used where the row names it; recorded: hits, board in m, factory values; sensors:
-    data besides hits.
+    data besides hits; names: of the stations.
     """
     more: Metadata = {"still": found.still, "tracked_with": entry.tracked_with}
     tracked = None
     try:
         used = _used(entry, own, earlier)
         more["stations"] = used["stations"]
-        tracked = _tracked(found, used, used is own, recorded, settings, sensors)
+        if is_network(used):
+            more["reference"] = used["reference"]
+        tracked = _tracked(found, used, used is own, recorded, settings, sensors, names)
         more["note"] = tracked.note
         seen = tracked.hits.any(axis=1)
         log.info("receiver: %d of %d moments have a pose", seen.sum(), seen.size)
@@ -363,6 +396,17 @@ def _used(entry: Entry, own: PoseFile, earlier: str | None) -> PoseFile:
     if earlier is None:
         raise Refusal(f"calibration {entry.tracked_with}, to track with, is refused itself")
     used = read_pose_json(earlier)
+    if is_network(used) != is_network(own):
+        raise Refusal("the calibration to track with is of stations of the other generation")
+    if is_network(used):
+        for name in used["stations"].keys() & own["stations"].keys():
+            first, second = (one["stations"][name]["id"] for one in (used, own))
+            if None not in (first, second) and first != second:
+                raise Refusal(
+                    f"the calibration to track with: its station {name} is {first}, that of the"
+                    f" recording is {second}"
+                )
+        return used
     reference.check_same_ids(
         ids_of(used), ids_of(own), "the calibration to track with", "the recording"
     )
@@ -376,37 +420,57 @@ def _tracked(
     recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
     settings: CalibrationSettings,
     sensors: Sensors,
+    names: Sequence[str],
 ) -> receiver.Track:
-    entry = chosen_pose(used)
-    if entry is None:
+    entries = {name: chosen_pose(one) for name, one in pairs(used).items()}
+    placed = {name: entry for name, entry in entries.items() if entry is not None}
+    if not placed:
         raise Refusal("no pose of the slave to track with")
+    entry = next(iter(placed.values()))
     by_batch = is_own and entry["estimator"] == NAME
-    known = _calibrated(entry, by_batch)
     if by_batch and entry["stage"] == "final":
         scene, joint = found.joints[entry["optics"]]
-        return receiver.along(joint, scene, known, entry["note"])
+        return receiver.along(joint, scene, _calibrated(used, placed, by_batch), entry["note"])
     _, _, optics = kind_of(entry)
     hits, board, factories = recorded
     if optics == ESTIMATED and not is_own:
         raise Refusal("the rotors of these stations were estimated; expected factory values")
-    if optics == "factory" and None in factories:
-        raise Refusal("the recording has no factory values of both stations, as the pose has")
     housing = settings.lasers_m is not None
     if entry["frame"] != ("housing" if housing else "optical"):
         raise Refusal(
             f"the pose is of the {entry['frame']} frame; expected the frame that lasers_mm implies"
         )
     how = settings.lasers_m, _variant(used, settings), settings.priors
-    return receiver.track(Scene(hits, board, optics, factories, *how, sensors=sensors), known)
+    scene = Scene(hits, board, optics, factories, *how, sensors=sensors)
+    if is_network(used):
+        reference = str(used["reference"])
+        scene = replace(scene, names=list(names), generation=2)
+        if reference not in names:
+            raise Refusal(f"the recording has no light of station {reference}, the reference")
+        placed = {name: own for name, own in placed.items() if name in names}
+        scene = scene.of([names.index(name) for name in (reference, *placed)])
+    if optics == "factory" and None in scene.factories:
+        raise Refusal("the recording has no factory values of both stations, as the pose has")
+    return receiver.track(scene, _calibrated(used, placed, by_batch))
 
 
-def _calibrated(entry: PoseEntry, is_own: bool) -> receiver.Calibrated:
-    R, t = matrix_and_metres(entry)
-    given = entry["covariance"]
-    covariance = np.full((6, 6), np.nan) if given is None else np.array(given)
-    return receiver.Calibrated(
-        R, t, covariance / np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS), is_own
-    )
+def _calibrated(
+    used: PoseFile, placed: Mapping[str, PoseEntry], is_own: bool
+) -> receiver.Calibrated:
+    """What is known of these stations."""
+    R, t = zip(*map(matrix_and_metres, placed.values()), strict=True)
+    if not is_network(used):
+        given = next(iter(placed.values()))["covariance"]
+        covariance = np.full((6, 6), np.nan) if given is None else np.array(given)
+    else:
+        order = used["covariance_joint_stations"]
+        at = np.concatenate([6 * order.index(name) + np.arange(6) for name in placed])
+        joint = used["covariance_joint"]
+        every = np.full((6 * len(order),) * 2, np.nan) if joint is None else np.array(joint)
+        covariance = every[np.ix_(at, at)]
+    units = np.tile(COVARIANCE_UNITS, len(placed))
+    covariance = covariance / np.outer(units, units)
+    return receiver.Calibrated(np.squeeze(R), np.squeeze(t), covariance, is_own)
 
 
 def _variant(used: PoseFile, settings: CalibrationSettings) -> str:

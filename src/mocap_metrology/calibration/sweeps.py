@@ -26,6 +26,7 @@ from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
+from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
@@ -92,22 +93,28 @@ def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, De
         read_points(given["points"])
     recording = decoded(entry, given, settings)
     if "points" in given or not str(entry.known_length).startswith("points"):
-        lengths_of(entry, given.get("points"), len(recording.board))
+        names = [station.role for station in recording.stations]
+        lengths_of(entry, given.get("points"), len(recording.board), names)
+    then = "expected errors of centimetres"
+    if recording.generation == 2:
+        then = "usual ones of such stations are the first guess"
     warnings = [
-        f"{station.role}: no factory values ({station.why}); expected errors of centimetres"
+        f"{station.role}: no factory values ({station.why}); {then}"
         for station in recording.stations
         if station.factory is None
     ]
     return {"ok": True, "why": "", "warnings": warnings, "notes": recording.notes}, recording
 
 
-def lengths_of(entry: Entry, points: str | None, n_diodes: int) -> tuple[KnownLength, ...]:
-    """The length that a row states; points: file of those in the room, if it names one. Raises
-    `Refusal` for one that cannot be used."""
+def lengths_of(
+    entry: Entry, points: str | None, n_diodes: int, names: Sequence[str] = ROLES
+) -> tuple[KnownLength, ...]:
+    """The length that a row states; points: file of those in the room, if it names one; names: of
+    the stations. Raises `Refusal` for one that cannot be used."""
     if not entry.known_length:
         return ()
     places = None if points is None else read_points(points)
-    return (known_length(entry.known_length, n_diodes, places),)
+    return (known_length(entry.known_length, n_diodes, places, names),)
 
 
 def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Check:

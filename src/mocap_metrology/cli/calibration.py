@@ -21,9 +21,10 @@ from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.common.paths import exists
+from mocap_metrology.lighthouse.assess.pose_file import is_network
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
-from mocap_metrology.present.calibration.pose_text import pose_rows
+from mocap_metrology.present.calibration.pose_text import all_rows
 from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import import_matplotlib, save
 from mocap_metrology.settings import Allan, Lighthouse, PoseEstimator
@@ -114,10 +115,12 @@ def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
     lines = [f"{results.name}: {verdict['word']}", verdict["reason"]]
     if brief or results.chosen is None:
         return [": ".join(lines)] if brief else lines
-    rows = pose_rows(results.chosen)
+    rows, title = all_rows(results), "Pose of the slave in the frame of the master:"
+    if is_network(results.pose):
+        title = f"Poses of the stations in the frame of station {results.reference_name}:"
     width = max(len(label) for label, _ in rows)
     table = [f"  {label:{width}}  {'  '.join(f'{c:>10}' for c in cells)}" for label, cells in rows]
-    return [*lines, "", "Pose of the slave in the frame of the master:", *table]
+    return [*lines, "", title, *table]
 
 
 def format_of(path: Path) -> str:

@@ -1,4 +1,5 @@
-"""`mocap-metrology check take.c3d`: the verdict on one file, without a sheet.
+"""`mocap-metrology check take.c3d`: the verdict on one file, without a sheet; `mocap-metrology
+monitor FOLDER take.c3d`: one take more of a facility that is watched.
 
 What is heavy is imported after the first line is on the terminal.
 """
@@ -18,6 +19,7 @@ from typing import Any
 from mocap_metrology.cli import results
 from mocap_metrology.common.errors import Refusal, printable
 from mocap_metrology.common.paths import exists, is_file
+from mocap_metrology.lighthouse import RECORDING_FORMATS
 
 TEXTS = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
@@ -67,9 +69,17 @@ OF_BARS: dict[str, dict[str, Any]] = {
     "length": {"type": _length, "metavar": "MM"},
     "length-u": {"type": _length, "metavar": "MM"},
 }
+OF_MONITOR: dict[str, dict[str, Any]] = {
+    "date": {"metavar": "DATE"},
+    "restart": {"action": "store_true"},
+    "monitor": {"metavar": "NAME"},
+    "markers": OF_MARKERS["markers"],
+    "rate": OF_MARKERS["rate"],
+    "unit": OF_MARKERS["unit"],
+}
 OF_DUMPS: dict[str, dict[str, Any]] = {
     "board": {"metavar": "CSV"},
-    "format": {"choices": ("gpio-dump", "libsurvive-rec", "angles-csv")},
+    "format": {"choices": RECORDING_FORMATS},
     "inertial": {"action": "store_true"},
     "world": {"choices": ("gravity", "master", "board-start")},
     "world-points": {"metavar": "CSV"},
@@ -83,13 +93,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status of the command."""
     command = parser()
     options = command.parse_args(arguments)
-    for name, why in _misplaced(options):
-        if getattr(options, name.replace("-", "_")):
-            command.error(f"--{name} {why}")
+    if options.run is check:
+        for name, why in _misplaced(options):
+            if getattr(options, name.replace("-", "_")):
+                command.error(f"--{name} {why}")
     # One thread a library, as in the workflow: the digits of a sum depend on it
     os.environ.update({f"{pool}_NUM_THREADS": "1" for pool in THREADS})
     try:
-        return check(options)
+        return int(options.run(options))
     except KeyboardInterrupt:
         print("\nInterrupted; no results were written", file=sys.stderr, flush=True)
         os._exit(INTERRUPTED)  # threads would finish their series first
@@ -115,7 +126,8 @@ def parser() -> argparse.ArgumentParser:
     version = f"mocap-metrology {metadata.version('mocap-metrology')}"
     text = "print the version and exit"
     command.add_argument("--version", action="version", version=version, help=text)
-    one = command.add_subparsers(required=True, metavar="command").add_parser(
+    commands = command.add_subparsers(required=True, metavar="command")
+    one = commands.add_parser(
         "check",
         help="the verdict on one file",
         description=TEXTS["check"],
@@ -130,7 +142,38 @@ def parser() -> argparse.ArgumentParser:
     for group, options in groups:
         for name, how in options.items():
             group.add_argument(f"--{name}", help=TEXTS["options"][name], **how)
+    one.set_defaults(run=check)
+    other = commands.add_parser(
+        "monitor",
+        help="one take more of a facility that is watched",
+        description=TEXTS["monitor"],
+        epilog=TEXTS["monitor_examples"],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    for name in ("folder", "file"):
+        other.add_argument(name, help=TEXTS["of_monitor"][name])
+    for name, how in OF_MONITOR.items():
+        other.add_argument(f"--{name}", help=TEXTS["of_monitor"][name], **how)
+    other.set_defaults(run=watch)
     return command
+
+
+def watch(options: argparse.Namespace) -> int:
+    """Add a take to the folder of a facility; 1 if it was refused."""
+    options.markers = [m for text in options.markers for m in text.split(";") if m.strip()]
+    folder, name = Path(options.folder).expanduser(), Path(options.file).name
+    print(f"{printable(name)}: reading", file=sys.stderr, flush=True)
+    from mocap_metrology.cli.monitor import add_take
+    from mocap_metrology.common.faults import Faults
+
+    try:
+        return add_take(options)
+    except (Refusal, Faults) as refusal:
+        print(refusal, file=sys.stderr)
+    except Exception as error:
+        crash = results.write_crash(error, folder, name)
+        print(f"{crash}\nThe take was not added", file=sys.stderr)
+    return 1
 
 
 def check(options: argparse.Namespace) -> int:

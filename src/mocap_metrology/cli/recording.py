@@ -51,7 +51,7 @@ def check_recording(path: Path, folder: Path, options: argparse.Namespace) -> st
     try:
         entry = _entry(path, options)
         with results.replaced(folder, analyse.FILES) as part:
-            verdict = analyse.analyse(entry, name, part, SETTINGS, _tell, progress)
+            verdict = analyse.analyse(entry, name, part, SETTINGS, tell, progress)
     except Refusal as refusal:
         raise Refusal(advised(refusal)) from None
     finally:
@@ -63,7 +63,7 @@ def check_recording(path: Path, folder: Path, options: argparse.Namespace) -> st
     return str(verdict["word"])
 
 
-def _tell(checked: Check, recording: Recording) -> None:
+def tell(checked: Check, recording: Recording) -> None:
     """What is analysed, and what to beware of."""
     n_frames, rate = recording.position_mm.shape[2], recording.frame_rate_hz
     labels, length = ", ".join(recording.labels), duration_words(n_frames / rate)

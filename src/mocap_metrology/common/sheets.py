@@ -29,8 +29,11 @@ class Line:
     cells: dict[str, str]
 
 
-def read(path: str | Path, columns: Sequence[str], required: Sequence[str]) -> list[Line]:
-    """The rows of a sheet whose header is right; `Faults` when the sheet as such is wrong."""
+def read(
+    path: str | Path, columns: Sequence[str], required: Sequence[str], others: bool = False
+) -> list[Line]:
+    """The rows of a sheet whose header is right; `Faults` when the sheet as such is wrong. others:
+    whether it may have more columns than these."""
     sheet = str(path)
     lines = [
         (number, line)
@@ -40,18 +43,19 @@ def read(path: str | Path, columns: Sequence[str], required: Sequence[str]) -> l
     if not lines:
         raise Faults([f"{sheet}: no header; expected columns {', '.join(columns)}"])
     faults: list[str] = []
-    delimiter = _delimiter(lines[0][1], columns)
-    header = _cells(*lines[0], delimiter, sheet, faults)
+    separator = delimiter(lines[0][1], columns)
+    header = _cells(*lines[0], separator, sheet, faults)
     while header and not header[-1]:
         header.pop()
-    faults += _header_faults(header, lines[0][1], sheet, columns, required)
+    known = [*columns, *header] if others else columns
+    faults += _header_faults(header, lines[0][1], sheet, known, required)
     if faults:
         raise Faults(faults)
     rows = []
     for number, line in lines[1:]:
-        cells = _cells(number, line, delimiter, sheet, faults)
+        cells = _cells(number, line, separator, sheet, faults)
         if any(cells[len(header) :]):
-            inside = "" if delimiter == "\t" else f', and quotes round a cell with "{delimiter}"'
+            inside = "" if separator == "\t" else f', and quotes round a cell with "{separator}"'
             expected = f"{len(header)}{inside}"
             faults.append(f"{sheet}, row {number}: {len(cells)} cells; expected {expected}")
         elif any(cells):
@@ -83,7 +87,7 @@ def _lines(path: Path, sheet: str) -> list[str]:
     return re.split(r"\r\n|\n|\r", text)
 
 
-def _delimiter(header: str, known: Sequence[str]) -> str:
+def delimiter(header: str, known: Sequence[str]) -> str:
     """What separates most names of columns from each other; a tab where nothing does."""
     found = {
         one: len({part.strip(' "') for part in header.split(one)} & set(known))

@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 
 from mocap_metrology.common.errors import Refusal, printable
 
@@ -37,8 +38,14 @@ def as_text(value: object) -> object:
     in the parts into which it may split it, stands `'`, which it takes for text. Letters that
     control a terminal are written as their codes; NaN and None are empty."""
     if isinstance(value, str):
-        return printable(FORMULA.sub(r"\1'", value))
+        return _of_text(value)
     return "" if value is None or value != value else value
+
+
+@lru_cache(maxsize=1 << 14)
+def _of_text(text: str) -> str:
+    """Cells repeat: names, units, words."""
+    return printable(FORMULA.sub(r"\1'", text))
 
 
 def rows(text: str) -> list[list[str]]:

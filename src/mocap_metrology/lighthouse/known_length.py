@@ -13,7 +13,7 @@ from mocap_metrology.lighthouse.records import ROLES
 
 SD = r"(?P<length>\d{1,3}(?:\.\d{1,9})?) (?P<sd>\d(?:\.\d{1,9})?)"
 MOMENT = r"diode \d{1,4} at \d{1,6}(?:\.\d{1,6})? s"
-STATIONS = re.compile(f"stations {SD}")
+STATIONS = re.compile(rf"stations (?:(?P<one>\d{{1,2}})-(?P<other>\d{{1,2}}) )?{SD}")
 DIODES = re.compile(f"(?P<first>{MOMENT}) - (?P<second>{MOMENT}) {SD}")
 POINTS = re.compile(r"points(?: (\d(?:\.\d{1,9})?))?")
 PLACE = re.compile(r"diode (\d{1,4})(?: at (\d{1,6}(?:\.\d{1,6})?) s)?")
@@ -21,7 +21,8 @@ FORM = re.sub(r"\?P<\w+>", "?:", f"{STATIONS.pattern}|{DIODES.pattern}|{POINTS.p
 POINTS_SD_M = 0.005  # of a coordinate
 LARGEST_M = 100.0
 EXPECTED = (
-    "`stations 4.330 0.005`, `diode 0 at 2.0 s - diode 0 at 7.0 s 2.000 0.002` or `points` (m, then"
+    "`stations 4.330 0.005`, `stations 3-11 4.330 0.005` (channels),"
+    " `diode 0 at 2.0 s - diode 0 at 7.0 s 2.000 0.002` or `points` (m, then"
     " its standard deviation)"
 )
 
@@ -70,9 +71,13 @@ class KnownLength:
 
 
 def known_length(
-    text: str, n_diodes: int, points: Mapping[str, np.ndarray] | None = None
+    text: str,
+    n_diodes: int,
+    points: Mapping[str, np.ndarray] | None = None,
+    names: Sequence[str] = ROLES,
 ) -> KnownLength:
-    """The length that a cell states: see `EXPECTED`; points: places in the room by label, in m.
+    """The length that a cell states: see `EXPECTED`; points: places in the room by label, in m;
+    names: of the stations.
 
     Raises `Refusal` for anything else, for diodes that the board has not, and for `points` without
     a file of these.
@@ -82,21 +87,28 @@ def known_length(
             raise Refusal(f"known_length: {text!r}; expected a file of points (world_points)")
         labels, sd = list(points), float(cell[1] or POINTS_SD_M)
         return KnownLength.of_points(
-            [(_place(label, n_diodes), points[label]) for label in labels], sd
+            [(_place(label, n_diodes, names), points[label]) for label in labels], sd
         )
     cell = STATIONS.fullmatch(text) or DIODES.fullmatch(text)
     if cell is None or not 0 < float(cell["sd"]) < float(cell["length"]) <= LARGEST_M:
         raise Refusal(f"known_length: {text!r}; expected {EXPECTED}")
     ends = cell.groupdict()
-    labels = [ends.get("first", "master"), ends.get("second", "slave")]
-    first, second = (_place(label, n_diodes) for label in labels)
+    labels = [
+        ends.get("first") or ends.get("one") or names[0],
+        ends.get("second") or ends.get("other") or names[-1],
+    ]
+    if cell.re is STATIONS and ends["one"] is None and len(names) > 2:
+        raise Refusal(f"known_length: {text!r}; expected two of the stations {', '.join(names)}")
+    first, second = (_place(label, n_diodes, names) for label in labels)
     return KnownLength.between(first, second, float(cell["length"]), float(cell["sd"]))
 
 
-def _place(label: str, n_diodes: int) -> Place:
-    if label in ROLES:
-        return Place(station=ROLES.index(label))
+def _place(label: str, n_diodes: int, names: Sequence[str]) -> Place:
+    if label in names:
+        return Place(station=list(names).index(label))
     found = PLACE.fullmatch(label)
+    if found is None and label.isdigit():
+        raise Refusal(f"known_length: {label!r}; expected one of the stations {', '.join(names)}")
     if found is None or int(found[1]) >= n_diodes:
         raise Refusal(f"known_length: {label!r}: the board has the diodes 0 to {n_diodes - 1}")
     return Place(diode=int(found[1]), time_s=float(found[2] or 0))

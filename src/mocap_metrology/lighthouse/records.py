@@ -205,7 +205,8 @@ class SharedErrors:
 
 @dataclass(frozen=True)
 class PoseEstimate:
-    """Pose of the slave in the master's frame by one estimator at one stage."""
+    """Pose of a station, the slave, in the frame of the reference, the master, by one estimator at
+    one stage."""
 
     estimator: str  # batch, paper, paper-tight, paper-lm, geometric, pnp
     stage: str  # kabsch, final, static
@@ -226,6 +227,7 @@ class PoseEstimate:
     note: str = ""
     details: Mapping[str, object] | None = None  # of batch: noise and the other unknowns
     path: Path | None = None  # of batch: the board in the master's frame
+    station: str = ROLES[SLAVE]  # its role
 
 
 # Few distinct values, or long runs of one.
@@ -280,7 +282,7 @@ def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:
     return Hits(**{name: columns[name] for name in names}, width_s=width_s)
 
 
-def pose_columns(paths: Mapping[tuple[str, str], tuple[Path, Path]]) -> dict[str, np.ndarray]:
+def pose_columns(paths: Mapping[tuple[str, str], tuple[Path, ...]]) -> dict[str, np.ndarray]:
     """poses.parquet: board poses in the frame of each station, of every estimator and optics."""
     from scipy.spatial.transform import Rotation
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,13 @@ FILES = (
 )
 
 
+def origin(name: str, pairs: Sequence[tuple[str, str]] | None = None) -> Metadata:
+    """What tables of a measured recording are marked with; pairs: of labels, the first two unless
+    given."""
+    own: Metadata = {"recording": name, "source": "measured", "twin": None}
+    return own | ({"pairs": pairs} if pairs else {})
+
+
 def analyse(
     entry: Entry,
     name: str,
@@ -37,18 +44,19 @@ def analyse(
     settings: Settings,
     tell: Callable[[Check, Recording], None],
     progress: Progress,
+    group: str = GROUP,
+    pairs: Sequence[tuple[str, str]] | None = None,
 ) -> Mapping[str, Any]:
     """All steps of one measured recording, with its figures; contents of verdict.json.
 
     A thread runs the steps, those of `progress` work on the series, and this one draws meanwhile:
     matplotlib is for one thread only.
     """
-    origin: Metadata = {"recording": name, "source": "measured", "twin": None}
-    named: Row = {"recording": name, "group": GROUP}
+    named: Row = {"recording": name, "group": group}
     named |= {"twin": None, "camera_type": "", "n_cameras": None}
     thread = ThreadPoolExecutor(1)
     try:
-        results = clean(entry, origin, settings, folder, tell=tell, progress=progress)
+        results = clean(entry, origin(name, pairs), settings, folder, tell=tell, progress=progress)
         fitted = thread.submit(noise, results, settings, progress=progress)
         diagnosis = thread.submit(diagnose, results, settings, progress)
         document = thread.submit(verdict, results, named, settings, progress)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +14,12 @@ from mocap_metrology.common.files import write_csv, write_json
 from mocap_metrology.noise.series import pair_name, position
 from mocap_metrology.present.monitors import words
 from mocap_metrology.present.monitors.chart import chart
-from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.plot.figure import save_png
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.recording.results import Results
 from mocap_metrology.settings import Settings
 
 TAKE = "monitor_take.json"
-FILES = ("chart.png", "chart.svg", "monitor.csv", "monitor.json")
 
 
 def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
@@ -43,6 +42,7 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
         "recording": origin["recording"],
         "source": origin["source"],
         "sha256": sums,
+        "wander_s": settings.monitor.wander_s,
         "moving": bool(results.check.get("moving")),
         "take": asdict(found),
     }
@@ -52,7 +52,8 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
 
 def read_take(folder: str | Path) -> Mapping[str, Any]:
     """Contents of monitor_take.json of a recording."""
-    return json.loads((Path(folder) / TAKE).read_text(encoding="utf-8"))
+    with Path(f"{folder}/{TAKE}").open(encoding="utf-8") as file:
+        return json.load(file)
 
 
 def monitor(
@@ -70,14 +71,17 @@ def monitor(
     used: list[Row] = []
     left_out: dict[str, str] = {}
     first: dict[tuple[str, ...], str] = {}
+    begins = False  # a baseline, with a take that cannot be used
     for row in rows:
         why = "the recording was refused"
         if row.recording in takes:
             why = unfit(takes[row.recording], first)
         if why:
             left_out[row.recording] = why
+            begins |= row.baseline == "restart"
         else:
-            used.append(row)
+            used.append(replace(row, baseline="restart") if begins else row)
+            begins = False
     of = [takes[row.recording] for row in used]
     numbers = [_take(one) for one in of]
     found = history(name, used, numbers, settings.monitor, left_out)
@@ -88,7 +92,9 @@ def monitor(
     n, said = len(used), document["word"] or "no word"
     dates = {"first": used[0].date[:10], "last": used[-1].date[:10]} if used else {}
     title = render("monitor.title", name=name, word=said, n=n, **dates)
-    save(chart(rows_of_table, title, render("monitor.source", **document)), folder / "chart.png")
+    save_png(
+        chart(rows_of_table, title, render("monitor.source", **document)), folder / "chart.png"
+    )
     write_json(folder / "monitor.json", document)
     return document
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.scene import Scene
+from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
 from mocap_metrology.lighthouse.records import Factory, Hits
 from mocap_metrology.lighthouse.rotation import exp
@@ -139,7 +139,8 @@ def made(
         "libsurvive",
         priors or Priors(time_zero_us=0, phase_mrad=0, board_scale=0, board_position_mm=place_mm),
         generation=2,
-        normals=None if cover is None else normals,
+        names=[str(k) for k in range(n)],
+        sensors=Sensors(normals=None if cover is None else normals),
     )
     R0, t0 = stations[0]
     return Made(scene, [(R0.T @ R, R0.T @ (t - t0)) for R, t in stations], factories)

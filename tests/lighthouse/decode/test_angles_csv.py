@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles
+from mocap_metrology.lighthouse.decode.chain import decode
+from mocap_metrology.lighthouse.decode.turns import PERIOD_S, PLANE_RAD
 
 HEADER = "station,axis,cycle,diode,time_s,angle_rad"
 
@@ -131,3 +133,57 @@ def test_angles_are_those_of_the_file(step, first, begin, missing, comma) -> Non
 def test_missing_file(tmp_path: Path) -> None:
     with pytest.raises(Refusal, match="cannot be read"):
         read_angles(tmp_path / "none.csv")
+
+
+# Second generation
+
+
+def of_turns(tmp_path: Path, change: tuple[str, str] = ("", ""), kind: str = "angles-csv") -> Path:
+    """Angles, or counts, of six diodes before the stations of channels 3 and 12, and the board."""
+    lines = ["generation,station,axis,cycle,diode,time_s,angle_rad"]
+    counts = ["time_s,channel,diode,count_1,count_0"]
+    for channel in (12, 3):
+        period = PERIOD_S[channel]
+        for turn in range(40):
+            for diode in range(6):
+                angles = [0.02 * diode + 0.1, 0.03 * diode - 0.2]
+                part = [
+                    (angle + ahead) / (2 * np.pi)
+                    for angle, ahead in zip(angles, PLANE_RAD, strict=True)
+                ]
+                when = [period * (turn + one) for one in part]
+                head = f"2,{channel}", f"{turn},{diode}"
+                lines += [f"{head[0]},{p},{head[1]},{when[p]},{angles[p]}" for p in (0, 1)]
+                first, second = (round(6e6 * period * one) for one in part)
+                counts.append(f"{when[0]},{channel},{diode},{first},{second}")
+    text = "\n".join(lines if kind == "angles-csv" else counts).replace(*change) + "\n"
+    (path := tmp_path / "angles.csv").write_text(text)
+    places = "".join(f"0,{k % 3 / 20},{k // 3 / 20}\n" for k in range(6))
+    (tmp_path / "board.csv").write_text("x_m,y_m,z_m\n" + places)
+    return path
+
+
+@pytest.mark.parametrize("kind", ["angles-csv", "lfsr-counts"])
+def test_angles_and_counts_of_the_second_generation(tmp_path: Path, kind: str) -> None:
+    """Stations by rising channel; counts to half a count of 52 urad."""
+    found = decode(of_turns(tmp_path, kind=kind), kind, tmp_path / "board.csv")
+    assert found.generation == 2 and [one.channel for one in found.stations] == [3, 12]
+    hits = found.hits
+    expected = np.where(hits.axis == 0, 0.02 * hits.diode + 0.1, 0.03 * hits.diode - 0.2)
+    assert np.abs(hits.angle_rad - expected).max() < (1e-9 if kind == "angles-csv" else 3e-5)
+    assert len(hits) == 2 * 2 * 40 * 6 and hits.cycle.max() == 39
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("2,12,0,0,0,", "1,12,0,0,0,"), "generation is '2'; expected 1 in all"),
+        (("2,12,", "2,16,"), "station is '16'; expected a channel"),
+        (("2,12,0,1,", "2,12,0,0,"), "occur again"),
+    ],
+)
+def test_bad_angles_of_the_second_generation(
+    tmp_path: Path, change: tuple[str, str], message: str
+) -> None:
+    with pytest.raises(Refusal, match=message):
+        decode(of_turns(tmp_path, change), "angles-csv", tmp_path / "board.csv")

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES
 from mocap_metrology.lighthouse.decode.flashes import find_flashes
 from mocap_metrology.lighthouse.decode.libsurvive import (
     FROM_LIBSURVIVE,
@@ -33,7 +34,7 @@ from mocap_metrology.lighthouse.decode.ootx import (
 from mocap_metrology.lighthouse.records import Clock, Factory, Flashes, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
-NAMES = tuple(Factory.__dataclass_fields__)
+NAMES = FACTORY_NAMES
 DUMP = 960  # cycles in 8 s
 RECORDING = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
 

@@ -56,6 +56,13 @@ def test_a_still_object(samples: Path, file: str, name: str) -> None:
     assert all(9e-6 < one < 40e-6 for one in white(light))
 
 
+def test_no_sound_hit_is_rejected(samples: Path) -> None:
+    """A deep headset at rest, of which sweeps see six to nine diodes: what perspective leaves of
+    these is not taken for outliers. All its hits repeat to 0.1 mrad."""
+    found = decode(samples / FOLDER / "haagh-tracking2.rec.gz", "libsurvive-rec", "T20")
+    assert sum(found.report["sweep"]) < 0.001 * len(found.hits)
+
+
 def test_planes_and_angles_are_those_of_libsurvive(samples: Path) -> None:
     """B lines: plane and angle as libsurvive computes them from a single begin of a turn, whose
     noise of 22 to 60 urad and the wander of the rotor are the difference. Two sensors hit in one
@@ -257,3 +264,26 @@ def test_stations_by_channel(tmp_path: Path) -> None:
     ]
     assert len(found.clocks) == 2 and set(np.unique(found.hits.station)) == {0, 1}
     assert sum(found.report["sweep"]) == 0
+
+
+def test_a_dump_of_second_generation_light_is_refused_with_the_reason(tmp_path: Path) -> None:
+    """Two stations, a moving board, samples of 2 MHz; noise at random is not taken for it."""
+    from mocap_metrology.lighthouse.records import Pulses
+    from mocap_metrology.lighthouse.simulate.recording import write_dump
+    from mocap_metrology.lighthouse.simulate.turns import TurnsTwin, simulate_turns, stations_around
+    from mocap_metrology.lighthouse.simulate.twin import MotionTwin
+
+    R, t, middle, _ = stations_around(2, np.random.default_rng(1))
+    motion = MotionTwin(centre_m=tuple(middle), speed_m_s=0.5, extent_m=0.5)
+    light = simulate_turns(TurnsTwin(3, R, t, (4, 13), motion, duration_s=4.0)).light
+    length = np.full(light.hit_s.size, 10e-6)
+    write_dump(tmp_path / "a.bin", Pulses(light.hit_s, length, light.hit_diode, 32, 4.0, 0.0))
+    (tmp_path / "board.csv").write_text(
+        "x_m,y_m,z_m\n" + "".join(f"0,{k % 8 / 30},{k // 8 / 30}\n" for k in range(32))
+    )
+    with pytest.raises(Refusal, match=r"second-generation \(V2\) base stations \(channel 4, 13\)"):
+        decode(tmp_path / "a.bin", "gpio-dump", tmp_path / "board.csv")
+    start = np.sort(np.random.default_rng(2).uniform(0, 4, light.hit_s.size))
+    write_dump(tmp_path / "a.bin", Pulses(start, length, light.hit_diode, 32, 4.0, 0.0))
+    with pytest.raises(Refusal, match=r"^((?!V2).)*$"):
+        decode(tmp_path / "a.bin", "gpio-dump", tmp_path / "board.csv")

@@ -16,7 +16,7 @@ import yaml
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.assess.reference import pose_reference
-from mocap_metrology.lighthouse.decode.factory_file import read_factory
+from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES, read_factory
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution, solution_pose
 from mocap_metrology.lighthouse.export.formats import (
     Export,
@@ -27,7 +27,7 @@ from mocap_metrology.lighthouse.export.formats import (
 )
 from mocap_metrology.lighthouse.records import Factory, Station
 
-VALUES = tuple(Factory.__dataclass_fields__)
+VALUES = FACTORY_NAMES
 STATIONS = [
     Station("master", 4152238579, "b", Factory(*(np.array([1e-5 * k, -0.05]) for k in range(5)))),
     Station("slave", 178605925, "A", Factory(*(np.array([0.03, -6e-8 * k]) for k in range(5)))),

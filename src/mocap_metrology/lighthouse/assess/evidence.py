@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse.calibrate.superpose import at_times
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
-from mocap_metrology.lighthouse.records import MASTER, SLAVE, Path
+from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.rotation import log, mean
 
 UNSEEN, SELDOM = 0.01, 0.5  # share of sweeps seen; SELDOM of the median diode's
@@ -65,10 +65,11 @@ def residuals_urad(path: Path) -> np.ndarray:
     return np.asarray(1e6 * np.sqrt(path.epsilon / np.maximum(path.n_angles, 1)))
 
 
-def seen_shares(sweeps: Columns, n_diodes: int) -> np.ndarray:
-    """Share of each station's sweeps that each diode saw, (2, n), of those that any diode saw."""
+def seen_shares(sweeps: Columns, n_diodes: int, n: int = 2) -> np.ndarray:
+    """Share of the sweeps of each of n stations that each diode saw, (n, diodes), of those that any
+    diode saw."""
     shares = []
-    for station in (MASTER, SLAVE):
+    for station in range(n):
         own = np.asarray(sweeps["station"]) == station
         cycle, diode = np.asarray(sweeps["cycle"])[own], np.asarray(sweeps["diode"])[own]
         pairs = np.unique(np.column_stack([cycle, diode]).astype(np.int64), axis=0)

@@ -38,6 +38,7 @@ BOARD_PLACES = 1.5  # doubtful, over noise and errors of the board
 MIRRORED = (0.01, 0.05)
 MIRRORED_FAILED = 0.5
 COMMON = (200, 50)  # usable below, doubtful below
+COMMON_MOMENTS = (100, 25)  # likewise, of any number of stations: 30 a second, not 60
 SPAN_M = (0.3, 0.1)
 CHI2_6 = 22.46  # of six degrees of freedom, exceeded with probability 0.001
 WEIGHTED = (1.3, 3.0)  # over the noise, without errors of board poses: sound ones reach 1.2
@@ -306,7 +307,8 @@ def common_measurements(chosen: PoseEstimate, n_common: int | None) -> Check:
     name = "common measurements"
     if n_common is None or chosen.stage == "static":
         return unknown(name, Case.COMMON_UNNEEDED, "")
-    word, limit = graded_low(n_common, COMMON)
+    network = chosen.station.isdigit()
+    word, limit = graded_low(n_common, COMMON_MOMENTS if network else COMMON)
     good = word == "good"
     case = Case.COMMON if good else Case.COMMON_FEW
     return Check(name, case, n_common, "", limit, good, word)

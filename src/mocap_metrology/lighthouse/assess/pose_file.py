@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import NotRequired, TypedDict
+from typing import NotRequired, TypedDict, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from mocap_metrology.lighthouse.assess.reference import (
     errors,
 )
 from mocap_metrology.lighthouse.assess.validation import Verdict
+from mocap_metrology.lighthouse.calibrate.stages import Network
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
 ESTIMATORS = ("batch", "paper", "paper-tight", "paper-lm", "geometric", "pnp")
@@ -33,6 +34,13 @@ CONVENTION = (
     "mirrored. Residual: of the slave's angles to the master's path. Noise gain: factor by which "
     "errors of the path increase the noise of an angle in the residual. Weighted: residual that "
     "these errors do not explain."
+)
+NETWORK_CONVENTION = (
+    "Poses of stations in the frame of the one that `reference` names: p_reference = R p_station +"
+    " t; stations are named by their channel, counted from 0. A station looks along its x axis, y"
+    " to its own left, z up. R = Rz(gamma) Ry(beta) Rx(alpha). Covariances: t_x, t_y, t_z in mm,"
+    " then a left rotation vector in axes of the reference in deg; covariance_joint: of all poses"
+    " together, six rows for each of covariance_joint_stations in that order."
 )
 LARGEST_OFF_UNIT = 1e-2  # of the length of a quaternion
 
@@ -80,6 +88,7 @@ class PoseEntry(TypedDict):
     halves: Row | None
     note: str
     details: NotRequired[Row]
+    station: NotRequired[str]
     errors_mm: NotRequired[list[float]]
     errors_deg: NotRequired[list[float]]
     truth_errors_mm: NotRequired[list[float]]
@@ -97,7 +106,8 @@ class ReferenceEntry(TypedDict):
 
 
 class PoseFile(TypedDict):
-    """pose.json."""
+    """pose.json; of any number of stations (`is_network`) `reference` is the name of one, `chosen`
+    an index of `poses` for each other, and there are the last three."""
 
     stations: dict[str, StationEntry]
     chosen: int | None
@@ -110,6 +120,9 @@ class PoseFile(TypedDict):
     variants: NotRequired[list[Row]]
     check_against: NotRequired[Row]
     world: NotRequired[Row]
+    station_verdicts: NotRequired[dict[str, str]]
+    covariance_joint: NotRequired[list[list[float]] | None]
+    covariance_joint_stations: NotRequired[list[str]]
 
 
 def pose_json(
@@ -138,8 +151,7 @@ def pose_json(
         _add_for_later(entries[chosen], poses[chosen])
     return {
         "stations": {
-            role: {"id": station.id, "mode": station.mode}
-            for role, station in zip(ROLES, stations, strict=True)
+            station.role: {"id": station.id, "mode": station.mode} for station in stations
         },
         "chosen": chosen,
         "verdict": {"word": verdict.word},
@@ -149,6 +161,67 @@ def pose_json(
         "diagnostics": dict(diagnostics or {}),
         "poses": entries,
     }
+
+
+def network_json(
+    poses: Sequence[PoseEstimate],
+    stations: Sequence[Station],
+    chosen: Mapping[str, int],
+    verdict: Verdict,
+    network: Network,
+    diagnostics: Mapping[str, object],
+) -> PoseFile:
+    """Likewise of any number of stations; chosen: index into `poses` of each that has one."""
+    document = pose_json(poses, stations, None, verdict, diagnostics)
+    for index, (entry, pose) in enumerate(zip(document["poses"], poses, strict=True)):
+        entry["station"] = pose.station
+        if index in chosen.values():
+            _add_for_later(entry, pose)
+    reference, joint = network.connected[0], network.covariance
+    rest = [station.role for station in stations if station.role != reference]
+    general: Row = {
+        "reference": reference,
+        "chosen": {name: chosen.get(name) for name in rest},
+        "convention": NETWORK_CONVENTION,
+        "covariance_joint": None if joint is None else joint.tolist(),
+        "covariance_joint_stations": [name for name in network.connected if name != reference],
+        "station_verdicts": dict(verdict.words),
+    }
+    for station in stations:
+        if station.generation == 2:
+            document["stations"][station.role]["mode"] = str(station.channel)
+    document.update(general)  # type: ignore[typeddict-item]
+    return document
+
+
+def is_network(given: PoseFile) -> bool:
+    """Whether it is of any number of stations, named by their channels, not of a master and a
+    slave."""
+    return bool(given["stations"]) and all(name.isdigit() for name in given["stations"])
+
+
+def pairs(given: PoseFile) -> dict[str, PoseFile]:
+    """By name of each station but the reference: its pose.json as that of a slave, with the
+    reference as master; of two stations of the first generation the file itself."""
+    if not is_network(given):
+        return {ROLES[1]: given}
+    stations, taken = given["stations"], cast("dict[str, int | None] | None", given["chosen"])
+    reference = str(given["reference"] or next(iter(stations)))
+    found: dict[str, PoseFile] = {}
+    for name in stations:
+        if name == reference:
+            continue
+        own = [k for k, entry in enumerate(given["poses"]) if entry.get("station") == name]
+        index = None if taken is None else taken[name]
+        both = {ROLES[0]: stations[reference], ROLES[1]: stations[name]}
+        one: Row = {
+            "stations": both,
+            "poses": [given["poses"][k] for k in own],
+            "chosen": None if index is None else own.index(index),
+            "reference": None,
+        }
+        found[name] = {**given, **one}  # type: ignore[typeddict-item]
+    return found
 
 
 def _check(check: Check) -> Row:
@@ -229,7 +302,8 @@ def read_pose_json(path: str | Path) -> PoseFile:
     except (OSError, *UNREADABLE) as error:
         raise Refusal(f"{path.name}: cannot be read ({error}); expected a pose.json") from None
     try:
-        for role in ROLES:
+        names = tuple(given["stations"]) if is_network(given) else ROLES
+        for role in names:
             _ = given["stations"][role]["id"]
         for entry in given["poses"]:
             kind_of(entry)
@@ -239,9 +313,10 @@ def read_pose_json(path: str | Path) -> PoseFile:
             _check_shared(entry.get("shared_errors"))
         for variant in given.get("variants", []):
             _check_variant(variant)
-        chosen = given["chosen"]
-        if chosen is not None and not (type(chosen) is int and 0 <= chosen < len(given["poses"])):
-            raise ValueError(f"chosen is {chosen!r} of {len(given['poses'])} poses")
+        for one in pairs(given).values():
+            chosen = one["chosen"]
+            if chosen is not None and not (type(chosen) is int and 0 <= chosen < len(one["poses"])):
+                raise ValueError(f"chosen is {chosen!r} of {len(one['poses'])} poses")
     except UNREADABLE as error:
         raise Refusal(
             f"{path.name}: is no pose.json ({type(error).__name__}: {error}); expected stations,"
@@ -292,7 +367,11 @@ def _check_shared(given: Shared | None) -> None:
 
 
 def chosen_pose(given: PoseFile) -> PoseEntry | None:
-    """The pose to use, None if there is none."""
+    """The pose to use, None if there is none; of any number of stations that of the first other
+    than the reference."""
+    if is_network(given):
+        entries = (chosen_pose(one) for one in pairs(given).values())
+        return next((entry for entry in entries if entry is not None), None)
     return None if given["chosen"] is None else given["poses"][given["chosen"]]
 
 

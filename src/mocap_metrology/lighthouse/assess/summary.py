@@ -10,9 +10,15 @@ import numpy as np
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
 from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad, places_urad
-from mocap_metrology.lighthouse.assess.pose_file import PoseFile, pose_json, read_pose_json
+from mocap_metrology.lighthouse.assess.pose_file import (
+    PoseFile,
+    network_json,
+    pairs,
+    pose_json,
+    read_pose_json,
+)
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
-from mocap_metrology.lighthouse.assess.validation import Verdict, verdict
+from mocap_metrology.lighthouse.assess.validation import Verdict, verdict, worst_of
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
 from mocap_metrology.lighthouse.records import MASTER, Path, PoseEstimate, Station
 
@@ -34,14 +40,14 @@ def span_of(path: Path) -> float:
     return float(np.linalg.norm(np.diff(np.percentile(path.t_m, [1, 99], axis=0), axis=0)))
 
 
-def board_rms_urad(paths: tuple[Path, Path]) -> float:
+def board_rms_urad(paths: Sequence[Path]) -> float:
     """Root mean square of angles about single board poses, of the worse station: the median of
     sqrt(K_1 / (angles - 6)) in urad."""
     rms = [np.median(np.sqrt(p.epsilon / np.maximum(p.n_angles - 6, 1))) for p in paths]
     return 1e6 * float(max(rms))
 
 
-def _places_urad(found: Calibration, best: PoseEstimate | None, paths: tuple[Path, Path]) -> float:
+def _places_urad(found: Calibration, best: PoseEstimate | None, paths: Sequence[Path]) -> float:
     """What errors of the board, as stated, make of `board_rms_urad`: of the nearer station."""
     known = None if best is None else found.joints.get(best.optics)
     if known is None:
@@ -69,6 +75,8 @@ def summary(
     `truth_errors_deg`; earlier: a pose.json to compare with. Raises `Refusal` where the reference
     or the earlier pose is of other stations.
     """
+    if found.network is not None:
+        return _of_network(found, stations, duration_s, notes, earlier)
     index = chosen(found.estimates)
     best = None if index is None else found.estimates[index]
     why = list(found.why)
@@ -111,6 +119,60 @@ def summary(
     if earlier is not None and result["chosen"] is not None:
         comparison = compare_with_earlier(result, read_pose_json(earlier))
     if earlier is not None:
+        result["check_against"] = NO_POSE if comparison is None else comparison.as_dict()
+    return Summary(result, judged, comparison)
+
+
+def _of_network(
+    found: Calibration,
+    stations: Sequence[Station],
+    duration_s: float | None,
+    notes: Sequence[str],
+    earlier: str | None,
+) -> Summary:
+    """Of any number of stations, each judged as a slave of the reference."""
+    assert found.network is not None
+    network, by_name = found.network, {station.role: station for station in stations}
+    reference, *others = network.connected
+    taken: dict[str, int] = {}
+    verdicts: dict[str, Verdict] = {}
+    for name in others:
+        own = [k for k, pose in enumerate(found.estimates) if pose.station == name]
+        index = chosen([found.estimates[k] for k in own])
+        if index is not None:
+            taken[name] = own[index]
+        verdicts[name] = verdict(
+            None if index is None else found.estimates[own[index]],
+            [found.estimates[k] for k in own],
+            (by_name[reference], by_name[name]),
+            n_common=network.common[name],
+            duration_s=duration_s,
+            variants=found.variants,
+            why_none="; ".join(found.why),
+        )
+    judged = worst_of(verdicts, list(network.apart.values()))
+    diagnostics = {
+        "still": found.still,
+        "n_common": found.n_common,
+        "common": dict(network.common),
+        "duration_s": duration_s,
+        "left_out": list(found.why),
+        "notes": list(notes),
+    }
+    result = network_json(found.estimates, stations, taken, judged, network, diagnostics)
+    result["variants"] = [way.as_dict() for way in found.variants]
+    comparison = None
+    if earlier is not None:
+        old = pairs(read_pose_json(earlier))
+        both = [(one, old[name]) for name, one in pairs(result).items() if name in old]
+        all_of = [
+            compare_with_earlier(*pair)
+            for pair in both
+            if None not in (pair[0]["chosen"], pair[1]["chosen"])
+        ]
+        comparison = max(
+            all_of, key=lambda one: (one.moved, not one.valid, *one.shift), default=None
+        )
         result["check_against"] = NO_POSE if comparison is None else comparison.as_dict()
     return Summary(result, judged, comparison)
 

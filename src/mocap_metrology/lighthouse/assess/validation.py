@@ -8,8 +8,8 @@ values, the rotor model, other stages and optics, gravity, and what a lab measur
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from mocap_metrology.lighthouse.assess.fit_checks import (
     worst,
 )
 from mocap_metrology.lighthouse.calibrate.variants import Weighed, steps
-from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import PoseEstimate, Station
 
 STAGES_APART = ((20.0, 0.5), (60.0, 2.0))  # mm, deg
 OPTICS_APART = (500.0, 10.0)  # what factory values can change at most
@@ -39,15 +39,11 @@ def factory(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
     """Errors by neglected factory values do not show in any fit (facts of eight real stations)."""
     name, limit = "factory values", "of both stations, from the recording"
     if chosen.optics != "factory":
-        why = {
-            role: station.why
-            for role, station in zip(ROLES, stations, strict=True)
-            if station.factory is None
-        }
+        why = {station.role: station.why for station in stations if station.factory is None}
         if chosen.optics == "estimated":
             return Check(name, Case.ESTIMATED, "estimated", "", limit, False, "usable", why=why)
         return Check(name, Case.IDEAL, "ideal", "", limit, False, "doubtful", why=why)
-    filed = tuple(r for r, s in zip(ROLES, stations, strict=True) if s.frames_found == 0)
+    filed = tuple(s.role for s in stations if s.frames_found == 0)
     if filed:
         return Check(name, Case.FACTORY_FILE, "file", "", limit, False, "usable", names=filed)
     return Check(name, Case.FACTORY, "recording", "", limit, True, "good")
@@ -158,11 +154,26 @@ def _by_batch(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> PoseEstima
 @dataclass(frozen=True)
 class Verdict:
     """One of `WORDS`, and the checks behind it; why_none: where there are none, the reason that
-    was given, if any."""
+    was given, if any.
+
+    Of any number of stations the checks are those of the `station` with the worst word, `words`
+    that of each, and `apart` says why others have no pose.
+    """
 
     word: str
     checks: tuple[Check, ...] = ()
     why_none: str = ""
+    station: str = ""
+    words: Mapping[str, str] = field(default_factory=dict)
+    apart: tuple[str, ...] = ()
+
+
+def worst_of(verdicts: Mapping[str, Verdict], apart: Sequence[str]) -> Verdict:
+    """The verdict on several stations; a calibration that lacks some is `usable` at best."""
+    words = {name: one.word for name, one in verdicts.items()}
+    name = max(words, key=lambda key: WORDS.index(words[key]))
+    word = max(words[name], "usable" if apart else "good", key=WORDS.index)
+    return replace(verdicts[name], word=word, station=name, words=words, apart=tuple(apart))
 
 
 def verdict(

@@ -7,6 +7,7 @@ diode a large rms of its own.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,8 +24,9 @@ DIGITS = 2  # of urad and deg
 Rows = list[dict[str, object]]
 
 
-def residual_rows(found: Joint, hits: Hits) -> dict[str, Rows]:
-    """Binned residuals of the first recording; hits: of the recording, also of excluded diodes.
+def residual_rows(found: Joint, hits: Hits, names: Sequence[str] = ROLES) -> dict[str, Rows]:
+    """Binned residuals of the first recording; hits: of the recording, also of excluded diodes;
+    names: of the stations.
 
     `against`, for each station and axis and for `angle_deg` (as estimated) and `time_s`: middles of
     bins of equal width `at`, means `mean_urad` of the residuals, offsets of sweeps included, and
@@ -32,16 +34,19 @@ def residual_rows(found: Joint, hits: Hits) -> dict[str, Rows]:
     `rms_urad` of the residuals without the offsets of sweeps, `n`, and those `excluded`.
     """
     one = found.recordings[0]
-    return {"against": _against(one), "by_diode": _by_diode(one, _all_hits(found, hits))}
+    return {
+        "against": _against(one, names),
+        "by_diode": _by_diode(one, _all_hits(found, hits), names),
+    }
 
 
-def _against(one: Recording) -> Rows:
+def _against(one: Recording, names: Sequence[str]) -> Rows:
     rows: Rows = []
     hits, weight = one.sweeps.hits, one.weights().hit
     # Bins of the measured angle would sort the hits of a board at rest by their residuals.
     estimated = hits.angle_rad + one.residual
     for name, values in (("angle_deg", np.degrees(estimated)), ("time_s", hits.time_s)):
-        for station, role in enumerate(ROLES):
+        for station, role in enumerate(names):
             for axis, label in enumerate(AXES):
                 own = np.flatnonzero((hits.station == station) & (hits.axis == axis))
                 if not own.size:
@@ -103,10 +108,10 @@ def _all_hits(found: Joint, hits: Hits) -> Recording:
     return replace(recording(Given(known, one.trajectory), found.state), noise=one.noise)
 
 
-def _by_diode(one: Recording, every: Recording) -> Rows:
+def _by_diode(one: Recording, every: Recording, names: Sequence[str]) -> Rows:
     rows: Rows = []
     hits, square = every.sweeps.hits, every.alone**2
-    for station, role in enumerate(ROLES):
+    for station, role in enumerate(names):
         own = hits.station == station
         rms = rms_by(hits.diode[own], square[own])
         count = np.bincount(hits.diode[own], minlength=rms.size)

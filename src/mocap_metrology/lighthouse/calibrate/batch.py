@@ -24,6 +24,7 @@ from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimat
 from mocap_metrology.lighthouse.batch.parts import (
     halves,
     misfit_of,
+    pieces_of,
     prior_p,
     residual_ratios,
     rms_by,
@@ -52,7 +53,7 @@ FEWEST_HITS = 6  # of a stretch or diode that is judged
 __all__ = ["ESTIMATED", "NAME", "Scene", "Sensors", "by_batch", "joint", "solved", "start"]
 
 
-def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = None) -> PoseEstimate:
+def by_batch(scene: Scene, still: Sequence[Measurements] | None = None) -> PoseEstimate:
     """The slave's pose from all hits. still: median angles of a board that keeps its place.
 
     Raises `Refusal` where no start is found or the search does not converge.
@@ -62,43 +63,62 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
 
 def solved(
     scene: Scene,
-    still: tuple[Measurements, Measurements] | None = None,
+    still: Sequence[Measurements] | None = None,
     known: tuple[Joint, str] | None = None,
 ) -> tuple[PoseEstimate, Joint]:
-    """The slave's pose, and the joint estimate that it is from; raises as `by_batch`. known: what
-    `joint` returns, where it was called before."""
+    """The slave's pose, as `all_solved`."""
+    (pose, *_), found = all_solved(scene, still, known)
+    return pose, found
+
+
+def all_solved(
+    scene: Scene,
+    still: Sequence[Measurements] | None = None,
+    known: tuple[Joint, str] | None = None,
+) -> tuple[list[PoseEstimate], Joint]:
+    """Poses of all stations but the first, and the joint estimate that they are from; raises as
+    `by_batch`. known: what `joint` returns, where it was called before."""
     began = time.perf_counter()
     found, note = known or joint(scene, still)
-    one = found.recordings[0]
+    one, stage = found.recordings[0], "final" if still is None else "static"
     with determined(scene.title):
-        pose = pose_of(scene, found, "final" if still is None else "static")
-        pose = replace(
-            pose,
-            details={**(pose.details or {}), "residuals": residual_rows(found, scene.hits)},
-            halves=halves(found) if still is None else None,
-            path=_path(one.trajectory, one.sweeps.hits.time_s),
-            note=note,
-        )
-    return replace(pose, seconds=time.perf_counter() - began), found
+        pieces = pieces_of(found, one) if still is None else []
+        residuals = residual_rows(found, scene.hits, scene.names)
+        path = _path(one.trajectory, one.sweeps.hits.time_s)
+        poses = []
+        for k in range(1, len(scene.names)):
+            pose = pose_of(scene, found, stage, k)
+            pose = replace(
+                pose,
+                details={**(pose.details or {}), "residuals": residuals},
+                halves=halves(found, k, pieces) if still is None else None,
+                path=path,
+                note=note,
+            )
+            poses.append(replace(pose, seconds=time.perf_counter() - began))
+    return poses, found
 
 
-def pose_of(scene: Scene, found: Joint, stage: str) -> PoseEstimate:
-    """The slave's pose out of a joint estimate of one recording or of several."""
-    noise, shared = shared_errors(found, scene.used_priors, COVARIANCE_UNITS, digest(scene.board))
+def pose_of(scene: Scene, found: Joint, stage: str, station: int = SLAVE) -> PoseEstimate:
+    """A station's pose out of a joint estimate of one recording or of several."""
+    units = COVARIANCE_UNITS
+    board = digest(scene.board)
+    noise, shared = shared_errors(found, scene.used_priors, units, board, station)
     residual = np.concatenate([one.residual for one in found.recordings])
     return PoseEstimate(
         estimator=NAME,
         stage=stage,
         optics=scene.optics,
-        R=found.state.R[SLAVE],
-        t_m=found.state.t_m[SLAVE],
+        R=found.state.R[station],
+        t_m=found.state.t_m[station],
         frame="optical" if scene.lasers_m is None else "housing",
-        covariance=found.pose_covariance() * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS),
+        covariance=found.pose_covariance(station) * np.outer(units, units),
         covariance_noise=noise,
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
-        details=_details(found) | _weighed(scene, found),
+        details=_details(found, scene.names) | _weighed(scene, found, station),
+        station=scene.names[station],
     )
 
 
@@ -111,7 +131,7 @@ def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
     return Path(at, R, t_m, none, np.zeros(at.size, dtype=np.int64), none)
 
 
-def _details(found: Joint) -> dict[str, object]:
+def _details(found: Joint, names: Sequence[str]) -> dict[str, object]:
     """Noise in urad, of a hit and of a sweep; offsets of the axes in urad, depths between lasers in
     mm, size of the errors of diodes' places that the recording does not contradict in mm; rms
     residual over the noise of a hit by station, axis and diode; and the sensors of the board."""
@@ -124,13 +144,14 @@ def _details(found: Joint) -> dict[str, object]:
         "offset_urad": (1e6 * state.offsets).tolist(),
         "laser_depth_mm": (1e3 * state.values[depth]).tolist() if (depth >= 0).all() else None,
         "board_position_mm": 1e3 * float(found.believed[place].max()) if place.any() else None,
-        "residual_ratios": residual_ratios(one),
+        "residual_ratios": residual_ratios(one, names),
         "inertial": _of_sensors(one.sensors, state),
         "steps": found.rounds,
+        **({"cover_mm": (1e3 * state.cover).tolist()} if of.cover >= 0 else {}),
     }
 
 
-def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
+def _weighed(scene: Scene, found: Joint, station: int) -> dict[str, object]:
     """rms residual in urad of hits as they are weighed; share of the weight of all hits that is
     lost; misfit of pieces as in `Joint`; probability by chance that estimates are so far from their
     priors; and the share that the scale of the board has in the variance of the position."""
@@ -145,7 +166,7 @@ def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
         "weight_lost": 1 - float(weight.sum()) / total,
         "misfit": found.misfit,
         "prior_p": prior_p(found),
-        "scale_share": scale_share(found),
+        "scale_share": scale_share(found, station),
     }
 
 
@@ -170,7 +191,7 @@ def _of_sensors(own: Sensed | None, state: State) -> dict[str, object] | None:
 
 def joint(
     scene: Scene,
-    still: tuple[Measurements, Measurements] | None = None,
+    still: Sequence[Measurements] | None = None,
     near: Start | None = None,
 ) -> tuple[Joint, str]:
     """The joint estimate behind `by_batch`, and a note on what was left out; raises as that.
@@ -191,13 +212,13 @@ def joint(
 def _facing(scene: Scene, hits: Hits, trajectory: Trajectory, poses: list[Pose]) -> Start:
     """Without hits of diodes that light cannot reach, or grazes, where their normals are known:
     those are reflections, or of an unknown cover. By a first estimate."""
-    if scene.normals is None:
+    if (normals := scene.sensors.normals) is None:
         return hits, trajectory, poses
     found = fitted(scene, hits, trajectory, poses, sized=True)
     one, state = found.recordings[0], found.state
     own = one.sweeps.hits
     R, p = one.trajectory.poses(own.time_s)
-    normal = np.einsum("nij,nj->ni", R, scene.normals[own.diode])
+    normal = np.einsum("nij,nj->ni", R, normals[own.diode])
     far = p + np.einsum("nij,nj->ni", R, state.board[own.diode]) - state.t_m[own.station]
     size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
     grazing = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size

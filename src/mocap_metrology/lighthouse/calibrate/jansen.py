@@ -44,6 +44,7 @@ from mocap_metrology.lighthouse.calibrate.stages import (
     both_stages,
 )
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
+from mocap_metrology.lighthouse.calibrate.stations import calibrate_stations
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
     FALLBACK,
@@ -61,6 +62,7 @@ from mocap_metrology.lighthouse.records import (
     Hits,
     Measurements,
     PoseEstimate,
+    Station,
 )
 
 FAILED_M2 = 22.46  # of halves of batch: by chance one time in a thousand
@@ -82,16 +84,21 @@ def calibrate(
     report: Callable[[str], None] = lambda line: None,
     over: Over = in_turn,
     sensors: Sensors | None = None,
+    stations: Sequence[Station] | None = None,
 ) -> Calibration:
     """Pose of the slave in the master's frame by every requested estimator and optics.
 
     hits: cleaned, of both stations; board (n, 3) in metres; factories: of master and slave, None
     where unknown (then `factory` optics are left out). `report` is called with one line a step;
-    over: how the optics are worked on; sensors: what `batch` uses besides hits.
+    over: how the optics are worked on; sensors: what `batch` uses besides hits; stations:
+    they, where they may be other than two of the first generation, which `batch` alone estimates
+    (`stations`).
 
     Raises `Refusal` where a station has fewer than `FEWEST_POSES` measurements of four diodes.
     """
     settings = settings or CalibrationSettings()
+    if stations is not None and (stations[0].generation == 2 or len(stations) > 2):
+        return calibrate_stations(hits, board, stations, settings, report, sensors)
     smooth = INTERPOLATIONS[settings.lm_interpolation]
     orders = {smooth} if set(settings.estimators) <= {"paper-lm", BATCH} else {1, smooth}
     measured = {order: _measured(hits, board, settings, order) for order in orders}

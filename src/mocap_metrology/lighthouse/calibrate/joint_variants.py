@@ -30,7 +30,6 @@ from mocap_metrology.lighthouse.calibrate.variants import (
     units_of,
     weigh,
 )
-from mocap_metrology.lighthouse.records import SLAVE
 
 
 def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
@@ -57,13 +56,19 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
 
 def weighed_by(of: Mapping[str, Scene], found: Joint) -> list[Weighed]:
     """All variants, from an estimate by one of them and with its noise; raises as `best_joint`."""
-    fits = []
+    return weighed_stations(of, found)[0]
+
+
+def weighed_stations(of: Mapping[str, Scene], found: Joint) -> list[list[Weighed]]:
+    """As `weighed_by`, with the pose of each station but the first."""
+    fits: list[list[Fit]] = [[] for _ in found.state.R[1:]]
     for name, scene in of.items():
         what = f"{scene.title}, variant {name}"
         with determined(what):
             by_it = with_rotors(found, scene.rotors)
-        fits.append(_fit(name, by_it.sure(what)))
-    return weigh(fits)
+        for k, own in enumerate(fits, start=1):
+            own.append(_fit(name, by_it.sure(what), k))
+    return [weigh(own) for own in fits]
 
 
 def _cost(found: Joint) -> Floats:
@@ -73,7 +78,7 @@ def _cost(found: Joint) -> Floats:
     return own + (float(np.sum((found.state.values / found.working) ** 2)) + bends) / own.size
 
 
-def _fit(name: str, found: Joint) -> Fit:
+def _fit(name: str, found: Joint, station: int) -> Fit:
     """A unit is a stretch of time of a recording. Noise makes no more than `HIT_RAD` of a hit: a
     larger one is of other errors."""
     angles, unit, hit = [], [], []
@@ -86,4 +91,4 @@ def _fit(name: str, found: Joint) -> Fit:
     loss = noise**2 * _cost(found) / n
     expected = loss * np.minimum(1.0, (HIT_RAD / noise) ** 2)
     state = found.state
-    return Fit(name, state.R[SLAVE], state.t_m[SLAVE], loss, n, np.concatenate(unit), expected)
+    return Fit(name, state.R[station], state.t_m[station], loss, n, np.concatenate(unit), expected)

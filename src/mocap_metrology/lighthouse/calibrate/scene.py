@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
 
 import numpy as np
 
@@ -12,13 +11,13 @@ from mocap_metrology.lighthouse.batch.problem import More, Priors
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
-from mocap_metrology.lighthouse.records import Factory, Hits, Inertial, Measurements
+from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Inertial, Measurements
 from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
 
 NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
 IDEAL_PLANES = Factory(generation=2)
-MEAN_PLANES = replace(IDEAL_PLANES, **cast(Mapping[str, Any], FACTORY2_MEAN))
+MEAN_PLANES = Factory(**FACTORY2_MEAN, generation=2)
 Pose = tuple[np.ndarray, np.ndarray]
 
 
@@ -42,20 +41,20 @@ UNKNOWN_SD = np.stack(
 class Sensors:
     """Data that are used besides hits: gyroscope and accelerometer of the board, and the way up in
     the frame of each station (stations, 3), NaN where it is unknown; lengths that were measured in
-    the room."""
+    the room; normals (n, 3) of the diodes, whose cover then is an unknown."""
 
     inertial: Inertial | None = None
     ups: np.ndarray | None = None
     lengths: tuple[KnownLength, ...] = ()
+    normals: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class Scene:
     """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
     `reconstruction.optics_of` or `estimated`, and what is known beforehand; known_pose: those of
-    the stations are held; sensors: data besides hits; generation: of the stations; normals (n, 3):
-    of the diodes, whose cover then is an unknown; members: which stations these are of all that the
-    recording has, None for all."""
+    the stations are held; sensors: data besides hits; generation: of the stations; names: of the
+    stations."""
 
     hits: Hits
     board: np.ndarray
@@ -67,8 +66,7 @@ class Scene:
     known_pose: bool = False
     sensors: Sensors = Sensors()
     generation: int = 1
-    normals: np.ndarray | None = None
-    members: tuple[int, ...] | None = None
+    names: Sequence[str] = ROLES
 
     @property
     def title(self) -> str:
@@ -117,7 +115,7 @@ class Scene:
     @property
     def more(self) -> More:
         """What an estimate knows besides."""
-        return More(self.sensors.ups, self.spreads, self.normals)
+        return More(self.sensors.ups, self.spreads, self.sensors.normals)
 
     def of(self, members: Sequence[int]) -> Scene:
         """Some of the stations, the first of them the reference."""
@@ -134,7 +132,7 @@ class Scene:
                 ups=None if ups is None else ups[list(members)],
                 lengths=tuple(own.among(members) for own in self.sensors.lengths),
             ),
-            members=tuple(members),
+            names=[self.names[k] for k in members],
         )
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -64,23 +64,36 @@ class CalibrationSettings:
 
 
 @dataclass(frozen=True)
+class Network:
+    """Stations by name, the reference first: those that are connected; for the others what would
+    connect them, in words; moments that each shares with another; covariance of all poses together,
+    6 (n - 1) square in mm and deg, None without a pose."""
+
+    connected: Sequence[str]
+    apart: Mapping[str, str]
+    common: Mapping[str, int]
+    covariance: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
 class Calibration:
     """All estimates of one recording, and the paths they are based on.
 
     paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
     could not be estimated; variants: of the rotor model, where the recording chose; joints: by
-    optics, what `batch` was given, and its estimate.
+    optics, what `batch` was given, and its estimate; network: of any number of stations.
     """
 
     estimates: list[PoseEstimate] = field(default_factory=list)
-    paths: dict[tuple[str, str], tuple[Path, Path]] = field(default_factory=dict)
+    paths: dict[tuple[str, str], tuple[Path, ...]] = field(default_factory=dict)
     still: bool = False
     n_common: int = 0
     why: list[str] = field(default_factory=list)
     variants: list[Weighed] = field(default_factory=list)
     joints: dict[str, tuple[Scene, Joint]] = field(default_factory=dict)
+    network: Network | None = None
 
-    def paths_of(self, pose: PoseEstimate) -> tuple[Path, Path] | None:
+    def paths_of(self, pose: PoseEstimate) -> tuple[Path, ...] | None:
         """Board poses behind an estimate; of `batch`, which has one trajectory, those of
         `paper-lm`."""
         name = "paper-lm" if pose.estimator == BATCH else pose.estimator

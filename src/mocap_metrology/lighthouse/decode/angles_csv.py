@@ -4,17 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.spreadsheet import delimiter, with_point
+from mocap_metrology.lighthouse.decode.turns import PERIOD_S, PLANE_RAD
 from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
 from mocap_metrology.lighthouse.timing import CYCLE_S
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 NEEDED = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
 EXPECTED = "columns " + ",".join(NEEDED) + " and, if known, width_us"
 STATIONS = {"0": 0, "1": 1, ROLES[0]: 0, ROLES[1]: 1}
+COUNTS = ("time_s", "channel", "count_0", "count_1")
+COUNT_HZ = 6_000_000
 WHOLE = (  # column, least and largest value, in words
     ("axis", 0, 1, "0 or 1"),
     ("cycle", -(1 << 30), 1 << 30, "a whole number"),
@@ -27,14 +34,104 @@ SPACING_S = (0.9 * CYCLE_S, 8.5 * CYCLE_S)  # of sweeps of one axis: each turn, 
 
 
 def read_angles(path: str | Path) -> Hits:
-    """Hits from a CSV, sorted by time; a width that is not given is NaN.
+    """Hits of first-generation stations, as `read_any_angles`."""
+    hits, channels = read_any_angles(path)
+    if channels:
+        raise Refusal(f"{Path(path).name}: of generation 2; expected first-generation stations")
+    return hits
+
+
+def read_any_angles(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
+    """Hits from a CSV, sorted by time, and the channel indices of the stations of a second
+    generation, rising; a width that is not given is NaN.
 
     station is master, slave, 0 or 1; axis 0 (azimuth) or 1 (elevation); cycle is common to the hits
     of a sweep and grows with time; time_s is that of the hit; angle pi (time - flash) / T - pi/2,
-    from the station's own flash, T its half turn, growing to its own left and upwards. Other
-    columns are ignored. Raises `Refusal` for missing columns, cells that are none of that, angles
-    in degrees, times that are not of sweeps or not in seconds.
+    from the station's own flash, T its half turn, growing to its own left and upwards. With a
+    column generation of 2 in all rows, station is a channel index, 0 to 15, axis a plane, cycle a
+    turn and the angle as in `Hits`. Other columns are ignored. Raises `Refusal` for missing
+    columns, cells that are none of that, angles in degrees, times that are not of sweeps or not in
+    seconds.
     """
+    name = Path(path).name
+    table = _table(path, NEEDED, EXPECTED)
+    generation = table["generation"].str.strip() if "generation" in table else None
+    second = generation is not None and bool((generation == "2").all())
+    if generation is not None and not second:
+        words = "generation is {!r}; expected 1 in all rows or 2 in all rows"
+        _refuse_first((generation != "1").to_numpy(), table["generation"], name, words)
+    named = {str(k): k for k in range(PERIOD_S.size)} if second else STATIONS
+    station = table["station"].str.strip().str.lower().map(named)
+    _refuse_first(
+        station.isna().to_numpy(),
+        table["station"],
+        name,
+        "station is {!r}; expected " + ("a channel, 0 to 15" if second else "master or slave"),
+    )
+    columns = {"station": station.to_numpy(float)}
+    columns |= _numbers(table, [c for c in (*NEEDED[1:], "width_us") if c in table], name)
+    _check(columns, name, second)
+    channels = np.unique(columns["station"]).astype(int)
+    if second:
+        columns["station"] = np.searchsorted(channels, columns["station"])
+    width = columns.get("width_us", np.full(len(table), np.nan)) * 1e-6
+    hits = Hits(
+        station=columns["station"].astype(np.int8),
+        axis=columns["axis"].astype(np.int8),
+        cycle=columns["cycle"].astype(np.int32),
+        diode=columns["diode"].astype(np.int16),
+        time_s=columns["time_s"],
+        angle_rad=columns["angle_rad"],
+        width_s=width,
+    ).take(np.argsort(columns["time_s"], kind="stable"))
+    return hits, tuple(channels.tolist()) if second else ()
+
+
+def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
+    """Hits, and channel indices, of a CSV of counts of the sequence in second-generation light, as
+    DotBots report them: time_s, channel (index), count_0 and count_1 of the two sweeps of a turn,
+    at 6 MHz from its begin, in any order; diode, 0 without it. time_s is the first sweep's.
+
+    Rotor angle 2 pi count / (6 MHz T), T being the nominal period of the channel.
+    """
+    name = Path(path).name
+    table = _table(path, COUNTS, f"columns {','.join(COUNTS)} and diode")
+    columns = _numbers(table, [c for c in (*COUNTS, "diode") if c in table], name)
+    channel, diode = columns["channel"], columns.get("diode", np.zeros(len(table)))
+    for column, values, most in (("channel", channel, 15), ("diode", diode, (1 << 15) - 1)):
+        bad = (values != np.round(values)) | (values < 0) | (values > most)
+        _refuse_first(bad, values, name, column + " is {:g}; expected a whole number from 0")
+    period = PERIOD_S[channel.astype(int)]
+    count = np.sort(np.stack([columns["count_0"], columns["count_1"]]), axis=0)
+    rotor = 2 * np.pi * count / (COUNT_HZ * period)
+    _refuse_first(
+        ((rotor < 0) | (rotor > 2 * np.pi)).any(axis=0),
+        columns["count_1"],
+        name,
+        "counts up to {:g}; expected two within a turn",
+    )
+    channels = np.unique(channel).astype(int)
+    time_s = columns["time_s"]
+    n = len(table)
+    hits = Hits(
+        station=np.tile(np.searchsorted(channels, channel), 2).astype(np.int8),
+        axis=np.repeat([0, 1], n).astype(np.int8),
+        cycle=np.tile(np.floor(time_s / period - count[0] / COUNT_HZ / period), 2).astype(np.int32),
+        diode=np.tile(diode, 2).astype(np.int16),
+        time_s=np.r_[time_s, time_s + (count[1] - count[0]) / COUNT_HZ],
+        angle_rad=(rotor - PLANE_RAD[:, None]).ravel(),
+        width_s=np.full(2 * n, np.nan),
+    )
+    inside = np.abs(hits.angle_rad) <= LARGEST_RAD
+    _, first = np.unique(
+        np.stack([hits.station, hits.axis, hits.cycle, hits.diode]), axis=1, return_index=True
+    )
+    first = first[inside[first]]
+    return hits.take(first[np.argsort(hits.time_s[first])]), tuple(channels.tolist())
+
+
+def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> pd.DataFrame:
+    """Cells of a CSV by column."""
     import pandas as pd
 
     name = Path(path).name
@@ -45,40 +142,29 @@ def read_angles(path: str | Path) -> Hits:
             path, sep=between, dtype=str, keep_default_na=False, encoding="utf-8-sig"
         )
     except (OSError, ValueError) as error:  # pandas raises ValueErrors of its own
-        raise Refusal(f"{name}: cannot be read ({error}); expected a CSV: {EXPECTED}") from None
+        raise Refusal(f"{name}: cannot be read ({error}); expected a CSV: {expected}") from None
     if between == ";":
         table = table.map(with_point)
     table.columns = [str(column).strip() for column in table.columns]
-    missing = [column for column in NEEDED if column not in table.columns]
+    missing = [column for column in needed if column not in table.columns]
     if missing:
-        raise Refusal(f"{name}: no column {', '.join(missing)}; expected {EXPECTED}")
+        raise Refusal(f"{name}: no column {', '.join(missing)}; expected {expected}")
     if table.empty:
         raise Refusal(f"{name}: no rows; expected one row per hit of a diode")
-    station = table["station"].str.strip().str.lower().map(STATIONS)
-    _refuse_first(
-        station.isna().to_numpy(),
-        table["station"],
-        name,
-        "station is {!r}; expected master or slave",
-    )
-    columns = {"station": station.to_numpy(float)}
-    for column in (*NEEDED[1:], "width_us"):
-        if column in table:
-            values = pd.to_numeric(table[column], errors="coerce").to_numpy(np.float64)
-            words = column + " is {!r}; expected a finite number"
-            _refuse_first(~np.isfinite(values), table[column], name, words)
-            columns[column] = values
-    _check(columns, name)
-    width = columns.get("width_us", np.full(len(table), np.nan)) * 1e-6
-    return Hits(
-        station=station.to_numpy(np.int8),
-        axis=columns["axis"].astype(np.int8),
-        cycle=columns["cycle"].astype(np.int32),
-        diode=columns["diode"].astype(np.int16),
-        time_s=columns["time_s"],
-        angle_rad=columns["angle_rad"],
-        width_s=width,
-    ).take(np.argsort(columns["time_s"], kind="stable"))
+    return table
+
+
+def _numbers(table: pd.DataFrame, names: list[str], name: str) -> dict[str, np.ndarray]:
+    """Columns as numbers, all finite."""
+    import pandas as pd
+
+    columns = {}
+    for column in names:
+        values = pd.to_numeric(table[column], errors="coerce").to_numpy(np.float64)
+        words = column + " is {!r}; expected a finite number"
+        _refuse_first(~np.isfinite(values), table[column], name, words)
+        columns[column] = values
+    return columns
 
 
 def _refuse_first(bad: np.ndarray, cells: Iterable[object], name: str, words: str) -> None:
@@ -88,7 +174,7 @@ def _refuse_first(bad: np.ndarray, cells: Iterable[object], name: str, words: st
         raise Refusal(f"{name}, row {row + 1}: " + words.format(list(cells)[row]))
 
 
-def _check(columns: dict[str, np.ndarray], name: str) -> None:
+def _check(columns: dict[str, np.ndarray], name: str, second: bool) -> None:
     """Refuse numbers that do not fit their column."""
     for column, least, most, expected in WHOLE:
         values = columns[column]
@@ -102,10 +188,11 @@ def _check(columns: dict[str, np.ndarray], name: str) -> None:
             f"{name}, row {row + 1}: its station, axis, cycle and diode occur again; expected "
             "one row per hit"
         )
-    for station, axis in np.ndindex(2, 2):
+    for station, axis in np.ndindex(PERIOD_S.size if second else 2, 2):
         of_laser = (columns["station"] == station) & (columns["axis"] == axis)
         if of_laser.any():
-            sweeps = f"{name}: {AXES[axis]} sweeps of the {ROLES[station]}"
+            of_whom = f"channel {station}" if second else f"the {ROLES[station]}"
+            sweeps = f"{name}: {f'plane {axis}' if second else AXES[axis]} sweeps of {of_whom}"
             _check_times(columns["time_s"][of_laser], columns["cycle"][of_laser], sweeps)
     largest = float(np.abs(columns["angle_rad"]).max())
     if largest > LARGEST_RAD:

@@ -1,4 +1,4 @@
-"""From a recording to cleaned hits: all stages of decoding, for the three formats."""
+"""From a recording to cleaned hits: all stages of decoding, for all formats."""
 
 from __future__ import annotations
 
@@ -10,25 +10,32 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board
-from mocap_metrology.lighthouse.decode.angles_csv import read_angles
+from mocap_metrology.lighthouse.decode.angles_csv import read_any_angles, read_counts
 from mocap_metrology.lighthouse.decode.clean import (
     RESOLUTION_RAD,
     Cleaning,
     clean_hits,
     clean_turn_hits,
 )
+from mocap_metrology.lighthouse.decode.crazyflie import read_log, read_uart
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
-from mocap_metrology.lighthouse.decode.ootx2 import decode_turns
+from mocap_metrology.lighthouse.decode.ootx2 import decode_turns, unknown_station
 from mocap_metrology.lighthouse.decode.sweeps import find_hits
-from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light, find_turn_hits, find_turns
-from mocap_metrology.lighthouse.records import AXES, ROLES, Clock, Hits, Pulses, Station
+from mocap_metrology.lighthouse.decode.turns import (
+    PERIOD_S,
+    Light,
+    channels_by_period,
+    find_turn_hits,
+    find_turns,
+)
+from mocap_metrology.lighthouse.records import AXES, ROLES, Clock, Flashes, Hits, Pulses, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
-FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
+OF_LIGHT = {"crazyflie-uart": read_uart, "crazyflie-log": read_log}
 
 
 @dataclass(frozen=True)
@@ -62,7 +69,7 @@ def decode(
     active_level: int = 1,
     cleaning: Cleaning | None = None,
 ) -> Decoded:
-    """Decode a recording of one of `FORMATS`.
+    """Decode a recording of one of `lighthouse.RECORDING_FORMATS`.
 
     board: CSV of diodes, or the name of the tracked object in a libsurvive recording; factory: file
     of calibrations, for stations whose own cannot be read out of the recording.
@@ -75,8 +82,15 @@ def decode(
     clocks: list[Clock] = []
     report: dict[str, list[int]] = {}
     resolution_rad = RESOLUTION_RAD
+    if kind == "lfsr-counts":
+        return _of_angles(*read_counts(path), read_board(board), factory, cleaning, name)
+    if kind in OF_LIGHT:
+        places = read_board(board)
+        return decode_light(OF_LIGHT[kind](path), places, factory, cleaning, name)
     if kind == "angles-csv":
-        places, hits = read_board(board), read_angles(path)
+        places, (hits, channels) = read_board(board), read_any_angles(path)
+        if channels:
+            return _of_angles(hits, channels, places, factory, cleaning, name)
         stations = [Station(role, why="a file of angles contains no flashes") for role in ROLES]
         n_diodes = max(len(places), int(hits.diode.max(initial=-1)) + 1)
     else:
@@ -87,7 +101,7 @@ def decode(
             pulses, flashes = within_flashes(read, find_flashes(read))
         else:
             pulses, places = read_dump(path, sample_rate_hz, active_level), read_board(board)
-            flashes = find_flashes(pulses)
+            flashes = _flashes_of_dump(pulses, name)
         if len(flashes) < 2:
             raise Refusal(
                 f"{name}: flashes of one base station only; expected two, both visible from the "
@@ -113,51 +127,105 @@ def decode(
     return Decoded(pulses, stations, clocks, hits, places, duration_s, report | dropped, notes)
 
 
+def _flashes_of_dump(pulses: Pulses, name: str) -> list[Flashes]:
+    """Flashes in a dump; refuses one of second-generation light with the reason."""
+    try:
+        return find_flashes(pulses)
+    except Refusal:
+        if not (channels := channels_by_period(pulses)):
+            raise
+    raise Refusal(
+        f"{name}: no flashes, but pulses that repeat with the turns of second-generation (V2) base"
+        f" stations (channel {', '.join(map(str, channels))}); expected first-generation ones: what"
+        " tells the angle are bits of 167 ns, which samples of 2 MHz do not show"
+    )
+
+
 def decode_light(
     light: Light, places: np.ndarray, factory: str | Path | None, cleaning: Cleaning, name: str
 ) -> Decoded:
-    """Decode light of second-generation stations, of which those remain that enough diodes see."""
+    """Decode light of second-generation stations."""
     turns, notes = find_turns(light)
     hits, report = find_turn_hits(light, turns)
     check_count(places, light.n_diodes, int(hits.diode.max(initial=-1)), name)
     resolution_rad = 2 * np.pi * light.resolution_s / float(PERIOD_S.min())
-    hits, dropped = clean_turn_hits(hits, places, cleaning, resolution_rad)
-    seen = [
-        min(np.unique(hits.diode[(hits.station == k) & (hits.axis == p)]).size for p in (0, 1))
-        for k in range(len(turns))
-    ]
-    used = [k for k, n in enumerate(seen) if n >= FEWEST_DIODES]
-    for k, n in enumerate(seen):
-        if n < FEWEST_DIODES:
-            few = f"seen by {n} diodes; a calibration needs at least {FEWEST_DIODES}"
-            notes.append(f"channel {turns[k].channel}: {few}")
-    if len(used) < 2:
-        why = "; ".join(notes) or "no light of another"
-        raise Refusal(f"{name}: {len(used)} usable base stations ({why}); expected at least two")
-    place = np.full(len(turns) + 1, -1, np.int8)
-    place[used] = np.arange(len(used))
-    hits = replace(hits, station=place[hits.station]).take(place[hits.station] >= 0)
-    stations, filed = _with_factory([decode_turns(turns[k]) for k in used], factory)
+    stations = [decode_turns(one) for one in turns]
+    clocks = [one.clock for one in turns]
+    notes = [*light.notes, *notes]
+    found = _of_turns(
+        hits, stations, clocks, places, factory, cleaning, resolution_rad, notes, name
+    )
     pulses = Pulses(
-        start_s=hits.time_s,
-        length_s=np.full(len(hits), np.nan),
-        diode=hits.diode,
+        start_s=found.hits.time_s,
+        length_s=np.full(len(found.hits), np.nan),
+        diode=found.hits.diode,
         n_diodes=light.n_diodes,
         duration_s=light.duration_s,
         resolution_s=light.resolution_s,
         inertial=light.inertial,
     )
+    report |= found.report
+    return replace(
+        found, pulses=pulses, duration_s=light.duration_s, report=report, normals=light.normals
+    )
+
+
+def _of_angles(
+    hits: Hits,
+    channels: Sequence[int],
+    places: np.ndarray,
+    factory: str | Path | None,
+    cleaning: Cleaning,
+    name: str,
+) -> Decoded:
+    """Decode angles of second-generation stations; channels: of the stations of the hits."""
+    why = "a file of angles contains no calibration frames"
+    stations = [unknown_station(channel, why) for channel in channels]
+    check_count(places, max(len(places), int(hits.diode.max()) + 1), int(hits.diode.max()), name)
+    return _of_turns(hits, stations, [], places, factory, cleaning, RESOLUTION_RAD, [], name)
+
+
+def _of_turns(
+    hits: Hits,
+    stations: Sequence[Station],
+    clocks: Sequence[Clock],
+    places: np.ndarray,
+    factory: str | Path | None,
+    cleaning: Cleaning,
+    resolution_rad: float,
+    notes: Sequence[str],
+    name: str,
+) -> Decoded:
+    """Clean hits of second-generation stations, of which those remain that enough diodes see."""
+    hits, dropped = clean_turn_hits(hits, places, cleaning, resolution_rad)
+    seen = [
+        min(np.unique(hits.diode[(hits.station == k) & (hits.axis == p)]).size for p in (0, 1))
+        for k in range(len(stations))
+    ]
+    used = [k for k, n in enumerate(seen) if n >= FEWEST_DIODES]
+    few = [
+        f"channel {stations[k].channel}: seen by {n} diodes;"
+        f" a calibration needs at least {FEWEST_DIODES}"
+        for k, n in enumerate(seen)
+        if n < FEWEST_DIODES
+    ]
+    if len(used) < 2:
+        why = "; ".join([*notes, *few]) or "no light of another"
+        raise Refusal(f"{name}: {len(used)} usable base stations ({why}); expected at least two")
+    place = np.full(len(stations) + 1, -1, np.int8)
+    place[used] = np.arange(len(used))
+    hits = replace(hits, station=place[hits.station]).take(place[hits.station] >= 0)
+    chosen, filed = _with_factory([stations[k] for k in used], factory)
     return Decoded(
-        pulses,
-        stations,
-        [turns[k].clock for k in used],
+        None,
+        chosen,
+        [clocks[k] for k in used] if clocks else [],
         hits,
         places,
-        light.duration_s,
-        report | dropped,
-        [*light.notes, *notes, *filed, *_doubts(dropped)],
+        float(np.ptp(hits.time_s)),
+        dropped,
+        [*notes, *few, *filed, *_doubts(dropped)],
         generation=2,
-        normals=light.normals,
     )
 
 

@@ -85,7 +85,7 @@ def clean_turn_hits(
     within 0.1 rad. So angles are taken from the median of their sweep.
     """
     about = replace(hits, angle_rad=hits.angle_rad - sweep_medians(hits))
-    wrong = sweep_outliers(about, board, cleaning)
+    wrong = sweep_outliers(about, board, cleaning, perspective=1.0)
     passed = hits.take(~wrong)
     late = still_outliers(passed, cleaning, resolution_rad)
     kept = passed.take(~late)
@@ -105,7 +105,9 @@ def sweep_medians(hits: Hits) -> np.ndarray:
     return result
 
 
-def sweep_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
+def sweep_outliers(
+    hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL, perspective: float = 0.0
+) -> np.ndarray:
     """Hits off the others of their sweep by more than max(gate_rad, gate_mad MAD); bool, (n,).
 
     A plane of light meets diode X where tan(angle) = (a0 + a.X) / (1 + c.X), exact for a board that
@@ -114,7 +116,8 @@ def sweep_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) ->
     the least sum of |residuals| (iterated weights), of which a few outliers bend nothing. A sweep
     with no hit more than unknowns decides nothing and passes; with one more, an outlier shows but
     not which it is, and all its hits go if the residuals sum to more than ten times the gate: what
-    perspective leaves of a board of four diodes at 1 m is 10 mrad.
+    perspective leaves of a board of four diodes at 1 m is 10 mrad. perspective: what the affine
+    part may leave, in squares of the span of the sweep; it is added to the gate.
     """
     order, first = hits.by_sweep()
     wrong = np.zeros(len(hits), np.bool_)
@@ -125,6 +128,7 @@ def sweep_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) ->
             np.append(first, order.size),
             cleaning.gate_rad,
             cleaning.gate_mad,
+            perspective,
         )
     return wrong
 
@@ -235,7 +239,7 @@ def _least_absolute(
 
 @njit
 def _gate_sweep(
-    tangent: np.ndarray, where: np.ndarray, gate_rad: float, gate_mad: float
+    tangent: np.ndarray, where: np.ndarray, gate_rad: float, gate_mad: float, perspective: float
 ) -> np.ndarray:
     """Wrong hits of one sweep."""
     n_hits, n_directions = where.shape
@@ -249,6 +253,8 @@ def _gate_sweep(
     predicted = np.empty(n_hits)
     affine = design[:, :n_linear].copy()
     _least_absolute(affine, tangent, n_linear, residual, weight, predicted)
+    if n_hits < n_linear + n_directions + 3:
+        gate_rad += perspective * (np.max(tangent) - np.min(tangent)) ** 2
     if n_hits == n_linear + 1:
         return np.full(n_hits, np.sum(np.abs(residual)) > 10 * gate_rad)
     if n_hits < n_linear + n_directions + 3:
@@ -269,12 +275,19 @@ def _gate_sweep(
 
 @njit
 def _gate(
-    tangent: np.ndarray, where: np.ndarray, first: np.ndarray, gate_rad: float, gate_mad: float
+    tangent: np.ndarray,
+    where: np.ndarray,
+    first: np.ndarray,
+    gate_rad: float,
+    gate_mad: float,
+    perspective: float,
 ) -> np.ndarray:
     wrong = np.zeros(tangent.size, np.bool_)
     for sweep in range(first.size - 1):
         low, high = first[sweep], first[sweep + 1]
-        wrong[low:high] = _gate_sweep(tangent[low:high], where[low:high], gate_rad, gate_mad)
+        wrong[low:high] = _gate_sweep(
+            tangent[low:high], where[low:high], gate_rad, gate_mad, perspective
+        )
     return wrong
 
 
@@ -359,5 +372,5 @@ def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray
 
 def warm_up() -> None:
     """Compile for float64."""
-    _gate(np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad)
+    _gate(np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad, 0.0)
     hampel(np.arange(8.0), half_window=2)

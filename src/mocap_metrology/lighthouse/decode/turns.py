@@ -18,7 +18,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
 from mocap_metrology.lighthouse.decode.comb import fit_clock, wander
-from mocap_metrology.lighthouse.records import Clock, Hits, Inertial
+from mocap_metrology.lighthouse.records import Clock, Hits, Inertial, Pulses
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 PERIOD_TICKS = (
@@ -33,6 +33,8 @@ NEAR_RAD = 0.35  # of the angles of a plane before and after: an object is no la
 FEWEST_BEGINS = 12  # of a station
 LARGEST_PPM = 100.0  # of a period: eight recordings have -12 to 6
 OUTLIER_S = 2e-6  # least deviation of a begin that is left out
+DRIFT_S = 15e-6  # from turn to turn: half the difference of two periods
+REPEATED = 0.25  # share of the pulses of a diode
 FATES = ("no_sweep", "second_on_diode", "hit")
 NO_SWEEP, SECOND, HIT = range(len(FATES))
 
@@ -103,10 +105,10 @@ def _turns(channel: int, begin_s: Floats, bit: np.ndarray, resolution_s: float) 
     right = abs(clock.cycle_s / nominal - 1) <= 1e-6 * LARGEST_PPM
     if not right or used.size < max(FEWEST_BEGINS, turn.size // 2):
         return None
-    _, first = np.unique(turn[used], return_index=True)
-    used = used[first]
-    slow = wander(turn[used], residual[used], resolution_s)
-    return Turns(int(channel), clock, turn[used], slow, bit[used])
+    # A receiver that tells a begin with each plane tells it twice.
+    known, first, which = np.unique(turn[used], return_index=True, return_inverse=True)
+    mean = np.bincount(which, residual[used]) / np.bincount(which)
+    return Turns(int(channel), clock, known, wander(known, mean, resolution_s), bit[used][first])
 
 
 def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, list[int]]]:
@@ -147,6 +149,22 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
     by_fate = count.reshape(len(FATES), -1).tolist()
     order = np.argsort(hits.time_s, kind="stable")
     return hits.take(order), dict(zip(FATES, by_fate, strict=True))
+
+
+def channels_by_period(pulses: Pulses) -> list[int]:
+    """Channels whose period the pulses of a diode repeat with: what a dump without the data of the
+    light still shows of second-generation stations; empty where none does.
+
+    A moving diode is met up to `DRIFT_S` early or late in the next turn.
+    """
+    if not pulses.start_s.size:
+        return []
+    start = pulses.start_s[pulses.diode == np.argmax(np.bincount(pulses.diode))]
+    next_turn = start + PERIOD_S[:, None]
+    first, last = (np.searchsorted(start, next_turn + off) for off in (-DRIFT_S, DRIFT_S))
+    again = (last > first).mean(axis=1)
+    by_chance = start.size / max(pulses.duration_s, 1e-3) * 2 * DRIFT_S
+    return np.flatnonzero(again > max(REPEATED, 5 * by_chance)).tolist()
 
 
 def _plane(rotor: Floats, time_s: Floats) -> tuple[np.ndarray, np.ndarray]:

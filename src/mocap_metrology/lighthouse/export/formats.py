@@ -23,9 +23,13 @@ import numpy as np
 from mocap_metrology.lighthouse.decode.factory_file import (
     CRAZYFLIE_TYPE,
     CRAZYFLIE_VERSIONS,
-    FIRST_GENERATION,
 )
-from mocap_metrology.lighthouse.decode.libsurvive import FACTORY_KEYS, FROM_LIBSURVIVE, MODES
+from mocap_metrology.lighthouse.decode.libsurvive import (
+    FACTORY2_KEYS,
+    FACTORY_KEYS,
+    FROM_LIBSURVIVE,
+    MODES,
+)
 from mocap_metrology.lighthouse.export.world import Pose
 from mocap_metrology.lighthouse.records import Station
 
@@ -40,10 +44,10 @@ PLAIN = str.maketrans({"µ": "u", "°": " deg", "σ": "sigma", "−": "-", "×":
 @dataclass(frozen=True)
 class Export:
     """Stations, master first, and their poses in the world, None where there is no valid
-    calibration; remarks: lines for whoever reads the file."""
+    calibration, or none of a station; remarks: lines for whoever reads the file."""
 
     stations: Sequence[Station]
-    poses: Sequence[Pose] | None
+    poses: Sequence[Pose | None] | None
     remarks: Sequence[str]
 
     @property
@@ -52,6 +56,11 @@ class Export:
         if self.poses is None:
             return [(station, None) for station in self.stations]
         return list(zip(self.stations, self.poses, strict=True))
+
+    @property
+    def generation(self) -> int:
+        """Of the stations."""
+        return max((station.generation for station in self.stations), default=1)
 
     @property
     def lines(self) -> list[str]:
@@ -73,13 +82,22 @@ def crazyflie_yaml(export: Export) -> str:
     lines += [
         f"type: {CRAZYFLIE_TYPE}",
         f"version: '{CRAZYFLIE_VERSIONS[0]}'",
-        f"systemType: {FIRST_GENERATION}",
+        f"systemType: {export.generation}",
     ]
-    geos = [line for k, (_, pose) in enumerate(export.placed) for line in _geo(k, pose)]
-    calibs = [line for k, station in enumerate(export.stations) for line in _calib(k, station)]
+    placed = [
+        (_number(k, station), station, pose) for k, (station, pose) in enumerate(export.placed)
+    ]
+    placed.sort(key=lambda one: one[0])
+    geos = [line for k, _, pose in placed for line in _geo(k, pose)]
+    calibs = [line for k, station, _ in placed for line in _calib(k, station)]
     for name, entries in (("geos", geos), ("calibs", calibs)):
         lines += [f"{name}:", *entries] if entries else [f"{name}: {{}}"]
     return "\n".join(lines) + "\n"
+
+
+def _number(place: int, station: Station) -> int:
+    """By which a Crazyflie names a station: its channel, of the first generation its place."""
+    return place if station.channel is None else station.channel
 
 
 def _geo(index: int, pose: Pose | None) -> Iterator[str]:
@@ -99,7 +117,7 @@ def _calib(index: int, station: Station) -> Iterator[str]:
     yield "    sweeps:"
     for axis in (0, 1):
         values = {name: getattr(station.factory, name)[axis] for name in FACTORY_KEYS}
-        entries = values | dict.fromkeys(OGEE, 0.0)
+        entries = values | {name: getattr(station.factory, name)[axis] for name in OGEE}
         yield "    - {" + ", ".join(f"{k}: {number(v)}" for k, v in entries.items()) + "}"
 
 
@@ -112,25 +130,29 @@ def libsurvive_json(export: Export) -> str:
     writes and expects them. Stations without an id are left out; without factory values (OOTXSet 0)
     or poses (PositionSet 0) libsurvive determines these itself."""
     frame = " ".join(export.lines).translate(str.maketrans('"\\', "'/"))
-    entries = [f'"mocap-metrology":"{frame}"', '"lighthouse-gen":"1"']
-    last = len(export.stations) - 1  # counted from the last flash
-    known = [(last - k, *of) for k, of in enumerate(export.placed) if of[0].id is not None]
+    entries = [f'"mocap-metrology":"{frame}"', f'"lighthouse-gen":"{export.generation}"']
+    every = export.placed
+    if export.generation == 1:
+        every = every[::-1]  # counted from the last flash
+    known = [(k, *of) for k, of in enumerate(every) if of[0].id is not None]
     entries.append(f'"lighthousecount":"{len(known)}"')
-    return ",\n".join([*entries, *(_lighthouse(*of) for of in reversed(known))]) + "\n"
+    return ",\n".join([*entries, *(_lighthouse(*of) for of in known)]) + "\n"
 
 
 def _lighthouse(index: int, station: Station, pose: Pose | None) -> str:
     from scipy.spatial.transform import Rotation
 
     entries: dict[str, object] = {"index": index, "id": station.id}
-    if station.mode is not None:
+    if station.channel is not None:
+        entries["mode"] = station.channel
+    elif station.mode is not None:
         entries["mode"] = MODES.index(station.mode)
     if pose is not None:
         R, t = pose
         q = Rotation.from_matrix(R @ FROM_LIBSURVIVE).as_quat(canonical=True, scalar_first=True)
         entries["pose"] = [*t, *q]
     if station.factory is not None:
-        for name, key in FACTORY_KEYS.items():
+        for name, key in (FACTORY_KEYS if station.generation == 1 else FACTORY2_KEYS).items():
             entries[key] = getattr(station.factory, name)
     entries["OOTXSet"] = int(station.factory is not None)
     entries["PositionSet"] = int(pose is not None)

@@ -8,6 +8,7 @@ and board included.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,10 +16,11 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined
+from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S
 from mocap_metrology.lighthouse.calibrate.batch import Scene, without_bad_diodes
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
-from mocap_metrology.lighthouse.records import SLAVE
+from mocap_metrology.lighthouse.records import ROLES, Hits
 from mocap_metrology.lighthouse.timing import CYCLE_S
 from mocap_metrology.lighthouse.track import start
 from mocap_metrology.lighthouse.track.spread import Spread, spread
@@ -32,20 +34,28 @@ AXES_OF_POSE = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 @dataclass(frozen=True)
 class Calibrated:
     """Pose R, t (m) of the slave in the master's frame, its covariance (6, 6) in m and rad (0 where
-    none is known), and whether it comes from the recording that is tracked."""
+    none is known), and whether it comes from the recording that is tracked; of more stations
+    R (n - 1, 3, 3), t (n - 1, 3), and the covariance of all, 6 (n - 1) square."""
 
     R: np.ndarray
     t_m: np.ndarray
     covariance: np.ndarray
     own: bool
 
+    @property
+    def poses(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of all stations, the reference first."""
+        others = zip(self.R.reshape(-1, 3, 3), self.t_m.reshape(-1, 3), strict=True)
+        return [(np.eye(3), np.zeros(3)), *others]
+
 
 @dataclass(frozen=True)
 class Track:
     """Poses at n moments `STEP_S` apart, in the master's frame; NaN where no hit is near.
 
-    R (n, 3, 3), t_m (n, 3); hits (n, 2): of master and slave within `NEAR_S`; residual_rad (n,):
-    their rms beyond what their sweeps share; sd: of the poses; note: what was left out.
+    R (n, 3, 3), t_m (n, 3); hits (n, stations): of each within `NEAR_S`; residual_rad (n,):
+    their rms beyond what their sweeps share; sd: of the poses; note: what was left out; names: of
+    the stations.
     """
 
     time_s: Floats
@@ -55,6 +65,7 @@ class Track:
     residual_rad: Floats
     sd: Spread
     note: str
+    names: Sequence[str] = ROLES
 
 
 def track(scene: Scene, known: Calibrated) -> Track:
@@ -66,15 +77,14 @@ def track(scene: Scene, known: Calibrated) -> Track:
     rotors = scene.rotors
     trajectory = None
     if len(hits) >= FEWEST_HITS:
-        trajectory = start.trajectory(hits, scene.board, rotors, known.R, known.t_m)
+        trajectory = start.trajectory(hits, scene.board, rotors, known.poses)
     if trajectory is None:
         raise Refusal(
             "receiver: expected moments at which both stations see three of its diodes, or one four"
         )
     hits = hits.take(trajectory.known(hits.time_s))
     with determined("receiver"):
-        stations = [(np.eye(3), np.zeros(3)), (known.R, known.t_m)]
-        found, note = without_bad_diodes(scene, hits, trajectory, stations)
+        found, note = without_bad_diodes(scene, hits, trajectory, known.poses)
     return along(found.sure("receiver"), scene, known, note)
 
 
@@ -83,14 +93,14 @@ def along(found: Joint, scene: Scene, known: Calibrated, note: str) -> Track:
     one, own_s = found.recordings[0], scene.hits.time_s
     time_s = own_s.min() + STEP_S * np.arange(int(np.ptp(own_s) / STEP_S) + 1)
     hits = one.sweeps.hits
-    count, residual = _near(time_s, hits.time_s, hits.station, one.alone)
+    count, residual = _near(time_s, hits, one.alone, len(scene.names))
     with determined("receiver"):
-        sd = spread(found, scene.used_priors, known.covariance, known.own, time_s)
+        sd = spread(found, scene, known.covariance, known.own, time_s)
     R, t = one.trajectory.poses(time_s)
     unseen = count.sum(axis=1) == 0
     for values in (R, t, residual, sd.noise, sd.calibration, sd.total, sd.by_slave):
         values[unseen] = np.nan
-    return Track(time_s, R, t, count, residual, sd, note)
+    return Track(time_s, R, t, count, residual, sd, note, scene.names)
 
 
 def columns(found: Track | None) -> dict[str, np.ndarray]:
@@ -108,28 +118,28 @@ def columns(found: Track | None) -> dict[str, np.ndarray]:
     parts = {"time_s": found.time_s}
     parts |= dict(zip(("x_mm", "y_mm", "z_mm"), 1e3 * found.t_m.T, strict=True))
     parts |= dict(zip(("qx", "qy", "qz", "qw"), q.T, strict=True))
-    parts |= dict(zip(("n_hits_master", "n_hits_slave"), found.hits.T, strict=True))
+    hits = (f"n_hits_{name}" for name in found.names)
+    parts |= dict(zip(hits, found.hits.T, strict=True))
     parts["residual_urad"] = 1e6 * found.residual_rad
     kinds = {"noise": found.sd.noise, "calibration": found.sd.calibration, "": found.sd.total}
     for kind, values in kinds.items():
         names = (f"sd_{kind}_{axis}".replace("__", "_") for axis in AXES_OF_POSE)
         parts |= dict(zip(names, (values * COVARIANCE_UNITS).T, strict=True))
     by = found.sd.by_slave[:, :3]
-    parts["gain_mm_per_mm"] = np.sqrt((by[:, :, :3] ** 2).sum(axis=(1, 2)) / 3)
-    per_rad = np.sqrt((by[:, :, 3:] ** 2).sum(axis=(1, 2)) / 3)
+    by = by.reshape(len(by), 3, by.shape[2] // POSE, POSE)
+    parts["gain_mm_per_mm"] = np.sqrt((by[..., :3] ** 2).sum(axis=(1, 2, 3)) / 3)
+    per_rad = np.sqrt((by[..., 3:] ** 2).sum(axis=(1, 2, 3)) / 3)
     parts["gain_mm_per_deg"] = 1e3 * np.radians(per_rad)
     return parts
 
 
-def _near(
-    time_s: Floats, hit_s: Floats, station: np.ndarray, off: Floats
-) -> tuple[np.ndarray, Floats]:
-    """Hits (n, 2) of each station within `NEAR_S` of each time, and rms of their residuals (n,)."""
-    order = np.argsort(hit_s, kind="stable")
-    ends = np.searchsorted(hit_s[order], [time_s - NEAR_S, time_s + NEAR_S])
-    slave = station[order] == SLAVE
-    sums = [np.cumsum(np.r_[0.0, own]) for own in (~slave, slave, off[order] ** 2)]
-    master, other, squares = (own[ends[1]] - own[ends[0]] for own in sums)
-    count = np.stack([master, other], axis=1).astype(np.int32)
+def _near(time_s: Floats, hits: Hits, off: Floats, n: int) -> tuple[np.ndarray, Floats]:
+    """Hits (times, n) of each station within `NEAR_S` of each time, and rms of their residuals."""
+    order = np.argsort(hits.time_s, kind="stable")
+    ends = np.searchsorted(hits.time_s[order], [time_s - NEAR_S, time_s + NEAR_S])
+    of = [hits.station[order] == k for k in range(n)]
+    sums = [np.cumsum(np.r_[0.0, own]) for own in (*of, off[order] ** 2)]
+    *counts, squares = (own[ends[1]] - own[ends[0]] for own in sums)
     with np.errstate(invalid="ignore"):
-        return count, np.sqrt(np.maximum(squares, 0.0) / (master + other))
+        rms = np.sqrt(np.maximum(squares, 0.0) / np.sum(counts, axis=0))
+    return np.stack(counts, axis=1).astype(np.int32), rms

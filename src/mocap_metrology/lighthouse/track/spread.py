@@ -19,9 +19,10 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.inverse import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobians
-from mocap_metrology.lighthouse.batch.problem import Priors, layout
+from mocap_metrology.lighthouse.batch.problem import layout
 from mocap_metrology.lighthouse.batch.recording import Recording
 from mocap_metrology.lighthouse.batch.solve import Reduced, covariance_of, reduced
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.rotation import exp
 
 
@@ -33,28 +34,32 @@ class Spread:
     noise: Floats
     calibration: Floats
     total: Floats
-    by_slave: Floats  # (n, 6, 6): derivative of the pose by the slave's
+    by_slave: (
+        Floats  # (n, 6, 6): derivative of the pose by the slave's, or by those of all stations
+    )
 
 
 def spread(
-    found: Joint, priors: Priors, covariance: np.ndarray, own: bool, time_s: np.ndarray
+    found: Joint, scene: Scene, covariance: np.ndarray, own: bool, time_s: np.ndarray
 ) -> Spread:
     """Of the poses of one recording at these times.
 
-    found: an estimate, the slave's pose among the unknowns or held; priors: those that it used;
-    covariance (6, 6) of the slave's pose in m and rad; own: the pose comes from this very
-    recording, so that errors of board and optics in both are the same.
+    found: an estimate, the slave's pose among the unknowns or held; scene: that it is of;
+    covariance (6, 6) of the slave's pose in m and rad, of more stations that of all poses; own: the
+    pose comes from this very recording, so that errors of board and optics in both are the same.
     """
     one, state = found.recordings[0], found.state
     there = [column >= 0 for column in found.of.inertial]
     gravity = found.of.gravity >= 0
-    of = layout(len(state.R), len(state.board), priors, inertial=there, gravity=gravity)
+    n, board, priors = len(state.R), len(state.board), scene.used_priors
+    of = layout(n, board, priors, inertial=there, gravity=gravity, more=scene.more)
+    poses = len(covariance)
     free = np.full(of.size - found.of.size, np.inf)  # the slave's pose, where it was held
     working, believed = np.r_[free, found.working], np.r_[free, found.believed]
     parts = reduced(one.sums(state, of, of.inertial[0]), one.trajectory, one.noise)
-    S, p, q = parts.S + one.by_lengths(state, of, parts)[0], slice(0, POSE), slice(POSE, None)
+    S, p, q = parts.S + one.by_lengths(state, of, parts)[0], slice(0, poses), slice(poses, None)
     M = np.linalg.inv(S[q, q] + np.diag(1 / working[q] ** 2))
-    K = np.vstack([np.eye(POSE), -M @ S[q, p]])
+    K = np.vstack([np.eye(poses), -M @ S[q, p]])
     every = np.zeros_like(S)
     if own:
         every = covariance_of(S, working, believed)

@@ -8,12 +8,14 @@ that of the smaller K_1.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, trajectory_of
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.moments import moments
+from mocap_metrology.lighthouse.calibrate.scene import Pose
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
 from mocap_metrology.lighthouse.records import Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotor import directions, rotor_parameters
@@ -23,19 +25,24 @@ PARALLEL = 1e-6  # squared sine of the angle between two rays, below which they 
 
 
 def trajectory(
-    hits: Hits, board: np.ndarray, rotors: np.ndarray, R: np.ndarray, t_m: np.ndarray
+    hits: Hits, board: np.ndarray, rotors: np.ndarray, stations: Sequence[Pose]
 ) -> Trajectory | None:
     """Near that of the board; None where no pose of it is found.
 
-    rotors (2, 2, 10); R, t_m: pose of the slave in the master's frame.
+    rotors (stations, 2, 13); stations: their poses in the frame of the first. Points are those of
+    a station and of the two before it.
     """
     seen = [
         Measurements(own.time_s, directions(own.angles_rad, rotors[station]))
-        for station, own in enumerate(moments(hits, len(board)))
+        for station, own in enumerate(moments(hits, len(board), len(stations)))
     ]
-    parts = [triangulated(seen, board, R, t_m)]
-    alone = ~np.isin(seen[0].time_s, parts[0].time_s)
-    stations = ((np.eye(3), np.zeros(3)), (R, t_m))
+    parts = []
+    for j in range(1, len(seen)):
+        for i in range(max(j - 2, 0), j):
+            (R, t_m), (R_j, t_j) = stations[i], stations[j]
+            both = triangulated([seen[i], seen[j]], board, R.T @ R_j, R.T @ (t_j - t_m))
+            parts.append(replace(both, R=R @ both.R, t_m=both.t_m @ R.T + t_m))
+    alone = ~np.isin(seen[0].time_s, np.concatenate([part.time_s for part in parts]))
     for own, (R_own, t_own) in zip(seen, stations, strict=True):
         parts.append(_alone(own, alone, board, R_own, t_own))
     names = Path.__dataclass_fields__

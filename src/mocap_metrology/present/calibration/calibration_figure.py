@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mocap_metrology.lighthouse.assess.evidence import faint_diodes, residuals_urad, seen_shares
-from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES, SLAVE
+from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES
 from mocap_metrology.present.calibration import pose_text, stations
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, thinned
 from mocap_metrology.present.calibration.stations import COLOURS, MARKS
@@ -37,6 +37,7 @@ MEANS = {  # what mean residuals are shown against
     "time": ("time_s", "Time (s)"),
 }
 SLAVE_SEEN = ["right", "horizontal", "vertical"]
+PLANES = ("plane 0", "plane 1")  # of the second generation, in the place of `AXES`
 BY_BATCH = [SLAVE_SEEN, ["path", "azimuth", "elevation"], ["time", "diodes", "seen"]]
 BY_BOARD_POSES = [SLAVE_SEEN, ["path", "apart", "poses"], ["seen", "seen", "seen"]]
 DOT: Keywords = {"ls": "", "markersize": 1.5, "mew": 0, "alpha": 0.7}
@@ -60,7 +61,8 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     reason = wrap(figure.wrapped(files.pose["verdict"]["reason"]), REASON)
     head_mm = LINE_MM * max(len(reason), 2)
     heights = [head_mm, RESULT_MM, ROW_MM * len(places) + LEGEND_MM]
-    source = f"Source: {files.kind}. All positions are in the frame of the master."
+    whose = stations.called(files.reference_name)
+    source = f"Source: {files.kind}. All positions are in the frame of {whose}."
     page = figure.new_figure(f"{files.name}: calibration", source, sum(heights))
     head, result, evidence = page.subfigures(3, 1, squeeze=False, height_ratios=heights)[:, 0]
     _write_verdict(head, files.pose["verdict"]["word"], reason)
@@ -76,11 +78,13 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     seen_from = stations.draw_path(axes["path"], files, still)
     panel_title(axes["path"], f"{'At rest,' if still else 'Path'} {seen_from}".strip(" ,"))
     stations.draw_ellipses([axes["horizontal"], axes["vertical"]], files)
-    panel_title(axes["horizontal"], "Slave from above")
-    panel_title(axes["vertical"], "Slave from right")
+    known = [name for name, own in files.entries.items() if own is not None]
+    slave = f"Station {known[0]}" if known and known[0].isdigit() else "Slave"
+    panel_title(axes["horizontal"], f"{slave} from above")
+    panel_title(axes["vertical"], f"{slave} from right")
     remarks = []
     if residuals:
-        _draw_means(axes, residuals)
+        _draw_means(axes, residuals, files.names)
         noise = entry["details"]["noise_hit_urad"]
         remarks.append(_draw_diodes(axes["diodes"], residuals, len(files.board), noise))
     else:
@@ -108,7 +112,7 @@ def _write_verdict(head: SubFigure, word: str, reason: list[str]) -> None:
 def _write_pose(axes: Axes, files: CalibrationFiles) -> None:
     """The pose as a table, and below it the data behind it."""
     axes.axis("off")
-    rows = pose_text.pose_rows(files.chosen) if files.chosen else []
+    rows = pose_text.all_rows(files)
     lines = [line for fact in pose_text.facts(files) for line in wrap(figure.wrapped(fact), FACT)]
     lines = lines if rows else ["No pose of the slave.", *lines]
     if rows:
@@ -179,13 +183,16 @@ def _draw_residuals(axes: Axes, files: CalibrationFiles) -> None:
     axes.axhline(expected, label=f"expected noise of an angle: {expected:.0f} µrad", **DOTTED)
 
 
-def _draw_means(panels: Mapping[str, Axes], residuals: Record) -> None:
+def _draw_means(panels: Mapping[str, Axes], residuals: Record, names: Sequence[str]) -> None:
     """Mean residuals with their standard deviations by noise, against azimuth, elevation and time,
     all on one scale."""
-    reach = [LEAST_URAD]
+    reach, called = [LEAST_URAD], dict(zip(AXES, AXES, strict=True))
+    if names[0].isdigit():
+        called = dict(zip(AXES, PLANES, strict=True))
     for key, (against, label) in MEANS.items():
         axes, typical = panels[key], [0.0]
-        panel_title(axes, "Mean residuals" if key == "time" else f"{key.capitalize()} residuals")
+        of = called.get(key, "mean").capitalize()
+        panel_title(axes, f"{of} residuals")
         axes.axhline(0.0, color=GREY, lw=0.8)
         for row in residuals["against"]:
             if row["against"] != against or key not in ("time", row["axis"]):
@@ -193,19 +200,24 @@ def _draw_means(panels: Mapping[str, Axes], residuals: Record) -> None:
             mean, sd = np.array(row["mean_urad"]), np.array(row["sd_urad"])
             typical.append(float(np.median(sd)))
             reach.append(float(np.abs(mean).max()) + typical[-1])
-            station, open_ = ROLES.index(row["station"]), row["axis"] == AXES[1]
+            station, open_ = names.index(row["station"]), row["axis"] == AXES[1]
             how: Keywords = {"color": COLOURS[station], "lw": 0.9, "ms": 3.2, "mew": 0.8}
             how |= {"marker": MARKS[station], "ls": (0, (3, 1.5)) if open_ else "-"}
             how |= {"markerfacecolor": "none"} if open_ else {}
             if key == "time":
-                axes.plot(row["at"], mean, label=f"{row['station']}, {row['axis']}", **how)
+                axes.plot(row["at"], mean, label=f"{row['station']}, {called[row['axis']]}", **how)
             else:
                 axes.errorbar(row["at"], mean, sd, elinewidth=0.7, **how)
-        axes.set(xlabel=label, ylabel="Mean (µrad)")
+        axes.set(xlabel=label.replace(key.capitalize(), of), ylabel="Mean (µrad)")
     band: Keywords = {"color": GREY, "alpha": 0.2, "lw": 0, "label": "1 σ of a mean by noise"}
     panels["time"].axhspan(-max(typical), max(typical), **band)
     for key in MEANS:
         panels[key].set_ylim(-1.12 * max(reach), 1.12 * max(reach))
+
+
+def _beside(station: int, many: int, half: float) -> float:
+    """Where a station is drawn of so many, from -half to half."""
+    return half * (2 * station / max(many - 1, 1) - 1)
 
 
 def _draw_diodes(axes: Axes, residuals: Record, n: int, expected: float) -> str:
@@ -220,7 +232,8 @@ def _draw_diodes(axes: Axes, residuals: Record, n: int, expected: float) -> str:
     excluded = []
     for station, row in enumerate(residuals["by_diode"]):
         diode, rms = np.array(row["diode"]), np.array(row["rms_urad"])
-        at, shown = diode + 0.16 * (2 * station - 1), np.minimum(rms, 0.96 * top)
+        at = diode + _beside(station, len(residuals["by_diode"]), 0.16)
+        shown = np.minimum(rms, 0.96 * top)
         axes.plot(at, shown, MARKS[station], color=COLOURS[station], ms=3.2, mew=0)
         out = np.isin(diode, row["excluded"])
         if out.any():
@@ -237,11 +250,13 @@ def _draw_seen(axes: Axes, files: CalibrationFiles) -> str:
     """Share of either station's sweeps that each diode saw, pale where it is seldom; dead ones
     crossed. Returns the diodes that are dead, or seen seldom or never, by number."""
     n = len(files.board)
-    shares, sentences, counts = seen_shares(files.sweeps, n), [], {"dead": 0, "faint": 0}
-    for station in (MASTER, SLAVE):
+    shares = seen_shares(files.sweeps, n, len(files.names))
+    sentences, counts = [], {"dead": 0, "faint": 0}
+    many = len(files.names)
+    for station, name in enumerate(files.names):
         states = faint_diodes(shares, files.board, station)
-        at = np.arange(n) + 0.2 * (2 * station - 1)
-        bars = axes.bar(at, 100 * shares[station], 0.4, color=COLOURS[station])
+        at = np.arange(n) + _beside(station, many, 0.4 - 0.4 / many)
+        bars = axes.bar(at, 100 * shares[station], 0.8 / many, color=COLOURS[station])
         for k in states["seldom"]:
             bars[k].set_alpha(0.5)
         dead = states["dead"]
@@ -252,7 +267,7 @@ def _draw_seen(axes: Axes, files: CalibrationFiles) -> str:
         counts["faint"] += sum(own.size for word, own in known.items() if word != "dead")
         words = "; ".join(f"{word}: {', '.join(map(str, own))}" for word, own in known.items())
         words = words if shares[station].any() else "no sweep seen"
-        sentences += [f"Diodes of the {ROLES[station]}, {words}."] if words else []
+        sentences += [f"Diodes of {stations.called(name)}, {words}."] if words else []
     axes.set(xlim=(-0.8, n - 0.2), ylim=(0, 105), yticks=[0, 50, 100], ylabel="Seen (%)")
     axes.set_xlabel("Diode (from 0)")
     axes.grid(visible=False, axis="x")

@@ -12,9 +12,9 @@ import numpy as np
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.assess import pose_file
 from mocap_metrology.lighthouse.assess.evidence import Agreement, agreement
-from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, PoseFile
+from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, PoseFile, matrix_and_metres
 from mocap_metrology.lighthouse.board import read_board
-from mocap_metrology.lighthouse.records import MASTER, SLAVE
+from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
 from mocap_metrology.lighthouse.records import Path as BoardPath
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.present.tables import Record
@@ -42,13 +42,41 @@ class CalibrationFiles:
         return pose_file.chosen_pose(self.pose)
 
     @property
+    def names(self) -> list[str]:
+        """Of the stations, as in `sweeps`: by rising channel, or master and slave."""
+        return [str(station["role"]) for station in self.stations]
+
+    @property
+    def entries(self) -> dict[str, PoseEntry | None]:
+        """The estimate to use of each station but the reference, by name."""
+        pairs = pose_file.pairs(self.pose).items()
+        return {name: pose_file.chosen_pose(one) for name, one in pairs}
+
+    @property
+    def reference_name(self) -> str:
+        """Of the station whose frame is used."""
+        if pose_file.is_network(self.pose):
+            return str(self.pose["reference"] or self.names[0])
+        return ROLES[MASTER]
+
+    def frames(self) -> dict[str, Pose]:
+        """Poses of the stations that have one, by name, the reference first."""
+        own = {name: matrix_and_metres(e) for name, e in self.entries.items() if e is not None}
+        return {self.reference_name: (np.eye(3), np.zeros(3))} | own
+
+    @property
     def kind(self) -> str:
         """Where the recording comes from, in words."""
         return f"simulated stand-in (twin) {self.twin}" if self.twin else "measured"
 
     def paths(self, estimator: str, optics: str) -> Paths | None:
         """Board poses in the frames of master and slave, None without two of each. `batch` has one
-        trajectory and no such poses: shown are those of `paper-lm`."""
+        trajectory and no such poses: shown are those of `paper-lm`, of any number of stations the
+        trajectory."""
+        if pose_file.is_network(self.pose):
+            rows = np.ones(len(self.poses.get("time_s", ())), np.bool_)
+            own = _path(self.poses, rows) if rows.sum() > 1 else None
+            return None if own is None else (own, own)
         if estimator == "batch":
             estimator, optics = "paper-lm", "ideal" if optics == "estimated" else optics
         if not len(self.poses.get("time_s", ())):
@@ -70,7 +98,7 @@ class CalibrationFiles:
     def agreement(self) -> Agreement | None:
         """Both paths by the chosen estimate, compared; None without one or a common moment."""
         paths = self.shown_paths()
-        if self.chosen is None or paths is None:
+        if self.chosen is None or paths is None or pose_file.is_network(self.pose):
             return None
         both = agreement(paths, pose_file.matrix_and_metres(self.chosen))
         return both if both.time_s.size else None
@@ -84,7 +112,7 @@ class CalibrationFiles:
     def reference(self) -> Pose | None:
         """True pose, where one is known."""
         true = self.pose.get("reference")
-        if not true:
+        if not true or pose_file.is_network(self.pose):
             return None
         angles = [np.radians(true["rotation_deg"][k]) for k in ("alpha", "beta", "gamma")]
         return from_angles(*angles), np.array(true["translation_mm"]) / 1e3

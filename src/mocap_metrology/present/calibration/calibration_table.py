@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mocap_metrology.lighthouse.assess.evidence import AXES, KINDS, Columns, jitter, lengths
+from mocap_metrology.lighthouse.assess.pose_file import is_network, pairs
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.present.tables import Record, Row, aligned, markdown
 from mocap_metrology.present.text.numbers import significant
@@ -52,11 +53,18 @@ ANGLE_HEAD = (
 
 
 def calibration_rows(records: Sequence[Record]) -> list[Row]:
-    """One row a calibration with the pose chosen in its pose.json.
+    """One row a calibration with the pose chosen in its pose.json, or one a station.
 
     records: `calibration`, `setup`, `source` and `pose` (contents of pose.json).
     """
-    return [_calibration_row(record) for record in records]
+    rows = []
+    for record in records:
+        for name, pose in pairs(record["pose"]).items():
+            row = _calibration_row({**record, "pose": pose})
+            if is_network(record["pose"]):
+                row["calibration"] = f"{record['calibration']}, station {name}"
+            rows.append(row)
+    return rows
 
 
 def _calibration_row(record: Record) -> Row:
@@ -124,10 +132,10 @@ def track_row(named: Record, track: Columns, origin: Record) -> Row:
     track.parquet."""
     row: Row = {name: named[name] for name in NAMED}
     row["stations"] = origin.get("tracked_with") or ""
-    master, slave = track["n_hits_master"] > 0, track["n_hits_slave"] > 0
-    seen, share = master | slave, 100 / max(master.size, 1)
+    hits = [track[name] > 0 for name in track if name.startswith("n_hits_")]
+    seen, share = np.any(hits, axis=0), 100 / max(hits[0].size, 1)
     row |= {"n_poses": int(seen.sum()), "seen_percent": share * float(seen.sum())}
-    row["one_station_percent"] = share * float((master ^ slave).sum())
+    row["one_station_percent"] = share * float((np.sum(hits, axis=0) == 1).sum())
     for kind in KINDS:
         row |= {f"{kind}_{unit}": _rms(lengths(track, kind, unit)) for unit in AXES}
     row |= {name: _rms(track[name]) for name in ("gain_mm_per_mm", "gain_mm_per_deg")}

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
+from mocap_metrology.lighthouse.assess.pose_file import is_network
 from mocap_metrology.lighthouse.records import MASTER
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
 from mocap_metrology.present.tables import Record
@@ -73,6 +74,24 @@ def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
     return rows + compared
 
 
+def all_rows(files: CalibrationFiles) -> list[tuple[str, list[str]]]:
+    """As `pose_rows`, of two stations; of any number the place and the standard deviations of each
+    but the reference."""
+    if not is_network(files.pose):
+        return pose_rows(files.chosen) if files.chosen else []
+    rows = []
+    for name, entry in files.entries.items():
+        if entry is None:
+            rows.append((f"station {name}", ["no pose", "", ""]))
+            continue
+        sd = _deviations(entry).tolist()
+        digits = _decimals(sd[:3], 1)
+        rows.append((f"{name}: t (mm)", _cells(entry["translation_mm"], digits, sign=True)))
+        rows.append((f"{name}: 1 σ (mm)", _cells(sd[:3], digits)))
+        rows.append((f"{name}: 1 σ (°)", _cells(sd[3:], _decimals(sd[3:], 2))))
+    return rows
+
+
 def _decimals(values: Sequence[float], usual: int) -> int:
     """Decimals that give the largest two significant digits, three at most; the usual number where
     none is known."""
@@ -88,6 +107,8 @@ def facts(files: CalibrationFiles) -> list[str]:
     """Lines beside the numbers: the data behind the pose, distances to where the board was on the
     whole, and the stations."""
     entry, paths, lines = files.chosen, files.shown_paths(), []
+    if is_network(files.pose):
+        return _network_facts(files) + [_station(station) for station in files.stations]
     if entry is not None:
         baseline = np.linalg.norm(entry["translation_mm"]) / 1e3
         lines.append(f"{entry['estimator']}, stage {entry['stage']}, {entry['optics']} optics")
@@ -107,6 +128,19 @@ def facts(files: CalibrationFiles) -> list[str]:
             slave = board_m - np.array(entry["translation_mm"]) / 1e3
             lines[-1] += f", {number(float(np.linalg.norm(slave)), 2)} m from the slave"
     return lines + [_station(station) for station in files.stations]
+
+
+def _network_facts(files: CalibrationFiles) -> list[str]:
+    known = {name: entry for name, entry in files.entries.items() if entry is not None}
+    if not known:
+        return []
+    one = next(iter(known.values()))
+    lines = [f"{one['estimator']}, stage {one['stage']}, {one['optics']} optics"]
+    n = number(one["n_angles"])
+    lines.append(f"residual {one['residual_rms_urad']:.0f} µrad of {n} angles")
+    halves = {name: entry["halves"] for name, entry in known.items()}
+    parts = [f"{name}: {h['mm']:.1f} mm, {h['deg']:.2f}°" for name, h in halves.items() if h]
+    return lines + ([f"parts differ, {'; '.join(parts)}"] if parts else [])
 
 
 def _station(station: Record) -> str:

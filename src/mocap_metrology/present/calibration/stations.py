@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, matrix_and_metres
-from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
+from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, is_network
+from mocap_metrology.lighthouse.records import MASTER, SLAVE
 from mocap_metrology.present.calibration.calibration_files import (
     CalibrationFiles,
     Pose,
@@ -21,8 +21,8 @@ from mocap_metrology.present.text.numbers import mm
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COLOURS = LOOKS["x"].colour, LOOKS["y"].colour  # of master and slave
-MARKS = "os"  # of master and slave
+COLOURS = 3 * (*(LOOKS[axis].colour for axis in "xyz"), "#7a4fa3", "#8c6d1f", "#3b7f86")
+MARKS = 2 * "os^vDPX*"  # of master and slave, or of stations by rising channel, as the colours
 PATHS: tuple[Keywords, ...] = (
     {"color": COLOURS[MASTER], "lw": 1.2, "label": "path of the board, by the master"},
     {"color": COLOURS[SLAVE], "lw": 0.8, "ls": (0, (3, 1.5)), "label": "by the slave, after R, t"},
@@ -49,10 +49,15 @@ OTHERS: tuple[Keywords, ...] = (
 REFERENCE: Keywords = {"marker": "+", "color": INK, "ms": 8.0, "mew": 1.1}
 
 
+def called(name: str) -> str:
+    """A station in a sentence."""
+    return f"station {name}" if name.isdigit() else f"the {name}"
+
+
 def draw_view(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
     """One view with equal scales: stations, what they can see, the board's path, lines between."""
-    frames: list[Pose] = [(np.eye(3), np.zeros(3))]
-    frames += [] if files.chosen is None else [matrix_and_metres(files.chosen)]
+    known, names = files.frames(), files.names
+    frames = list(known.values())
     paths, own = files.shown_paths(), list(view)
     reference = [] if files.reference is None else [files.reference[1]]
     board = [] if paths is None else [np.median(paths[MASTER].t_m, axis=0)]
@@ -62,18 +67,24 @@ def draw_view(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> Non
     half = max(float(((high - low) * [0.86, 1.17, 1.17]).max()), LEAST_VIEW_M)  # room for names
     draw_paths(axes, files, view)
     places = [t for _, t in frames] + board
-    for k, place in enumerate(places):
+    for k, place in enumerate(places if len(frames) < 3 else ()):
         axes.plot(*np.array([place, places[k - 1]])[:, own].T, color=GREY, lw=0.6, ls=(0, (1, 2)))
-    for station, pose in enumerate(frames):
-        others = np.array([place for k, place in enumerate(places) if k != station])
-        _draw_station(axes, pose, station, view, half, others)
+    for k, (name, pose) in enumerate(known.items()):
+        others = np.array([place for j, place in enumerate(places) if j != k])
+        _draw_station(axes, pose, name, names.index(name), view, half, others)
     for place in reference:
         axes.plot(*place[own], ls="", zorder=5, **REFERENCE)
     _equal(axes, view, (low + high) / 2, half, 0.68)
 
 
 def _draw_station(
-    axes: Axes, pose: Pose, station: int, view: tuple[int, int], half: float, others: np.ndarray
+    axes: Axes,
+    pose: Pose,
+    name: str,
+    station: int,
+    view: tuple[int, int],
+    half: float,
+    others: np.ndarray,
 ) -> None:
     """Axes x, y, z of a station, what it can see, and, from above, its name, away from other places
     (n, 3)."""
@@ -81,7 +92,7 @@ def _draw_station(
     turn, rays = np.radians(np.linspace(-FIELD_DEG, FIELD_DEG, 25)), np.zeros((25, 3))
     rays[:, 0], rays[:, view[1]] = np.cos(turn), np.sin(turn)
     fan = np.vstack([t, t + CONE * half * rays @ R.T])[:, own]
-    label = f"120° in view of the {ROLES[station]}"
+    label = f"120° in view of {called(name)}"
     axes.fill(*fan.T, color=colour, alpha=0.12, lw=0, zorder=1, label=label)
     at = t[own]
     axes.plot(*at, MARKS[station], color=colour, markersize=3.2, zorder=4)
@@ -96,7 +107,7 @@ def _draw_station(
         away = -R[own, 0] if not len(others) else at - others[:, own].mean(axis=0) - R[own, 0]
         off = away / max(float(np.linalg.norm(away)), 1e-9) * [25.0, 13.0]
         how |= {"weight": "bold", "textcoords": "offset points"}
-        axes.annotate(ROLES[station], tuple(at), tuple(off), **how)
+        axes.annotate(name, tuple(at), tuple(off), **how)
 
 
 def draw_paths(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
@@ -111,8 +122,9 @@ def draw_paths(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> No
             axes.plot(*shown[:, own].T, zorder=3, **how)
     elif paths is not None:
         alone = paths[MASTER].t_m
+        alone_by: Keywords = {"label": "path of the board"} if is_network(files.pose) else {}
         axes.plot(*alone[thinned(len(alone)), own[0] : own[1] + 1 : own[1] - own[0]].T,
-                  zorder=3, **PATHS[MASTER])  # fmt: skip
+                  zorder=3, **(PATHS[MASTER] | alone_by))  # fmt: skip
 
 
 def draw_path(axes: Axes, files: CalibrationFiles, still: bool) -> str:

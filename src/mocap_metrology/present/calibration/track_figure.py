@@ -60,7 +60,8 @@ def track_figure(
     kind = f"simulated stand-in (twin) {twin}" if twin else "measured"
     other = origin.get("tracked_with")
     whose = f"of {other}" if other else "of this recording's own calibration"
-    source = f"Source: {kind}. Stations {whose}; frame of the master."
+    of = f"station {origin['reference']}" if origin.get("reference") else "the master"
+    source = f"Source: {kind}. Stations {whose}; frame of {of}."
     title = f"{name}: tracked receiver"
     if not np.isfinite(track["x_mm"]).any():
         why = origin.get("reason") or "no moment with a pose"
@@ -80,7 +81,7 @@ def track_figure(
     remark = _draw_place(axes["place"], track, bool(origin.get("still")))
     _draw_deviations(axes["mm"], track, "mm", "position", "Position (mm)")
     _draw_deviations(axes["deg"], track, "deg", "rotation", "Rotation (°)")
-    one = (track["n_hits_master"] > 0) ^ (track["n_hits_slave"] > 0)
+    one = np.sum([track[k] > 0 for k in track if k.startswith("n_hits_")], axis=0) == 1
     for key in ("place", "mm", "deg"):
         if one.any():
             how: Keywords = {"color": FAINT, "lw": 0, "zorder": 0, "label": "one station sees it"}
@@ -170,7 +171,7 @@ def _draw_angles(axes: Axes, allan: Columns, noise: Record, axis: str) -> None:
     the rounding of the clock: white noise of step / sqrt(24), as far as it is dithered."""
     panel_title(axes, f"Angles at rest, {axis}")
     shown, taus = [], []
-    for role, colour in zip(ROLES, COLOURS, strict=True):
+    for role, colour in zip(ROLES, COLOURS, strict=False):
         for part, dashes in DASHES.items():
             own = (allan["series"] == f"{role}_{axis}_{part}") & (allan["estimator"] == "oadev")
             if not own.any():

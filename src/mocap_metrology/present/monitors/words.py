@@ -79,9 +79,12 @@ def document(history: History, sources: Sequence[str]) -> Row:
     dates = [history.rows[start + first].date for first in wrong.values()]
     m = max(int(one.chart.n_baseline[-1]) for one in judged) if judged else 0
     findings = [finding for one in judged for finding in _findings(one)]
+    findings.sort(key=lambda one: one["code"] == "not_capable")  # last
     valid = None if word == "learning" else not wrong
-    days = len({history.rows[start + k].date[:10] for k in _learnt(judged)})
-    how = {"m": m, "learnt": LEARNT, "settled": SETTLED, "days": days}
+    learnt = _learnt(judged)
+    days = len({history.rows[start + k].date[:10] for k in learnt})
+    how = {"m": len(learnt) if word == "learning" else m, "days": days}
+    how |= {"learnt": LEARNT, "settled": SETTLED}
     key = "back" if word == "alert" and wrong and not _beyond(judged) else word or "learning"
     first = render(f"monitor.{key}", since=min(dates, default=""), **how)
     reasons = [first, *(one.pop("words") for one in findings)]
@@ -114,9 +117,8 @@ def _beyond(judged: Sequence[Judged]) -> bool:
 
 
 def _learnt(judged: Sequence[Judged]) -> set[int]:
-    """Takes of the stretch before the last one that are in a baseline."""
-    used: set[int] = set().union(*(one.at[:-1][one.chart.baseline[:-1]].tolist() for one in judged))
-    return used
+    """Takes of the stretch that are in a baseline."""
+    return set().union(*(one.at[one.chart.baseline].tolist() for one in judged))
 
 
 def _source(sources: Sequence[str]) -> str:

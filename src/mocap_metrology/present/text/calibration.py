@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.comparison import (
@@ -202,7 +203,13 @@ def pose_document(found: Summary) -> Row:
 
 
 def reason(verdict: Verdict) -> str:
-    """The sentences of the checks that made the word, then what else was found, in short."""
+    """The sentences of the checks that made the word, then what else was found, in short; of any
+    number of stations those of the worst, and why others have no pose."""
+    if verdict.station:
+        word = verdict.words[verdict.station]
+        of_one = reason(replace(verdict, station="", word=word))
+        first = "" if word == "good" else f"Station {verdict.station}: "
+        return ". ".join([(first + of_one).rstrip("."), *map(_capital, verdict.apart)]) + "."
     word, checks = verdict.word, verdict.checks
     if not checks:
         return verdict.why_none or "No pose of the slave was found."
@@ -214,6 +221,10 @@ def reason(verdict: Verdict) -> str:
     bad = [c for c in checks if c.level == word]
     rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
     return " ".join([*map(sentence, bad[:2]), *map(_in_short, rest), *models])
+
+
+def _capital(line: str) -> str:
+    return line[:1].upper() + line[1:]
 
 
 def _in_short(check: Check) -> str:

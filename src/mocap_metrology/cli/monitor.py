@@ -1,0 +1,299 @@
+"""`mocap-metrology monitor FOLDER take.c3d`: one take more of a facility, and what it says."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import re
+import shutil
+import sys
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from mocap_metrology.cli import recording as of_recording
+from mocap_metrology.cli import results
+from mocap_metrology.common import sheets
+from mocap_metrology.common.documents import load_yaml
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.faults import Faults
+from mocap_metrology.common.files import sha256
+from mocap_metrology.common.sheets import Line
+from mocap_metrology.io.recording import Recording
+from mocap_metrology.recording import analyse
+from mocap_metrology.recording.clean import Check, Entry, clean
+from mocap_metrology.recording.monitor import monitor, read_take, unfit, write_take
+from mocap_metrology.recording.monitor_sheet import monitors
+from mocap_metrology.recording.progress import Shown
+from mocap_metrology.recording.results import Results
+from mocap_metrology.settings import Noise, Settings, checked
+
+SHEET, CONFIG, RESULTS = "recordings.tsv", "config.yaml", "results"
+COLUMNS = ("recording", "path", "markers", "group", "date", "monitor", "baseline")
+# Of a row, what the next take does not share
+OWN = ("recording", "path", "date", "baseline", "sha256", "truncated", "compare_with", "covariate")
+STATUS = {"alert": 3, "failure": 4}
+
+
+def add_take(options: argparse.Namespace) -> int:
+    """Exit status of the command: 0, of an alert 3, of a failure 4."""
+    of_recording.reuse_freed_memory()
+    folder, path = (Path(text).expanduser() for text in (options.folder, options.file))
+    if not path.is_file():
+        raise Refusal(f"{path}: no such file; expected a take, as take.c3d")
+    try:
+        settings, sheet = _settings(folder), Sheet(folder)
+        document = _added(sheet, path, options, settings)
+    except OSError as error:
+        why = f"{error.strerror or error}"
+        raise Refusal(f"{folder}: {why}; the take was not added, and nothing changed") from None
+    name = document["monitor"]
+    chart = folder / RESULTS / "monitors" / name / "chart.png"
+    with suppress(BrokenPipeError):  # as of `| head -1`; the take is added all the same
+        results.tell_result([document["line"], f"Chart: {chart}"])
+    return STATUS.get(str(document["word"]), 0)
+
+
+def _settings(folder: Path) -> Settings:
+    """Of config.yaml in the folder, where there is one; what it lacks has its default."""
+    own = Settings(noise=Noise(estimators=("likelihood",)))
+    try:
+        text = (folder / CONFIG).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return own
+    try:
+        found = checked(load_yaml(text) or {}, whole=False)
+    except Faults as faults:
+        raise Refusal("; ".join(faults.lines)) from None
+    except ValueError as error:
+        raise Refusal(f"{folder / CONFIG}: no readable YAML: {error}") from None
+    return found.model_copy(update={"noise": own.noise})
+
+
+class Sheet:
+    """recordings.tsv of the folder as text and as rows; without one it is empty."""
+
+    def __init__(self, folder: Path):
+        self.folder, self.path = folder, folder / SHEET
+        self.raw = self.path.read_bytes() if self.path.exists() else b""
+        self.lines: list[Line] = []
+        if self.raw:
+            self.lines = sheets.read(self.path, COLUMNS, ["recording", "path"], others=True)
+
+    def of(self, name: str) -> list[Line]:
+        """Rows of a monitor."""
+        return [line for line in self.lines if line.cells["monitor"] == name]
+
+    def located(self, line: Line) -> list[str]:
+        """Files of a row, as seen from the working folder."""
+        return [str(self.folder / part.strip()) for part in line.cells["path"].split(";")]
+
+    def with_row(self, cells: Mapping[str, str]) -> bytes:
+        """The sheet and one row more, as its editor wrote it: columns that it lacks are added to
+        its header."""
+        text = self.raw.decode("utf-8-sig")
+        end = "\r\n" if "\r\n" in text else "\n"
+        rows = text.splitlines()
+        is_header = [bool(row.strip(sheets.EMPTY)) and not row.startswith("#") for row in rows]
+        at = is_header.index(True) if any(is_header) else len(rows)
+        delimiter = sheets.delimiter(rows[at], COLUMNS) if any(is_header) else "\t"
+        header = next(csv.reader(rows[at : at + 1], delimiter=delimiter), [])
+        header = [name.strip() for name in header]
+        while header and not header[-1]:
+            header.pop()
+        header += [name for name in cells if name not in header and cells[name]]
+        rows[at : at + 1] = [_joined(header, delimiter)]
+        rows.append(_joined([cells.get(name, "") for name in header], delimiter))
+        return (end.join(rows) + end).encode("utf-8")
+
+
+def _joined(cells: Sequence[str], delimiter: str) -> str:
+    text = io.StringIO()
+    csv.writer(text, delimiter=delimiter, lineterminator="").writerow(cells)
+    return text.getvalue()
+
+
+def _added(
+    sheet: Sheet, path: Path, options: argparse.Namespace, settings: Settings
+) -> Mapping[str, Any]:
+    """Adds the take to the sheet, its results and those of the monitor to the folder: all or
+    nothing; contents of monitor.json."""
+    line = _line(sheet, path, options)
+    name, recording = line.cells["monitor"], line.cells["recording"]
+    rows = monitors(str(sheet.path), [*sheet.lines, line])[name]
+    takes = _earlier(sheet, name, settings)
+    _expect_new(path, recording, takes)
+    folder = sheet.folder / RESULTS
+    with _part(folder) as part:
+        of_take, of_monitor = part / "recordings" / recording, part / "monitors" / name
+        of_take.mkdir(parents=True)
+        (part / SHEET).write_bytes(sheet.with_row(line.cells))
+        takes[recording] = _analysed(sheet, line, of_take, settings)
+        document = monitor(name, rows, takes, settings, of_monitor)
+        if sheet.path.exists() and sheet.path.read_bytes() != sheet.raw:
+            raise Refusal(f"{sheet.path} was changed meanwhile; run the command again")
+        kept = folder / "monitors" / name
+        kept.mkdir(parents=True, exist_ok=True)
+        _moved(of_take, folder / "recordings" / recording)
+        for file in of_monitor.iterdir():
+            file.replace(kept / file.name)
+        (part / SHEET).replace(sheet.path)
+    return document
+
+
+@contextmanager
+def _part(folder: Path) -> Iterator[Path]:
+    """A folder to work in, which is removed in the end; with it those that were made for it and
+    are empty."""
+    part = folder / f".part-{uuid.uuid4().hex[:12]}"
+    made = [one for one in (folder, folder.parent) if not one.exists()]
+    try:
+        part.mkdir(parents=True)
+        yield part
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+        for one in made:
+            if one.exists() and not any(one.iterdir()):
+                one.rmdir()
+
+
+def _moved(source: Path, target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if target.exists():
+        shutil.rmtree(target)
+    source.replace(target)
+
+
+def _line(sheet: Sheet, path: Path, options: argparse.Namespace) -> Line:
+    """The row of the new take: what it shares with the last one of its monitor, and its own."""
+    watched = [line for line in sheet.lines if line.cells["monitor"]]
+    name = options.monitor or (watched[-1].cells["monitor"] if watched else "")
+    name = name or results.name_of(sheet.folder.resolve())
+    before = sheet.of(name)
+    last = before[-1].cells if before else {"group": name}
+    cells = {key: cell for key, cell in last.items() if key not in (*OWN, "comment")}
+    date = options.date or datetime.fromtimestamp(path.stat().st_mtime).isoformat()[:16]
+    if options.markers:
+        cells["markers"] = ";".join(options.markers)
+    elif not cells.get("markers"):
+        entry = Entry([str(path)], [], options.rate, unit=options.unit)
+        markers, why = of_recording.chosen(entry, Settings().still.range_mm)
+        results.tell(f"Markers: {', '.join(markers)} ({why}); name others with --markers")
+        cells["markers"] = ";".join(markers)
+    for key, value in (("frame_rate_hz", options.rate), ("unit", options.unit)):
+        if value:
+            cells[key] = str(value)
+    names = {line.cells["recording"].casefold() for line in sheet.lines}
+    own = results.name_of(path)
+    stem = own = own if own.casefold() not in names else f"{own}-{re.sub('[^0-9]', '', date)}"
+    count = 2
+    while own.casefold() in names:
+        own, count = f"{stem}-{count}", count + 1
+    beside = path.resolve()
+    if beside.is_relative_to(sheet.folder.resolve()):
+        beside = beside.relative_to(sheet.folder.resolve())
+    baseline = "restart" if options.restart else ""
+    cells |= {"recording": own, "path": beside.as_posix(), "date": date}
+    cells |= {"monitor": name, "baseline": baseline}
+    number = sheet.raw.count(b"\n") + 1 if sheet.raw else 2
+    for line in sheet.lines:
+        if path.name not in line.cells["path"]:  # a link of another name has the same checksum
+            continue
+        if path.resolve() in [Path(one).resolve() for one in sheet.located(line)]:
+            raise Refusal(
+                f"{path}: is the file of row {line.number} (recording "
+                f'"{line.cells["recording"]}"); expected a take that is not in the sheet yet'
+            )
+    return Line(number, dict.fromkeys(COLUMNS, "") | cells)
+
+
+def _entry(sheet: Sheet, line: Line) -> tuple[Entry, list[tuple[str, str]] | None]:
+    """What a row states of its recording, and its pairs."""
+    cells = line.cells
+    markers = [part.strip() for part in cells["markers"].split(";") if part.strip()]
+    rate, unit = cells.get("frame_rate_hz", ""), cells.get("unit", "")
+    entry = Entry(
+        sheet.located(line),
+        markers,
+        float(rate.replace(",", ".")) if rate else None,
+        cells.get("truncated") == "accept",
+        "m" if unit == "m" else "mm" if unit == "mm" else None,
+        column_names=cells.get("column_names") or None,
+    )
+    pairs = []
+    for text in filter(None, cells.get("pairs", "").split(";")):
+        ends = [
+            (a, b) for a in markers for b in markers if text.strip() in (f"{a}-{b}", f"{a} - {b}")
+        ]
+        if len(ends) != 1:
+            raise Refusal(f'{sheet.path}, row {line.number}, column pairs: "{text}"; expected A-B')
+        pairs += ends
+    return entry, pairs or None
+
+
+def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[str, Any]]:
+    """monitor_take.json of the takes of a monitor; made where it is missing, or is of other markers
+    or another wander. Without those that cannot be read."""
+    takes, recordings = {}, sheet.folder / RESULTS / "recordings"
+    for line in sheet.of(name):
+        recording = line.cells["recording"]
+        folder = f"{recordings}/{recording}"
+        try:
+            found = read_take(folder)
+            asked = [part.strip() for part in line.cells["markers"].split(";")]
+            is_current = list(found["take"]["places_mm"]) == asked
+            is_current &= found["wander_s"] == settings.monitor.wander_s
+        except (OSError, ValueError, KeyError):
+            is_current = False
+        try:
+            takes[recording] = (
+                found if is_current else _made_again(sheet, line, Path(folder), settings)
+            )
+        except Refusal as refusal:
+            results.tell(f"{recording}: {refusal}")
+    return takes
+
+
+def _made_again(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> Mapping[str, Any]:
+    recording = line.cells["recording"]
+    missing = [path for path in sheet.located(line) if not Path(path).is_file()]
+    if missing:
+        raise Refusal(f"{missing[0]}: no such file; expected the take of row {line.number}")
+    results.tell(f"{recording}: reading again")
+    with _part(sheet.folder / RESULTS) as part:
+        own = part / "recordings" / recording
+        own.mkdir(parents=True)
+        entry, pairs = _entry(sheet, line)
+        made = clean(entry, analyse.origin(recording, pairs), settings, own)
+        found = write_take(made, settings)
+        folder.mkdir(parents=True, exist_ok=True)
+        for file in own.iterdir():
+            file.replace(folder / file.name)
+    return found
+
+
+def _expect_new(path: Path, recording: str, takes: Mapping[str, Mapping[str, Any]]) -> None:
+    first = {tuple(one["sha256"]): name for name, one in takes.items() if one["sha256"]}
+    given = {"recording": recording, "sha256": [sha256(path)], "moving": False}
+    if why := unfit(given, first):
+        raise Refusal(f"{path}: {why}; expected a take that is not in the sheet yet")
+
+
+def _analysed(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> Mapping[str, Any]:
+    """Results of the new take in the folder; contents of its monitor_take.json."""
+    entry, pairs = _entry(sheet, line)
+    name = line.cells["recording"]
+
+    def tell(check: Check, recording: Recording) -> None:
+        of_recording.tell(check, recording)
+        if why := unfit({"recording": name, "sha256": [], "moving": check.get("moving")}, {}):
+            raise Refusal(f"{Path(entry.paths[0]).name}: {why}")
+
+    progress = Shown(sys.stderr, analyse.N_STEPS, of_recording.processors())
+    group = line.cells["group"]
+    analyse.analyse(entry, name, folder, settings, tell, progress, group, pairs)
+    return write_take(Results(folder), settings)

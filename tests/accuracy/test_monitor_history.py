@@ -1,0 +1,139 @@
+"""A facility from its sheet to table, document and words."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mocap_metrology.accuracy.monitor_row import Row
+from mocap_metrology.common.faults import Faults
+from mocap_metrology.common.sheets import Line
+from mocap_metrology.recording.monitor import monitor
+from mocap_metrology.recording.monitor_sheet import monitors
+from mocap_metrology.settings import Settings
+
+DATES = [f"2026-03-{k:02d}" for k in range(1, 31)]
+
+
+def takes(jump_mm: float = 0, at: int = 99, trend_mm: float = 0) -> dict[str, dict[str, Any]]:
+    """monitor_take.json of takes t1, t2, ... of a sound facility, with a jump of x, a length that
+    changes from the eleventh on."""
+    rng, found = np.random.default_rng(3), {}
+    for k in range(1, len(DATES) + 1):
+        place = np.array([1000.0, 200, 900]) + rng.normal(0, 0.08, 3)
+        place[0] += jump_mm * (k >= at)
+        length = 500 + rng.normal(0, 0.03) + trend_mm * max(k - 10, 0)
+        take = {
+            "jitter_mm": 0.02 * np.exp(rng.normal(0, 0.04)),
+            "wander_mm": 0.005 * np.sqrt(rng.chisquare(25) / 25),
+            "wander_df": 28.0,
+            "places_mm": {"A": place.tolist(), "B": [place[0] + 500, *place[1:]]},
+            "lengths_mm": {"A-B": length},
+        }
+        of = {"recording": f"t{k}", "source": "measured", "sha256": [str(k)], "moving": False}
+        found[f"t{k}"] = of | {"take": take}
+    return found
+
+
+def rows(restart: int = 99) -> list[Row]:
+    return [
+        Row(f"t{k}", date, "restart" if k == restart else "")
+        for k, date in enumerate(DATES, start=1)
+    ]
+
+
+def test_a_jump_a_failure_and_a_restart(tmp_path: Path) -> None:
+    every = takes(jump_mm=1, at=13)
+    said = [
+        monitor("hall", rows(restart=16)[:k], every, Settings(), tmp_path) for k in (12, 13, 14, 16)
+    ]
+    assert [one["word"] for one in said] == ["pass", "alert", "failure", "learning"]
+    assert [one["valid"] for one in said] == [True, True, False, None]
+    assert said[2]["since"] == "2026-03-13"
+    assert said[2]["not_valid"] == ["place x"]
+    assert said[1]["reasons"][0].startswith("Repeat the take now")
+    (changed,) = [one for one in said[2]["findings"] if one["code"] == "place_changed"]
+    assert changed["lower_95"] < 1 < changed["upper_95"]
+    assert said[3]["restarted"] == "2026-03-16"
+    written = json.loads((tmp_path / "monitor.json").read_text())
+    assert written["line"] == said[3]["line"]
+    table = (tmp_path / "monitor.csv").read_text().splitlines()
+    assert len(table) == 1 + 6 * 16
+    assert (tmp_path / "chart.png").stat().st_size > 20_000
+
+
+def test_a_return_is_valid_from_its_second_take_on(tmp_path: Path) -> None:
+    every = takes(jump_mm=1, at=13)
+    for k in (15, 16, 17):
+        every[f"t{k}"]["take"]["places_mm"]["A"][0] -= 1
+        every[f"t{k}"]["take"]["places_mm"]["B"][0] -= 1
+    back, valid = (monitor("hall", rows()[:k], every, Settings(), tmp_path) for k in (15, 16))
+    assert (back["word"], back["valid"]) == ("alert", False)
+    assert "within the tolerance" in back["reasons"][0]
+    assert (valid["word"], valid["valid"], valid["since"]) == ("pass", True, None)
+
+
+def test_a_change_within_the_tolerance_is_a_note(tmp_path: Path) -> None:
+    """At once where it is larger than the scatter, else once enough takes have it."""
+    grown = monitor("hall", rows()[:18], takes(trend_mm=0.02), Settings(), tmp_path)
+    assert grown["word"] == "note"
+    assert [one["code"] for one in grown["findings"]] == ["length_changed"]
+    every = takes(jump_mm=0.3, at=21)
+    said = [monitor("hall", rows()[:k], every, Settings(), tmp_path) for k in range(21, 31)]
+    assert {one["word"] for one in said} == {"pass", "note"}
+    assert all(one["valid"] for one in said)
+    assert any("place x has moved by +0.3" in one["line"] for one in said)
+
+
+def test_takes_that_are_left_out(tmp_path: Path) -> None:
+    every = takes()
+    every["t3"]["moving"] = True
+    every["t5"]["sha256"] = every["t4"]["sha256"]
+    del every["t6"]
+    found = monitor("hall", rows()[:8], every, Settings(), tmp_path)
+    why = {one["recording"]: one["why"] for one in found["left_out"]}
+    assert why.keys() == {"t3", "t5", "t6"}
+    assert why["t5"] == "it is the same file as t4"
+    assert found["takes"] == 5
+    moved = monitor("hall", rows(restart=3)[:8], every, Settings(), tmp_path)
+    assert moved["restarted"] == "2026-03-04"
+    none = monitor("hall", rows()[2:3], every, Settings(), tmp_path)
+    assert none["valid"] is None
+    assert "no take could be used" in none["line"]
+
+
+def line(number: int, **cells: str) -> Line:
+    named = {"recording": f"t{number}", "monitor": "hall", "baseline": "", "markers": "A;B"}
+    return Line(number, named | {"date": f"2026-03-{number:02d}", "n_cameras": "8"} | cells)
+
+
+def test_order_of_the_sheet() -> None:
+    found = monitors("s.tsv", [line(2), line(3, date="2026-03-02 07:30"), line(4, monitor="x")])
+    assert [row.date for row in found["hall"]] == ["2026-03-02", "2026-03-02T07:30:00"]
+    assert list(found) == ["hall", "x"]
+
+
+@pytest.mark.parametrize(
+    ("cells", "words"),
+    [
+        ({"date": "2026-02-28"}, 'column date: "2026-02-28"; expected 2026-03-02 or later'),
+        ({"date": ""}, "column date: nothing; expected the date of a take that is monitored"),
+        ({"markers": "A;C"}, 'column markers: "A;C"; expected "A;B", as row 2'),
+        ({"n_cameras": "7"}, 'column n_cameras: "7"; expected "8", as row 2'),
+        ({"monitor": "", "baseline": "yes"}, 'column baseline: "yes"; expected nothing'),
+    ],
+)
+def test_rows_that_do_not_belong_together(cells: dict[str, str], words: str) -> None:
+    with pytest.raises(Faults) as faults:
+        monitors("s.tsv", [line(2), line(3, **cells)])
+    (said,) = faults.value.lines
+    assert words in said
+    assert said.startswith('s.tsv, row 3 (recording "t3"), ')
+
+
+def test_another_object_after_a_restart() -> None:
+    assert monitors("s.tsv", [line(2), line(3, markers="C;D", baseline="restart")])

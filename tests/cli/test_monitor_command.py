@@ -1,0 +1,189 @@
+"""`mocap-metrology monitor`: the sheet of a folder grows by a take, or nothing changes."""
+
+from __future__ import annotations
+
+import errno
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mocap_metrology.cli import main as command
+from mocap_metrology.cli import monitor
+from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.recording import analyse
+from mocap_metrology.recording.clean import clean
+
+PLACES = np.array([[1000.0, 200, 900], [1500, 220, 910]])
+
+Run = Callable[..., int]
+
+
+def write_take(
+    path: Path, seed: int, shift: float = 0, move: float = 0, labels: str = "AB"
+) -> Path:
+    """Two markers for 45 s: white noise of 0.03 mm, 0.07 mm from day to day."""
+    rng, n = np.random.default_rng(seed), 2250
+    x = PLACES + rng.normal(0, 0.07, (2, 3)) + rng.normal(0, 0.03, (n, 2, 3))
+    x[:, :, 0] += shift + np.linspace(0, move, n)[:, None]
+    write_c3d(path, list(labels), 50.0, iter([x.astype(np.float32)]), n)
+    return path
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Adds a take to the folder `hall`; of its analysis only the first step, and no picture."""
+
+    def first_step(
+        entry: Any, name: str, folder: Path, settings: Any, tell: Any, progress: Any, *rest: Any
+    ) -> None:
+        clean(entry, analyse.origin(name, rest[1]), settings, folder, tell=tell)
+
+    monkeypatch.setattr(monitor.analyse, "analyse", first_step)
+    monkeypatch.setattr("mocap_metrology.recording.monitor.chart", lambda *words: words)
+    monkeypatch.setattr(
+        "mocap_metrology.recording.monitor.save_png", lambda words, path: path.write_text(words[1])
+    )
+
+    def add(path: Path, *options: str) -> int:
+        return command.main(["monitor", str(tmp_path / "hall"), str(path), *options])
+
+    return add
+
+
+def state(folder: Path) -> dict[str, Any]:
+    return json.loads((folder / "hall/results/monitors/hall/monitor.json").read_text())
+
+
+def everything(folder: Path) -> dict[str, bytes]:
+    return {str(p): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def grown(tmp_path: Path, run: Run, n: int) -> None:
+    for k in range(1, n + 1):
+        path = write_take(tmp_path / f"t{k}.c3d", k)
+        assert run(path, "--date", f"2026-03-{k:02d}") == 0
+
+
+def test_words_and_exit_status(
+    tmp_path: Path, run: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grown(tmp_path, run, 6)
+    assert state(tmp_path)["word"] == "provisional"
+    assert state(tmp_path)["valid"] is True
+    for k, status in ((7, 3), (8, 4)):
+        path = write_take(tmp_path / f"t{k}.c3d", k, shift=1)
+        assert run(path, "--date", f"2026-03-{k:02d}") == status
+    found = state(tmp_path)
+    assert (found["word"], found["valid"], found["since"]) == ("failure", False, "2026-03-07")
+    assert "place x" in found["not_valid"]
+    assert "Monitor hall: failure (t8, 2026-03-08)" in capsys.readouterr().out
+    rows = (tmp_path / "hall/recordings.tsv").read_text().splitlines()
+    assert rows[0].split("\t") == ["recording", "path", "markers", "group", "date", "monitor"]
+    assert len(rows) == 9
+    assert run(write_take(tmp_path / "t9.c3d", 9, 1), "--date", "2026-03-09", "--restart") == 0
+    assert state(tmp_path)["word"] == "learning"
+    assert state(tmp_path)["restarted"] == "2026-03-09"
+
+
+def test_what_is_refused_changes_nothing(
+    tmp_path: Path, run: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grown(tmp_path, run, 2)
+    before = everything(tmp_path / "hall")
+    copy = tmp_path / "copy.c3d"
+    copy.write_bytes((tmp_path / "t1.c3d").read_bytes())
+    other = write_take(tmp_path / "other.c3d", 5, labels="CD")
+    moving = write_take(tmp_path / "moving.c3d", 6, move=50)
+    late = ("--date", "2026-03-05")
+    for path, options, words in (
+        (tmp_path / "t1.c3d", late, "is the file of row 2"),
+        (copy, late, "it is the same file as t1"),
+        (write_take(tmp_path / "old.c3d", 4), ("--date", "2026-02-05"), "2026-03-02 or later"),
+        (copy, ("--date", "5 March"), 'column date: "5 March"; expected the date'),
+        (other, late, "no marker 'A'"),
+        (other, (*late, "--markers", "C", "D"), 'column markers: "C;D"; expected "A;B"'),
+        (moving, late, "moving.c3d: its markers move"),
+        (tmp_path / "none.c3d", late, "no such file"),
+    ):
+        assert run(path, *options) == 1
+        said = [line for line in capsys.readouterr().err.splitlines() if words in line]
+        assert len(said) == 1, words
+        assert everything(tmp_path / "hall") == before
+
+
+def test_a_full_disk_keeps_what_there_is(
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grown(tmp_path, run, 2)
+    before, path = everything(tmp_path / "hall"), write_take(tmp_path / "t3.c3d", 3)
+
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    for target in ("monitor", "write_take", "Sheet.with_row"):
+        with monkeypatch.context() as here:
+            owner, _, name = f"mocap_metrology.cli.monitor.{target}".rpartition(".")
+            here.setattr(f"{owner}.{name}", full)
+            assert run(path, "--date", "2026-03-03") == 1
+        assert "No space left on device; the take was not added" in capsys.readouterr().err
+        assert everything(tmp_path / "hall") == before
+    assert run(path, "--date", "2026-03-03") == 0
+
+
+def test_a_sheet_that_was_edited(
+    tmp_path: Path, run: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A comment, Windows line ends, a row removed, a column added, another order of columns."""
+    grown(tmp_path, run, 3)
+    sheet = tmp_path / "hall/recordings.tsv"
+    head, first, _, third = [row.split("\t") for row in sheet.read_text().splitlines()]
+    rows = [["comment", *head], ["as set up", *first], ["", *third]]
+    text = "# our hall\r\n" + "".join("\t".join(row) + "\r\n" for row in rows)
+    sheet.write_bytes(text.encode())
+    assert run(write_take(tmp_path / "t4.c3d", 4), "--date", "2026-03-04") == 0
+    assert sheet.read_bytes().startswith(text.encode())
+    assert sheet.read_bytes().count(b"\r\n") == 5
+    assert state(tmp_path)["takes"] == 3
+    swapped = "\r\n".join([*text.splitlines()[:2], *text.splitlines()[:1:-1], ""])
+    sheet.write_bytes(swapped.encode())
+    assert run(write_take(tmp_path / "t5.c3d", 5), "--date", "2026-03-05") == 1
+    assert 'column date: "2026-03-01"; expected 2026-03-03 or later' in capsys.readouterr().err
+    assert sheet.read_bytes() == swapped.encode()
+
+
+def test_a_take_without_its_results_is_read_again(tmp_path: Path, run: Run) -> None:
+    grown(tmp_path, run, 3)
+    lost = tmp_path / "hall/results/recordings/t1/monitor_take.json"
+    lost.unlink()
+    (tmp_path / "t2.c3d").unlink()
+    (tmp_path / "hall/results/recordings/t2/monitor_take.json").unlink()
+    assert run(write_take(tmp_path / "t4.c3d", 4), "--date", "2026-03-04") == 0
+    assert lost.exists()
+    assert state(tmp_path)["takes"] == 3
+    assert [one["recording"] for one in state(tmp_path)["left_out"]] == ["t2"]
+
+
+def test_settings_of_the_folder(
+    tmp_path: Path, run: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "hall"
+    folder.mkdir()
+    (folder / "config.yaml").write_text("monitor: {tolerance: {place_m: 1}}\n")
+    path = write_take(tmp_path / "t1.c3d", 1)
+    assert run(path, "--date", "2026-03-01") == 1
+    assert "config, key monitor.tolerance.place_m: unknown" in capsys.readouterr().err
+    (folder / "config.yaml").write_text("monitor: {tolerance: {place_mm: 5}}\n")
+    grown(tmp_path, run, 5)
+    assert run(write_take(tmp_path / "t7.c3d", 7, shift=2), "--date", "2026-03-07") == 0
+
+
+def test_help_is_true() -> None:
+    text = command.parser().format_help()
+    assert "monitor" in text
+    for status, word in ((3, "alert"), (4, "failure")):
+        assert monitor.STATUS[word] == status
+        assert f"{status} {word}" in command.TEXTS["monitor_examples"]

@@ -44,7 +44,8 @@ class Decoded:
 
     pulses: None for angles-csv, in generation 2 of unknown length; clocks: of the stations, none
     for angles-csv; report: counts a diode of what was dropped and why; notes: one line each;
-    normals: directions in which the diodes look, (n, 3), where the object describes them.
+    normals: directions in which the diodes look, (n, 3), where the object describes them; host_s:
+    time 0 by the clock of the computer, where the recording tells.
     """
 
     pulses: Pulses | None
@@ -57,6 +58,7 @@ class Decoded:
     notes: list[str]
     generation: int = 1
     normals: np.ndarray | None = None
+    host_s: float | None = None
 
 
 def decode(
@@ -165,9 +167,9 @@ def decode_light(
         inertial=light.inertial,
     )
     report |= found.report
-    return replace(
-        found, pulses=pulses, duration_s=light.duration_s, report=report, normals=light.normals
-    )
+    found = replace(found, pulses=pulses, duration_s=light.duration_s, report=report)
+    host_s = None if np.isnan(light.host_s) else light.host_s
+    return replace(found, normals=light.normals, host_s=host_s)
 
 
 def _of_angles(

@@ -59,7 +59,7 @@ def light_of(
     values = values[(values[:, 1] == Y) | (values[:, 1] == (B if of_b else W))]
     begins = values[:, 1] == Y
     counter = np.where(begins, values[:, 3], values[:, 4])
-    ticks, kept = _ticks(counter, values[:, 0])
+    ticks, kept, lag = _ticks(counter, values[:, 0])
     notes = []
     if not kept.all():
         notes.append(
@@ -91,12 +91,14 @@ def light_of(
         notes=tuple(notes),
         inertial=inertial.series(sensors, config, int(zero) % WRAP),
         normals=_normals(config, n_diodes),
+        host_s=zero / TICKS_PER_S + lag,
     )
 
 
-def _ticks(counter: Floats, host_s: Floats) -> tuple[Floats, np.ndarray]:
-    """Ticks since the counter's zero nearest to host time 0, and the lines that are to be trusted:
-    those of the most common difference between both times, and near the others of their moment."""
+def _ticks(counter: Floats, host_s: Floats) -> tuple[Floats, np.ndarray, float]:
+    """Ticks since the counter's zero nearest to host time 0, the lines that are to be trusted, those
+    of the most common difference between both times and near the others of their moment, and this
+    difference."""
     period = WRAP / TICKS_PER_S
     lag = np.mod(host_s - counter / TICKS_PER_S, period)
     whole = np.sort(np.concatenate([lag, lag + period]))
@@ -109,7 +111,7 @@ def _ticks(counter: Floats, host_s: Floats) -> tuple[Floats, np.ndarray]:
     for some in np.array_split(local, max(1, local.size // MOMENT)):
         kept[some] = np.abs(off[some] - np.median(off[some])) <= STRAY_S
     wraps = np.round((host_s - usual - counter / TICKS_PER_S) / period)
-    return counter + WRAP * wraps, kept
+    return counter + WRAP * wraps, kept, usual
 
 
 def _normals(config: Mapping[str, object], n_diodes: int) -> np.ndarray | None:

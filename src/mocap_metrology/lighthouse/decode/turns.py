@@ -55,6 +55,7 @@ class Light:
     notes: tuple[str, ...] = ()
     inertial: Inertial | None = None
     normals: np.ndarray | None = None  # (n_diodes, 3), unit vectors out of the diodes
+    host_s: float = float("nan")  # time 0 by the clock of the computer
 
 
 @dataclass(frozen=True)

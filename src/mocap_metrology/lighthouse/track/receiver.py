@@ -68,8 +68,9 @@ class Track:
     names: Sequence[str] = ROLES
 
 
-def track(scene: Scene, known: Calibrated) -> Track:
-    """Poses of the board of `scene` along its recording, with stations as `known`.
+def track(scene: Scene, known: Calibrated, time_s: Floats | None = None) -> Track:
+    """Poses of the board of `scene` along its recording, or at times within it, with stations as
+    `known`.
 
     Raises `Refusal` where no pose of it can be found.
     """
@@ -85,13 +86,16 @@ def track(scene: Scene, known: Calibrated) -> Track:
     hits = hits.take(trajectory.known(hits.time_s))
     with determined("receiver"):
         found, note = without_bad_diodes(scene, hits, trajectory, known.poses)
-    return along(found.sure("receiver"), scene, known, note)
+    return along(found.sure("receiver"), scene, known, note, time_s)
 
 
-def along(found: Joint, scene: Scene, known: Calibrated, note: str) -> Track:
+def along(
+    found: Joint, scene: Scene, known: Calibrated, note: str, time_s: Floats | None = None
+) -> Track:
     """Poses of an estimate from the hits of `scene`, the slave's pose among its unknowns or not."""
     one, own_s = found.recordings[0], scene.hits.time_s
-    time_s = own_s.min() + STEP_S * np.arange(int(np.ptp(own_s) / STEP_S) + 1)
+    if time_s is None:
+        time_s = own_s.min() + STEP_S * np.arange(int(np.ptp(own_s) / STEP_S) + 1)
     hits = one.sweeps.hits
     count, residual = _near(time_s, hits, one.alone, len(scene.names))
     with determined("receiver"):
@@ -109,7 +113,7 @@ def columns(found: Track | None) -> dict[str, np.ndarray]:
 
     if found is None:
         nothing = np.zeros((0, 6))
-        sd = Spread(nothing, nothing, nothing, np.zeros((0, 6, 6)))
+        sd = Spread(nothing, nothing, nothing, *2 * [np.zeros((0, 6, 6))])
         R, count = np.zeros((0, 3, 3)), np.zeros((0, 2), np.int32)
         found = Track(nothing[:, 0], R, nothing[:, :3], count, nothing[:, 0], sd, "")
     q, seen = np.full((found.time_s.size, 4), np.nan), found.hits.any(axis=1)

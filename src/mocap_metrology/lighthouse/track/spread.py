@@ -37,6 +37,7 @@ class Spread:
     by_slave: (
         Floats  # (n, 6, 6): derivative of the pose by the slave's, or by those of all stations
     )
+    covariance: Floats  # (n, 6, 6) of all
 
 
 def spread(
@@ -76,8 +77,13 @@ def spread(
         return np.sqrt(np.maximum(variance, 0.0))
 
     by_slave = by_all @ K
+    total = by_all @ every @ np.swapaxes(by_all, 1, 2) + of_hits
     return Spread(
-        sd(by_all, of_noise, hits), sd(by_slave, covariance), sd(by_all, every, hits), by_slave
+        sd(by_all, of_noise, hits),
+        sd(by_slave, covariance),
+        np.sqrt(np.maximum(np.einsum("naa->na", total), 0.0)),
+        by_slave,
+        total,
     )
 
 

@@ -9,17 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.twin import BarErrors, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
-from mocap_metrology.recording.bar import (
-    Asked,
-    pair_of,
-    passes_of,
-    read_bar,
-    write_bar,
-    write_group,
-)
+from mocap_metrology.io.labels import pair_of
+from mocap_metrology.recording.bar import passes_of, read_bar, write_bar, write_group
 from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings
 

@@ -22,7 +22,8 @@ with step(snakemake) as log:
         entry = Entry(list(snakemake.input), **given.entry)
         try:
             if given.bar["bar"]:
-                from mocap_metrology.recording.bar import Asked, read_bar
+                from mocap_metrology.accuracy.asked import Asked
+                from mocap_metrology.recording.bar import read_bar
 
                 read_bar(entry, Asked(**given.bar), settings, origin)
             clean(entry, origin, settings, folder, moved=bool(given.bar["bar"]))

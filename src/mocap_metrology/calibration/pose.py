@@ -374,7 +374,7 @@ def write_track(
     more: Metadata = {"still": found.still, "tracked_with": entry.tracked_with}
     tracked = None
     try:
-        used = _used(entry, own, earlier)
+        used = stations_used(entry, own, earlier)
         more["stations"] = used["stations"]
         if is_network(used):
             more["reference"] = used["reference"]
@@ -389,7 +389,7 @@ def write_track(
     files.write_table(path, receiver.columns(tracked), origin | more)
 
 
-def _used(entry: Entry, own: PoseFile, earlier: str | None) -> PoseFile:
+def stations_used(entry: Entry, own: PoseFile, earlier: str | None) -> PoseFile:
     """pose.json to track with; refused if it is of other stations, or with swapped roles."""
     if entry.tracked_with is None:
         return own
@@ -422,15 +422,37 @@ def _tracked(
     sensors: Sensors,
     names: Sequence[str],
 ) -> receiver.Track:
-    entries = {name: chosen_pose(one) for name, one in pairs(used).items()}
-    placed = {name: entry for name, entry in entries.items() if entry is not None}
-    if not placed:
-        raise Refusal("no pose of the slave to track with")
+    placed = _placed(used)
     entry = next(iter(placed.values()))
     by_batch = is_own and entry["estimator"] == NAME
     if by_batch and entry["stage"] == "final":
         scene, joint = found.joints[entry["optics"]]
         return receiver.along(joint, scene, _calibrated(used, placed, by_batch), entry["note"])
+    return receiver.track(*scene_before(used, is_own, recorded, settings, sensors, names))
+
+
+def _placed(used: PoseFile) -> dict[str, PoseEntry]:
+    """The chosen pose of each station that has one."""
+    entries = {name: chosen_pose(one) for name, one in pairs(used).items()}
+    placed = {name: entry for name, entry in entries.items() if entry is not None}
+    if not placed:
+        raise Refusal("no pose of the slave to track with")
+    return placed
+
+
+def scene_before(
+    used: PoseFile,
+    is_own: bool,
+    recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
+    settings: CalibrationSettings,
+    sensors: Sensors,
+    names: Sequence[str],
+) -> tuple[Scene, receiver.Calibrated]:
+    """What `receiver.track` needs for an object before the stations of a pose.json; is_own: which
+    comes from the same hits; recorded, names: as of `write_track`."""
+    placed = _placed(used)
+    entry = next(iter(placed.values()))
+    by_batch = is_own and entry["estimator"] == NAME
     _, _, optics = kind_of(entry)
     hits, board, factories = recorded
     if optics == ESTIMATED and not is_own:
@@ -451,7 +473,7 @@ def _tracked(
         scene = scene.of([names.index(name) for name in (reference, *placed)])
     if optics == "factory" and None in scene.factories:
         raise Refusal("the recording has no factory values of both stations, as the pose has")
-    return receiver.track(scene, _calibrated(used, placed, by_batch))
+    return scene, _calibrated(used, placed, by_batch)
 
 
 def _calibrated(

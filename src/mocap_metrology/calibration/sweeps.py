@@ -155,6 +155,7 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
         "notes": found.notes,
         "clocks": [vars(clock) for clock in found.clocks],
         **({} if found.generation == 1 else {"generation": found.generation}),
+        **({} if found.host_s is None else {"host_s": found.host_s}),
         "versions": files.versions("numpy", "numba", "pyarrow"),
     }
     table: Mapping[str, np.ndarray | Sequence[object]] = {

@@ -117,3 +117,14 @@ def suggestion(wrong: str, labels: Sequence[str]) -> str:
 
 def _bare(label: str) -> str:
     return label.split(":", 1)[-1].strip()
+
+
+def pair_of(text: str, labels: Sequence[str], file: str) -> tuple[str, str]:
+    """`A-B` as two labels of a file; a label may itself hold a `-`."""
+    cuts = [k for k, letter in enumerate(text) if letter == "-"]
+    found = [(text[:k].strip(), text[k + 1 :].strip()) for k in cuts]
+    found = [(a, b) for a, b in found if a != b and {a, b} <= set(labels)]
+    if len(found) != 1:
+        what = f'bar is "{text}"; expected auto, or two markers of the file joined by "-"'
+        raise Refusal(f"{file}: {what}: {in_words(labels, 60)}")
+    return found[0]

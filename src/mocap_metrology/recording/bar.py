@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.accuracy import take as of_take
+from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_slope
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.take import Take, take_of, with_angles
-from mocap_metrology.common.errors import UNREADABLE, Refusal
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_csv, write_json, write_table
 from mocap_metrology.common.types import Row
-from mocap_metrology.io.labels import in_words
+from mocap_metrology.io.labels import in_words, pair_of
 from mocap_metrology.io.read import bodies_of, orientation_of, points_by_kind
 from mocap_metrology.present import tables
 from mocap_metrology.present.accuracy import bar_document as present
@@ -38,50 +39,6 @@ FILES = ("bar.json", "bar.csv", "bar_places.csv", "bar.parquet", "bar.svg", "bar
 
 
 @dataclass(frozen=True)
-class Pose:
-    """Quaternion x, y, z, w of body B in A, and its standard uncertainty."""
-
-    xyzw: tuple[float, ...]
-    u_deg: float
-
-    @property
-    def quaternion(self) -> np.ndarray:
-        return np.array(self.xyzw)
-
-
-@dataclass(frozen=True)
-class Asked:
-    """Cells of a row: `A-B` or `auto`; certified length and its standard uncertainty; the stated
-    rotation of B in A, as JSON."""
-
-    bar: str
-    length_mm: float | None = None
-    length_u_mm: float | None = None
-    bar_pose: str | None = None
-
-    @property
-    def certificate(self) -> Certificate | None:
-        if self.length_mm is None:
-            return None
-        return Certificate(self.length_mm, self.length_u_mm or 0.0)
-
-    @property
-    def pose(self) -> Pose | None:
-        """The stated rotation, refused where it is none."""
-        if not self.bar_pose:
-            return None
-        try:
-            told = json.loads(self.bar_pose)
-            pose = Pose(tuple(map(float, told["quaternion_xyzw"])), float(told.get("u_deg", 0)))
-            if len(pose.xyzw) == 4 and abs(math.hypot(*pose.xyzw) - 1) < 1e-3 and pose.u_deg >= 0:
-                return pose
-        except UNREADABLE:
-            pass
-        what = 'expected JSON such as {"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}'
-        raise Refusal(f"bar_pose is {self.bar_pose}; {what}")
-
-
-@dataclass(frozen=True)
 class Reading:
     """One take, its two ends, the rigid clusters (of `auto`) and the scale along the way."""
 
@@ -91,17 +48,6 @@ class Reading:
     clusters: Sequence[Row] = ()
     scale: ScaleSlope | None = None
     warnings: Sequence[str] = ()
-
-
-def pair_of(text: str, labels: Sequence[str], file: str) -> tuple[str, str]:
-    """`A-B` as two labels of a file; a label may itself hold a `-`."""
-    cuts = [k for k, letter in enumerate(text) if letter == "-"]
-    found = [(text[:k].strip(), text[k + 1 :].strip()) for k in cuts]
-    found = [(a, b) for a, b in found if a != b and {a, b} <= set(labels)]
-    if len(found) != 1:
-        what = f'bar is "{text}"; expected auto, or two markers of the file joined by "-"'
-        raise Refusal(f"{file}: {what}: {in_words(labels, 60)}")
-    return found[0]
 
 
 def read_bar(

@@ -9,7 +9,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode_light
 from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.rotation import from_angles
@@ -26,7 +26,7 @@ from mocap_metrology.lighthouse.track.receiver import Calibrated
 
 LENGTH_M = 0.26786
 HEAD = from_angles(0.1, 0.0, 0.2), np.array([0.01, -0.005, 0.02])
-PRIORS = Priors(board_position_mm=0.15, board_scale=0.0)
+PRIORS = Priors(0, 0, 0, 0, board_position_mm=0.15)
 
 
 def on_a_bar(seed: int, n: int = 2, **changes: object) -> list[MadeTurns]:
@@ -50,10 +50,11 @@ def seen(made: MadeTurns) -> Decoded:
 def tracked(made: MadeTurns, found: Decoded) -> Object:
     names = [str(c) for c in made.twin.channels]
     how = "factory", made.factories, None, "libsurvive", PRIORS
-    scene = Scene(found.hits, found.board, *how, sensors=Sensors(normals=found.normals))
-    scene = replace(scene, generation=2, names=names)
+    scene = Scene(found.hits, found.board, *how, generation=2, names=names)
     n = 6 * (len(names) - 1)
-    return Object(scene, Calibrated(made.twin.R[1:], made.twin.t[1:], np.zeros((n, n)), False), HEAD)
+    return Object(
+        scene, Calibrated(made.twin.R[1:], made.twin.t[1:], np.zeros((n, n)), False), HEAD
+    )
 
 
 def later(found: Decoded, by_s: float, turns: int) -> Decoded:
@@ -85,11 +86,19 @@ def test_one_clock_in_the_other() -> None:
 
 
 def test_the_length_is_the_bar_and_its_errors_are_those_stated() -> None:
-    """Six bars with true stations, places of diodes off by 0.15 mm: 1,700 distances."""
+    """Ten bars with true stations and places of diodes off by 0.15 mm, which move a whole take: the
+    mean error is none, and the distances are within one and two stated standard deviations as often
+    as those of ten takes can be."""
     off, sd = [], []
-    for seed in range(6):
-        made = on_a_bar(seed)
+    for seed in range(10):
+        made = on_a_bar(seed, duration_s=2.0)
         found = heads(*(tracked(one, seen(one)) for one in made))
         length = np.linalg.norm(found.t_m[1] - found.t_m[0], axis=0)
-        print(seed, 1e3*np.nanmean(length-LENGTH_M), 1e3*np.nanstd(length), 1e3*np.nanmean(found.sd_m), np.isfinite(length).mean(), found.clock)
-        off.append(length - LENGTH_M), sd.append(found.sd_m)
+        assert np.isfinite(length).mean() > 0.9
+        off.append(length - LENGTH_M)
+        sd.append(found.sd_m)
+    means = 1e3 * np.array([np.nanmean(one) for one in off])
+    assert abs(means.mean()) < 0.06 and np.abs(means).max() < 0.25
+    sizes = np.abs(np.concatenate(off) / np.concatenate(sd))
+    sizes = sizes[np.isfinite(sizes)]
+    assert 0.5 < (sizes < 1).mean() < 0.8 and 0.87 < (sizes < 2).mean() < 0.99

@@ -53,7 +53,7 @@ MOST_BYTES = 1 << 33  # unpacked: some hours
 
 
 @dataclass
-class _Seen:
+class Seen:
     """Results of one pass over a recording."""
 
     pulses: list[np.ndarray] = field(default_factory=list)  # channel, start, length of the object
@@ -107,7 +107,7 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
     return replace(read, notes=tuple(notes)), board
 
 
-def _named(seen: _Seen, wanted: str) -> str:
+def _named(seen: Seen, wanted: str) -> str:
     """Name in the recording of the object of that name, or else of that serial number."""
     if wanted in seen.configs or wanted.encode() in seen.raw | seen.second:
         return wanted
@@ -118,9 +118,9 @@ def _named(seen: _Seen, wanted: str) -> str:
     return wanted
 
 
-def _scan(path: str | Path, wanted: bytes) -> _Seen:
-    seen, file = _Seen(), Path(path).name
-    for block in _blocks(path, seen):
+def _scan(path: str | Path, wanted: bytes) -> Seen:
+    seen, file = Seen(), Path(path).name
+    for block in blocks(path, seen):
         n_events = len(EVENT.findall(block))
         seen.events += n_events
         seen.unreadable += block.count(b"\n") + bool(block) - n_events
@@ -155,7 +155,7 @@ def _scan(path: str | Path, wanted: bytes) -> _Seen:
     return seen
 
 
-def _add_raw(seen: _Seen, block: bytes, wanted: bytes) -> None:
+def _add_raw(seen: Seen, block: bytes, wanted: bytes) -> None:
     """Store the pulses of the wanted object, count those of all."""
     lines = [line for line in block.split(b"\n") if b" C " in line]
     found = RAW.findall(b"\n".join(lines))
@@ -166,7 +166,7 @@ def _add_raw(seen: _Seen, block: bytes, wanted: bytes) -> None:
     seen.n_pulses += len(mine)
 
 
-def _blocks(path: str | Path, seen: _Seen) -> Iterator[bytes]:
+def blocks(path: str | Path, seen: Seen) -> Iterator[bytes]:
     """The text in pieces of whole lines without empty ones; a last line without end was cut off,
     and is left out. The caller is told where the file ends too early."""
     name, rest, size = Path(path).name, b"", 0
@@ -209,7 +209,7 @@ def _opened(path: str | Path) -> Iterator[BufferedReader | gzip.GzipFile]:
             yield raw
 
 
-def _check(seen: _Seen, own: str, wanted: str, name: str) -> bool:
+def _check(seen: Seen, own: str, wanted: str, name: str) -> bool:
     """Whether the light is of second-generation stations; refuses a recording without raw pulses
     and description of the object. own: its name, wanted: as the user names it."""
     n_first, n_second = sum(seen.raw.values()), sum(seen.second.values())

@@ -1,0 +1,215 @@
+"""The step of a calibration whose row names a bar: two objects on it, tracked with the stations of
+the calibration, and how wrong their distance is. The bar checks; nothing is fitted to it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.accuracy import take as of_take
+from mocap_metrology.accuracy.asked import Asked
+from mocap_metrology.accuracy.bar import evaluate
+from mocap_metrology.accuracy.findings import findings_of
+from mocap_metrology.calibration.pose import (
+    calibration_settings,
+    scene_before,
+    sensors_of,
+    stations_used,
+)
+from mocap_metrology.calibration.sweeps import Entry, Paths, decoded
+from mocap_metrology.common import files
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
+from mocap_metrology.io.labels import pair_of
+from mocap_metrology.lighthouse import records
+from mocap_metrology.lighthouse.assess.pose_file import PoseFile, is_network, read_pose_json
+from mocap_metrology.lighthouse.board import read_board, read_normals
+from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
+from mocap_metrology.lighthouse.decode.objects import TrackedObject, tracked_objects
+from mocap_metrology.lighthouse.records import Hits, Inertial, Station
+from mocap_metrology.lighthouse.track.bar import Heads, Object, heads
+from mocap_metrology.lighthouse.track.receiver import STEP_S
+from mocap_metrology.present.accuracy.bar_document import bar_document, bar_rows
+from mocap_metrology.settings import Bar as Limits
+from mocap_metrology.settings import Lighthouse
+
+FILES = {"bar": "bar.json", "bar_rows": "bar.csv"}
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Light on one object, and where that was recorded; host_s: as of `Object`."""
+
+    hits: Hits
+    stations: Sequence[Station]
+    board: np.ndarray
+    normals: np.ndarray | None
+    inertial: Inertial | None
+    host_s: float
+    sha256: str | None = None
+
+
+def bar(
+    entry: Entry,
+    asked: Asked,
+    given: Paths,
+    settings: Lighthouse,
+    limits: Limits,
+    paths: Paths,
+    other: Entry | None = None,
+) -> Row:
+    """bar.json and bar.csv of a row; a refusal is a result, with the reason in bar.json.
+
+    given: paths named dump, factory (if any) and as `DECODED`, pose, tracked_with (if any); of
+    `other`, a row whose object is the other end, the same after `other_`; paths: as `FILES`.
+    Returns the contents of bar.json.
+    """
+    try:
+        document, rows = _judged(entry, asked, given, settings, limits, other)
+    except Refusal as refusal:
+        document, rows = {"recording": entry.calibration, "refused": str(refusal)}, []
+    files.write_csv(paths["bar_rows"], rows, () if rows else ("quantity", "class"))
+    files.write_json(paths["bar"], document)
+    return document
+
+
+def _judged(
+    entry: Entry,
+    asked: Asked,
+    given: Paths,
+    settings: Lighthouse,
+    limits: Limits,
+    other: Entry | None,
+) -> tuple[Row, list[Row]]:
+    own_pose = read_pose_json(given["pose"])
+    used = stations_used(entry, own_pose, given.get("tracked_with"))
+    if not is_network(used):
+        raise Refusal("bar: stations of the first generation; expected the second (V2)")
+    own = _by_labels(entry, given["dump"])
+    ends = {label: (entry, found) for label, found in own.items()}
+    if other is not None:
+        theirs = _by_labels(other, given["other_dump"])
+        ends |= {f"{other.calibration}:{k}": (other, v) for k, v in theirs.items()}
+    pair = pair_of(asked.bar, list(ends), Path(given["dump"]).name)
+    boards = {one.calibration: _board(one) for one in (entry, other) if one is not None}
+    at_board = [ends[label] == (entry, own.get(_board(entry))) for label in pair]
+    if sum(at_board) != 1:
+        raise Refusal(f"bar is {asked.bar}; expected the board {_board(entry)} and another object")
+    first = _of_tables(given)
+    objects = []
+    for label, is_own in zip(pair, at_board, strict=True):
+        row, found = ends[label]
+        if is_own:
+            seen = first
+        elif row is entry:
+            seen = _of_recording(replace(entry, board=found.name), given, settings)
+        elif found is theirs.get(boards[row.calibration]):
+            tables = {k.removeprefix("other_"): v for k, v in given.items() if "other_" in k}
+            seen = _of_tables(tables)
+            if seen.sha256 is None or seen.sha256 != first.sha256:
+                seen = replace(seen, host_s=math.nan)
+        else:
+            raise Refusal(f"bar: {label} is not the board of calibration {row.calibration}")
+        objects.append(_object(seen, first, found, used, is_own and used is own_pose, settings))
+    return _document(entry.calibration, asked, pair, heads(*objects), used, limits)
+
+
+def _board(entry: Entry) -> str:
+    """What a bar calls the board of a row: the name of the object, or of its file."""
+    name = str(entry.board)
+    return name if entry.format == "libsurvive-rec" else Path(name).stem
+
+
+def _by_labels(entry: Entry, dump: str) -> dict[str, TrackedObject]:
+    """Objects of a recording by name and by serial number."""
+    if entry.format != "libsurvive-rec":
+        return {_board(entry): TrackedObject(_board(entry))}
+    found = tracked_objects(dump)
+    return {one.name: one for one in found} | {one.serial: one for one in found if one.serial}
+
+
+def _of_tables(given: Paths) -> _Seen:
+    columns, origin = files.read_table(given["sweeps"])
+    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
+    return _Seen(
+        records.hits_of(columns),
+        stations,
+        read_board(given["board"]),
+        read_normals(given["board"]),
+        records.inertial_of(files.read_table(given["inertial"])[0]),
+        origin.get("host_s", math.nan),
+        origin["sha256"],
+    )
+
+
+def _of_recording(entry: Entry, given: Paths, settings: Lighthouse) -> _Seen:
+    found = decoded(entry, given, settings)
+    inertial = found.pulses.inertial if found.pulses else None
+    host_s = math.nan if found.host_s is None else found.host_s
+    return _Seen(found.hits, found.stations, found.board, found.normals, inertial, host_s)
+
+
+def _object(
+    seen: _Seen,
+    first: _Seen,
+    found: TrackedObject,
+    used: PoseFile,
+    is_own: bool,
+    settings: Lighthouse,
+) -> Object:
+    """first: the board of the row, whose factory values the calibration has used."""
+    known = {station.role: station.factory for station in first.stations}
+    factories = [known.get(one.role) or one.factory for one in seen.stations]
+    sensors = sensors_of(settings, seen.stations, None)
+    inertial = seen.inertial if settings.inertial else None
+    sensors = replace(sensors, inertial=inertial, normals=seen.normals)
+    recorded = seen.hits, seen.board, factories
+    names = [one.role for one in seen.stations]
+    how = calibration_settings(settings)
+    scene, calibrated = scene_before(used, is_own, recorded, how, sensors, names)
+    return Object(scene, calibrated, (found.R, found.t_m), seen.host_s)
+
+
+def _document(
+    name: str, asked: Asked, pair: Sequence[str], found: Heads, used: PoseFile, limits: Limits
+) -> tuple[Row, list[Row]]:
+    from scipy.spatial.transform import Rotation
+
+    take = of_take.take_of(name, "", 1 / STEP_S, 1e3 * found.t_m, 0.0)
+    far = limits.least_path_mm
+    of_take.check(take, " and ".join(pair), asked.length_mm, far)
+    quaternions = np.full((2, 4, found.time_s.size), math.nan)
+    seen = take.known
+    quaternions[:, :, seen] = [Rotation.from_matrix(R[seen]).as_quat().T for R in found.R]
+    pose = asked.pose
+    take = of_take.with_angles(take, quaternions, pose.quaternion if pose else None)
+    judged = evaluate([take], asked.certificate, limits)
+    findings = findings_of(judged, pose_u_deg=pose.u_deg if pose else 0.0)
+    document: Row = {"recording": name, **bar_document(judged, findings, limits, pair)}
+    clock = found.clock
+    document["clock"] = {
+        "rate_ppm": 1e6 * (clock.rate - 1),
+        "rms_ns": 1e9 * clock.rms_s,
+        "stations_apart_ns": 1e9 * clock.apart_s,
+        "n_turns": clock.turns,
+    }
+    document["stations"] = {name: one["id"] for name, one in used["stations"].items()}
+    document["stated"] = _stated(take.length_mm - judged.reference_mm, 1e3 * found.sd_m, asked)
+    return document, bar_rows(judged)
+
+
+def _stated(error_mm: np.ndarray, sd_mm: np.ndarray, asked: Asked) -> Mapping[str, float]:
+    """Median standard deviation of a distance by the tracks, and how often its error, that of the
+    certificate included, is within one and two."""
+    known = np.isfinite(error_mm) & np.isfinite(sd_mm)
+    sizes = np.abs(error_mm[known]) / np.hypot(sd_mm[known], asked.length_u_mm or 0.0)
+    return {
+        "sd_mm": float(np.median(sd_mm[known])) if known.any() else math.nan,
+        "within_1": float((sizes <= 1).mean()) if known.any() else math.nan,
+        "within_2": float((sizes <= 2).mean()) if known.any() else math.nan,
+    }

@@ -9,7 +9,8 @@ from pydantic import field_validator
 
 from mocap_metrology.common.faults import Unfit, unknown
 from mocap_metrology.lighthouse import RECORDING_FORMATS
-from mocap_metrology.lighthouse.known_length import EXPECTED, FORM
+from mocap_metrology.lighthouse.known_length import DIODES, EXPECTED, FORM, STATIONS
+from mocap_workflow.recordings import Millimetres
 from mocap_workflow.rows import (
     Cell,
     FileOrNothing,
@@ -27,6 +28,12 @@ POSE_FILE = ".json"
 
 def _is_c3d(path: str) -> bool:
     return PurePath(path).suffix.lower() == ".c3d"
+
+
+def _other_end(bar: str, board: str, kind: str) -> str | None:
+    """`other` of `T20-other:T21`, None of `T20-T21`."""
+    name = board if kind == "libsurvive-rec" else PurePath(board).stem
+    return bar.removeprefix(f"{name}-").rpartition(":")[0] if ":" in bar else None
 
 
 class CalibrationRow(SheetRow):
@@ -88,6 +95,20 @@ class CalibrationRow(SheetRow):
     3-11 4.330 0.005`, by channel); `diode 0 at 2.0 s - diode 0 at 7.0 s 2.000 0.002`, that of two
     places of a diode at these moments; or `points`, the size of the figure of `world_points` (5 mm
     a coordinate; `points 0.002`: 2 mm)."""
+    bar: Annotated[str | None, Cell(".+-.+", 'two objects joined by "-", or nothing')] = None
+    """Optional: two objects on one stiff bar (second generation), by their names in the recording
+    or, as names can be exchanged from one recording to the next, by their serial numbers:
+    `T20-T21`, of which one is the board; or `T20-other:T21`, the board of another row `other` of
+    the setup. Each is tracked alone; the errors of the distance of their heads are in `bar.json`
+    and `bar.csv`. The bar only checks."""
+    length_mm: Millimetres = None
+    """Certified distance of their heads (where a recording describes none: of the origins of their
+    diodes' places). Without it only precision is stated, not accuracy. Not the `known_length`."""
+    length_u_mm: Millimetres = None
+    """Standard uncertainty of `length_mm`, mounting included."""
+    bar_pose: str | None = None
+    """Rotation of head B in A, as JSON: `{"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}`, `u_deg`
+    its standard uncertainty. If empty, angles are about their mean."""
     sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
         None
     )
@@ -105,6 +126,11 @@ class CalibrationRow(SheetRow):
     def tracked_with_row(self) -> str | None:
         """`tracked_with` if it is another row of the sheet."""
         return None if self.tracked_with_file else self.tracked_with
+
+    @property
+    def bar_row(self) -> str | None:
+        """The other row of the sheet whose board is an end of `bar`."""
+        return None if self.bar is None else _other_end(self.bar, str(self.board), self.format)
 
     @field_validator("path")
     @classmethod
@@ -146,6 +172,36 @@ class CalibrationRow(SheetRow):
         if length and length.startswith("points") and not info.context.cells["world_points"]:
             raise Unfit("a length, as the row names no world_points")
         return length
+
+    @field_validator("bar")
+    @classmethod
+    def _of_objects(cls, bar: str | None, info: Info) -> str | None:
+        if not bar:
+            return None
+        if info.context.is_simulated:
+            raise Unfit("nothing for a simulated calibration")
+        cells = info.context.cells
+        other = _other_end(bar, cells["board"], cells["format"])
+        if other is not None and other not in info.context.names:
+            why = unknown(other, info.context.names)
+            raise Unfit(f"the board, -, a calibration of the sheet ({why}), : and its board")
+        return bar
+
+    @field_validator("length_mm", "length_u_mm", "bar_pose")
+    @classmethod
+    def _of_a_bar(cls, value: object, info: Info) -> object:
+        if value is not None and not info.context.cells["bar"]:
+            raise Unfit("nothing without a bar in column bar")
+        if info.field_name == "length_u_mm" and not info.context.cells["length_mm"]:
+            raise Unfit("nothing without a length in column length_mm")
+        known = info.context.cells["known_length"]
+        cell = STATIONS.fullmatch(known) or DIODES.fullmatch(known)
+        if info.field_name == "length_mm" and isinstance(value, float):
+            if value == 0:
+                raise Unfit("a number of mm > 0 or nothing")
+            if cell and abs(1e3 * float(cell["length"]) - value) <= 1e3 * float(cell["sd"]):
+                raise Unfit("another length than known_length: what is used does not check")
+        return value
 
     @field_validator("tracked_with")
     @classmethod

@@ -111,8 +111,8 @@ def with_place(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
     return found if len({row.place for row in found}) > 1 else []
 
 
-def with_bar(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
-    """Recordings of a bar that is moved."""
+def with_bar(rows: Iterable[OfSheet]) -> list[OfSheet]:
+    """Recordings of a bar that is moved, or calibrations with one."""
     return [row for row in rows if row.bar]
 
 

@@ -68,7 +68,7 @@ def sheets(
     found, faults = _all(lambda name: rows.load(kinds[name], config[name], twins), kinds)
     recordings = found.get("recordings", {})
     calibrations = found.get("calibrations", {})
-    faults += _tracked_in_turn(calibrations)
+    faults += _tracked_in_turn(calibrations) + _bars_apart(calibrations)
     faults += _spelled_otherwise([*recordings.values(), *calibrations.values()])
     if faults:
         raise Faults(faults)
@@ -100,6 +100,16 @@ def _tracked_in_turn(rows: Mapping[str, CalibrationRow]) -> list[str]:
         " calibration whose own tracked_with is empty"
         for name, row in rows.items()
         if (other := row.tracked_with_row) and rows[other].tracked_with
+    ]
+
+
+def _bars_apart(rows: Mapping[str, CalibrationRow]) -> list[str]:
+    """Rows with a bar whose other end is before other stations."""
+    return [
+        f'calibrations, calibration "{name}", column bar: "{row.bar}"; expected a calibration of'
+        f" setup {row.setup}"
+        for name, row in rows.items()
+        if (other := row.bar_row) and rows[other].setup != row.setup
     ]
 
 

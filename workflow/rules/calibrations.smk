@@ -66,6 +66,35 @@ rule pose:
         "../scripts/pose.py"
 
 
+rule calibration_bar:
+    input:
+        unpack(of_row(bar_of)),
+        **tables(DECODED | {"pose": ESTIMATED["pose"]}),
+    output:
+        **tables(BAR_OF_CALIBRATION),
+    log:
+        "<logs>/calibration_bar/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_bar/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.measured,
+    resources:
+        mem_mb=memory(1500),
+        runtime=minutes(30),
+    params:
+        code=source("calibration_bar.py"),
+        contents=contents(selection.decoded_files),
+        row=columns(*ENTRIES),
+        bar=columns("bar", "length_mm", "length_u_mm", "bar_pose"),
+        other=of_row(other_end),
+        lighthouse=LIGHTHOUSE,
+        limits=config["bar"],
+    message:
+        "{wildcards.calibration}: errors of the length of a bar"
+    script:
+        "../scripts/calibration_bar.py"
+
+
 for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), start=1):
 
     rule:
@@ -196,6 +225,10 @@ promise(
         ),
         of_each("allan.parquet", accepted_calibrations(at_rest, EVERY), CALIBRATIONS),
         poses_of_setups(EVERY),
+        *(
+            of_each(file, accepted_calibrations(selection.with_bar, EVERY), CALIBRATIONS)
+            for file in BAR_OF_CALIBRATION.values()
+        ),
     ),
     tables=collect(
         tables_of_group("calibrations", "track", "angles"), group=groups(sheet=CALIBRATIONS)

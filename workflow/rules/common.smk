@@ -6,6 +6,7 @@ from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 
+from mocap_metrology.calibration.tables import BAR as BAR_OF_CALIBRATION
 from mocap_metrology.calibration.tables import DECODED, ESTIMATED, TWIN
 from mocap_metrology.present.text import captions
 from mocap_workflow import given, needs, remote, runs, selection, startup
@@ -361,6 +362,25 @@ def stations_for(row):
     if other is None or not is_accepted(CALIBRATIONS.rows[other]):
         return {}
     return {"tracked_with": f"{config['results']}/calibrations/{other}/pose.json"}
+
+
+def bar_of(row):
+    """Files of a calibration whose row names a bar, and of the row of its other end, unless that is
+    refused."""
+    dump = {"dump": row.path} | ({"factory": row.factory} if row.factory else {})
+    file = {"tracked_with": row.tracked_with_file} if row.tracked_with_file else {}
+    found = {name: located(path) for name, path in (dump | file).items()} | stations_for(row)
+    if row.bar_row and is_accepted(other := CALIBRATIONS.rows[row.bar_row]):
+        folder = f"{config['results']}/calibrations/{other.name}"
+        found["other_dump"] = located(other.path)
+        found |= {f"other_{name}": f"{folder}/{file}" for name, file in DECODED.items()}
+    return found
+
+
+def other_end(row):
+    """Columns of the row of the other end of a bar."""
+    other = CALIBRATIONS.rows.get(row.bar_row)
+    return other and {name: getattr(other, name) for name in ("calibration", "format", "board")}
 
 
 def at_rest(rows):

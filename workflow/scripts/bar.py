@@ -5,8 +5,8 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.present.accuracy.bar_document import bar_lines
     from mocap_metrology.accuracy.asked import Asked
+    from mocap_metrology.present.accuracy.bar_document import bar_lines
     from mocap_metrology.recording.bar import read_bar, write_bar
     from mocap_metrology.recording.clean import Entry
     from mocap_metrology.recording.results import Table

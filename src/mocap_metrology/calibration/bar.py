@@ -1,5 +1,6 @@
 """The step of a calibration whose row names a bar: two objects on it, tracked with the stations of
-the calibration, and how wrong their distance is. The bar checks; nothing is fitted to it."""
+the calibration, and how wrong their distance is. The bar checks; nothing is fitted to it. A bar
+that is hardly moved is judged too: errors of the stations and the diodes are there at rest."""
 
 from __future__ import annotations
 
@@ -35,10 +36,9 @@ from mocap_metrology.lighthouse.records import Hits, Inertial, Station
 from mocap_metrology.lighthouse.track.bar import Heads, Object, heads
 from mocap_metrology.lighthouse.track.receiver import STEP_S
 from mocap_metrology.present.accuracy.bar_document import bar_document, bar_rows
+from mocap_metrology.present.text.sentence import render
 from mocap_metrology.settings import Bar as Limits
 from mocap_metrology.settings import Lighthouse
-
-FILES = {"bar": "bar.json", "bar_rows": "bar.csv"}
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def bar(
     """bar.json and bar.csv of a row; a refusal is a result, with the reason in bar.json.
 
     given: paths named dump, factory (if any) and as `DECODED`, pose, tracked_with (if any); of
-    `other`, a row whose object is the other end, the same after `other_`; paths: as `FILES`.
+    `other`, a row whose object is the other end, the same after `other_`; paths: as `BAR`.
     Returns the contents of bar.json.
     """
     try:
@@ -95,7 +95,8 @@ def _judged(
     if other is not None:
         theirs = _by_labels(other, given["other_dump"])
         ends |= {f"{other.calibration}:{k}": (other, v) for k, v in theirs.items()}
-    pair = pair_of(asked.bar, list(ends), Path(given["dump"]).name)
+    file = Path(given["dump"]).name
+    pair = pair_of(asked.bar, list(ends), file, "two objects of the recording")
     boards = {one.calibration: _board(one) for one in (entry, other) if one is not None}
     at_board = [ends[label] == (entry, own.get(_board(entry))) for label in pair]
     if sum(at_board) != 1:
@@ -109,7 +110,9 @@ def _judged(
         elif row is entry:
             seen = _of_recording(replace(entry, board=found.name), given, settings)
         elif found is theirs.get(boards[row.calibration]):
-            tables = {k.removeprefix("other_"): v for k, v in given.items() if "other_" in k}
+            tables = {
+                k.removeprefix("other_"): v for k, v in given.items() if k.startswith("other_")
+            }
             seen = _of_tables(tables)
             if seen.sha256 is None or seen.sha256 != first.sha256:
                 seen = replace(seen, host_s=math.nan)
@@ -181,8 +184,10 @@ def _document(
     from scipy.spatial.transform import Rotation
 
     take = of_take.take_of(name, "", 1 / STEP_S, 1e3 * found.t_m, 0.0)
-    far = limits.least_path_mm
-    of_take.check(take, " and ".join(pair), asked.length_mm, far)
+    of_take.check(take, " and ".join(pair), asked.length_mm, 0.0)
+    way, least, said = of_take.way_mm(take), limits.least_path_mm, []
+    if way < least:
+        said = [render("bar.one_place", way=way, least=least, pair=pair)]
     quaternions = np.full((2, 4, found.time_s.size), math.nan)
     seen = take.known
     quaternions[:, :, seen] = [Rotation.from_matrix(R[seen]).as_quat().T for R in found.R]
@@ -190,7 +195,10 @@ def _document(
     take = of_take.with_angles(take, quaternions, pose.quaternion if pose else None)
     judged = evaluate([take], asked.certificate, limits)
     findings = findings_of(judged, pose_u_deg=pose.u_deg if pose else 0.0)
-    document: Row = {"recording": name, **bar_document(judged, findings, limits, pair)}
+    document: Row = {
+        "recording": name,
+        **bar_document(judged, findings, limits, pair, warnings=said),
+    }
     clock = found.clock
     document["clock"] = {
         "rate_ppm": 1e6 * (clock.rate - 1),

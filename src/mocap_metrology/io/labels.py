@@ -119,12 +119,14 @@ def _bare(label: str) -> str:
     return label.split(":", 1)[-1].strip()
 
 
-def pair_of(text: str, labels: Sequence[str], file: str) -> tuple[str, str]:
+def pair_of(
+    text: str, labels: Sequence[str], file: str, expected: str = "auto, or two markers of the file"
+) -> tuple[str, str]:
     """`A-B` as two labels of a file; a label may itself hold a `-`."""
     cuts = [k for k, letter in enumerate(text) if letter == "-"]
     found = [(text[:k].strip(), text[k + 1 :].strip()) for k in cuts]
     found = [(a, b) for a, b in found if a != b and {a, b} <= set(labels)]
     if len(found) != 1:
-        what = f'bar is "{text}"; expected auto, or two markers of the file joined by "-"'
+        what = f'bar is "{text}"; expected {expected} joined by "-"'
         raise Refusal(f"{file}: {what}: {in_words(labels, 60)}")
     return found[0]

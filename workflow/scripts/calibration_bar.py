@@ -1,0 +1,23 @@
+"""Two objects on a bar, tracked with the stations of a calibration -> bar.json, bar.csv."""
+
+from step import step
+
+with step(snakemake) as log:
+    from mocap_metrology.accuracy.asked import Asked
+    from mocap_metrology.calibration.bar import bar
+    from mocap_metrology.calibration.sweeps import Entry
+    from mocap_metrology.settings import Bar, Lighthouse
+
+    given, paths = snakemake.params, dict(snakemake.output.items())
+    other = Entry(**given.other) if "other_dump" in snakemake.input.keys() else None
+    settings, limits = Lighthouse(**given.lighthouse), Bar(**given.limits)
+    found = bar(
+        Entry(**given.row),
+        Asked(**given.bar),
+        dict(snakemake.input.items()),
+        settings,
+        limits,
+        paths,
+        other,
+    )
+    log.info("%s", found.get("refused") or found["reason"])

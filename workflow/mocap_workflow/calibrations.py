@@ -190,17 +190,20 @@ class CalibrationRow(SheetRow):
     @field_validator("length_mm", "length_u_mm", "bar_pose")
     @classmethod
     def _of_a_bar(cls, value: object, info: Info) -> object:
-        if value is not None and not info.context.cells["bar"]:
+        if value is None:
+            return value
+        cells = info.context.cells
+        if not cells["bar"]:
             raise Unfit("nothing without a bar in column bar")
-        if info.field_name == "length_u_mm" and not info.context.cells["length_mm"]:
+        if info.field_name == "length_u_mm" and not cells["length_mm"]:
             raise Unfit("nothing without a length in column length_mm")
-        known = info.context.cells["known_length"]
-        cell = STATIONS.fullmatch(known) or DIODES.fullmatch(known)
         if info.field_name == "length_mm" and isinstance(value, float):
             if value == 0:
                 raise Unfit("a number of mm > 0 or nothing")
-            if cell and abs(1e3 * float(cell["length"]) - value) <= 1e3 * float(cell["sd"]):
-                raise Unfit("another length than known_length: what is used does not check")
+            used = cells["known_length"]
+            known = STATIONS.fullmatch(used) or DIODES.fullmatch(used)
+            if known and abs(1e3 * float(known["length"]) - value) <= 1e3 * float(known["sd"]):
+                raise Unfit("another length than known_length: what a calibration uses checks none")
         return value
 
     @field_validator("tracked_with")

@@ -8,16 +8,16 @@ with step(snakemake) as log:
     from mocap_metrology.calibration.sweeps import Entry
     from mocap_metrology.settings import Bar, Lighthouse
 
-    given, paths = snakemake.params, dict(snakemake.output.items())
-    other = Entry(**given.other) if "other_dump" in snakemake.input.keys() else None
+    given, files = snakemake.params, dict(snakemake.input.items())
+    other = Entry(**given.other) if "other_dump" in files else None
     settings, limits = Lighthouse(**given.lighthouse), Bar(**given.limits)
     found = bar(
         Entry(**given.row),
         Asked(**given.bar),
-        dict(snakemake.input.items()),
+        files,
         settings,
         limits,
-        paths,
+        dict(snakemake.output.items()),
         other,
     )
     log.info("%s", found.get("refused") or found["reason"])

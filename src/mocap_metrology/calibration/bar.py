@@ -90,34 +90,26 @@ def _judged(
     used = stations_used(entry, own_pose, given.get("tracked_with"))
     if not is_network(used):
         raise Refusal("bar: stations of the first generation; expected the second (V2)")
-    own = _by_labels(entry, given["dump"])
+    own, theirs = _by_labels(entry, given["dump"]), {}
     ends = {label: (entry, found) for label, found in own.items()}
     if other is not None:
         theirs = _by_labels(other, given["other_dump"])
         ends |= {f"{other.calibration}:{k}": (other, v) for k, v in theirs.items()}
     file = Path(given["dump"]).name
     pair = pair_of(asked.bar, list(ends), file, "two objects of the recording")
-    boards = {one.calibration: _board(one) for one in (entry, other) if one is not None}
-    at_board = [ends[label] == (entry, own.get(_board(entry))) for label in pair]
-    if sum(at_board) != 1:
+    board = own.get(_board(entry))
+    if sum(ends[label][1] is board for label in pair) != 1:
         raise Refusal(f"bar is {asked.bar}; expected the board {_board(entry)} and another object")
-    first = _of_tables(given)
-    objects = []
-    for label, is_own in zip(pair, at_board, strict=True):
+    first, objects = _of_tables(given), []
+    for label in pair:
         row, found = ends[label]
-        if is_own:
-            seen = first
-        elif row is entry:
+        is_own, seen = found is board, first
+        if row is not entry:
+            if found is not theirs.get(_board(row)):
+                raise Refusal(f"bar: {label} is not the board of calibration {row.calibration}")
+            seen = _of_other_row(given, first)
+        elif not is_own:
             seen = _of_recording(replace(entry, board=found.name), given, settings)
-        elif found is theirs.get(boards[row.calibration]):
-            tables = {
-                k.removeprefix("other_"): v for k, v in given.items() if k.startswith("other_")
-            }
-            seen = _of_tables(tables)
-            if seen.sha256 is None or seen.sha256 != first.sha256:
-                seen = replace(seen, host_s=math.nan)
-        else:
-            raise Refusal(f"bar: {label} is not the board of calibration {row.calibration}")
         objects.append(_object(seen, first, found, used, is_own and used is own_pose, settings))
     return _document(entry.calibration, asked, pair, heads(*objects), used, limits)
 
@@ -148,6 +140,14 @@ def _of_tables(given: Paths) -> _Seen:
         origin.get("host_s", math.nan),
         origin["sha256"],
     )
+
+
+def _of_other_row(given: Paths, first: _Seen) -> _Seen:
+    """The computer's times of two files are of one clock only where these are the same."""
+    start = "other_"
+    seen = _of_tables({k.removeprefix(start): v for k, v in given.items() if k.startswith(start)})
+    same = seen.sha256 is not None and seen.sha256 == first.sha256
+    return seen if same else replace(seen, host_s=math.nan)
 
 
 def _of_recording(entry: Entry, given: Paths, settings: Lighthouse) -> _Seen:

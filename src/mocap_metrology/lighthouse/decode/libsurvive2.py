@@ -96,8 +96,8 @@ def light_of(
 
 
 def _ticks(counter: Floats, host_s: Floats) -> tuple[Floats, np.ndarray, float]:
-    """Ticks since the counter's zero nearest to host time 0; the lines that are to be trusted, those
-    of the most common difference between both times, and near the others of their moment; and this
+    """Ticks since the counter's zero nearest to host time 0; the lines that are to be trusted, of
+    the most common difference between both times and near the others of their moment; and this
     difference."""
     period = WRAP / TICKS_PER_S
     lag = np.mod(host_s - counter / TICKS_PER_S, period)

@@ -23,6 +23,11 @@ CALIBRATION = {
 }
 
 
+BAR = {"bar": "T20-T21", "length_mm": "267.86", "length_u_mm": "0.1", "board": "T20"}
+BAR |= {"format": "libsurvive-rec"}
+LENGTH = "diode 0 at 2.0 s - diode 0 at 7.0 s"
+
+
 def load(folder: Path, **cells: str) -> CalibrationRow:
     path = write_sheet(folder, list(CalibrationRow.columns()), CALIBRATION | cells)
     return rows.load(CalibrationRow, path, ["T"])["s1-1"]
@@ -55,12 +60,13 @@ def test_every_column_reaches_the_row(folder: Path) -> None:
         **{"world_points": "board.csv", "board": "board.csv", "path": "dump.bin"},
     }
     others = {"known_length": "stations 4.33 0.005", "sha256": "ab" * 32, "comment": "moved"}
-    others |= {"reference_unit": "m"}
+    others |= {"reference_unit": "m", "bar": "board-deck", "bar_pose": "{}"}
+    lengths = {"length_mm": 500.0, "length_u_mm": 0.05}
     joined = {name: ";".join(value) for name, value in labels.items()}
-    row = CALIBRATION | files | others | joined
+    row = CALIBRATION | files | others | joined | {k: str(v) for k, v in lengths.items()}
     assert set(row) == set(CalibrationRow.columns())
     derived = {"twin": None, "source": "measured"}
-    assert load(folder, **row).model_dump() == row | labels | derived
+    assert load(folder, **row).model_dump() == row | labels | lengths | derived
 
 
 def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -> None:
@@ -101,6 +107,12 @@ def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -
         ({"tracked_with": "no.json"}, "column tracked_with"),
         ({"known_length": "4.33"}, "expected `stations 4.330 0.005`"),
         ({"known_length": "points"}, "expected a length, as the row names no world_points"),
+        (BAR | {"bar": "T20"}, 'column bar: "T20"; expected two objects joined by "-"'),
+        (BAR | {"bar": "T20-s2:T21"}, "a calibration of the sheet ("),
+        (BAR | {"bar": ""}, "column length_mm: \"267.86\"; expected nothing without a bar"),
+        (BAR | {"length_mm": ""}, "expected nothing without a length in column length_mm"),
+        (BAR | {"known_length": LENGTH + " 0.268 0.002"}, "expected another length than known_length"),
+        (BAR | {"path": "simulate:T"}, "column bar: \"T20-T21\"; expected nothing for a simulated"),
         ({"path": "simulate:T", "sha256": "0" * 64}, "nothing for a simulated calibration"),
         ({"reference_labels_master": "a"}, "expected nothing, as the reference is no C3D file"),
         ({"sha256": "1"}, "expected 64 hexadecimal digits or nothing"),
@@ -133,6 +145,23 @@ def test_tracked_with_a_file_or_another_row(folder: Path) -> None:
     assert caught.value.lines == [
         'calibrations, calibration "s1-1", column tracked_with: "s2"; expected a calibration whose'
         " own tracked_with is empty"
+    ]
+
+
+def test_a_bar_ends_in_the_recording_or_in_another_row_of_the_setup(folder: Path) -> None:
+    row = load(folder, **BAR, bar_pose="{}")
+    assert (row.bar, row.bar_row, row.length_mm, row.length_u_mm) == ("T20-T21", None, 267.86, 0.1)
+    cells = [
+        CALIBRATION | BAR | {"bar": "LHR-A1-s-2:T21", "board": "LHR-A1"},
+        CALIBRATION | BAR | {"calibration": "s-2", "setup": "s2", "board": "T21"},
+    ]
+    path = write_sheet(folder, list(CalibrationRow.columns()), *cells)
+    assert rows.load(CalibrationRow, path, [])["s1-1"].bar_row == "s-2"
+    with pytest.raises(Faults) as caught:
+        startup.sheets({"recordings": None, "calibrations": path}, [])
+    assert caught.value.lines == [
+        'calibrations, calibration "s1-1", column bar: "LHR-A1-s-2:T21"; expected a calibration of'
+        " setup s1"
     ]
 
 

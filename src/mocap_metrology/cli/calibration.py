@@ -13,21 +13,24 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from threading import Thread
 
+from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.calibration.angle_noise import of_calibration
+from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.pose import FORMATS, write_poses
 from mocap_metrology.calibration.sweeps import Entry, checked, write_decoded
-from mocap_metrology.calibration.tables import TABLES
+from mocap_metrology.calibration.tables import BAR, TABLES
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.common.paths import exists
 from mocap_metrology.lighthouse.assess.pose_file import is_network
+from mocap_metrology.present.accuracy.bar_document import bar_lines
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import all_rows
 from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import import_matplotlib, save
-from mocap_metrology.settings import Allan, Lighthouse, PoseEstimator
+from mocap_metrology.settings import Allan, Bar, Lighthouse, PoseEstimator
 
 PICTURES = ("calibration.png", "calibration.svg", "track.png", "track.svg")
 ESTIMATORS: tuple[PoseEstimator, ...] = ("batch", "paper-lm")  # the others take seconds
@@ -57,7 +60,7 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
         )
         for words in (*check["notes"], *check["warnings"]):
             tell(words)
-        names = ("check.json", *TABLES.values(), *PICTURES)
+        names = ("check.json", *TABLES.values(), *BAR.values(), *PICTURES)
         # The second process ends first, also after a failure: it would create the folder again
         with replaced(folder, names) as part, second:
             files = {name: str(part / file) for name, file in TABLES.items()}
@@ -69,6 +72,9 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
             results = read_calibration(files, entry.calibration, None)
             tell_result(_verdict_lines(results, options.brief))
+            if options.bar:
+                given = files | beside | {"dump": str(path)}
+                tell_result(_bar_lines(entry, given, settings, part, options))
             tell("3/3 figures")
             drawn = second.submit(_draw_calibration, files, entry.calibration, part / PICTURES[0])
             tracked = *read_table(files["track"]), *read_table(files["allan"])
@@ -121,6 +127,22 @@ def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
     width = max(len(label) for label, _ in rows)
     table = [f"  {label:{width}}  {'  '.join(f'{c:>10}' for c in cells)}" for label, cells in rows]
     return [*lines, "", title, *table]
+
+
+def _bar_lines(
+    entry: Entry,
+    given: Mapping[str, str],
+    settings: Lighthouse,
+    folder: Path,
+    options: argparse.Namespace,
+) -> list[str]:
+    """bar.json and bar.csv of another object of the recording, and what they say."""
+    asked = Asked(options.bar, options.length, options.length_u)
+    paths = {name: str(folder / file) for name, file in BAR.items()}
+    found = bar(entry, asked, given, settings, Bar(), paths)
+    if "refused" in found:
+        return [found["refused"]]
+    return [": ".join(bar_lines(found)[:2])] if options.brief else ["", *bar_lines(found)]
 
 
 def format_of(path: Path) -> str:

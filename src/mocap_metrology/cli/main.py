@@ -109,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _misplaced(options: argparse.Namespace) -> Iterator[tuple[str, str]]:
     """Options that do not go with the others, and why."""
     if options.board:
-        yield from ((name, "is not for a dump (--board)") for name in (*OF_MARKERS, *OF_BARS))
+        yield from ((name, "is not for a dump (--board)") for name in OF_MARKERS)
     else:
         yield from ((name, "needs --board") for name in OF_DUMPS)
     if options.bar:
@@ -192,7 +192,7 @@ def check(options: argparse.Namespace) -> int:
         width = [max(len(row[k]) for row in rows) for k in range(2)]
         lines = (f"{name:{width[0]}}  {word:{width[1]}}  {folder}" for name, word, folder in rows)
         results.tell_result(["", *lines])
-        if options.bar:
+        if options.bar and not options.board:
             from mocap_metrology.cli.bar import tell_together
 
             tell_together([Path(folder) for _, word, folder in rows if word != results.NONE])

@@ -41,7 +41,7 @@ export CHECK_BAR := $(value BAR)
 export CHECK_FACTORY := $(value FACTORY)
 export CHECK_REFERENCE := $(value REFERENCE)
 export CHECK_RESULTS := $(if $(filter command,$(origin RESULTS)),$(value RESULTS))
-check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [UNIT=mm] [NAMES="t x y z"] [TRUNCATED=accept] [RESULTS=folder]; of a bar that is moved: make check FILE=wand.c3d BAR=A-B|auto [LENGTH_MM=500] [LENGTH_U_MM=0.05]; of a sweep dump: make check FILE=dump.bin BOARD=board.csv [WORLD=gravity|master|board-start] [POINTS=room.csv] [LENGTH="stations 4.330 0.005"] [FACTORY=stations.json] [REFERENCE=pose.json] [INERTIAL=use]
+check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [UNIT=mm] [NAMES="t x y z"] [TRUNCATED=accept] [RESULTS=folder]; of a bar that is moved: make check FILE=wand.c3d BAR=A-B|auto [LENGTH_MM=500] [LENGTH_U_MM=0.05]; of a sweep dump: make check FILE=dump.bin BOARD=board.csv [WORLD=gravity|master|board-start] [POINTS=room.csv] [LENGTH="stations 4.330 0.005"] [FACTORY=stations.json] [REFERENCE=pose.json] [INERTIAL=use] [BAR=T20-T21]
 	@test -n "$$CHECK_FILE" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
 	@$(RUN) python -m mocap_metrology check --threads "$(CORES)" \
 		$${CHECK_BAR:+--bar="$$CHECK_BAR"} $(if $(LENGTH_MM),--length "$(LENGTH_MM)") $(if $(LENGTH_U_MM),--length-u "$(LENGTH_U_MM)") \

@@ -97,7 +97,7 @@ def test_options_that_need_each_other(capsys) -> None:
         (["--length", "5"], "--length needs --bar"),
         (["--bar", "auto", "--length-u", "1"], "--length-u needs --length"),
         (["--bar", "auto", "--markers", "A"], "--markers is not for a moving bar"),
-        (["--bar", "auto", "--board", "b.csv"], "--bar is not for a dump"),
+        (["--rate", "100", "--board", "b.csv"], "--rate is not for a dump"),
         (["--bar", "auto", "--length", "5cm"], "'5cm'; expected mm, as 500"),
     ):
         with pytest.raises(SystemExit):

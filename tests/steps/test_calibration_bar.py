@@ -16,6 +16,7 @@ from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.pose import pose
 from mocap_metrology.calibration.sweeps import Entry, paths_in, sweeps
 from mocap_metrology.calibration.tables import BAR, TABLES
+from mocap_metrology.cli import main
 from mocap_metrology.common.files import write_json
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import Station
@@ -135,3 +136,11 @@ def test_what_is_no_bar_is_refused(lab: Path, asked: Asked, why: str) -> None:
     found = judged(lab, entry_of(lab, "a", "a", "T20"), asked)
     assert re.search(why, found["refused"])
     assert (lab / "a/bar.csv").read_text() == "quantity,class\n"
+
+
+def test_the_command(lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    named = ["--board", "T20", "--bar", "T20-T21", "--length", "267.86"]
+    given = ["--factory", str(lab / "stations.json"), "--output", str(tmp_path / "out")]
+    assert main.main(["check", str(lab / "a.rec.gz"), *named, *given]) == 0
+    assert "Error of the length of T20 and T21 against its certificate" in capsys.readouterr().out
+    assert json.loads((tmp_path / "out/bar.json").read_text())["word"] == "usable"

@@ -79,9 +79,9 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     panel_title(axes["path"], f"{'At rest,' if still else 'Path'} {seen_from}".strip(" ,"))
     stations.draw_ellipses([axes["horizontal"], axes["vertical"]], files)
     known = [name for name, own in files.entries.items() if own is not None]
-    slave = f"Station {known[0]}" if known and known[0].isdigit() else "Slave"
-    panel_title(axes["horizontal"], f"{slave} from above")
-    panel_title(axes["vertical"], f"{slave} from right")
+    slave = f"Station {known[0]}," if known and known[0].isdigit() else "Slave from"
+    panel_title(axes["horizontal"], f"{slave} above")
+    panel_title(axes["vertical"], f"{slave} right")
     remarks = []
     if residuals:
         _draw_means(axes, residuals, files.names)
@@ -191,8 +191,8 @@ def _draw_means(panels: Mapping[str, Axes], residuals: Record, names: Sequence[s
         called = dict(zip(AXES, PLANES, strict=True))
     for key, (against, label) in MEANS.items():
         axes, typical = panels[key], [0.0]
-        of = called.get(key, "mean").capitalize()
-        panel_title(axes, f"{of} residuals")
+        of = called.get(key, key).capitalize()
+        panel_title(axes, "Mean residuals" if key == "time" else f"{of} residuals")
         axes.axhline(0.0, color=GREY, lw=0.8)
         for row in residuals["against"]:
             if row["against"] != against or key not in ("time", row["axis"]):

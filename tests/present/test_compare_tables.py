@@ -157,7 +157,7 @@ def test_figure_shows_the_last_ratios_with_their_intervals(tmp_path) -> None:
     check_saved(picture, tmp_path / "f")
 
 
-@pytest.mark.parametrize("factor", [1.0, 1.02, 40.0, 3e4])
+@pytest.mark.parametrize("factor", [1.0, 3e4])
 def test_figures_of_odd_recordings(factor) -> None:
     """Equal ones, a ratio of four decades, many markers, long names, values that are missing."""
     many = (*(f"{axis}{k}" for k in range(1, 10) for axis in "xyz"), "L")

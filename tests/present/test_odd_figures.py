@@ -53,7 +53,7 @@ TRAJECTORIES = {
     "constant": (recording(9000), _constant),
     "constant and short": (recording(200, 1), _constant),
     "lone frame": (recording(9000, 1, pairs=False), _lone_frame),
-    "many markers": (recording(300, 40), _gaps),
+    "many markers": (recording(300, 8), _gaps),
 }
 
 
@@ -85,7 +85,7 @@ def _names(n_markers, pairs=()):
     return [f"{a}{k}" for k in range(1, n_markers + 1) for a in "xyz"] + list(pairs)
 
 
-@pytest.mark.parametrize(("n_markers", "n_pairs"), [(1, 0), (2, 9), (5, 1), (6, 9), (40, 9)])
+@pytest.mark.parametrize(("n_markers", "n_pairs"), [(1, 0), (2, 9), (5, 1), (6, 9), (8, 9)])
 def test_layouts(n_markers, n_pairs):
     names = _names(n_markers, [f"L_{k}_{k + 1}" for k in range(n_pairs)])
     figure = allan_figure(allan_columns(names), "t", "n")

@@ -13,7 +13,6 @@ import numpy as np
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 from running import write_sheet
-from sample_files import samples_folder
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.files import sha256, write_json
@@ -90,8 +89,8 @@ REFUSED = {  # recording: board, what its line says
     "other-object": ("HMD", "no pulses of an object 'HMD'; expected one of BOARD"),
     "other-checksum": ("board.csv", f"expected {'0' * 64}"),
 }
-# Of each kind one is in the sheet: dump, flashes, board, libsurvive recording, checksum
-BAD_ROWS = ("odd", "one-station", "millimetres", "second-generation", "other-checksum")
+# Of each kind one is in the sheet: dump, libsurvive recording, checksum
+BAD_ROWS = ("odd", "second-generation", "other-checksum")
 
 
 def made(name: str) -> Made:
@@ -191,9 +190,6 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
         | {"tracked_with": "measured"},
         "stranger": {"path": "lab.dump", "reference": "stranger.json"},
     }
-    if real := samples_folder():
-        path = real / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
-        good["headset"] = {"path": str(path)} | REC | {"board": "HMD"}
     bad = {name: cells for name, cells in bad_rows().items() if name in BAD_ROWS}
     twin = common | {"group": "jansen2019", "path": "simulate:mounted", "board": ""}
     good["recorded"] |= {"setup": "pair"}
@@ -222,6 +218,8 @@ REFUSED_RECORDINGS = {  # what the line of each says
     "invalid": "valid in no frame",
     "overlap": "overlap",
 }
+# In the sheet: cut off in both kinds of file, of another format, of several files
+BAD_RECORDINGS = ("truncated", "cut", "zip", "overlap")
 TABLES_OF_RECORDING = ("trajectories.parquet", "clean.parquet", "outliers.csv")
 TABLES_OF_CALIBRATION = (
     *("pulses.parquet", "inertial.parquet", "sweeps.parquet", "stations.json", "board.csv"),
@@ -229,10 +227,12 @@ TABLES_OF_CALIBRATION = (
 TURN_RAD, POSES = 1e-3, 2400  # noise of the orientation of a body, and its frames
 # Labels, cells and the name of a file that are more than text to some program
 ACTIVE = [
-    *("![i](http://127.0.0.1:9/i.png)", "<img src=http://127.0.0.1:9/ onerror=alert(1)>"),
-    *("</script><script>alert(1)</script>", r"$\frac{x}$ $\undefined$", "=1+cmd|' /C calc'!A0"),
+    r"![i](http://127.0.0.1:9/i.png) $\frac{x}$ $\undefined$",
+    "<img src=http://127.0.0.1:9/ onerror=alert(1)></script><script>alert(1)</script>",
+    "=1+cmd|' /C calc'!A0",
 ]
 ACTIVE_FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
+TABLE = slice(1300, 1800)  # frames of the take that are also in a table without names
 TRC = """PathFileType\t4\t(X/Y/Z)\tcut.trc
 DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames
 100\t100\t200\t1\tmm\t100\t1\t200
@@ -267,6 +267,9 @@ def png() -> bytes:
         return len(body).to_bytes(4, "big") + kind + body + crc
 
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", bytes(13)) + chunk(b"IEND", b"")
+
+
+OF_BAD = {"overlap": "first.c3d;second.c3d", "cut": "cut.trc"}  # the files, where not <name>.c3d
 
 
 def write_bad_recordings(folder: Path) -> None:
@@ -311,7 +314,7 @@ def write_recordings(folder: Path) -> list[dict[str, str]]:
     write_c3d(folder / "take.c3d", ["A", "B"], 50.0, [position], len(position))
     lines = [
         ",".join(["" if np.isnan(v) else f"{v:.6f}" for v in row])
-        for row in position.reshape(-1, 6)
+        for row in position[TABLE].reshape(-1, 6)
     ]
     lines = [f"{k / 50:.2f},{line}" for k, line in enumerate(lines)]
     (folder / "rows.csv").write_text("\n".join([*lines, ""]))
@@ -332,12 +335,11 @@ def write_recordings(folder: Path) -> list[dict[str, str]]:
         {"recording": "T40-10", "path": "simulate:T40-10", "group": "skurowski2019"}
         | {"camera_type": "T40", "n_cameras": "10"},
     ]
-    others = {"overlap": "first.c3d;second.c3d", "cut": "cut.trc"}
     return rows + [
         two
-        | {"recording": name, "path": others.get(name, f"{name}.c3d"), "comment": ACTIVE[1]}
+        | {"recording": name, "path": OF_BAD.get(name, f"{name}.c3d"), "comment": ACTIVE[1]}
         | ({"markers": "A"} if name == "cut" else {})
-        for name in REFUSED_RECORDINGS
+        for name in BAD_RECORDINGS
     ]
 
 

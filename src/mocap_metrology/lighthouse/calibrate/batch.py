@@ -253,7 +253,11 @@ def without_bad_diodes(
             break
         out.append(worst)
         hits = hits.take(hits.diode != worst)
-        found = renewed(scene, hits, trajectory, poses)
+        if scene.generation == 2:  # hits are many, so not from the start again
+            trajectory, poses = found.recordings[0].trajectory, poses_of(found)
+            found = fitted(scene, hits, trajectory, poses)
+        else:
+            found = renewed(scene, hits, trajectory, poses)
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
     return found, "; ".join(filter(None, (note, why)))

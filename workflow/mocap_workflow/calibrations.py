@@ -84,9 +84,10 @@ class CalibrationRow(SheetRow):
     of the recording) or `diode 3 at 12.5 s`; hold the board still there for 0.2 s."""
     known_length: Annotated[str | None, Cell(FORM, EXPECTED)] = None
     """Optional length in the room, which shows the scale that angles do not: `stations 4.330
-    0.005`, the distance of the stations' origins and its standard deviation in m; `diode 0 at 2.0 s
-    - diode 0 at 7.0 s 2.000 0.002`, that of two places of a diode at these moments; or `points`,
-    the size of the figure of `world_points` (5 mm a coordinate; `points 0.002`: 2 mm)."""
+    0.005`, the distance of the stations' origins and its standard deviation in m (V2: `stations
+    3-11 4.330 0.005`, by channel); `diode 0 at 2.0 s - diode 0 at 7.0 s 2.000 0.002`, that of two
+    places of a diode at these moments; or `points`, the size of the figure of `world_points` (5 mm
+    a coordinate; `points 0.002`: 2 mm)."""
     sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
         None
     )

@@ -252,8 +252,14 @@ def without_bad_diodes(
         if worst is None or np.unique(hits.diode).size <= FEWEST_DIODES:
             break
         out.append(worst)
-        hits = hits.take(hits.diode != worst)
-        found = renewed(scene, hits, trajectory, poses)
+        if scene.generation == 2:  # hits are many, so not from the start again
+            one = found.recordings[0]
+            hits = one.sweeps.hits
+            hits = hits.take(hits.diode != worst)
+            found = fitted(scene, hits, one.trajectory, poses_of(found))
+        else:
+            hits = hits.take(hits.diode != worst)
+            found = renewed(scene, hits, trajectory, poses)
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
     return found, "; ".join(filter(None, (note, why)))

@@ -25,7 +25,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 from mocap_metrology.lighthouse.places import narrowness_m, read_places
-from mocap_metrology.lighthouse.records import Path, Station
+from mocap_metrology.lighthouse.records import ROLES, Path, Station
 
 GRAVITY, MASTER, BOARD_START, POINTS = "gravity", "master", "board-start", "points"
 WORDS = {
@@ -35,7 +35,7 @@ WORDS = {
     POINTS: "that of the measured points",
 }
 LABEL = re.compile(r"diode (\d{1,4})(?: at (\d{1,6}(?:\.\d{1,6})?) s)?")
-EXPECTED = "master, slave, diode 3 (at the start) or diode 3 at 12.5 s"
+EXPECTED = "master, slave, diode 3 (at the start), diode 3 at 12.5 s or the channel of a V2 station"
 STILL_S = 0.2  # the board's place is the mean over so long
 LARGEST_ROOM_M = 100.0  # beyond this a place is in mm
 NARROWEST_M = 0.01  # spread of points off their line, root of the sum of squares
@@ -89,7 +89,7 @@ def read_points(path: str) -> dict[str, np.ndarray]:
     """
     points = read_places(path, "point", LARGEST_ROOM_M, "the origin")
     for label in points:
-        if label not in ("master", "slave") and not LABEL.fullmatch(label):
+        if label not in ROLES and not label.isdigit() and not LABEL.fullmatch(label):
             raise Refusal(f"{PurePath(path).name}: label {label!r}; expected {EXPECTED}")
     _check_spread(np.array(list(points.values())), PurePath(path).name)
     return points

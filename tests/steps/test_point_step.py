@@ -1,0 +1,54 @@
+"""Reference points from recordings: the table of a group, and files that are no reference."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.recording.points import Seen, read_reference, write_points
+
+
+def test_a_group_of_markers(tmp_path: Path) -> None:
+    """Eight places 5 ppm apart in scale, in another frame, with 0.1 mm: headline near that."""
+    rng = np.random.default_rng(1)
+    places = rng.uniform(-1000, 1000, (8, 3))
+    truth = places[:, [1, 2, 0]] + [5.0, 6.0, 7.0] + 0.1 * rng.standard_normal((8, 3))
+    lines = [f"P{k},{x},{y},{z}\n" for k, (x, y, z) in enumerate(truth)]
+    (tmp_path / "ref.csv").write_text("point,x_mm,y_mm,z_mm\n" + "".join(lines))
+    rows = [{"recording": f"r{k}", "point": f"P{k}", "source": "measured"} for k in range(8)]
+    recorded = [Seen(place, 0.05, np.eye(3)) for place in places]
+    found = tmp_path / "lab_points.json", tmp_path / "lab_points.svg"
+    write_points("lab", rows, recorded, tmp_path / "ref.csv", *found)
+    document = json.loads(found[0].read_text())
+    assert 0.1 < document["left_out_rms_mm"] < 0.4 and document["findings"] == []
+    assert document["lever_mm"] is None and abs(document["scale_ppm"]) < 300
+    assert "r7" in (tmp_path / "lab_points.csv").read_text()
+    assert "No difference of scale is claimed" in (tmp_path / "lab_points.md").read_text()
+    rows[3]["point"] = "P9"
+    with pytest.raises(Refusal, match=r"ref\.csv: has no point P9; it has P0, "):
+        write_points("lab", rows, recorded, tmp_path / "ref.csv", *found)
+    swapped = [*rows[:3], rows[3] | {"point": "P4"}, rows[4] | {"point": "P3"}, *rows[5:]]
+    write_points("lab", swapped, recorded, tmp_path / "ref.csv", *found)
+    assert json.loads(found[0].read_text())["findings"][0] == "does_not_fit"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a,b\n1,2\n", "columns a, b; expected point, x_mm, y_mm, z_mm"),
+        ("point,x_mm,y_mm,z_mm\nP,1,2\n", "expected numbers of mm"),
+        ("point,x_mm,y_mm,z_mm\nP,1,2,nan\n", "line 2"),
+        ("point,x_mm,y_mm,z_mm\nP,1,2,3\nP,1,2,3\n", "point P stands twice"),
+        ("", "columns nothing; expected point"),
+    ],
+)
+def test_what_is_no_reference_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "ref.csv"
+    path.write_text(text)
+    with pytest.raises(Refusal) as refused:
+        read_reference(path)
+    assert words in str(refused.value) and str(refused.value).startswith("ref.csv")

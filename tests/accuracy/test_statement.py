@@ -127,3 +127,17 @@ def test_frames_of_a_date_left_out_lie_inside(dates: int, passes: int) -> None:
             shares.append(by_name["any"].holds(np.concatenate(left.every.errors)))
             shares += [by_name[c.name].holds(np.concatenate(c.errors)) for c in left.classes]
     assert 0.90 <= np.mean(shares) <= 0.995
+
+
+def test_budgets_are_those_of_gtc() -> None:
+    """Random budgets against the GUM Tree Calculator."""
+    gtc = pytest.importorskip("GTC")
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        n = int(rng.integers(2, 8))
+        dof = [math.inf, *rng.integers(1, 60, n - 1).tolist()]
+        u = rng.lognormal(0, 1, n)
+        ours = Budget(tuple(Component("", "A", *one) for one in zip(u, dof, strict=True)))
+        theirs = sum(gtc.ureal(0, *one) for one in zip(u, dof, strict=True))
+        assert ours.u == pytest.approx(theirs.u) and ours.dof == pytest.approx(theirs.df)
+        assert ours.k == pytest.approx(gtc.rp.k_factor(theirs.df), rel=1e-6)

@@ -56,9 +56,9 @@ class Statement:
         return float(np.mean(np.abs(known + self.correction_mm) <= self.budget.expanded))
 
 
-def statements(bar: Bar, known: Known | None = None, averaged: int = 1) -> tuple[Statement, ...]:
+def statements(bar: Bar, known: Known | None = None, averaged: float = 1) -> tuple[Statement, ...]:
     """Of each class of FEWEST passes or more, first of any of them; none where there is none.
-    averaged: frames of which a mean is stated."""
+    averaged: frames of one place and pass of which a mean is stated."""
     classes = [one for one in bar.classes if len(one.passes) >= FEWEST]
     own = [_of_passes(one, averaged) for one in classes]
     if not own:
@@ -73,7 +73,7 @@ def statements(bar: Bar, known: Known | None = None, averaged: int = 1) -> tuple
     )  # fmt: skip
 
 
-def _of_passes(one: OfClass, averaged: int) -> Statement:
+def _of_passes(one: OfClass, averaged: float) -> Statement:
     """What the passes of a class show."""
     means = np.array([float(np.nanmean(e)) for e in one.errors])
     rest = np.array([np.nanvar(r) for r in one.parts.rest])
@@ -99,7 +99,7 @@ def _of_passes(one: OfClass, averaged: int) -> Statement:
     return Statement(one.name, means.size, k * dated, -float(units.mean()), budget)
 
 
-def _mean_square(name: str, squares: np.ndarray, most: float, averaged: int = 1) -> Component:
+def _mean_square(name: str, squares: np.ndarray, most: float, averaged: float = 1) -> Component:
     """Type A by the mean of squares (k,) of passes: degrees of freedom by their scatter, 2 u^4 /
     var(u^2) (G.3 of the GUM), from k - 1 to those of independent values."""
     k, mean = squares.size, max(float(squares.mean()), 0.0)

@@ -1,7 +1,7 @@
 """Uncertainty budgets in the manner of the GUM (JCGM 100:2008).
 
 u_c^2 = sum u_i^2 of uncorrelated components (clause 5.1, sensitivities taken into u_i), effective
-degrees of freedom by Welch & Satterthwaite, nu_eff = u_c^4 / sum (u_i^4 / nu_i) (G.2b), the coverage
+degrees of freedom by Welch & Satterthwaite, nu_eff = u_c^4 / sum (u_i^4 / nu_i) (G.2b), coverage
 factor k = t_p(nu_eff) (G.3), not rounded down, and U = k u_c.
 """
 

@@ -18,7 +18,7 @@ with step(snakemake) as log:
     )
     settings, group = Settings(**snakemake.params.settings), snakemake.wildcards.group
     bar = write_group(group, given.takes, still, settings, Path(output.json), Path(output.svg))
-    known = known_of(bar.document["pair"], monitors, points[0] if points else None)
+    known = known_of(bar.pair, monitors, points[0] if points else None)
     found = Path(output.statement_json), Path(output.statement_pdf)
     write_statement(group, bar, known, *found)
     log.info("%d takes", len(given.takes))

@@ -15,8 +15,8 @@ from mocap_metrology.accuracy import take as of_take
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_slope
 from mocap_metrology.accuracy.findings import findings_of
-from mocap_metrology.accuracy.take import Take, take_of, with_angles
 from mocap_metrology.accuracy.statement import Known
+from mocap_metrology.accuracy.take import Take, take_of, with_angles
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.files import read_table, write_csv, write_json, write_table
 from mocap_metrology.common.types import Row
@@ -229,6 +229,7 @@ class Together:
     """All passes of one bar, and sources of the recordings by name; document: as bar.json."""
 
     bar: Bar
+    pair: Sequence[str]
     sources: Mapping[str, str]
     document: Row
 
@@ -250,7 +251,7 @@ def passes_of(
         named: Row = {"recording": f"{len(own)} passes of {'-'.join(pair)}"}
         document = named | present.bar_document(bar, findings, settings.bar, pair)
         sources = {origin["recording"]: origin["source"] for _, origin in own}
-        found.append(Together(bar, sources, document))
+        found.append(Together(bar, pair, sources, document))
     return found
 
 
@@ -292,9 +293,9 @@ def write_group(
 def write_statement(group: str, one: Together, known: Known, path: Path, pdf: Path) -> None:
     """Statement of uncertainty by a bar: tables beside the JSON file `path`, the page as `pdf` and
     as PNG."""
-    document = statement.statement_document(one.bar, one.document["pair"], known)
+    document = statement.statement_document(one.bar, one.pair, known)
     of = tables.source_sentence(one.sources)
-    said = " ".join((*statement.told(document), captions.STATEMENT, of))
+    said = "\n\n".join((statement.told(document), f"{captions.STATEMENT} {of}"))
     title = f"{group}: statement of uncertainty"
     tables.write(path.with_suffix(".csv"), statement.statement_rows(document), title, said)
     write_json(path, {"group": group, **document})

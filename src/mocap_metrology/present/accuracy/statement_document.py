@@ -12,7 +12,7 @@ from mocap_metrology.accuracy.bar import Bar
 from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.accuracy.statement import ANY, Known, Statement, statements
 from mocap_metrology.common.gum import Component
-from mocap_metrology.common.types import Row
+from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text.sentence import render
 
 SAID = ("quantity", "where", "when", "correction", "method")
@@ -69,7 +69,7 @@ def _headline(document: Row, passes: int) -> list[str]:
     if not document["statements"]:
         return [render("statement.few", passes=passes, fewest=FEWEST)]
     precise = [] if document["certificate"] else [render("statement.precise")]
-    return [render("statement.result", **document["statements"][0]), *precise]
+    return [render("statement.result", **document["statements"][0] | document), *precise]
 
 
 def _row(one: Statement, mean: Statement) -> Row:
@@ -107,8 +107,8 @@ def statement_rows(document: Row) -> list[Row]:
     return rows or [{"note": document["headline"][0]}]
 
 
-def told(document: Row) -> list[str]:
-    """All sentences of a statement."""
-    said = document.get("said", {}).values()
-    return [*(f"{one.rstrip('.')}." for one in document["headline"]), *said,
-            f"Not covered: {'; '.join(document['not_covered'])}."]  # fmt: skip
+def told(document: Row) -> str:
+    """All sentences of a statement, in Markdown."""
+    said = [f"{name.capitalize()}: {words}" for name, words in document.get("said", {}).items()]
+    head = [f"{one.rstrip('.')}." for one in document["headline"]]
+    return "\n\n".join([*head, *said, f"Not covered: {'; '.join(document['not_covered'])}."])

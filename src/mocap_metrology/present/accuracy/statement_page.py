@@ -52,9 +52,8 @@ def statement_page(document: Row, group: str, source: str) -> Figure:
     axes.axis("off")
     pair = plot.literal(plot.clipped(" and ".join(document["pair"])))
     axes.text(MARGIN, 24, "Statement of uncertainty", fontsize=17, fontweight="bold")
-    axes.text(
-        MARGIN, 31, f"{plot.short(group)}: length between {pair}", fontsize=11, color=plot.GREY
-    )
+    of = f"{plot.short(group)}: length between {pair}"
+    axes.text(MARGIN, 31, of, fontsize=11, color=plot.GREY)
     y = 43.0
     for k, line in enumerate(document["headline"]):
         how: plot.Keywords = {"fontsize": 9.5 if k else 13, "fontweight": "normal" if k else "bold"}
@@ -78,7 +77,7 @@ def _paragraph(axes: Axes, y: float, name: str, items: Sequence[str]) -> float:
     axes.text(MARGIN, y, name.capitalize(), color=plot.GREY)
     for item in items:
         for words in textwrap.wrap(plot.literal(item), LETTERS):
-            axes.text(COLUMN, y, words.replace("u_c²", "$u_c^2$").replace("u_c", "$u_c$"))
+            axes.text(COLUMN, y, words.replace("u_c", "$u_c$"))
             y += LINE_MM
     return y + 1.5
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -42,7 +43,8 @@ def statement_page(document: Row, group: str, source: str) -> Figure:
     axes.set(xlim=(0, PAGE_MM[0]), ylim=(PAGE_MM[1], 0))
     axes.axis("off")
     _text(axes, MARGIN, 24, ["Statement of uncertainty"], fontsize=17, fontweight="bold")
-    of = f"{plot.clipped(group)}: length between {plot.clipped(' and '.join(document['pair']))}"
+    pair = " and ".join(plot.clipped(label, 24) for label in document["pair"])
+    of = f"{plot.clipped(group)}: length between {pair}"
     _text(axes, MARGIN, 31, [of], fontsize=11, color=plot.GREY)
     first, *others = document["headline"]
     y = _text(axes, MARGIN, 43, [first], 64, 6.0, fontsize=13, fontweight="bold")
@@ -55,7 +57,9 @@ def statement_page(document: Row, group: str, source: str) -> Figure:
         y = _directions(axes, y + 7, document["statements"])
     _text(axes, MARGIN, y + 6, ["Not covered"], color=plot.GREY)
     _text(axes, COLUMN, y + 6, [f"• {one}" for one in document["not_covered"]])
-    _text(axes, MARGIN, 284, [source[:250]], 125, fontsize=plot.SMALL_PT, color=plot.GREY)
+    _text(
+        axes, MARGIN, 284, [plot.clipped(source, 240)], 125, fontsize=plot.SMALL_PT, color=plot.GREY
+    )
     return figure
 
 
@@ -70,7 +74,7 @@ def _text(
 ) -> float:
     """Lines of so many letters from y on; where the next one begins."""
     for words in (line for item in items for line in textwrap.wrap(plot.literal(item), letters)):
-        axes.text(x, y, words.replace("u_c ", "$u_c$ "), **how)
+        axes.text(x, y, re.sub(r"\bu_c\b", "$u_c$", words), **how)
         y += step
     return y
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.accuracy.bar import Bar
 from mocap_metrology.accuracy.components import FEWEST
-from mocap_metrology.accuracy.statement import ANY, Known, Statement, statements
+from mocap_metrology.accuracy.statement import Known, Statement, statements
 from mocap_metrology.common.gum import Component
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text.sentence import render
@@ -49,13 +49,12 @@ def statement_document(bar: Bar, pair: Sequence[str], known: Known | None = None
         "where_m": {axis: [low, high] for axis, low, high in ends},
         "passes": [take.name for take in bar.takes],
         "dates": sorted({take.date for take in bar.takes if take.date}),
-        "classes": [one.direction for one in found if one.direction != ANY],
         "has_drift": bool(known and known.drift) and not dated,
         "statements": [_row(*both) for both in zip(found, means, strict=True)],
     }
     covered = dated or document["has_drift"]
     open_ends = ["latency", "volume", "other_lengths"]
-    open_ends += ["classes"] * bool(found) + ["other_days"] * (not covered)
+    open_ends += ["directions"] * bool(found) + ["other_days"] * (not covered)
     open_ends += ["absolute"] * (bar.certificate is None)
     document["not_covered"] = [render(f"statement.{key}", **document) for key in open_ends]
     document["headline"] = _headline(document, max(len(one.passes) for one in bar.classes))
@@ -83,7 +82,7 @@ def _row(one: Statement, mean: Statement) -> Row:
         "direction": one.direction,
         "passes": one.passes,
         "dates": one.n_dates,
-        "correction_mm": one.correction_mm,
+        "correction_mm": round(one.correction_mm, 9),  # mm: what is smaller is arithmetic
         "u_mm": budget.u,
         "dof": None if math.isinf(budget.dof) else budget.dof,
         "k": budget.k,

@@ -1,10 +1,11 @@
-"""How often the intervals of a moving bar hold: python benchmarks/bars.py (about 3 minutes).
+"""How often the intervals of a moving bar hold: python benchmarks/bars.py (about 4 minutes).
 
 Simulated bars: place 0 to 4 mm, pass 0.5 or 1.5 mm, correlation over 15 or 150 frames, 3 or 10
 passes. For every statistic of `bar.csv`: how often its 95 % interval holds the expectation of a
 pass's statistic (its logarithm's, where positive), and how often the next pass lies in the interval
-of the next one. Then the mean of one take where it has an interval, and the slope of scale of rigid
-bodies of four markers that bend at random.
+of the next one. Then the mean of one take where it has an interval, the slope of scale of rigid
+bodies of four markers that bend at random, and the share of the frames of a day left out that lie
+within U of a statement by the other days.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from itertools import product
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import STATISTICS
+from mocap_metrology.accuracy.bar import STATISTICS, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import scale_slope
 from mocap_metrology.accuracy.components import repeated
 from mocap_metrology.accuracy.effective import series_mean
+from mocap_metrology.accuracy.statement import ANY, statements
 from mocap_metrology.accuracy.take import take_of
-from mocap_metrology.accuracy.twin import BarErrors, BarTwin, gauss_markov, simulate_bar
+from mocap_metrology.accuracy.twin import BarErrors, BarTwin, Way, gauss_markov, simulate_bar
+from mocap_metrology.settings import Bar as Settings
 
 RATE, FRAMES = 100.0, 3000
 PASSES = (3, 5, 10)
@@ -94,6 +97,35 @@ def scale_study(n: int) -> None:
         print(f"scale slope, bends {bend} mm/m, noise {noise} mm: holds in {np.mean(held):.1%}")
 
 
+def statement_study(rooms: int, dates: int = 5) -> None:
+    """Frames of a day left out; days scatter by 0.4 mm, passes by 0.3 mm, along x and z. Beside U,
+    1.96 times the noise from frame to frame alone."""
+    held, certificate, settings = defaultdict(list), Certificate(500.0, 0.05), Settings()
+    for room in range(1, 1 + rooms):
+        days = np.random.default_rng(room).normal(0.0, 0.4, dates)
+        takes = []
+        for k, (day, along) in enumerate(product(range(dates), "xz")):
+            bias, way = float(days[day]) + 2.0 * (along == "x"), Way(along=along)
+            bar = BarErrors(500.0, 0.8, 0.3, 0.3, way, 0.3, 0.1, bias, room)
+            made = simulate_bar(BarTwin("study", bar, 1000 * room + k, 30.0, 50.0))
+            takes.append(take_of(f"{k}", f"day {day}", 50.0, made.position_mm, 1e-3))
+        for out in sorted({take.date for take in takes}):
+            stated = statements(
+                evaluate([t for t in takes if t.date != out], certificate, settings)
+            )
+            left = evaluate([t for t in takes if t.date == out], certificate, settings)
+            named = {one.name: one for one in (*left.classes, left.every)}
+            for one in stated:
+                e = np.concatenate(named["all" if one.direction == ANY else one.direction].errors)
+                which = "any direction" if one.direction == ANY else "one direction"
+                held[which].append(one.holds(e))
+                noise = 1.96 * next(c.u for c in one.budget.components if c.name == "frame")
+                held["noise alone"].append(np.nanmean(np.abs(e + one.correction_mm) <= noise))
+    for name, shares in held.items():
+        print(f"{name}: {np.mean(shares):.1%} of the frames within, worst {np.min(shares):.0%}")
+
+
 if __name__ == "__main__":
     passes_study(int(sys.argv[1]) if len(sys.argv) > 1 else 400)
     scale_study(int(sys.argv[1]) // 2 if len(sys.argv) > 1 else 200)
+    statement_study(int(sys.argv[1]) // 10 if len(sys.argv) > 1 else 40)

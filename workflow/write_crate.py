@@ -32,7 +32,7 @@ CONTEXT = [
     "https://w3id.org/ro/crate/1.1/context",
     "https://w3id.org/ro/terms/workflow-run/context",
 ]
-PACKED = {".csv", ".md", ".html", ".json", ".svg", ".png"}
+PACKED = {".csv", ".md", ".html", ".json", ".svg", ".png", ".pdf"}
 OWN = ("logs", "benchmarks", "crate.zip")
 NAME = "mocap-metrology"
 

@@ -141,8 +141,8 @@ def test_mean_of_all_frames() -> None:
     assert mean["length_s"] == pytest.approx(N / RATE * (1.96 * u / 0.01) ** 2, rel=0.01)
     assert (
         "Mean of all frames, and the length in s for k u of 0.01 mm (type A; k = t(0.975) by the "
-        "effective degrees of freedom). Not covered: scale and distortion of the volume, what "
-        "changes between recordings."
+        "effective degrees of freedom). Noise only: no accuracy can be stated. Not covered: scale "
+        "and distortion of the volume, what changes between recordings."
     ) in verdict_lines(verdict)
     empty = contents(empty="y1")["series"]["y1"]["mean_of_all"]
     assert set(empty.values()) == {None}

@@ -14,7 +14,14 @@ from mocap_metrology.accuracy.twin import BarErrors, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.io.labels import pair_of
-from mocap_metrology.recording.bar import passes_of, read_bar, write_bar, write_group
+from mocap_metrology.present.accuracy.statement_document import known_of
+from mocap_metrology.recording.bar import (
+    passes_of,
+    read_bar,
+    write_bar,
+    write_group,
+    write_statement,
+)
 from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings
 
@@ -84,6 +91,38 @@ def test_passes_of_a_group(tmp_path: Path) -> None:
     text = (tmp_path / "g.md").read_text()
     assert "withdrawn in January 2025" in text and "Verdict: usable." in text
     assert (tmp_path / "g.png").exists()
+
+
+def test_statement_of_a_group(tmp_path: Path) -> None:
+    """One page, the same bytes twice; with what a monitor and reference points know. Two passes
+    state nothing; a bar without a certificate is precise, not accurate."""
+    paths = [of(tmp_path, Asked("A-B", 500.0, 0.05), seed) / "bar.parquet" for seed in (1, 2, 3)]
+    monitors = [{"series": {"length B-A": {"scatter": 0.4, "dof": 12}, "length A-C": {}}}]
+    known = known_of(["A", "B"], monitors, {"n": 10, "scale_se_ppm": 300.0})
+    (bar,) = passes_of(paths, Settings())
+    for name in ("one", "two"):
+        write_statement("lab", bar, known, tmp_path / f"{name}.json", tmp_path / f"{name}.pdf")
+    for ending in ("json", "csv", "md", "pdf", "png"):
+        one, two = ((tmp_path / f"{name}.{ending}").read_bytes() for name in ("one", "two"))
+        assert one == two and one
+    found = json.loads((tmp_path / "one.json").read_text())
+    (told,) = found["statements"]
+    sizes = {part["name"]: part["u_mm"] for part in told["budget"]}
+    assert sizes["drift"] == 0.4 and sizes["scale"] == pytest.approx(0.15)
+    assert told["U_mm"] == pytest.approx(told["k"] * np.linalg.norm(list(sizes.values())))
+    assert told["correction_mm"] == pytest.approx(-1.0, abs=0.3)
+    assert sum(part["share"] for part in told["budget"]) == pytest.approx(1)
+    assert "latency" in found["not_covered"]
+    rows = read_csv(tmp_path / "one.csv", ("u_mm",))
+    assert [row["contribution"] for row in rows][-1] == "combined"
+    (few,) = passes_of(paths[:2], Settings())
+    write_statement("lab", few, known_of(["A", "B"]), tmp_path / "f.json", tmp_path / "f.pdf")
+    assert "No uncertainty can be stated: 2 passes" in (tmp_path / "f.md").read_text()
+    free = [of(tmp_path, Asked("A-B"), seed) / "bar.parquet" for seed in (4, 5, 6)]
+    (bar,) = passes_of(free, Settings())
+    write_statement("lab", bar, known_of(["A", "B"]), tmp_path / "p.json", tmp_path / "p.pdf")
+    text = (tmp_path / "p.md").read_text()
+    assert "Precise to" in text and "No accuracy can be stated" in text
 
 
 def test_words_of_a_pair() -> None:

@@ -143,4 +143,4 @@ def test_the_command(lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -
     given = ["--factory", str(lab / "stations.json"), "--output", str(tmp_path / "out")]
     assert main.main(["check", str(lab / "a.rec.gz"), *named, *given]) == 0
     assert "Error of the length of T20 and T21 against its certificate" in capsys.readouterr().out
-    assert json.loads((tmp_path / "out/bar.json").read_text())["word"] == "usable"
+    assert json.loads((tmp_path / "out/bar.json").read_text())["pair"] == ["T20", "T21"]

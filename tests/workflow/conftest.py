@@ -15,7 +15,7 @@ from running import command, environment
 
 ROOT = Path(__file__).resolve().parents[2]
 TWINS = "twins: {T: {published: {camera_type: T40, n_cameras: 10}, seed: 1}}\n"
-TOY = Path(__file__).with_name("toy")
+TOY, UNDRAWN = (Path(__file__).with_name(name) for name in ("toy", "undrawn"))
 sys.path.insert(0, str(ROOT / "workflow"))
 
 Snakemake = Callable[..., subprocess.CompletedProcess]
@@ -31,13 +31,13 @@ def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
     own = tmp_path_factory.mktemp("own")
     (own / "profiles").symlink_to(ROOT / "profiles")
 
-    def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+    def run(folder: Path, *arguments: str, drawn: bool = True) -> subprocess.CompletedProcess:
         if folder == ROOT:
             folder, arguments = own, ("-s", str(ROOT / "Snakefile"), *arguments)
         return subprocess.run(
             command(*arguments),
             cwd=folder,
-            env=environment(),
+            env=environment() | ({} if drawn else {"PYTHONPATH": str(UNDRAWN)}),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -463,9 +463,9 @@ def tables_of_group(*names):
     return [f"<results>/tables/{{group}}_{name}.{kind}" for name in names for kind in TABLE]
 
 
-def outputs_of_group(tables=None, figures=None):
+def outputs_of_group(tables=None, figures=None, pages=()):
     """Outputs by name: tables by the end of their names, figures by it with the labels they have in
-    the report."""
+    the report, pages as PDF and PNG."""
     found = {name: f"<results>/tables/{{group}}_{file}" for name, file in (tables or {}).items()}
     for name, label in (figures or {}).items():
         key = "" if len(figures) == 1 else f"{name}_"
@@ -478,6 +478,9 @@ def outputs_of_group(tables=None, figures=None):
             labels={"result": label},
         )
         found[f"{key}png"] = f"{stem}.png"
+    for name in pages:
+        for ending in ("pdf", "png"):
+            found[f"{name}_{ending}"] = f"<results>/figures/{{group}}_{name}.{ending}"
     return found
 
 

@@ -137,13 +137,31 @@ COMPARISONS = {
             "checks": checks(RECORDINGS, OF_GROUP),
             "takes": of_each("bar.parquet", accepted(selection.with_bar)),
             "verdicts": of_each("verdict.json", accepted(selection.without_bar)),
+            # What else is known of the uncertainty of a length
+            "monitors": lambda wildcards: [
+                f"{config['results']}/monitors/{name}/monitor.json"
+                for name in dict.fromkeys(row.monitor for row in accepted()(wildcards))
+                if name
+            ],
+            "points": lambda wildcards: [
+                f"{config['results']}/tables/{wildcards.group}_points.json"
+                for _ in WITH_POINTS(wildcards)[:1]
+            ],
         },
         "output": {
-            "tables": {"csv": "bar.csv", "md": "bar.md", "json": "bar.json"},
+            "tables": {
+                "csv": "bar.csv",
+                "md": "bar.md",
+                "json": "bar.json",
+                "statement_csv": "statement.csv",
+                "statement_md": "statement.md",
+                "statement_json": "statement.json",
+            },
             "figures": {"bar": "bar: errors of a length that moves, all passes"},
+            "pages": ["statement"],
         },
         "params": {
-            "captions": [captions.BAR, captions.BAR_TABLE],
+            "captions": [captions.BAR, captions.BAR_TABLE, captions.STATEMENT],
             "settings": settings("bar", "place"),
         },
         "message": "all passes of a bar",

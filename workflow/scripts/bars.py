@@ -1,4 +1,5 @@
-"""Takes of the bars of a group -> <group>_bar: all passes together, as tables and a figure."""
+"""Takes of the bars of a group -> <group>_bar and <group>_statement: all passes together,
+as tables and a figure; the uncertainty of a length."""
 
 from step import step
 
@@ -6,11 +7,18 @@ with step(snakemake) as log:
     import json
     from pathlib import Path
 
-    from mocap_metrology.recording.bar import write_group
+    from mocap_metrology.present.accuracy.statement_document import known_of
+    from mocap_metrology.recording.bar import write_group, write_statement
     from mocap_metrology.settings import Settings
 
     given, output = snakemake.input, snakemake.output
-    still = [json.loads(Path(path).read_text(encoding="utf-8")) for path in given.verdicts]
+    still, monitors, points = (
+        [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
+        for paths in (given.verdicts, given.monitors, given.points)
+    )
     settings, group = Settings(**snakemake.params.settings), snakemake.wildcards.group
-    write_group(group, given.takes, still, settings, Path(output.json), Path(output.svg))
+    bar = write_group(group, given.takes, still, settings, Path(output.json), Path(output.svg))
+    known = known_of(bar.pair, monitors, points[0] if points else None)
+    found = Path(output.statement_json), Path(output.statement_pdf)
+    write_statement(group, bar, known, *found)
     log.info("%d takes", len(given.takes))

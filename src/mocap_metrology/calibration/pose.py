@@ -304,16 +304,16 @@ def write_exports(
     else:
         world, poses = placed
         poses = _of_optics(poses, lasers_m)
-        remarks.append(f"World, in metres: {described(world)}.")
+        remarks.append(f"World, in metres: {described(world, stations)}.")
         export, entry = formats.Export(stations, poses, remarks), _entry(world, stations, poses)
     for name, text in FORMATS.items():
         files.write_text(paths[name], text(export))
     return entry
 
 
-def described(world: worlds.World) -> str:
+def described(world: worlds.World, stations: Sequence[Station]) -> str:
     """The frame in words, with what limits it."""
-    words = worlds.WORDS[world.name]
+    words = worlds.frame_words(world.name, stations)
     if world.rms_m is not None and world.residuals_m is not None:
         words += f" ({len(world.residuals_m)}, {1e3 * world.rms_m:.1f} mm rms from them)"
     return f"{words} ({world.why})" if world.why else words
@@ -337,7 +337,7 @@ def _entry(world: worlds.World, stations: Sequence[Station], poses: Sequence[Pos
     off = world.residuals_m
     return {
         "name": world.name,
-        "frame": worlds.WORDS[world.name],
+        "frame": worlds.frame_words(world.name, stations),
         "why": world.why,
         "residual_rms_mm": None if world.rms_m is None else 1e3 * world.rms_m,
         "residuals_mm": None if off is None else {k: 1e3 * v for k, v in off.items()},

@@ -141,7 +141,7 @@ def _bar_lines(
     paths = {name: str(folder / file) for name, file in BAR.items()}
     found = bar(entry, asked, given, settings, Bar(), paths)
     if "refused" in found:
-        return [found["refused"]]
+        return [str(found["refused"])]
     return [": ".join(bar_lines(found)[:2])] if options.brief else ["", *bar_lines(found)]
 
 

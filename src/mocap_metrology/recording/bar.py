@@ -16,6 +16,7 @@ from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_slope
 from mocap_metrology.accuracy.findings import findings_of
+from mocap_metrology.accuracy.statement import Known
 from mocap_metrology.accuracy.take import Take, take_of, with_angles
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_csv, write_json, write_table
@@ -24,7 +25,9 @@ from mocap_metrology.io.labels import in_words, pair_of
 from mocap_metrology.io.read import bodies_of, orientation_of, points_by_kind
 from mocap_metrology.present import tables
 from mocap_metrology.present.accuracy import bar_document as present
+from mocap_metrology.present.accuracy import statement_document as statement
 from mocap_metrology.present.accuracy.bar_figure import bar_figure
+from mocap_metrology.present.accuracy.statement_page import save_page, statement_page
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.recording.recording_figures import source_words
 from mocap_metrology.present.text import captions
@@ -172,6 +175,7 @@ class Together:
     """All passes of one bar, and sources of the recordings by name; document: as bar.json."""
 
     bar: Bar
+    pair: Sequence[str]
     sources: Mapping[str, str]
     document: Row
 
@@ -193,7 +197,7 @@ def passes_of(
         named: Row = {"recording": f"{len(own)} passes of {'-'.join(pair)}"}
         document = named | present.bar_document(bar, findings, settings.bar, pair)
         sources = {origin["recording"]: origin["source"] for _, origin in own}
-        found.append(Together(bar, sources, document))
+        found.append(Together(bar, pair, sources, document))
     return found
 
 
@@ -209,9 +213,10 @@ def write_group(
     settings: Settings,
     path: Path,
     figure: Path,
-) -> None:
+) -> Together:
     """Passes of a group together: tables beside the JSON file `path`, and the figure of the bar
-    with most passes. still: contents of verdict.json of the group's recordings."""
+    with most passes, which is returned. still: contents of verdict.json of the group's
+    recordings."""
     still_mm = present.noise_at_rest(still)
     bars = passes_of(paths, settings, still_mm)
     sources = {name: source for one in bars for name, source in one.sources.items()}
@@ -228,3 +233,16 @@ def write_group(
     title = f"{group}: length of the bar, {len(drawn.takes)} passes"
     look = settings.place.cell_mm, settings.bar
     save(bar_figure(drawn, *look, title, of, still_mm), figure)
+    return bars[0]
+
+
+def write_statement(group: str, one: Together, known: Known, path: Path, pdf: Path) -> None:
+    """Statement of uncertainty by a bar: tables beside the JSON file `path`, the page as `pdf` and
+    as PNG."""
+    document = statement.statement_document(one.bar, one.pair, known)
+    of = tables.source_sentence(one.sources)
+    said = "\n\n".join((statement.told(document), f"{captions.STATEMENT} {of}"))
+    title = f"{group}: statement of uncertainty"
+    tables.write(path.with_suffix(".csv"), statement.statement_rows(document), title, said)
+    write_json(path, {"group": group, **document})
+    save_page(statement_page(document, group, of), pdf)

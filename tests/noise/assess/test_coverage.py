@@ -211,7 +211,7 @@ def test_intervals_of_what_is_measured_hold_the_truth(slow: PowerLaw) -> None:
 
 # Noise, duration, recordings; least and greatest share that 68 % intervals hold, least of 95 %
 SHIPPED = [
-    ("mixed", MIXED, 120.0, 40, (0.5, 1.0, 0.75)),
+    ("mixed", MIXED, 120.0, 24, (0.5, 1.0, 0.75)),
     ("white", (PowerLaw(0, 1e-5),), 120.0, 200, (0.58, 1.0, 0.9)),
     ("flicker", (PowerLaw(-1, 1e-4),), 120.0, 200, (0.85, 1.0, 0.95)),
     ("weak walk", (PowerLaw(-2, 1e-8), PowerLaw(0, 1e-5)), 120.0, 200, (0.58, 1.0, 0.85)),

@@ -205,12 +205,12 @@ def test_coherence_is_that_of_scipy(n: int) -> None:
 
 @pytest.mark.parametrize(("noise", "n"), [(white, 60), (walk, 360)])
 def test_unrelated_series_are_rarely_coherent(noise, n: int) -> None:
-    """600 pairs at 5 %: 3 to 8 %."""
+    """300 pairs at 5 %: 3 to 8 %."""
     rng, false = np.random.default_rng(5), 0
-    for _ in range(600):
+    for _ in range(300):
         found = coherence(noise(rng, n), noise(rng, n), 10.0, 0.05)
         false += bool((found.squared > found.threshold).any())
-    assert 0.03 < false / 600 < 0.08
+    assert 0.03 < false / 300 < 0.08
 
 
 @given(st.lists(st.sampled_from([1.0, 2.0, 7.0, math.nan]), max_size=30), st.integers(1, 5))

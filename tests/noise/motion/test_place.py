@@ -23,7 +23,7 @@ def low_pass(cut_hz: float) -> np.ndarray:
     return lfilter(*butter(2, cut_hz / 50), np.eye(1, 500)[0])
 
 
-@pytest.mark.parametrize("taps", [[1.0], low_pass(20.0), low_pass(6.0)], ids=range(3))
+@pytest.mark.parametrize("taps", [[1.0], low_pass(6.0)], ids=range(2))
 def test_even_volumes_look_even(taps: np.ndarray) -> None:
     """150 recordings of equal noise, white or low-pass filtered: 95 % intervals hold in 92 to 98 %,
     p < 0.05 in 10 % at most, of white noise 2 % at least (35 and 86 % if differences counted as

@@ -47,6 +47,7 @@ SAME_COST = 1.0  # likewise, of the costs of two models
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
 SMALL = 0.02  # of its standard deviation: a step that ends the search
 SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
+STALLED = 8  # steps of so small a gain one after the other end a search as well
 NEAR_S = 5e-4  # delays so near are linear
 LARGEST_BIAS = 5.0  # of its standard deviations, of all unknowns at once
 SIZED = ("depth", "place")  # groups whose size the recording shows
@@ -178,14 +179,15 @@ class _Search:
 
     def run(self, most: int = ROUNDS) -> Joint:
         """Steps until they are small, once with the first priors and once with those found."""
-        converged, rounds = False, 0
+        converged, rounds, stalled = False, 0, 0
         while not converged and rounds < most:
             rounds += 1
             sums = self._linearise()
             before = self.state.values
             S, h, step, gain = self._step(sums)
-            if self.refined and self._small(S, step, gain):
-                converged = self.sized
+            stalled = stalled + 1 if self.refined and abs(gain) < SMALL_GAIN else 0
+            if self.refined and (self._small(S, step, gain) or stalled >= STALLED):
+                converged, stalled = self.sized, 0
                 self.sized = True
                 if not converged:
                     self._size(S, h, before, sums)

@@ -46,6 +46,7 @@ RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over the median of all
 LOST_STRETCH = 3.0  # likewise, after that
 LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch: single wrong hits make none bad
+MANY_DIODES = 8  # with fewer, one at a time is left out
 BAD_DIODE = 3.0  # likewise
 FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
 FEWEST_HITS = 6  # of a stretch or diode that is judged
@@ -214,7 +215,8 @@ def _facing(scene: Scene, hits: Hits, trajectory: Trajectory, poses: list[Pose])
     those are reflections, or of an unknown cover. By a first estimate."""
     if (normals := scene.sensors.normals) is None:
         return hits, trajectory, poses
-    found = fitted(scene, hits, trajectory, poses, sized=True)
+    uncovered = replace(scene, sensors=replace(scene.sensors, normals=None))
+    found = fitted(uncovered, hits, trajectory, poses, sized=True)
     one, state = found.recordings[0], found.state
     own = one.sweeps.hits
     R, p = one.trajectory.poses(own.time_s)
@@ -248,16 +250,21 @@ def without_bad_diodes(
     out: list[int] = []
     found, scene, why = _if_they_agree(scene, lambda own: renewed(own, hits, trajectory, poses))
     for _ in range(RENEWALS):
-        worst = _bad_diode(found)
-        if worst is None or np.unique(hits.diode).size <= FEWEST_DIODES:
+        worst = _bad_diodes(found)
+        if not worst.size or np.unique(hits.diode).size <= FEWEST_DIODES:
             break
-        out.append(worst)
-        hits = hits.take(hits.diode != worst)
         if scene.generation == 2:  # hits are many, so not from the start again
-            trajectory, poses = found.recordings[0].trajectory, poses_of(found)
-            found = fitted(scene, hits, trajectory, poses)
+            one = found.recordings[0]
+            hits = one.sweeps.hits
+            if np.unique(hits.diode).size - worst.size < MANY_DIODES:
+                worst = worst[:1]
+            hits = hits.take(~np.isin(hits.diode, worst))
+            found = fitted(scene, hits, one.trajectory, poses_of(found))
         else:
+            worst = worst[:1]
+            hits = hits.take(hits.diode != worst)
             found = renewed(scene, hits, trajectory, poses)
+        out += worst.tolist()
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
     return found, "; ".join(filter(None, (note, why)))
@@ -279,9 +286,17 @@ def _if_they_agree(scene: Scene, estimate_of: Callable[[Scene], Joint]) -> tuple
     return estimate_of(without), without, f"gyroscope and accelerometer not used: {why}"
 
 
-def _bad_diode(found: Joint) -> int | None:
-    """The diode that fits worst, if far worse than the others: by its residual, or by how far from
-    its place in the board file it would have to be."""
+def refitted(scene: Scene, found: Joint) -> Joint:
+    """The estimate of a scene that differs little, from one of the same hits."""
+    one = found.recordings[0]
+    then = fitted(scene, one.sweeps.hits, one.trajectory, poses_of(found)).sure(scene.title)
+    return replace(then, misfit=misfit_of(then))
+
+
+def _bad_diodes(found: Joint) -> np.ndarray:
+    """Diodes that fit far worse than the others, and at least half as badly as the worst, which is
+    the first: by their residual, or by how far from their place in the board file they would have
+    to be."""
     one = found.recordings[0]
     z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
     excess = z / (BAD_DIODE * np.nanmedian(z))
@@ -289,8 +304,9 @@ def _bad_diode(found: Joint) -> int | None:
         own = slice(found.of.places, found.of.places + 3 * len(found.state.board))
         moved = (found.state.values[own] / found.of.sd[own]).reshape(-1, 3)[: z.size]
         excess = np.fmax(excess, np.linalg.norm(moved, axis=1) / FAR_DIODE)
-    worst = int(np.nanargmax(excess))
-    return worst if excess[worst] > 1 else None
+    excess = np.nan_to_num(excess)
+    order = np.argsort(-excess, kind="stable")
+    return order[excess[order] > max(1.0, 0.5 * excess.max())]
 
 
 def renewed(

@@ -106,11 +106,10 @@ class Scene:
         if self.generation != 2:
             return None
         known = np.zeros((2, 7))
-        if self.optics != "ideal":
-            known[1, 0] = 1e-3 * self.priors.phase_mrad
-        return np.array(
-            [UNKNOWN_SD if own is None and known.any() else known for own in self.factories]
-        )
+        if self.optics == "ideal":
+            return np.array([known] * len(self.factories))
+        known[1, 0] = 1e-3 * self.priors.phase_mrad
+        return np.array([UNKNOWN_SD if own is None else known for own in self.factories])
 
     @property
     def more(self) -> More:

@@ -16,7 +16,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint
-from mocap_metrology.lighthouse.calibrate.batch import all_solved, joint
+from mocap_metrology.lighthouse.calibrate.batch import all_solved, joint, refitted
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
     FEWEST_MOMENTS,
@@ -133,9 +133,7 @@ def _best(
         ways = weighed_stations(of, given[0])
         best = next(way.variant for way in ways[0] if way.standing == "chosen")
         if best != scene.variant:
-            one, state = given[0].recordings[0], given[0].state
-            poses = list(zip(state.R, state.t_m, strict=True))
-            given = joint(of[best], near=(one.sweeps.hits, one.trajectory, poses))
+            given = refitted(of[best], given[0]), given[1]
             ways = weighed_stations(of, given[0])
     except Refusal:  # the other variant fits no better than not at all
         return scene, given, []

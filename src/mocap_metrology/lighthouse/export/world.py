@@ -95,6 +95,12 @@ def read_points(path: str) -> dict[str, np.ndarray]:
     return points
 
 
+def frame_words(name: str, stations: Sequence[Station]) -> str:
+    """A world in words; of the second generation with the channel of the reference."""
+    first = stations[0]
+    return WORDS[name].replace("the master", f"station {first.role}", 2 * (first.generation - 1))
+
+
 def world_of(name: str, found: Calibrated, points: str | None = None) -> World:
     """The frame `name`, one of `WORDS`; with `points`, a CSV file, always theirs.
 

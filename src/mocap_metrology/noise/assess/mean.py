@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.gum import coverage_factor
 from mocap_metrology.noise.assess.spread import Measured, expected_spread
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import Deterministic
@@ -80,10 +81,8 @@ def mean_of_all(
 def _stated(
     duration: float, variance: float, mean: Measured, ends: tuple[float, float], wanted_mm: float
 ) -> MeanOfAll:
-    from scipy.special import stdtrit
-
     n_eff = variance / mean.variance
-    k = float(stdtrit(mean.edf, 0.975)) if math.isfinite(mean.edf) else 1.96
+    k = coverage_factor(mean.edf)
     expanded = k * mean.value
     return MeanOfAll(
         duration, n_eff, variance / ends[1] ** 2, variance / ends[0] ** 2, duration / n_eff,

@@ -12,7 +12,7 @@ from mocap_metrology.lighthouse.assess.evidence import faint_diodes, residuals_u
 from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES
 from mocap_metrology.present.calibration import pose_text, stations
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, thinned
-from mocap_metrology.present.calibration.stations import COLOURS, MARKS
+from mocap_metrology.present.calibration.stations import ALL_COLOURS, ALL_MARKS, COLOURS, MARKS
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import GREY, INK, Keywords, Picture, panel_title, say
@@ -79,9 +79,9 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     panel_title(axes["path"], f"{'At rest,' if still else 'Path'} {seen_from}".strip(" ,"))
     stations.draw_ellipses([axes["horizontal"], axes["vertical"]], files)
     known = [name for name, own in files.entries.items() if own is not None]
-    slave = f"Station {known[0]}" if known and known[0].isdigit() else "Slave"
-    panel_title(axes["horizontal"], f"{slave} from above")
-    panel_title(axes["vertical"], f"{slave} from right")
+    slave = f"Station {known[0]}," if known and known[0].isdigit() else "Slave from"
+    panel_title(axes["horizontal"], f"{slave} above")
+    panel_title(axes["vertical"], f"{slave} right")
     remarks = []
     if residuals:
         _draw_means(axes, residuals, files.names)
@@ -191,8 +191,8 @@ def _draw_means(panels: Mapping[str, Axes], residuals: Record, names: Sequence[s
         called = dict(zip(AXES, PLANES, strict=True))
     for key, (against, label) in MEANS.items():
         axes, typical = panels[key], [0.0]
-        of = called.get(key, "mean").capitalize()
-        panel_title(axes, f"{of} residuals")
+        of = called.get(key, key).capitalize()
+        panel_title(axes, "Mean residuals" if key == "time" else f"{of} residuals")
         axes.axhline(0.0, color=GREY, lw=0.8)
         for row in residuals["against"]:
             if row["against"] != against or key not in ("time", row["axis"]):
@@ -201,8 +201,8 @@ def _draw_means(panels: Mapping[str, Axes], residuals: Record, names: Sequence[s
             typical.append(float(np.median(sd)))
             reach.append(float(np.abs(mean).max()) + typical[-1])
             station, open_ = names.index(row["station"]), row["axis"] == AXES[1]
-            how: Keywords = {"color": COLOURS[station], "lw": 0.9, "ms": 3.2, "mew": 0.8}
-            how |= {"marker": MARKS[station], "ls": (0, (3, 1.5)) if open_ else "-"}
+            how: Keywords = {"color": ALL_COLOURS[station], "lw": 0.9, "ms": 3.2, "mew": 0.8}
+            how |= {"marker": ALL_MARKS[station], "ls": (0, (3, 1.5)) if open_ else "-"}
             how |= {"markerfacecolor": "none"} if open_ else {}
             if key == "time":
                 axes.plot(row["at"], mean, label=f"{row['station']}, {called[row['axis']]}", **how)
@@ -234,7 +234,7 @@ def _draw_diodes(axes: Axes, residuals: Record, n: int, expected: float) -> str:
         diode, rms = np.array(row["diode"]), np.array(row["rms_urad"])
         at = diode + _beside(station, len(residuals["by_diode"]), 0.16)
         shown = np.minimum(rms, 0.96 * top)
-        axes.plot(at, shown, MARKS[station], color=COLOURS[station], ms=3.2, mew=0)
+        axes.plot(at, shown, ALL_MARKS[station], color=ALL_COLOURS[station], ms=3.2, mew=0)
         out = np.isin(diode, row["excluded"])
         if out.any():
             axes.plot(at[out], shown[out], "x", color=INK, ms=6, mew=1.1, label="excluded diode")
@@ -256,7 +256,7 @@ def _draw_seen(axes: Axes, files: CalibrationFiles) -> str:
     for station, name in enumerate(files.names):
         states = faint_diodes(shares, files.board, station)
         at = np.arange(n) + _beside(station, many, 0.4 - 0.4 / many)
-        bars = axes.bar(at, 100 * shares[station], 0.8 / many, color=COLOURS[station])
+        bars = axes.bar(at, 100 * shares[station], 0.8 / many, color=ALL_COLOURS[station])
         for k in states["seldom"]:
             bars[k].set_alpha(0.5)
         dead = states["dead"]

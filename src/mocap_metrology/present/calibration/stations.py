@@ -21,8 +21,11 @@ from mocap_metrology.present.text.numbers import mm
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COLOURS = 3 * (*(LOOKS[axis].colour for axis in "xyz"), "#7a4fa3", "#8c6d1f", "#3b7f86")
-MARKS = 2 * "os^vDPX*"  # of master and slave, or of stations by rising channel, as the colours
+COLOURS = LOOKS["x"].colour, LOOKS["y"].colour  # of master and slave
+MARKS = "os"  # of master and slave
+# Of stations by rising channel, which begin with those.
+ALL_COLOURS = 3 * (*COLOURS, LOOKS["z"].colour, "#7a4fa3", "#8c6d1f", "#3b7f86")
+ALL_MARKS = 2 * (MARKS + "^vDPX*")
 PATHS: tuple[Keywords, ...] = (
     {"color": COLOURS[MASTER], "lw": 1.2, "label": "path of the board, by the master"},
     {"color": COLOURS[SLAVE], "lw": 0.8, "ls": (0, (3, 1.5)), "label": "by the slave, after R, t"},
@@ -88,14 +91,14 @@ def _draw_station(
 ) -> None:
     """Axes x, y, z of a station, what it can see, and, from above, its name, away from other places
     (n, 3)."""
-    (R, t), colour, own = pose, COLOURS[station], list(view)
+    (R, t), colour, own = pose, ALL_COLOURS[station], list(view)
     turn, rays = np.radians(np.linspace(-FIELD_DEG, FIELD_DEG, 25)), np.zeros((25, 3))
     rays[:, 0], rays[:, view[1]] = np.cos(turn), np.sin(turn)
     fan = np.vstack([t, t + CONE * half * rays @ R.T])[:, own]
     label = f"120° in view of {called(name)}"
     axes.fill(*fan.T, color=colour, alpha=0.12, lw=0, zorder=1, label=label)
     at = t[own]
-    axes.plot(*at, MARKS[station], color=colour, markersize=3.2, zorder=4)
+    axes.plot(*at, ALL_MARKS[station], color=colour, markersize=3.2, zorder=4)
     how: Keywords = {"color": colour, "size": SMALL_PT, "ha": "center", "va": "center", "zorder": 6}
     arrow: Keywords = {"arrowstyle": "<|-,head_width=0.14,head_length=0.28", "color": colour}
     arrow |= {"shrinkA": 0, "shrinkB": 0, "lw": 0.9}

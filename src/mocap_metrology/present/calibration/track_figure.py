@@ -171,7 +171,7 @@ def _draw_angles(axes: Axes, allan: Columns, noise: Record, axis: str) -> None:
     the rounding of the clock: white noise of step / sqrt(24), as far as it is dithered."""
     panel_title(axes, f"Angles at rest, {axis}")
     shown, taus = [], []
-    for role, colour in zip(ROLES, COLOURS, strict=False):
+    for role, colour in zip(ROLES, COLOURS, strict=True):
         for part, dashes in DASHES.items():
             own = (allan["series"] == f"{role}_{axis}_{part}") & (allan["estimator"] == "oadev")
             if not own.any():

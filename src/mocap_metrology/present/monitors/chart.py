@@ -50,6 +50,7 @@ def chart(rows: Sequence[Mapping[str, Any]], title: str, source: str) -> plot.Pi
         _strip(axes, name, columns)
     locator = AutoDateLocator(minticks=2, maxticks=6)
     strips[-1].xaxis.set_major_locator(locator)
+    strips[-1].set_xticks(locator())  # once: they are costly, and the same in all strips
     strips[-1].xaxis.set_major_formatter(ConciseDateFormatter(locator))
     said = {row["word"] for row in rows}
     for word in (word for word in LOOKS if word in said):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.accuracy.monitor import LEARNT, ORDER, SETTLED
+from mocap_metrology.accuracy.monitor import LEARNT, ORDER, PRIOR_DF, SETTLED
 from mocap_metrology.accuracy.monitor_take import History, Judged
 from mocap_metrology.common.types import Row
 from mocap_metrology.present.text.numbers import mm, number, percent, with_unit
@@ -198,4 +198,5 @@ def _state(one: Judged) -> Row:
         return state
     sizes = _shares(one)
     more = {"change": sizes["take"], "unit": one.series.unit, "tolerance": sizes["tolerance"]}
+    more |= {"scatter": float(known.scatter[-1]), "dof": int(known.n_baseline[-1]) - 1 + PRIOR_DF}
     return state | more | {"capable": bool(known.capable[-1]), "smallest_tolerance": sizes["least"]}

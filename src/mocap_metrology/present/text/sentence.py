@@ -16,7 +16,7 @@ from mocap_metrology.present.text import numbers as formats
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
-TEMPLATES = ("recording", "monitor")
+TEMPLATES = ("recording", "monitor", "statement")
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def test_columns_are_the_cosine_transforms_of_line_and_exponential(start):
 def test_a_line_is_a_drift_and_no_random_walk():
     """0.2 mm in 10 min; at 8b8d0af h_-2 = 3e-8 with a 95 % interval far from 0."""
     held, walks, widths = 0, 0, []
-    for seed in range(8):
+    for seed in range(5):
         by_name = found(noise(seed) + 0.2 * T / 600)
         drift = by_name["drift"]
         assert drift.detected and not by_name["A_w"].detected
@@ -55,19 +55,19 @@ def test_a_line_is_a_drift_and_no_random_walk():
         walks += by_name["h_-2"].detected
         widths.append((drift.upper_95 - drift.lower_95) / (2 * 1.96 * drift.crlb))
         assert drift.std_error == pytest.approx(drift.crlb)
-    assert held >= 7
+    assert held == 5
     assert walks == 0
     assert np.median(widths) < 1.5
 
 
 def test_a_warm_up_has_its_size_and_its_time():
     held = 0
-    for seed in range(6):
+    for seed in range(4):
         by_name = found(noise(seed) - 0.3 * np.exp(-T / 60))
         A_w, T_w = by_name["A_w"], by_name["T_w"]
         assert A_w.detected and T_w.detected and not by_name["h_-2"].detected
         held += A_w.lower_95 <= -0.3 <= A_w.upper_95 and T_w.lower_95 <= 60 <= T_w.upper_95
-    assert held >= 5
+    assert held == 4
 
 
 def test_line_and_warm_up_together():
@@ -80,7 +80,7 @@ def test_line_and_warm_up_together():
 def test_noise_alone_is_no_drift(alpha, h):
     more = [PowerLaw(alpha, h)] if h else []
     false = 0
-    for seed in range(12):
+    for seed in range(8):
         by_name = found(noise(100 + seed, *more))
         false += by_name["drift"].detected or by_name["A_w"].detected
         assert by_name["drift"].detected or by_name["drift"].upper_95 > 0

@@ -38,7 +38,7 @@ def by_name(run):
     return {c.parameter: c for c in run.estimate.coefficients}
 
 
-@pytest.mark.parametrize("share", [0.03, 0.1, 0.3])
+@pytest.mark.parametrize("share", [0.03, 0.3])
 def test_gaps_in_white_noise_make_no_other_noise(share):
     found = []
     for seed in range(4):
@@ -58,11 +58,11 @@ def test_every_fifth_sample_missing_leaves_the_coefficients():
 
 def test_amplitude_of_a_line_does_not_suffer_from_gaps():
     errors = []
-    for seed in range(8):
+    for seed in range(5):
         series = drawn(20 + seed, 1 << 16) + sine(0.003, 50.0, n=1 << 16)
         found = by_name(likelihood(with_gaps(series, 0.05, seed), RATE))
         errors.append((found["A_s"].value - 0.003) / found["A_s"].std_error)
-    assert abs(np.mean(errors)) < 3 / np.sqrt(8), errors  # eight of unit variance
+    assert abs(np.mean(errors)) < 3 / np.sqrt(5), errors  # five of unit variance
     assert np.std(errors) < 2
 
 
@@ -82,7 +82,7 @@ def test_many_lines_are_all_taken_out():
 def test_slow_line_and_its_error():
     f_0 = 40.3 / (N * TAU0)
     errors = []
-    for seed in range(8):
+    for seed in range(4):
         found = by_name(likelihood(drawn(40 + seed) + sine(0.3, f_0), RATE))
         errors.append((found["A_s"].value - 0.3) / found["A_s"].std_error)
         assert abs(found["T_c1"].value - 0.3) < 4 * found["T_c1"].std_error

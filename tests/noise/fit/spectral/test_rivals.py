@@ -86,11 +86,11 @@ def test_rivals_are_maxima_of_their_own_likelihood():
 
 
 def test_intervals_hold_in_the_published_series():
-    """One nine-hour periodogram of two published series a row; 95 % intervals of h_0 and h_-2, or
+    """One nine-hour periodogram of a published series a row; 95 % intervals of h_0 and h_-2, or
     their limits. Given the chosen model alone, 84 and 68 % hold."""
     held = {"h_0": [], "h_-2": []}
     for camera_type, n in published_keys():
-        for series in SERIES[:2]:
+        for series in SERIES[:1]:
             truth = NoiseModel(published_row(camera_type, n)[series].broadband)
             data = drawn(truth, NINE_HOURS, RATE, [n, *series.encode(), *camera_type.encode()])
             rows = estimated(data)[2]
@@ -98,6 +98,6 @@ def test_intervals_hold_in_the_published_series():
                 row = rows[name]
                 low = row.lower_95 if row.detected else 0.0
                 values.append(low <= truth.coefficients()[name] <= row.upper_95)
-    # 90 % less two standard deviations of 44 series
+    # 90 % less 1.4 standard deviations of 22 series
     assert np.mean(held["h_0"]) >= 0.81
     assert np.mean(held["h_-2"]) >= 0.81

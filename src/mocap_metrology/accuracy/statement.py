@@ -1,0 +1,140 @@
+"""The uncertainty of a length that is measured in one frame, on another day and at any place of the
+volume that a bar was carried through, after the mean error of the bar is subtracted.
+
+    u_c^2 = u_frame^2 / n + u_rest^2 + u_pass^2 (1 + 1/k) + u_place^2 + u_class^2
+            + u_ref^2 + (u_s L)^2 + step^2 / 12 + u_drift^2
+
+Within a pass: frame to frame (white, less in a mean of n frames), a slower rest and place are mean
+squares over passes about each pass's own mean, so that with the scatter of the k means, which takes
+the place of u_pass and of what a mean of few correlation times hides, they add up to the variance
+of a frame of a new pass. With three dates or more that scatter is of their means, D of them, and of
+the passes of a date, s_p^2 (1 - 1/m): together the variance of a pass of a new date (balanced
+one-way analysis of variance). Class: of the directions that were covered, all of them, about their
+mean. Type B: certificate, scale where it is known otherwise, step of the file (rectangular), and
+the scatter of a monitor from take to take; the last only where no dates show it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.accuracy.bar import Bar, OfClass
+from mocap_metrology.accuracy.components import FEWEST
+from mocap_metrology.common.gum import Budget, Component, effective_dof
+
+ANY = "any"
+BETWEEN = ("date", "pass")  # the first of them is of the means that the correction is of
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known otherwise. drift: of a monitor, None without one; scale: relative standard
+    uncertainty of the scale."""
+
+    drift: Component | None = None
+    scale: Component | None = None
+
+
+@dataclass(frozen=True)
+class Statement:
+    """Of one direction, or of any. correction_mm: to be added to a measured length; n_dates: whose
+    scatter is in the budget, 0 if that of passes is."""
+
+    direction: str
+    passes: int
+    n_dates: int
+    correction_mm: float
+    budget: Budget
+
+    def holds(self, errors_mm: np.ndarray) -> float:
+        """Share of errors (n,) that lie within U after the correction."""
+        known = errors_mm[np.isfinite(errors_mm)]
+        return float(np.mean(np.abs(known + self.correction_mm) <= self.budget.expanded))
+
+
+def statements(bar: Bar, known: Known | None = None, averaged: float = 1) -> tuple[Statement, ...]:
+    """Of each class of FEWEST passes or more, first of any of them; none where there is none.
+    averaged: frames of one place and pass of which a mean is stated."""
+    classes = [one for one in bar.classes if len(one.passes) >= FEWEST]
+    own = [_of_passes(one, averaged) for one in classes]
+    if not own:
+        return ()
+    common = _common(bar, known or Known(), dated=all(one.n_dates for one in own))
+    if len(own) > 1:
+        own = [_any(own), *own]
+    return tuple(
+        Statement(one.direction, one.passes, one.n_dates, one.correction_mm,
+                  Budget((*one.budget.components, *common)))
+        for one in own
+    )  # fmt: skip
+
+
+def _of_passes(one: OfClass, averaged: float) -> Statement:
+    """What the passes of a class show."""
+    means = np.array([float(np.nanmean(e)) for e in one.errors])
+    rest = np.array([np.nanvar(r) for r in one.parts.rest])
+    frame = np.array([np.nanmean(np.diff(e) ** 2) / 2 for e in one.errors])
+    frame = np.minimum(frame, rest)
+    place = np.array([np.nanvar(e) for e in one.errors]) - rest
+    n_eff = one.parts.n_eff
+    components = [
+        _mean_square("frame", frame, one.n_frames, averaged),
+        _mean_square("rest", rest - frame, n_eff),
+        _mean_square("place", place, n_eff),
+    ]
+    dates = [means[np.array(one.dates) == date] for date in dict.fromkeys(one.dates) if date]
+    dated = len(dates) >= FEWEST and all(one.dates)
+    units = np.array([day.mean() for day in dates]) if dated else means
+    k = units.size
+    scatter = float(units.std(ddof=1)) * math.sqrt(1 + 1 / k)
+    between = [Component("date" if dated else "pass", "A", scatter, k - 1)]
+    if dated and (inner := means.size - k):
+        within = sum(float(((day - day.mean()) ** 2).sum()) for day in dates) / inner
+        between.append(Component("pass", "A", math.sqrt(within * (1 - k / means.size)), inner))
+    budget = Budget((*components, *between))
+    return Statement(one.name, means.size, k * dated, -float(units.mean()), budget)
+
+
+def _mean_square(name: str, squares: np.ndarray, most: float, averaged: float = 1) -> Component:
+    """Type A by the mean of squares (k,) of passes: degrees of freedom by their scatter, 2 u^4 /
+    var(u^2) (G.3 of the GUM), from k - 1 to those of independent values."""
+    k, mean = squares.size, max(float(squares.mean()), 0.0)
+    variance = float(squares.var(ddof=1)) / k
+    dof = 2 * mean**2 / variance if variance > 0 else math.inf
+    return Component(name, "A", math.sqrt(mean / averaged), max(min(dof, most), k - 1.0))
+
+
+def _any(own: Sequence[Statement]) -> Statement:
+    """Of any class, each as likely as another: mean variances, and that of the means."""
+    by_name: dict[str, list[Component]] = {}
+    for one in own:
+        for component in one.budget.components:
+            by_name.setdefault(component.name, []).append(component)
+    components = []
+    for name, parts in by_name.items():
+        u, dof = [part.u for part in parts], [part.dof for part in parts]
+        size = math.sqrt(sum(x**2 for x in u) / len(own))
+        components.append(Component(name, "A", size, effective_dof(u, dof)))
+    corrections = np.array([one.correction_mm for one in own])
+    between = (next(c for c in one.budget.components if c.name in BETWEEN) for one in own)
+    worth = sum(component.dof for component in between)
+    components.append(Component("class", "A", float(corrections.std()), worth))
+    passes = sum(one.passes for one in own)
+    dates = min(one.n_dates for one in own)
+    return Statement(ANY, passes, dates, float(corrections.mean()), Budget(tuple(components)))
+
+
+def _common(bar: Bar, known: Known, dated: bool) -> list[Component]:
+    found = []
+    if bar.certificate:
+        found.append(Component("reference", "B", bar.certificate.u_mm))
+    if known.scale:
+        u = known.scale.u * bar.reference_mm
+        found.append(Component("scale", known.scale.kind, u, known.scale.dof))
+    step = max(take.step_mm for take in bar.takes)
+    found.append(Component("resolution", "B", step / math.sqrt(12)))
+    return [*found, known.drift] if known.drift and not dated else found

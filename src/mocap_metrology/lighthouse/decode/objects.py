@@ -40,7 +40,8 @@ def tracked_objects(path: str | Path) -> list[TrackedObject]:
 def _described(name: str, text: bytes, file: str) -> TrackedObject:
     try:
         config = json.loads(text)
-        serial, head = config.get("device_serial_number"), config.get("head")
+        told, head = config.get("device_serial_number"), config.get("head")
+        serial = told if isinstance(told, str) else None
         if head is None:
             return TrackedObject(name, serial)
         x, z, t = (np.array(head[k], np.float64) for k in ("plus_x", "plus_z", "position"))

@@ -51,5 +51,5 @@ def _described(name: str, text: bytes, file: str) -> TrackedObject:
             return TrackedObject(name, serial, left @ right, t)
     except UNREADABLE:
         pass
-    what = "head with position, plus_x and plus_z of unit length and at right angles"
-    raise Refusal(f"{file}, {name}: its CONFIG is unreadable; expected JSON with {what}")
+    what = "with a head of position, and plus_x and plus_z of unit length and at right angles"
+    raise Refusal(f"{file}, {name}: its CONFIG is unreadable; expected JSON {what}")

@@ -56,15 +56,15 @@ class Seen:
 
 
 def estimates(
-    found: Decoded, variant: str = "crazyflie", estimator: str = "paper-lm"
-) -> dict[str, PoseEstimate]:
-    """The static poses by optics; there is nothing else of a still board."""
+    found: Decoded, variant: str = "crazyflie", estimators: tuple[str, ...] = ("paper-lm",)
+) -> dict[tuple[str, str], PoseEstimate]:
+    """The static poses by estimator and optics; there is nothing else of a still board."""
     factories = [station.factory for station in found.stations]
-    settings = CalibrationSettings(variant=variant, estimators=("batch", "paper-lm"))
+    settings = CalibrationSettings(variant=variant, estimators=estimators)
     calibration = calibrate(found.hits, found.board, factories, settings)
     assert calibration.still
     assert {pose.stage for pose in calibration.estimates} == {"static"}
-    return {pose.optics: pose for pose in calibration.estimates if pose.estimator == estimator}
+    return {(pose.estimator, pose.optics): pose for pose in calibration.estimates}
 
 
 @pytest.fixture(scope="module")
@@ -75,14 +75,11 @@ def seen(samples: Path) -> dict[str, Seen]:
         factories = [station.factory for station in found.stations]
         calibration = calibrate(found.hits, found.board, factories)
         told = summary(calibration, found.stations, duration_s=found.duration_s)
-        poses, joint = (
-            {
-                (optics, variant): pose
-                for variant in ("crazyflie", "libsurvive")
-                for optics, pose in estimates(found, variant, estimator).items()
-            }
-            for estimator in ("paper-lm", "batch")
-        )
+        poses, joint = {}, {}
+        for variant in ("crazyflie", "libsurvive"):
+            every = estimates(found, variant, ("batch", "paper-lm"))
+            for (estimator, optics), pose in every.items():
+                (joint if estimator == "batch" else poses)[optics, variant] = pose
         result[name] = Seen(found, poses, joint, told)
     return result
 
@@ -126,7 +123,7 @@ def test_one_diode_does_not_decide(seen: dict[str, Seen]) -> None:
     of_slave = hits.station == SLAVE
     widths = {d: np.median(hits.width_s[of_slave & (hits.diode == d)]) for d in (7, 8, 11, 22)}
     assert widths.pop(8) < 0.6 * min(widths.values())
-    rest = estimates(without_diode_8(found))["factory"]
+    rest = estimates(without_diode_8(found))["paper-lm", "factory"]
     assert apart(own, rest) == pytest.approx((0, 0), abs=1e-6)
     assert np.sqrt(np.diag(own.covariance))[3:].max() < 0.5
     _, angle = apart(seen["HMD"].poses["factory", "crazyflie"], own)
@@ -331,7 +328,7 @@ def test_mean_angles_of_the_attic(samples: Path, tmp_path: Path) -> None:
         path, board = mean_angles(samples, tmp_path, exchanged)
         found = decode(path, "angles-csv", board)
         assert [station.factory for station in found.stations] == [None, None]
-        poses.append(estimates(found)["ideal"])
+        poses.append(estimates(found)["paper-lm", "ideal"])
     pose, inverse = poses
     assert pose.n_angles == 38
     assert pose.residual_rms_urad == pytest.approx(31, abs=2)

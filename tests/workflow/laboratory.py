@@ -85,12 +85,12 @@ REFUSED = {  # recording: board, what its line says
     "millimetres": ("millimetres.csv", "is the file in mm?"),
     "small-board": ("small.csv", "the board has 24 diodes; expected a board in diode order"),
     "large-board": ("large.csv", "the board has 33 diodes; expected a board in diode order"),
-    "second-generation": ("BOARD", "second-generation (V2) base stations"),
+    "no-geometry": ("BOARD", "no CONFIG line of BOARD"),
     "other-object": ("HMD", "no pulses of an object 'HMD'; expected one of BOARD"),
     "other-checksum": ("board.csv", f"expected {'0' * 64}"),
 }
 # Of each kind one is in the sheet: dump, libsurvive recording, checksum
-BAD_ROWS = ("odd", "second-generation", "other-checksum")
+BAD_ROWS = ("odd", "no-geometry", "other-checksum")
 
 
 def made(name: str) -> Made:
@@ -162,13 +162,13 @@ def write_bad(folder: Path, brief: Made) -> None:
     write_dump(folder / "no-flashes.dump", some(pulses, pulses.length_s < LONGEST_SWEEP_S))
     write_dump(folder / "three-diodes.dump", some(pulses, pulses.diode < 3))
     write_dump(folder / "one-station.dump", made("alone").pulses)
-    (folder / "second-generation.rec").write_text("0.2 BOARD B 3 1234 0 0 1\n0.3 BOARD W 3 1 2 3\n")
+    (folder / "no-geometry.rec").write_text("0.2 BOARD B 3 1234 0 0 1\n0.3 BOARD W 3 1 2 3\n")
 
 
 def bad_rows() -> dict[str, dict[str, str]]:
     """Cells of each recording of `REFUSED`, besides those that all rows have."""
     bad = {name: {"path": f"{name}.dump", "board": board} for name, (board, _) in REFUSED.items()}
-    bad["second-generation"] |= {"path": "second-generation.rec"} | REC
+    bad["no-geometry"] |= {"path": "no-geometry.rec"} | REC
     bad["other-object"] |= {"path": "made.rec"} | REC | {"board": "HMD"}
     bad["other-checksum"] |= {"path": "brief.dump", "sha256": "0" * 64}
     for name in ("millimetres", "small-board", "large-board"):

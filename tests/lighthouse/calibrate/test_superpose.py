@@ -78,14 +78,14 @@ def test_jackknife_covers_the_error_of_kabsch() -> None:
 
 
 def test_static_pose_and_its_covariance() -> None:
-    """120 draws of noise: chi-squared of the errors has mean 6 (standard error 0.3) times the
+    """60 draws of noise: chi-squared of the errors has mean 6 (standard error 0.4) times the
     factor (n - 6)/(n - 8) of an estimated variance, n = 64 angles a station."""
     board, ideal = flat_board(), rotor_parameters()
     R, t = rotation.from_angles(0.2, -0.1, -0.65), np.array([0.4, 2.0, 0.25])
     Rb, tb = rotation.from_angles(0.25, 0.3, np.pi + 0.4), np.array([3.2, 0.2, -0.3])
     world = board @ Rb.T + tb
     rng, values = np.random.default_rng(7), []
-    for _ in range(120):
+    for _ in range(60):
         given = [
             Measurements(np.zeros(1), (angles(own, ideal) + rng.normal(0, 3e-5, (32, 2)))[None])
             for own in (world, np.ascontiguousarray((world - t) @ R))

@@ -44,7 +44,7 @@ WANTED = (
     "recordings/tracker/orientation.parquet",
     *("tables/lab_compare.csv", "tables/lab_coherence.csv", "recordings/rod/allan.parquet"),
     *("tables/real_gaussian.csv", "tables/real_allan.md", "tables/real_noise.md"),
-    *("tables/real_outliers.csv"),
+    "tables/real_outliers.csv",
 )
 
 

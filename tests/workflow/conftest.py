@@ -18,7 +18,15 @@ TWINS = "twins: {T: {published: {camera_type: T40, n_cameras: 10}, seed: 1}}\n"
 TOY, UNDRAWN = (Path(__file__).with_name(name) for name in ("toy", "undrawn"))
 sys.path.insert(0, str(ROOT / "workflow"))
 
+# Figures of the laboratory that tests read; a dot stands for the others
+READ = "recordings/(take|active)/|calibrations/(measured|twin)/"
+
 Snakemake = Callable[..., subprocess.CompletedProcess]
+
+
+def of_figures(drawn: str | None) -> dict[str, str]:
+    """Environment of jobs that draw the figures with this pattern in their path; None: all."""
+    return {} if drawn is None else {"PYTHONPATH": str(UNDRAWN), "DRAWN": drawn}
 
 
 @pytest.fixture(scope="session")
@@ -31,13 +39,13 @@ def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
     own = tmp_path_factory.mktemp("own")
     (own / "profiles").symlink_to(ROOT / "profiles")
 
-    def run(folder: Path, *arguments: str, drawn: bool = True) -> subprocess.CompletedProcess:
+    def run(folder: Path, *arguments: str, drawn: str | None = None) -> subprocess.CompletedProcess:
         if folder == ROOT:
             folder, arguments = own, ("-s", str(ROOT / "Snakefile"), *arguments)
         return subprocess.run(
             command(*arguments),
             cwd=folder,
-            env=environment() | ({} if drawn else {"PYTHONPATH": str(UNDRAWN)}),
+            env=environment() | of_figures(drawn),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -60,7 +68,7 @@ def run(tmp_path_factory: pytest.TempPathFactory, snakemake: Snakemake) -> Simpl
     quick = ["duration_s=120", "fit_figures=[]", "noise={estimators: [likelihood]}"]
     quick += ["lighthouse={estimators: [paper-lm], joint: setup}"]
     arguments = ["-s", str(ROOT / "Snakefile"), "--cores", "2", "--config", *settings, *quick]
-    output = snakemake(folder, *arguments)
+    output = snakemake(folder, *arguments, drawn=READ)
     return SimpleNamespace(
         folder=folder, results=folder / "results", arguments=arguments, output=output
     )

@@ -53,7 +53,7 @@ def runner(folder: Path, root: Path, snakemake):
 
     def run(*arguments: str, options: tuple[str, ...] = ()):
         where = ("--directory", str(folder), "--cores", "2", *options, *settings)
-        return snakemake(root, *where, "--", *MADE, *arguments, drawn=False)
+        return snakemake(root, *where, "--", *MADE, *arguments, drawn="")
 
     return run
 

@@ -76,7 +76,7 @@ def done(samples, root, snakemake, tmp_path_factory) -> SimpleNamespace:
         *(f"recordings={folder / write_sheet(folder, HEADER, *rows)}", "calibrations="),
         *(f"results={results}", f"twins={folder / 'twins.yaml'}", "fit_figures=[]"),
         "noise={estimators: [likelihood]}",
-        drawn=False,
+        drawn="",
     )
     assert output.returncode == 0, output.stdout
     return SimpleNamespace(results=results, output=output.stdout)

@@ -1,18 +1,66 @@
-"""With this folder in PYTHONPATH no job draws figures of a recording, which take most of its
-time: their files are empty. For runs whose tests read numbers."""
+"""With this folder in PYTHONPATH jobs draw no figures, which take most of their time.
 
+Those of recordings are empty files. With a pattern in DRAWN, figures whose path has it are drawn,
+and the others are a dot with their title and caption.
+"""
+
+import importlib.abc
+import os
+import re
 import sys
+from importlib.machinery import PathFinder
 from importlib.util import spec_from_file_location
 from pathlib import Path
 
-FIGURES = "mocap_metrology.recording.figures"
+DRAWN = os.environ.get("DRAWN", "")
+RECORDING, FIGURE = "mocap_metrology.recording.figures", "mocap_metrology.present.plot.figure"
+DOT = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9"/></svg>'
+
+
+def with_dots(module) -> None:
+    """Let `save` draw what DRAWN names, and a dot for anything else."""
+    drawn = module.save
+
+    def save(picture, path):
+        if re.search(DRAWN, str(path)):
+            return drawn(picture, path)
+        from PIL import Image, PngImagePlugin
+
+        svg, png = (Path(str(path).removesuffix(".svg").removesuffix(".png") + s)
+                    for s in (".svg", ".png"))  # fmt: skip
+        texts = PngImagePlugin.PngInfo()
+        texts.add_itxt("Title", str(picture.figure.get_label()))
+        texts.add_itxt("Description", module.plain(picture.caption))
+        with module.whole(svg) as part:
+            part.write_text(DOT, encoding="utf-8")
+        with module.whole(png) as part:
+            Image.new("L", (9, 9)).save(part, format="png", pnginfo=texts)
+        return svg, png
+
+    module.save = save
+
+
+class Loader(importlib.abc.Loader):
+    def __init__(self, loader):
+        self.loader = loader
+
+    def create_module(self, spec):
+        return self.loader.create_module(spec)
+
+    def exec_module(self, module):
+        self.loader.exec_module(module)
+        with_dots(module)
 
 
 class Undrawn:
     @staticmethod
-    def find_spec(name: str, path: object = None, target: object = None):
-        if name == FIGURES:
+    def find_spec(name: str, path=None, target=None):
+        if name == RECORDING and not DRAWN:
             return spec_from_file_location(name, Path(__file__).with_name("figures.py"))
+        if name == FIGURE and DRAWN:
+            spec = PathFinder.find_spec(name, path, target)
+            spec.loader = Loader(spec.loader)
+            return spec
         return None
 
 

@@ -17,11 +17,11 @@ from mocap_metrology.io.labels import pair_of
 from mocap_metrology.present.accuracy.statement_document import known_of
 from mocap_metrology.recording.bar import (
     passes_of,
-    read_bar,
     write_bar,
     write_group,
     write_statement,
 )
+from mocap_metrology.recording.bar_take import read_bar
 from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings
 

@@ -7,7 +7,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.accuracy.asked import Asked
     from mocap_metrology.present.accuracy.bar_document import bar_lines
-    from mocap_metrology.recording.bar import read_bar, write_bar
+    from mocap_metrology.recording.bar import write_bar
+    from mocap_metrology.recording.bar_take import read_bar
     from mocap_metrology.recording.clean import Entry
     from mocap_metrology.recording.results import Table
     from mocap_metrology.settings import Settings

@@ -23,7 +23,7 @@ with step(snakemake) as log:
         try:
             if given.bar["bar"]:
                 from mocap_metrology.accuracy.asked import Asked
-                from mocap_metrology.recording.bar import read_bar
+                from mocap_metrology.recording.bar_take import read_bar
 
                 read_bar(entry, Asked(**given.bar), settings, origin)
             clean(entry, origin, settings, folder, moved=bool(given.bar["bar"]))

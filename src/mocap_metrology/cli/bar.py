@@ -14,6 +14,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.present.accuracy.bar_document import bar_lines
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.recording import bar
+from mocap_metrology.recording.bar_take import read_bar
 from mocap_metrology.recording.clean import Entry
 
 
@@ -25,7 +26,7 @@ def check_bar(path: Path, folder: Path, options: argparse.Namespace) -> str:
     asked = Asked(options.bar, options.length, options.length_u)
     named = {"recording": results.name_of(path), "source": "measured", "twin": None}
     try:
-        reading = bar.read_bar(entry, asked, SETTINGS, named)
+        reading = read_bar(entry, asked, SETTINGS, named)
         take = reading.take
         n, rate = take.length_mm.size, take.frame_rate_hz
         pair = " and ".join(reading.pair)

@@ -22,7 +22,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import planes
-from mocap_metrology.lighthouse.planes import plane_gradient
+from mocap_metrology.lighthouse.planes import plane_angles, plane_gradient
 from mocap_metrology.lighthouse.records import Factory
 
 # Columns of the parameters of a rotor, as kernels read them; those after them are of `planes`.
@@ -180,7 +180,7 @@ def intrinsic_gradient(
 def angles(points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """C(L, P) of J Eq. 2: both angles in rad of points (n, 3) in the station's frame, (n, 2)."""
     if parameters[0, GENERATION] == 2.0:
-        return planes.plane_angles(points, parameters)
+        return plane_angles(points, parameters)
     out = np.empty((points.shape[0], 2))
     for i in range(points.shape[0]):
         for axis in range(2):

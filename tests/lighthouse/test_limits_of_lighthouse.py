@@ -146,16 +146,15 @@ def test_a_variant_that_is_no_rotation_is_refused() -> None:
         pose_file._check_variant(row | {"rotation_matrix": (1.0002 * R).tolist()})
 
 
-def test_two_stations_are_connected_by_as_many_moments_as_the_fewest(monkeypatch) -> None:
+def test_two_stations_are_connected_by_as_many_moments_as_the_fewest() -> None:
     n = network.FEWEST_MOMENTS
-
-    def moments(hits, diodes, stations):
-        return [SimpleNamespace(seen=np.arange(n + 1)[:, None] + np.zeros((1, 5)) < k)
-                for k in (n + 1, n, n - 1)]  # fmt: skip
-
-    monkeypatch.setattr(network, "moments", moments)
-    found = network._shared(SimpleNamespace(hits=None, board=np.zeros((5, 3))), 3)
+    seen = [
+        SimpleNamespace(measurements=SimpleNamespace(time_s=np.arange(float(k))))
+        for k in (n + 1, n, n - 1)
+    ]
+    found = network.shared_moments(seen)
     assert found[0, 1] == n and found[0, 2] == found[1, 2] == 0
+    assert network.islands(found) == [[0, 1], [2]]
 
 
 def test_the_cost_of_an_estimate_is_the_sum_of_all_that_is_known() -> None:

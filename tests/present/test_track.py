@@ -38,7 +38,8 @@ def tracked(still: bool = False) -> dict[str, np.ndarray]:
     residual = np.full(N, 5e-5)
     for values in (place, R, residual, noise, by_slave):
         values[200:248] = np.nan
-    sd = Spread(noise, 10 * noise, 11 * noise, by_slave)
+    covariance = np.einsum("ni,ij->nij", (11 * noise) ** 2, np.eye(6))
+    sd = Spread(noise, 10 * noise, 11 * noise, by_slave, covariance)
     return columns(Track(time, R, place, hits, residual, sd, "diode 3 excluded"))
 
 

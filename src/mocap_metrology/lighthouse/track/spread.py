@@ -34,9 +34,7 @@ class Spread:
     noise: Floats
     calibration: Floats
     total: Floats
-    by_slave: (
-        Floats  # (n, 6, 6): derivative of the pose by the slave's, or by those of all stations
-    )
+    by_slave: Floats  # (n, 6, 6): derivative by the slave's pose, or by those of all stations
     covariance: Floats  # (n, 6, 6) of all
 
 

@@ -1,0 +1,106 @@
+"""A take of a bar, read from a recording or a twin, or why it says nothing of a bar."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.accuracy import take as of_take
+from mocap_metrology.accuracy.asked import Asked
+from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_slope
+from mocap_metrology.accuracy.take import Take, take_of, with_angles
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
+from mocap_metrology.io.labels import in_words, pair_of
+from mocap_metrology.io.read import bodies_of, orientation_of, points_by_kind
+from mocap_metrology.present.text.sentence import render
+from mocap_metrology.recording.clean import Entry, read, trajectories
+from mocap_metrology.recording.results import Table
+from mocap_metrology.settings import Settings
+
+AUTO = "auto"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One take, its two ends, the rigid clusters (of `auto`) and the scale along the way."""
+
+    take: Take
+    pair: tuple[str, str]
+    origin: Mapping[str, Any]
+    clusters: Sequence[Row] = ()
+    scale: ScaleSlope | None = None
+    warnings: Sequence[str] = ()
+
+
+def read_bar(
+    entry: Entry,
+    asked: Asked,
+    settings: Settings,
+    named: Mapping[str, Any],
+    raw: Table | None = None,
+) -> Reading:
+    """The take of a recording, or of a twin's trajectories `raw`; named: `recording`, `source`,
+    `twin`, `date`. Refuses what says nothing of a bar."""
+    pose = asked.pose
+    file = str(named["recording"]) if raw else Path(entry.paths[0]).name
+    if raw is None:
+        read_in = read(replace(entry, markers=_markers(entry, asked.bar, file)), False)
+        raw = trajectories(read_in, {**named, "pairs": None})
+    labels, origin = list(raw.origin["labels"]), raw.origin
+    position = np.array([values for _, values in raw.in_mm()]).reshape(len(labels), 3, -1)
+
+    def take_by(ends: Sequence[int]) -> Take:
+        date = str(named.get("date") or "")[:10]
+        told = str(named["recording"]), date, origin["frame_rate_hz"]
+        return take_of(*told, position[list(ends)], origin["resolution_mm"])
+
+    far, clusters = settings.bar.least_path_mm, []
+    if asked.bar == AUTO:
+        found = rigid_clusters(position, settings.bar.rigid_mm)
+        clusters = [one for one in found if of_take.way_mm(take_by(one.pair)) >= far]
+        if not clusters:
+            limit = f"(p97.5 - p2.5) / 4 below {settings.bar.rigid_mm:g} mm, bar.rigid_mm"
+            what = f"has no two markers that stay at one distance ({limit}) and move {far:g} mm"
+            raise Refusal(f"{file}: {what}; name a bar of the file: {in_words(labels, 60)}")
+        first, second = clusters[0].pair
+    else:
+        first, second = map(labels.index, pair_of(asked.bar, labels, file))
+    pair, take = (labels[first], labels[second]), take_by((first, second))
+    of_take.check(replace(take, name=file), " and ".join(pair), asked.length_mm, far)
+    bodies = () if named.get("twin") else bodies_of(entry.paths[0], None, entry.column_names)
+    if set(pair) <= set(bodies):
+        take = with_angles(take, _quaternions(entry, pair), pose.quaternion if pose else None)
+    elif pose:
+        raise Refusal(f"{file}: bar_pose is for two bodies; {' and '.join(pair)} are markers")
+    shown: list[Row] = [
+        {**asdict(one), "labels": [labels[k] for k in one.markers]} for one in clusters
+    ]
+    scale = scale_slope(position, clusters[0].markers) if clusters else None
+    return Reading(take, pair, origin, shown, scale, _warnings(take, pair, settings.bar.rigid_mm))
+
+
+def _warnings(take: Take, pair: tuple[str, str], rigid_mm: float) -> list[str]:
+    said = []
+    if turned := of_take.reversals(take):
+        said.append(render("bar.reversals", n=turned, pair=pair))
+    if (spread := of_take.spread_mm(take)) > rigid_mm:
+        said.append(render("bar.loose", spread=spread, limit=rigid_mm, pair=pair))
+    return said
+
+
+def _markers(entry: Entry, bar: str, file: str) -> list[str]:
+    """The first kind of points of the file, or the two that are named."""
+    kinds = points_by_kind(entry.paths[0], entry.accept_truncated, entry.column_names)
+    if bar != AUTO:
+        return list(pair_of(bar, [one for labels in kinds.values() for one in labels], file))
+    return list(next(iter(kinds.values()), ()))
+
+
+def _quaternions(entry: Entry, pair: Sequence[str]) -> np.ndarray:
+    told = entry.frame_rate_hz, entry.accept_truncated, entry.column_names
+    return np.array([orientation_of(entry.paths, body, *told) for body in pair])

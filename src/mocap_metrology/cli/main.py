@@ -12,6 +12,7 @@ import os
 import sys
 import tomllib
 from collections.abc import Collection, Iterator, Sequence
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -33,24 +34,18 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def _rate(text: str) -> float:
+def _number(text: str, expected: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = 0.0
     if not 0 < value < 1e6:
-        raise argparse.ArgumentTypeError(f"{text!r}; expected frames a second, as 100")
+        raise argparse.ArgumentTypeError(f"{text!r}; expected {expected}")
     return value
 
 
-def _length(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < 1e6:
-        raise argparse.ArgumentTypeError(f"{text!r}; expected mm, as 500")
-    return value
+_rate = partial(_number, expected="frames a second, as 100")
+_length = partial(_number, expected="mm, as 500")
 
 
 GENERAL: dict[str, dict[str, Any]] = {

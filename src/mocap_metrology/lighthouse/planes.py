@@ -127,26 +127,11 @@ def plane_angles(points: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return out
 
 
-@njit
-def plane_directions(measured: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Azimuth atan2(y, x) and elevation atan2(z, x) in rad behind angles (n, 2) of both planes, to
-    1e-12 rad: by Newton's method from the closed form of ideal planes,
+@njit(inline="always")
+def ideal_direction(t0: float, t1: float) -> tuple[float, float]:
+    """(y, z) of the direction (1, y, z) behind angles of both ideal planes, rad:
 
-    y / x = tan((t0 + t1) / 2),  z / x = sin(t1 - t0) / (tan(pi/6) (cos t0 + cos t1)).
+    y = tan((t0 + t1) / 2),  z = sin(t1 - t0) / (tan(pi/6) (cos t0 + cos t1)).
     """
-    out, of = np.empty_like(measured), np.empty(INTRINSICS)
-    for i in range(measured.shape[0]):
-        t0, t1 = measured[i, 0] + rows[0, PHASE], measured[i, 1] + rows[1, PHASE]
-        y = math.tan((t0 + t1) / 2)
-        z = math.sin(t1 - t0) / (math.tan(PLANE_RAD) * (math.cos(t0) + math.cos(t1)))
-        for _ in range(20):
-            f0, _, a, b = plane_gradient(0, 1.0, y, z, rows[0], of)
-            f1, _, c, d = plane_gradient(1, 1.0, y, z, rows[1], of)
-            e0, e1 = measured[i, 0] - f0, measured[i, 1] - f1
-            det = a * d - b * c
-            y += (d * e0 - b * e1) / det
-            z += (a * e1 - c * e0) / det
-            if abs(e0) + abs(e1) < 1e-13:
-                break
-        out[i, 0], out[i, 1] = math.atan(y), math.atan(z)
-    return out
+    z = math.sin(t1 - t0) / (math.tan(PLANE_RAD) * (math.cos(t0) + math.cos(t1)))
+    return math.tan((t0 + t1) / 2), z

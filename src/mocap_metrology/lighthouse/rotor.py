@@ -22,7 +22,12 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import planes
-from mocap_metrology.lighthouse.planes import plane_angles, plane_gradient
+from mocap_metrology.lighthouse.planes import (
+    INTRINSICS,
+    ideal_direction,
+    plane_angles,
+    plane_gradient,
+)
 from mocap_metrology.lighthouse.records import Factory
 
 # Columns of the parameters of a rotor, as kernels read them; those after them are of `planes`.
@@ -196,8 +201,6 @@ def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """
     measured = np.asarray(measured, dtype=np.float64)
     flat = np.ascontiguousarray(measured.reshape(-1, 2))
-    if parameters[0, GENERATION] == 2.0:
-        return planes.plane_directions(flat, parameters).reshape(measured.shape)
     without_place = parameters.copy()
     without_place[:, X : Z + 1] = 0.0
     return _directions(flat, without_place).reshape(measured.shape)
@@ -205,12 +208,15 @@ def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
 
 @njit
 def _directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    out = np.empty_like(measured)
+    out, of = np.empty_like(measured), np.empty(INTRINSICS)
     for i in range(measured.shape[0]):
         y, z = math.tan(measured[i, 0]), math.tan(measured[i, 1])
+        if parameters[0, GENERATION] == 2.0:
+            first, second = parameters[:, PHASE]
+            y, z = ideal_direction(measured[i, 0] + first, measured[i, 1] + second)
         for _ in range(12):
-            t0, _, a, b = angle_gradient(0, 1.0, y, z, parameters[0])
-            t1, _, c, d = angle_gradient(1, 1.0, y, z, parameters[1])
+            t0, _, a, b = model_gradient(0, 1.0, y, z, parameters[0], of)
+            t1, _, c, d = model_gradient(1, 1.0, y, z, parameters[1], of)
             e0, e1 = measured[i, 0] - t0, measured[i, 1] - t1
             det = a * d - b * c
             y += (d * e0 - b * e1) / det

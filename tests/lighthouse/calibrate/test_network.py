@@ -11,8 +11,7 @@ from scipy.stats import chi2
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Scene
-from mocap_metrology.lighthouse.calibrate.network import by_network
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint
 from mocap_metrology.lighthouse.rotation import from_angles
 from tests.lighthouse.calibrate import scenes
 
@@ -38,7 +37,7 @@ def test_each_station_is_where_its_covariance_says() -> None:
     total, n = 0.0, 0
     for seed in range(6):
         made, scene = given(seed)
-        found = by_network(scene)
+        found = joint(scene)[0]
         for k, (R, t) in enumerate(true_poses(made), start=1):
             off = np.r_[found.state.t_m[k] - t, rotation.error(found.state.R[k], R)]
             assert np.linalg.norm(off[:3]) < 2e-3 and np.linalg.norm(off[3:]) < np.radians(0.05)
@@ -53,7 +52,7 @@ def test_a_station_that_shares_no_view_with_the_master_comes_by_another() -> Non
     hits, half = made.hits, np.median(made.hits.time_s)
     early, late = hits.time_s < half, hits.time_s > half
     kept = hits.take(((hits.station != 0) | early) & ((hits.station != 2) | late))
-    found = by_network(replace(scene, hits=kept))
+    found = joint(replace(scene, hits=kept))[0]
     for k, (R, t) in enumerate(true_poses(made), start=1):
         off = np.r_[found.state.t_m[k] - t, rotation.error(found.state.R[k], R)]
         assert off @ np.linalg.solve(found.pose_covariance(k), off) < chi2.ppf(0.999, 6)
@@ -64,4 +63,4 @@ def test_a_station_without_a_common_view_is_named() -> None:
     hits, half = made.hits, np.median(made.hits.time_s)
     own = np.where(hits.station == 3, hits.time_s > half, hits.time_s < half)
     with pytest.raises(Refusal, match="station 3: no 10 moments"):
-        by_network(replace(scene, hits=hits.take(own)))
+        joint(replace(scene, hits=hits.take(own)))

@@ -14,8 +14,6 @@ import numpy as np
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
-from mocap_metrology.lighthouse.batch.recording import Given
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, trajectory_of
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.agreement import Minima, agree, minima
@@ -120,21 +118,6 @@ def still_start(
         board = board or at_rest(pose.board_R, pose.board_t_m)
     assert board is not None
     return hits, board, poses, "; ".join(notes)
-
-
-def by_network(scene: Scene) -> Joint:
-    """Poses of all stations of a scene, `factories` of each, in the frame of the first, and the
-    board's trajectory; `Joint.pose_covariance(k)` is that of station k.
-
-    Raises `Refusal` where the stations are not connected by moments at which two see the board, or
-    the search does not converge.
-    """
-    with determined(scene.title):
-        hits, trajectory, poses = start(scene)
-        R, t = zip(*poses, strict=True)
-        given = [Given(hits, trajectory, scene.sensors.inertial)]
-        found = estimate(given, R, t, scene.rotors, scene.board, scene.used_priors, more=scene.more)
-    return found.sure(scene.title)
 
 
 def _tree(shared: np.ndarray) -> Sequence[tuple[int, int]]:

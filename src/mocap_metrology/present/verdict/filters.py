@@ -19,6 +19,8 @@ UNKNOWN_RAD2 = 1e6  # of an orientation that was not measured: no filter takes n
 # Floors of EKF2_EVP_NOISE and EKF2_EVA_NOISE [PX4-Autopilot, module.yaml of ekf2]
 FLOORS = {"EKF2_EVP_NOISE": (0.01, "m"), "EKF2_EVA_NOISE": (0.05, "rad")}
 FLOAT = 9  # MAV_PARAM_TYPE_REAL32
+# By marker, and of all markers as one body, None where that is unknown
+Covariances = tuple[dict[str, np.ndarray], np.ndarray | None]
 
 
 def frame_sigma(verdict: Mapping[str, Any]) -> np.ndarray:
@@ -28,8 +30,8 @@ def frame_sigma(verdict: Mapping[str, Any]) -> np.ndarray:
     return 1e-3 * np.array(sizes, dtype=np.float64).reshape(n, 3)
 
 
-def covariances(verdict: Mapping[str, Any], places_mm: np.ndarray) -> dict[str, np.ndarray]:
-    """Pose covariances (6, 6) in m^2 and rad^2, by marker, and of all markers as one body.
+def covariances(verdict: Mapping[str, Any], places_mm: np.ndarray) -> Covariances:
+    """Pose covariances (6, 6) in m^2 and rad^2: of each marker, and of all as one body.
 
     verdict: contents of verdict.json; places_mm: (markers, 3), means of the recording.
     """
@@ -40,19 +42,21 @@ def covariances(verdict: Mapping[str, Any], places_mm: np.ndarray) -> dict[str, 
         for k, label in enumerate(verdict["labels"])
         if known[k]
     }
-    body = body_covariance(1e-3 * places_mm[known], sigma[known])
-    return found if body is None else found | {"": body}
+    return found, body_covariance(1e-3 * places_mm[known], sigma[known])
 
 
-def ros_yaml(verdict: Mapping[str, Any], found: Mapping[str, np.ndarray]) -> str:
+def ros_yaml(verdict: Mapping[str, Any], found: Covariances) -> str:
     """noise_ros.yaml: `covariance` of geometry_msgs/PoseWithCovariance, row by row."""
-    numbers = {label: [float(f"{x:.6g}") for x in one.ravel()] for label, one in found.items()}
-    body = numbers.pop("", None)
+
+    def numbers(covariance: np.ndarray) -> list[float]:
+        return [float(f"{x:.6g}") for x in covariance.ravel()]
+
+    markers, body = found
     content = {
         "recording": verdict["recording"],
         "horizon_s": round(verdict["horizon_s"], 3),
-        "markers": {label: {"covariance": own} for label, own in numbers.items()},
-        "body": None if body is None else {"markers": list(numbers), "covariance": body},
+        "markers": {label: {"covariance": numbers(own)} for label, own in markers.items()},
+        "body": None if body is None else {"markers": list(markers), "covariance": numbers(body)},
     }
     remarks = [
         "Noise of one frame about the mean of horizon_s; no scale, distortion or latency.",
@@ -64,9 +68,10 @@ def ros_yaml(verdict: Mapping[str, Any], found: Mapping[str, np.ndarray]) -> str
     return _remarks(remarks) + yaml_text(content)
 
 
-def px4_params(verdict: Mapping[str, Any], found: Mapping[str, np.ndarray]) -> str:
+def px4_params(verdict: Mapping[str, Any], found: Covariances) -> str:
     """px4.params: lower bounds of the noise of external vision, as QGroundControl loads them."""
-    poses = [found[""]] if "" in found else list(found.values())
+    markers, body = found
+    poses = list(markers.values()) if body is None else [body]
     variances = np.array([np.diag(one) for one in poses]).reshape(-1, 6)
     worst = variances[:, :3].max(initial=-1), variances[:, 3:].max(initial=-1)
     lines, remarks = [], [f"Noise of one frame of {verdict['recording']}, for EKF2."]

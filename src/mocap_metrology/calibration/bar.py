@@ -16,13 +16,9 @@ from mocap_metrology.accuracy import take as of_take
 from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import evaluate
 from mocap_metrology.accuracy.findings import findings_of
-from mocap_metrology.calibration.pose import (
-    calibration_settings,
-    scene_before,
-    sensors_of,
-    stations_used,
-)
+from mocap_metrology.calibration.pose import calibration_settings, sensors_of
 from mocap_metrology.calibration.sweeps import Entry, Paths, decoded
+from mocap_metrology.calibration.track import scene_before, stations_used
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row

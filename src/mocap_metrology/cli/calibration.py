@@ -16,7 +16,8 @@ from threading import Thread
 from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.bar import bar
-from mocap_metrology.calibration.pose import FORMATS, write_poses
+from mocap_metrology.calibration.exports import FORMATS
+from mocap_metrology.calibration.pose import write_poses
 from mocap_metrology.calibration.sweeps import Entry, checked, write_decoded
 from mocap_metrology.calibration.tables import BAR, TABLES
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result

@@ -1,7 +1,7 @@
-"""Kinds of slow wander: how often each is named, and how often something else is said.
+"""Kinds of slow wander: how often the right kind is named, and how often a wrong one.
 
-One coordinate, 15 min at 100 Hz, white noise of 0.02 mm a frame. `named`: all that is said, and it
-is true; `false`: something that is not; the others are undecided, or nothing is said.
+One coordinate, 15 min at 100 Hz, white noise of 0.02 mm a frame. `named`: the right kind and no
+other; `false`: at least one wrong kind. In the remaining runs the kind is left open.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, cal
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES
-from mocap_metrology.lighthouse.decode.libsurvive import (
+from mocap_metrology.lighthouse.decode.libsurvive_solution import (
     FROM_LIBSURVIVE,
     read_solution,
     solution_pose,

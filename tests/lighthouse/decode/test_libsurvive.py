@@ -12,11 +12,8 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode import libsurvive
-from mocap_metrology.lighthouse.decode.libsurvive import (
-    read_libsurvive,
-    read_solution,
-    solution_pose,
-)
+from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
+from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.rotation import log
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 

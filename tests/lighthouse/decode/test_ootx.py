@@ -14,11 +14,8 @@ from hypothesis import strategies as st
 
 from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES
 from mocap_metrology.lighthouse.decode.flashes import find_flashes
-from mocap_metrology.lighthouse.decode.libsurvive import (
-    FROM_LIBSURVIVE,
-    read_libsurvive,
-    read_solution,
-)
+from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
+from mocap_metrology.lighthouse.decode.libsurvive_solution import FROM_LIBSURVIVE, read_solution
 from mocap_metrology.lighthouse.decode.ootx import (
     ACCEL_TO_STATION,
     FIRST,

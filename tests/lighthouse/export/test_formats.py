@@ -17,7 +17,7 @@ import yaml
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.assess.reference import pose_reference
 from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES, read_factory
-from mocap_metrology.lighthouse.decode.libsurvive import read_solution, solution_pose
+from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.export.formats import (
     Export,
     crazyflie_yaml,

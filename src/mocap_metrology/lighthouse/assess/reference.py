@@ -25,7 +25,7 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 from mocap_metrology.lighthouse.decode.factory_file import crazyflie_poses, is_crazyflie
-from mocap_metrology.lighthouse.decode.libsurvive import read_solution, solution_pose
+from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.places import narrowness_m, read_places
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 

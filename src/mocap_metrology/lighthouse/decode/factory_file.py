@@ -31,7 +31,7 @@ import numpy as np
 from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
-from mocap_metrology.lighthouse.decode.libsurvive import (
+from mocap_metrology.lighthouse.decode.libsurvive_solution import (
     CLIPPED_ID,
     of_second_generation,
     read_solution,

@@ -24,7 +24,7 @@ from mocap_metrology.lighthouse.decode.factory_file import (
     CRAZYFLIE_TYPE,
     CRAZYFLIE_VERSIONS,
 )
-from mocap_metrology.lighthouse.decode.libsurvive import (
+from mocap_metrology.lighthouse.decode.libsurvive_solution import (
     FACTORY2_KEYS,
     FACTORY_KEYS,
     FROM_LIBSURVIVE,

@@ -95,7 +95,7 @@ def recorded(kind: kinds.Kind, seed: Iterable[int]) -> np.ndarray:
 def found_in(position: np.ndarray, step: float = STEP) -> tuple[list, list, list]:
     """Events, slow changes of level and heavy tails, as in a diagnosis; fills are left out."""
     from mocap_metrology.noise.diagnosis.events import inside_events
-    from mocap_metrology.noise.diagnosis.export import filled_frames
+    from mocap_metrology.noise.diagnosis.fills import filled_frames
     from mocap_metrology.noise.diagnosis.levels import trends
     from mocap_metrology.noise.diagnosis.outliers import heavy_tails, isolated, off_frames, without
     from mocap_metrology.noise.diagnosis.recording import searched

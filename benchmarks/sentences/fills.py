@@ -18,7 +18,7 @@ from benchmarks.sentences import events
 
 def rows(n: int) -> list[tuple[Any, ...]]:
     """(case, statistic, runs, reach, at 8b8d0af, measured)."""
-    from mocap_metrology.noise.diagnosis.export import filled_frames
+    from mocap_metrology.noise.diagnosis.fills import filled_frames
 
     told = []
     for how in ("linear", "order 3", "order 5"):

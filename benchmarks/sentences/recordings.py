@@ -15,7 +15,7 @@ import numpy as np
 from scipy import ndimage, signal
 from scipy.interpolate import CubicSpline
 
-from mocap_metrology.noise.diagnosis.export import filled_frames
+from mocap_metrology.noise.diagnosis.fills import filled_frames
 from mocap_metrology.noise.motion.exchange import put_right
 from mocap_metrology.recording.clean import cleaned, exchanges
 from mocap_metrology.recording.noise import allan_deviations, noise_coefficients, spectra

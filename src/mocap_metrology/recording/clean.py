@@ -25,7 +25,7 @@ from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import bodies_of, labels_of, read_recording
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
-from mocap_metrology.noise.diagnosis.export import filled_frames
+from mocap_metrology.noise.diagnosis.fills import filled_frames
 from mocap_metrology.noise.motion.exchange import Exchange, put_right
 from mocap_metrology.noise.motion.movement import Movement, most_moving, movements
 from mocap_metrology.noise.series import coordinate_names, pair_numbers

@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mocap_metrology.noise.assess.spread import (
-    Measured,
-    expected_spread,
-    kind,
-    measured_spread,
-    measured_within,
-    spread,
-)
+from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
+from mocap_metrology.noise.assess.spread import expected_spread, kind, spread
 from mocap_metrology.noise.assess.uncertainty import Span, assess_series
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood

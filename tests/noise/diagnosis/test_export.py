@@ -9,16 +9,8 @@ import pytest
 from scipy import signal
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from mocap_metrology.noise.diagnosis.export import (
-    bands,
-    filled,
-    filled_frames,
-    low_pass,
-    low_passes,
-    resolution,
-    rules,
-    wander,
-)
+from mocap_metrology.noise.diagnosis.export import bands, low_pass, low_passes, resolution, wander
+from mocap_metrology.noise.diagnosis.fills import filled, filled_frames, rules
 
 N, SIGMA = 30_000, 0.05
 STARTS = np.arange(1000, 29_000, 2000)

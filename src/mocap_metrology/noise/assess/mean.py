@@ -20,7 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.gum import coverage_factor
-from mocap_metrology.noise.assess.spread import Measured, expected_spread
+from mocap_metrology.noise.assess.measured import Measured
+from mocap_metrology.noise.assess.spread import expected_spread
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import Deterministic
 

@@ -10,14 +10,12 @@ from enum import StrEnum
 import numpy as np
 
 from mocap_metrology.noise.assess.mean import MeanOfAll, mean_of_all
+from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
 from mocap_metrology.noise.assess.spread import (
-    Measured,
     Share,
     Spread,
     WithShares,
     expected_spread,
-    measured_spread,
-    measured_within,
     spread,
     wide_line_error,
 )

@@ -1,4 +1,4 @@
-"""What an export may have done to a recording: rounded it, low-pass filtered it, filled gaps.
+"""What an export may have done to a recording: rounded it, or low-pass filtered it.
 
 Filtered. White noise, flicker, random walk, Gauss-Markov noise (of any correlation time, at any
 frame rate), blue and violet noise and all their sums share one property: the spectrum of the
@@ -7,15 +7,6 @@ low-pass it falls. So nothing is assumed of how strong each kind of noise is; a 
 order, which has the spectrum of Gauss-Markov noise, cannot be distinguished from it. Movement, too,
 makes W fall, to the white noise of the system: behind a filter it falls to the rounding of the
 file, or never levels.
-
-Filled. A polynomial of order p, or a spline between the same two samples, has differences of order
-p + 1 that are zero up to the rounding of the file; those of noise are small only by chance. One
-value of the k-th differences lies within +-delta s with a probability of 0.8 delta at most,
-whatever came before, where s is the standard deviation of a frame given the past
-(its innovation); so a run of a few is no chance. How often runs go on is counted, too. Straight
-lines (k = 2), cubic (4) and quintic (6) polynomials, splines and held values are detected.
-Copies of another marker's noise are as large as noise and are not detected; nor is what is filled
-where the rounding of the file hides it.
 """
 
 from __future__ import annotations
@@ -28,7 +19,6 @@ from typing import Final, Literal
 
 import numpy as np
 
-from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.linear import non_negative
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
@@ -52,19 +42,6 @@ COARSE_SHARE = 0.02  # of S at the edge, in rounding, from which no cutoff is re
 FLAT_RATIO = 0.7  # S of the middle and of the top differ by less where a stop band has levelled
 FILTER_ORDERS = (1, 2, 3, 4, 6)  # of amplitudes 1 / (1 + (f/f_c)^2n) that are tried
 FOLLOWED = 0.01  # of the greatest W, down to which a cutoff is fitted
-
-# Filled
-DIFFERENCES = (2, 4, 6)  # orders of those that a fill makes vanish
-NARROW, WIDEST = 0.02, 0.65  # delta: without rounding, and at most
-DENSER = 1.25  # than a Gaussian's at zero
-CHANCE = 1e-13  # that a frame begins a run which is none
-LIKELIEST = 0.7  # chance of one, from which nothing is reported
-# Runs that chance makes, and how many of them determine its rate
-SHORT, ENOUGH, MARGIN = 4, 200, 1.5
-SHORTEST, LOOSE = 6, 3  # differences of a run; frames of each end that may be noise
-PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, for s
-CHUNK = 1 << 20
-MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
 
 
 @dataclass(frozen=True)
@@ -268,136 +245,3 @@ def _cutoff(found: Bands, steps: np.ndarray, fallen: int, rounding: float) -> fl
             off = np.log(np.maximum(size @ terms, 1e-9))
             best = min(best, (float(off @ off), float(cutoff)))
     return best[1]
-
-
-@dataclass(frozen=True)
-class Rule:
-    """Of one order: limit of the differences, mm, and the probability of one within it."""
-
-    order: int
-    limit: float
-    chance: float
-
-    @property
-    def least(self) -> int:
-        """Frames on one polynomial that are detected."""
-        return self.run(self.chance) + self.order - 2
-
-    @staticmethod
-    def run(chance: float) -> int:
-        return math.ceil(math.log(CHANCE) / math.log(chance))
-
-
-def innovation(series: np.ndarray) -> float:
-    """s of (n,) values in their unit, at most: the least that differences of order 1 to 8 allow,
-    by medians over pieces, of which a quarter may be quieter; NaN left out."""
-    size = min(SAMPLED, max(series.size // PIECES, 64))
-    starts = np.linspace(0, max(series.size - size, 0), PIECES).astype(int)
-    scales = [_scale(series[k : k + size].astype(np.float64)) for k in np.unique(starts)]
-    known = [scale for scale in scales if math.isfinite(scale)]
-    return float(np.quantile(known, 0.25)) if known else math.nan
-
-
-def _scale(values: np.ndarray) -> float:
-    found = math.nan
-    for order in range(1, 9):
-        values = np.diff(values)
-        known = np.abs(values[np.isfinite(values)])
-        if known.size < 16:
-            return found
-        scale = MAD_TO_SIGMA * float(np.median(known)) / math.sqrt(math.comb(2 * order, order))
-        found = scale if math.isnan(found) else min(found, scale)
-    return found
-
-
-def rules(innovation_mm: float, resolution_mm: float) -> list[Rule]:
-    """The orders that can be detected in a file of these steps."""
-    found = []
-    for order in DIFFERENCES if innovation_mm > 0 else ():
-        # Each of the 2^order parts of a difference is rounded by half a step at most
-        rounding = 1.05 * 2 ** (order - 1) * resolution_mm
-        delta = max(NARROW, rounding / innovation_mm)
-        if delta <= WIDEST:
-            found.append(Rule(order, delta * innovation_mm, 0.8 * DENSER * delta))
-    return found
-
-
-def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
-    """(n,) whether a frame was filled, of (n,) values in mm, NaN in gaps."""
-    resolution_mm = resolution_mm if math.isfinite(resolution_mm) else 0.0
-    mask = np.zeros(series.size, bool)
-    for rule in rules(innovation(series), resolution_mm):
-        smooth = _smooth(series, rule)
-        changes = np.flatnonzero(np.diff(np.concatenate([[0], smooth.view(np.int8), [0]])))
-        edges = changes.reshape(-1, 2)
-        lengths = edges[:, 1] - edges[:, 0]
-        chance = max(rule.chance, _seen(lengths))
-        if chance > LIKELIEST:
-            continue
-        sure = lengths >= Rule.run(chance)
-        shorter = [
-            part
-            for first, last in edges[~sure & (lengths >= SHORTEST)]
-            if (part := _polynomial(series, int(first), int(last), rule, resolution_mm))
-        ]
-        for first, last in [*edges[sure], *shorter]:  # both ends were measured
-            mask[first + 1 : last + rule.order - 1] = True
-    return mask
-
-
-def _polynomial(
-    series: np.ndarray, first: int, last: int, rule: Rule, resolution_mm: float
-) -> tuple[int, int] | None:
-    """The part of a run of small differences whose frames lie on one polynomial to within 3/4 of a
-    step, where chance does that in `CHANCE` at most: each frame beyond the first `order` lies so
-    near with a probability of 1.5 steps times the greatest density of noise."""
-    innovation_mm = rule.limit / (rule.chance / (0.8 * DENSER))
-    near = max(NARROW * innovation_mm, 0.75 * resolution_mm)
-    chance = DENSER * 2 * near / (math.sqrt(2 * math.pi) * innovation_mm)
-    if chance > LIKELIEST:
-        return None
-    least = Rule.run(chance)
-    for cut in range(2 * LOOSE + 1):  # chance adds frames to a run, at either end
-        for left in range(max(cut - LOOSE, 0), min(cut, LOOSE) + 1):
-            a, b = first + left, last - (cut - left)
-            if b - a < least:
-                return None
-            values = series[a : b + rule.order].astype(np.float64)
-            t = np.linspace(-1, 1, values.size)
-            basis = np.polynomial.legendre.legvander(t, rule.order - 1)
-            rest = values - values.mean()
-            rest = rest - basis @ np.linalg.lstsq(basis, rest, rcond=None)[0]
-            if np.abs(rest).max() <= near:
-                return a, b
-    return None
-
-
-def _seen(lengths: np.ndarray) -> float:
-    """How often a run of chance continues, from the lengths of all; values that repeat, as in files
-    with hidden steps, go on more often than noise."""
-    count = np.bincount(np.minimum(lengths, SHORT + 1), minlength=SHORT + 2)
-    pairs = [(count[k], count[k + 1]) for k in range(1, SHORT)]
-    return max(
-        (MARGIN * (more + 2 * math.sqrt(more)) / some for some, more in pairs if some >= ENOUGH),
-        default=0.0,
-    )
-
-
-def _smooth(series: np.ndarray, rule: Rule) -> np.ndarray:
-    """(n - order,) whether the differences that begin there are within the limit."""
-    flags = [
-        np.abs(np.diff(series[k : k + CHUNK + rule.order].astype(np.float64), rule.order))
-        <= rule.limit
-        for k in range(0, max(series.size - rule.order, 0), CHUNK)
-    ]
-    return np.concatenate(flags) if flags else np.zeros(0, bool)
-
-
-def filled_frames(
-    position_mm: np.ndarray, resolution_mm: float, over: Over = in_turn
-) -> np.ndarray:
-    """(markers, n) of (markers, 3, n): where any coordinate of a marker was filled, all were. over:
-    how coordinates are worked on."""
-    axes = (axis for marker in position_mm for axis in marker)
-    found = np.array(list(over(lambda axis: filled(axis, resolution_mm), axes)))
-    return np.any(found.reshape(position_mm.shape), axis=1)

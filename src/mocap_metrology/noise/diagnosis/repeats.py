@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mocap_metrology.noise.diagnosis.export import Rule
+from mocap_metrology.noise.diagnosis.fills import Rule
 from mocap_metrology.noise.series import distance, pair_name, position
 
 LEAST_CHANGES = 16  # of frames, to know what a marker does from one to the next

@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_metrology.noise.diagnosis import findings, levels
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
-from mocap_metrology.noise.diagnosis.export import MANY_FILLED
+from mocap_metrology.noise.diagnosis.fills import MANY_FILLED
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
 from mocap_metrology.noise.diagnosis.periodic import Found, disturbances

@@ -13,7 +13,8 @@ from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.evidence import broad_peak, halves, view_of
 from mocap_metrology.noise.diagnosis.findings import findings_of
-from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings, Recording, diagnose
+from mocap_metrology.noise.diagnosis.recording import diagnose
+from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.welch import welch

@@ -19,7 +19,7 @@ from mocap_metrology.noise.diagnosis.filtering import Filter, Filtered, Left
 from mocap_metrology.noise.diagnosis.levels import Sides, Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import Found, Mains
-from mocap_metrology.noise.diagnosis.recording import Diagnosis, DiagnosisSettings, Recording
+from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.diagnosis.resonance import Resonance
 from mocap_metrology.noise.diagnosis.signatures import Wander

@@ -21,7 +21,7 @@ from mocap_metrology.calibration.pose import priors_of
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
-from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
 from mocap_metrology.settings import Hampel, Settings, checked
 
 ROOT = Path(__file__).resolve().parents[2]

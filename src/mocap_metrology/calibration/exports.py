@@ -13,11 +13,7 @@ from mocap_metrology.lighthouse.assess import reference
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration
 from mocap_metrology.lighthouse.export import formats
 from mocap_metrology.lighthouse.export import world as worlds
-from mocap_metrology.lighthouse.records import (
-    MASTER,
-    PoseEstimate,
-    Station,
-)
+from mocap_metrology.lighthouse.records import MASTER, PoseEstimate, Station
 
 Pose = tuple[np.ndarray, np.ndarray]
 FORMATS = {

@@ -16,12 +16,8 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.uncertainty import Span
 from mocap_metrology.noise.diagnosis.findings import Finding, findings_of
-from mocap_metrology.noise.diagnosis.recording import (
-    Diagnosis,
-    DiagnosisSettings,
-    Recording,
-)
 from mocap_metrology.noise.diagnosis.recording import diagnose as diagnose_series
+from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.diagnosis.tables import write_diagnosis

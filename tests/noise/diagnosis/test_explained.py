@@ -9,7 +9,8 @@ import pytest
 from scipy import signal
 
 from mocap_metrology.noise.diagnosis.findings import findings_of
-from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+from mocap_metrology.noise.diagnosis.recording import diagnose
+from mocap_metrology.noise.diagnosis.records import Recording
 from mocap_metrology.noise.diagnosis.resonance import resonance
 from mocap_metrology.noise.fit.spectral.welch import welch
 

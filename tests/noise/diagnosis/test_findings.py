@@ -24,7 +24,8 @@ from mocap_metrology.noise.diagnosis.findings import (
     model_findings,
     other_wanders,
 )
-from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings, Recording, diagnose
+from mocap_metrology.noise.diagnosis.recording import diagnose
+from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.present.text.diagnosis import sentences

@@ -10,7 +10,8 @@ from scipy import ndimage, signal
 
 from mocap_metrology.noise.assess.checks import Facts, processed
 from mocap_metrology.noise.diagnosis.findings import findings_of
-from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+from mocap_metrology.noise.diagnosis.recording import diagnose
+from mocap_metrology.noise.diagnosis.records import Recording
 from mocap_metrology.noise.motion.exchange import put_right
 from mocap_metrology.present.verdict.document import reason
 

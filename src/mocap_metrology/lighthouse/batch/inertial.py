@@ -24,12 +24,7 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.inverse import selected_inverse
-from mocap_metrology.lighthouse.batch.kernel import (
-    POSE,
-    SPAN,
-    right_jacobians,
-    rotated,
-)
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, right_jacobians, rotated
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2, INERTIAL_SD, Layout, State
 from mocap_metrology.lighthouse.batch.solve import LIMIT, Equations
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, cubic

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import linalg, optimize
 
-from mocap_metrology.lighthouse.batch import kernel
+from mocap_metrology.lighthouse.batch import sweep_kernel
 from mocap_metrology.lighthouse.batch.inverse import selected_inverse
 from mocap_metrology.lighthouse.batch.solve import Noise, Sums, known_of, reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
@@ -53,7 +53,7 @@ def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: 
         band, g = sums.band + bend, sums.g + bend_g
         own = ratio / sums.held
         factor = own / (1 + own * sums.weight)
-        kernel.without_offsets(
+        sweep_kernel.without_offsets(
             sums.begin,
             factor,
             sums.of_sweep,

@@ -18,7 +18,7 @@ import numpy as np
 from scipy import linalg
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch import kernel
+from mocap_metrology.lighthouse.batch import kernel, sweep_kernel
 from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
@@ -109,7 +109,7 @@ def weights(seen: View, residual: np.ndarray, noise: Noise) -> Weights:
     found = Weights(np.empty(residual.size), *np.empty((3, n)))
     first, hit, sweep = seen.sweeps.first, noise.hit, noise.sweep
     of_sweep = found.offset, found.held, found.cost
-    kernel.robust(first, residual, hit, sweep, LIMIT, found.hit, *of_sweep)
+    sweep_kernel.robust(first, residual, hit, sweep, LIMIT, found.hit, *of_sweep)
     return found
 
 
@@ -291,7 +291,7 @@ def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0
         h += variance * sums.more.g_inner
     ratio = (noise.sweep / noise.hit) ** 2 / sums.held
     factor = ratio / (1 + ratio * sums.weight)
-    kernel.without_offsets(
+    sweep_kernel.without_offsets(
         sums.begin,
         factor,
         sums.of_sweep,

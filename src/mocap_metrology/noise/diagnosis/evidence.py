@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.levels import Sides, compare
-from mocap_metrology.noise.diagnosis.recording import Diagnosis
+from mocap_metrology.noise.diagnosis.records import Diagnosis
 from mocap_metrology.noise.series import AXES
 
 ROUND_LEVEL_S = 5.0  # on either side of a change of level

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypedDict
 
 from mocap_metrology.noise.diagnosis.export import DOMINATES
-from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.signatures import NEAR_S, Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, Z_95, NoiseRow, deterministic_of
 from mocap_metrology.noise.model.deterministic import Deterministic

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -33,7 +32,6 @@ from mocap_metrology.noise.diagnosis.export import (
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
 from mocap_metrology.noise.diagnosis.outliers import (
-    Tails,
     drawn_in,
     heavy_tails,
     isolated,
@@ -41,6 +39,12 @@ from mocap_metrology.noise.diagnosis.outliers import (
     without,
 )
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
+from mocap_metrology.noise.diagnosis.records import (
+    Diagnosis,
+    DiagnosisSettings,
+    Recording,
+    explained,
+)
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.resonance import Resonance, resonance
 from mocap_metrology.noise.diagnosis.signatures import Wander, signature
@@ -54,144 +58,14 @@ from mocap_metrology.noise.fit.spectral.likelihood import (
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.gaussian.two_markers import Drift, drift
 from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
-from mocap_metrology.noise.motion.movement import STILL, Movement, movement
+from mocap_metrology.noise.motion.movement import Movement, movement
 from mocap_metrology.noise.series import AXES, all_series, every_series
 
 NOTCHES = 3  # of a series: its strongest lines
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
-MULTIPLES = 6  # of the frequency at which bursts recur, that are no cycle
 SLOW_HZ = 0.25  # lines below may be of a change at once, which has every frequency
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
 Columns = Mapping[str, np.ndarray]
-
-
-@dataclass(frozen=True)
-class DiagnosisSettings:
-    """false_alarm: probability that a sound recording gets any event; side_s: what is compared
-    before and after an event (S 3.5: five minutes); spike_sigma: frames farther off than this are
-    outliers and no events; cutoffs_hz: low-pass filters; notch_width_hz: between its half-power
-    points, one pass; max_lines: a series; still_range_mm, horizon_s: of
-    `movement`.
-    """
-
-    false_alarm: float = 0.01
-    side_s: float = 300.0
-    spike_sigma: float = 6.0
-    cutoffs_hz: tuple[float, ...] = (6.0, 10.0)
-    notch_width_hz: float = 1.0
-    max_lines: int = 10
-    still_range_mm: float = 2.0
-    horizon_s: float = 3600.0
-
-
-@dataclass(frozen=True)
-class Recording:
-    """What is known of a recording before it is diagnosed. coordinates: x1, y1, ... (n,) mm, NaN in
-    gaps; labels of its markers; pairs of their numbers from 1; step of the file and its kind;
-    frames of a marker that were gap-filled, and are gaps here; movements: of coordinates, where
-    they are known already; exchanged: pairs of labels that were exchanged for a while, and are put
-    right here: `labels`, `n_frames`, `first` and `last` frame."""
-
-    coordinates: Mapping[str, np.ndarray]
-    labels: Sequence[str]
-    pairs: Sequence[tuple[int, int]]
-    frame_rate_hz: float
-    resolution_mm: float
-    resolution_kind: str
-    n_filled: Mapping[str, int] = field(default_factory=dict)
-    movements: Mapping[str, Movement] = field(default_factory=dict)
-    exchanged: Sequence[Mapping[str, Any]] = ()
-
-    @cached_property
-    def n_frames(self) -> int:
-        return len(next(iter(self.coordinates.values())))
-
-    @property
-    def duration_s(self) -> float:
-        return self.n_frames / self.frame_rate_hz
-
-    @property
-    def step_mm(self) -> float:
-        """Of the file; 0 where it is not known."""
-        return self.resolution_mm if np.isfinite(self.resolution_mm) else 0.0
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """Of one recording. spikes: isolated frames that were off, a coordinate; missing: share of
-    frames a marker lacks; drifts: a series; movements: a series; dynamics, levels
-    (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
-    and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
-    before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
-    their position; wanders: what slow wander is, a series;
-    solved: distances within rigid bodies that the software solved; processed: what else software
-    did to the frames; recurring: period in s of bursts, a series; resonances: broad ones;
-    bouts: begin and end in s of bursts that recur in a part of the recording."""
-
-    events: list[Event]
-    lines: list[Found]
-    filtered: list[Filtered]
-    resolutions: list[Resolution]
-    spikes: dict[str, np.ndarray]
-    missing: dict[str, float]
-    drifts: dict[str, Drift]
-    movements: dict[str, Movement]
-    dynamics: dict[str, list[Dynamic]]
-    levels: dict[str, Blocks]
-    n_windows: int
-    quiet: Mapping[str, np.ndarray]
-    spectra: dict[str, dict[str, np.ndarray]]
-    low_pass: list[LowPass]
-    trends: list[Trend]
-    tails: list[Tails]
-    repeats: list[Repeats]
-    wanders: dict[str, Wander]
-    solved: dict[str, float]
-    processed: list[Processed]
-    recurring: dict[str, float]
-    resonances: list[Resonance]
-    bouts: dict[str, tuple[float, float]] = field(default_factory=dict)
-
-
-def explained(found: Diagnosis) -> Diagnosis:
-    """The diagnosis without what something else in it explains: events, movements and changes of
-    level that are switches between positions, or a line that comes and goes; cycles that are
-    multiples of recurring bursts; isolated and repeated frames, and broad peaks, that software
-    made."""
-    switching = {name: one for name, one in found.wanders.items() if "levels" in one.of}
-    changing = {one.series for one in found.lines if one.amplitude}
-
-    def stands(name: str, one: Movement) -> Movement:
-        wander = switching.get(name)
-        return STILL if wander and wander.jump_near(one.time_s, one.time_s) else one
-
-    def is_explained(event: Event) -> bool:
-        if event.kind == "level":
-            return {side.series for side in event.sides if side.changed} <= changing
-        return any(one.jump_near(event.time_s, event.stop_s) for one in switching.values())
-
-    def other_than_bursts(name: str, one: Wander) -> bool:
-        periods = found.recurring.get(name, math.nan) / np.arange(1, MULTIPLES + 1)
-        near = np.abs(one.at_s[-1] / periods - 1) < 0.02 if "cycle" in one.kinds else [False]
-        return not np.any(near)
-
-    def other_than_lines(one: Resonance) -> bool:
-        near = (line.line.f_0 for line in found.lines if line.series == one.series)
-        return all(abs(f_0 / one.f_hz - 1) > 2 * one.damping for f_0 in near)
-
-    codes = {one.code for one in found.processed}
-    software = bool(codes or found.low_pass)
-    none = np.empty(0, int)
-    return replace(
-        found,
-        events=[one for one in found.events if not is_explained(one)],
-        trends=[one for one in found.trends if one.series not in changing],
-        movements={name: stands(name, one) for name, one in found.movements.items()},
-        wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
-        spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
-        repeats=[] if "resampled" in codes else found.repeats,
-        resonances=[one for one in found.resonances if not software and other_than_lines(one)],
-    )
 
 
 def diagnose(

@@ -15,7 +15,7 @@ from mocap_metrology.noise.diagnosis.evidence import View
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import Sides
-from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.decimate import log_bins

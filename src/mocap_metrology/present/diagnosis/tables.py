@@ -14,7 +14,7 @@ from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.filtering import CHOSEN_S, Filter, Filtered
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.diagnosis.periodic import Found
-from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
 from mocap_metrology.present.text.diagnosis import line_words, outcome
 from mocap_metrology.present.text.sentence import Sentence
 

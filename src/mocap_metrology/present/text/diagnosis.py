@@ -13,12 +13,8 @@ from mocap_metrology.noise.diagnosis.fills import MANY_FILLED
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
 from mocap_metrology.noise.diagnosis.periodic import Found, disturbances
-from mocap_metrology.noise.diagnosis.recording import (
-    MANY_GAPS,
-    Diagnosis,
-    DiagnosisSettings,
-    Recording,
-)
+from mocap_metrology.noise.diagnosis.recording import MANY_GAPS
+from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.signatures import Wander, shift_near
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.motion.movement import all_keep_moving, most_moving

@@ -1,0 +1,107 @@
+"""Kernels of whole sweeps: robust weights of their hits, and the offset that these share."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
+
+
+@njit
+def without_offsets(
+    begin: np.ndarray,
+    factor: np.ndarray,
+    sums: np.ndarray,
+    sums_inner: np.ndarray,
+    sum_residual: np.ndarray,
+    band: np.ndarray,
+    cross: np.ndarray,
+    inner: np.ndarray,
+    g: np.ndarray,
+    g_inner: np.ndarray,
+) -> None:
+    """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times
+    the outer products of its sums; begin (sweeps,): its first control point."""
+    G = g_inner.size
+    own = np.empty(G, np.int64)  # those that a sweep depends on
+    for m in range(begin.size):
+        f, of = factor[m], POSE * begin[m]
+        if f == 0.0:
+            continue
+        n = 0
+        for j in range(G):
+            if sums_inner[m, j] != 0.0:
+                own[n] = j
+                n += 1
+        for i in range(min(SPAN, g.size - of)):
+            x = f * sums[m, i]
+            if x == 0.0:
+                continue
+            for j in range(i + 1):
+                band[i - j, of + j] -= x * sums[m, j]
+            for k in range(n):
+                cross[of + i, own[k]] -= x * sums_inner[m, own[k]]
+            g[of + i] -= x * sum_residual[m]
+        for k in range(n):
+            i = own[k]
+            x = f * sums_inner[m, i]
+            for j in range(n):
+                inner[i, own[j]] -= x * sums_inner[m, own[j]]
+            g_inner[i] -= x * sum_residual[m]
+
+
+@njit
+def robust(
+    first: np.ndarray,
+    residual: np.ndarray,
+    sigma: float,
+    common: float,
+    limit: float,
+    weight: np.ndarray,
+    offset: np.ndarray,
+    held: np.ndarray,
+    cost: np.ndarray,
+) -> None:
+    """Weights of the hits, offsets of the sweeps with their weights, costs of sweeps, in place.
+
+    With z = (e - offset) / sigma, a hit costs z^2 up to |z| = limit and limit^2 (1 + 2 ln(|z| /
+    limit)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,
+    (limit / z)^2 beyond. So a sweep that is wrong as a whole has an offset of its own, and
+    determines nothing but differences of its hits. The offset is the minimum for these weights,
+    found by repetition from the median.
+    """
+    for m in range(first.size - 1):
+        low, high = first[m], first[m + 1]
+        b, v = 0.0, 1.0
+        if common > 0:
+            b = float(np.median(residual[low:high]))
+            v = _weight(b / common, limit)
+            b /= 1 + v * (sigma / common) ** 2 / (high - low)
+        for _ in range(4 if common > 0 else 1):
+            v = _weight(b / common, limit) if common > 0 else 1.0
+            up, down = 0.0, v * (sigma / common) ** 2 if common > 0 else 1.0
+            for h in range(low, high):
+                weight[h] = _weight((residual[h] - b) / sigma, limit)
+                up += weight[h] * residual[h]
+                down += weight[h]
+            if common > 0:
+                b = up / down
+        offset[m], held[m] = b, v
+        total = _loss(b / common, limit) if common > 0 else 0.0
+        for h in range(low, high):
+            total += _loss((residual[h] - b) / sigma, limit)
+        cost[m] = total
+
+
+@njit(inline="always")
+def _weight(z: float, limit: float) -> float:
+    return 1.0 if abs(z) <= limit else (limit / z) ** 2
+
+
+@njit(inline="always")
+def _loss(z: float, limit: float) -> float:
+    z = abs(z)
+    return z * z if z <= limit else limit * limit * (1 + 2 * math.log(z / limit))

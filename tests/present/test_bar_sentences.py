@@ -54,8 +54,8 @@ SAID = [
     ("bar.more_than_still", {"value": 12.0},
      "What remains of a moving bar is 12 times the noise of its length at rest."),
     ("bar.spikes", {"series": "bar z, way x", "value": 0.013},
-     "Bar z, way x: 1.3 % of the frames are beyond 6 standard deviations of what remains: "
-     "wrong assignments, or markers half hidden."),
+     "Bar z, way x: 1.3 % of the frames are beyond 6 standard deviations of what remains. "
+     "Possible causes: wrong assignments, markers half hidden."),
     ("bar.scale_slope", {"value": 120.0, "lower_95": 60.0, "upper_95": 180.0},
      "The scale changes along the way by 120 ppm/m (60 to 180)."),
     ("bar.no_slope", {"way_m": 12.7, "slope_ppm_m": -54.2, "lower_95": -688.0, "upper_95":

@@ -63,7 +63,7 @@ def parts_of(
     bent = np.array([np.nanvar(np.where(np.isnan(e), np.nan, s)) for e, s in
                      zip(errors, surfaces, strict=True)])  # fmt: skip
     place = _together("place", np.sqrt(np.maximum(bent - chance, 0.0)))
-    frame = [math.sqrt(float(np.nanmean(np.diff(e) ** 2)) / 2) for e in errors]
+    frame = [math.sqrt(frame_variance(e)) for e in errors]
     means = [float(np.nanmean(e)) for e in errors]
     bias = _together("bias", means, positive=False)
     variance = [max(float(np.nanvar(e)), 1e-30) / max(effective_number(e), 1.0) for e in errors]
@@ -71,6 +71,11 @@ def parts_of(
     passes = Part("pass", between.between, between.between_lower, between.between_upper)
     parts = (bias, passes, place, _together("rest", sd), _together("frame", frame))
     return Parts(parts, _left_out(terms, centred, dates), rest, sum(worth), terms[0].shape[1])
+
+
+def frame_variance(errors: np.ndarray) -> float:
+    """Mean of (e_k+1 - e_k)^2 / 2 of errors (n,), NaN in gaps."""
+    return float(np.nanmean(np.diff(errors) ** 2)) / 2
 
 
 def _together(name: str, values: Sequence[float] | np.ndarray, positive: bool = True) -> Part:

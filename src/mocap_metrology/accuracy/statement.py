@@ -24,6 +24,7 @@ import numpy as np
 
 from mocap_metrology.accuracy.bar import Bar, OfClass
 from mocap_metrology.accuracy.components import FEWEST
+from mocap_metrology.accuracy.parts import frame_variance
 from mocap_metrology.common.gum import Budget, Component, effective_dof
 
 ANY = "any"
@@ -77,7 +78,7 @@ def _of_passes(one: OfClass, averaged: float) -> Statement:
     """What the passes of a class show."""
     means = np.array([float(np.nanmean(e)) for e in one.errors])
     rest = np.array([np.nanvar(r) for r in one.parts.rest])
-    frame = np.array([np.nanmean(np.diff(e) ** 2) / 2 for e in one.errors])
+    frame = np.array([frame_variance(e) for e in one.errors])
     frame = np.minimum(frame, rest)
     place = np.array([np.nanvar(e) for e in one.errors]) - rest
     n_eff = one.parts.n_eff

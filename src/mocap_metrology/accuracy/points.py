@@ -67,7 +67,7 @@ def fit(points: Points, lever: bool, scale: bool) -> Fit:
     """Least squares of one frame; scale: whether s is free."""
     arm = lever_of(points, (), scale) if lever else np.zeros(3)
     bodies = points.places + points.turns @ arm
-    rotation, factor = _kabsch(bodies, points.reference, scale)
+    rotation, factor = _turned(bodies, points.reference, scale)
     shift = points.reference.mean(axis=0) - factor * rotation @ bodies.mean(axis=0)
     return Fit(rotation, shift, factor - 1, arm)
 
@@ -86,7 +86,7 @@ def lever_of(points: Points, cuts: Sequence[int], scale: bool = False) -> np.nda
     for _ in range(ROUNDS):
         left = []
         for part in parts:
-            rotation, factor = _kabsch(part.places + part.turns @ arm, part.reference, scale)
+            rotation, factor = _turned(part.places + part.turns @ arm, part.reference, scale)
             target = part.reference - part.reference.mean(axis=0)
             left.append(target @ rotation / factor - (part.places - part.places.mean(axis=0)))
         before, arm = arm, np.linalg.lstsq(design, np.concatenate(left).ravel(), rcond=1e-6)[0]
@@ -95,13 +95,12 @@ def lever_of(points: Points, cuts: Sequence[int], scale: bool = False) -> np.nda
     return arm
 
 
-def _kabsch(points: np.ndarray, reference: np.ndarray, scale: bool) -> tuple[np.ndarray, float]:
+def _turned(points: np.ndarray, reference: np.ndarray, scale: bool) -> tuple[np.ndarray, float]:
     """Rotation and scale factor of least squares [Umeyama, IEEE PAMI 13 (1991) 376]."""
     a, b = points - points.mean(axis=0), reference - reference.mean(axis=0)
-    u, s, vt = np.linalg.svd(b.T @ a)
-    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
-    factor = float((s * sign).sum() / (a**2).sum()) if scale else 1.0
-    return (u * sign) @ vt, factor
+    rotation = Rotation.align_vectors(b, a)[0].as_matrix()
+    factor = float((b * (a @ rotation.T)).sum() / (a**2).sum()) if scale else 1.0
+    return rotation, factor
 
 
 def residuals(points: Points, found: Fit) -> np.ndarray:

@@ -92,6 +92,28 @@ class Sheet:
         """Files of a row, as seen from the working folder."""
         return [str(self.folder / part.strip()) for part in line.cells["path"].split(";")]
 
+    def expect_without(self, path: Path) -> None:
+        """Refuse a file that a row names."""
+        for line in self.lines:
+            if path.name not in line.cells["path"]:  # a link of another name has the same checksum
+                continue
+            if path.resolve() in [Path(one).resolve() for one in self.located(line)]:
+                raise Refusal(
+                    f"{path}: is the file of row {line.number} (recording "
+                    f'"{line.cells["recording"]}"); expected a take that is not in the sheet yet'
+                )
+
+    def new_name(self, name: str, date: str) -> str:
+        """The name of a recording that no row has: with the date, and a number, where needed."""
+        names = {line.cells["recording"].casefold() for line in self.lines}
+        if name.casefold() not in names:
+            return name
+        stem = own = f"{name}-{re.sub('[^0-9]', '', date)}"
+        count = 2
+        while own.casefold() in names:
+            own, count = f"{stem}-{count}", count + 1
+        return own
+
     def with_row(self, cells: Mapping[str, str]) -> bytes:
         """The sheet and one row more, as its editor wrote it: columns that it lacks are added to
         its header."""
@@ -187,27 +209,14 @@ def _line(sheet: Sheet, path: Path, options: argparse.Namespace) -> Line:
     for key, value in (("frame_rate_hz", options.rate), ("unit", options.unit)):
         if value:
             cells[key] = str(value)
-    names = {line.cells["recording"].casefold() for line in sheet.lines}
-    own = results.name_of(path)
-    stem = own = own if own.casefold() not in names else f"{own}-{re.sub('[^0-9]', '', date)}"
-    count = 2
-    while own.casefold() in names:
-        own, count = f"{stem}-{count}", count + 1
+    sheet.expect_without(path)
     beside = path.resolve()
     if beside.is_relative_to(sheet.folder.resolve()):
         beside = beside.relative_to(sheet.folder.resolve())
     baseline = "restart" if options.restart else ""
-    cells |= {"recording": own, "path": beside.as_posix(), "date": date}
-    cells |= {"monitor": name, "baseline": baseline}
+    cells |= {"recording": sheet.new_name(results.name_of(path), date), "path": beside.as_posix()}
+    cells |= {"date": date, "monitor": name, "baseline": baseline}
     number = sheet.raw.count(b"\n") + 1 if sheet.raw else 2
-    for line in sheet.lines:
-        if path.name not in line.cells["path"]:  # a link of another name has the same checksum
-            continue
-        if path.resolve() in [Path(one).resolve() for one in sheet.located(line)]:
-            raise Refusal(
-                f"{path}: is the file of row {line.number} (recording "
-                f'"{line.cells["recording"]}"); expected a take that is not in the sheet yet'
-            )
     return Line(number, dict.fromkeys(COLUMNS, "") | cells)
 
 

@@ -29,11 +29,7 @@ BESIDE = ("paper", "paper-lm", "batch")
 FACTOR = 4.0  # beyond it a regenerated value is explained
 MIRRORED = 0.05
 HEAD = ("x mm", "y mm", "z mm", "α °", "β °", "γ °")
-TITLES = {
-    1: "mean absolute error",
-    2: "standard deviation",
-    3: "simulation",
-}
+TITLES = {1: "mean absolute error", 2: "standard deviation", 3: "simulation"}
 CAPTIONS = {
     1: "Mean absolute error of the calibrations of each setup against the reference; Overall is the"
     " mean of the setups.",

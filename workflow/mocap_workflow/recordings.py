@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, field_validator
 
 from mocap_metrology.common.faults import Unfit, unfit, unknown
+from mocap_metrology.common.sheets import parts_of
 from mocap_workflow.rows import (
     NAME,
     SIMULATE,
@@ -20,7 +21,6 @@ from mocap_workflow.rows import (
     SheetRow,
     each_once,
     existing,
-    parts_of,
 )
 
 NUMBER = r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?"

@@ -18,7 +18,7 @@ from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
 from mocap_metrology.lighthouse.assess.reference import check_same_ids
 from mocap_metrology.lighthouse.assess.summary import refused, summary
-from mocap_metrology.lighthouse.board import read_board
+from mocap_metrology.lighthouse.board import read_board, read_normals
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration
 from mocap_metrology.lighthouse.calibrate.setup import Setup, by_setup
@@ -106,7 +106,8 @@ def _together(
     scenes, still = {}, {}
     for one in members:
         hits = records.hits_of(tables[one.name])
-        more = sensors_of(settings, stations, one.inertial)
+        normals = read_normals(one.board)
+        more = sensors_of(settings, stations, one.inertial, normals=normals)
         lasers = how.lasers_m, how.variant, how.priors
         scenes[one.name] = Scene(hits, board, optics, factories, *lasers, sensors=more)
         if read_pose_json(one.pose)["diagnostics"].get("still"):

@@ -38,14 +38,7 @@ from mocap_metrology.lighthouse.calibrate.jansen import Calibration, Calibration
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import (
-    ROLES,
-    SLAVE,
-    Factory,
-    Hits,
-    PoseEstimate,
-    Station,
-)
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, Factory, Hits, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.inertial import sensed

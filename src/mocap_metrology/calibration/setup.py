@@ -102,10 +102,8 @@ def _scenes(
     generation, names = stations[0].generation, [station.role for station in stations]
     scenes, still = {}, {}
     for one in members:
-        own, board = hits[one.name], read_board(one.board)
-        more = sensors_of(settings, stations, one.inertial)
-        if generation == 2:
-            more = replace(more, normals=read_normals(one.board))
+        own, board, normals = hits[one.name], read_board(one.board), read_normals(one.board)
+        more = sensors_of(settings, stations, one.inertial, normals=normals)
         lasers = how.lasers_m if generation == 1 else None
         scene = Scene(own, board, optics, factories, lasers, how.variant, how.priors, sensors=more)
         scenes[one.name] = replace(scene, generation=generation, names=names)

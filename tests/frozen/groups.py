@@ -29,7 +29,7 @@ from mocap_metrology.recording.clean import Entry, simulated
 
 from .calibrations import LIGHT, ROOT, first_generation
 from .digest import Flat, flat, of_folder
-from .recordings import START, TEXTBOOK, steps
+from .recordings import SETTINGS, START, WITH_S, steps
 
 
 def taken(names: dict[str, dict], folder: Path, **changes: object) -> None:
@@ -40,13 +40,14 @@ def taken(names: dict[str, dict], folder: Path, **changes: object) -> None:
         twin = recording_twin(twins["twins"][own.pop("like", name)] | own | changes, name, defaults)
         with simulated(twin, 0, folder) as path:
             entry = Entry([str(path)], twin.labels)
-            steps(folder / name, entry, {"recording": name, "source": "simulated"}, TEXTBOOK)
+            how = WITH_S if name == next(iter(names)) else SETTINGS
+            steps(folder / name, entry, {"recording": name, "source": "simulated"}, how)
 
 
 def cameras(folder: Path) -> Flat:
     """Subsets of the cameras of one take, one of which fails."""
-    names = [f"hall-{n}" for n in (5, 6, 7, 8)]
-    taken({name: {} for name in names}, folder, duration_s=60)
+    names = [f"hall-{n}" for n in (6, 7, 8)]
+    taken({name: {} for name in names}, folder, duration_s=40)
     twins = load_twins(str(ROOT / "config/twins.yaml"))["twins"]
     ids = {name: twins[name]["camera_ids"] for name in names}
     take = Take({n: folder / n / "trajectories.parquet" for n in names}, 6.0, 1.0)
@@ -60,8 +61,8 @@ def cameras(folder: Path) -> Flat:
 
 def changes(folder: Path) -> Flat:
     """Recordings of S's twins against each other: pairs, dates, places, a covariate."""
-    kinds = {"T40-10": {}, "Bonita-6": {}, "Vantage-4": {}, "T40-10-crump": {}, "outliers": {}}
-    taken(kinds | {"rounded": {}}, folder, duration_s=150)
+    kinds = {"T40-10": {}, "Bonita-6": {}, "T40-10-crump": {}, "outliers": {}}
+    taken(kinds | {"rounded": {}}, folder, duration_s=100)
     allan = {name: read_table(folder / name / "allan_masked.parquet") for name in [*kinds]}
     columns, origins = ({n: pair[k] for n, pair in allan.items()} for k in (0, 1))
     first = columns["T40-10"]
@@ -70,18 +71,18 @@ def changes(folder: Path) -> Flat:
     for name in list(kinds)[1:]:
         how = {"margin": 0.1, "alpha": 0.05, "confidence": 0.95}
         found[name] = compare_rows(name, "T40-10", columns[name], first, **how, coarse=coarse)
-    names, dates = list(kinds)[:4], ["2026-01-02", "2026-01-09", "2026-02-01", "2026-03-08"]
+    names, dates = list(kinds), ["2026-01-02", "2026-01-09", "2026-02-01", "2026-03-08"]
     found["trend"] = trend_rows(names, dates, columns, 0.05, 0.95, {})
     rows = [{"recording": name, "place": name[:3]} for name in names]
     means = {name: {"x1_mm": 1.0, "y1_mm": 2.0, "z1_mm": 3.0} for name in names}
     found["places"] = places_rows(rows, columns, means)
     series = read_table(folder / "Bonita-6/clean.parquet")[0]["z1_mm"].astype(float)
-    time_s = np.arange(160) * 1.0
+    time_s = np.arange(110) * 1.0
     beside = Covariate(
         "degC", time_s, np.interp(time_s, np.arange(series.size) / 120, series) + 0.1
     )
     found["covariate"] = together(series, 120.0, beside, 0.05)
-    return dict(flat(found)) | of_folder(folder / "T40-10-crump") | of_folder(folder / "outliers")
+    return dict(flat(found)) | of_folder(folder / "T40-10") | of_folder(folder / "outliers")
 
 
 def bodies(folder: Path) -> Flat:

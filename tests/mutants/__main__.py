@@ -127,7 +127,7 @@ def sample(seed: int, number: int) -> list[Mutant]:
 
 def reaching(units: Units, tests: dict[str, dict[str, Any]], mutant: Mutant) -> list[str]:
     """Tests that reach a mutant, fastest first, then the others of their files, which may use
-    results that one of them has stored."""
+    results that one of them has stored; those of tests/frozen use their own only."""
     functions = units.traced(mutant[0], mutant[1].line)
 
     def inside(name: str) -> bool:
@@ -135,7 +135,8 @@ def reaching(units: Units, tests: dict[str, dict[str, Any]], mutant: Mutant) -> 
 
     reach = {t for t, v in tests.items() if any(inside(f) for f in v["functions"])}
     files = {t.partition("::")[0] for t in reach}
-    near = [t for t in tests if t.partition("::")[0] in files]
+    files = {name for name in files if not name.startswith("tests/frozen/")}
+    near = [t for t in tests if t in reach or t.partition("::")[0] in files]
     return sorted(near, key=lambda t: (t not in reach, tests[t]["seconds"]))
 
 

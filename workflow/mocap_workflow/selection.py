@@ -277,6 +277,14 @@ def compared_with(row: CalibrationRow) -> dict[str, str]:
     return {name: path for name, path in files.items() if path}
 
 
+def beside(row: CalibrationRow, rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
+    """Calibrations of other objects of one recording, of a format that names them."""
+    if row.twin or row.format != "libsurvive-rec":
+        return []
+    same = attrgetter("path", "format")
+    return [r for r in rows if not r.twin and same(r) == same(row) and r.board != row.board]
+
+
 def decoded_files(row: CalibrationRow) -> list[str]:
     return list(decoded_from(row).values())
 

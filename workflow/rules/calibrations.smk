@@ -38,6 +38,7 @@ rule pose:
     input:
         unpack(files(selection.compared_with)),
         unpack(of_row(stations_for)),
+        unpack(of_row(objects_beside)),
         **tables(DECODED),
     output:
         figures_of_calibration(),
@@ -58,6 +59,7 @@ rule pose:
         caption=captions.CALIBRATION_EITHER,
         contents=contents(selection.compared_files),
         row=columns(*ENTRIES),
+        beside=entries_beside(*ENTRIES),
         lighthouse=LIGHTHOUSE,
         allan=config["allan"],
     message:

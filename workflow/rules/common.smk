@@ -364,6 +364,28 @@ def stations_for(row):
     return {"tracked_with": f"{config['results']}/calibrations/{other}/pose.json"}
 
 
+def objects_beside(row):
+    """sweeps.parquet of the accepted calibrations of other objects of the row's recording."""
+    names = [other.name for other in selection.beside(row, CALIBRATIONS.rows.values())]
+    return {
+        "beside": [
+            f"{config['results']}/calibrations/{name}/{DECODED['sweeps']}"
+            for name in names
+            if is_accepted(CALIBRATIONS.rows[name])
+        ]
+    }
+
+
+def entries_beside(*names):
+    """Function of the wildcards: these columns of the calibrations of other objects, by name."""
+
+    def cells(row):
+        others = selection.beside(row, CALIBRATIONS.rows.values())
+        return {other.name: {name: getattr(other, name) for name in names} for other in others}
+
+    return of_row(cells)
+
+
 def bar_of(row):
     """Files of a calibration whose row names a bar, and of the row of its other end, unless that is
     refused."""

@@ -155,7 +155,7 @@ def pose_json(
         },
         "chosen": chosen,
         "verdict": {"word": verdict.word},
-        "checks": [_check(check) for check in verdict.checks],
+        "checks": [check_row(check) for check in verdict.checks],
         "convention": CONVENTION,
         "reference": None if reference is None else _reference(reference),
         "diagnostics": dict(diagnostics or {}),
@@ -224,7 +224,8 @@ def pairs(given: PoseFile) -> dict[str, PoseFile]:
     return found
 
 
-def _check(check: Check) -> Row:
+def check_row(check: Check) -> Row:
+    """A check of pose.json, but for its sentence."""
     limit = check.limit
     return {
         "name": check.name,

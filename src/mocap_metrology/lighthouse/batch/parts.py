@@ -197,8 +197,9 @@ def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
     return replace(max(at, key=lambda pair: pair.m2), stepped=stepped)
 
 
-def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
-    """Pose of a station from each of several recordings against that from all others.
+def predicted(found: Joint, priors: Priors) -> list[list[Halves | None]]:
+    """Pose of each station but the first from each of several recordings against that from all
+    others, None where either does not determine it: first by station, then by recording.
 
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
@@ -206,13 +207,16 @@ def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
     parts = [reduced(one.sums(state, of), one.trajectory, one.noise) for one in found.recordings]
     S, h = sum(part.S for part in parts), sum(part.h for part in parts)
     zero = _of_one(found, priors)
-    apart = []
-    for own in parts:
-        alone = _part(found, own.S, own.h, station)
-        others = _part(found, S - own.S, h - own.h, station)
-        if alone is None or others is None:
-            raise np.linalg.LinAlgError("a recording does not determine the pose of its stations")
-        apart.append(replace(_apart(found, alone, others, zero, station), recordings=True))
+    apart: list[list[Halves | None]] = []
+    for station in range(1, len(state.R)):
+        apart.append([])
+        for own in parts:
+            alone = _part(found, own.S, own.h, station)
+            others = _part(found, S - own.S, h - own.h, station)
+            pair = None
+            if alone is not None and others is not None:
+                pair = replace(_apart(found, alone, others, zero, station), recordings=True)
+            apart[-1].append(pair)
     return apart
 
 

@@ -199,9 +199,10 @@ def joint(
     near: where it starts, if that is known."""
     with determined(scene.title):
         if still is None:
-            found, note = without_bad_diodes(scene, *_facing(scene, *(near or start(scene))))
+            found, note = without_bad_diodes(scene, *facing(scene, *(near or start(scene))))
         else:
             hits, trajectory, poses, note = still_start(scene, still)
+            hits, trajectory, poses = facing(scene, hits, trajectory, poses)
             found, _, why = _if_they_agree(scene, lambda own: fitted(own, hits, trajectory, poses))
             note = "; ".join(filter(None, (note, why)))
         found = found.sure(scene.title)
@@ -210,7 +211,7 @@ def joint(
     return found, note
 
 
-def _facing(scene: Scene, hits: Hits, trajectory: Trajectory, poses: list[Pose]) -> Start:
+def facing(scene: Scene, hits: Hits, trajectory: Trajectory, poses: list[Pose]) -> Start:
     """Without hits of diodes that light cannot reach, or grazes, where their normals are known:
     those are reflections, or of an unknown cover. By a first estimate."""
     if (normals := scene.sensors.normals) is None:

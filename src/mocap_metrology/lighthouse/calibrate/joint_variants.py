@@ -19,7 +19,14 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, poses_of, renewed, start
+from mocap_metrology.lighthouse.calibrate.batch import (
+    Scene,
+    facing,
+    joint,
+    poses_of,
+    renewed,
+    start,
+)
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
@@ -41,7 +48,7 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     """
     of = {name: replace(scene, variant=name) for name in NAMES}
     with determined(scene.title):
-        first = renewed(of[FALLBACK], *start(of[FALLBACK]), sized=True)
+        first = renewed(of[FALLBACK], *facing(of[FALLBACK], *start(of[FALLBACK])), sized=True)
         hits = first.recordings[0].sweeps.hits
         stepped = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES}
     best = min(NAMES, key=lambda name: float(_cost(stepped[name]).sum()))

@@ -174,6 +174,15 @@ SENTENCES = {
     Case.GRAVITY_UNKNOWN: "No gravity from {both} to compare with.",
     Case.REFERENCE: "The pose is {apart} from the reference.",
     Case.REFERENCE_NONE: "There is no reference.",
+    Case.OBJECTS: (
+        "The pose from {first}, another object of the same recording, differs by {about}, which is "
+        "within chance."
+    ),
+    Case.OBJECTS_APART: (
+        "The pose from {first}, another object of the same recording, differs by {about} "
+        "(probability by chance: {value:.1g}): one of both is farther off than stated. Possible "
+        "causes: a board file that does not fit its object, reflections."
+    ),
 }
 
 
@@ -270,9 +279,11 @@ def _apart(check: Check) -> tuple[float, float]:
         Case.HALVES_MISFIT,
         Case.RECORDINGS,
         Case.RECORDINGS_APART,
+        Case.OBJECTS,
+        Case.OBJECTS_APART,
     )
-    halves = check.case in parts
-    mm = check.numbers.get("mm") if halves else check.value
+    by_numbers = check.case in parts
+    mm = check.numbers.get("mm") if by_numbers else check.value
     deg = check.numbers.get("deg", math.nan)
     return mm if isinstance(mm, float) else math.nan, deg
 

@@ -11,7 +11,9 @@ import pandas as pd
 from mocap_workflow.recording_twins import recording_twin
 from scipy.spatial.transform import Rotation
 
+from mocap_metrology.calibration.pose import simulate
 from mocap_metrology.calibration.setup import Member, write_setup
+from mocap_metrology.calibration.sweeps import Entry as Calibration
 from mocap_metrology.calibration.tables import TABLES
 from mocap_metrology.common.entries import load_twins
 from mocap_metrology.common.errors import Refusal
@@ -27,7 +29,7 @@ from mocap_metrology.noise.motion.orientation import of_cluster, of_poses
 from mocap_metrology.noise.motion.place import by_place, evenness
 from mocap_metrology.recording.clean import Entry, simulated
 
-from .calibrations import LIGHT, ROOT, first_generation
+from .calibrations import LIGHT, ROOT, first_generation, twin
 from .digest import Flat, flat, of_folder
 from .recordings import SETTINGS, START, WITH_S, steps
 
@@ -115,6 +117,19 @@ def setup(folder: Path) -> Flat:
     return dict(flat(json.loads((folder / "setup.json").read_text())))
 
 
+def against(folder: Path) -> Flat:
+    """A calibration against an earlier one of its stations, and the board tracked with that."""
+    name, earlier, later = "real-3-1", folder / "earlier", folder / "later"
+    earlier.mkdir()
+    later.mkdir()
+    first_generation(name, earlier, duration_s=3.0)
+    both = dict.fromkeys(("earlier", "tracked_with"), str(earlier / "pose.json"))
+    made = twin(name, duration_s=3.0)
+    row = Calibration(name, f"simulate:{name}", twin=name)
+    simulate(row, made, 8, both, LIGHT, None, later)
+    return of_folder(later)
+
+
 def real_files(samples: Path, folder: str) -> Flat:
     """Every marker file of a folder of samples: what is read, or why it is refused."""
     found: Flat = {}
@@ -135,7 +150,7 @@ def real_sweeps(samples: Path, file: str, board: str) -> Flat:
     return dict(flat(decode(samples / file, "libsurvive-rec", board)))
 
 
-CASES = {f.__name__: f for f in (cameras, changes, bodies, setup)}
+CASES = {f.__name__: f for f in (cameras, changes, bodies, setup, against)}
 REAL = {
     **{f"files {name}": (real_files, name) for name in ("c3d", "exports")},
     "first generation": (real_sweeps, "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz", "T20"),

@@ -25,11 +25,11 @@ SENTENCES = {
         "The stations are {value:.3g} m apart, too far apart for a board to be in view of both "
         "(at most {limit:g} m)."
     ),
-    Case.RESIDUAL: "Angles are {value:.0f} µrad rms from the fit; the noise of an angle is"
-    " {noise:.0f}{made}, good is below {limit:.0f}.",
+    Case.RESIDUAL: "Angles are {value:.0f} µrad rms from the fit; {usual} {noise:.0f}{made}, good"
+    " is below {limit:.0f}.",
     Case.RESIDUAL_HIGH: (
-        "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times the noise of an "
-        "angle{made}. Possible causes: wrong optics (factory values, lasers off the housing's "
+        "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times {that}"
+        "{made}. Possible causes: wrong optics (factory values, lasers off the housing's "
         "origin), a wrong board file, reflections or board poses in the wrong minimum."
     ),
     Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
@@ -86,8 +86,8 @@ SENTENCES = {
         "use `paper-lm`, which decides by {both}."
     ),
     Case.MIRRORED_BOTH: (
-        "{percent:.2g} % of the board poses are mirrored or wrong in another way, although both "
-        "stations were used to decide: is the board file right (and no mirror image)? Use a "
+        "{percent:.2g} % of the board poses are mirrored or wrong in another way, although "
+        "{both} were used to decide: is the board file right (and no mirror image)? Use a "
         "larger board, or one with depth."
     ),
     Case.MIRRORED_UNKNOWN: "The share of mirrored board poses was not determined.",
@@ -263,6 +263,8 @@ def sentence(check: Check, station: str = "") -> str:
         made=small,
         both=both,
         Both=_capital(both),
+        usual="noise and places of the diodes make" if station else "the noise of an angle is",
+        that="what noise and places of the diodes make" if station else "the noise of an angle",
         its=f"the rotation of station {station}" if station else "the slave's rotation",
         why=why or "not used",
         first=next(iter(check.names), ""),

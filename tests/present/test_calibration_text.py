@@ -81,11 +81,11 @@ SAID = {
         "explains: was a station touched between the recordings?"
     ),
     Case.OBJECTS: (
-        "The pose from A, another object of the same recording, differs by 4 mm and 0.05°, which "
+        "The pose from a, another object of the same recording, differs by 4 mm and 0.05°, which "
         "is within chance."
     ),
     Case.OBJECTS_APART: (
-        "The pose from A, another object of the same recording, differs by 4 mm and 0.05° "
+        "The pose from a, another object of the same recording, differs by 4 mm and 0.05° "
         "(probability by chance: 2): one of both is farther off than stated. Possible causes: a "
         "board file that does not fit its object, reflections."
     ),

@@ -46,7 +46,7 @@ SAID = {
     Case.PRIORS: "Board and optics as estimated agree with what is known of them.",
     Case.PRIORS_LEFT: (
         "Board and optics as estimated deviate from what is known of them (probability by chance: "
-        "2). Possible causes: a board file that does not fit the board (stretched, or wrong "
+        "2.1). Possible causes: a board file that does not fit the board (stretched, or wrong "
         "diodes), wrong factory values, lasers far from their places."
     ),
     Case.PRIORS_UNKNOWN: "Board and optics are not estimated.",
@@ -86,7 +86,7 @@ SAID = {
     ),
     Case.OBJECTS_APART: (
         "The pose from a, another object of the same recording, differs by 4 mm and 0.05° "
-        "(probability by chance: 2): one of both is farther off than stated. Possible causes: a "
+        "(probability by chance: 2.1): one of both is farther off than stated. Possible causes: a "
         "board file that does not fit its object, reflections."
     ),
     Case.HALVES_UNKNOWN: "Parts of the recording were not compared.",

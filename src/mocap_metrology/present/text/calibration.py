@@ -42,7 +42,7 @@ SENTENCES = {
     Case.PRIORS: "Board and optics as estimated agree with what is known of them.",
     Case.PRIORS_LEFT: (
         "Board and optics as estimated deviate from what is known of them (probability by chance: "
-        "{value:.1g}). Possible causes: a board file that does not fit the board (stretched, or "
+        "{chance}). Possible causes: a board file that does not fit the board (stretched, or "
         "wrong diodes), wrong factory values, lasers far from their places."
     ),
     Case.PRIORS_UNKNOWN: "Board and optics are not estimated.",
@@ -180,7 +180,7 @@ SENTENCES = {
     ),
     Case.OBJECTS_APART: (
         "The pose from {first}, another object of the same recording, differs by {about} "
-        "(probability by chance: {value:.1g}): one of both is farther off than stated. Possible "
+        "(probability by chance: {chance}): one of both is farther off than stated. Possible "
         "causes: a board file that does not fit its object, reflections."
     ),
 }
@@ -257,6 +257,7 @@ def sentence(check: Check, station: str = "") -> str:
     return sentences[check.case].format(
         **check.numbers,
         value=check.value,
+        chance=_chance(check.value),
         apart=apart(*distance),
         about=apart(*distance, digits=2),
         limit=check.limit,
@@ -271,6 +272,12 @@ def sentence(check: Check, station: str = "") -> str:
         others=" or ".join(check.names[1:]),
         all_names=" and ".join(check.names),
     )
+
+
+def _chance(p: object) -> str:
+    if not isinstance(p, float):
+        return str(p)
+    return "below 0.0001" if p < 0.0001 else f"{p:.2g}"
 
 
 def _apart(check: Check) -> tuple[float, float]:
@@ -296,7 +303,7 @@ def comparison_words(found: Comparison | None) -> str:
     if found is None:
         return "No pose to compare with the earlier one."
     said = "A station has moved" if found.moved else "No sign that a station moved"
-    how = f"probability by chance: {found.p_value:.2g}"
+    how = f"probability by chance: {_chance(found.p_value)}"
     if math.isnan(found.p_value):
         how = f"no covariance; a station counts as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""

@@ -108,6 +108,15 @@ class CalibrationRow(SheetRow):
     bar_pose: str | None = None
     """Rotation of head B in A, as JSON: `{"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}`, `u_deg`
     its standard uncertainty. If empty, angles are about their mean."""
+    receiver: FileOrNothing = None
+    """Optional motion capture (C3D or any other format of a recording) of markers on the board
+    while it was recorded: the tracked path and the places of the stations against it, in
+    `receiver.json`. Both clocks and frames may differ. It only checks."""
+    receiver_labels: Labels = ()
+    """Labels of these markers, separated by `;`. If empty, all of the file. Three or more that are
+    on no line also show the attitude."""
+    receiver_unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    """Unit of `receiver`, `mm` or `m`, where the file names none or a wrong one."""
     sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
         None
     )
@@ -185,6 +194,15 @@ class CalibrationRow(SheetRow):
             why = unknown(other, info.context.names)
             raise Unfit(f"the board, -, a calibration of the sheet ({why}), : and its board")
         return bar
+
+    @field_validator("receiver", "receiver_labels", "receiver_unit")
+    @classmethod
+    def _of_a_receiver(cls, value: object, info: Info) -> object:
+        if value and info.context.is_simulated:
+            raise Unfit("nothing for a simulated calibration")
+        if value and not info.context.cells["receiver"]:
+            raise Unfit("nothing without a file in column receiver")
+        return value
 
     @field_validator("length_mm", "length_u_mm", "bar_pose")
     @classmethod

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy.stats import chi2, f
@@ -258,8 +259,9 @@ def prior_p(found: Joint) -> float:
 
     With M = S + L, errors of the standard deviations B make estimates v of the covariance
     C = G B G' + M^-1 S M^-1, G = I - M^-1 L; v' C^-1 v is a chi squared in the directions that the
-    hits determine, in units of B, by `SHOWN` at least. The lower of the probabilities, times
-    two, of all and of strains of the board alone, as of a board file stretched along one axis.
+    hits determine, in units of B, by `SHOWN` at least. A strain u of the board file would make
+    estimates G u, so u' G' C^-1 v / sqrt(u' G' C^-1 G u) is a normal deviate, the most powerful one
+    against this strain. The lowest of all n probabilities counts n times.
     """
     own = np.isin(found.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
     if not own.any():
@@ -269,27 +271,30 @@ def prior_p(found: Joint) -> float:
     rows = np.ix_(own, own)
     by_prior = (np.eye(sd.size) - M[rows] * known[own]) * sd / sd[:, None]
     C = by_prior @ by_prior.T + found.misfit * (M @ found.S @ M)[rows] / np.outer(sd, sd)
-    off = found.state.values[own] / sd
-    strains = np.zeros((sd.size, 9))
-    if found.of.places >= 0:
-        first = int(np.count_nonzero(own[: found.of.places]))
-        board = found.state.board - found.state.board.mean(axis=0)
-        strains[first : first + board.size] = np.kron(board, np.eye(3))
-    axes, size, _ = np.linalg.svd(strains, full_matrices=False)
-    p = [_by_chance(off, by_prior, C)]
-    if size[0] > 0:
-        modes = axes[:, size > 1e-6 * size[0]]
-        p.append(_by_chance(modes.T @ off, modes.T @ by_prior, modes.T @ C @ modes))
-    return min(1.0, 2 * min(p))
-
-
-def _by_chance(off: Floats, by_prior: Floats, C: Floats) -> float:
-    """Probability of a larger off' C^-1 off in directions that are shown; 1 where none is."""
     size, axes = np.linalg.eigh((C + C.T) / 2)
     shown = np.sum((axes.T @ by_prior) ** 2, axis=1) > SHOWN
+    white = axes[:, shown] / np.sqrt(size[shown])
     if not shown.any():
         return 1.0
-    return float(chi2.sf(np.sum((off @ axes)[shown] ** 2 / size[shown]), int(shown.sum())))
+    off = white.T @ (found.state.values[own] / sd)
+    p = [float(chi2.sf(off @ off, off.size))]
+    if found.of.places >= 0:
+        first = int(np.count_nonzero(own[: found.of.places]))
+        places = slice(first, first + found.state.board.size)
+        for strain in _strains(found.state.board):
+            made = white.T @ by_prior[:, places] @ (strain / sd[places])
+            p.append(float(chi2.sf((made @ off) ** 2 / (made @ made), 1)))
+    return min(1.0, len(p) * min(p))
+
+
+def _strains(board: np.ndarray) -> Iterator[Floats]:
+    """Places, (3 n,), of a board stretched along each of its principal axes and sheared between
+    each two, those aside along which it has no extent."""
+    centred = board - board.mean(axis=0)
+    _, size, axes = np.linalg.svd(centred, full_matrices=False)
+    along = axes[size > 1e-3 * size[0]]
+    for a, b in combinations_with_replacement(along, 2):
+        yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()
 
 
 def scale_share(found: Joint, station: int = 1) -> float:

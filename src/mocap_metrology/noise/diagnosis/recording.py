@@ -102,8 +102,8 @@ def diagnose(
         name, series = one
         kind_of = signature(blank := _blanked(series, away), rate)
         model, spectrum = _model(noise, name), _rows(psd, name)
-        jumps = kind_of and kind_of.jumps
-        if jumps:
+        jumps = kind_of.jumps if kind_of else ()
+        if kind_of and jumps:
             blank = kind_of.without_jumps(blank, rate)
         if jumps or away.any():
             wide = _widened(np.isnan(blank) & ~np.isnan(series))

@@ -38,7 +38,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     solved,
     supported,
 )
-from mocap_metrology.lighthouse.rotor import X, Z
+from mocap_metrology.lighthouse.rotor import GENERATION, X, Z
 
 ROUNDS = 60  # steps at most
 SETTLED = 0.8  # of the spread of residuals one step before: from then on noise is estimated
@@ -172,6 +172,7 @@ class _Search:
         self.of, self.state, self.recordings, self.ups = of, state, recordings, ups
         self.working, self.believed = of.working.copy(), of.sd.copy()
         self.damping, self.refined, self.sized = 0.0, False, sized
+        self.share = bool(state.rotors[0, 0, GENERATION] == 2)  # of hits from one direction
         self.weighed = False  # the sensors' noise remains as it is
         self.factors: list[np.ndarray] = []  # of the recordings' trajectories, in the last step
         held = (of.group != GROUPS.index("pose")).all()
@@ -243,9 +244,15 @@ class _Search:
         if self.refined or not settled:
             return sums
         self.refined = True
+        return self._renoised(sums)
+
+    def _renoised(self, sums: list[Sums]) -> list[Sums]:
+        """Estimate the noise, by sums over hits that count alike; sums at it."""
         for one, own in zip(self.recordings, sums, strict=True):
             one.noise = estimated_noise(own, one.trajectory, one.noise)
-        return sums
+            if self.share:
+                one.shared(self.state)
+        return [one.sums(self.state, self.of) for one in self.recordings] if self.share else sums
 
     def _weigh_sensors(self) -> None:
         """Noise of the sensors: by medians while the fit is coarse, then with its freedom."""
@@ -318,8 +325,9 @@ class _Search:
         """Noise, and priors of `SIZED` groups, as large as the recordings show; S and h at these
         values."""
         self.weighed = True
-        for one, of_one in zip(self.recordings, sums, strict=True):
-            one.noise = estimated_noise(of_one, one.trajectory, one.noise)
+        if self.share:
+            sums = [replace(one, share=None).sums(self.state, self.of) for one in self.recordings]
+        self._renoised(sums)
         for name in SIZED:
             own = self.of.group == GROUPS.index(name)
             if own.any():

@@ -73,7 +73,7 @@ def weighed_stations(of: Mapping[str, Scene], found: Joint) -> list[list[Weighed
 
 def _cost(found: Joint) -> Floats:
     """Of each sweep, that of the priors spread over all."""
-    own = np.concatenate([one.weights().cost for one in found.recordings])
+    own = np.concatenate([one.plain().cost for one in found.recordings])
     bends = sum(bend_cost(one.trajectory) for one in found.recordings)
     return own + (float(np.sum((found.state.values / found.working) ** 2)) + bends) / own.size
 

@@ -37,12 +37,7 @@ from mocap_metrology.noise.cameras.diagnosis import (
     moments,
 )
 from mocap_metrology.noise.cameras.findings import addition_rows, noisy, raised
-from mocap_metrology.noise.twins.take import (
-    Facility,
-    joint_covariance,
-    positions,
-    random_facility,
-)
+from mocap_metrology.noise.twins.take import Facility, joint_covariance, positions, random_facility
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5
 CAMERAS, LEAST_SCATTER = 10, 0.3

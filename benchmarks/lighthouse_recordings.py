@@ -72,10 +72,7 @@ def _twin(
     turn = facing_to(middle, own).T @ (R.T @ R_board)
     depths = others.pop("depths_m", (0.0, 0.0))
     lasers = [{"lasers_m": [[d / 2, 0.0, 0.0], [-d / 2, 0.0, 0.0]]} for d in depths]
-    motion = others.pop("motion") | {
-        "centre_m": middle.tolist(),
-        "turn_deg": _angles_deg(turn),
-    }
+    motion = others.pop("motion") | {"centre_m": middle.tolist(), "turn_deg": _angles_deg(turn)}
     mapping = {
         "seed": int(rng.integers(1 << 40)),
         "master": {"id": 11, "mode": "b", "factory": factories()[first]} | lasers[0],

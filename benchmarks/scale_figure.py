@@ -36,10 +36,7 @@ KINDS = {
 RULES = ("clean", "noise", "verdict")  # the most expensive ones
 TOTAL = "all jobs"
 LABELS = {"cpu_s": "Processor time (s)", "gb": "Resident memory (GB)"}
-LOOK = {
-    **dict(zip(RULES, LOOKS.values(), strict=True)),
-    TOTAL: OTHER_LOOKS[0],
-}
+LOOK = {**dict(zip(RULES, LOOKS.values(), strict=True)), TOTAL: OTHER_LOOKS[0]}
 Point = dict[str, float]  # rule -> value
 HEIGHT_MM = 125.0
 
@@ -85,10 +82,7 @@ def figure(path: Path) -> Picture:
 
 
 def _panel(
-    axes: Axes,
-    sizes: dict[float, dict[str, Point]],
-    quantity: str,
-    limits: tuple[float, float],
+    axes: Axes, sizes: dict[float, dict[str, Point]], quantity: str, limits: tuple[float, float]
 ) -> None:
     for rule, look in LOOK.items():
         points = sorted(

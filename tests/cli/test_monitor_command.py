@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 from mocap_metrology.cli import main as command
 from mocap_metrology.cli import monitor
+from mocap_metrology.common.paths import locked
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.recording import analyse
 from mocap_metrology.recording.clean import clean
@@ -132,6 +134,19 @@ def test_a_full_disk_keeps_what_there_is(
         assert "No space left on device; the take was not added" in capsys.readouterr().err
         assert everything(tmp_path / "hall") == before
     assert run(path, "--date", "2026-03-03") == 0
+
+
+def test_two_commands_at_once_wait_for_each_other(tmp_path: Path, run: Run) -> None:
+    """Both read the sheet before they write it, so that the row of one would be lost."""
+    grown(tmp_path, run, 1)
+    with ThreadPoolExecutor(2) as pool:
+        with locked(tmp_path / "hall"):
+            path = write_take(tmp_path / "t2.c3d", 2)
+            waits = pool.submit(run, path, "--date", "2026-03-02")
+            with pytest.raises(TimeoutError):
+                waits.result(timeout=1)
+        assert waits.result() == 0
+    assert state(tmp_path)["takes"] == 2
 
 
 def test_a_sheet_that_was_edited(

@@ -7,13 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from mocap_metrology.common.files import (
-    empty_folder,
-    whole,
-    whole_folder,
-    write_folder,
-    write_json,
-)
+from mocap_metrology.common.files import empty_folder, whole, whole_folder, write_folder, write_json
 
 
 def test_whole_or_absent(tmp_path):

@@ -15,10 +15,7 @@ import numpy as np
 from mocap_metrology.common.files import CHECKSUM, sha256, verify, write_csv, write_json
 from mocap_metrology.io.text.covariate import read_covariate
 from mocap_metrology.lighthouse.assess.comparison import compare_with_earlier
-from mocap_metrology.lighthouse.assess.pose_file import (
-    chosen_pose,
-    read_pose_json,
-)
+from mocap_metrology.lighthouse.assess.pose_file import chosen_pose, read_pose_json
 from mocap_metrology.lighthouse.assess.reference import pose_reference, read_mount
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 

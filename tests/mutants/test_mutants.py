@@ -37,11 +37,7 @@ def test_operators_constants_signs_and_names_are_changed_and_no_types_or_message
             "if x is None or n <= LIMIT:",
             "if x is None or not n < LIMIT:",
         },
-        8: {
-            "return [max(-x, µ - n)]",
-            "return [min(x, µ - n)]",
-            "return [min(-x, µ + n)]",
-        },
+        8: {"return [max(-x, µ - n)]", "return [min(x, µ - n)]", "return [min(-x, µ + n)]"},
     }
 
 

@@ -269,7 +269,7 @@ def test_the_document_has_the_sentences_at_its_places() -> None:
     assert list(told) == [*bare, "check_against"]
     assert told["verdict"] == {"word": "failed", "reason": SAID[Case.TOO_DISTANT]}
     assert list(told["checks"][0]) == [
-        *("name", "value", "unit", "limit", "ok", "level", "sentence"),
+        *("name", "value", "unit", "limit", "ok", "level", "sentence")
     ]
     assert told["checks"][0]["sentence"] == SAID[Case.TOO_DISTANT]
     assert told["check_against"] == {

@@ -15,13 +15,7 @@ from mocap_metrology.noise.diagnosis.shock import find_shock
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.present.skurowski.allan_figures import guess_a1
-from mocap_metrology.present.skurowski.crump import (
-    CUT,
-    RECORDED,
-    Shaken,
-    crump_figure,
-    guessed,
-)
+from mocap_metrology.present.skurowski.crump import CUT, RECORDED, Shaken, crump_figure, guessed
 
 pytestmark = pytest.mark.filterwarnings("error")
 RATE, SECONDS = 120.0, 300.0

@@ -6,15 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from figure_data import (
-    ODD_TEXT,
-    RATE,
-    allan_columns,
-    check,
-    check_saved,
-    every_text,
-    recording,
-)
+from figure_data import ODD_TEXT, RATE, allan_columns, check, check_saved, every_text, recording
 
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.recording.recording_figures import allan_figure

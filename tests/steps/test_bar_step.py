@@ -15,12 +15,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.io.labels import pair_of
 from mocap_metrology.present.accuracy.statement_document import known_of
-from mocap_metrology.recording.bar import (
-    passes_of,
-    write_bar,
-    write_group,
-    write_statement,
-)
+from mocap_metrology.recording.bar import passes_of, write_bar, write_group, write_statement
 from mocap_metrology.recording.bar_take import read_bar
 from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings

@@ -111,10 +111,7 @@ def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -
         (BAR | {"bar": "T20-s2:T21"}, "a calibration of the sheet ("),
         (BAR | {"bar": ""}, 'column length_mm: "267.86"; expected nothing without a bar'),
         (BAR | {"length_mm": ""}, "expected nothing without a length in column length_mm"),
-        (
-            BAR | {"known_length": LENGTH + " 0.268 0.002"},
-            "another length than known_length",
-        ),
+        (BAR | {"known_length": LENGTH + " 0.268 0.002"}, "another length than known_length"),
         (BAR | {"path": "simulate:T"}, 'column bar: "T20-T21"; expected nothing for a simulated'),
         ({"path": "simulate:T", "sha256": "0" * 64}, "nothing for a simulated calibration"),
         ({"reference_labels_master": "a"}, "expected nothing, as the reference is no C3D file"),

@@ -37,8 +37,7 @@ def test_no_rows_are_nothing_to_do_and_a_folder_without_configuration_gets_the_p
     entry = ("-s", str(toy / "Snakefile"))
     empty = ("--cores", "1", "--config", "recordings=")
     done, nothing = side_by_side(
-        lambda: snakemake(elsewhere, "-n", *entry),
-        lambda: snakemake(elsewhere, *entry, *empty),
+        lambda: snakemake(elsewhere, "-n", *entry), lambda: snakemake(elsewhere, *entry, *empty)
     )
     assert planned(done.stdout)["clean"] == 3, done.stdout
     assert nothing.returncode == 0

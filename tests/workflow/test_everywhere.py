@@ -14,10 +14,7 @@ import pytest
 import small_run
 from running import command, environment, side_by_side
 
-SOME = (
-    "results/recordings/measured/allan.parquet",
-    "results/calibrations/angles/sweeps.parquet",
-)
+SOME = ("results/recordings/measured/allan.parquet", "results/calibrations/angles/sweeps.parquet")
 HERE = {"TZ": "UTC", "LC_ALL": "C.UTF-8", "PYTHONHASHSEED": "0"}
 ELSEWHERE = {"TZ": "Asia/Kathmandu", "PYTHONHASHSEED": "1"}
 

@@ -19,12 +19,7 @@ def test_refusal_rerun_mending_and_a_new_row(toy: Path, snakemake) -> None:
     lines = first.stdout.splitlines()
     assert lines.count("recording b refused: it is bad") == 1
     assert lines.count("warning: recording c: marker A moves") == 1
-    assert finished(first.stdout) == {
-        "clean": 3,
-        "clean_twin": 1,
-        "noise": 3,
-        "group_table": 3,
-    }
+    assert finished(first.stdout) == {"clean": 3, "clean_twin": 1, "noise": 3, "group_table": 3}
     tables = toy / "results/tables"
     assert (tables / "g_noise.csv").read_text() == "a is good\n"
     assert (tables / "h_noise.csv").read_text() == "c moves\n"

@@ -10,14 +10,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from running import (
-    command,
-    environment,
-    pass_for_computed,
-    planned,
-    side_by_side,
-    write_sheet,
-)
+from running import command, environment, pass_for_computed, planned, side_by_side, write_sheet
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADER = ["recording", "path", "markers", "pairs", "group", "date", "comment"]
@@ -33,7 +26,7 @@ LAST = {"pages", "provenance", "gate", "default"}
 RUN_AGAIN = {  # by an edit of each file, with what depends on their results
     "io/read.py": {"clean"},  # on which the others depend
     "lighthouse/rotor.py": {
-        *("calibration_twins_1", "calibration_figures", "calibration_tables", "claims", "jansen"),
+        *("calibration_twins_1", "calibration_figures", "calibration_tables", "claims", "jansen")
     },
     "present/plot/figure.py": {
         *("verdict", "group_tables", "skurowski_theory", "calibration_figures"),

@@ -51,8 +51,7 @@ class CalibrationRow(SheetRow):
     path: Annotated[str | None, Cell(".+", "a file or simulate:<twin>")]
     """The recording, or `simulate:<twin>` with a Lighthouse twin of `config/twins.yaml`."""
     format: Annotated[
-        str,
-        Cell("|".join(RECORDING_FORMATS), f"one of {', '.join(RECORDING_FORMATS)}"),
+        str, Cell("|".join(RECORDING_FORMATS), f"one of {', '.join(RECORDING_FORMATS)}")
     ]
     """Of the recording, see below: `gpio-dump`, `libsurvive-rec`, `crazyflie-uart`,
     `crazyflie-log`, `angles-csv` or `lfsr-counts`."""

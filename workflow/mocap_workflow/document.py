@@ -145,10 +145,7 @@ def twins_schema() -> JsonSchemaValue:
     for definition in shared["$defs"].values():
         definition.pop("required", None)
     calibration = shared["$defs"]["LighthouseTwin"]["properties"]
-    calibration["like"] = {
-        "type": "string",
-        "description": "Twin whose keys are inherited.",
-    }
+    calibration["like"] = {"type": "string", "description": "Twin whose keys are inherited."}
     factory = shared["$defs"]["StationTwin"]["properties"]["factory"]
     factory["anyOf"].append({"type": "string"})
     named = {"type": "object", "additionalProperties": {}}

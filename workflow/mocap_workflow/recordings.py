@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, field_validator
 
 from mocap_metrology.common.faults import Unfit, unfit, unknown
+from mocap_metrology.common.sheets import parts_of
 from mocap_workflow.rows import (
     NAME,
     SIMULATE,
@@ -20,7 +21,6 @@ from mocap_workflow.rows import (
     SheetRow,
     each_once,
     existing,
-    parts_of,
 )
 
 NUMBER = r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?"
@@ -120,9 +120,7 @@ class RecordingRow(SheetRow):
     """Pairs of these markers whose distance is analysed: `A-B;C-D`. If empty, the first two
     markers. A label may contain `-` as long as there is only one way to read the pair."""
     frame_rate_hz: Annotated[
-        float | None,
-        Cell(NUMBER, "a number of Hz > 0 or nothing"),
-        BeforeValidator(_with_point),
+        float | None, Cell(NUMBER, "a number of Hz > 0 or nothing"), BeforeValidator(_with_point)
     ] = None
     """Frame rate where the file has none, or more exactly than in the file (within 0.1 %)."""
     unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
@@ -169,10 +167,7 @@ class RecordingRow(SheetRow):
     is analysed as well."""
     place: Annotated[
         str | None,
-        Cell(
-            "[A-Za-z0-9_. -]*",
-            'a name of letters, digits, spaces, "_", "." and "-", or nothing',
-        ),
+        Cell("[A-Za-z0-9_. -]*", 'a name of letters, digits, spaces, "_", "." and "-", or nothing'),
     ] = None
     """Name of the place in the volume. Two places or more in a group make a table of noise by
     place."""

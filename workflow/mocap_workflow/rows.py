@@ -37,6 +37,7 @@ from mocap_metrology.common.faults import (
     unknown,
 )
 from mocap_metrology.common.paths import DRIVE, exists, is_file, of_windows
+from mocap_metrology.common.sheets import parts_of
 from mocap_workflow import remote
 
 SIMULATE = "simulate:"
@@ -68,11 +69,6 @@ class Place:
 
 
 Info = ValidationInfo[Place]
-
-
-def parts_of(text: str) -> tuple[str, ...]:
-    """Parts of a cell separated by `;`: none of an empty cell, each without blanks around."""
-    return tuple(part.strip() for part in text.split(";")) if text else ()
 
 
 def beside(sheet: str, path: str) -> str:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import atexit
 import base64
 import contextlib
-import fcntl
 import json
 import os
 import shutil
@@ -22,7 +21,7 @@ import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import wraps
 from pathlib import Path
@@ -34,6 +33,7 @@ from mocap_metrology.common.errors import Damaged
 from mocap_metrology.common.faults import Faults, stop
 from mocap_metrology.common.files import RUN as MARK  # names the run in the environment of its jobs
 from mocap_metrology.common.files import part_prefix, verify
+from mocap_metrology.common.paths import locked
 
 CLAIM = ".run.json"  # in the folder of results
 OWN_MARK = uuid.uuid4().hex
@@ -138,7 +138,7 @@ def claim(results: Path, unlocks: bool = False) -> bool:
     whether there was one. `Faults`, and nothing is touched, if another run is active there or may
     be. unlocks: the user states that no run of another host is."""
     record, new = results.absolute() / CLAIM, not results.exists()
-    with _alone(record.parent):
+    with locked(record.parent):  # as two may start at once after a kill
         other = read(record)
         if other is not None and other.mark == os.environ.get(MARK) and other.alive():
             return False  # this run, or its call of `snakemake --unlock`
@@ -154,18 +154,6 @@ def claim(results: Path, unlocks: bool = False) -> bool:
         words = f"cleared what a killed run (process {other.pid} in {other.folder}) left"
         print(f"{results}: {words}", file=sys.stderr)
     return other is not None
-
-
-@contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """One process at a time, as two may start at once after a kill."""
-    with contextlib.ExitStack() as held:
-        with contextlib.suppress(OSError):  # read-only, or a file system without locks
-            folder.mkdir(parents=True, exist_ok=True)
-            opened = os.open(folder, os.O_RDONLY)
-            held.callback(os.close, opened)
-            fcntl.flock(opened, fcntl.LOCK_EX)
-        yield
 
 
 def _expect_dead(results: Path, other: Run, unlocks: bool) -> None:

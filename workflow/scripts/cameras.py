@@ -16,6 +16,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.cameras.camera_figure import camera_figure
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
+    from mocap_metrology.present.text import captions
 
     given, settings, group = snakemake.params, snakemake.params.cameras, snakemake.wildcards.group
     of = {row["recording"]: row for row in given.rows}
@@ -37,11 +38,11 @@ with step(snakemake) as log:
     lengths = {name: gather.length_s(origin) for name, origin in origins.items()}
     source, remarks = gather.sources(origins, lengths, paper=False)
     title = f"{group}: noise with each camera added"
-    caption, nothing = f"{cameras.CAPTION} {source} {remarks}", "No addition of cameras."
+    caption, nothing = f"{captions.CAMERA_TABLE} {source} {remarks}", "No addition of cameras."
     text = tables.markdown(rows, title, caption) if rows else f"# {title}\n\n{nothing}\n"
     tables.write_with(snakemake.output.csv, rows, text, COLUMNS)
     law_title = f"{group}: noise against the number of cameras"
-    caption = f"{cameras.LAW_CAPTION} {source} {remarks}"
+    caption = f"{captions.LAW_TABLE} {source} {remarks}"
     text = tables.markdown(laws, law_title, caption) if laws else law_title
     tables.write_with(snakemake.output.law, laws, text, LAW_COLUMNS)
     summary = cameras.summary(rows, laws, settings)

@@ -8,7 +8,7 @@ with step(snakemake) as log:
     from mocap_metrology.io.text.covariate import read_covariate
     from mocap_metrology.noise.changes.covariate import Covariate, together
     from mocap_metrology.present import tables
-    from mocap_metrology.present.changes import compare
+    from mocap_metrology.present.text import captions
 
     group, sources = snakemake.wildcards.group, snakemake.params.sources
     rows, alpha = [], snakemake.params.compare["alpha"]
@@ -31,6 +31,6 @@ with step(snakemake) as log:
                 refused.setdefault(str(refusal), []).append(series)
         for why, series in refused.items():
             log.warning("%s: %s: %s", name, ", ".join(series), why)
-    caption = f"{compare.COHERENCE_CAPTION} {tables.source_sentence(sources)}"
+    caption = f"{captions.COHERENCE_TABLE} {tables.source_sentence(sources)}"
     title = f"{group}: noise and what was recorded beside it"
     tables.write(snakemake.output.csv, rows, title, caption)

@@ -10,6 +10,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.changes.change_figures import Comparison, compare_figure
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski.gather import length_s, sources
+    from mocap_metrology.present.text import captions
 
     settings, pairs = snakemake.params.compare, snakemake.params.pairs
     files = zip(pairs, snakemake.input.new, snakemake.input.old, strict=True)
@@ -24,7 +25,7 @@ with step(snakemake) as log:
     lengths = {name: length_s(origin) for name, origin in origins.items()}
     source, remarks = sources(origins, lengths, paper=False)
     title = f"{snakemake.wildcards.group}: comparison with the reference"
-    text = compare.compare_markdown(rows, title, f"{compare.CAPTION} {source} {remarks}")
+    text = compare.compare_markdown(rows, title, f"{captions.COMPARE_TABLE} {source} {remarks}")
     tables.write_with(snakemake.output.csv, rows, text)
     words = compare.sentences(rows)
     recordings = [recording for recording, _ in pairs]

@@ -14,6 +14,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.groups import group_tables
     from mocap_metrology.present.groups.multiqc import multiqc
     from mocap_metrology.present.skurowski import gather
+    from mocap_metrology.present.text import captions
     from mocap_metrology.present.verdict import words
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
@@ -37,13 +38,13 @@ with step(snakemake) as log:
         tables.write(f"{stem}_{kind}", rows, f"{group}: {title}", f"{caption} {sentence}")
 
     write("subsets", group_tables.subsets(rows), "recordings and cameras", group_tables.SUBSETS)
-    write("gaussian", gathered(snakemake.input.gaussian), "Gaussian model", group_tables.GAUSSIAN)
-    write("outliers", gathered(snakemake.input.outliers), "outliers", group_tables.OUTLIERS)
+    write("gaussian", gathered(snakemake.input.gaussian), "Gaussian model", captions.GAUSSIAN_TABLE)
+    write("outliers", gathered(snakemake.input.outliers), "outliers", captions.OUTLIER_TABLE)
     summary = []
     for name, path in zip(source, snakemake.input.outliers, strict=True):
         expected = tables.read(path)["series"].tolist()
         summary += group_tables.allan_summary(name, source[name], allan[name][0], expected)
-    write("allan", summary, "Allan deviations", group_tables.ALLAN)
+    write("allan", summary, "Allan deviations", captions.ALLAN_TABLE)
     found = dict(zip(source, map(read_noise, snakemake.input.noise), strict=True))
     noise = group_tables.noise_table(found, source)
     caption = f"{group_tables.CAPTION} {sentence}"
@@ -51,6 +52,6 @@ with step(snakemake) as log:
     tables.write_with(f"{stem}_noise", noise, text, group_tables.COLUMNS)
     found = [json.loads(Path(path).read_text("utf-8")) for path in snakemake.input.verdicts]
     summary = list(map(words.summary_row, found))
-    write("summary", summary, "verdicts", words.CAPTION)
+    write("summary", summary, "verdicts", captions.SUMMARY_TABLE)
     write_json(snakemake.output.multiqc, multiqc(group, summary))
     log.info("%s: %d recordings", group, len(rows))

@@ -12,6 +12,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.motion import place
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.recording.recording_figures import source_words
+    from mocap_metrology.present.text import captions
 
     _, series, origin = read_coordinates(snakemake.input[0])
     first, second = origin["pairs"][0]
@@ -27,7 +28,7 @@ with step(snakemake) as log:
     pair = " and ".join(origin["labels"][marker - 1] for marker in origin["pairs"][0])
     words = f"Pair {pair}: {said}" if few else f"Pair {pair}. {said}"
     source = tables.source_sentence({origin["recording"]: origin["source"]})
-    caption = f"{place.CAPTION.format(cell=cell)} {words}"
+    caption = f"{captions.PLACE_TABLE.format(cell=cell)} {words}"
     title = f"{origin['recording']}: length by place"
     tables.write(snakemake.output.csv, rows or [{"note": few}], title, f"{caption} {source}")
     origin_words = f"Source: {source_words(origin)}."

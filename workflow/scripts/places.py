@@ -9,7 +9,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_series, read_table
     from mocap_metrology.noise.changes.rows import places_rows
     from mocap_metrology.present import tables
-    from mocap_metrology.present.motion import place
+    from mocap_metrology.present.text import captions
 
     rows = snakemake.params.rows
     names, group = [row["recording"] for row in rows], snakemake.wildcards.group
@@ -25,7 +25,7 @@ with step(snakemake) as log:
     except Refusal as refusal:
         log.warning("%s", refusal)
         found = [{"note": str(refusal)}]
-    caption = f"{place.PLACES_CAPTION} {tables.source_sentence(snakemake.params.sources)}"
+    caption = f"{captions.PLACES_TABLE} {tables.source_sentence(snakemake.params.sources)}"
     if len({tuple(row["markers"]) for row in rows}) > 1:
         caption += " Markers differ from place to place, so their own noise may, too."
     tables.write(snakemake.output.csv, found, f"{group}: noise by place", caption)

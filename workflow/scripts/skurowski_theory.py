@@ -15,6 +15,7 @@ with step(snakemake) as log:
         slopes_figure,
         standard_error_figure,
     )
+    from mocap_metrology.present.text import captions
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
     laws, types, missing = table_1(), camera_tables.table_2(), left_out.left_out()
@@ -25,14 +26,14 @@ with step(snakemake) as log:
             laws,
             laws_shown,
             f"{paper}, Table 1: power-law noises",
-            camera_tables.TABLE_1_CAPTION,
+            captions.TABLE_1,
         ),
         (
             "skurowski_table2",
             types,
             camera_tables.side_by_side(),
             f"{paper}, Table 2: cameras",
-            camera_tables.TABLE_2_CAPTION,
+            captions.TABLE_2,
         ),
         (
             "left_out",

@@ -6,10 +6,10 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.changes.rows import coarse_steps, trend_rows
     from mocap_metrology.present import tables
-    from mocap_metrology.present.changes import compare
     from mocap_metrology.present.changes.change_figures import trend_figure
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski.gather import length_s, sources
+    from mocap_metrology.present.text import captions
 
     dates, settings = snakemake.params.dates, snakemake.params.compare
     tables_of = dict(zip(dates, map(read_table, snakemake.input), strict=True))
@@ -36,5 +36,5 @@ with step(snakemake) as log:
             of_names = [dates[name] for name in names], allan, found, title, source, said
             save(trend_figure(names, *of_names), snakemake.output.svg)
         rows += [{"first": names[0], "last": names[-1], **row} for row in found]
-    tables.write(snakemake.output.csv, rows, title, f"{compare.TREND_CAPTION} {source} {remarks}")
+    tables.write(snakemake.output.csv, rows, title, f"{captions.TREND_TABLE} {source} {remarks}")
     log.info("%d rows", len(rows))

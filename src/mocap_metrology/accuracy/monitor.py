@@ -159,11 +159,7 @@ def words(found: Chart) -> list[tuple[str, int | None]]:
 
 
 def chart(
-    values: Floats,
-    days: Sequence[object],
-    marked: np.ndarray,
-    watched: Watched,
-    limit: Limits,
+    values: Floats, days: Sequence[object], marked: np.ndarray, watched: Watched, limit: Limits
 ) -> Chart:
     """Chart of the values (n,) of one series, in order of time, without NaN.
 

@@ -54,11 +54,7 @@ class Take:
 
 
 def take_of(
-    name: str,
-    date: str,
-    frame_rate_hz: float,
-    ends_mm: np.ndarray,
-    step_mm: float,
+    name: str, date: str, frame_rate_hz: float, ends_mm: np.ndarray, step_mm: float
 ) -> Take:
     """From positions (2, 3, n) of both ends."""
     ends = np.asarray(ends_mm, dtype=float)

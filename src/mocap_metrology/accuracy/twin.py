@@ -15,15 +15,7 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as entry
 
-from mocap_metrology.common.entries import (
-    ENTRY,
-    MADE,
-    NonNegative,
-    Number,
-    Positive,
-    Whole,
-    one_of,
-)
+from mocap_metrology.common.entries import ENTRY, MADE, NonNegative, Number, Positive, Whole, one_of
 from mocap_metrology.noise.model.components import Form
 from mocap_metrology.noise.twins.simulate import SimulatedRecording, frames_of, stream
 from mocap_metrology.noise.twins.twin import Labels, Place

@@ -27,9 +27,7 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import read_recording
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess import reference
-from mocap_metrology.lighthouse.assess.pose_file import (
-    PoseFile,
-)
+from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.assess.summary import refused, summary
 from mocap_metrology.lighthouse.batch.problem import Priors
@@ -38,12 +36,7 @@ from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import (
-    ROLES,
-    SLAVE,
-    PoseEstimate,
-    Station,
-)
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.inertial import sensed

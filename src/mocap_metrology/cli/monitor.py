@@ -22,7 +22,9 @@ from mocap_metrology.common.documents import load_yaml
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.files import sha256
-from mocap_metrology.common.sheets import Line
+from mocap_metrology.common.paths import locked
+from mocap_metrology.common.sheets import Line, parts_of
+from mocap_metrology.io.labels import pair_of
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.recording import analyse
 from mocap_metrology.recording.clean import Check, Entry, clean
@@ -46,8 +48,8 @@ def add_take(options: argparse.Namespace) -> int:
     if not path.is_file():
         raise Refusal(f"{path}: no such file; expected a take, as take.c3d")
     try:
-        settings, sheet = _settings(folder), Sheet(folder)
-        document = _added(sheet, path, options, settings)
+        with _alone(folder):
+            document = _added(Sheet(folder), path, options, _settings(folder))
     except OSError as error:
         why = f"{error.strerror or error}"
         raise Refusal(f"{folder}: {why}; the take was not added, and nothing changed") from None
@@ -90,7 +92,7 @@ class Sheet:
 
     def located(self, line: Line) -> list[str]:
         """Files of a row, as seen from the working folder."""
-        return [str(self.folder / part.strip()) for part in line.cells["path"].split(";")]
+        return [str(self.folder / part) for part in parts_of(line.cells["path"])]
 
     def expect_without(self, path: Path) -> None:
         """Refuse a file that a row names."""
@@ -168,19 +170,28 @@ def _added(
 
 
 @contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Waits until no other command adds to the folder; one that is made for it and stays empty
+    goes again."""
+    made = [one for one in (folder / RESULTS, folder) if not one.exists()]
+    try:
+        with locked(folder):
+            yield
+    finally:
+        for one in made:
+            with suppress(OSError):  # is not empty
+                one.rmdir()
+
+
+@contextmanager
 def _part(folder: Path) -> Iterator[Path]:
-    """A folder to work in, which is removed in the end; with it those that were made for it and
-    are empty."""
+    """A folder to work in, which is removed in the end."""
     part = folder / f".part-{uuid.uuid4().hex[:12]}"
-    made = [one for one in (folder, folder.parent) if not one.exists()]
     try:
         part.mkdir(parents=True)
         yield part
     finally:
         shutil.rmtree(part, ignore_errors=True)
-        for one in made:
-            if one.exists() and not any(one.iterdir()):
-                one.rmdir()
 
 
 def _moved(source: Path, target: Path) -> None:
@@ -223,7 +234,7 @@ def _line(sheet: Sheet, path: Path, options: argparse.Namespace) -> Line:
 def _entry(sheet: Sheet, line: Line) -> tuple[Entry, list[tuple[str, str]] | None]:
     """What a row states of its recording, and its pairs."""
     cells = line.cells
-    markers = [part.strip() for part in cells["markers"].split(";") if part.strip()]
+    markers = [marker for marker in parts_of(cells["markers"]) if marker]
     rate, unit = cells.get("frame_rate_hz", ""), cells.get("unit", "")
     entry = Entry(
         sheet.located(line),
@@ -233,15 +244,9 @@ def _entry(sheet: Sheet, line: Line) -> tuple[Entry, list[tuple[str, str]] | Non
         "m" if unit == "m" else "mm" if unit == "mm" else None,
         column_names=cells.get("column_names") or None,
     )
-    pairs = []
-    for text in filter(None, cells.get("pairs", "").split(";")):
-        ends = [
-            (a, b) for a in markers for b in markers if text.strip() in (f"{a}-{b}", f"{a} - {b}")
-        ]
-        if len(ends) != 1:
-            raise Refusal(f'{sheet.path}, row {line.number}, column pairs: "{text}"; expected A-B')
-        pairs += ends
-    return entry, pairs or None
+    where = f"{sheet.path}, row {line.number}", "two markers of the row", "column pairs"
+    texts = filter(None, parts_of(cells.get("pairs", "")))
+    return entry, [pair_of(text, markers, *where) for text in texts] or None
 
 
 def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[str, Any]]:
@@ -253,8 +258,7 @@ def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[s
         folder = f"{recordings}/{recording}"
         try:
             found = read_take(folder)
-            asked = [part.strip() for part in line.cells["markers"].split(";")]
-            is_current = list(found["take"]["places_mm"]) == asked
+            is_current = tuple(found["take"]["places_mm"]) == parts_of(line.cells["markers"])
             is_current &= found["wander_s"] == settings.monitor.wander_s
         except (OSError, ValueError, KeyError):
             is_current = False

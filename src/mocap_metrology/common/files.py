@@ -233,9 +233,7 @@ def write_table(
 
 
 def write_series(
-    path: str | Path,
-    columns: Iterable[tuple[str, np.ndarray]],
-    metadata: Mapping[str, object],
+    path: str | Path, columns: Iterable[tuple[str, np.ndarray]], metadata: Mapping[str, object]
 ) -> None:
     """As `write_table`, of columns of numbers that come one at a time.
 

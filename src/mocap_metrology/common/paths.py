@@ -1,8 +1,12 @@
-"""Paths that no file can have: as Windows writes them, or longer than the system takes."""
+"""Paths that no file can have: as Windows writes them, or longer than the system takes; locks."""
 
 from __future__ import annotations
 
+import fcntl
+import os
 import re
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 DRIVE = re.compile(r"([A-Za-z]):[\\/]?(.*)", re.DOTALL)
@@ -22,6 +26,19 @@ def is_file(path: str | Path) -> bool:
         return Path(path).is_file()
     except OSError:
         return False
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """One process at a time in a folder, which is made where it is missing; without waiting where
+    it is read-only, or its file system has no locks."""
+    with ExitStack() as held:
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            opened = os.open(folder, os.O_RDONLY)
+            held.callback(os.close, opened)
+            fcntl.flock(opened, fcntl.LOCK_EX)
+        yield
 
 
 def of_windows(path: str | Path) -> str:

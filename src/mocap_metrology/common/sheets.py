@@ -87,6 +87,11 @@ def _lines(path: Path, sheet: str) -> list[str]:
     return re.split(r"\r\n|\n|\r", text)
 
 
+def parts_of(text: str) -> tuple[str, ...]:
+    """Parts of a cell separated by `;`: none of an empty cell, each without blanks around."""
+    return tuple(part.strip() for part in text.split(";")) if text else ()
+
+
 def delimiter(header: str, known: Sequence[str]) -> str:
     """What separates most names of columns from each other; a tab where nothing does."""
     found = {

@@ -120,13 +120,18 @@ def _bare(label: str) -> str:
 
 
 def pair_of(
-    text: str, labels: Sequence[str], file: str, expected: str = "auto, or two markers of the file"
+    text: str,
+    labels: Sequence[str],
+    where: str,
+    expected: str = "auto, or two markers of the file",
+    name: str = "bar",
 ) -> tuple[str, str]:
-    """`A-B` as two labels of a file; a label may itself hold a `-`."""
+    """`A-B` as two labels of a file; a label may itself hold a `-`. where, name: where it stands
+    and what it is called, for a refusal."""
     cuts = [k for k, letter in enumerate(text) if letter == "-"]
     found = [(text[:k].strip(), text[k + 1 :].strip()) for k in cuts]
     found = [(a, b) for a, b in found if a != b and {a, b} <= set(labels)]
     if len(found) != 1:
-        what = f'bar is "{text}"; expected {expected} joined by "-"'
-        raise Refusal(f"{file}: {what}: {in_words(labels, 60)}")
+        what = f'{name} is "{text}"; expected {expected} joined by "-"'
+        raise Refusal(f"{where}: {what}: {in_words(labels, 60)}")
     return found[0]

@@ -30,15 +30,7 @@ from mocap_metrology.io.c3d.read import read_c3d
 from mocap_metrology.io.c3d.structure import Structure, inspect
 from mocap_metrology.io.labels import computed_labels, find_points, is_unlabelled, numbered
 from mocap_metrology.io.recording import Header, Recording
-from mocap_metrology.io.text import (
-    first_principles,
-    motive,
-    nexus,
-    poses,
-    qualisys,
-    table,
-    trc,
-)
+from mocap_metrology.io.text import first_principles, motive, nexus, poses, qualisys, table, trc
 from mocap_metrology.io.text.layout import Layout, check_text, lines
 from mocap_metrology.io.text.read import read_text
 from mocap_metrology.io.units import Unit

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from mocap_metrology.papers.claims.decide import UNKNOWN, Text
 from mocap_metrology.papers.claims.table import Decision
 from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant, with_unit
 
 COLUMNS = (
@@ -15,18 +16,6 @@ COLUMNS = (
     *("source", "note"),
 )
 TITLE = "Claims of both papers"
-CAPTION = (
-    "Claims of Skurowski & Pawlyta 2019 (S) and Jansen et al. 2019 (J) that data can decide, "
-    "tested with the published tables and with the results of this run. Simulated stand-ins "
-    "(twins) for S are made from its published coefficients, so they give the same answer "
-    "wherever the coefficients decide. Regenerated coefficients are those of "
-    "annealing-ant-colony, excluding those at a limit of its search; periodic disturbances are "
-    "those of likelihood. ±: two standard errors; a claim is undecided if its criterion lies "
-    "within them. realisations: standard deviations and covariances of nine hours are mostly "
-    "random walk, so many recordings are simulated from the same coefficients. Of those precise "
-    "enough to decide, such a claim must hold in 95 %; it does not hold if it does in 5 % or "
-    "fewer. Between, or if fewer than half decide, it is undecided."
-)
 SHOWN = ("claim", "decision rule", "published", "regenerated")
 
 
@@ -63,7 +52,8 @@ def claims_markdown(rows: Sequence[Row]) -> str:
         for kind in kinds
     ]
     table = "\n".join(aligned([SHOWN, *map(_line, rows)]))
-    return f"# {TITLE}\n\n{CAPTION}\n\nOf {len(rows)} claims, {'; '.join(counts)}.\n\n{table}\n"
+    told = f"{captions.CLAIMS}\n\nOf {len(rows)} claims, {'; '.join(counts)}."
+    return f"# {TITLE}\n\n{told}\n\n{table}\n"
 
 
 def _line(row: Row) -> tuple[str, ...]:

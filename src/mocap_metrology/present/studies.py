@@ -13,6 +13,7 @@ from mocap_metrology.papers.studies.findings import NOTICEABLE, SHOWN, Shown, fi
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
 if TYPE_CHECKING:
@@ -37,20 +38,11 @@ CAPTION = (
     "the interval is on both sides of that limit. beyond 8°: poses of the slave that are wrong by "
     "more than 8°; mirrored: median share of board poses in the mirrored minimum."
 )
-FIGURE_CAPTION = (
-    "Median error of the slave's pose against the {parameter}, with the 95 % interval of the "
-    "median (order statistics), {n} recordings at each point; the values of different methods are "
-    "drawn beside each other. {more}"
-)
 MORE = {
     "reconstruction": "batch needs no reconstruction and is the same in all columns. ",
     "lasers": "0 is drawn at a third of the next value; paper, final is in the table alone. ",
 }
 ALL_HAVE_POSES = "No recording was without a pose."
-FAILED = (
-    "Of {n} estimates {failed} found no pose; they count as worse than all others, and where they "
-    "are the majority there is no median."
-)
 WORDS = {"full-interpolation": "full interpolation", "kabsch": "Kabsch"}
 WAYS = (("paper", "kabsch"), ("paper", "final"), ("paper-lm", "final"))
 ROOM = 1.25  # factor between the first and last value and the edge of the axis
@@ -175,9 +167,9 @@ def study_figure(shown: Shown, rows: Sequence[Row], source: str) -> fig.Picture:
     fig.legend_below(body, grid.flat)
     failed, n = (sum(row[key] for row in rows) for key in ("failed", "n"))
     more = MORE.get(shown.name, "")
-    more += FAILED.format(n=n, failed=failed) if failed else ALL_HAVE_POSES
+    more += captions.STUDY_FAILED.format(n=n, failed=failed) if failed else ALL_HAVE_POSES
     most = max(row["n"] for row in rows)
-    caption = FIGURE_CAPTION.format(parameter=shown.parameter, n=most, more=more)
+    caption = captions.STUDY.format(parameter=shown.parameter, n=most, more=more)
     return fig.Picture(body, caption)
 
 

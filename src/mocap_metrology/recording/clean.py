@@ -144,12 +144,7 @@ def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
         why += f"; to use what is there, {to_accept}"
     elif isinstance(refusal, UnknownUnit) and to_state:
         why += f" ({to_state})"
-    return {
-        "ok": False,
-        "why": why,
-        "warnings": [],
-        "notes": [],
-    }
+    return {"ok": False, "why": why, "warnings": [], "notes": []}
 
 
 @contextmanager
@@ -248,11 +243,7 @@ def refuse(refusal: Refusal, entry: Entry, origin: Metadata, folder: Path) -> No
     files.write_csv(folder / "outliers.csv", [], OUTLIERS)
 
 
-def trajectories(
-    recording: Recording,
-    named: Metadata,
-    over: Over = in_turn,
-) -> Table:
+def trajectories(recording: Recording, named: Metadata, over: Over = in_turn) -> Table:
     """Chosen markers in mm, one row a frame, gaps as NaN; what an interpolation filled is a gap.
 
     named: `recording`, `source` (`twin` or `measured`), `twin` (its name, or None), `pairs` of

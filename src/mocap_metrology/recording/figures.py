@@ -52,10 +52,7 @@ def draw_trajectory(results: Results) -> None:
 
     changed, rate = Made(recorded, replaced), origin["frame_rate_hz"]
     how = f"{origin['recording']}: trajectory", _source(origin), _filtered(origin)
-    save(
-        trajectory_figure(recorded, cleaned, changed, rate, *how),
-        results.folder / "trajectory",
-    )
+    save(trajectory_figure(recorded, cleaned, changed, rate, *how), results.folder / "trajectory")
 
 
 def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -> None:
@@ -69,10 +66,7 @@ def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -
         "their gain."
     )
     how = f"{origin['recording']}: diagnosis", f"Source: {source_words(origin)}.", remarks
-    save(
-        diagnosis_figure(diagnosis.recording, diagnosis.found, *how),
-        results.folder / "diagnosis",
-    )
+    save(diagnosis_figure(diagnosis.recording, diagnosis.found, *how), results.folder / "diagnosis")
 
 
 def draw_verdict(document: Mapping[str, Any], folder: Path) -> None:

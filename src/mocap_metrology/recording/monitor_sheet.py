@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
 from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.common import sheets
 from mocap_metrology.common.faults import Faults, shown
-from mocap_metrology.common.sheets import Line
+from mocap_metrology.common.sheets import Line, parts_of
 
 # What takes share from one restart to the next
 ALIKE = ("markers", "pairs", "camera_type", "n_cameras", "camera_ids")
@@ -56,17 +56,13 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
                 faults += [
                     wrong(column, f"{shown(last.cells.get(column))}, {named}; or restart")
                     for column in ALIKE
-                    if _plain(cells, column) != _plain(last.cells, column)
+                    if parts_of(cells.get(column, "")) != parts_of(last.cells.get(column, ""))
                 ]
         before[name] = line
         found.setdefault(name, []).append(Row(cells["recording"], day, baseline))
     if faults:
         raise Faults(faults)
     return found
-
-
-def _plain(cells: Mapping[str, str], column: str) -> list[str]:
-    return [part.strip() for part in cells.get(column, "").split(";")]
 
 
 def _moment(text: str) -> str | None:

@@ -199,9 +199,7 @@ def noise_coefficients(
     origin = origin | settings.model_dump(include={"noise", "allan", "seed"})
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     return NoiseTables(
-        rows,
-        Table(joined(curves, ALLAN), origin),
-        Table(joined(periodograms, PERIODOGRAM), origin),
+        rows, Table(joined(curves, ALLAN), origin), Table(joined(periodograms, PERIODOGRAM), origin)
     )
 
 

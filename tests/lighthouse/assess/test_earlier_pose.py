@@ -65,10 +65,7 @@ def test_another_estimate_is_said():
 
 
 def test_other_stations_are_refused():
-    for a, b, match in (
-        (12, 11, "12 as master and 11 as slave"),
-        (11, 13, "station 13, .* is 12"),
-    ):
+    for a, b, match in ((12, 11, "12 as master and 11 as slave"), (11, 13, "station 13, .* is 12")):
         old = content(stations=[Station("master", a), Station("slave", b)])
         with pytest.raises(Refusal, match=match):
             compare_with_earlier(content(), old)

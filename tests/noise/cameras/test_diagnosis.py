@@ -23,11 +23,7 @@ from mocap_metrology.noise.cameras.diagnosis import (
 from mocap_metrology.noise.cameras.findings import cause, noisy, raised
 from mocap_metrology.noise.cameras.scaling import fit_scaling, law
 from mocap_metrology.noise.twins.published import published_row, published_subsets
-from mocap_metrology.noise.twins.take import (
-    joint_covariance,
-    positions,
-    random_facility,
-)
+from mocap_metrology.noise.twins.take import joint_covariance, positions, random_facility
 
 CHAIN = {f"{n}": list(range(n)) for n in (2, 3, 4, 5, 6, 8)}
 

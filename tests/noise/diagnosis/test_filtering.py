@@ -56,10 +56,7 @@ def test_white_noise_through_a_butterworth_of_fourth_order(cutoff):
 def test_predicted_is_measured_for_white_noise(one):
     series = np.random.default_rng(2).normal(size=1 << 19)
     m = averaging(series.size, RATE)
-    by_model, by_filter = (
-        predicted(white, [], one, m, RATE),
-        measured(series, one, m, RATE),
-    )
+    by_model, by_filter = (predicted(white, [], one, m, RATE), measured(series, one, m, RATE))
     assert by_filter.sigma == pytest.approx(by_model.sigma, rel=0.01)
     assert by_filter.adev[:3] == pytest.approx(by_model.adev[:3], rel=0.03)
 

@@ -32,12 +32,7 @@ from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import PARAMETERS
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
-from mocap_metrology.noise.series import (
-    ALLAN,
-    PERIODOGRAM,
-    allan_columns,
-    periodogram_columns,
-)
+from mocap_metrology.noise.series import ALLAN, PERIODOGRAM, allan_columns, periodogram_columns
 from mocap_metrology.noise.twins.published import printed_row, published_keys, published_row
 from mocap_metrology.settings import Annealing, Noise, Settings
 

@@ -65,10 +65,7 @@ def averaging_factors(
 
 
 def allan_variance(
-    series: np.ndarray,
-    m: np.ndarray,
-    estimator: str = "oadev",
-    min_coverage: float = 0.5,
+    series: np.ndarray, m: np.ndarray, estimator: str = "oadev", min_coverage: float = 0.5
 ) -> AllanVariance:
     """Variance of `series` (n,) at the averaging factors `m`; NaN and infinite samples are gaps.
 

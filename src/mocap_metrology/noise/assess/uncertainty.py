@@ -137,10 +137,7 @@ class Span:
 
 
 def assess_series(
-    series: np.ndarray,
-    noise_rows: Sequence[NoiseRow],
-    curve: Mapping[str, np.ndarray],
-    span: Span,
+    series: np.ndarray, noise_rows: Sequence[NoiseRow], curve: Mapping[str, np.ndarray], span: Span
 ) -> SeriesNumbers:
     """Numbers of one series of a verdict.
 
@@ -353,9 +350,7 @@ def _adev_at(curve: Mapping[str, np.ndarray], tau_s: float) -> float:
     return float(np.exp(np.interp(math.log(tau_s), np.log(tau), np.log(adev))))
 
 
-def _minimum(
-    curve: Mapping[str, np.ndarray],
-) -> tuple[tuple[float, float, float, float], bool]:
+def _minimum(curve: Mapping[str, np.ndarray]) -> tuple[tuple[float, float, float, float], bool]:
     """The lowest Allan deviation, its interval and its tau; whether the curve still falls."""
     k, falls = lowest(np.asarray(curve["adev_mm"]), np.asarray(curve["edf"]))
     if k is None:

@@ -178,9 +178,7 @@ def _jackknife(moments: Moments, numbers: Callable[[np.ndarray], np.ndarray]) ->
 
 
 def _chains(
-    found: Sequence[Addition],
-    camera_ids: Mapping[str, Sequence[int | str]],
-    together: np.ndarray,
+    found: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]], together: np.ndarray
 ) -> list[tuple[np.ndarray, Chain]]:
     """Additions of the same frames, by what hangs together: their places, and as a `Chain`."""
     names = list(camera_ids)

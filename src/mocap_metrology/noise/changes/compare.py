@@ -254,11 +254,7 @@ def coherence(
     threshold = 1 - (alpha / n_tests) ** (1 / (count - 1))
     phase = -np.angle(cross)
     return Coherence(
-        f[keep],
-        np.nan_to_num(squared[keep]),
-        np.nan_to_num(gain[keep]),
-        phase[keep],
-        threshold,
+        f[keep], np.nan_to_num(squared[keep]), np.nan_to_num(gain[keep]), phase[keep], threshold
     )
 
 

@@ -9,13 +9,7 @@ from functools import lru_cache
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.noise.model.components import (
-    Component,
-    Form,
-    NoiseModel,
-    PowerLaw,
-    Sinusoid,
-)
+from mocap_metrology.noise.model.components import Component, Form, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.deterministic import Deterministic
 
 PER_DECADE = 120  # points of a curve: eight a period for the first six periods of a sinusoid

@@ -77,9 +77,7 @@ def movements(
     return {label: {axis: next(found) for axis in AXES} for label in positions}
 
 
-def most_moving(
-    found: Mapping[str, Mapping[str, Movement]],
-) -> dict[str, tuple[str, Movement]]:
+def most_moving(found: Mapping[str, Mapping[str, Movement]]) -> dict[str, tuple[str, Movement]]:
     """Of every marker, label -> axis -> movement, that does what its noise cannot: the axis along
     which it does most, and what. The Allan variance takes every change for noise, so it supposes
     markers that do not move."""

@@ -26,7 +26,7 @@ CORRECTED = {
         3.84e-02,
         "printed 3084e-02, read as 3.84e-02: the row above has 3.97e-02, and 30.84 mm/s^0.5 "
         "would be a component of 25 mm rms",
-    ),
+    )
 }
 
 

@@ -25,15 +25,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic.dataclasses import dataclass as entry
 
-from mocap_metrology.common.entries import (
-    ENTRY,
-    MADE,
-    NonNegative,
-    Number,
-    Positive,
-    Whole,
-    one_of,
-)
+from mocap_metrology.common.entries import ENTRY, MADE, NonNegative, Number, Positive, Whole, one_of
 from mocap_metrology.common.faults import Unfit
 from mocap_metrology.common.types import Floats, Row
 from mocap_metrology.noise.model.components import Form, NoiseModel

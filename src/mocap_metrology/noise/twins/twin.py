@@ -93,8 +93,7 @@ class Outliers:
     amplitude_mm: NonNegative
     """Mean of an exponential distribution, SD of a normal one."""
     distribution: Annotated[
-        Literal["exponential", "normal"],
-        one_of(("exponential", "normal"), "exponential or normal"),
+        Literal["exponential", "normal"], one_of(("exponential", "normal"), "exponential or normal")
     ] = "exponential"
     """Distribution of the amplitude."""
 

@@ -18,14 +18,7 @@ from mocap_metrology.lighthouse.published import (
     published_table,
 )
 from mocap_metrology.papers import jansen
-from mocap_metrology.papers.claims.decide import (
-    UNKNOWN,
-    Answer,
-    Missing,
-    Quantity,
-    decides,
-    within,
-)
+from mocap_metrology.papers.claims.decide import UNKNOWN, Answer, Missing, Quantity, decides, within
 from mocap_metrology.papers.jansen import QUANTISED, Record, Variant
 
 KABSCH = Variant("paper", "kabsch", "ideal")

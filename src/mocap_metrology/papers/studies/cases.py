@@ -19,11 +19,7 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.simulate.recording import simulate
-from mocap_metrology.lighthouse.simulate.twin import (
-    LighthouseTwin,
-    MotionTwin,
-    StationTwin,
-)
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 
 COMMON_URAD, HIT_URAD = 53.0, 49.0
 DROPOUT = 0.05

@@ -6,14 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.accuracy.points import (
-    Points,
-    fit,
-    frame_changes,
-    left_out,
-    residuals,
-    rms,
-)
+from mocap_metrology.accuracy.points import Points, fit, frame_changes, left_out, residuals, rms
 from mocap_metrology.common.types import Row
 from mocap_metrology.present.text.sentence import render
 

@@ -11,32 +11,9 @@ from mocap_metrology.lighthouse.assess.evidence import AXES, KINDS, Columns, jit
 from mocap_metrology.lighthouse.assess.pose_file import is_network, pairs
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.present.tables import Record, Row, aligned, markdown
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
-CAPTION = (
-    "Pose of the slave in the master's frame, p_master = R p_slave + t, R = Rz(γ) Ry(β) Rx(α); the"
-    " frame of a station: x forwards, y to its left, z up. σ: one standard deviation, largest of"
-    " three axes. Error against the reference: length of t - t_true, and the angle of R R_true^T."
-    " All numbers, by axis, are in the CSV."
-)
-TRACK_CAPTION = (
-    "Poses of the board with the calibrated stations, 60 a second. Standard deviations are lengths"
-    " of vectors of three axes, rms over all poses: by the noise of the hits (noise), by the error"
-    " of the slave's pose (calibration), by both and errors of optics and board (total). gain:"
-    " shift of the board for a slave shifted by 1 mm or turned by 1° in a random direction."
-    " jitter: standard deviation of the poses of a board at rest, without those of more than twice"
-    " the usual noise."
-    " Seen: share of the moments with a pose, and of those that one station alone sees."
-    " Stations: of the row's own calibration where empty."
-)
-ANGLE_CAPTION = (
-    "Allan deviation of the angles of boards at rest, 30 sweeps a second and rotor. common: of the"
-    " mean over the diodes of a sweep, without what the diodes' own noise adds to it; independent:"
-    " of single diodes beyond it. At one sweep, with 68.3 % intervals, and at its minimum over the"
-    " averaging time τ. exponent: of the power spectral density at one sweep (0 white, -1 flicker,"
-    " -2 random walk); h_0: one-sided density of white noise, where it is white. sd: of one diode."
-    " step: of the clock that times the pulses; a spread below it is mostly rounding."
-)
 NAMED = ("calibration", "setup", "source")
 CHOSEN = ("estimator", "stage", "optics")
 AXIS_NAMES = (*(f"{axis}_mm" for axis in "xyz"), *(f"r{axis}_deg" for axis in "xyz"))
@@ -92,7 +69,7 @@ def _calibration_row(record: Record) -> Row:
 
 def calibration_markdown(rows: Sequence[Row], title: str, note: str = "") -> str:
     """Markdown of `calibration_rows`: the poses, then the reasons of the verdicts."""
-    lines = [f"# {title}", "", f"{CAPTION} {note}".strip(), ""]
+    lines = [f"# {title}", "", f"{captions.CALIBRATION_TABLE} {note}".strip(), ""]
     if not rows:
         return "\n".join([*lines, "No calibrations.", ""])
     head = ["calibration", "source", "master", "slave", "by", "t mm", "α β γ °", "baseline mm"]
@@ -155,7 +132,7 @@ def track_markdown(rows: Sequence[Row], title: str, note: str) -> str:
     """Markdown of some `track_row`."""
     if not rows:
         return f"# {title}\n\nNo calibrations.\n"
-    return markdown(list(rows), title, f"{TRACK_CAPTION} {note}".strip())
+    return markdown(list(rows), title, f"{captions.TRACK_TABLE} {note}".strip())
 
 
 def angle_rows(named: Record, allan: Mapping[str, np.ndarray], origin: Record) -> list[Row]:
@@ -196,4 +173,4 @@ def angle_markdown(rows: Sequence[Row], title: str, note: str) -> str:
     """Markdown of some `angle_rows`."""
     if not rows:
         return f"# {title}\n\nNo calibration of a board at rest.\n"
-    return markdown(list(rows), title, f"{ANGLE_CAPTION} {note}".strip())
+    return markdown(list(rows), title, f"{captions.ANGLE_TABLE} {note}".strip())

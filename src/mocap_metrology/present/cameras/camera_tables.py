@@ -6,65 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from mocap_metrology.noise.cameras.findings import DIRECTION, LARGEST, NOISE, cause, noisy, raised
 from mocap_metrology.present.tables import Row
+from mocap_metrology.present.text import captions
 
-CAPTION = (
-    "One row per addition of cameras, marker and averaging time. largest_factor: factor of the "
-    "noise (Allan deviation) in the direction (unit vector) in which it rose most or fell least; "
-    "mean_factor: geometric mean over all directions; law_factor: the factor expected by S Eq. "
-    "3. In least squares, cameras without a fault cannot raise the noise in any direction, and a "
-    "single added camera leaves the noise in one direction unchanged. A largest_factor of 1 is "
-    "therefore normal. word: raises (largest_factor above 1 + cameras.rise, and above 1 with p < "
-    "0.001), falls (mean_factor below 1), same. camera_noise: centroid noise of the noisiest "
-    "added camera relative to the median of the cameras (to the earlier ones where only one "
-    "addition is known), from frames that the subsets share; without `from`, that of the first "
-    "cameras. least_camera_noise: the smallest noise of one camera that can raise the noise this "
-    "much. Intervals: 95 %, jackknife over 20 parts of the take."
-)
-LAW_CAPTION = (
-    "S Eq. 3: sigma ~ n^-b with b = 0.5. b: from the Allan deviations at one frame; h_0_b: from "
-    "the root of the likelihood estimator's h_0; standard errors from the scatter about the "
-    "line; p: probability of such a deviation of b if 0.5 is true. scatter: standard deviation "
-    "of ln(n sigma^2), h_0_scatter: of ln(n h_0); in S it is 0.3 to 0.7, because of the "
-    "positions of the cameras."
-)
-SENTENCES = {
-    "noisy": (
-        "{cameras} is {camera_noise:.2f} times as noisy as the others (95 %: "
-        "{camera_noise_lower_95:.2f} to {camera_noise_upper_95:.2f}; at {when})."
-    ),
-    "raised": (
-        "from {n_from} to {n_to} cameras ({added} added) the noise of {marker} rose by a factor "
-        "of {largest_factor:.2f} (95 %: {largest_lower_95:.2f} to {largest_upper_95:.2f}, p < "
-        "0.001) at {when} along ({direction_x:.2f}, {direction_y:.2f}, {direction_z:.2f}), and by "
-        "{mean_factor:.2f} on average; the law predicts {law_factor:.2f}"
-    ),
-    "bound": (
-        "; in ordinary least squares, a camera with this effect is at least "
-        "{least_camera_noise:.1f} times as noisy as the others"
-    ),
-    "earlier": (
-        "cameras that are not noisy themselves raised the noise, from {listed}. This happens if "
-        "one of the earlier cameras is noisy, here one of {from}."
-    ),
-    "none raised": (
-        "no addition of cameras raised the noise by more than {rise:g} % in any direction."
-    ),
-    "none noisy": "no camera is {noisy:g} times as noisy as the others.",
-    "apart": (
-        "these subsets do not share their frames (simulated one by one, for instance): a rise "
-        "shows a noisy camera, whose own noise cannot be estimated."
-    ),
-    "short noisy": "{cameras} is {camera_noise:.1f} times as noisy as the others.",
-    "short none": "no added camera raised the noise.",
-    "short raised": (
-        "adding camera{plural} {ids} raised the noise most ({largest_factor:.1f} times, {marker} "
-        "{axis}, {when}){earlier}."
-    ),
-    "law": (
-        "noise at one frame falls with the number of cameras as n^-b, expected 0.5 (S Eq. 3), "
-        "estimated {each}; {verdict}{scatter}."
-    ),
-}
+SENTENCES = captions.texts("CAMERA_SENTENCES")
 
 
 def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, float]) -> Row:

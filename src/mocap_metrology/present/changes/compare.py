@@ -7,36 +7,9 @@ from collections.abc import Sequence
 
 from mocap_metrology.noise.changes.rows import COARSE
 from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text import captions
 
-CAPTION = (
-    "Allan deviation of a recording over that of its reference, with its interval: above 1 is "
-    "noisier. Any word other than `same` means that the ratio differs from 1 by more than the "
-    "margin, and significantly over all series and averaging times of the two recordings; "
-    "`resolution`: the steps of the exported file hide the noise; export with finer steps."
-)
-TREND_CAPTION = (
-    "Change of the Allan deviation with the date of recording, in percent a month with its "
-    "interval; `scatter` is the scatter of the recordings about the line beyond what their own "
-    "noise explains; `resolution`: the steps of the exported file hide the noise."
-)
-COHERENCE_CAPTION = (
-    "What a series has in common with a quantity that was recorded at the same time: the largest "
-    "squared coherence above its threshold (otherwise the largest), its period, and the size of "
-    "the response at that period. The threshold applies to quantities that wander at random. Two "
-    "unrelated quantities exceed it more often if both are periodic with similar periods, or if "
-    "both settle."
-)
-SENTENCES = {
-    "change": (
-        "{word} {where}; largest change: {ratio:.2f} ({lower:.2f} to {upper:.2f}) times in "
-        "{series} at {tau_s:.2g} s"
-    ),
-    "resolution": (
-        "the resolution of the export limits the result in {names}, whose noise its steps of "
-        "{step:.3g} mm hide: export with finer steps"
-    ),
-    "none": "no significant change beyond the margin",
-}
+SENTENCES = captions.texts("COMPARE_SENTENCES")
 
 
 def sentences(rows: Sequence[Row]) -> list[str]:

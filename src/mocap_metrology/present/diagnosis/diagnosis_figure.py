@@ -55,11 +55,7 @@ COMPARED = {
 
 @figure.styled()
 def diagnosis_figure(
-    recording: Recording,
-    found: Diagnosis,
-    title: str,
-    source: str = "",
-    remarks: str = "",
+    recording: Recording, found: Diagnosis, title: str, source: str = "", remarks: str = ""
 ) -> figure.Picture:
     """Above, the dynamic Allan deviation of one series over time, events marked, and below it the
     largest event (or, without one, the most unusual window) beside the noise before and after (or

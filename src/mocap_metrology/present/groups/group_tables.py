@@ -94,35 +94,6 @@ FIRST = ("tau_1_s", "adev_1_mm")
 MINIMUM = ("adev_min_mm", "tau_min_s", "adev_min_lower_mm", "adev_min_upper_mm")
 CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
 SUBSETS = "The recordings of the group as in the sheet."
-GAUSSIAN = (
-    "Moments of the cleaned coordinates, along x as in S and along the line between the markers "
-    "(axis pair). Only the sigma_C of axis pair can be compared with sigma_L. mu_1, mu_2, "
-    "sigma_1, sigma_2: mean and standard deviation of the coordinate of either marker; sigma_12, "
-    "rho_12: their covariance and correlation; mu_L, sigma_L: of the distance L; mu_e = |mu_2 - "
-    "mu_1|: the distance between the means. Values of sigma_L predicted by the model (S 2.2): "
-    "sigma_A1 and sigma_A2, sqrt(2) times sigma_1 or sigma_2, as if both markers were alike; "
-    "sigma_B, from both markers, uncorrelated; sigma_C, with their covariance. chi2: test of L "
-    "against N(mu_e, sigma_C) on every thinning_frames-th frame, in units in which Gaussian "
-    "noise of the same spectrum gives chi2_dof on average; chi2_p: the share of 999 simulations "
-    "of such noise that reach this value. n_independent: frames over two correlation times; if "
-    "there are few, the test rejects hardly anything. Drift and range, of marker 1, of marker 2 "
-    "and of L, are of one-second means (of tenths of a recording below 10 s)."
-)
-OUTLIERS = (
-    "Samples replaced by the Hampel filter as outliers. In clean Gaussian noise the filter "
-    "replaces the share given in share_of_clean_gaussian_noise (0.34 % at 3 sigma and 241 "
-    "frames) and reduces the white level to a fraction white_level_kept (0.966): Allan "
-    "deviations of cleaned series (allan.parquet) are therefore 1.7 % low at short tau. "
-    "resolution: the smallest step that the file can hold (int16 or float32 spacing, or a "
-    "coarser rounding found in the values)."
-)
-ALLAN = (
-    "Overlapping Allan deviation as recorded, gross outliers masked: adev_1_mm at a single "
-    "frame, tau_1_s long; adev_0.1s_mm, adev_1s_mm and so on at averaging times of 0.1 s, 1 s "
-    "and so on (empty where the recording is too short); adev_min_mm at its minimum, of the "
-    "points with at least 10 degrees of freedom, at tau_min_s, with the interval of the "
-    "configured confidence."
-)
 
 
 def subsets(recordings: Sequence[Record]) -> list[Row]:

@@ -11,6 +11,7 @@ from mocap_metrology.lighthouse import published
 from mocap_metrology.lighthouse.published import QUANTITIES, RECORDINGS, SETUPS
 from mocap_metrology.papers.jansen import LAST, Variant, paper_setup, pose_of
 from mocap_metrology.present.tables import Record, Row, aligned
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
 PHASES, SHORT_PATH = "rotor phases not modelled", "short path"
@@ -29,49 +30,16 @@ BESIDE = ("paper", "paper-lm", "batch")
 FACTOR = 4.0  # beyond it a regenerated value is explained
 MIRRORED = 0.05
 HEAD = ("x mm", "y mm", "z mm", "α °", "β °", "γ °")
-TITLES = {
-    1: "mean absolute error",
-    2: "standard deviation",
-    3: "simulation",
-}
-CAPTIONS = {
-    1: "Mean absolute error of the calibrations of each setup against the reference; Overall is the"
-    " mean of the setups.",
-    2: "Standard deviation (n - 1) of the errors of each setup; Average is the mean of the setups."
-    " A setup with fewer than two calibrations has none: its cells are empty.",
-    3: "Simulated setups: mean absolute error, and standard deviation (n - 1) of each, averaged."
-    " J simulates the error of samples alone (quantisation at 2 MHz); with jitter means 53 urad"
-    " common to a sweep and 30 urad of each diode on top.",
-}
-COMMON = (
-    "Errors are t - t_true in the master's frame and the rotation vector of R R_true^T in deg. "
-    "paper: simplex with MATLAB's settings; paper-tight: with tight tolerances and started from "
-    "the previous pose; paper-lm: Levenberg-Marquardt with the mirror test, cubic interpolation "
-    "and a last minimisation with weights for what the path leaves uncertain (config: "
-    "lm_interpolation, lm_weights); batch: all hits at their own times in one estimate. kabsch: "
-    "before the last minimisation (K₂), final: after it. "
-    "J used ideal optics and does not state the settings of the search. Mirrored: share of board "
-    "poses in the wrong one of the two minima of a flat board."
-)
+TITLES = {1: "mean absolute error", 2: "standard deviation", 3: "simulation"}
+CAPTIONS = captions.texts("JANSEN_TABLES")
 
-ANGLES = (
-    "An angle error of the optics moves the slave by angle times distance: at 2 to 6 m the "
-    "published 1.2 to 1.8° would be 40 to 190 mm, but 20 to 29 mm are published. Part of J's "
-    "angle errors may therefore come from the mounts: a mount rotated on its housing causes such "
-    "errors without a change of position. The mounts of the twins are straight."
-)
 SIDE_BY_SIDE = "Stage final, of each estimator with factory values where it was run with them."
-CAUTION = (
-    "An SD of {n} calibrations (J: {of_paper}) is {low:.2g} to {high:.2g} times the true one (95 %,"
-    " normal errors), and one failed calibration can dominate it: read the ratios as orders of"
-    " magnitude."
-)
 
 
 def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: str = "") -> str:
     """Markdown of `jansen_table` or `jansen_table_3`: all variants in one table, what differs by
     more than a factor of four and why, then each variant by setup. note: of the sources."""
-    caption = CAPTIONS[number], COMMON, published.NOTES[number], note
+    caption = CAPTIONS[str(number)], captions.JANSEN_COMMON, published.NOTES[number], note
     lines = [f"# Jansen et al. 2019, Table {'I' * number}: {TITLES[number]}", ""]
     lines += [" ".join(filter(None, caption)), ""]
     if number == 3:
@@ -84,7 +52,7 @@ def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: 
     if number == 1:
         gained = gain([r for r in records if paper_setup(r["setup"])])
         lines += [gained, ""] if gained else []
-        lines += [ANGLES, ""] if any(row["n"] for row in rows) else []
+        lines += [captions.JANSEN_ANGLES, ""] if any(row["n"] for row in rows) else []
     by_variant = {v: own for v, own in _by_variant(rows).items() if any(row["n"] for row in own)}
     lines += _beside(by_variant, last)
     lines += ["## By setup", "", "Regenerated, in brackets published.", ""]
@@ -149,7 +117,7 @@ def _caution(counts: Sequence[int]) -> list[str]:
     if n >= RECORDINGS:
         return []
     low, high = (math.sqrt(chi2.ppf(p, n - 1) / (n - 1)) for p in (0.025, 0.975))
-    return [CAUTION.format(n=n, of_paper=RECORDINGS, low=low, high=high), ""]
+    return [captions.JANSEN_CAUTION.format(n=n, of_paper=RECORDINGS, low=low, high=high), ""]
 
 
 def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[str]:

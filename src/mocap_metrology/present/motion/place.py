@@ -16,18 +16,6 @@ MAPS = {  # title and colours of each column that is drawn
     "sigma_mm": ("Noise of one frame (µm)", "viridis"),
     "deviation_mm": ("Mean − overall mean (µm)", "coolwarm"),
 }
-CAPTION = (
-    "Length of a pair of markers while it is carried through the volume, by cubes of {cell:g} "
-    "mm: noise of one frame (Allan deviation at one frame, with its 95 % interval) and the mean "
-    "minus that of the whole recording."
-)
-PLACES_CAPTION = (
-    "Allan deviation of each recording over the geometric mean of all places, at one frame and "
-    "at 1 s, with 95 % intervals: If `factor` is above 1, the recording is noisier than the "
-    "mean, significantly so if its whole interval is above 1 (by chance alone this occurs in one "
-    "row of forty). `quietest` has the smallest Allan deviation at one frame, which may be by "
-    "chance."
-)
 SENTENCE = (
     "Noise of the length differs by a factor of {factor:.2g} between places: {explained} by chance "
     "(p = {p:.2g}); its mean scatters by {bend_um:.3g} µm (SD)."

@@ -25,6 +25,7 @@ from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.decimate import log_bins
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, OTHER_LOOKS
 from mocap_metrology.present.skurowski.gaussian_figures import SETS
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
 from mocap_metrology.present.text.numbers import significant
 
@@ -44,14 +45,6 @@ SLICE_S = 10.0  # averaging time of the panel against the number of cameras
 DROPS = {"T40": 3, "Bonita": 5, "Vantage": 4}  # S 4.3: "notably better suited" setups
 LAW: fig.Keywords = {"color": GREY, "lw": 0.8, "ls": (0, (1.2, 1.2)), "zorder": 1}
 SLICE_LOOKS = {"x1": LOOKS["x"], "x2": LOOKS["y"], "L": OTHER_LOOKS[0]}
-ALL_NOTE = (
-    "No coefficients were published of all cameras: their twin is T40-10 with x1 and x2 scaled to "
-    "Table 4, y and z as they are."
-)
-LEFT_OUT = (
-    "The paper prints no coefficients after the repair. The parts removed from the twins are "
-    "therefore assumed: correlated noise of T_c below {limits}."
-)
 
 
 @fig.styled()
@@ -138,7 +131,7 @@ def types_figure(
 def _of_all(rows: Rows) -> str:
     """What must be known of the recording of all cameras, if it is a twin."""
     name = standing_for(rows, "All", TABLE_4["All"])
-    return "" if name is None or rows[name]["twin"] is None else ALL_NOTE
+    return "" if name is None or rows[name]["twin"] is None else captions.ALL_CAMERAS
 
 
 @fig.styled()
@@ -172,7 +165,9 @@ def repaired_figure(
 
 def guess_a1(limits_s: Sequence[float]) -> str:
     """What repaired twins lack: Gauss-Markov terms below these T_c."""
-    return LEFT_OUT.format(limits=" or ".join(f"{t:g} s" for t in dict.fromkeys(limits_s)))
+    return captions.LEFT_OUT_OF_A1.format(
+        limits=" or ".join(f"{t:g} s" for t in dict.fromkeys(limits_s))
+    )
 
 
 # ---- Figure 6

@@ -15,6 +15,7 @@ from mocap_metrology.papers import coefficient_tables
 from mocap_metrology.papers.coefficient_tables import ESTIMATORS, UNPAIRED, notes_by_coefficient
 from mocap_metrology.papers.matching import LIMIT
 from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_words, significant
 
 CAPTION = (
@@ -33,28 +34,7 @@ CAPTION = (
     "are true, and crlb_relative, that over the coefficient; supported, whether it is below the "
     "coefficient itself; printed_row, which is All for ten cameras of one type, as S prints it."
 )
-FORM_WORDS = {
-    "continuous": "Frames of the twins are averages over the frame period: their Allan variances "
-    "are the continuous-time formulas, which S fitted, at every averaging time.",
-    "sampled": "Frames of the twins are points, as a camera's: at a few frames their Allan "
-    "variances are not the continuous-time formulas, which S fitted.",
-}
-SUPPORT = (
-    "supported: number of published coefficients that are larger than the smallest standard "
-    "error possible in recordings of this length (Cramer-Rao bound of the published model, all "
-    "its coefficients unknown). unsupported: number of the others. not_computed: coefficients "
-    "that are not in the twins and have no bound."
-)
-WHITE = (
-    "h_0 in mm²/Hz. expected: S's estimator (annealing-ant-colony, continuous-time formulas) on "
-    "the exact Allan variances of the published model; regenerated: the same on the recording; "
-    "likelihood: this project's default. Columns in per cent are deviations: of expected and "
-    "likelihood from the published value (likelihood may deviate by likelihood_allowed_percent: "
-    "5 %, or three Cramer-Rao bounds), of regenerated from expected. expected deviates where "
-    "components of other kinds replace the white noise at hardly more cost, and for point "
-    "samples where the formulas do not hold. regenerated deviates from expected by chance and "
-    "because the 3-sigma filter replaces samples."
-)
+FORM_WORDS = captions.texts("FORMS")
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (
     f"Lines for each number of cameras: published, {S_ESTIMATOR}, {PLAIN_ESTIMATOR} if it was "
@@ -65,11 +45,6 @@ SIGNS = (
 )
 NOT_COMPUTED = "Which numbers {length} can support was not computed."
 COUNTS = "{length} cannot support {unsupported} of the {published} published numbers{rest}."
-WHITE_COUNTS = (
-    "Of {series} series, expected deviates by more than 5 % in {expected}, regenerated deviates "
-    "from expected by more than 5 % in {regenerated}, and likelihood deviates by more than 5 % and "
-    "3 bounds in {beyond}{names}."
-)
 
 
 def table_a_markdown(
@@ -162,4 +137,4 @@ def white_level_sentence(levels: Sequence[Row]) -> str:
     counts = coefficient_tables.count_white_levels(levels)
     beyond = counts["beyond"]
     names = f" ({', '.join(beyond)})" if beyond else ""
-    return WHITE_COUNTS.format(**counts | {"beyond": len(beyond), "names": names})
+    return captions.WHITE_COUNTS.format(**counts | {"beyond": len(beyond), "names": names})

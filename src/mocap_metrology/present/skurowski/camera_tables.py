@@ -17,32 +17,10 @@ from mocap_metrology.papers.subsets import TYPES, standing_for
 from mocap_metrology.present.tables import Record, Row, source_of
 from mocap_metrology.present.text.numbers import significant
 
-TABLE_1_CAPTION = (
-    "Allan variance of S(f) = h f^alpha: h K_alpha tau^mu, its deviation varies as tau^(mu/2). All "
-    "values are for h = 1 and f_h = 60 Hz (half the frame rate; S states none). method: "
-    "integral, the integral over the power law by scipy.integrate.quad (no f_h: without limit); "
-    "simulation, mean of 64 simulated series of 131 072 averages over 1/120 s, overlapping Allan "
-    "variance; point samples, exact values for a camera, which samples points instead of "
-    "averages. standard_error: of the mean of the simulations; of an integral, a bound of its "
-    "numerical error. expected: the exact mean of the simulations; errors_off: their deviation "
-    "from it in standard errors. deviation_percent: deviation from the printed number."
-)
 TABLE_1_SHOWN = (
     *("noise", "alpha", "scale", "formula", "quantity", "tau_s", "f_h_hz", "published"),
     *("regenerated", "standard_error", "expected", "deviation_percent", "errors_off", "method"),
     *("source", "note"),
-)
-TABLE_2_CAPTION = (
-    "Cited, because no recording contains the weight of a camera. The web version of the article "
-    "runs the three columns together (printed_line); ambiguity: none, units separate the values; "
-    "resolved, only one split makes sense; open, the most plausible split. The CSV has one row "
-    "per number, in its column published."
-)
-TABLE_3_CAPTION = (
-    "Ids of the cameras of each subset; Vantage with 10 is deduced, not printed. Nothing is "
-    "computed here: the regenerated ids are those of the sheet of recordings (camera_ids). S "
-    "reconstructed one recording several times; the twins of a type share noise below 0.1 Hz, "
-    "and faster noise is independent."
 )
 CHANCE = (
     "Random walk and slow correlated noise make the moments of one recording vary by chance. "

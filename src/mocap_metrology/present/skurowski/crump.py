@@ -13,6 +13,7 @@ from mocap_metrology.noise.diagnosis.shock import Shock, find_shock
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import GREY, LOOKS, OTHER_LOOKS
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
 
 BEFORE_S, AFTER_S = 5.0, 25.0  # shown round the shock
@@ -20,10 +21,6 @@ AXES = ("x1", "y1", "z1")
 RECORDED, CLEANED, CUT = "(b) as recorded", "(b) after the Hampel filter", "(b) shock cut out"
 LEAST_MM = 5e-4  # of half the axis
 NO_SHOCK = "No shock was found."
-SHOCK = (
-    "The markers shake from {from_s:.1f} s to {to_s:.1f} s. There the Hampel filter replaces "
-    "{replaced} of {all} coordinates of marker 1: an oscillation is not a single outlier."
-)
 ASSUMED = (
     "The shock (crump) of the twin is assumed, because the paper prints no numbers for it: up to "
     "{amplitude_mm:g} mm, {frequency_hz:g} Hz, decaying in {decay_s:g} s. "
@@ -81,7 +78,7 @@ class Shaken:
         part, rate = slice(shock.start, shock.stop), self.frame_rate_hz
         replaced = [self.raw[s][part] != self.clean[s][part].astype(np.float64) for s in AXES]
         numbers = {"replaced": np.count_nonzero(replaced), "all": np.size(replaced)}
-        return SHOCK.format(from_s=shock.onset / rate, to_s=shock.stop / rate, **numbers)
+        return captions.SHOCK.format(from_s=shock.onset / rate, to_s=shock.stop / rate, **numbers)
 
 
 @fig.styled()

@@ -10,17 +10,8 @@ from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_lev
 from mocap_metrology.noise.gaussian.moments import expected_moments
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.present.tables import Record, Row, source_of
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words
-
-FILTER = (
-    "Cleaned as in the paper: the {n_sigma:g}-sigma filter lowers the deviation of white noise by "
-    "{percent:.2g} %, and by at most {most:.2g} % where slow noise lies below it; the upper ends "
-    "of intervals are raised by that."
-)
-SPREAD = (
-    "Slow noise widens a density with time: the standard deviations that the printed coefficients "
-    "lead to on average are {spread}, for x1 and x2; those of Table 4 refer to nine hours."
-)
 
 
 def length_s(origin: Record) -> float:
@@ -37,7 +28,7 @@ def filter_sentence(origin: Record) -> str:
         return ""
     kept = white_level_kept(n_sigma, max(half, SHORT_WINDOW), action)[1]
     most = 100 * taken_at_most(n_sigma, half, action)
-    return FILTER.format(n_sigma=n_sigma, percent=100 * (1 - kept**0.5), most=most)
+    return captions.FILTER.format(n_sigma=n_sigma, percent=100 * (1 - kept**0.5), most=most)
 
 
 def sources(
@@ -78,7 +69,7 @@ def spread_sentence(twin: Twin | None) -> str:
         moments = expected_moments(replace(twin, duration_s=seconds))
         one, two = (f"{1000 * moments[f'sigma_{k}']:.1f}" for k in (1, 2))
         spread.append(f"{one} and {two} µm over {duration_words(seconds)}")
-    return SPREAD.format(spread=", ".join(dict.fromkeys(spread)))
+    return captions.SPREAD.format(spread=", ".join(dict.fromkeys(spread)))
 
 
 def gaussian_row(rows: Sequence[Row], axis: str) -> Row:

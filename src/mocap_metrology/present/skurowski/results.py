@@ -26,6 +26,7 @@ from mocap_metrology.present.skurowski import (
     gaussian_figures,
 )
 from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
 from mocap_metrology.settings import Settings
 
@@ -86,15 +87,15 @@ def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
     for name, rows, heading, caption in (
         (
             *("table3", camera_tables.table_3(of.rows), f"{PAPER}, Table 3: camera subsets"),
-            f"{camera_tables.TABLE_3_CAPTION} {sentence}",
+            f"{captions.TABLE_3} {sentence}",
         ),
         (
             *("white_levels", levels, f"{title} white noise given back"),
-            f"{counts} {appendix.WHITE} {form}",
+            f"{counts} {captions.WHITE} {form}",
         ),
         (
             *("support", coefficient_tables.support_counts(every)),
-            *(f"{title} limits from the length", f"{appendix.SUPPORT} {form}"),
+            *(f"{title} limits from the length", f"{captions.SUPPORT} {form}"),
         ),
     ):
         tables.write(folder / f"skurowski_{name}", rows, heading, caption)

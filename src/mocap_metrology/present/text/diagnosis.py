@@ -30,10 +30,7 @@ LONGER = 4  # times the length: of cycles four, of a warm-up its end
 
 
 def sentences(
-    recording: Recording,
-    found: Diagnosis,
-    noise: Sequence[NoiseRow],
-    settings: DiagnosisSettings,
+    recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow], settings: DiagnosisSettings
 ) -> list[Sentence]:
     """All sentences on a recording: movement first, then warnings, then the others.
 

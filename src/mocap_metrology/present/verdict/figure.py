@@ -15,11 +15,7 @@ from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import moment, with_unit
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.present.verdict import words
-from mocap_metrology.present.verdict.overview import (
-    BAND_COLOURS,
-    axis_limits,
-    draw_bands,
-)
+from mocap_metrology.present.verdict.overview import BAND_COLOURS, axis_limits, draw_bands
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,6 +12,7 @@ from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.tables import Record
+from mocap_metrology.present.text import captions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,11 +21,6 @@ MOST = 24  # recordings drawn
 ROW_MM = 5.5
 ROOM = 5.0  # times the limits, that the axis reaches at least: for the words of the bands
 BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
-CAPTION = (
-    "Standard uncertainty of one frame in the worst coordinate of each recording, about the mean "
-    "of an hour or of a shorter recording, with its interval. The colour is that of the verdict, "
-    "which other checks can lower, too."
-)
 
 
 def worst_frame(row: Record) -> tuple[float, float, float] | None:
@@ -91,4 +87,4 @@ def overview_figure(rows: Sequence[Record], title: str, source: str) -> figure.P
     more = len(rows) - len(shown)
     hollow = " Hollow: a simulated stand-in (twin)." if twins else ""
     left_out = f" {more} more are not shown." if more else ""
-    return figure.Picture(body, f"{CAPTION}{hollow}{left_out}")
+    return figure.Picture(body, f"{captions.OVERVIEW}{hollow}{left_out}")

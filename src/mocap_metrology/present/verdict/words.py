@@ -11,19 +11,6 @@ from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text.numbers import duration_words, significant
 from mocap_metrology.present.text.sentence import render
 
-CAPTION = (
-    "One row per recording. word: good, usable or bad. reason: the check that decided. All "
-    "numbers are standard uncertainties (one standard deviation). Each of these is of the worst "
-    "coordinate: sigma_frame_mm, scatter of single frames within 1 s (sigma_frame_L_mm: of the "
-    "distance L); frame_mm, one frame about the mean of the horizon, or of the recording if that "
-    "is shorter; mean_T_s_mm, the same for a mean over T s. These are of the coordinate in column "
-    "worst: adev_min_mm, the lowest Allan deviation with at least 10 degrees of freedom, at the "
-    "averaging time tau_min_s; dominating_noise, the largest share of the square of frame_mm. "
-    "reference_for: the smallest uncertainty of a device for which the system is suitable as a "
-    "reference, 4 and 10 times the upper end of its own interval (S 2.2). It includes the noise "
-    "alone, without scale and distortion of the volume, and is empty where the word is bad. "
-    "n_findings: number of warnings of the diagnosis."
-)
 # Kinds of findings that a check of the verdict states as well
 STATED = {
     "missing": ("filled", "gaps"),

@@ -21,10 +21,7 @@ SINGULAR = 1e-15  # what is left of a diagonal element, over it
 
 # What a cost depends on besides the point; `residual` names the nine in order. A plain tuple, as
 # numba takes 0.7 us a call to check the class of a named one.
-Problem = tuple[
-    *tuple[Floats, Floats, Floats, Floats, Floats],
-    *tuple[float, int, bool, Floats],
-]
+Problem = tuple[*tuple[Floats, Floats, Floats, Floats, Floats], *tuple[float, int, bool, Floats]]
 
 
 @lru_cache(maxsize=1)

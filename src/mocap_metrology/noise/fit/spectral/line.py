@@ -107,10 +107,7 @@ def line_errors(A_s: float, psd: float, duration_s: float) -> tuple[float, float
     one-sided density `psd`: sqrt(S/T) and sqrt(3 S / (pi^2 A^2 T^3)) [Rife & Boorstyn 1974]."""
     if not A_s > 0:
         return math.sqrt(psd / duration_s), math.inf
-    return (
-        math.sqrt(psd / duration_s),
-        math.sqrt(3 * psd / (math.pi**2 * A_s**2 * duration_s**3)),
-    )
+    return (math.sqrt(psd / duration_s), math.sqrt(3 * psd / (math.pi**2 * A_s**2 * duration_s**3)))
 
 
 def level(power: Floats, k: Integers) -> Floats:

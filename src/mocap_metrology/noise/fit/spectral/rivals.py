@@ -57,10 +57,7 @@ class Rival:
 
 
 def judged(
-    parts: Sequence[Alternative],
-    alphas: Sequence[int],
-    most: int,
-    cost: Callable[[int], float],
+    parts: Sequence[Alternative], alphas: Sequence[int], most: int, cost: Callable[[int], float]
 ) -> tuple[Fit, tuple[Rival, ...]]:
     """The noise of the first alternative, and the rivals: models with an excess below 1.96^2, those
     round other deterministic parts that explain the recording as well among them, best first.

@@ -111,12 +111,14 @@ def estimate(
     *,
     sized: bool = False,
     more: More | None = None,
+    near: Joint | None = None,
 ) -> Joint:
     """Poses R, t of the stations in the master's frame and everything else, from near them.
 
     rotors (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors
-    are taken as they are, also of `SIZED`, and the bias remains. Raises LinAlgError where the hits
-    do not determine the poses.
+    are taken as they are, also of `SIZED`, and the bias remains; near: an estimate of the same
+    unknowns from other hits, where this begins. Raises LinAlgError where the hits do not determine the
+    poses.
     """
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
@@ -128,6 +130,8 @@ def estimate(
     priors = priors or Priors()
     of = layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale, more)
     state = start(R, t_m, rotors, board, of.size, NO_NORMALS if normals is None else normals)
+    if near is not None:
+        state = near.state
     own = [recording(one, state) for one in recordings]
     for one, its, column in zip(own, seen, of.inertial, strict=True):
         if its is not None:

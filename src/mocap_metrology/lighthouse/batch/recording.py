@@ -70,7 +70,7 @@ class Sensed:
 @dataclass
 class Recording:
     """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad; its
-    sensors, where it has any; share: as `share.shares`."""
+    sensors, where it has any; share, tau_rad: as `share.shares`."""
 
     sweeps: Sweeps
     trajectory: Trajectory
@@ -79,7 +79,8 @@ class Recording:
     residual: Floats
     sensors: Sensed | None = None
     lengths: tuple[LengthView, ...] = ()
-    share: Floats | None = None  # of the hits, of which a direction counts as few
+    share: Floats | None = None  # of the hits, where they share errors by direction
+    tau_rad: float = 0.0  # standard deviation of these
 
     def move(self, step: Floats, state: State) -> None:
         """Add a step to the control points, and take other values of all else."""
@@ -140,7 +141,7 @@ class Recording:
         own = self.plain()
         alone = self.residual - own.offset[self.sweeps.sweep]
         at = self.seen, self.trajectory, state
-        self.share = shares(*at, alone, own.hit, self.noise.hit)
+        self.share, self.tau_rad = shares(*at, alone, own.hit, self.noise.hit)
 
     def total_weight(self) -> Floats:
         """Of each hit, with that of its sweep."""

@@ -24,8 +24,8 @@ from mocap_metrology.lighthouse.batch.solve import View
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.rotation import exp
 
-CELL = 0.15  # of the direction, a unit vector in the board's axes: 9 deg
-PER_AXIS = 16  # cells
+CELL = 0.2  # of the direction, a unit vector in the board's axes: 11 deg
+PER_AXIS = 12  # cells
 USUAL_RAD, AS_MANY_AS = 25e-6, 2.0  # tau of two boards, 16 and 36 urad; and what that counts for
 FEWEST_HITS = 4.0  # of a cell whose mean counts
 
@@ -37,9 +37,12 @@ def shares(
     alone: Floats,
     weight: Floats,
     hit_rad: float,
-) -> Floats:
-    """Share of each hit; alone, weight: residual beyond its sweep's offset in rad, robust weight;
-    hit_rad: noise of a hit."""
+) -> tuple[Floats, float]:
+    """Share of each hit, and tau in rad.
+
+    alone, weight: residual beyond its sweep's offset in rad, robust weight; hit_rad: noise of a
+    hit.
+    """
     who = seen.who
     own = np.einsum("ni,nia->na", seen.basis, trajectory.control[who[:, 3, None] + np.arange(4)])
     far = state.t_m[who[:, 0]] - own[:, :3]
@@ -53,7 +56,7 @@ def shares(
     views = 2 * len(state.R) * who.shape[0] / (seen.sweeps.first.size - 1)
     tau2 = _variance(number // PER_AXIS**3, cell, n, alone, weight, views)
     share: Floats = 1 / (1 + n * tau2 / hit_rad**2)
-    return share[cell]
+    return share[cell], float(np.sqrt(tau2))
 
 
 def _variance(

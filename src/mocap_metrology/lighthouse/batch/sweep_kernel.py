@@ -70,9 +70,9 @@ def robust(
 
     With z = (e - offset) / sigma, a hit costs z^2 up to |z| = limit and limit^2 (1 + 2 ln(|z| /
     limit)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,
-    (limit / z)^2 beyond. Cost and weight of a hit are times its share. So a sweep that is wrong as a whole has an offset of its own, and
-    determines nothing but differences of its hits. The offset is the minimum for these weights,
-    found by repetition from the median.
+    (limit / z)^2 beyond. Cost and weight of a hit are times its share. So a sweep that is wrong as
+    a whole has an offset of its own, and determines nothing but differences of its hits. The offset
+    is the minimum for these weights, found by repetition from the median.
     """
     for m in range(first.size - 1):
         low, high = first[m], first[m + 1]

@@ -19,7 +19,8 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, poses_of, renewed, start
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, start
+from mocap_metrology.lighthouse.calibrate.fits import poses_of, renewed
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,

@@ -19,7 +19,8 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import predicted
 from mocap_metrology.lighthouse.batch.recording import Given
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of, poses_of
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of
+from mocap_metrology.lighthouse.calibrate.fits import poses_of
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_by
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,

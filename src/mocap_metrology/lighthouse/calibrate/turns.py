@@ -1,0 +1,118 @@
+"""Fits of `batch` to hits of the second generation, which are many, of fast hands, and some wrong.
+
+Knots of the trajectory 50 ms apart follow no hand that shakes a controller (residuals of a real one
+1.3 mrad, with knots 12.5 ms apart 0.05), so they are halved while that makes the residuals smaller.
+Then hits leave that are reflections: those of diodes that light cannot reach, or grazes, where
+normals are known, and those far off where the board is. All this, and which diodes are bad, is
+found from as many turns as the trajectory needs; all of them count in the last fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.batch.kernel import POSE
+from mocap_metrology.lighthouse.batch.problem import State
+from mocap_metrology.lighthouse.batch.recording import Given, Recording, recording
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.calibrate.fits import (
+    LARGEST_RAD,
+    bad_diodes,
+    bridged,
+    fitted,
+    if_they_agree,
+    noted,
+    poses_of,
+    without_bad_diodes,
+)
+from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
+from mocap_metrology.lighthouse.records import Hits
+
+GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice as much, or wrong
+FINEST_S = 0.011  # between knots
+FOLLOWED = 0.8  # of the mean square residual: by less, finer knots follow no more
+ENOUGH = 6  # hits an unknown of the trajectory
+FEWEST = 2.0  # likewise, of finer knots
+COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better estimate
+GATE = 8.0  # likewise, over the robust spread
+RENEWALS = 3  # of bad diodes, at most
+
+
+def well_fitted(
+    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+) -> tuple[Joint, str]:
+    """The estimate from there, and a note on what was left out."""
+    if scene.generation != 2:
+        return without_bad_diodes(scene, hits, trajectory, poses)
+    first = _followed(scene, hits, trajectory, poses)
+    good, near = _gated(scene, hits, first, COARSE_RAD), first.recordings[0].trajectory
+    few = _thinned(good, near)
+    found, scene, why = if_they_agree(scene, lambda own: fitted(own, few, near, poses_of(first)))
+    out: list[int] = []
+    for _ in range(RENEWALS):
+        good = _gated(scene, hits, found, FINE_RAD)
+        good = good.take(~np.isin(good.diode, out))
+        trajectory = found.recordings[0].trajectory
+        found = fitted(scene, _thinned(good, trajectory), trajectory, near=found, sized=True)
+        if not (worst := bad_diodes(found)).size:
+            break
+        out += worst.tolist()
+    good = good.take(~np.isin(good.diode, out))
+    return fitted(scene, good, found.recordings[0].trajectory, near=found), noted(out, why)
+
+
+def _thinned(hits: Hits, trajectory: Trajectory) -> Hits:
+    """Every so many turns of a station, so that `ENOUGH` hits determine the trajectory."""
+    each = max(int(len(hits) / (ENOUGH * POSE * len(trajectory.control))), 1)
+    return hits if each == 1 else hits.take(hits.cycle % each == 0)
+
+
+def _followed(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
+    """A first estimate, by knots that follow the board, without the cover of diodes."""
+    scene = replace(scene, sensors=replace(scene.sensors, normals=None))
+    found = fitted(scene, _thinned(hits, trajectory), trajectory, poses, sized=True)
+    while trajectory.knot_s > 2 * FINEST_S and not trajectory.still:
+        trajectory = found.recordings[0].trajectory.halved()
+        if len(hits) < FEWEST * POSE * len(trajectory.control):
+            break
+        then = fitted(scene, _thinned(hits, trajectory), trajectory, near=found, sized=True)
+        if not then.converged or _left(then) > FOLLOWED * _left(found):
+            break
+        found = then
+    return bridged(scene, found, sized=True)
+
+
+def _left(found: Joint) -> float:
+    """Mean square residual in rad^2, of hits that fit, for each that determines nothing."""
+    one = found.recordings[0]
+    n = one.residual.size
+    square = np.minimum(one.residual**2, LARGEST_RAD**2).sum()
+    return float(square) / max(n - one.trajectory.control.size, 1)
+
+
+def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
+    """Without hits that an estimate shows to be reflections: farther off than least_rad and `GATE`,
+    or on diodes that light cannot reach."""
+    one = recording(Given(hits, found.recordings[0].trajectory), found.state)
+    off = np.abs(one.residual)
+    wrong = off > max(least_rad, GATE * MAD_TO_SIGMA * float(np.median(off)))
+    if (normals := scene.sensors.normals) is not None:
+        wrong |= _grazing(one, found.state, normals)
+    return one.sweeps.hits.take(~wrong)
+
+
+def _grazing(one: Recording, state: State, normals: np.ndarray) -> np.ndarray:
+    """Whether light comes from beyond `GRAZING_RAD` of a diode's normal, where that is known."""
+    hits = one.sweeps.hits
+    R, p = one.trajectory.poses(hits.time_s)
+    normal = np.einsum("nij,nj->ni", R, normals[hits.diode])
+    far = p + np.einsum("nij,nj->ni", R, state.board[hits.diode]) - state.t_m[hits.station]
+    size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
+    beyond = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size
+    grazing: np.ndarray = beyond & (size > 0)
+    return grazing

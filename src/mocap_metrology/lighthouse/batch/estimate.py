@@ -45,6 +45,7 @@ SETTLED = 0.8  # of the spread of residuals one step before: from then on noise 
 LEAST_GAIN = 0.01  # of the cost, which is a chi squared
 SAME_COST = 1.0  # likewise, of the costs of two models
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
+LEAST_DAMPING = 1e-9  # likewise, where errors that are shared leave some unknowns weak
 SMALL = 0.02  # of its standard deviation: a step that ends the search
 SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
 STALLED = 8  # steps of so small a gain one after the other end a search as well
@@ -176,7 +177,10 @@ class _Search:
         self.of, self.state, self.recordings, self.ups = of, state, recordings, ups
         self.working, self.believed = of.working.copy(), of.sd.copy()
         self.damping, self.refined, self.sized = 0.0, False, sized
+        self.least_damping = FIRST_DAMPING
         self.share = bool(state.rotors[0, 0, GENERATION] == 2)  # of hits from one direction
+        if self.share:
+            self.damping, self.least_damping = FIRST_DAMPING, LEAST_DAMPING
         self.weighed = False  # the sensors' noise remains as it is
         self.factors: list[np.ndarray] = []  # of the recordings' trajectories, in the last step
         held = (of.group != GROUPS.index("pose")).all()
@@ -323,7 +327,7 @@ class _Search:
             if not self.refined or after <= cost + LEAST_GAIN or damping > LARGEST_DAMPING:
                 self.damping = damping
                 return *plain, cost - after
-            damping = max(10 * damping, self.damping / 10, FIRST_DAMPING)
+            damping = max(10 * damping, self.damping / 10, self.least_damping)
 
     def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:
         """Noise, and priors of `SIZED` groups, as large as the recordings show; S and h at these

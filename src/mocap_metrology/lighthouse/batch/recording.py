@@ -141,7 +141,8 @@ class Recording:
         own = self.plain()
         alone = self.residual - own.offset[self.sweeps.sweep]
         at = self.seen, self.trajectory, state
-        self.share, self.tau_rad = shares(*at, alone, own.hit, self.noise.hit)
+        self.share, self.tau_rad, hit = shares(*at, alone, own.hit, self.noise.hit)
+        self.noise = replace(self.noise, hit=hit)
 
     def total_weight(self) -> Floats:
         """Of each hit, with that of its sweep."""

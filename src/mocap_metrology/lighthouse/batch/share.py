@@ -3,14 +3,15 @@
 What cover, housing and active area of a diode do to an angle depends on the direction of the light,
 not on time: residuals of a moved controller (23 diodes, 2 to 3 m) covary by (34 urad)^2 within
 0.5 deg of direction, (28)^2 at 2 deg, (18)^2 at 8 deg and not at all beyond 16 deg, whether hits
-are 0.03 or 6 s apart; their white noise is 24 urad. n hits of a diode, of the noise s, in a cell of
-directions whose error has the variance tau^2 are worth as much as
+are 0.03 or 6 s apart; their white noise is 24 urad. Of n hits of a diode, of the white noise s, in a
+cell of directions whose error has the variance tau^2, each has the variance s^2 + tau^2, and the
+mean of all has s^2 / n + tau^2: all are worth as much as
 
-    n share,   share = 1 / (1 + n tau^2 / s^2)
+    n share,   share = (s^2 + tau^2) / (s^2 + n tau^2)
 
-independent ones: the mean of all has the variance s^2 / n + tau^2. tau is what means of cells of
-one diode, station and plane differ by; a board that shows its diodes from one direction shows no
-such difference, as the diodes' places explain it, and has that of other boards.
+independent ones. tau is what means of cells of one diode, station and plane differ by; a board that
+shows its diodes from one direction shows no such difference, as the diodes' places explain it, and
+has that of other boards.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ def shares(
     alone: Floats,
     weight: Floats,
     hit_rad: float,
-) -> tuple[Floats, float]:
-    """Share of each hit, and tau in rad.
+) -> tuple[Floats, float, float]:
+    """Share of each hit; tau, and the noise of a hit with it, in rad.
 
     alone, weight: residual beyond its sweep's offset in rad, robust weight; hit_rad: noise of a
     hit.
@@ -54,18 +55,17 @@ def shares(
     number, cell = np.unique(numbers, return_inverse=True)
     n = np.bincount(cell, weight)
     views = 2 * len(state.R) * who.shape[0] / (seen.sweeps.first.size - 1)
-    tau2 = _variance(number // PER_AXIS**3, cell, n, alone, weight, views)
-    share: Floats = 1 / (1 + n * tau2 / hit_rad**2)
-    return share[cell], float(np.sqrt(tau2))
-
-
-def _variance(
-    diode: np.ndarray, cell: np.ndarray, n: Floats, alone: Floats, weight: Floats, views: float
-) -> float:
-    """tau^2 in rad^2. diode (cells,), n (cells,) of a cell; views: hits of a moment, six of which
-    the board's pose explains."""
     mean = np.bincount(cell, weight * alone) / n
     within = float(weight @ (alone - mean[cell]) ** 2) / max(float(np.sum(n - 1)), 1.0)
+    tau2 = _variance(number // PER_AXIS**3, n, mean, within, views)
+    white = hit_rad**2 * min(within * float(n.sum()) / float(weight @ alone**2), 1.0)
+    share: Floats = (white + tau2) / (white + n * tau2)
+    return share[cell], float(np.sqrt(tau2)), float(np.sqrt(white + tau2))
+
+
+def _variance(diode: np.ndarray, n: Floats, mean: Floats, within: float, views: float) -> float:
+    """tau^2 in rad^2. diode, n, mean (cells,): what a cell is of, hits and their mean; within:
+    variance of hits of a cell; views: hits of a moment, six of which the board's pose explains."""
     used = n >= FEWEST_HITS
     _, group = np.unique(diode[used], return_inverse=True)
     count = np.bincount(group)

@@ -99,9 +99,8 @@ def bad_diodes(found: Joint) -> np.ndarray:
     the first: by their residual, or by how far from their place in the board file they would have
     to be. One where few would remain, none of four."""
     one = found.recordings[0]
-    usual = np.hypot(one.noise.hit, one.tau_rad)
-    z = rms_by(one.sweeps.hits.diode, (one.alone / usual) ** 2, FEWEST_HITS)
-    excess = z / (BAD_DIODE * np.nanmedian(z))
+    z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
+    excess = z / (BAD_DIODE * max(np.nanmedian(z), one.tau_rad / one.noise.hit))
     if found.of.places >= 0:
         own = slice(found.of.places, found.of.places + 3 * len(found.state.board))
         moved = (found.state.values[own] / found.of.sd[own]).reshape(-1, 3)[: z.size]

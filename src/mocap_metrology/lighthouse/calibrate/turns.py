@@ -9,6 +9,7 @@ found from as many turns as the trajectory needs; all of them count in the last 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -35,8 +36,8 @@ from mocap_metrology.lighthouse.records import Hits
 
 GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice as much, or wrong
 FINEST_S = 0.011  # between knots
-FOLLOWED = 0.8  # of the mean square residual: by less, finer knots follow no more
-ENOUGH = 6  # hits an unknown of the trajectory
+FOLLOWED = 0.6, 0.8  # of the noise and of the mean square residual: finer knots follow no more
+ENOUGH = 8
 FEWEST = 2.0  # likewise, of finer knots
 COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better estimate
 GATE = 8.0  # likewise, over the robust spread
@@ -54,12 +55,13 @@ def well_fitted(
     few = _thinned(good, near)
     found, scene, why = if_they_agree(scene, lambda own: fitted(own, few, near, poses_of(first)))
     out: list[int] = []
-    for _ in range(RENEWALS):
-        good = _gated(scene, hits, found, FINE_RAD)
+    for least_rad in (COARSE_RAD, *RENEWALS * [FINE_RAD]):
+        good = _gated(scene, hits, found, least_rad)
         good = good.take(~np.isin(good.diode, out))
         trajectory = found.recordings[0].trajectory
         found = fitted(scene, _thinned(good, trajectory), trajectory, near=found, sized=True)
-        if not (worst := bad_diodes(found)).size:
+        worst = bad_diodes(found)
+        if not worst.size and least_rad == FINE_RAD:
             break
         out += worst.tolist()
     good = good.take(~np.isin(good.diode, out))
@@ -67,8 +69,9 @@ def well_fitted(
 
 
 def _thinned(hits: Hits, trajectory: Trajectory) -> Hits:
-    """Every so many turns of a station, so that `ENOUGH` hits determine the trajectory."""
-    each = max(int(len(hits) / (ENOUGH * POSE * len(trajectory.control))), 1)
+    """Every so many turns of a station, so that `MANY` hits remain and `ENOUGH` for the trajectory:
+    with fewer, the fastest stretches of a short recording would be lost."""
+    each = math.ceil(len(hits) / max(ENOUGH * POSE * len(trajectory.control), MANY))
     return hits if each == 1 else hits.take(hits.cycle % each == 0)
 
 
@@ -81,18 +84,20 @@ def _followed(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[
         if len(hits) < FEWEST * POSE * len(trajectory.control):
             break
         then = fitted(scene, _thinned(hits, trajectory), trajectory, near=found, sized=True)
-        if not then.converged or _left(then) > FOLLOWED * _left(found):
+        less = np.array(_left(then)) / _left(found)
+        if not then.converged or (less > FOLLOWED).all():
             break
         found = then
     return bridged(scene, found, sized=True)
 
 
-def _left(found: Joint) -> float:
-    """Mean square residual in rad^2, of hits that fit, for each that determines nothing."""
+def _left(found: Joint) -> tuple[float, float]:
+    """Mean square residual in rad^2, of hits that fit, for each that determines nothing: by the
+    noise, which wrong hits do not touch, and of all, with stretches that are not followed."""
     one = found.recordings[0]
-    n = one.residual.size
-    square = np.minimum(one.residual**2, LARGEST_RAD**2).sum()
-    return float(square) / max(n - one.trajectory.control.size, 1)
+    square = float(np.minimum(one.residual**2, LARGEST_RAD**2).sum())
+    free = max(one.residual.size - one.trajectory.control.size, 1)
+    return one.noise.hit**2 + one.noise.sweep**2, square / free
 
 
 def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:

@@ -3,8 +3,8 @@
 What cover, housing and active area of a diode do to an angle depends on the direction of the light,
 not on time: residuals of a moved controller (23 diodes, 2 to 3 m) covary by (34 urad)^2 within
 0.5 deg of direction, (28)^2 at 2 deg, (18)^2 at 8 deg and not at all beyond 16 deg, whether hits
-are 0.03 or 6 s apart; their white noise is 24 urad. Of n hits of a diode, of the white noise s, in a
-cell of directions whose error has the variance tau^2, each has the variance s^2 + tau^2, and the
+are 0.03 or 6 s apart; their white noise is 24 urad. Of n hits of a diode, of the white noise s, in
+a cell of directions whose error has the variance tau^2, each has the variance s^2 + tau^2, and the
 mean of all has s^2 / n + tau^2: all are worth as much as
 
     n share,   share = (s^2 + tau^2) / (s^2 + n tau^2)

@@ -37,7 +37,7 @@ from mocap_metrology.lighthouse.records import Hits
 GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice as much, or wrong
 FINEST_S = 0.011  # between knots
 FOLLOWED = 0.6, 0.8  # of the noise and of the mean square residual: finer knots follow no more
-ENOUGH = 8
+ENOUGH, MANY = 5, 40_000  # hits an unknown of the trajectory; in all: fewer are all used
 FEWEST = 2.0  # likewise, of finer knots
 COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better estimate
 GATE = 8.0  # likewise, over the robust spread

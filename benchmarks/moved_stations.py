@@ -56,7 +56,7 @@ class Setup:
             station.model_copy(
                 update={
                     "factory": FactoryValues(
-                        **{name: tuple(pair) for name, pair in vars(told).items()}
+                        **{name: tuple(getattr(told, name)) for name in FactoryValues.model_fields}
                         | {"phase": tuple(told.phase + off[k])}
                     ),
                     "lasers_m": ((depth[k] / 2, 0.0, 0.0), (-depth[k] / 2, 0.0, 0.0)),

@@ -19,6 +19,7 @@ from mocap_metrology.io.read import labels_of, read_recording
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse.calibrate import jansen
+from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import PoseEstimate
 from mocap_metrology.noise.allan.confidence import allan_curve
@@ -115,7 +116,8 @@ def calibrate(dump: PathLike, board: PathLike, kind: str = "gpio-dump") -> PoseE
     board of photodiodes before two V1 base stations. kind: of a sheet's column `format`."""
     decoded = decode(dump, kind, board)
     factory = [station.factory for station in decoded.stations]
-    estimates = jansen.calibrate(decoded.hits, decoded.board, factory).estimates
+    seen = decoded.hits, decoded.board, factory
+    estimates = jansen.calibrate(*seen, sensors=Sensors(normals=decoded.normals)).estimates
     index = jansen.chosen(estimates)
     if index is None:
         raise Refusal(f"{Path(dump).name}: no estimator gives a pose of the slave")

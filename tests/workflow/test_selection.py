@@ -173,6 +173,21 @@ def test_files_of_a_calibration_by_name() -> None:
     assert selection.compared_with(row) == {"reference": "pose.json", "earlier": "old.json"}
 
 
+def test_other_objects_of_one_recording() -> None:
+    """Of libsurvive alone, whose recordings name them: two boards of a dump are two guesses."""
+    same = {"path": "a.rec", "format": "libsurvive-rec", "twin": None}
+    first, second = (calibration(name, **same, board=name) for name in ("HMD", "T20"))
+    elsewhere = calibration("b", **same | {"path": "b.rec"}, board="T20")
+    again = calibration("c", **same, board="HMD")
+    twin = calibration("d", twin="a", path="a.rec", format="libsurvive-rec", board="T20")
+    every = [first, second, elsewhere, again, twin]
+    assert selection.beside(first, every) == [second]
+    assert selection.beside(second, every) == [first, again]
+    assert selection.beside(twin, every) == []
+    dumps = [one.model_copy(update={"format": "gpio-dump"}) for one in (first, second)]
+    assert selection.beside(dumps[0], dumps) == []
+
+
 def dated(name: str, date: str | None = None, reference: str | None = None, **other: Any) -> Any:
     same = {"camera_ids": (1, 2), "markers": ("A", "B"), "date": date, "compare_with": reference}
     return recording(name, "T40", 2, **same | other)

@@ -38,6 +38,7 @@ rule pose:
     input:
         unpack(files(selection.compared_with)),
         unpack(of_row(stations_for)),
+        unpack(of_row(objects_beside)),
         **tables(DECODED),
     output:
         figures_of_calibration(),
@@ -58,6 +59,7 @@ rule pose:
         caption=captions.CALIBRATION_EITHER,
         contents=contents(selection.compared_files),
         row=columns(*ENTRIES),
+        beside=entries_beside(*ENTRIES),
         lighthouse=LIGHTHOUSE,
         allan=config["allan"],
     message:
@@ -93,6 +95,33 @@ rule calibration_bar:
         "{wildcards.calibration}: errors of the length of a bar"
     script:
         "../scripts/calibration_bar.py"
+
+
+rule calibration_receiver:
+    input:
+        unpack(of_row(receiver_of)),
+        **tables(DECODED | {name: ESTIMATED[name] for name in ("pose", "track")}),
+    output:
+        **tables(RECEIVER),
+    log:
+        "<logs>/calibration_receiver/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_receiver/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.measured,
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(30),
+    params:
+        code=source("calibration_receiver.py"),
+        contents=contents(selection.seen_by),
+        row=columns(*ENTRIES),
+        receiver=columns("receiver_labels", "receiver_unit"),
+        lighthouse=LIGHTHOUSE,
+    message:
+        "{wildcards.calibration}: against motion capture of its receiver"
+    script:
+        "../scripts/calibration_receiver.py"
 
 
 for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), start=1):
@@ -228,6 +257,9 @@ promise(
         *(
             of_each(file, accepted_calibrations(selection.with_bar, EVERY), CALIBRATIONS)
             for file in BAR_OF_CALIBRATION.values()
+        ),
+        of_each(
+            "receiver.json", accepted_calibrations(selection.with_receiver, EVERY), CALIBRATIONS
         ),
     ),
     tables=collect(

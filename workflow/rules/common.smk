@@ -7,7 +7,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from mocap_metrology.calibration.tables import BAR as BAR_OF_CALIBRATION
-from mocap_metrology.calibration.tables import DECODED, ESTIMATED, TWIN
+from mocap_metrology.calibration.tables import DECODED, ESTIMATED, RECEIVER, TWIN
 from mocap_metrology.present.text import captions
 from mocap_workflow import given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
@@ -364,6 +364,28 @@ def stations_for(row):
     return {"tracked_with": f"{config['results']}/calibrations/{other}/pose.json"}
 
 
+def objects_beside(row):
+    """sweeps.parquet of the accepted calibrations of other objects of the row's recording."""
+    names = [other.name for other in selection.beside(row, CALIBRATIONS.rows.values())]
+    return {
+        "beside": [
+            f"{config['results']}/calibrations/{name}/{DECODED['sweeps']}"
+            for name in names
+            if is_accepted(CALIBRATIONS.rows[name])
+        ]
+    }
+
+
+def entries_beside(*names):
+    """Function of the wildcards: these columns of the calibrations of other objects, by name."""
+
+    def cells(row):
+        others = selection.beside(row, CALIBRATIONS.rows.values())
+        return {other.name: {name: getattr(other, name) for name in names} for other in others}
+
+    return of_row(cells)
+
+
 def bar_of(row):
     """Files of a calibration whose row names a bar, and of the row of its other end, unless that is
     refused."""
@@ -375,6 +397,13 @@ def bar_of(row):
         found["other_dump"] = located(other.path)
         found |= {f"other_{name}": f"{folder}/{file}" for name, file in DECODED.items()}
     return found
+
+
+def receiver_of(row):
+    """Motion capture of the receiver of a calibration, and the stations that it is tracked with."""
+    file = {"tracked_with": row.tracked_with_file} if row.tracked_with_file else {}
+    given = {"seen": row.receiver} | file
+    return {name: located(path) for name, path in given.items()} | stations_for(row)
 
 
 def other_end(row):

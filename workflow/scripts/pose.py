@@ -8,10 +8,14 @@ with step(snakemake):
 
     from mocap_metrology.calibration.figures import draw
     from mocap_metrology.calibration.pose import pose
-    from mocap_metrology.calibration.sweeps import Entry
+    from mocap_metrology.calibration.sweeps import Entry, paths_in
+    from mocap_metrology.calibration.tables import DECODED
     from mocap_metrology.settings import Allan, Lighthouse
 
     given, folder = snakemake.params, Path(snakemake.output.pose).parent
     settings, allan = Lighthouse(**given.lighthouse), Allan(**given.allan)
-    pose(Entry(**given.row), dict(snakemake.input.items()), settings, allan, folder)
+    files = dict(snakemake.input.items())
+    folders = [Path(path).parent for path in files.pop("beside", [])]
+    beside = [(Entry(**given.beside[one.name]), paths_in(DECODED, one)) for one in folders]
+    pose(Entry(**given.row), files, settings, allan, folder, beside=beside)
     draw(folder, given.row["calibration"], None)

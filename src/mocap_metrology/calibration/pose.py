@@ -8,8 +8,8 @@ from __future__ import annotations
 import json
 import logging
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,11 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import read_recording
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess import reference
+from mocap_metrology.lighthouse.assess.network_reference import (
+    NetworkReference,
+    network_reference,
+)
+from mocap_metrology.lighthouse.assess.objects import with_objects
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.assess.summary import refused, summary
@@ -34,9 +39,10 @@ from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.board import read_board, read_normals
 from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import ROLES, SLAVE, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, Factory, Hits, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.inertial import sensed
@@ -53,11 +59,12 @@ def pose(
     allan: Allan | None,
     folder: Path,
     over: Over = in_turn,
+    beside: Sequence[tuple[Entry, Paths]] = (),
 ) -> Row:
     """Calibrate the stations by `DECODED`: `ESTIMATED`, and with `allan` the noise of the angles.
-    Returns the contents of pose.json. over: as in `calibrate`."""
+    Returns the contents of pose.json. over: as in `calibrate`; beside: as in `write_poses`."""
     paths = sweeps.paths_in(TABLES, folder)
-    document = write_poses(entry, settings, {**paths, **given}, paths, over)
+    document = write_poses(entry, settings, {**paths, **given}, paths, over, beside)
     if allan is None:
         Path(paths["allan"]).unlink(missing_ok=True)  # of an earlier twin of this name
     else:
@@ -92,40 +99,42 @@ def simulate(
 
 
 def write_poses(
-    entry: Entry, settings: Lighthouse, given: Paths, paths: Paths, over: Over = in_turn
+    entry: Entry,
+    settings: Lighthouse,
+    given: Paths,
+    paths: Paths,
+    over: Over = in_turn,
+    beside: Sequence[tuple[Entry, Paths]] = (),
 ) -> Row:
     """sweeps.parquet, stations.json -> poses.parquet, pose.json, track.parquet: board poses, pose
     of the slave, and the board tracked with it; and the files of other programs.
 
     `given` are named sweeps, stations, board, and, where there are any, inertial, reference, mount,
     truth, earlier, tracked_with, points; `paths` pose, poses, track and as `FORMATS`; over: as in
-    `calibrate`. Returns the contents of pose.json.
+    `calibrate`; beside: other objects of the recording (`with_objects`; first generation), entries
+    and what is `given` of each.
+    Returns the contents of pose.json.
     """
-    hits, origin = files.read_table(given["sweeps"])
-    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
-    factories = [station.factory for station in stations]
-    found, board, placed = Calibration(), read_board(given["board"]), None
-    recorded, how = (records.hits_of(hits), board, factories), calibration_settings(settings)
-    names = [station.role for station in stations]
-    lengths = sweeps.lengths_of(entry, given.get("points"), len(board), names)
-    sensors = sensors_of(settings, stations, given.get("inertial"), lengths)
-    if stations and stations[0].generation == 2:
-        sensors = replace(sensors, normals=read_normals(given["board"]))
+    read, found, placed = _read(entry, settings, given), Calibration(), None
+    origin, stations, how = read.origin, read.stations, calibration_settings(settings)
     try:
-        found = calibrate(*recorded, how, log.info, over, sensors, stations)
+        found = calibrate(*read.recorded, how, log.info, over, read.sensors, stations)
         result = summary(
             found,
             stations,
             duration_s=origin["duration_s"],
             resolution_s=origin["resolution_s"],
             notes=origin["notes"],
-            reference=reference_of(entry, given.get("reference"), given.get("mount")),
+            reference=reference_of(
+                entry, given.get("reference"), given.get("mount"), _generation(stations)
+            ),
             truths=truths_of(given.get("truth")),
             earlier=given.get("earlier"),
         )
+        result = with_objects(result, dict(_of_others(beside, settings)))
         if taken := _taken(found, result.document):
             points = given.get("points")
-            placed = frame_of(found, taken, stations, board, settings.world, points)
+            placed = frame_of(found, taken, stations, read.board, settings.world, points)
     except Refusal as refusal:
         log.warning("%s", refusal)
         result = refused(stations, str(refusal))
@@ -136,13 +145,61 @@ def write_poses(
     origin = {key: origin[key] for key in same} | {"lighthouse": settings.of_one()}
     origin["versions"] = files.versions("numpy", "scipy", "numba")
     files.write_table(paths["poses"], records.pose_columns(found.paths), origin)
-    earlier = given.get("tracked_with")
-    given_to = recorded, how, origin, sensors, names
+    earlier, names = given.get("tracked_with"), [station.role for station in stations]
+    given_to = read.recorded, how, origin, read.sensors, names
     write_track(paths["track"], entry, found, result.document, earlier, *given_to)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, paths)
     document |= {"world": world, "origin": origin}
     files.write_json(paths["pose"], document)
     return document
+
+
+@dataclass(frozen=True)
+class _Read:
+    """A decoded recording: clean hits, board (n, 3) in m, and factory values of the stations; what
+    else is used; and the metadata of its hits."""
+
+    recorded: tuple[Hits, np.ndarray, list[Factory | None]]
+    stations: list[Station]
+    sensors: Sensors
+    origin: files.Metadata
+
+    @property
+    def board(self) -> np.ndarray:
+        return self.recorded[1]
+
+
+def _read(entry: Entry, settings: Lighthouse, given: Paths) -> _Read:
+    hits, origin = files.read_table(given["sweeps"])
+    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
+    board, names = read_board(given["board"]), [station.role for station in stations]
+    lengths = sweeps.lengths_of(entry, given.get("points"), len(board), names)
+    normals = read_normals(given["board"])
+    sensors = sensors_of(settings, stations, given.get("inertial"), lengths, normals)
+    factories = [station.factory for station in stations]
+    return _Read((records.hits_of(hits), board, factories), stations, sensors, origin)
+
+
+def _of_others(
+    beside: Sequence[tuple[Entry, Paths]], settings: Lighthouse
+) -> Iterator[tuple[str, PoseFile]]:
+    """Poses from other objects by the better estimators, by the names of their calibrations; none
+    of the second generation."""
+    how = calibration_settings(settings)
+    better = [name for name in how.estimators if name not in (*SIMPLEX, *PEERS)]
+    for entry, given in beside:
+        read = _read(entry, settings, given)
+        if read.stations[0].generation == 2:
+            continue
+        try:
+            chosen = replace(how, estimators=better or how.estimators)
+            found = calibrate(*read.recorded, chosen, sensors=read.sensors, stations=read.stations)
+        except Refusal as refusal:
+            log.info("%s: %s", entry.calibration, refusal)
+            continue
+        origin = read.origin["duration_s"], read.origin["resolution_s"]
+        told = summary(found, read.stations, duration_s=origin[0], resolution_s=origin[1])
+        yield entry.calibration, told.document
 
 
 def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
@@ -168,15 +225,17 @@ def sensors_of(
     stations: Sequence[Station],
     inertial: str | None,
     lengths: tuple[KnownLength, ...] = (),
+    normals: np.ndarray | None = None,
 ) -> Sensors:
-    """What a calibration uses besides hits, by the settings; inertial: path of inertial.parquet."""
+    """What a calibration uses besides hits, by the settings; inertial: path of inertial.parquet;
+    lengths, normals: as of `Sensors`."""
     series = ups = None
     if settings.inertial and inertial is not None:
         series = records.inertial_of(files.read_table(inertial)[0])
     if settings.gravity:
         unknown = np.full(3, np.nan)
         ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
-    return Sensors(series, ups, lengths)
+    return Sensors(series, ups, lengths, normals)
 
 
 def priors_of(settings: Lighthouse) -> Priors:
@@ -190,10 +249,15 @@ def priors_of(settings: Lighthouse) -> Priors:
     )
 
 
-def reference_of(entry: Entry, path: str | None, mount: str | None) -> Reference | None:
-    """The reference of a row: a pose file, or markers on both housings in a C3D file."""
+def reference_of(
+    entry: Entry, path: str | None, mount: str | None, generation: int = 1
+) -> Reference | NetworkReference | None:
+    """The reference of a row: a pose file, or of the first generation markers on both housings in a
+    C3D file."""
     if path is None:
         return None
+    if generation == 2:
+        return network_reference(path)
     if not path.lower().endswith(".c3d"):
         return reference.pose_reference(path)
     master, slave = entry.reference_labels_master, entry.reference_labels_slave
@@ -210,6 +274,10 @@ def reference_of(entry: Entry, path: str | None, mount: str | None) -> Reference
     return reference.reference_from_markers(
         found.position_mm, found.labels, master, slave, known, said
     )
+
+
+def _generation(stations: Sequence[Station]) -> int:
+    return stations[0].generation if stations else 1
 
 
 def truths_of(path: str | None) -> dict[str, Reference] | None:

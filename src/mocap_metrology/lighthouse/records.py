@@ -40,6 +40,7 @@ class Pulses:
     resolution_s: float  # step of the clock: 0.5 us in a 2 MHz dump, 1/48 us in a libsurvive one
     notes: tuple[str, ...] = ()  # what a reader should know of the file, one line each
     inertial: Inertial | None = None  # by the same clock
+    normals: np.ndarray | None = None  # (n_diodes, 3), unit vectors out of the diodes
 
 
 @dataclass(frozen=True)

@@ -111,16 +111,21 @@ def made(
     slow_mm: float = 0.0,
     wrong: float = 0.0,
     keep: Sequence[tuple[float, float]] | None = None,
+    take: int = 0,
+    board_seed: int = 5,
 ) -> Made:
     """place_mm: errors of the board file; slow_mm: as `uneven`; wrong: share of hits that are
-    reflections, 2 to 10 mrad off; keep: when each station sees the board, as shares."""
+    reflections, 2 to 10 mrad off; keep: when each station sees the board, as shares; take: another
+    recording before the same stations."""
     rng = np.random.default_rng(seed)
-    board, normals = tracker()
+    board, normals = tracker(seed=board_seed)
     real = board + 1e-3 * place_mm * rng.normal(size=board.shape)
     stations, factories = room(n, seed), [factory(rng) for _ in range(n)]
+    moved = seed + 1000 * take
+    rng = np.random.default_rng([seed, take]) if take else rng
     if ideal:
         factories = [Factory(generation=2)] * n
-    field = uneven(np.random.default_rng([seed, 1]), len(board), slow_mm)
+    field = uneven(np.random.default_rng([board_seed, seed]), len(board), slow_mm)
     parts = []
     for s, (R, t) in enumerate(stations):
         T, begin = TICKS[s] / 48e6 * (1 + 5e-6 * rng.normal()), rng.uniform(0, 0.02)
@@ -129,7 +134,7 @@ def made(
         theta = np.zeros((turns.size, 2, len(board)))
         for _ in range(5):
             time = begin + turns[:, None, None] * T + (theta + BEGIN[:, None]) * T / (2 * np.pi)
-            Rb, tb = motion(time, seed, still)
+            Rb, tb = motion(time, moved, still)
             out = np.einsum("cpdij,dj->cpdi", Rb, normals)
             world = np.einsum("cpdij,dj->cpdi", Rb, real) + tb
             far = world - t
@@ -147,13 +152,15 @@ def made(
             theta = np.stack([both[:, k, :, k] for k in (0, 1)], axis=1)
         seen = (cos > np.cos(np.radians(farthest_deg))) & (p[..., 0] > 0.3) & (np.abs(theta) < 1.2)
         seen &= rng.random(theta.shape) > lost
-        reflected = np.random.default_rng([seed, 2, s]).random(theta.shape) < wrong
+        reflected = np.random.default_rng([seed, 2, s, take]).random(theta.shape) < wrong
         if keep is not None:
             seen &= (time >= keep[s][0] * seconds) & (time <= keep[s][1] * seconds)
         noisy = theta + 1e-6 * sweep_urad * rng.normal(size=(turns.size, 2, 1))
         noisy += 1e-6 * hit_urad * rng.normal(size=theta.shape)
-        off = np.random.default_rng([seed, 3, s]).uniform(2e-3, 10e-3, theta.shape)
-        noisy += reflected * off * np.random.default_rng([seed, 4, s]).choice([-1, 1], theta.shape)
+        off = np.random.default_rng([seed, 3, s, take]).uniform(2e-3, 10e-3, theta.shape)
+        noisy += (
+            reflected * off * np.random.default_rng([seed, 4, s, take]).choice([-1, 1], theta.shape)
+        )
         c, plane, d = np.nonzero(seen)
         parts.append((np.full(c.size, s), plane, c, d, time[seen], noisy[seen]))
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]

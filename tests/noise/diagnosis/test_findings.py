@@ -126,7 +126,7 @@ def test_findings_of_the_model_by_their_rule(drawn: list[tuple], kinds: tuple[st
     alone, and no walk."""
     rows = [dict(zip(KEYS, one, strict=True)) for one in drawn]
     code = {"drift": "drift", "A_w": "warm_up", "h_-2": "random_walk"}
-    wanders = {"y1": Wander(kinds, False, kinds, 0.0, 0.0, 1.0)}
+    wanders = {"y1": Wander(kinds, "", kinds, 0.0, 0.0, 1.0)}
     expected, parts = [], {}
     for row in rows:
         low, value, high = row["lower_95"], row["value"], row["upper_95"]
@@ -161,10 +161,10 @@ def test_other_wander_by_kind(at_s: float, stated: Deterministic) -> None:
     """The coordinate that has most, and all sizes; no step that is an event, at 100 s here; no
     warm-up where one is stated; a distance only where no coordinate has any."""
     own = {
-        "x1": Wander(("step",), False, ("step",), 0.0, 0.0, 5.0, -2.0, (at_s,), ((at_s, -2.0),)),
-        "y1": Wander(("step", "creep"), False, ("step",), 0.0, 0.0, 5.0, 1.0, (300.0,)),
-        "z1": Wander(("warm_up", "drift"), False, ("drift",), 0.0, 0.0, 5.0, 1.0),
-        "L": Wander((), False, ("step",), 0.0, 0.0, 7.0),
+        "x1": Wander(("step",), "", ("step",), 0.0, 0.0, 5.0, -2.0, (at_s,), ((at_s, -2.0),)),
+        "y1": Wander(("step", "creep"), "", ("step",), 0.0, 0.0, 5.0, 1.0, (300.0,)),
+        "z1": Wander(("warm_up", "drift"), "", ("drift",), 0.0, 0.0, 5.0, 1.0),
+        "L": Wander((), "", ("step",), 0.0, 0.0, 7.0),
     }
     event = SimpleNamespace(kind="burst", time_s=99.0, stop_s=101.0)
     found = SimpleNamespace(wanders=own, events=[event])

@@ -97,11 +97,14 @@ class Comparison:
         }
 
 
-def compare_with_earlier(pose_new: PoseFile, pose_old: PoseFile) -> Comparison:
+def compare_with_earlier(
+    pose_new: PoseFile, pose_old: PoseFile, one_board: bool = True
+) -> Comparison:
     """Compare two pose.json contents of the same two stations.
 
     The estimate chosen in the new one is held against the same (estimator, stage, optics) of the
-    old one, else against the one chosen there.
+    old one, else against the one chosen there. one_board: whether boards of equal diodes are one
+    board, so that their errors cancel.
 
     Raises `Refusal` for other stations, swapped roles, poses of other origins, or a file without a
     pose.
@@ -122,7 +125,7 @@ def compare_with_earlier(pose_new: PoseFile, pose_old: PoseFile) -> Comparison:
         )
     (R, t), (R_old, t_old) = matrix_and_metres(new), matrix_and_metres(old)
     off = np.r_[1e3 * (t - t_old), np.degrees(rotation.error(R, R_old))]
-    basis, covariance = _covariance(new, old)
+    basis, covariance = _covariance(new, old, one_board)
     if basis == "difference" and new["optics"] == "factory":
         step, spread = _by_variants(pose_new, pose_old)
         off, covariance = off - step, covariance + spread
@@ -147,14 +150,14 @@ def ids_of(given: PoseFile) -> tuple[int | None, int | None]:
     return master, slave
 
 
-def _covariance(new: PoseEntry, old: PoseEntry) -> tuple[str, np.ndarray]:
+def _covariance(new: PoseEntry, old: PoseEntry, one_board: bool) -> tuple[str, np.ndarray]:
     """Basis and covariance (6, 6) of the difference; NaN where one has none."""
     noise = new.get("covariance_noise"), old.get("covariance_noise")
     first, second = new.get("shared_errors"), old.get("shared_errors")
     same = new["optics"] == old["optics"]
     if same and first is not None and second is not None and None not in noise:
         own = [np.array(one) * _scale(entry) for one, entry in zip(noise, (new, old), strict=True)]
-        return "difference", own[0] + own[1] + _left_of_shared(first, second)
+        return "difference", own[0] + own[1] + _left_of_shared(first, second, one_board)
     whole = new.get("covariance"), old.get("covariance")
     if None in whole:
         return "none", np.full((6, 6), np.nan)
@@ -168,16 +171,17 @@ def _scale(entry: PoseEntry) -> float:
     return max(1.0, m2 / SOUND_M2) if isinstance(m2, (int, float)) else 1.0
 
 
-def _left_of_shared(first: Shared, second: Shared) -> np.ndarray:
+def _left_of_shared(first: Shared, second: Shared, one_board: bool) -> np.ndarray:
     """What errors of board and stations make of the difference, (6, 6): each group cancels where
     both recordings have it alike; of two boards both errors count.
 
     An error has the smaller of both standard deviations, as each recording limits it.
     """
     total = np.zeros((6, 6))
+    one_board &= first["digest"] == second["digest"]
     for group in ("stations", "board"):
         (sd, effect), (sd_2, effect_2) = (_errors(one, group) for one in (first, second))
-        if sd.shape != sd_2.shape or (group == "board" and first["digest"] != second["digest"]):
+        if sd.shape != sd_2.shape or (group == "board" and not one_board):
             total += effect.T @ effect + effect_2.T @ effect_2
         else:
             least = np.minimum(sd, sd_2)[:, None]

@@ -122,6 +122,8 @@ class Case(StrEnum):
     GRAVITY_UNKNOWN = "gravity_unknown"
     REFERENCE = "reference"
     REFERENCE_NONE = "reference_none"
+    OBJECTS = "objects"
+    OBJECTS_APART = "objects_apart"
 
 
 @dataclass(frozen=True)

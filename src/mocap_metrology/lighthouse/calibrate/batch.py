@@ -31,7 +31,7 @@ from mocap_metrology.lighthouse.batch.recording import Sensed
 from mocap_metrology.lighthouse.batch.residuals import residual_rows
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest
-from mocap_metrology.lighthouse.calibrate.fits import fitted, if_they_agree
+from mocap_metrology.lighthouse.calibrate.fits import facing, fitted, if_they_agree
 from mocap_metrology.lighthouse.calibrate.network import Start, start, still_start
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.turns import well_fitted
@@ -186,9 +186,13 @@ def joint(
     near: where it starts, if that is known."""
     with determined(scene.title):
         if still is None:
-            found, note = well_fitted(scene, *(near or start(scene)))
+            near = near or start(scene)
+            if scene.generation == 1:
+                near = facing(scene, *near)
+            found, note = well_fitted(scene, *near)
         else:
             hits, trajectory, poses, note = still_start(scene, still)
+            hits, trajectory, poses = facing(scene, hits, trajectory, poses)
             found, _, why = if_they_agree(scene, lambda own: fitted(own, hits, trajectory, poses))
             note = "; ".join(filter(None, (note, why)))
         found = found.sure(scene.title)

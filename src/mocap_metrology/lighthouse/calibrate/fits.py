@@ -15,12 +15,14 @@ import numpy as np
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.estimate import Joint, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, rms_by
+from mocap_metrology.lighthouse.batch.problem import State
 from mocap_metrology.lighthouse.batch.recording import Given, Recording
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.records import Hits
 
+GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice as much, or wrong
 RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over the median of all
 LOST_STRETCH = 3.0  # likewise, after that
@@ -187,3 +189,29 @@ def _bridged(one: Recording) -> Trajectory | None:
     R, t = trajectory.poses(at)
     end = trajectory.begin_s + trajectory.knot_s * (len(trajectory.control) - 3)
     return through(at, R, t, trajectory.begin_s, end, trajectory.knot_s)
+
+
+def facing(
+    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+) -> tuple[Hits, Trajectory, list[Pose]]:
+    """Without hits of diodes that light cannot reach, or grazes, where their normals are known:
+    those are reflections, or of an unknown cover. By a first estimate."""
+    if (normals := scene.sensors.normals) is None:
+        return hits, trajectory, list(poses)
+    uncovered = replace(scene, sensors=replace(scene.sensors, normals=None))
+    found = fitted(uncovered, hits, trajectory, poses, sized=True)
+    one = found.recordings[0]
+    kept = one.sweeps.hits.take(~grazing(one, found.state, normals))
+    return kept, one.trajectory, poses_of(found)
+
+
+def grazing(one: Recording, state: State, normals: np.ndarray) -> np.ndarray:
+    """Whether light comes from beyond `GRAZING_RAD` of a diode's normal, where that is known."""
+    hits = one.sweeps.hits
+    R, p = one.trajectory.poses(hits.time_s)
+    normal = np.einsum("nij,nj->ni", R, normals[hits.diode])
+    far = p + np.einsum("nij,nj->ni", R, state.board[hits.diode]) - state.t_m[hits.station]
+    size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
+    beyond = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size
+    out: np.ndarray = beyond & (size > 0)
+    return out

@@ -20,7 +20,7 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
 from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, start
-from mocap_metrology.lighthouse.calibrate.fits import poses_of, renewed
+from mocap_metrology.lighthouse.calibrate.fits import facing, poses_of, renewed
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
@@ -42,7 +42,7 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     """
     of = {name: replace(scene, variant=name) for name in NAMES}
     with determined(scene.title):
-        first = renewed(of[FALLBACK], *start(of[FALLBACK]), sized=True)
+        first = renewed(of[FALLBACK], *facing(of[FALLBACK], *start(of[FALLBACK])), sized=True)
         hits = first.recordings[0].sweeps.hits
         stepped = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES}
     best = min(NAMES, key=lambda name: float(_cost(stepped[name]).sum()))

@@ -18,14 +18,14 @@ import numpy as np
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.kernel import POSE
-from mocap_metrology.lighthouse.batch.problem import State
-from mocap_metrology.lighthouse.batch.recording import Given, Recording, recording
+from mocap_metrology.lighthouse.batch.recording import Given, recording
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.calibrate.fits import (
     LARGEST_RAD,
     bad_diodes,
     bridged,
     fitted,
+    grazing,
     if_they_agree,
     noted,
     poses_of,
@@ -34,7 +34,6 @@ from mocap_metrology.lighthouse.calibrate.fits import (
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.records import Hits
 
-GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice as much, or wrong
 FINEST_S = 0.011  # between knots
 FOLLOWED = 0.6, 0.8  # of the noise and of the mean square residual: finer knots follow no more
 ENOUGH, MANY = 5, 40_000  # hits an unknown of the trajectory; in all: fewer are all used
@@ -107,17 +106,5 @@ def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
     off = np.abs(one.residual)
     wrong = off > max(least_rad, GATE * MAD_TO_SIGMA * float(np.median(off)))
     if (normals := scene.sensors.normals) is not None:
-        wrong |= _grazing(one, found.state, normals)
+        wrong |= grazing(one, found.state, normals)
     return one.sweeps.hits.take(~wrong)
-
-
-def _grazing(one: Recording, state: State, normals: np.ndarray) -> np.ndarray:
-    """Whether light comes from beyond `GRAZING_RAD` of a diode's normal, where that is known."""
-    hits = one.sweeps.hits
-    R, p = one.trajectory.poses(hits.time_s)
-    normal = np.einsum("nij,nj->ni", R, normals[hits.diode])
-    far = p + np.einsum("nij,nj->ni", R, state.board[hits.diode]) - state.t_m[hits.station]
-    size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
-    beyond = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size
-    grazing: np.ndarray = beyond & (size > 0)
-    return grazing

@@ -126,7 +126,8 @@ def decode(
     stations, notes = _with_factory(stations, factory)
     notes = [*(pulses.notes if pulses else ()), *notes, *_doubts(dropped)]
     duration_s = pulses.duration_s if pulses else float(np.ptp(hits.time_s))
-    return Decoded(pulses, stations, clocks, hits, places, duration_s, report | dropped, notes)
+    found = Decoded(pulses, stations, clocks, hits, places, duration_s, report | dropped, notes)
+    return replace(found, normals=pulses.normals if pulses else None)
 
 
 def _flashes_of_dump(pulses: Pulses, name: str) -> list[Flashes]:

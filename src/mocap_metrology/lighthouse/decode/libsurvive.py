@@ -25,6 +25,7 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.board import check_board
 from mocap_metrology.lighthouse.decode import inertial, libsurvive2
 from mocap_metrology.lighthouse.decode.inertial import WRAP, unrolled
+from mocap_metrology.lighthouse.decode.libsurvive2 import normals_of
 from mocap_metrology.lighthouse.decode.turns import Light
 from mocap_metrology.lighthouse.records import Pulses
 from mocap_metrology.lighthouse.timing import CYCLE_TICKS, TICKS_PER_S
@@ -65,8 +66,8 @@ class Seen:
 
 def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Light, np.ndarray]:
     """Pulses of one tracked object, or light of second-generation stations on it, with its
-    gyroscope and accelerometer where it describes them, and the positions of its photodiodes in
-    metres, (n, 3).
+    gyroscope, accelerometer and directions of its photodiodes where it describes them, and the
+    positions of these in metres, (n, 3).
 
     tracked_object: its name in the recording, by order of enumeration, or its serial number. Diodes
     are numbered as in the object's description; its channelMap gives their channels. Of the second
@@ -86,7 +87,8 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
         read = libsurvive2.light_of(np.concatenate(seen.light), sensors, config, len(board), name)
     else:
         pulses, begin = _pulses(np.concatenate(seen.pulses), channels, len(board), name)
-        read = replace(pulses, inertial=inertial.series(sensors, config, begin))
+        felt, normals = inertial.series(sensors, config, begin), normals_of(config, len(board))
+        read = replace(pulses, inertial=felt, normals=normals)
     notes = list(read.notes)
     if seen.cut:
         notes.append(f"the file is cut off ({seen.cut}) and used to its last whole line")

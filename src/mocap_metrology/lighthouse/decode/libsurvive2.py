@@ -90,7 +90,7 @@ def light_of(
         resolution_s=(1.0 if of_b else 0.5) / TICKS_PER_S,
         notes=tuple(notes),
         inertial=inertial.series(sensors, config, int(zero) % WRAP),
-        normals=_normals(config, n_diodes),
+        normals=normals_of(config, n_diodes),
         host_s=zero / TICKS_PER_S + lag,
     )
 
@@ -114,7 +114,7 @@ def _ticks(counter: Floats, host_s: Floats) -> tuple[Floats, np.ndarray, float]:
     return counter + WRAP * wraps, kept, usual
 
 
-def _normals(config: Mapping[str, object], n_diodes: int) -> np.ndarray | None:
+def normals_of(config: Mapping[str, object], n_diodes: int) -> np.ndarray | None:
     """Unit vectors along which the sensors look, where the object describes them."""
     try:
         normals = np.array(config["lighthouse_config"]["modelNormals"], np.float64)  # type: ignore

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from functools import partial
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.comparison import (
@@ -24,11 +25,11 @@ SENTENCES = {
         "The stations are {value:.3g} m apart, too far apart for a board to be in view of both "
         "(at most {limit:g} m)."
     ),
-    Case.RESIDUAL: "Angles are {value:.0f} µrad rms from the fit; the noise of an angle is"
-    " {noise:.0f}{made}, good is below {limit:.0f}.",
+    Case.RESIDUAL: "Angles are {value:.0f} µrad rms from the fit; {usual} {noise:.0f}{made}, good"
+    " is below {limit:.0f}.",
     Case.RESIDUAL_HIGH: (
-        "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times the noise of an "
-        "angle{made}. Possible causes: wrong optics (factory values, lasers off the housing's "
+        "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times {that}"
+        "{made}. Possible causes: wrong optics (factory values, lasers off the housing's "
         "origin), a wrong board file, reflections or board poses in the wrong minimum."
     ),
     Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
@@ -41,7 +42,7 @@ SENTENCES = {
     Case.PRIORS: "Board and optics as estimated agree with what is known of them.",
     Case.PRIORS_LEFT: (
         "Board and optics as estimated deviate from what is known of them (probability by chance: "
-        "{value:.1g}). Possible causes: a board file that does not fit the board (stretched, or "
+        "{chance}). Possible causes: a board file that does not fit the board (stretched, or "
         "wrong diodes), wrong factory values, lasers far from their places."
     ),
     Case.PRIORS_UNKNOWN: "Board and optics are not estimated.",
@@ -82,11 +83,11 @@ SENTENCES = {
     Case.MIRRORED: "{percent:.2g} % of the board poses are mirrored.",
     Case.MIRRORED_FLAT: (
         "{percent:.2g} % of the board poses are mirrored, which is possible with a flat board: "
-        "use `paper-lm`, which decides by both stations."
+        "use `paper-lm`, which decides by {both}."
     ),
     Case.MIRRORED_BOTH: (
-        "{percent:.2g} % of the board poses are mirrored or wrong in another way, although both "
-        "stations were used to decide: is the board file right (and no mirror image)? Use a "
+        "{percent:.2g} % of the board poses are mirrored or wrong in another way, although "
+        "{both} were used to decide: is the board file right (and no mirror image)? Use a "
         "larger board, or one with depth."
     ),
     Case.MIRRORED_UNKNOWN: "The share of mirrored board poses was not determined.",
@@ -95,8 +96,8 @@ SENTENCES = {
         "The board did not move: the pose is based on one position of the board, and the size of "
         "the board limits its accuracy. Record again with the board moved through the room."
     ),
-    Case.COMMON: "Both stations saw the board at {value} moments.",
-    Case.COMMON_FEW: "Both stations saw the board at {value} moments, few for a pose: keep the"
+    Case.COMMON: "{Both} saw the board at {value} moments.",
+    Case.COMMON_FEW: "{Both} saw the board at {value} moments, few for a pose: keep the"
     " board in the view of both.",
     Case.COMMON_UNNEEDED: "A board at rest needs no common measurements.",
     Case.BOARD_POSES: "Angles of single board poses are {value:.0f} µrad rms from their fit.",
@@ -105,8 +106,7 @@ SENTENCES = {
     Case.BOARD_POSES_NONE: "There are no board poses.",
     Case.PATH: "The path of the board is {value:.2g} m long.",
     Case.PATH_SHORT: (
-        "The path of the board is only {value:.2g} m long: a short path leaves the slave's "
-        "rotation uncertain."
+        "The path of the board is only {value:.2g} m long: a short path leaves {its} uncertain."
     ),
     Case.PATH_UNNEEDED: "The last stage does not depend on the length of the path.",
     Case.PATH_NONE: "A board at rest has no path.",
@@ -163,17 +163,26 @@ SENTENCES = {
         "Factory values change the pose by {apart}, more than is possible "
         "for a first-generation station."
     ),
-    Case.GRAVITY: "The vertical directions measured by both stations agree within {value:.1f}°.",
+    Case.GRAVITY: "The vertical directions measured by {both} agree within {value:.1f}°.",
     Case.GRAVITY_OFF: (
-        "The vertical directions measured by both stations differ by {value:.1f}° in this pose."
+        "The vertical directions measured by {both} differ by {value:.1f}° in this pose."
     ),
     Case.GRAVITY_OFF_IDEAL: (
-        "The vertical directions measured by both stations differ by {value:.1f}° in this pose. "
+        "The vertical directions measured by {both} differ by {value:.1f}° in this pose. "
         "Neglected factory values alone can make 4°."
     ),
-    Case.GRAVITY_UNKNOWN: "No gravity from both stations to compare with.",
+    Case.GRAVITY_UNKNOWN: "No gravity from {both} to compare with.",
     Case.REFERENCE: "The pose is {apart} from the reference.",
     Case.REFERENCE_NONE: "There is no reference.",
+    Case.OBJECTS: (
+        "The pose from {first}, another object of the same recording, differs by {about}, which is "
+        "within chance."
+    ),
+    Case.OBJECTS_APART: (
+        "The pose from {first}, another object of the same recording, differs by {about} "
+        "(probability by chance: {chance}): one of both is farther off than stated. Possible "
+        "causes: a board file that does not fit its object, reflections."
+    ),
 }
 
 
@@ -192,7 +201,7 @@ def pose_document(found: Summary) -> Row:
     told: Row = {
         "verdict": document["verdict"] | {"reason": reason(found.verdict)},
         "checks": [
-            row | {"sentence": sentence(check)}
+            row | {"sentence": sentence(check, found.verdict.station)}
             for row, check in zip(document["checks"], checks, strict=True)
         ],
     }
@@ -205,52 +214,70 @@ def pose_document(found: Summary) -> Row:
 def reason(verdict: Verdict) -> str:
     """The sentences of the checks that made the word, then what else was found, in short; of any
     number of stations those of the worst, and why others have no pose."""
-    if verdict.station:
-        word = verdict.words[verdict.station]
-        of_one = reason(replace(verdict, station="", word=word))
-        first = "" if word == "good" else f"Station {verdict.station}: "
-        return ". ".join([(first + of_one).rstrip("."), *map(_capital, verdict.apart)]) + "."
-    word, checks = verdict.word, verdict.checks
+    station, checks = verdict.station, verdict.checks
+    if station:
+        word = verdict.words[station]
+        first = "" if word == "good" else f"Station {station}: "
+        said = first + _reason_of(word, checks, station, verdict.why_none)
+        return ". ".join([said.rstrip("."), *map(_capital, verdict.apart)]) + "."
+    return _reason_of(verdict.word, checks, "", verdict.why_none)
+
+
+def _reason_of(word: str, checks: Sequence[Check], station: str, why_none: str) -> str:
     if not checks:
-        return verdict.why_none or "No pose of the slave was found."
-    models = [sentence(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_apart(c))]
+        return why_none or "No pose of the slave was found."
+    say = partial(sentence, station=station)
+    models = [say(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_apart(c))]
     if word == "good":
         passed = sum(c.ok is True for c in checks)
-        said = [sentence(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
+        said = [say(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
         return " ".join([f"All {passed} checks passed.", *said, *models])
     bad = [c for c in checks if c.level == word]
     rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
-    return " ".join([*map(sentence, bad[:2]), *map(_in_short, rest), *models])
+    return " ".join([*map(say, bad[:2]), *(_in_short(say(c)) for c in rest), *models])
 
 
 def _capital(line: str) -> str:
     return line[:1].upper() + line[1:]
 
 
-def _in_short(check: Check) -> str:
+def _in_short(said: str) -> str:
     """Without the causes it may have."""
-    return sentence(check).split(". Possible causes: ")[0].rstrip(".") + "."
+    return said.split(". Possible causes: ")[0].rstrip(".") + "."
 
 
-def sentence(check: Check) -> str:
-    """A check in words, with its numbers."""
+def sentence(check: Check, station: str = "") -> str:
+    """A check in words, with its numbers; station: of several the one that it is of."""
     made = check.numbers.get("made_by_poses")
     small = f" (errors of the board's poses alone make {made:.0f} µrad of it)" if made else ""
     why = "; ".join(f"{role}: {reason or 'none found'}" for role, reason in check.why.items())
     distance = _apart(check)
+    both = f"station {station} and the reference" if station else "both stations"
     sentences = SENTENCES | SAME if is_same(*distance) else SENTENCES
     return sentences[check.case].format(
         **check.numbers,
         value=check.value,
+        chance=_chance(check.value),
         apart=apart(*distance),
         about=apart(*distance, digits=2),
         limit=check.limit,
         made=small,
+        both=both,
+        Both=_capital(both),
+        usual="noise and places of the diodes make" if station else "the noise of an angle is",
+        that="what noise and places of the diodes make" if station else "the noise of an angle",
+        its=f"the rotation of station {station}" if station else "the slave's rotation",
         why=why or "not used",
         first=next(iter(check.names), ""),
         others=" or ".join(check.names[1:]),
         all_names=" and ".join(check.names),
     )
+
+
+def _chance(p: object) -> str:
+    if not isinstance(p, float):
+        return str(p)
+    return "below 0.0001" if p < 0.0001 else f"{p:.2g}"
 
 
 def _apart(check: Check) -> tuple[float, float]:
@@ -261,9 +288,11 @@ def _apart(check: Check) -> tuple[float, float]:
         Case.HALVES_MISFIT,
         Case.RECORDINGS,
         Case.RECORDINGS_APART,
+        Case.OBJECTS,
+        Case.OBJECTS_APART,
     )
-    halves = check.case in parts
-    mm = check.numbers.get("mm") if halves else check.value
+    by_numbers = check.case in parts
+    mm = check.numbers.get("mm") if by_numbers else check.value
     deg = check.numbers.get("deg", math.nan)
     return mm if isinstance(mm, float) else math.nan, deg
 
@@ -274,7 +303,7 @@ def comparison_words(found: Comparison | None) -> str:
     if found is None:
         return "No pose to compare with the earlier one."
     said = "A station has moved" if found.moved else "No sign that a station moved"
-    how = f"probability by chance: {found.p_value:.2g}"
+    how = f"probability by chance: {_chance(found.p_value)}"
     if math.isnan(found.p_value):
         how = f"no covariance; a station counts as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""

@@ -55,7 +55,7 @@ def factory(rng: np.random.Generator) -> Factory:
 
 
 def uneven(
-    rng: np.random.Generator, n_diodes: int, slow_mm: float, slow_deg: float = 7.0, waves: int = 40
+    rng: np.random.Generator, n_diodes: int, slow_mm: float, slow_deg: float = 7.0, waves: int = 16
 ) -> Callable[[np.ndarray], np.ndarray]:
     """How far a diode is seen from its place by the direction (..., n_diodes, 3) of the light in
     the board's axes: a Gaussian field on the sphere, of this standard deviation a coordinate, with

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import shutil
 import zlib
@@ -58,12 +57,6 @@ setups:
              position_m: [1.432, 1.976, -0.236], rotation_deg: [17.25, 2.84, -48]}}
     motion: {{pattern: circle, centre_m: [3.57, -1.04, -0.09], speed_m_s: 0.5, extent_m: 0.4,
               wobble_deg: 9, sway_m: 0.04}}
-  perfect:
-    <<: *room
-    reference: truth
-    master: {{id: 3001, mode: b}}
-    slave: {{id: 3002, mode: c,
-             position_m: [1.432, 1.976, -0.236], rotation_deg: [17.25, 2.84, -48]}}
   alone:
     duration_s: {BRIEF_S}
     master: {{id: 3001, mode: A}}
@@ -72,7 +65,6 @@ twins:
   mounted: {{setup: room, seed: 1}}
   short: {{setup: room, seed: 2, duration_s: {SHORT_S}}}
   brief: {{setup: room, seed: 5, duration_s: {BRIEF_S}}}
-  perfect: {{setup: perfect, seed: 3, duration_s: {SHORT_S}}}
   alone: {{setup: alone, seed: 4}}
 """
 REFUSED = {  # recording: board, what its line says
@@ -89,8 +81,7 @@ REFUSED = {  # recording: board, what its line says
     "other-object": ("HMD", "no pulses of an object 'HMD'; expected one of BOARD"),
     "other-checksum": ("board.csv", f"expected {'0' * 64}"),
 }
-# Of each kind one is in the sheet: dump, libsurvive recording, checksum
-BAD_ROWS = ("odd", "no-geometry", "other-checksum")
+BAD_ROWS = ("odd",)  # in the sheet
 
 
 def made(name: str) -> Made:
@@ -118,13 +109,6 @@ def write_rec(path: Path, recording: Made) -> None:
     for diode, at, ticks in zip(pulses.diode, start, length, strict=True):
         lines.append(f"{at / TICKS_PER_S:.6f} BOARD C {diode} {at % (1 << 32)} {ticks}")
     path.write_text("\n".join(lines) + "\n")
-
-
-def write_angles(path: Path, recording: Made) -> None:
-    names = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
-    columns = [getattr(recording.hits, name).tolist() for name in names]
-    with path.open("w", newline="") as stream:
-        csv.writer(stream).writerows([names, *zip(*columns, strict=True)])
 
 
 def write_laboratory(folder: Path, recording: Made) -> None:
@@ -184,7 +168,6 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
     good = {
         "measured": {"path": "lab.dump", "sha256": sha256(folder / "lab.dump")} | against | LABELS,
         "recorded": {"path": "made.rec", "reference": "truth.json"} | REC,
-        "angles": {"path": "angles.csv", "format": "angles-csv", "reference": "truth.json"},
         "short": {"path": "short.dump", "tracked_with": "odd"},
         "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"}
         | {"tracked_with": "measured"},
@@ -204,7 +187,7 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
 
 RECORDING = [
     *("recording", "path", "markers", "group", "camera_type", "n_cameras", "frame_rate_hz"),
-    *("unit", "column_names", "truncated", "comment"),
+    *("truncated", "comment", "compare_with", "covariate"),
 ]
 REFUSED_RECORDINGS = {  # what the line of each says
     "truncated": "cut off",
@@ -218,8 +201,8 @@ REFUSED_RECORDINGS = {  # what the line of each says
     "invalid": "valid in no frame",
     "overlap": "overlap",
 }
-# In the sheet: cut off in both kinds of file, of another format, of several files
-BAD_RECORDINGS = ("truncated", "cut", "zip", "overlap")
+# In the sheet: cut off, and of another format
+BAD_RECORDINGS = ("cut", "zip")
 TABLES_OF_RECORDING = ("trajectories.parquet", "clean.parquet", "outliers.csv")
 TABLES_OF_CALIBRATION = (
     *("pulses.parquet", "inertial.parquet", "sweeps.parquet", "stations.json", "board.csv"),
@@ -231,8 +214,8 @@ ACTIVE = [
     "<img src=http://127.0.0.1:9/ onerror=alert(1)></script><script>alert(1)</script>",
     "=1+cmd|' /C calc'!A0",
 ]
+BESIDE = {"compare_with": "active", "covariate": "room-air.csv"}
 ACTIVE_FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
-TABLE = slice(1300, 1800)  # frames of the take that are also in a table without names
 TRC = """PathFileType\t4\t(X/Y/Z)\tcut.trc
 DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames
 100\t100\t200\t1\tmm\t100\t1\t200
@@ -312,25 +295,18 @@ def write_recordings(folder: Path) -> list[dict[str, str]]:
     """The files of all recordings, and a row for each."""
     position = take()
     write_c3d(folder / "take.c3d", ["A", "B"], 50.0, [position], len(position))
-    lines = [
-        ",".join(["" if np.isnan(v) else f"{v:.6f}" for v in row])
-        for row in position[TABLE].reshape(-1, 6)
-    ]
-    lines = [f"{k / 50:.2f},{line}" for k, line in enumerate(lines)]
-    (folder / "rows.csv").write_text("\n".join([*lines, ""]))
+    lines = [f"{t},{20 + np.sin(t / 5):.4f}" for t in range(81)]
+    (folder / "room-air.csv").write_text("time_s,celsius\n" + "\n".join(lines) + "\n", "utf-8")
     write_poses(folder / "poses.txt")
     values = np.random.default_rng(1).normal(100, 0.1, (1500, len(ACTIVE), 3))
     write_c3d(folder / ACTIVE_FILE, ACTIVE, 50.0, [values], len(values))
     write_bad_recordings(folder)
     two = {"markers": "A;B", "group": "check"}
     rows = [
-        two | {"recording": "take", "path": "take.c3d"},
-        two
-        | {"recording": "table", "path": "rows.csv", "unit": "mm", "frame_rate_hz": "50"}
-        | {"column_names": "time A_x A_y A_z B_x B_y B_z"},
-        {"recording": "poses", "path": "poses.txt", "markers": "tracker", "group": "hall"}
+        two | {"recording": "take", "path": "take.c3d"} | BESIDE,
+        {"recording": "poses", "path": "poses.txt", "markers": "tracker", "group": "check"}
         | {"frame_rate_hz": "100", "truncated": "accept"},
-        {"recording": "active", "path": ACTIVE_FILE, "markers": ";".join(ACTIVE), "group": "hall"}
+        {"recording": "active", "path": ACTIVE_FILE, "markers": ";".join(ACTIVE), "group": "check"}
         | {"camera_type": ACTIVE[1], "comment": " ".join(ACTIVE)},
         {"recording": "T40-10", "path": "simulate:T40-10", "group": "skurowski2019"}
         | {"camera_type": "T40", "n_cameras": "10"},
@@ -350,7 +326,6 @@ def write_everything(folder: Path) -> list[str]:
     write_dump(folder / "lab.dump", mounted.pulses)
     write_dump(folder / "short.dump", made("short").pulses)
     write_rec(folder / "made.rec", mounted)
-    write_angles(folder / "angles.csv", made("perfect"))
     write_laboratory(folder, mounted)
     write_bad(folder, made("brief"))
     own = yaml.safe_load((Path(__file__).parents[2] / "config/twins.yaml").read_text())["twins"]

@@ -115,25 +115,6 @@ def test_a_board_that_is_not_as_its_file_says() -> None:
     assert squared(pose, errors[1]) < chi2.ppf(0.999, 6)
 
 
-def test_scale_and_phase_are_in_the_covariance_and_move_nothing() -> None:
-    """What no angle shows changes the sigma, not the pose: a scale of 1e-3 adds 1e-3 of the
-    distance along it, phases of 1 mrad a tenth of a degree at most."""
-    made = simulate(twin(4))
-    bare = estimated(made)
-    scaled = estimated(made, priors=Priors(0, 0, 0, 1e-3, 0))
-    np.testing.assert_allclose(scaled.t_m, bare.t_m, atol=2e-6)
-    added = scaled.covariance[:3, :3] - bare.covariance[:3, :3]
-    along = made.truth.t_m / np.linalg.norm(made.truth.t_m)
-    assert np.sqrt(along @ added @ along) == pytest.approx(
-        1e-3 * 1e3 * np.linalg.norm(made.truth.t_m), rel=0.05
-    )
-    factories = [Factory(), Factory()]
-    scene = Scene(made.hits, made.truth.board, "factory", factories, None, "crazyflie", EXACT)
-    phased = by_batch(replace(scene, priors=Priors(0.01, 1.0, 0, 0, 0)))
-    sd = np.sqrt(np.diag(phased.covariance))
-    assert 0.02 < sd[3:].max() < 0.2 and 0.5 < sd[:3].max() < 10
-
-
 def test_depth_of_the_lasers_is_estimated() -> None:
     """Lasers of both stations 10 mm apart in depth: the optical pose within 5 mm, where a model
     without depth is centimetres off; and within its own interval."""
@@ -168,15 +149,6 @@ def test_a_station_that_is_bumped_shows_in_the_halves() -> None:
     assert estimated(sound, priors=Priors()).halves.m2 < 30
 
 
-def test_a_diode_in_its_wrong_place_is_named() -> None:
-    made = simulate(twin(7))
-    wrong = made.truth.board.copy()
-    wrong[13] += [0.0, 0.004, 0.0]
-    pose = estimated(made, board=wrong, priors=Priors())
-    assert pose.note == "diode 13 excluded: the others contradict it"
-    assert np.abs(off(pose, made.truth.R, made.truth.t_m)[:3]).max() < 2.0
-
-
 def test_a_small_board_is_not_mirrored() -> None:
     """Four diodes, 30 x 15 mm, at 3 m: the mirrored pose of such a board errs by decimetres."""
     board = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
@@ -203,25 +175,6 @@ def test_the_curvature_of_the_model_makes_no_bias(monkeypatch: pytest.MonkeyPatc
             errors.append(off(estimated(made, hits), made.truth.R, made.truth.t_m))
         mean[largest] = np.linalg.norm(np.mean(errors, axis=0)[:3])
     assert mean[0.0] > 1.0 and mean[estimate.LARGEST_BIAS] < 0.25 * mean[0.0]
-
-
-def test_reflections_and_dropouts_cost_little() -> None:
-    """One hit in a hundred up to 1 mrad off, one in four missing."""
-    made = simulate(twin(8, dropout=0.25))
-    rng = np.random.default_rng(2)
-    angle = made.hits.angle_rad + np.where(
-        rng.random(len(made.hits)) < 0.01, rng.uniform(-1e-3, 1e-3, len(made.hits)), 0.0
-    )
-    pose = estimated(made, replace(made.hits, angle_rad=angle))
-    assert squared(pose, off(pose, made.truth.R, made.truth.t_m)) < chi2.ppf(0.999, 6)
-
-
-def test_a_gap_of_a_second_is_bridged() -> None:
-    """Nothing is seen for a second: the trajectory there is not known, the pose is."""
-    made = simulate(twin(9))
-    open_ = (made.hits.time_s < 2.0) | (made.hits.time_s > 3.0)
-    pose = estimated(made, made.hits.take(open_))
-    assert squared(pose, off(pose, made.truth.R, made.truth.t_m)) < chi2.ppf(0.999, 6)
 
 
 def test_too_little_is_refused() -> None:

@@ -20,7 +20,7 @@ from mocap_metrology.noise.motion.exchange import put_right
 from mocap_metrology.recording.clean import cleaned, exchanges
 from mocap_metrology.recording.noise import allan_deviations, noise_coefficients, spectra
 from mocap_metrology.recording.results import Table
-from mocap_metrology.recording.verdict import diagnosed
+from mocap_metrology.recording.verdict import Diagnosed, diagnosed
 from mocap_metrology.settings import Settings
 
 RATE, N = 100.0, 60_000
@@ -175,30 +175,34 @@ KINDS: dict[str, tuple[Make, set[str], set[str]]] = {
 }
 
 
-def codes(kind: str, seed: int) -> Counter[str]:
-    """Findings of one recording."""
-    rng = np.random.default_rng([list(KINDS).index(kind), seed])
-    values = KINDS[kind][0](rng, 0.02 * rng.standard_normal((6, N)))
-    values = (
-        values
-        + (np.array([0, 0, 0, 0, 500, 0]) if kind != "exchanged" else 0 * values[:, 0])[:, None]
-    )
-    position = values.astype(np.float32).reshape(2, 3, N)
+def told(x: np.ndarray, rate: float = RATE, step: float = 0.0) -> Diagnosed:
+    """Of (6, n) values in mm; step: of the file, where it is not that of float32."""
+    position = x.astype(np.float32).reshape(2, 3, -1)
     swaps = exchanges(put_right(["A", "B"], position))
-    step = 1e-3 if kind == "spline fills" else ORIGIN["resolution_mm"]
+    step = step or ORIGIN["resolution_mm"]
     filled = filled_frames(position, step)
     position[np.repeat(filled[:, None], 3, axis=1)] = np.nan
-    own = {"exchanged": swaps, "resolution_mm": step}
+    own = {"exchanged": swaps, "resolution_mm": step, "frame_rate_hz": rate}
     own["n_filled_frames"] = dict(zip("AB", filled.sum(axis=1).tolist(), strict=True))
     names = [f"{axis}{k}_mm" for k in (1, 2) for axis in "xyz"]
-    columns = dict(zip(names, position.reshape(6, N), strict=True))
-    raw = Table({"frame": np.arange(N, dtype=np.int32)} | columns, ORIGIN | own)
+    columns = dict(zip(names, position.reshape(6, -1), strict=True))
+    frame = np.arange(x.shape[1], dtype=np.int32)
+    raw = Table({"frame": frame} | columns, ORIGIN | own)
     settings = Settings(noise={"estimators": ("likelihood",)})
     clean = cleaned(raw, settings.hampel).table
     allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan)
     noise = noise_coefficients(raw, allan.columns, settings).rows
     psd = spectra(clean.in_mm(), clean.origin, settings.psd)
-    found = diagnosed(raw, psd, noise, settings).findings
+    return diagnosed(raw, psd, noise, settings)
+
+
+def codes(kind: str, seed: int) -> Counter[str]:
+    """Findings of one recording."""
+    rng = np.random.default_rng([list(KINDS).index(kind), seed])
+    values = KINDS[kind][0](rng, 0.02 * rng.standard_normal((6, N)))
+    if kind != "exchanged":
+        values[4] += 500
+    found = told(values, step=1e-3 if kind == "spline fills" else 0.0).findings
     return Counter(one.code for one in found)
 
 

@@ -430,8 +430,9 @@ class Lighthouse(Section):
     deg. It pays where the pose is known no better; the verdict compares both in any case."""
     joint: Literal["none", "setup"] = "none"
     """`setup`: besides each recording alone, all recordings of a setup in one estimate by `batch`,
-    `setups/<group>/<setup>/pose.json`; they must have the same board. It is the way to calibrate
-    stations whose factory values are not known: record at five places or more."""
+    `setups/<group>/<setup>/pose.json`. Objects may differ, and a recording may see a part of the
+    stations. It is the way to calibrate stations whose factory values are not known: record at five
+    places or more."""
 
     def of_one(self) -> dict[str, Any]:
         """What determines the result of a single recording, by name."""

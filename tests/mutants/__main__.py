@@ -32,7 +32,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build/mutants"
 SOURCES = f"src/{PACKAGE}"
 ROOMS = ["common", "io", "noise", "lighthouse"]
-TESTS = [*ROOMS, "steps", "present", "cli"]  # tests of what stands on the rooms see them, too
+TESTS = ["frozen", *ROOMS, "steps", "present", "cli"]  # what stands on the rooms sees them, too
 START_S, COMPILE_S = 20.0, 100.0  # more than thrice its usual time of a test: kernels anew
 Mutant = tuple[str, Change]
 
@@ -81,12 +81,12 @@ def copy_tree(tree: Path) -> None:
         subprocess.run([sys.executable, "-m", *command], check=True, env=env)
 
 
-def traced_tests(trees: list[Path]) -> dict[str, dict[str, Any]]:
+def traced_tests(trees: list[Path], folders: list[str]) -> dict[str, dict[str, Any]]:
     """Of each test that passes: seconds, and the functions that it calls. A file of tests is traced
     again when its content has changed."""
     stored, lock = FOLDER / "reach.json", threading.Lock()
     known = json.loads(stored.read_text()) if stored.is_file() else {}
-    paths = sorted(p for name in TESTS for p in (ROOT / "tests" / name).rglob("test_*.py"))
+    paths = sorted(p for name in folders for p in (ROOT / "tests" / name).rglob("test_*.py"))
     now = {
         p.relative_to(ROOT).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in paths
     }
@@ -127,7 +127,7 @@ def sample(seed: int, number: int) -> list[Mutant]:
 
 def reaching(units: Units, tests: dict[str, dict[str, Any]], mutant: Mutant) -> list[str]:
     """Tests that reach a mutant, fastest first, then the others of their files, which may use
-    results that one of them has stored."""
+    results that one of them has stored; those of tests/frozen use their own only."""
     functions = units.traced(mutant[0], mutant[1].line)
 
     def inside(name: str) -> bool:
@@ -135,7 +135,8 @@ def reaching(units: Units, tests: dict[str, dict[str, Any]], mutant: Mutant) -> 
 
     reach = {t for t, v in tests.items() if any(inside(f) for f in v["functions"])}
     files = {t.partition("::")[0] for t in reach}
-    near = [t for t in tests if t.partition("::")[0] in files]
+    files = {name for name in files if not name.startswith("tests/frozen/")}
+    near = [t for t in tests if t in reach or t.partition("::")[0] in files]
     return sorted(near, key=lambda t: (t not in reach, tests[t]["seconds"]))
 
 
@@ -199,6 +200,7 @@ def main() -> int:
     parser.add_argument("--number", type=int, default=300)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--longest", type=float, default=120.0, help="seconds of tests a mutant")
+    parser.add_argument("--tests", nargs="+", default=TESTS, help="folders of tests")
     parser.add_argument("--survivors", action="store_true", help="only what survived before")
     arguments = parser.parse_args()
     trees = [FOLDER / f"tree{k}" for k in range(arguments.workers)]
@@ -206,7 +208,7 @@ def main() -> int:
         copy_tree(tree)
         caches = [p for p in (tree / SOURCES / ".compiled").iterdir() if p.is_dir()]
         (tree / "kernels").write_text(max(caches, key=lambda p: p.stat().st_mtime).name)
-    tests, units = traced_tests(trees), Units(ROOT / SOURCES)
+    tests, units = traced_tests(trees, arguments.tests), Units(ROOT / SOURCES)
     stored = FOLDER / f"seed{arguments.seed}.json"
     results = json.loads(stored.read_text()) if stored.is_file() else {}
     free: Queue[Path] = Queue()

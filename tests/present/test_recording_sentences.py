@@ -66,7 +66,7 @@ def wander(kind: str, size: float = 0.06, *at_s: float) -> dict[str, Any]:
     kinds = (kind,) if kind else ()
     jumps = {"step": [(t, size) for t in at_s], "shift": [*zip(at_s, (size, -size), strict=False)]}
     one = Wander(
-        kinds, False, kinds or ("cycle", "drift"), *MOVED, size, at_s, tuple(jumps.get(kind, ()))
+        kinds, "", kinds or ("cycle", "drift"), *MOVED, size, at_s, tuple(jumps.get(kind, ()))
     )
     return {"wanders": {"x1": one, "L": replace(one, size_mm=9.0, range_mm=9.0)}}
 
@@ -195,7 +195,7 @@ SAID = [
     ({"trends": [Trend("x1", 0.05, 0.03, 0.07, 0.0, 0.05)]}, "level.noise", False, "Noise of x1 "
      "rises by 5 % over the recording (x1; 95 %: +3 % to +7 %)."),
     ({"trends": [Trend("x1", 0.0, -0.01, 0.01, -0.2, 0.1)]}, "level.noise", True, "Noise of x1 "
-     "changes slowly, by −20 % to +10 % from its level at the start (x1)."),
+     "changes over the recording, by −20 % to +10 % from its level at the start (x1)."),
     ({"tails": [Tails("x1", 0.5, 0.4, 0.6), Tails("y1", 1.54, 1.4, 1.6)]}, "tails.heavy", False,
      "Noise of x1, y1 has heavy tails: the differences of frames have an excess kurtosis of up to "
      "1.5 (y1; Gaussian noise: 0)."),
@@ -442,13 +442,13 @@ def test_a_step_or_shift_that_is_an_event_is_said_once(at_s, event, wanders) -> 
 
 
 def test_wander_that_the_noise_model_states_is_said_once() -> None:
-    both = {name: Wander((kind,), False, (kind,), *MOVED, 0.06)
+    both = {name: Wander((kind,), "", (kind,), *MOVED, 0.06)
             for name, kind in (("x1", "drift"), ("y1", "warm_up"))}  # fmt: skip
     warm = [row("y1", "A_w", 0.2), row("y1", "T_w", 60.0)]
     for noise, kinds in ((warm, {"warm_up"}), ([], {"wander"}), ([row("x1", "drift", 1.0)], None)):
         said = {one.kind for one in told(({"wanders": both}, noise))}
         assert said & {"wander", "warm_up", "drift"} == (kinds or {"wander", "drift"})
-    unexplained = {"x1": Wander(("step",), False, ("step",), *MOVED, 0.06, (9.0,))}
+    unexplained = {"x1": Wander(("step",), "", ("step",), *MOVED, 0.06, (9.0,))}
     assert "drift" not in {
         one.kind for one in told(({"wanders": unexplained}, [row("x1", "drift", 1.0)]))
     }

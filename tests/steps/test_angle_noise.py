@@ -126,3 +126,39 @@ def test_one_diode_has_no_parts(hits: Hits, tmp_path: Path) -> None:
     few = alone.take(np.arange(len(alone)) % 8 == 0)
     assert list(still_angles(few)) == []
     assert "half of the sweeps" in written(tmp_path / "few.parquet", few)[1]["reason"]
+
+
+def test_planes_of_the_second_generation(tmp_path: Path) -> None:
+    """White noise of 20 urad in common and 10 urad of each hit, one sweep a turn of 1/52 s."""
+    rng, n, d = np.random.default_rng(4), 1500, 5
+    turn, diode, axis = (k.ravel() for k in np.meshgrid(*map(np.arange, (n, d, 2)), indexing="ij"))
+    noise = 2e-5 * rng.standard_normal((n, 2))[turn, axis] + 1e-5 * rng.standard_normal(turn.size)
+    station = np.zeros(turn.size, np.int8)
+    time_s = (turn + (1 + axis) / 3) / 52
+    hits = Hits(station, axis.astype(np.int8), turn, diode, time_s, 0.1 * diode + noise, noise)
+    told = {"stations": ["3", "7"], "generation": 2}
+    path = str(tmp_path / "allan.parquet")
+    write_angle_noise(path, hits, True, 1 / 96e6, Allan(), told)
+    allan, origin = read_table(path)
+    assert [rotor["rotor"] for rotor in origin["rotors"]] == ["3_plane0", "3_plane1"]
+    for rotor in origin["rotors"]:
+        assert rotor["rate_hz"] == pytest.approx(52)
+        assert rotor["step_rad"] == pytest.approx(2 * np.pi * 52 / 96e6)
+        for part, sigma in (("common", 2e-5), ("independent", 1e-5)):
+            own = (allan["series"] == f"{rotor['rotor']}_{part}") & (allan["m"] <= 10)
+            ratio = allan["adev_rad"][own] * np.sqrt(allan["m"][own]) / sigma
+            assert (np.abs(ratio - 1) < 4 / np.sqrt(2 * allan["edf"][own])).all()
+
+
+def test_a_real_controller_before_stations_of_the_second_generation(
+    samples: Path, tmp_path: Path
+) -> None:
+    """`lh2_test_cal`: turns of channels 6 and 10 last 941,000 and 919,000 ticks of 48 MHz."""
+    found = decode(samples / "lighthouse2/lh2_test_cal.rec.gz", "libsurvive-rec", "T20", None)
+    told = {"stations": [one.role for one in found.stations], "generation": 2}
+    path = str(tmp_path / "allan.parquet")
+    write_angle_noise(path, found.hits, True, found.pulses and 1 / 96e6, Allan(), told)
+    _, origin = read_table(path)
+    for rotor, ticks in zip(origin["rotors"], (941_000, 941_000, 919_000, 919_000), strict=True):
+        assert 1 / rotor["rate_hz"] == pytest.approx(ticks / 48e6, rel=1e-4)
+        assert 15e-6 < rotor["sd_rad"] < 35e-6

@@ -12,9 +12,8 @@ import numpy as np
 from mocap_metrology import settings as of
 from mocap_metrology.common.files import Metadata, read_table, versions, write_table
 from mocap_metrology.common.types import Columns, Row
-from mocap_metrology.lighthouse.records import Hits, hits_of
+from mocap_metrology.lighthouse.records import ROLES, Hits, hits_of
 from mocap_metrology.lighthouse.still_angles import StillAngles, still_angles
-from mocap_metrology.lighthouse.timing import CYCLE_S
 from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve, interval
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.series import ALLAN, allan_columns, joined
@@ -28,8 +27,10 @@ def of_calibration(path: str, sweeps: str, pose: str, settings: of.Allan) -> Non
     hits, origin = read_table(sweeps)
     found = json.loads(Path(pose).read_text(encoding="utf-8"))
     still = found["diagnostics"]["still"] if found["poses"] else None
-    same = ("recording", "source", "twin", "sha256", "duration_s")
-    origin, resolution_s = {key: origin[key] for key in same}, origin["resolution_s"]
+    same = ("recording", "source", "twin", "sha256", "duration_s", "generation")
+    resolution_s = origin["resolution_s"]
+    origin = {key: origin[key] for key in same if key in origin}
+    origin["stations"] = list(found["stations"])
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     write_angle_noise(path, hits_of(hits), still, resolution_s, settings, origin)
 
@@ -42,9 +43,10 @@ def write_angle_noise(
     settings: of.Allan,
     origin: Metadata,
 ) -> None:
-    """Allan deviations in rad of each rotor's common and independent part and of its diodes; no
-    rows for a board that moves, or where that is not known (still None). resolution_s: step of
-    the recording's clock.
+    """Allan deviations in rad of each rotor's (plane's) common and independent part and of its
+    diodes; no rows for a board that moves, or where that is not known (still None). resolution_s:
+    step of the recording's clock; origin: with the names of the `stations`, and the `generation`
+    where that is not the first.
 
     Metadata: for each rotor the standard deviation of a diode (median) and of its independent
     part, the clock's step, and whether the spread of a diode, or of that part, is below it: then
@@ -53,7 +55,8 @@ def write_angle_noise(
     parts: list[Columns] = []
     rotors: list[Row] = []
     if still:
-        for own in still_angles(hits):
+        seen = origin.get("stations", ROLES), origin.get("generation", 1)
+        for own in still_angles(hits, *seen):
             parts += _curves(own, settings)
             rotors.append(_rotor(own, resolution_s))
     more: Metadata = {"allan": settings.model_dump(), "rotors": rotors}
@@ -71,7 +74,7 @@ def _in_rad(name: str) -> str:
 
 def _rotor(own: StillAngles, resolution_s: float | None) -> Row:
     sd = float(np.median(np.nanstd(own.deviation, axis=0, ddof=1)))
-    step = None if resolution_s is None else float(np.pi * resolution_s / CYCLE_S)
+    step = None if resolution_s is None else resolution_s * own.rad_per_s
     alone = float(np.sqrt(np.nanmean(own.independent**2))) if own.diodes.size > 1 else None
     return {
         "rotor": own.name,

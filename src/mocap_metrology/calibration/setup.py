@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,15 +16,15 @@ from mocap_metrology.common.files import read_table, versions, write_json
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
-from mocap_metrology.lighthouse.assess.reference import check_same_ids
+from mocap_metrology.lighthouse.assess.same_stations import same_stations
 from mocap_metrology.lighthouse.assess.summary import refused, summary
 from mocap_metrology.lighthouse.board import read_board, read_normals
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration
-from mocap_metrology.lighthouse.calibrate.setup import Setup, by_setup
+from mocap_metrology.lighthouse.calibrate.setup import by_setup
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
-from mocap_metrology.lighthouse.records import MASTER, SLAVE, Station
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, Hits, Measurements, Station
 from mocap_metrology.present.text.calibration import pose_document
 from mocap_metrology.settings import Lighthouse
 
@@ -44,21 +44,26 @@ class Member:
 
 
 def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, output: str) -> Row:
-    """One pose from all recordings of a setup, with what each says of the others."""
+    """Poses from all recordings of a setup, with what each says of the others."""
     stations: list[Station] = []
     tables = {one.name: read_table(one.sweeps) for one in members}
     try:
-        stations = _stations(members)
-        found = _together(members, {k: hits for k, (hits, _) in tables.items()}, stations, settings)
+        stations, places = same_stations({one.name: _read(one) for one in members})
+        hits = {name: _renamed(own, places[name]) for name, (own, _) in tables.items()}
+        scenes, still = _scenes(members, hits, stations, settings)
+        files = {name: origin["sha256"] for name, (_, origin) in tables.items()}
+        found = by_setup(scenes, still, _objects(scenes, files))
         clocks = [origin["resolution_s"] for _, origin in tables.values()]
-        document = pose_document(
-            summary(
-                Calibration([found.pose], why=found.why, variants=found.variants),
-                stations,
-                resolution_s=max(clocks) if None not in clocks else None,
-            )
+        given = Calibration(
+            found.poses, why=found.why, variants=found.variants, network=found.network
         )
-        document["predicted"] = {name: asdict(one) for name, one in found.predicted.items()}
+        resolution = max(clocks) if None not in clocks else None
+        document = pose_document(summary(given, stations, resolution_s=resolution))
+        said = {
+            station: {name: asdict(one) for name, one in own.items()}
+            for station, own in found.predicted.items()
+        }
+        document["predicted"] = said if found.network else said[ROLES[SLAVE]]
     except Refusal as refusal:
         log.warning("%s: %s", setup, refusal)
         document = pose_document(refused(stations or _read(members[0]), str(refusal)))
@@ -77,40 +82,38 @@ def _read(one: Member) -> list[Station]:
     return stations_from_json(json.loads(Path(one.stations).read_text(encoding="utf-8")))
 
 
-def _stations(members: Sequence[Member]) -> list[Station]:
-    """Both stations, with what any recording tells of them; refuses those of others."""
-    every = [_read(one) for one in members]
-    for one, own in zip(members[1:], every[1:], strict=True):
-        theirs, first = ((both[MASTER].id, both[SLAVE].id) for both in (own, every[0]))
-        check_same_ids(theirs, first, one.name, members[0].name)
-    return [
-        next((own[k] for own in every if own[k].factory is not None), every[0][k])
-        for k in (MASTER, SLAVE)
-    ]
+def _renamed(table: Mapping[str, np.ndarray], place: Sequence[int]) -> Hits:
+    """Hits with the stations of a recording as places in the list of all."""
+    hits = records.hits_of(table)
+    return replace(hits, station=np.array(place, hits.station.dtype)[hits.station])
 
 
-def _together(
+def _scenes(
     members: Sequence[Member],
-    tables: Mapping[str, Mapping[str, np.ndarray]],
+    hits: Mapping[str, Hits],
     stations: Sequence[Station],
     settings: Lighthouse,
-) -> Setup:
-    board = read_board(members[0].board)
-    for one in members[1:]:
-        if not np.array_equal(read_board(one.board), board):
-            raise Refusal(f"{one.name} has another board than {members[0].name}; expected the same")
+) -> tuple[dict[str, Scene], dict[str, list[Measurements]]]:
+    """What `by_setup` is given."""
     how = calibration_settings(settings)
     factories = [station.factory for station in stations]
     known = "factory" in how.optics and None not in factories
     optics = "factory" if known else ESTIMATED if ESTIMATED in how.optics else "ideal"
+    generation, names = stations[0].generation, [station.role for station in stations]
     scenes, still = {}, {}
     for one in members:
-        hits = records.hits_of(tables[one.name])
-        normals = read_normals(one.board)
+        own, board, normals = hits[one.name], read_board(one.board), read_normals(one.board)
         more = sensors_of(settings, stations, one.inertial, normals=normals)
-        lasers = how.lasers_m, how.variant, how.priors
-        scenes[one.name] = Scene(hits, board, optics, factories, *lasers, sensors=more)
+        lasers = how.lasers_m if generation == 1 else None
+        scene = Scene(own, board, optics, factories, lasers, how.variant, how.priors, sensors=more)
+        scenes[one.name] = replace(scene, generation=generation, names=names)
         if read_pose_json(one.pose)["diagnostics"].get("still"):
-            middle = (median_angles(hits, station, len(board)) for station in (MASTER, SLAVE))
-            still[one.name] = next(middle), next(middle)
-    return by_setup(scenes, still)
+            still[one.name] = [median_angles(own, k, len(board)) for k in range(len(stations))]
+    return scenes, still
+
+
+def _objects(scenes: Mapping[str, Scene], files: Mapping[str, str | None]) -> dict[str, str] | None:
+    """Every row is of an object of its own where one recording has two objects of equal boards;
+    files: SHA-256 of the recordings."""
+    seen = [(files[name], own.board.tobytes()) for name, own in scenes.items() if files[name]]
+    return {name: name for name in scenes} if len(set(seen)) < len(seen) else None

@@ -87,12 +87,17 @@ def made(
     still: bool = False,
     ideal: bool = False,
     keep: Sequence[tuple[float, float]] | None = None,
+    take: int = 0,
+    board_seed: int = 5,
 ) -> Made:
-    """place_mm: errors of the board file; keep: when each station sees the board, as shares."""
+    """place_mm: errors of the board file; keep: when each station sees the board, as shares; take:
+    another recording before the same stations."""
     rng = np.random.default_rng(seed)
-    board, normals = tracker()
+    board, normals = tracker(seed=board_seed)
     real = board + 1e-3 * place_mm * rng.normal(size=board.shape)
     stations, factories = room(n, seed), [factory(rng) for _ in range(n)]
+    moved = seed + 1000 * take
+    rng = np.random.default_rng([seed, take]) if take else rng
     if ideal:
         factories = [Factory(generation=2)] * n
     parts = []
@@ -103,7 +108,7 @@ def made(
         theta = np.zeros((turns.size, 2, len(board)))
         for _ in range(5):
             time = begin + turns[:, None, None] * T + (theta + BEGIN[:, None]) * T / (2 * np.pi)
-            Rb, tb = motion(time, seed, still)
+            Rb, tb = motion(time, moved, still)
             out = np.einsum("cpdij,dj->cpdi", Rb, normals)
             world = np.einsum("cpdij,dj->cpdi", Rb, real) + tb
             far = world - t

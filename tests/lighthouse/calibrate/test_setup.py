@@ -69,9 +69,10 @@ def test_three_recordings_are_better_than_one_and_agree() -> None:
     assert np.trace(found.pose.covariance_noise[:3, :3]) < 0.6 * min(alone)
     error = off(found.pose, recordings[0])
     assert error @ np.linalg.solve(found.pose.covariance, error) < chi2.ppf(0.95, 6)
-    assert set(found.predicted) == set(scenes)
+    assert set(found.predicted["slave"]) == set(scenes)
     assert all(
-        pair.recordings and pair.m2 < chi2.ppf(0.999, 6) for pair in found.predicted.values()
+        pair.recordings and pair.m2 < chi2.ppf(0.999, 6)
+        for pair in found.predicted["slave"].values()
     )
     assert found.pose.n_angles == sum(len(own.hits) for own in recordings)
 
@@ -80,8 +81,8 @@ def test_a_station_moved_between_recordings_is_found() -> None:
     recordings = [made(k, factory=False) for k in range(2)]
     recordings.append(made(2, (0.505, 2.5, 0.3), factory=False))
     found = by_setup({str(k): scene(own) for k, own in enumerate(recordings)})
-    assert max(pair.m2 for pair in found.predicted.values()) > 10 * chi2.ppf(0.999, 6)
-    assert found.pose.halves.m2 == max(pair.m2 for pair in found.predicted.values())
+    assert max(pair.m2 for pair in found.predicted["slave"].values()) > 10 * chi2.ppf(0.999, 6)
+    assert found.pose.halves.m2 == max(pair.m2 for pair in found.predicted["slave"].values())
 
 
 def test_a_bad_recording_is_left_out_by_name_and_one_is_too_few() -> None:
@@ -90,4 +91,4 @@ def test_a_bad_recording_is_left_out_by_name_and_one_is_too_few() -> None:
     with pytest.raises(Refusal, match=r"1 recordings of the setup can be used; .*short: "):
         by_setup({"own": own, "short": short})
     found = by_setup({"own": own, "other": other, "short": short})
-    assert found.why[0].startswith("short: ") and set(found.predicted) == {"own", "other"}
+    assert found.why[0].startswith("short: ") and set(found.predicted["slave"]) == {"own", "other"}

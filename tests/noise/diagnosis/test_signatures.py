@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.sentences._kinds import gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
 from mocap_metrology.noise.diagnosis.shapes import pace
 from mocap_metrology.noise.diagnosis.signatures import LEAST_BLOCKS, Wander, shift_near, signature
@@ -27,6 +28,57 @@ def test_each_kind_is_named_and_nothing_else(case: str) -> None:
         assert said <= set(true), (said, found.possible)
         named += said == set(true)
     assert named >= 2
+
+
+def saw(rng: np.random.Generator) -> np.ndarray:
+    """A mount that slips back after 60 to 160 s."""
+    ends = np.concatenate([[0], np.cumsum(rng.uniform(60, 160, 20))])
+    which = np.searchsorted(ends, T, "right") - 1
+    return 0.06 * (T - ends[which]) / np.diff(ends)[which]
+
+
+def bumps(rng: np.random.Generator) -> np.ndarray:
+    """Of some seconds, at any times."""
+    times = np.cumsum(rng.exponential(45, 60))
+    return sum(0.05 * np.exp(-(((T - t) / rng.uniform(3, 8)) ** 2)) for t in times)
+
+
+def occluded(rng: np.random.Generator) -> np.ndarray:
+    """For half a minute, and then 0.05 mm beside."""
+    since = T - rng.uniform(200, 600)
+    return np.where((since > 0) & (since < 30), np.nan, 0.05 * (since > 0))
+
+
+@pytest.mark.parametrize(
+    ("draw", "true"),
+    [
+        (saw, {"step", "drift"}),
+        (bumps, set()),
+        (occluded, {"step"}),
+        (lambda r: 0.15 * np.exp(-T / 120) + 0.06 * (r.uniform(300, 600) < T), {"warm_up", "step"}),
+        (lambda r: 0.1 * np.exp(-T / 80) + 0.15 * np.exp(-T / 500), {"warm_up", "slowing"}),
+        (lambda r: 0.05 * np.minimum(T / 400, 1) + 0.05 * T / 400, {"slowing"}),
+        (KINDS["two levels"][0], {"two_levels"}),
+    ],
+)  # fmt: skip
+def test_shapes_that_are_not_in_the_library_get_no_name_of_another(draw, true: set[str]) -> None:
+    for seed in range(4):
+        found = signature(draw(np.random.default_rng(seed)) + noise(seed), RATE)
+        assert found is not None
+        assert {*found.kinds} <= true
+        assert not found.noise
+
+
+def test_a_walk_is_told_from_noise_that_is_correlated_over_a_thirtieth() -> None:
+    """Of either five recordings; a walk that looks correlated for a while stays unnamed."""
+    told = []
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        walk = signature(noise(seed) + np.cumsum(rng.normal(0, 5e-4, N)), RATE)
+        other = signature(noise(seed) + gauss_markov(30.0, 0.02)(rng, N, RATE), RATE)
+        assert walk is not None and other is not None and other.noise != "random_walk"
+        told.append(walk.noise == "random_walk")
+    assert sum(told) >= 3
 
 
 def test_size_and_place_of_a_step_and_of_a_cycle() -> None:
@@ -60,12 +112,12 @@ def test_gaps_leave_the_kind_and_a_short_recording_has_none() -> None:
 
 
 def test_a_coefficient_is_named_by_its_own_kind_alone() -> None:
-    none = Wander((), False, (), 0.0, 0.0, 0.0)
+    none = Wander((), "", (), 0.0, 0.0, 0.0)
     assert not any(none.allows(kind) for kind in ("drift", "warm_up", "random_walk"))
     assert not none.undecided
-    slow = Wander(("drift",), True, ("drift",), 0.1, 0.01, 0.1)
+    slow = Wander(("drift",), "random_walk", ("drift",), 0.1, 0.01, 0.1)
     assert slow.allows("drift") and slow.allows("random_walk") and not slow.allows("warm_up")
-    assert Wander((), False, ("cycle", "drift"), 0.1, 0.01, 0.1).undecided
+    assert Wander((), "", ("cycle", "drift"), 0.1, 0.01, 0.1).undecided
 
 
 def test_times_and_sizes_of_changes_at_once() -> None:

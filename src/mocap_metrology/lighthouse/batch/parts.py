@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy.stats import chi2, f
@@ -197,8 +198,9 @@ def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
     return replace(max(at, key=lambda pair: pair.m2), stepped=stepped)
 
 
-def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
-    """Pose of a station from each of several recordings against that from all others.
+def predicted(found: Joint, priors: Priors) -> list[list[Halves | None]]:
+    """Pose of each station but the first from each of several recordings against that from all
+    others, None where either does not determine it: first by station, then by recording.
 
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
@@ -206,13 +208,16 @@ def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
     parts = [reduced(one.sums(state, of), one.trajectory, one.noise) for one in found.recordings]
     S, h = sum(part.S for part in parts), sum(part.h for part in parts)
     zero = _of_one(found, priors)
-    apart = []
-    for own in parts:
-        alone = _part(found, own.S, own.h, station)
-        others = _part(found, S - own.S, h - own.h, station)
-        if alone is None or others is None:
-            raise np.linalg.LinAlgError("a recording does not determine the pose of its stations")
-        apart.append(replace(_apart(found, alone, others, zero, station), recordings=True))
+    apart: list[list[Halves | None]] = []
+    for station in range(1, len(state.R)):
+        apart.append([])
+        for own in parts:
+            alone = _part(found, own.S, own.h, station)
+            others = _part(found, S - own.S, h - own.h, station)
+            pair = None
+            if alone is not None and others is not None:
+                pair = replace(_apart(found, alone, others, zero, station), recordings=True)
+            apart[-1].append(pair)
     return apart
 
 
@@ -254,8 +259,9 @@ def prior_p(found: Joint) -> float:
 
     With M = S + L, errors of the standard deviations B make estimates v of the covariance
     C = G B G' + M^-1 S M^-1, G = I - M^-1 L; v' C^-1 v is a chi squared in the directions that the
-    hits determine, in units of B, by `SHOWN` at least. The lower of the probabilities, times
-    two, of all and of strains of the board alone, as of a board file stretched along one axis.
+    hits determine, in units of B, by `SHOWN` at least. A strain u of the board file would make
+    estimates G u, so u' G' C^-1 v / sqrt(u' G' C^-1 G u) is a normal deviate, the most powerful one
+    against this strain. The lowest of all n probabilities counts n times.
     """
     own = np.isin(found.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
     if not own.any():
@@ -265,27 +271,30 @@ def prior_p(found: Joint) -> float:
     rows = np.ix_(own, own)
     by_prior = (np.eye(sd.size) - M[rows] * known[own]) * sd / sd[:, None]
     C = by_prior @ by_prior.T + found.misfit * (M @ found.S @ M)[rows] / np.outer(sd, sd)
-    off = found.state.values[own] / sd
-    strains = np.zeros((sd.size, 9))
-    if found.of.places >= 0:
-        first = int(np.count_nonzero(own[: found.of.places]))
-        board = found.state.board - found.state.board.mean(axis=0)
-        strains[first : first + board.size] = np.kron(board, np.eye(3))
-    axes, size, _ = np.linalg.svd(strains, full_matrices=False)
-    p = [_by_chance(off, by_prior, C)]
-    if size[0] > 0:
-        modes = axes[:, size > 1e-6 * size[0]]
-        p.append(_by_chance(modes.T @ off, modes.T @ by_prior, modes.T @ C @ modes))
-    return min(1.0, 2 * min(p))
-
-
-def _by_chance(off: Floats, by_prior: Floats, C: Floats) -> float:
-    """Probability of a larger off' C^-1 off in directions that are shown; 1 where none is."""
     size, axes = np.linalg.eigh((C + C.T) / 2)
     shown = np.sum((axes.T @ by_prior) ** 2, axis=1) > SHOWN
+    white = axes[:, shown] / np.sqrt(size[shown])
     if not shown.any():
         return 1.0
-    return float(chi2.sf(np.sum((off @ axes)[shown] ** 2 / size[shown]), int(shown.sum())))
+    off = white.T @ (found.state.values[own] / sd)
+    p = [float(chi2.sf(off @ off, off.size))]
+    if found.of.places >= 0:
+        first = int(np.count_nonzero(own[: found.of.places]))
+        places = slice(first, first + found.state.board.size)
+        for strain in _strains(found.state.board):
+            made = white.T @ by_prior[:, places] @ (strain / sd[places])
+            p.append(float(chi2.sf((made @ off) ** 2 / (made @ made), 1)))
+    return min(1.0, len(p) * min(p))
+
+
+def _strains(board: np.ndarray) -> Iterator[Floats]:
+    """Places, (3 n,), of a board stretched along each of its principal axes and sheared between
+    each two, those aside along which it has no extent."""
+    centred = board - board.mean(axis=0)
+    _, size, axes = np.linalg.svd(centred, full_matrices=False)
+    along = axes[size > 1e-3 * size[0]]
+    for a, b in combinations_with_replacement(along, 2):
+        yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()
 
 
 def scale_share(found: Joint, station: int = 1) -> float:

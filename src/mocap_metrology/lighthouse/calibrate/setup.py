@@ -1,26 +1,47 @@
 """Several recordings of a setup in one estimate by `batch`.
 
-The stations keep their places, so all recordings share the slave's pose, the optics and the board,
-and each has a trajectory of its own: their normal equations, without the trajectories, are added.
+The stations keep their places, so all recordings share their poses, the optics and the boards, and
+each has a trajectory of its own: their normal equations, without the trajectories, are added.
 Recordings at different places determine what one cannot, above all the optics of stations that do
 not transmit them. What the recordings say of each other is the check: the pose of each is held
 against that from all others.
+
+Recordings may see different stations, which common views in any of them connect: each begins from
+its own estimate, in the frame of a station that it sees, and is brought to the reference's through
+the stations that it shares with those before it. Objects may differ: then the diodes of all boards
+are places of one, of which each recording sees its own. Their scales count as one, by the least
+certain of them.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
-from mocap_metrology.lighthouse.batch.parts import predicted
+from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
 from mocap_metrology.lighthouse.batch.recording import Given
 from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of, poses_of
-from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_by
+from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
+from mocap_metrology.lighthouse.calibrate.network import (
+    FEWEST_MOMENTS,
+    HERE,
+    islands,
+    look,
+    shared_moments,
+    start,
+)
+from mocap_metrology.lighthouse.calibrate.scene import Pose
+from mocap_metrology.lighthouse.calibrate.stages import Network
+from mocap_metrology.lighthouse.calibrate.stations import (
+    OF_PLANES,
+    covariance_of_all,
+    unconnected,
+)
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
     NAMES,
@@ -35,74 +56,221 @@ FEWEST = 2  # recordings
 
 @dataclass(frozen=True)
 class Setup:
-    """The estimate from all recordings; each held against the others, by name; the variants of the
-    rotor model; why recordings were left out."""
+    """The estimate from all recordings, a pose of each station but the reference; by station and
+    recording each held against the others; the variants of the rotor model; why recordings were
+    left out; and, of any number of stations, which are connected."""
 
-    pose: PoseEstimate
-    predicted: Mapping[str, Halves]
+    poses: list[PoseEstimate]
+    predicted: Mapping[str, Mapping[str, Halves]]
     variants: list[Weighed]
     why: list[str]
+    network: Network | None = None
+
+    @property
+    def pose(self) -> PoseEstimate:
+        """Of the first station but the reference: of two, the slave."""
+        return self.poses[0]
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A recording alone, or what it sees of stations that it does not connect with its others:
+    members (m,) among all stations, moments (n, n) that each two share; first: of its board's
+    diodes among those of all boards."""
+
+    recording: str
+    title: str
+    members: list[int]
+    shared: np.ndarray
+    found: Joint
+    first: int
 
 
 def by_setup(
     scenes: Mapping[str, Scene],
-    still: Mapping[str, tuple[Measurements, Measurements]] | None = None,
+    still: Mapping[str, Sequence[Measurements]] | None = None,
+    objects: Mapping[str, str] | None = None,
 ) -> Setup:
-    """One pose of the slave from recordings that differ in their hits only; still: median angles of
-    those in which the board keeps its place.
+    """Poses from recordings that differ in their hits, boards and normals only; still: median
+    angles of each station in those in which the board keeps its place; objects: which object each
+    is of, where equal boards are not one.
 
     Raises `Refusal` where fewer than two of them can be used, or all together do not converge.
     """
-    begun, why = time.perf_counter(), []
-    first = next(iter(scenes.values()))
-    auto = first.optics == "factory" and first.variant == AUTO
-    names = NAMES if auto and not all_one(first.factories) else (_variant(first),)
-    alone: dict[str, Joint] = {}
-    for name, scene in scenes.items():
-        try:
-            alone[name], note = joint(replace(scene, variant=names[0]), (still or {}).get(name))
-        except Refusal as refusal:
-            why.append(f"{name}: {refusal}")
-            continue
-        why += [f"{name}: {note}"] if note else []
-    if len(alone) < FEWEST:
+    begun, why = time.perf_counter(), list[str]()
+    scene, firsts = _of_all_boards(scenes, objects or {})
+    pieces = [
+        piece
+        for (name, own), first in zip(scenes.items(), firsts, strict=True)
+        for piece in _alone(name, own, (still or {}).get(name), first, why)
+    ]
+    scene, pieces, network = _connected(scene, pieces, why)
+    if len(used := {piece.recording for piece in pieces}) < FEWEST:
         raise Refusal(
-            f"{len(alone)} recordings of the setup can be used; expected at least {FEWEST}"
+            f"{len(used)} recordings of the setup can be used; expected at least {FEWEST}"
             + "".join(f"; {reason}" for reason in why)
         )
-    of = {name: replace(first, variant=name) for name in names}
+    found, scene, ways = _by_variant(scene, scenes, pieces)
+    with determined(scene.title):
+        apart = predicted(found, scene.used_priors)
+        poses, by_station = [], {}
+        for k, name in enumerate(scene.names[1:], start=1):
+            pairs = zip(pieces, apart[k - 1], strict=True)
+            by_name = {piece.title: pair for piece, pair in pairs if pair is not None}
+            worst = max(by_name.values(), key=lambda pair: pair.m2, default=None)
+            pose = widened(replace(pose_of(scene, found, "final", k), halves=worst), ways[k - 1])
+            poses.append(replace(pose, seconds=time.perf_counter() - begun))
+            by_station[name] = by_name
+    network = network and replace(network, covariance=covariance_of_all(found, ways))
+    return Setup(poses, by_station, ways[0], why, network)
+
+
+def _of_all_boards(
+    scenes: Mapping[str, Scene], objects: Mapping[str, str]
+) -> tuple[Scene, list[int]]:
+    """A scene with the diodes of all boards, and the first of them that each recording sees."""
+    keys = [objects.get(name, own.board.tobytes()) for name, own in scenes.items()]
+    of = dict(zip(keys, scenes.values(), strict=True))
+    scene, every = next(iter(scenes.values())), list(of.values())
+    if len(of) == 1:
+        return scene, [0] * len(scenes)
+    ends = np.cumsum([len(own.board) for own in every]).tolist()
+    first = {key: end - len(own.board) for (key, own), end in zip(of.items(), ends, strict=True)}
+    normals = [own.sensors.normals for own in every]
+    known = any(one is not None for one in normals)
+    none = [np.zeros_like(own.board) for own in every]  # a diode without a normal has no cover
+    given = [a if b is None else b for a, b in zip(none, normals, strict=True)]
+    scale = max(own.priors.of_board(own.board).board_scale for own in every)
+    scene = replace(
+        scene,
+        board=np.concatenate([own.board for own in every]),
+        priors=replace(scene.priors, board_scale=scale),
+        sensors=replace(scene.sensors, normals=np.concatenate(given) if known else None),
+    )
+    return scene, [first[key] for key in keys]
+
+
+def _alone(
+    name: str, scene: Scene, still: Sequence[Measurements] | None, first: int, why: list[str]
+) -> Iterator[_Piece]:
+    """Estimates of one recording, or why there is none."""
+    n = len(scene.names)
+    scene = replace(scene, variant=NAMES[0] if scene.variant == AUTO else scene.variant)
+    shared, parts, seen = np.ones((n, n), int), [list(range(n))], None
+    if scene.generation == 2:
+        seen = look(scene)
+        shared = shared_moments(seen)
+        parts = [own for own in islands(shared) if len(own) > 1]
+        if not parts:
+            why.append(
+                f"{name}: no two stations see four diodes at {FEWEST_MOMENTS} common moments"
+            )
+    for own in parts:
+        of = scene.of(own) if seen else scene
+        stations = ", ".join(scene.names[k] for k in own)
+        title = name if len(parts) == 1 else f"{name} (stations {stations})"
+        try:
+            middle = still and [still[k] for k in own]
+            near = start(of, [seen[k] for k in own]) if seen and not middle else None
+            found, note = joint(of, middle, near)
+        except Refusal as refusal:
+            why.append(f"{title}: {refusal}")
+            continue
+        why += [f"{title}: {note}"] if note else []
+        yield _Piece(name, title, own, shared, found, first)
+
+
+def _connected(
+    scene: Scene, pieces: list[_Piece], why: list[str]
+) -> tuple[Scene, list[_Piece], Network | None]:
+    """The stations that common views in all recordings together connect with the reference (or, if
+    none does, most stations), and the recordings that see them."""
+    if scene.generation != 2 or not pieces:
+        return scene, pieces, None
+    names, n = scene.names, len(scene.names)
+    shared = np.zeros((n, n), int)
+    for piece in pieces:
+        both = np.ix_(piece.members, piece.members)
+        shared[both] += piece.shared[both]
+    parts = islands(shared)
+    own = parts[0] if len(parts[0]) > 1 else max(parts, key=len)
+    moments = (shared - np.diag(np.diag(shared))).max(axis=1)
+    apart = {names[k]: unconnected(k, names, parts, own) for p in parts if p != own for k in p}
+    network = Network(
+        [names[k] for k in own], apart, dict(zip(names, moments.tolist(), strict=True))
+    )
+    kept = []
+    for piece in pieces:
+        if piece.members[0] in own:
+            kept.append(replace(piece, members=[own.index(k) for k in piece.members]))
+        else:
+            why.append(f"{piece.title}: no station that is connected with {network.connected[0]}")
+    why += apart.values()
+    return scene.of(own), kept, network
+
+
+def _by_variant(
+    scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[_Piece]
+) -> tuple[Joint, Scene, list[list[Weighed]]]:
+    """All recordings together, by the variant of the rotor model that fits them best; the variants
+    as each station's pose has them."""
+    every = NAMES if scene.generation == 1 else OF_PLANES
+    auto = scene.optics == "factory" and scene.variant == AUTO and not all_one(scene.factories)
+    names = every if auto else (NAMES[0] if scene.variant == AUTO else scene.variant,)
+    of = {name: replace(scene, variant=name) for name in names}
     found: dict[str, Joint] = {}
-    ways: list[Weighed] = []
+    ways: list[list[Weighed]] = [[] for _ in scene.names[1:]]
     best = names[0]
     while best not in found:
-        found[best] = _together(of[best], alone)
+        found[best] = _together(of[best], scenes, pieces)
         if len(names) > 1:
-            ways = weighed_by(of, found[best])
-            best = next(way.variant for way in ways if way.standing == "chosen")
-    with determined(of[best].title):
-        apart = predicted(found[best], of[best].used_priors)
-    by_name = dict(zip(alone, apart, strict=True))
-    worst = max(apart, key=lambda pair: pair.m2)
-    pose = replace(pose_of(of[best], found[best], "final"), halves=worst)
-    pose = replace(widened(pose, ways), seconds=time.perf_counter() - begun)
-    return Setup(pose, by_name, ways, why)
+            ways = weighed_stations(of, found[best])
+            best = next(way.variant for way in ways[0] if way.standing == "chosen")
+    joined = found[best]
+    if scene.generation == 2:
+        joined = replace(joined, misfit=misfit_of(joined))
+    return joined, of[best], ways
 
 
-def _variant(scene: Scene) -> str:
-    return NAMES[0] if scene.variant == AUTO else scene.variant
-
-
-def _together(scene: Scene, alone: Mapping[str, Joint]) -> Joint:
-    """From the estimates of the single recordings, beginning at the most certain pose."""
-    sure = min(alone.values(), key=lambda one: float(np.trace(one.pose_covariance()[:3, :3])))
-    own = [one.recordings[0] for one in alone.values()]
-    series = [None if one.sensors is None else one.sensors.windows.series for one in own]
-    given = [
-        Given(one.sweeps.hits, one.trajectory, of, tuple(length.known for length in one.lengths))
-        for one, of in zip(own, series, strict=True)
-    ]
-    R, t = zip(*poses_of(sure), strict=True)
+def _together(scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[_Piece]) -> Joint:
+    """From the estimates of the single recordings, beginning at the most certain poses."""
+    poses, frames = _placed(pieces)
+    given = []
+    for piece, frame in zip(pieces, frames, strict=True):
+        one, members = piece.found.recordings[0], np.array(piece.members)
+        own = one.sweeps.hits
+        hits = replace(
+            own,
+            station=members.astype(own.station.dtype)[own.station],
+            diode=own.diode + own.diode.dtype.type(piece.first),
+        )
+        series = None if one.sensors is None else one.sensors.windows.series
+        lengths = tuple(length.known for length in one.lengths)
+        given.append(Given(hits, one.trajectory.seen_from(*frame), series, lengths))
+    R, t = zip(*(poses[k] for k in range(len(scene.names))), strict=True)
     with determined(scene.title):
         how = scene.rotors, scene.board, scene.used_priors
         found = estimate(given, R, t, *how, more=scene.more)
     return found.sure(scene.title)
+
+
+def _placed(pieces: Sequence[_Piece]) -> tuple[dict[int, Pose], list[Pose]]:
+    """Poses of the stations in the frame of the first, and of the frame of each piece in it."""
+
+    def variance(piece: _Piece) -> float:
+        own = range(1, len(piece.members))
+        return float(np.mean([np.trace(piece.found.pose_covariance(k)[:3, :3]) for k in own]))
+
+    left = sorted(range(len(pieces)), key=lambda k: variance(pieces[k]))
+    poses, frames = {0: HERE}, dict[int, Pose]()
+    while left:
+        k = next(k for k in left if poses.keys() & set(pieces[k].members))
+        left.remove(k)
+        own = dict(zip(pieces[k].members, poses_of(pieces[k].found), strict=True))
+        anchor = next(member for member in own if member in poses)
+        (R_0, t_0), (R, t) = poses[anchor], own[anchor]
+        turn = R_0 @ R.T
+        frames[k] = turn, t_0 - turn @ t
+        for member, (R, t) in own.items():
+            poses.setdefault(member, (turn @ R, turn @ t + frames[k][1]))
+    return poses, [frames[k] for k in range(len(pieces))]

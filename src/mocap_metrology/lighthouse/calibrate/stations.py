@@ -78,7 +78,12 @@ def calibrate_stations(
     moments = shared - np.diag(np.diag(shared))
     network = Network(
         [names[k] for k in own],
-        {names[k]: _apart(k, names, parts, own) for part in parts if part != own for k in part},
+        {
+            names[k]: unconnected(k, names, parts, own)
+            for part in parts
+            if part != own
+            for k in part
+        },
         {names[k]: int(moments[k].max()) for k in range(len(names))},
     )
     still = None
@@ -99,7 +104,7 @@ def calibrate_stations(
         why=list(network.apart.values()),
         variants=ways[0] if ways else [],
         joints={scene.optics: (scene, found)},
-        network=replace(network, covariance=_together(found, open_ways)),
+        network=replace(network, covariance=covariance_of_all(found, open_ways)),
     )
 
 
@@ -109,7 +114,9 @@ def _optics(scene: Scene, settings: CalibrationSettings) -> str:
     return ESTIMATED if ESTIMATED in settings.optics else "ideal"
 
 
-def _apart(k: int, names: Sequence[str], parts: Sequence[Sequence[int]], own: Sequence[int]) -> str:
+def unconnected(
+    k: int, names: Sequence[str], parts: Sequence[Sequence[int]], own: Sequence[int]
+) -> str:
     """Why a station has no pose, and what would change that."""
     with_it = [names[j] for part in parts if k in part for j in part if j != k]
     connected = ", ".join(names[j] for j in own)
@@ -140,7 +147,7 @@ def _best(
     return of[best], given, ways
 
 
-def _together(found: Joint, ways: Sequence[Sequence[Weighed]]) -> np.ndarray:
+def covariance_of_all(found: Joint, ways: Sequence[Sequence[Weighed]]) -> np.ndarray:
     """Covariance of all poses in mm and deg, with the variants that are left open."""
     n = len(ways)
     rows = np.concatenate([found.pose(k) for k in range(1, n + 1)])

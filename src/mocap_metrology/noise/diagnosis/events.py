@@ -71,6 +71,11 @@ class Event:
         return self.time_s + self.duration_s
 
     @property
+    def stays(self) -> bool:
+        """Whether more than half of it is left afterwards."""
+        return abs(self.shift_mm) > self.size_mm / 2
+
+    @property
     def level_changed(self) -> bool:
         return any(side.changed for side in self.sides)
 

@@ -39,6 +39,7 @@ FALLS_SHARE = 0.4  # W at most, of that of a whole octave below
 QUIET_SHARE = 0.2  # S of the top at most, of that of the same octave
 ROUNDED_LEVELS = 4.0  # times the white level of rounding that is no noise of the system
 COARSE_SHARE = 0.02  # of S at the edge, in rounding, from which no cutoff is reported
+PIECES = 32  # of the middle and the top
 FLAT_RATIO = 0.7  # S of the middle and of the top differ by less where a stop band has levelled
 FILTER_ORDERS = (1, 2, 3, 4, 6)  # of amplitudes 1 / (1 + (f/f_c)^2n) that are tried
 FOLLOWED = 0.01  # of the greatest W, down to which a cutoff is fitted
@@ -121,12 +122,13 @@ class LowPass:
 class Bands:
     """Spectrum in bands, four an octave: f_hz their centres, psd medians of the ordinates (of the
     mean they are ln 2 times as much), middle and top those of 0.5 to 0.7 and of 0.7 to 0.95
-    Nyquist; mm^2/Hz."""
+    Nyquist; mm^2/Hz. least: of the `PIECES` of both."""
 
     f_hz: np.ndarray
     psd: np.ndarray
     middle: float
     top: float
+    least: float
 
 
 def bands(series: np.ndarray, rate_hz: float) -> Bands | None:
@@ -160,7 +162,9 @@ def bands(series: np.ndarray, rate_hz: float) -> Bands | None:
         float(np.median(rows[:, _inside(f, low * rate_hz / 2, high * rate_hz / 2)]))
         for low, high in (MIDDLE, TOP)
     ]
-    return Bands(np.sqrt(np.array(edges[:-1]) * edges[1:]), np.array(psd), *ends)
+    pieces = pairwise(np.linspace(MIDDLE[0], TOP[1], PIECES + 1) * rate_hz / 2)
+    least = min(float(np.median(rows[:, _inside(f, *pair)])) for pair in pieces)
+    return Bands(np.sqrt(np.array(edges[:-1]) * edges[1:]), np.array(psd), *ends, least)
 
 
 def _periodogram(values: np.ndarray, window: np.ndarray) -> np.ndarray:
@@ -196,6 +200,7 @@ def low_pass(
         return None
     rounding = 2 * resolution_mm**2 / 12 / rate_hz * math.log(2)
     levelled = FLAT_RATIO < found.middle / found.top < 1 / FLAT_RATIO
+    levelled &= found.least > FLAT_RATIO / 2 * found.top  # a stop band has nulls between its lobes
     if levelled and found.top > ROUNDED_LEVELS * rounding:
         return None
     fallen = high + OCTAVE + 1 + int(np.argmin(after))

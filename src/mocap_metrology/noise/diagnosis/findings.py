@@ -120,7 +120,7 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
         _wanders(found),
         _moves(found),
         _low_pass(found),
-        _gap_filled(recording),
+        _gap_filled(recording, found),
         _repeated(recording, found),
         _exchanged(recording),
         [Finding(one.code, one.series, one.value) for one in found.processed],
@@ -140,12 +140,12 @@ def _low_pass(found: Diagnosis) -> list[Finding]:
     return [Finding("low_pass", one.series, one.cutoff_hz) for one in found.low_pass]
 
 
-def _gap_filled(recording: Recording) -> list[Finding]:
-    """Of all coordinates of a marker, as they are filled together."""
+def _gap_filled(recording: Recording, found: Diagnosis) -> list[Finding]:
+    """Of all coordinates of a marker, as they are filled together; not of medians, which repeat."""
     return [
         Finding("gap_filled", f"{axis}{k}", recording.n_filled[label] / recording.n_frames)
         for k, label in enumerate(recording.labels, start=1)
-        if recording.n_filled.get(label)
+        if recording.n_filled.get(label) and "running_median" not in found.software
         for axis in AXES
     ]
 

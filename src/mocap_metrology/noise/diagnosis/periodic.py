@@ -10,7 +10,13 @@ import numpy as np
 
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
-from mocap_metrology.noise.fit.spectral.lines import Line, find_lines, find_slow_lines, waves
+from mocap_metrology.noise.fit.spectral.lines import (
+    Line,
+    find_lines,
+    find_slow_lines,
+    threshold,
+    waves,
+)
 from mocap_metrology.noise.model.components import Sinusoid
 
 MAINS = (50.0, 60.0)  # Hz; lamps flicker at twice that
@@ -100,12 +106,14 @@ def series_lines(
     frame_rate_hz: float,
     at_most: int,
     density: Callable[[np.ndarray], np.ndarray] | None = None,
+    n_series: int = 1,
 ) -> tuple[list[Line], float]:
     """Lines of the longest stretch of (n,) without long gaps, strongest first, and its duration.
 
     density: of the noise, f -> mm^2/Hz. With it, gaps of up to 1200 frames are filled with a draw
     of that noise, and lines of fewer than 128 cycles looked for too; without it gaps of up to 12
     frames are bridged. (A straight line over a longer one is a slow bump, which looks like lines.)
+    Of n_series together no more lines are by chance than of one (`threshold`).
     """
     tau0 = 1 / frame_rate_hz
     parts = stretches(series, LONGEST_GAP if density else SHORT_GAP, LEAST)
@@ -123,6 +131,8 @@ def series_lines(
         bare = waves(found, whole.size, frame_rate_hz)
         np.subtract(whole, bare, out=bare)
         found += find_slow_lines(bare, frame_rate_hz, density, at_most - len(found))
+    least = threshold(whole.size) + 2 * math.log(n_series)
+    found = [line for line in found if line.gain > least]
     return sorted(found, key=lambda line: -line.gain), whole.size * tau0
 
 

@@ -46,10 +46,11 @@ from mocap_metrology.noise.diagnosis.records import (
     explained,
 )
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
-from mocap_metrology.noise.diagnosis.resonance import Resonance, resonance
-from mocap_metrology.noise.diagnosis.signatures import Wander, signature
+from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
+from mocap_metrology.noise.diagnosis.signatures import LASTING_S, Wander, signature
 from mocap_metrology.noise.diagnosis.software import Processed, processed, running_median
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
+from mocap_metrology.noise.fit.spectral.gaps import filled
 from mocap_metrology.noise.fit.spectral.likelihood import (
     LONGEST_GAP,
     LikelihoodSettings,
@@ -63,7 +64,7 @@ from mocap_metrology.noise.series import AXES, all_series, every_series
 
 NOTCHES = 3  # of a series: its strongest lines
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
-SLOW_HZ = 0.25  # lines below may be of a change at once, which has every frequency
+SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
 Columns = Mapping[str, np.ndarray]
 
@@ -97,26 +98,36 @@ def diagnose(
     away = inside_events(events, recording.n_frames, 1 / rate)
     if away.mean() > MOST_BLANKED:
         away[:] = False
-    wide = _widened(away)
+    brief = inside_events([e for e in events if e.duration_s < LASTING_S], away.size, 1 / rate)
+    brief &= away
 
     def examined(one: tuple[str, np.ndarray]) -> _Examined:
         name, series = one
+        kind_of = signature(_blanked(series, brief), rate)
         blank = _blanked(series, away)
         model, spectrum = _model(noise, name), _rows(psd, name)
-        if away.any():
+        jumps = kind_of and kind_of.jumps
+        if jumps:
+            blank = kind_of.without_jumps(blank, rate)
+        if jumps or away.any():
+            wide = _widened(np.isnan(blank) & ~np.isnan(series))
             form = model.form if model else "sampled"
             model = _refitted(_blanked(middle(blank), middle(wide)), rate, form) or model
             spectrum = _welch(blank, rate, welch_settings or {})
         density = partial(model.psd, frame_rate_hz=rate) if model else None
-        own_lines, own_filtered = _lines_and_filters(name, blank, rate, density, spectrum, settings)
+        own_lines, own_filtered = _lines_and_filters(
+            name, blank, rate, density, spectrum, settings, len(quiet)
+        )
+        if jumps:
+            own_lines = [one for one in own_lines if one.line.f_0 > SLOW_HZ]
         avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
         kind = recording.resolution_kind
         step_of = resolution(name, step, kind, avar_1, rate, name.startswith("L"))
-        kind_of = signature(series, rate)
-        if kind_of and kind_of.jumps:
-            own_lines = [one for one in own_lines if one.line.f_0 > SLOW_HZ]
         at_hz = [line.line.f_0 for line in own_lines]
-        broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None
+        whole = spectrum
+        if density and 0 < np.isnan(blank).mean() <= MOST_GAPS:
+            whole = _welch(_gapless(blank, density, rate), rate, welch_settings or {})
+        broad = resonance(name, blank, rate, whole, at_hz) if whole else None
         return _Examined(name, spectrum, own_lines, own_filtered, step_of, kind_of, broad)
 
     every = list(over(examined, quiet.items()))
@@ -225,8 +236,9 @@ def _lines_and_filters(
     density: Callable[[np.ndarray], np.ndarray] | None,
     spectrum: Columns | None,
     settings: DiagnosisSettings,
+    n_series: int,
 ) -> tuple[list[Found], list[Filtered]]:
-    found, duration = series_lines(series, rate_hz, settings.max_lines, density)
+    found, duration = series_lines(series, rate_hz, settings.max_lines, density, n_series)
     notches = [line.f_0 for line in found[:NOTCHES]]
     among = filters(rate_hz, settings.cutoffs_hz, notches, settings.notch_width_hz)
     sinusoids = [Sinusoid(line.A_s, line.f_0) for line in found]
@@ -350,12 +362,13 @@ def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
 
 
 def _walk_decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
-    """No noise that is named where the interval of h_-2 holds zero, as slow Gauss-Markov noise may
-    stand for it."""
-    walks = [r["lower_95"] for r in _likelihood_rows(noise, series) if r["parameter"] == "h_-2"]
-    if not wander.noise or not any(float(low) <= 0 for low in walks):
+    """No noise that is named where a walk is of another noise by the signature, or its interval
+    holds zero, as slow Gauss-Markov noise may stand for it."""
+    of_walk = [r for r in _likelihood_rows(noise, series) if r["parameter"] == "h_-2"]
+    lowest = [low for r in of_walk if math.isfinite(low := float(r["lower_95"]))]
+    if not wander.noise or not lowest or (wander.noise == "random_walk" and min(lowest) > 0):
         return wander
-    return replace(wander, noise=False, possible=wander.possible or ("noise",))
+    return replace(wander, noise="", possible=wander.possible or ("noise",))
 
 
 def _welch(
@@ -367,6 +380,16 @@ def _welch(
         return None
     n = np.full(found.f_hz.size, found.n_segments)
     return {"f_hz": found.f_hz, "psd_mm2_hz": found.psd, "n_segments": n}
+
+
+def _gapless(
+    series: np.ndarray, density: Callable[[np.ndarray], np.ndarray], rate_hz: float
+) -> np.ndarray:
+    """Gaps filled with noise, as straight lines over them have a spectrum of their own."""
+    inside = middle(series)
+    there = np.flatnonzero(np.isfinite(inside))
+    inside = inside[there[0] : there[-1] + 1]
+    return filled(inside, density, rate_hz, np.random.default_rng(0))
 
 
 def _widened(away: np.ndarray) -> np.ndarray:

@@ -114,6 +114,11 @@ class Diagnosis:
     resonances: list[Resonance]
     bouts: dict[str, tuple[float, float]] = field(default_factory=dict)
 
+    @property
+    def software(self) -> set[str]:
+        """Codes of what software did to the frames."""
+        return {one.code for one in self.processed}
+
 
 def explained(found: Diagnosis) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of
@@ -141,7 +146,9 @@ def explained(found: Diagnosis) -> Diagnosis:
         near = (line.line.f_0 for line in found.lines if line.series == one.series)
         return all(abs(f_0 / one.f_hz - 1) > 2 * one.damping for f_0 in near)
 
-    codes = {one.code for one in found.processed}
+    codes = found.software
+    if codes - {"smoothed"} or found.low_pass:  # which smooth
+        found = replace(found, processed=[x for x in found.processed if x.code != "smoothed"])
     software = bool(codes or found.low_pass)
     none = np.empty(0, int)
     return replace(
@@ -151,6 +158,6 @@ def explained(found: Diagnosis) -> Diagnosis:
         movements={name: stands(name, one) for name, one in found.movements.items()},
         wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
         spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
-        repeats=[] if "resampled" in codes else found.repeats,
+        repeats=[] if codes & {"resampled", "running_median"} else found.repeats,
         resonances=[one for one in found.resonances if not software and other_than_lines(one)],
     )

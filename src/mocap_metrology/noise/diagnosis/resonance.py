@@ -91,9 +91,9 @@ def resonance(
         return None
     power = size[-1] * _oscillator(f, f_0, damping)
     base = float(np.interp(f_0, f, size[:-1] @ laws))
-    if damping < NARROWEST or power.max() < HEIGHT * base:
+    if not NARROWEST <= damping < 0.99 * BROADEST or f_0 < LOWEST_HZ:
         return None
-    if not _steady(values, rate_hz, f_0, damping):
+    if power.max() < HEIGHT * base or not _steady(values, rate_hz, f_0, damping, base):
         return None
     rms = math.sqrt(float(power @ count) * bin_hz)
     return Resonance(name, float(f_0), float(damping), rms)
@@ -109,10 +109,11 @@ def _bands(f: Floats, psd: Floats) -> tuple[Floats, Floats, Floats]:
     return np.add.reduceat(f, starts) / count, np.add.reduceat(psd, starts) / count, count
 
 
-def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float) -> bool:
+def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float, base: float) -> bool:
     """Whether the oscillation goes on all the time, as no burst does, with an amplitude that is
-    random, as that of no line: mean squares at f_0 of blocks of eight times its decay have a median
-    of half their mean at least, powers over half a decay a mean square of `RANDOM` at least."""
+    random, as that of no line: mean squares at f_0 of blocks of eight times its decay, less that of
+    the noise of density `base`, have a median of half their mean at least, powers over half a decay
+    a mean square of `RANDOM` at least."""
     decay = 1 / (2 * math.pi * damping * f_0)
     short, long = max(round(decay * rate_hz / 2), 1), 16
     known = np.where(np.isfinite(values), values - np.nanmean(values), 0.0)
@@ -124,6 +125,7 @@ def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float) -> b
     blocks = power.reshape(-1, long).mean(axis=1)
     if float(np.mean(power**2)) < RANDOM * float(power.mean()) ** 2:
         return False
+    blocks = blocks - base * rate_hz / 2 / short
     return float(np.median(blocks)) > STEADY * float(blocks.mean())
 
 

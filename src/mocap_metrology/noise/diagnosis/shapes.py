@@ -17,6 +17,8 @@ FINER = 8  # places a cycle of the search for one
 PLACE = 2  # parameters of a place in time, as it is searched among many
 SMOOTH, MOST_STEPS = (4, 8, 16, 32, 48), 8  # cosines of any other slow curve; steps
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
+SLOW = (0.3, 0.7)  # constants of the slower of two approaches, over the recording
+HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
 DWELL = 3.0  # blocks, of each of more than two levels
 PARTS = 20  # of a curve, by whose steps it becomes faster or slower
 
@@ -41,10 +43,15 @@ class Shape:
 
     kinds: frozenset[str]
     columns: Floats
-    searched: int = 0
+    searched: float = 0
     at: tuple[float, ...] = ()
     main: int = -1
     line: int = 0
+
+    @property
+    def placed(self) -> bool:
+        """Whether `at` are places, not a period or a dwell."""
+        return bool(self.kinds & {"step", "shift", "steps"})
 
     def curve(self, z: Floats) -> tuple[Floats, Floats]:
         """Least-squares coefficients (p,), and the fitted curve (n,) without constant and line."""
@@ -82,10 +89,10 @@ class Shape:
         return [(place + 1, size) for place, size in found if abs(size) > least]
 
 
-def on_line(shape: Shape, n: int) -> Shape | None:
+def on_line(shape: Shape, k: np.ndarray) -> Shape | None:
     if not shape.kinds or shape.kinds & {"drift", "smooth", "accelerating"}:
         return None
-    both = np.vstack([np.linspace(-0.5, 0.5, n), shape.columns])
+    both = np.vstack([_time(k), shape.columns])
     kinds = shape.kinds - {"slowing"} | {"drift"}
     return replace(shape, kinds=kinds, columns=both, line=1)
 
@@ -109,27 +116,34 @@ def pace(curve: Floats) -> frozenset[str]:
     return frozenset()
 
 
-def shapes(z: Floats) -> Iterator[Shape]:
-    """The library; places in blocks. Of searched shapes those that fit best by least squares."""
-    n = z.size
-    t = np.linspace(-0.5, 0.5, n)
+def _time(k: np.ndarray) -> Floats:
+    """(n,) from -1/2 to 1/2, of blocks with these numbers."""
+    return np.asarray((k - k[0]) / (k[-1] - k[0]) - 0.5)
+
+
+def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
+    """The library, of blocks with the numbers k (n,), some of which may be missing; places are
+    among those that are there. Of searched shapes those that fit best by least squares."""
+    n, t = z.size, _time(k)
     yield Shape(frozenset(), np.zeros((0, n)))
     yield Shape(frozenset({"drift"}), t[None])
     for powers in (np.array([t, t**2]), np.array([t, t**2, t**3])):
         yield _smooth(powers, z)
     for kind, curve in CURVES.items():
         for line in (False, True):
-            constant = _refined(z, partial(curve, t + 0.5), CONSTANTS, line)
+            constant = _refined(z, t, partial(curve, t + 0.5), CONSTANTS, line)
             kinds = {kind} if kind == "accelerating" else {kind, "slowing"}
             yield Shape(frozenset(kinds), curve(t + 0.5, constant)[None], 1)
-    yield from _cycles(z)
-    yield from _steps(z)
-    yield from _recoveries(z)
+    yield from _two_approaches(z, t)
+    yield from _curves_and_steps(z, t)
+    yield from _cycles(z, k)
+    yield from _steps(z, t)
+    yield from _recoveries(z, k)
     yield from _levels(z)
     for count in SMOOTH:
         waves = np.cos(np.pi * np.arange(1, count + 1)[:, None] * (t + 0.5))
         yield _smooth(np.vstack([t, t**2, t**3, waves]), z)  # free ends
-    yield from _bends(z)
+    yield from _bends(z, t)
     yield from _several_steps(z, np.ones((1, n)), frozenset())
     yield from _several_steps(z, np.array([np.ones(n), t]), frozenset({"drift"}))
 
@@ -141,13 +155,18 @@ def _smooth(columns: Floats, z: Floats, searched: int = 0) -> Shape:
 
 
 def _refined(
-    z: Floats, columns: Columns, grid: Floats, line: bool = True, beside: Floats | None = None
+    z: Floats,
+    t: Floats,
+    columns: Columns,
+    grid: Floats,
+    line: bool = True,
+    beside: Floats | None = None,
 ) -> float:
     """Place on a grid, and between its neighbours, where the columns leave least beside a constant,
     a straight line and further columns (p, n)."""
     from scipy.optimize import minimize_scalar
 
-    fixed = np.vander(np.linspace(-0.5, 0.5, z.size), 2 if line else 1)
+    fixed = np.vander(t, 2 if line else 1)
     basis, _ = np.linalg.qr(fixed if beside is None else np.hstack([fixed, beside.T]))
     own = z - basis @ (basis.T @ z)
 
@@ -163,43 +182,77 @@ def _refined(
     return float(minimize_scalar(rest, bounds=bounds, method="bounded", options=fine).x)
 
 
-def _cycles(z: Floats) -> Iterator[Shape]:
+def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
+    """Beside a warm-up a slow one, which may look like a straight line."""
+    fall = partial(CURVES["warm_up"], t + 0.5)
+    for slow in SLOW:
+        beside = fall(slow)[None]
+        constant = _refined(z, t, fall, CONSTANTS[slow / 2 > CONSTANTS], False, beside)
+        columns = np.vstack([beside, fall(constant)])
+        shape = Shape(frozenset({"warm_up"}), columns, 2)
+        one_way = np.prod(shape.curve(z)[0]) > 0
+        yield replace(shape, kinds=shape.kinds | ({"slowing"} if one_way else set()))
+
+
+def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:
+    """A curve and a step, in turn, each beside the other."""
+    at = np.arange(2, z.size - 1)
+    for kind in ("warm_up", "creep"):
+        curve = partial(CURVES[kind], t + 0.5)
+        constant = _refined(z, t, curve, CONSTANTS, False)
+        for _ in range(3):
+            X = np.array([np.ones(z.size), curve(constant)]).T
+            basis, _ = np.linalg.qr(X)
+            sums = np.cumsum(basis[::-1], axis=0)[::-1][at]  # of each column, from a place on
+            own = np.cumsum((z - basis @ (basis.T @ z))[::-1])[::-1][at]
+            best = int(at[np.argmax(own**2 / np.maximum(z.size - at - (sums**2).sum(1), 1e-9))])
+            step = (np.arange(z.size) >= best).astype(float)[None]
+            constant = _refined(z, t, curve, CONSTANTS, False, step)
+        columns = np.vstack([curve(constant), step])
+        yield Shape(frozenset({kind, "step"}), columns, 1 + PLACE, (float(best),))
+
+
+def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     """Of 3/4 to n/8 cycles the best, alone and beside a warm-up."""
     from scipy.fft import rfft
 
-    n = z.size
-    time = np.arange(n) / n
-    k = np.arange(n) / FINER  # places of the zero-padded transform
-    among = (k >= 0.75) & (k < max(n / 8, 4))
+    n = int(k[-1] - k[0]) + 1
+    time = (k - k[0]) / n
+    t = _time(k)
+    places = np.arange(n) / FINER  # of the zero-padded transform
+    among = (places >= 0.75) & (places < max(n / 8, 4))
 
     def wave(place: float) -> Floats:
         return np.array([np.sin(2 * np.pi * place * time), np.cos(2 * np.pi * place * time)])
 
     def near(own: Floats) -> Floats:
-        power = np.abs(rfft(own, FINER * n)[:n]) ** 2
+        every = np.interp(np.arange(n), k - k[0], own)
+        power = np.abs(rfft(every, FINER * n)[:n]) ** 2
         best = int(np.argmax(np.where(among, power, 0.0)))
-        return k[max(best - 1, 0) : best + 2]
+        return places[max(best - 1, 0) : best + 2]
 
     for own in (z - z.mean(), z - np.polyval(np.polyfit(time, z, 1), time)):
-        place = _refined(z, wave, near(own))
-        yield Shape(frozenset({"cycle"}), wave(place), 1, (n / place,))
+        place = _refined(z, t, wave, near(own))
+        for count in (1, HARMONICS) if place >= PERIODS else (1,):
+            waves = np.vstack([wave(place * j) for j in range(count, 0, -1)])
+            yield Shape(frozenset({"cycle"}), waves, 1, (n / place,))
     fall = partial(CURVES["warm_up"], time)
-    constant = _refined(z, fall, CONSTANTS)
+    constant = _refined(z, t, fall, CONSTANTS)
     for _ in range(4):  # in turn, each beside the other
-        X = np.array([np.ones(n), time, fall(constant)]).T
+        X = np.array([np.ones(z.size), time, fall(constant)]).T
         rest = z - X @ np.linalg.lstsq(X, z, rcond=None)[0]
-        place = _refined(z, wave, near(rest), beside=fall(constant)[None])
-        constant = _refined(z, fall, CONSTANTS, beside=wave(place))
+        place = _refined(z, t, wave, near(rest), beside=fall(constant)[None])
+        constant = _refined(z, t, fall, CONSTANTS, beside=wave(place))
     both = np.vstack([fall(constant), wave(place)])
     yield Shape(frozenset({"warm_up", "cycle"}), both, 2, (n / place,))
 
 
-def _steps(z: Floats) -> Iterator[Shape]:
+def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
     """Steps and temporary shifts (begin and end searched) by least squares, also of z less its
     trend; the best few of each."""
     n = z.size
     t = np.arange(n)
-    for own in (z - z.mean(), z - np.polyval(np.polyfit(t, z, 1), t)):
+    for own in (z - z.mean(), z - np.polyval(np.polyfit(time, z, 1), time)):
         total = np.concatenate([[0.0], np.cumsum(own)])
         at = np.arange(2, n - 1)
         gain = total[at] ** 2 * (1 / at + 1 / (n - at))
@@ -223,11 +276,9 @@ def _steps(z: Floats) -> Iterator[Shape]:
                 yield Shape(frozenset({"shift"}), columns, 2 * PLACE, places, main)
 
 
-def _bends(z: Floats) -> Iterator[Shape]:
+def _bends(z: Floats, t: Floats) -> Iterator[Shape]:
     """Straight lines that meet at one to three places, each searched beside those before it."""
-    n = z.size
-    t = np.linspace(-0.5, 0.5, n)
-    columns, places = np.array([np.ones(n), t]), np.linspace(-0.48, 0.48, 97)
+    columns, places = np.array([np.ones(t.size), t]), np.linspace(-0.48, 0.48, 97)
     hinges = np.maximum(t - places[:, None], 0.0)
     for _ in range(3):
         basis, _ = np.linalg.qr(columns.T)
@@ -256,9 +307,11 @@ def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator
         columns = np.vstack([columns, np.arange(n) >= at[int(np.argmax(gain))]])
         sizes = np.linalg.lstsq(columns.T, z, rcond=None)[0][fixed:]
         lasting = abs(sizes.sum()) > np.abs(sizes).sum() / 2
-        kind = "step" if lasting else "shift" if count == 2 else "steps"
+        places = tuple(sorted(float(np.argmax(row)) for row in columns[fixed:]))
+        both = np.count_nonzero(np.diff(places) > 1) == 1  # others are within a block of one
+        kind = "step" if lasting else "shift" if both else "steps"
         if count > 1:
-            places = tuple(float(np.argmax(row)) for row in columns[fixed:])
+            places = (places[0], places[-1]) if kind == "shift" else places
             main = int(np.argmax(np.abs(sizes))) - count
             kind_of = kinds | {kind}
             yield Shape(kind_of, columns[1:], PLACE * count, places, main, fixed - 1)
@@ -273,7 +326,7 @@ def _edges(total: Floats, a: int, b: int, n: int, reach: int) -> tuple[int, int]
     return int(i[at[0], 0]), int(j[0, at[1]])
 
 
-def _recoveries(z: Floats) -> Iterator[Shape]:
+def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     """Shifts at once that fade, by matched filters of some time constants."""
     n = z.size
     t = np.arange(n)
@@ -284,26 +337,31 @@ def _recoveries(z: Floats) -> Iterator[Shape]:
         left = np.arange(n, 0, -1)
         energy = (1 - decay ** (2 * left)) / (1 - decay**2)
         passed, value = np.empty(n), 0.0
-        for k in range(n - 1, -1, -1):
-            value = own[k] + decay * value
-            passed[k] = value
+        for place in range(n - 1, -1, -1):
+            value = own[place] + decay * value
+            passed[place] = value
         best = int(np.argmax((passed**2 / energy)[1:])) + 1
         gains.append((float(np.max((passed**2 / energy)[1:])), best))
     start = max(gains)[1]
     for best in range(max(start - 1, 1), min(start + 2, n - 1)):
 
         def fading(constant: float, begin: int = best) -> Floats:
-            return np.where(t >= begin, np.exp(-np.maximum(t - begin, 0) / constant), 0.0)[None]
+            return np.where(t >= begin, np.exp(-np.maximum(k - k[begin], 0) / constant), 0.0)[None]
 
         first = (t == best).astype(float)[None]  # a block that the shift begins within
-        constant = _refined(z, fading, np.geomspace(1, n / 5, 16), line=False, beside=first)
-        both, places = np.vstack([first, fading(constant)]), (float(best), best + 3 * constant)
+        grid = np.geomspace(1, n / 5, 16)
+        constant = _refined(z, _time(k), fading, grid, line=False, beside=first)
+        both, places = (
+            np.vstack([first, fading(constant)]),
+            (float(best), min(best + 3 * constant, n - 1.0)),
+        )
         yield Shape(frozenset({"shift", "fades"}), both, PLACE + 1, places)
 
 
 def _levels(z: Floats) -> Iterator[Shape]:
     """Two levels, and more where two are switched between, each by the most probable sequence
-    (Viterbi). A switch counts as two parameters, as its place is searched among many."""
+    (Viterbi). A switch counts as two parameters, as its place is searched among many, and as the
+    choice among the other levels. A rival slides between its switches."""
     n = z.size
     for count in range(2, MOST_LEVELS + 1):
         levels = np.quantile(z, np.linspace(0.1, 0.9, count))
@@ -326,7 +384,10 @@ def _levels(z: Floats) -> Iterator[Shape]:
             return
         kinds, dwell = {"levels"} | ({"two_levels"} if count == 2 else set()), n / (switches + 1)
         columns = (state == np.arange(1, count)[:, None]).astype(float)
-        yield Shape(frozenset(kinds), columns, 2 * switches, (dwell,))
+        searched = switches * (PLACE + 2 * math.log(count - 1) / math.log(n))
+        yield Shape(frozenset(kinds), columns, searched, (dwell,))
+        since = np.arange(n) - np.repeat(changes, np.diff(changes, append=n))
+        yield Shape(frozenset({"steps"}), np.vstack([columns, since / n]), searched + PLACE)
 
 
 def _viterbi(costs: Floats, price: float) -> np.ndarray:

@@ -8,7 +8,7 @@ Block means z of a series (1000 at most) are explained by a shape and a noise, i
   former describes is not taken for noise. Curves that go one way ever faster (`accelerating`) or
   ever more slowly (`slowing`) are this, whatever their law;
 * noises: white; with a random walk, flicker, or a Gauss-Markov term of at most a tenth of the
-  recording.
+  recording; with one of a quarter of a block, which is no slow wander.
 
 Differences d of neighbouring block means have, for all these noises, a covariance that the discrete
 sine transform makes diagonal, but for the ends of the recording: at f_k = k / 2 (n + 1) cycles a
@@ -28,12 +28,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.diagnosis.shapes import AT_ONCE, Shape, on_line, shapes
+from mocap_metrology.noise.diagnosis.shapes import AT_ONCE, PERIODS, Shape, on_line, shapes
 
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
@@ -42,7 +42,7 @@ MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 BLOCK_S = 1.0  # at least: what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 SHARES = 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
-PERIODS = 3.0  # of a cycle that is named
+WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),
     *("cycle", "step", "shift", "two_levels", "levels"),
@@ -54,7 +54,7 @@ PARTS = {  # what a kind has in it, that is no kind of its own beside it
     "accelerating": {"drift"},
     "two_levels": {"levels"},
 }
-NOISES = ("random_walk", "flicker", "correlated")
+FAST = ("white", "fast")  # noises that are none of slow wander
 LASTING_S = 10.0  # of a shift; a shorter one is movement
 NEAR_S = 5.0  # from an event to the step or shift that it is an end of
 
@@ -63,16 +63,17 @@ NEAR_S = 5.0  # from an event to the step or shift that it is an end of
 class Wander:
     """Slow wander of a series.
 
-    kinds: shapes that every possible explanation has; noise: whether every one has slow noise
-    (which noise is for the model of it to say); possible: shapes that are not excluded, none where
+    kinds: shapes that every possible explanation has; noise: the likeliest slow noise where every
+    one has some, else empty; possible: shapes that are not excluded, none where
     white noise alone explains it; net_mm: level at the end less that at the start (means of a tenth
     of the recording), with its standard error; range_mm: of medians of a fiftieth; size_mm: of the
     shape that explains most, signed; at_s: its places, or its period or mean dwell; jumps: time in
-    s and signed size in mm of every change at once.
+    s and signed size in mm of every change at once; curve: (2, n) times in s and the positions
+    of a shape that has some.
     """
 
     kinds: tuple[str, ...]
-    noise: bool
+    noise: str
     possible: tuple[str, ...]
     net_mm: float
     net_error_mm: float
@@ -80,6 +81,7 @@ class Wander:
     size_mm: float = math.nan
     at_s: tuple[float, ...] = ()
     jumps: tuple[tuple[float, float], ...] = ()
+    curve: Floats | None = field(default=None, repr=False, compare=False)
 
     @property
     def of(self) -> frozenset[str]:
@@ -93,7 +95,18 @@ class Wander:
 
     def allows(self, kind: str) -> bool:
         """Whether a coefficient of the noise model of this kind may be named."""
-        return self.noise if kind == "random_walk" else kind in self.kinds
+        return kind == self.noise or kind in self.kinds
+
+    def without_jumps(self, series: np.ndarray, frame_rate_hz: float) -> np.ndarray:
+        """Values (n,) without the shape that changes at once; NaN in the blocks of its changes."""
+        if self.curve is None or not self.jumps:
+            return series
+        time = np.arange(series.size) / frame_rate_hz
+        rest = series - np.interp(time, *self.curve)
+        block_s = float(np.diff(self.curve[0]).min())
+        for at, _ in self.jumps:
+            rest[np.abs(time - at) <= block_s] = np.nan
+        return rest
 
     def jump_near(self, begin_s: float, end_s: float) -> tuple[float, float] | None:
         """The largest of `jumps` in begin_s to end_s or within `NEAR_S` of it."""
@@ -128,26 +141,34 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     """Kind of the slow wander of (n,) values in mm, NaN in gaps; None where there is too little to
     tell."""
     length = max(round(BLOCK_S * frame_rate_hz), -(-series.size // MOST_BLOCKS), 1)
-    z = _means(series, length)
+    z, k = _means(series, length)
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
         return None
     z = z - np.median(z)
-    best = _fits(z)
+    best = _fits(z, k)
     least = min(value for value, _ in best.values())
     excluded = least - 2 * math.log(LEVEL)
-    none = best[frozenset(), "white"][0] < least - 2 * math.log(NOTHING)
+    none = min(best[frozenset(), noise][0] for noise in FAST) < least - 2 * math.log(NOTHING)
     near = [key for key, (value, _) in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
-    noise = all(noise != "white" for _, noise in near)
-    noise = noise and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
-    _, shape = min(best.values(), key=lambda own: own[0])
+    noises = {noise: value for (kinds, noise), (value, _) in best.items() if not kinds}
+    noise = min(noises, key=lambda own: noises[own])
+    slow = all(noise not in FAST for _, noise in near)
+    slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
+    (_, of), (_, shape) = min(best.items(), key=lambda own: own[1][0])
+    straight = any("drift" in kinds and "smooth" not in kinds for kinds, _ in near)
+    sure -= set() if straight else {"drift"}
+    if not (fits := _described(z, shape, of)).any():
+        sure = frozenset()
+    noise = noise if slow and fits.all() else ""
     block_s = length / frame_rate_hz
-    at = tuple(place * block_s for place in shape.at)
-    if "cycle" in sure and z.size * block_s < PERIODS * at[-1]:
-        sure, noise = sure - {"cycle"}, False  # what is beside it may be of its form
+    at = tuple(block_s * (k[int(a)] if shape.placed else a) for a in shape.at)
+    if "cycle" in sure and (k[-1] - k[0]) * block_s < PERIODS * at[-1]:
+        sure, noise = sure - {"cycle", "drift"}, ""  # what is beside it may be of its form
     for named, part in PARTS.items():
         sure -= part if named in sure else set()
+    jumps = shape.jumps(z) if sure & AT_ONCE else []
     tenth, short = max(z.size // 10, 1), max(z.size // 50, 1)
     first, last = z[:tenth], z[-tenth:]
     medians = [np.median(z[k : k + short]) for k in range(0, z.size, short)]
@@ -160,21 +181,20 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         float(np.ptp(medians)),
         shape.size(z),
         at,
-        tuple((place * block_s, size) for place, size in shape.jumps(z)),
+        tuple((float(k[place]) * block_s, size) for place, size in jumps),
+        np.array([(k + 0.5) * block_s, shape.curve(z)[1]]) if jumps else None,
     )
 
 
-def _means(series: np.ndarray, length: int) -> Floats:
-    """Means of blocks, those of gaps bridged by a line; nothing where half of them are gaps."""
+def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray]:
+    """Means (n,) of the blocks that are there, and their numbers; blocks of fewer than three
+    quarters of the usual number of samples are not."""
     rows = series[: series.size // length * length].reshape(-1, length)
     known = np.isfinite(rows)
     count = known.sum(axis=1)
-    with np.errstate(invalid="ignore"):
-        means = np.where(known, rows, 0.0).sum(axis=1) / count
-    there = np.flatnonzero(2 * count >= length)
-    if 2 * there.size < count.size or there.size < 2:
-        return np.empty(0)
-    return np.interp(np.arange(count.size), there, means[there])
+    usual = np.median(count[count > 0]) if count.any() else math.inf
+    there = np.flatnonzero(count >= 0.75 * usual)
+    return np.where(known, rows, 0.0).sum(axis=1)[there] / count[there], there
 
 
 def _mean_variance(values: Floats) -> float:
@@ -183,14 +203,14 @@ def _mean_variance(values: Floats) -> float:
     return float(parts.var(ddof=1) / parts.size) if parts.size > 1 else math.nan
 
 
-def _fits(z: Floats) -> dict[tuple[frozenset[str], str], tuple[float, Shape]]:
+def _fits(z: Floats, k: np.ndarray) -> dict[tuple[frozenset[str], str], tuple[float, Shape]]:
     """Least BIC, and its shape, of every set of kinds and noise."""
     from scipy.fft import dst
 
     n = z.size - 1
     weight = 4 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
     y = dst(np.diff(z), type=1, norm="ortho")
-    every = [one for shape in shapes(z) for one in (shape, on_line(shape, z.size)) if one]
+    every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
     found: dict[tuple[frozenset[str], str], tuple[float, Shape]] = {}
     transformed = [dst(np.diff(one.columns), type=1, norm="ortho", axis=1) for one in every]
     for noise, spectra in _noises(weight, n).items():
@@ -203,6 +223,26 @@ def _fits(z: Floats) -> dict[tuple[frozenset[str], str], tuple[float, Shape]]:
             if key not in found or value < found[key][0]:
                 found[key] = value, shape
     return found
+
+
+def _described(z: Floats, shape: Shape, noise: str) -> np.ndarray:
+    """Whether what a shape and a noise leave is white [cumulative periodogram, Bartlett 1955;
+    0.001], and whether it is also Gaussian."""
+    from scipy.fft import dst
+
+    n = z.size - 1
+    weight = 4 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
+    spectra = _noises(weight, n)[noise]
+    y, X = (dst(np.diff(own), type=1, norm="ortho") for own in (z, shape.columns))
+    root = np.sqrt(spectra[_bic(y, X, spectra, 0)[1]])
+    rest = y / root
+    if len(X):
+        rest = rest - np.linalg.lstsq((X / root).T, rest, rcond=None)[0] @ (X / root)
+    grown = np.cumsum(rest**2) / np.sum(rest**2)
+    off = np.abs(grown - np.arange(1, n + 1) / n).max() * math.sqrt(n / 2)
+    values = dst(rest, type=1, norm="ortho")
+    excess = (np.mean(values**4) / np.mean(values**2) ** 2 - 3) * math.sqrt(n / 24)
+    return np.array([off < WHITE, off < WHITE and excess < GAUSSIAN])
 
 
 def _near(at: int, size: int) -> slice:
@@ -221,19 +261,22 @@ def _noises(weight: Floats, n: int) -> Mapping[str, Floats]:
 
     walk = weight + RATIOS[:, None] * (1 - weight / 6)
     flicker = weight + RATIOS[:, None] * folded(1 / np.abs(f))
-    slow = []
-    for T_c in np.geomspace(1, n / 10, SHARES):  # in blocks
+
+    def correlated(T_c: float) -> list[Floats]:  # in blocks
         one = folded(1 / (1 + (2 * np.pi * f * T_c) ** 2))
-        slow += [weight + ratio * one for ratio in RATIOS[::2]]
+        return [weight + ratio * one for ratio in RATIOS[::2]]
+
+    slow = [one for T_c in np.geomspace(1, n / 10, SHARES) for one in correlated(T_c)]
     return {
         "white": weight[None],
+        "fast": np.array(correlated(0.25)),
         "random_walk": walk,
         "flicker": flicker,
         "correlated": np.array(slow),
     }
 
 
-def _bic(y: Floats, X: Floats, spectra: Floats, p: int) -> tuple[float, int]:
+def _bic(y: Floats, X: Floats, spectra: Floats, p: float) -> tuple[float, int]:
     """The least over the spectra, and which."""
     n = y.size
     inverse = 1 / spectra

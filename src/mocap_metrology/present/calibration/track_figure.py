@@ -13,8 +13,9 @@ from mocap_metrology.lighthouse.assess.evidence import (
     lengths,
     settled,
 )
-from mocap_metrology.lighthouse.records import ROLES
-from mocap_metrology.present.calibration.stations import COLOURS, NAMES
+from mocap_metrology.lighthouse.records import AXES, ROLES
+from mocap_metrology.lighthouse.still_angles import PLANES
+from mocap_metrology.present.calibration.stations import ALL_COLOURS, COLOURS, NAMES
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import (
@@ -72,8 +73,9 @@ def track_figure(
     )
     if noise.get("rotors"):
         above = captions.TRACK_AT_REST
-        _draw_angles(axes["path"], allan, noise, "azimuth")
-        _draw_angles(axes["far"], allan, noise, "elevation")
+        first, second = PLANES if "generation" in noise else AXES
+        _draw_angles(axes["path"], allan, noise, first)
+        _draw_angles(axes["far"], allan, noise, second)
     else:
         above = captions.TRACK_PATH
         _draw_path(body, axes["path"], track)
@@ -167,11 +169,11 @@ def _draw_deviations(axes: Axes, track: Columns, unit: str, name: str, label: st
 
 
 def _draw_angles(axes: Axes, allan: Columns, noise: Record, axis: str) -> None:
-    """Common and independent part of both stations against the averaging time, with intervals, and
+    """Common and independent part of the stations against the averaging time, with intervals, and
     the rounding of the clock: white noise of step / sqrt(24), as far as it is dithered."""
-    panel_title(axes, f"Angles at rest, {axis}")
+    panel_title(axes, f"Angles at rest, {axis.replace('plane', 'plane ')}")
     shown, taus = [], []
-    for role, colour in zip(ROLES, COLOURS, strict=True):
+    for role, colour in zip(noise.get("stations", ROLES), ALL_COLOURS, strict=False):
         for part, dashes in DASHES.items():
             own = (allan["series"] == f"{role}_{axis}_{part}") & (allan["estimator"] == "oadev")
             if not own.any():
@@ -181,7 +183,8 @@ def _draw_angles(axes: Axes, allan: Columns, noise: Record, axis: str) -> None:
                 1e6 * np.asarray(allan[f"adev{end}_rad"][own], dtype=np.float64)
                 for end in ("", "_lower", "_upper")
             )
-            axes.plot(tau, adev, label=f"{role}, {part} part", color=colour, ls=dashes, lw=1.1)
+            title = f"station {role}" if role.isdigit() else role
+            axes.plot(tau, adev, label=f"{title}, {part} part", color=colour, ls=dashes, lw=1.1)
             axes.fill_between(tau, low, high, color=colour, **BAND)
             shown.append(adev)
             taus.append(tau)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from functools import partial
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.comparison import (
@@ -82,7 +83,7 @@ SENTENCES = {
     Case.MIRRORED: "{percent:.2g} % of the board poses are mirrored.",
     Case.MIRRORED_FLAT: (
         "{percent:.2g} % of the board poses are mirrored, which is possible with a flat board: "
-        "use `paper-lm`, which decides by both stations."
+        "use `paper-lm`, which decides by {both}."
     ),
     Case.MIRRORED_BOTH: (
         "{percent:.2g} % of the board poses are mirrored or wrong in another way, although both "
@@ -95,8 +96,8 @@ SENTENCES = {
         "The board did not move: the pose is based on one position of the board, and the size of "
         "the board limits its accuracy. Record again with the board moved through the room."
     ),
-    Case.COMMON: "Both stations saw the board at {value} moments.",
-    Case.COMMON_FEW: "Both stations saw the board at {value} moments, few for a pose: keep the"
+    Case.COMMON: "{Both} saw the board at {value} moments.",
+    Case.COMMON_FEW: "{Both} saw the board at {value} moments, few for a pose: keep the"
     " board in the view of both.",
     Case.COMMON_UNNEEDED: "A board at rest needs no common measurements.",
     Case.BOARD_POSES: "Angles of single board poses are {value:.0f} µrad rms from their fit.",
@@ -105,8 +106,7 @@ SENTENCES = {
     Case.BOARD_POSES_NONE: "There are no board poses.",
     Case.PATH: "The path of the board is {value:.2g} m long.",
     Case.PATH_SHORT: (
-        "The path of the board is only {value:.2g} m long: a short path leaves the slave's "
-        "rotation uncertain."
+        "The path of the board is only {value:.2g} m long: a short path leaves {its} uncertain."
     ),
     Case.PATH_UNNEEDED: "The last stage does not depend on the length of the path.",
     Case.PATH_NONE: "A board at rest has no path.",
@@ -163,15 +163,15 @@ SENTENCES = {
         "Factory values change the pose by {apart}, more than is possible "
         "for a first-generation station."
     ),
-    Case.GRAVITY: "The vertical directions measured by both stations agree within {value:.1f}°.",
+    Case.GRAVITY: "The vertical directions measured by {both} agree within {value:.1f}°.",
     Case.GRAVITY_OFF: (
-        "The vertical directions measured by both stations differ by {value:.1f}° in this pose."
+        "The vertical directions measured by {both} differ by {value:.1f}° in this pose."
     ),
     Case.GRAVITY_OFF_IDEAL: (
-        "The vertical directions measured by both stations differ by {value:.1f}° in this pose. "
+        "The vertical directions measured by {both} differ by {value:.1f}° in this pose. "
         "Neglected factory values alone can make 4°."
     ),
-    Case.GRAVITY_UNKNOWN: "No gravity from both stations to compare with.",
+    Case.GRAVITY_UNKNOWN: "No gravity from {both} to compare with.",
     Case.REFERENCE: "The pose is {apart} from the reference.",
     Case.REFERENCE_NONE: "There is no reference.",
     Case.OBJECTS: (
@@ -201,7 +201,7 @@ def pose_document(found: Summary) -> Row:
     told: Row = {
         "verdict": document["verdict"] | {"reason": reason(found.verdict)},
         "checks": [
-            row | {"sentence": sentence(check)}
+            row | {"sentence": sentence(check, found.verdict.station)}
             for row, check in zip(document["checks"], checks, strict=True)
         ],
     }
@@ -214,39 +214,45 @@ def pose_document(found: Summary) -> Row:
 def reason(verdict: Verdict) -> str:
     """The sentences of the checks that made the word, then what else was found, in short; of any
     number of stations those of the worst, and why others have no pose."""
-    if verdict.station:
-        word = verdict.words[verdict.station]
-        of_one = reason(replace(verdict, station="", word=word))
-        first = "" if word == "good" else f"Station {verdict.station}: "
-        return ". ".join([(first + of_one).rstrip("."), *map(_capital, verdict.apart)]) + "."
-    word, checks = verdict.word, verdict.checks
+    station, checks = verdict.station, verdict.checks
+    if station:
+        word = verdict.words[station]
+        first = "" if word == "good" else f"Station {station}: "
+        said = first + _reason_of(word, checks, station, verdict.why_none)
+        return ". ".join([said.rstrip("."), *map(_capital, verdict.apart)]) + "."
+    return _reason_of(verdict.word, checks, "", verdict.why_none)
+
+
+def _reason_of(word: str, checks: Sequence[Check], station: str, why_none: str) -> str:
     if not checks:
-        return verdict.why_none or "No pose of the slave was found."
-    models = [sentence(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_apart(c))]
+        return why_none or "No pose of the slave was found."
+    say = partial(sentence, station=station)
+    models = [say(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_apart(c))]
     if word == "good":
         passed = sum(c.ok is True for c in checks)
-        said = [sentence(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
+        said = [say(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
         return " ".join([f"All {passed} checks passed.", *said, *models])
     bad = [c for c in checks if c.level == word]
     rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
-    return " ".join([*map(sentence, bad[:2]), *map(_in_short, rest), *models])
+    return " ".join([*map(say, bad[:2]), *(_in_short(say(c)) for c in rest), *models])
 
 
 def _capital(line: str) -> str:
     return line[:1].upper() + line[1:]
 
 
-def _in_short(check: Check) -> str:
+def _in_short(said: str) -> str:
     """Without the causes it may have."""
-    return sentence(check).split(". Possible causes: ")[0].rstrip(".") + "."
+    return said.split(". Possible causes: ")[0].rstrip(".") + "."
 
 
-def sentence(check: Check) -> str:
-    """A check in words, with its numbers."""
+def sentence(check: Check, station: str = "") -> str:
+    """A check in words, with its numbers; station: of several the one that it is of."""
     made = check.numbers.get("made_by_poses")
     small = f" (errors of the board's poses alone make {made:.0f} µrad of it)" if made else ""
     why = "; ".join(f"{role}: {reason or 'none found'}" for role, reason in check.why.items())
     distance = _apart(check)
+    both = f"station {station} and the reference" if station else "both stations"
     sentences = SENTENCES | SAME if is_same(*distance) else SENTENCES
     return sentences[check.case].format(
         **check.numbers,
@@ -255,6 +261,9 @@ def sentence(check: Check) -> str:
         about=apart(*distance, digits=2),
         limit=check.limit,
         made=small,
+        both=both,
+        Both=_capital(both),
+        its=f"the rotation of station {station}" if station else "the slave's rotation",
         why=why or "not used",
         first=next(iter(check.names), ""),
         others=" or ".join(check.names[1:]),

@@ -233,7 +233,8 @@ def _samples(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
         label: [f"{axis}{k}" for axis in AXES] for k, label in enumerate(recording.labels, start=1)
     }
     for label, names in coordinates.items():
-        if share := recording.n_filled.get(label, 0) / recording.n_frames:
+        share = recording.n_filled.get(label, 0) / recording.n_frames
+        if share and "running_median" not in found.software:
             numbers = {"share": share}
             yield sentence("filled.marker", share > MANY_FILLED, names, numbers, label=label)
     for one in found.repeats:

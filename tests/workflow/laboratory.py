@@ -12,7 +12,6 @@ import numpy as np
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 from running import write_sheet
-from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.files import sha256, write_json
 from mocap_metrology.io.c3d.write import write_c3d
@@ -167,16 +166,14 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
     against["world_points"] = "room.csv"
     good = {
         "measured": {"path": "lab.dump", "sha256": sha256(folder / "lab.dump")} | against | LABELS,
-        "recorded": {"path": "made.rec", "reference": "truth.json"} | REC,
-        "short": {"path": "short.dump", "tracked_with": "odd"},
         "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"}
         | {"tracked_with": "measured"},
         "stranger": {"path": "lab.dump", "reference": "stranger.json"},
     }
     bad = {name: cells for name, cells in bad_rows().items() if name in BAD_ROWS}
     twin = common | {"group": "jansen2019", "path": "simulate:mounted", "board": ""}
-    good["recorded"] |= {"setup": "pair"}
-    good["short"] |= {"setup": "pair"}
+    good["measured"] |= {"setup": "pair"}
+    good["filed"] |= {"setup": "pair"}
     return [{"calibration": "twin"} | twin] + [
         {"calibration": name} | common | {"setup": name} | cells
         for name, cells in (good | bad).items()
@@ -187,7 +184,7 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
 
 RECORDING = [
     *("recording", "path", "markers", "group", "camera_type", "n_cameras", "frame_rate_hz"),
-    *("truncated", "comment", "compare_with", "covariate"),
+    *("cluster", "truncated", "comment", "compare_with", "covariate"),
 ]
 REFUSED_RECORDINGS = {  # what the line of each says
     "truncated": "cut off",
@@ -207,13 +204,13 @@ TABLES_OF_RECORDING = ("trajectories.parquet", "clean.parquet", "outliers.csv")
 TABLES_OF_CALIBRATION = (
     *("pulses.parquet", "inertial.parquet", "sweeps.parquet", "stations.json", "board.csv"),
 )
-TURN_RAD, POSES = 1e-3, 2400  # noise of the orientation of a body, and its frames
 # Labels, cells and the name of a file that are more than text to some program
 ACTIVE = [
     r"![i](http://127.0.0.1:9/i.png) $\frac{x}$ $\undefined$",
     "<img src=http://127.0.0.1:9/ onerror=alert(1)></script><script>alert(1)</script>",
     "=1+cmd|' /C calc'!A0",
 ]
+ACTIVE_MM, BODY_MM = 0.1, np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0]])  # noise, and places
 BESIDE = {"compare_with": "active", "covariate": "room-air.csv"}
 ACTIVE_FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
 TRC = """PathFileType\t4\t(X/Y/Z)\tcut.trc
@@ -282,32 +279,20 @@ def write_bad_recordings(folder: Path) -> None:
     (folder / "cut.trc").write_text(TRC + "\n".join(lines) + "\n")
 
 
-def write_poses(path: Path) -> None:
-    """Rotation matrix and place a line; the last one ends within a number."""
-    rng = np.random.default_rng(11)
-    matrix = Rotation.from_rotvec(rng.normal(0, TURN_RAD, (POSES, 3))).as_matrix()
-    poses = np.concatenate([matrix, rng.normal(0, 1e-4, (POSES, 3, 1))], axis=2)
-    text = "\n".join(" ".join(f"{v:.9f}" for v in row) for row in poses.reshape(POSES, 12))
-    path.write_text(text[:-40], encoding="utf-8")
-
-
 def write_recordings(folder: Path) -> list[dict[str, str]]:
     """The files of all recordings, and a row for each."""
     position = take()
     write_c3d(folder / "take.c3d", ["A", "B"], 50.0, [position], len(position))
     lines = [f"{t},{20 + np.sin(t / 5):.4f}" for t in range(81)]
     (folder / "room-air.csv").write_text("time_s,celsius\n" + "\n".join(lines) + "\n", "utf-8")
-    write_poses(folder / "poses.txt")
-    values = np.random.default_rng(1).normal(100, 0.1, (1500, len(ACTIVE), 3))
+    values = np.random.default_rng(1).normal(100, ACTIVE_MM, (1500, len(ACTIVE), 3)) + BODY_MM
     write_c3d(folder / ACTIVE_FILE, ACTIVE, 50.0, [values], len(values))
     write_bad_recordings(folder)
     two = {"markers": "A;B", "group": "check"}
     rows = [
         two | {"recording": "take", "path": "take.c3d"} | BESIDE,
-        {"recording": "poses", "path": "poses.txt", "markers": "tracker", "group": "check"}
-        | {"frame_rate_hz": "100", "truncated": "accept"},
         {"recording": "active", "path": ACTIVE_FILE, "markers": ";".join(ACTIVE), "group": "check"}
-        | {"camera_type": ACTIVE[1], "comment": " ".join(ACTIVE)},
+        | {"camera_type": ACTIVE[1], "comment": " ".join(ACTIVE), "cluster": ";".join(ACTIVE)},
         {"recording": "T40-10", "path": "simulate:T40-10", "group": "skurowski2019"}
         | {"camera_type": "T40", "n_cameras": "10"},
     ]

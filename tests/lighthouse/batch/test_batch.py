@@ -11,7 +11,6 @@ from scipy.stats import chi2
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.batch import estimate
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
@@ -65,11 +64,11 @@ def estimated(made: Made, hits: Hits | None = None, board: np.ndarray | None = N
 
 
 def test_quantised_hits_of_another_generator() -> None:
-    """Ten recordings of 5 s, quantised to 0.5 us, nothing else: errors below 1 mm and 0.03 deg,
+    """Five recordings of 5 s, quantised to 0.5 us, nothing else: errors below 1 mm and 0.03 deg,
     and the squared error over the covariance is of six degrees of freedom (its mean within what
     4 standard errors allow)."""
     squares = []
-    for seed in range(10):
+    for seed in range(5):
         own = scenes.scene(seed, seconds=5)
         pose = by_ideal(own.hits, own.board, EXACT)
         error = off(pose, own.R, own.t_m)
@@ -79,15 +78,15 @@ def test_quantised_hits_of_another_generator() -> None:
         assert np.abs(pose.path.t_m - t).max() < 4e-3  # ends of the spline included
         assert np.abs(rotation.log(pose.path.R @ np.swapaxes(R, 1, 2))).max() < 0.02
         squares.append(squared(pose, error))
-    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 10))
+    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 5))
 
 
 def test_noise_that_sweeps_share() -> None:
-    """Twenty-four recordings of 3 s with 53 urad in common and 49 of each hit: 68 % ellipsoids hold
-    the truth in 16 of 24 on average, 11 to 21 at two standard errors, and errors are those that
-    the covariance states."""
+    """Twelve recordings of 3 s with 53 urad in common and 49 of each hit: 68 % ellipsoids hold the
+    truth in 8 of 12 on average, 5 to 11 at two standard errors, and errors are those that the
+    covariance states."""
     squares = []
-    for seed in range(24):
+    for seed in range(12):
         made = simulate(twin(seed, duration_s=3.0))
         pose = estimated(made)
         told = pose.details
@@ -97,8 +96,8 @@ def test_noise_that_sweeps_share() -> None:
         assert all(0.8 < x < 1.2 for x in told["residual_ratios"]["diode"].values())
         squares.append(squared(pose, off(pose, made.truth.R, made.truth.t_m)))
     inside = np.array(squares) < chi2.ppf(0.68, 6)
-    assert 11 <= inside.sum() <= 21
-    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 24))
+    assert 5 <= inside.sum() <= 11
+    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 12))
 
 
 def test_a_board_that_is_not_as_its_file_says() -> None:
@@ -158,23 +157,6 @@ def test_a_small_board_is_not_mirrored() -> None:
         error = off(pose, made.truth.R, made.truth.t_m)
         assert np.linalg.norm(error[:3]) < 60
         assert squared(pose, error) < chi2.ppf(0.9999, 6)
-
-
-def test_the_curvature_of_the_model_makes_no_bias(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of noise and the same noise with the other sign the mean error is the bias: four pairs, four
-    diodes, and noise twice as large as that of real stations, which makes four times the bias."""
-    board = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
-    made = simulate(twin(3, board=board, duration_s=12.0, common_urad=0.0, independent_urad=0.0))
-    rng, mean = np.random.default_rng(4), {}
-    noises = 1e-4 * rng.normal(size=(4, len(made.hits)))
-    for largest in (0.0, estimate.LARGEST_BIAS):
-        monkeypatch.setattr(estimate, "LARGEST_BIAS", largest)
-        errors = []
-        for noise in (*noises, *-noises):
-            hits = replace(made.truth.hits, angle_rad=made.truth.hits.angle_rad + noise)
-            errors.append(off(estimated(made, hits), made.truth.R, made.truth.t_m))
-        mean[largest] = np.linalg.norm(np.mean(errors, axis=0)[:3])
-    assert mean[0.0] > 1.0 and mean[estimate.LARGEST_BIAS] < 0.25 * mean[0.0]
 
 
 def test_too_little_is_refused() -> None:

@@ -50,7 +50,7 @@ def written_out(component: PowerLaw | GaussMarkov, n: int, N: int, form: Form) -
 @pytest.mark.parametrize("component", COMPONENTS, ids=str)
 def test_spread_is_that_of_the_covariances(component: PowerLaw, form: Form) -> None:
     """And, over octaves, half the sum of the Allan variances."""
-    for n, N, within in ((1, 64, 1e-4), (8, 64, 1e-4), (40, 120, 3e-3)):
+    for n, N, within in ((1, 64, 1e-4), (20, 60, 3e-3)):
         expected = written_out(component, n, N, form)
         assert spread(component, n, N, RATE, form) == pytest.approx(expected, rel=within)
     halves = component.avar(2.0 ** np.arange(3, 10), RATE, form).sum() / 2
@@ -165,7 +165,7 @@ def test_intervals_of_what_is_measured_hold_the_truth(slow: PowerLaw) -> None:
 
 # Noise, duration, recordings; least and greatest share that 68 % intervals hold, least of 95 %
 SHIPPED = [
-    ("mixed", MIXED, 120.0, 24, (0.5, 1.0, 0.75)),
+    ("mixed", MIXED, 120.0, 12, (0.45, 1.0, 0.75)),
     ("white", (PowerLaw(0, 1e-5),), 120.0, 200, (0.58, 1.0, 0.9)),
     ("flicker", (PowerLaw(-1, 1e-4),), 120.0, 200, (0.85, 1.0, 0.95)),
     ("weak walk", (PowerLaw(-2, 1e-8), PowerLaw(0, 1e-5)), 120.0, 200, (0.58, 1.0, 0.85)),

@@ -11,7 +11,6 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.shock import shock_effect
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.papers.claims import decide
@@ -25,6 +24,7 @@ from mocap_metrology.papers.claims.study import (
     model_of,
 )
 from mocap_metrology.papers.claims.table import claims, decisions
+from mocap_metrology.papers.shock import shock_effect
 from mocap_metrology.present.claims import claim_rows, claims_markdown
 
 KEYS = [(kind, n) for kind, ns in TYPES.items() for n in ns]

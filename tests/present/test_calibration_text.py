@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ SAID = {
     Case.PRIORS: "Board and optics as estimated agree with what is known of them.",
     Case.PRIORS_LEFT: (
         "Board and optics as estimated deviate from what is known of them (probability by chance: "
-        "2). Possible causes: a board file that does not fit the board (stretched, or wrong "
+        "2.1). Possible causes: a board file that does not fit the board (stretched, or wrong "
         "diodes), wrong factory values, lasers far from their places."
     ),
     Case.PRIORS_UNKNOWN: "Board and optics are not estimated.",
@@ -78,6 +79,15 @@ SAID = {
     Case.RECORDINGS_APART: (
         "One recording differs from the others by 4 mm and 0.05°, 12 times as much as noise "
         "explains: was a station touched between the recordings?"
+    ),
+    Case.OBJECTS: (
+        "The pose from a, another object of the same recording, differs by 4 mm and 0.05°, which "
+        "is within chance."
+    ),
+    Case.OBJECTS_APART: (
+        "The pose from a, another object of the same recording, differs by 4 mm and 0.05° "
+        "(probability by chance: 2.1): one of both is farther off than stated. Possible causes: a "
+        "board file that does not fit its object, reflections."
     ),
     Case.HALVES_UNKNOWN: "Parts of the recording were not compared.",
     Case.MIRRORED: "42 % of the board poses are mirrored.",
@@ -186,6 +196,16 @@ def check(case: Case, level: str = "good", ok: bool | None = True, name: str = "
     return Check(name, case, 2.149, "", 20.0, ok, level, NUMBERS, ("a", "b", "c"), WHY)
 
 
+def test_one_of_many_stations_is_named() -> None:
+    """Nothing says "both" or "the slave" where there is neither, nor a noise that V1 has."""
+    said = [sentence(replace(check(case), why={}), "3") for case in Case]
+    assert not any(word in line for line in said for word in ("oth stations", "slave"))
+    assert said[list(Case).index(Case.COMMON)].startswith(
+        "Station 3 and the reference saw the board"
+    )
+    assert "noise and places of the diodes make 75" in said[list(Case).index(Case.RESIDUAL)]
+
+
 @pytest.mark.parametrize("case", Case)
 def test_a_case_in_words(case: Case) -> None:
     assert sentence(check(case)) == SAID[case]
@@ -198,8 +218,6 @@ def test_what_poses_of_a_small_board_make_of_the_residual() -> None:
 
 
 ROUNDING = {"mm": 8.4e-12, "deg": 1.2e-13, "times": 0.1, "percent": 42.0}
-
-
 COMPARED = [case for case, text in SENTENCES.items() if re.search("{(apart|about)}", text)]
 
 

@@ -11,9 +11,9 @@ from mocap_workflow.recording_twins import twin_from_mapping
 from noise_data import assert_texts_apart
 
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
-from mocap_metrology.noise.diagnosis.shock import find_shock
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
+from mocap_metrology.papers.shock import find_shock
 from mocap_metrology.present.skurowski.crump import CUT, RECORDED, Shaken, crump_figure
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -87,3 +87,10 @@ def test_a_recording_without_ids_is_matched_by_channel(two_objects) -> None:
     found = write_setup("room", [members[0], short], SETTINGS, str(folder / "found.json"))
     for name in ("poses", "stations", "covariance_joint"):
         assert json.dumps(found[name]) == json.dumps(known[name])
+
+
+def test_one_object_of_one_recording_counts_once(two_objects) -> None:
+    _, folder, members, _ = two_objects
+    twice = [members[0], replace(members[0], name="again"), members[1]]
+    found = write_setup("room", twice, SETTINGS, str(folder / "twice.json"))
+    assert "a and again are of one object in one recording" in found["verdict"]["reason"]

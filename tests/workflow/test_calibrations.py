@@ -54,10 +54,12 @@ def test_a_right_calibration_becomes_values_of_their_types(folder: Path) -> None
 
 def test_every_column_reaches_the_row(folder: Path) -> None:
     labels = {"reference_labels_master": ("M1", "M2"), "reference_labels_slave": ("S1", "S2")}
+    labels["receiver_labels"] = ("R1", "R2")
     files = {
         **{"factory": "poses.json", "reference": "ref.c3d", "mount": "board.csv"},
         **{"check_against": "poses.json", "tracked_with": "poses.json"},
         **{"world_points": "board.csv", "board": "board.csv", "path": "dump.bin"},
+        **{"receiver": "ref.c3d", "receiver_unit": "m"},
     }
     others = {"known_length": "stations 4.33 0.005", "sha256": "ab" * 32, "comment": "moved"}
     others |= {"reference_unit": "m", "bar": "board-deck", "bar_pose": "{}"}
@@ -109,6 +111,11 @@ def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -
         ({"known_length": "points"}, "expected a length, as the row names no world_points"),
         (BAR | {"bar": "T20"}, 'column bar: "T20"; expected two objects joined by "-"'),
         (BAR | {"bar": "T20-s2:T21"}, "a calibration of the sheet ("),
+        ({"receiver_labels": "A"}, 'column receiver_labels: "A"; expected nothing without a file'),
+        (
+            {"path": "simulate:T", "receiver": "ref.c3d"},
+            'column receiver: "ref.c3d"; expected nothing for a simulated calibration',
+        ),
         (BAR | {"bar": ""}, 'column length_mm: "267.86"; expected nothing without a bar'),
         (BAR | {"length_mm": ""}, "expected nothing without a length in column length_mm"),
         (BAR | {"known_length": LENGTH + " 0.268 0.002"}, "another length than known_length"),

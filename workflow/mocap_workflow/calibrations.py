@@ -67,7 +67,9 @@ class CalibrationRow(SheetRow):
     reference: FileOrNothing = None
     """Optional pose to compare with: JSON (`R` or `quaternion_xyzw`, `t_m` or `translation_mm`,
     `stations: {master: id, slave: id}`), the system configuration of a Crazyflie, the configuration
-    of libsurvive, or a C3D file with markers on both housings."""
+    of libsurvive, or a C3D file with markers on both housings. Of V2 stations a file with the poses
+    of all, in one frame of any kind: a `pose.json` of this project, one of these configurations, or
+    JSON `{"stations": {"3": {"id": ..., "R": ..., "t_m": ...}, ...}}` by channel."""
     reference_labels_master: Labels = ()
     """Labels of the markers on the housing of the master, separated by `;`; required for a C3D
     reference, not allowed otherwise."""
@@ -108,6 +110,15 @@ class CalibrationRow(SheetRow):
     bar_pose: str | None = None
     """Rotation of head B in A, as JSON: `{"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}`, `u_deg`
     its standard uncertainty. If empty, angles are about their mean."""
+    receiver: FileOrNothing = None
+    """Optional motion capture (C3D or any other format of a recording) of markers on the board
+    while it was recorded: the tracked path and the places of the stations against it, in
+    `receiver.json`. Both clocks and frames may differ. It only checks."""
+    receiver_labels: Labels = ()
+    """Labels of these markers, separated by `;`. If empty, all of the file. Three or more that are
+    on no line also show the attitude."""
+    receiver_unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    """Unit of `receiver`, `mm` or `m`, where the file names none or a wrong one."""
     sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
         None
     )
@@ -185,6 +196,15 @@ class CalibrationRow(SheetRow):
             why = unknown(other, info.context.names)
             raise Unfit(f"the board, -, a calibration of the sheet ({why}), : and its board")
         return bar
+
+    @field_validator("receiver", "receiver_labels", "receiver_unit")
+    @classmethod
+    def _of_a_receiver(cls, value: object, info: Info) -> object:
+        if value and info.context.is_simulated:
+            raise Unfit("nothing for a simulated calibration")
+        if value and not info.context.cells["receiver"]:
+            raise Unfit("nothing without a file in column receiver")
+        return value
 
     @field_validator("length_mm", "length_u_mm", "bar_pose")
     @classmethod

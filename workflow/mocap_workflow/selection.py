@@ -116,6 +116,11 @@ def with_bar(rows: Iterable[OfSheet]) -> list[OfSheet]:
     return [row for row in rows if row.bar]
 
 
+def with_receiver(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
+    """Calibrations whose receiver motion capture saw."""
+    return [row for row in rows if row.receiver]
+
+
 def without_bar(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
     """All others."""
     return [row for row in rows if not row.bar]
@@ -289,6 +294,11 @@ def decoded_files(row: CalibrationRow) -> list[str]:
     return list(decoded_from(row).values())
 
 
+def seen_by(row: CalibrationRow) -> list[str]:
+    """Motion capture of the receiver."""
+    return [row.receiver] if row.receiver else []
+
+
 def compared_files(row: CalibrationRow) -> list[str]:
     return list(compared_with(row).values())
 
@@ -297,7 +307,7 @@ def files(row: RecordingRow | CalibrationRow) -> list[str]:
     """All files that a row names."""
     if isinstance(row, RecordingRow):
         return [*([] if row.twin else row.paths), *covariates(row), *references_of(row)]
-    return [*([] if row.twin else decoded_files(row)), *compared_files(row)]
+    return [*([] if row.twin else decoded_files(row)), *compared_files(row), *seen_by(row)]
 
 
 def batches(rows: Iterable[CalibrationRow]) -> list[list[CalibrationRow]]:

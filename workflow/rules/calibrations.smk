@@ -97,6 +97,33 @@ rule calibration_bar:
         "../scripts/calibration_bar.py"
 
 
+rule calibration_receiver:
+    input:
+        unpack(of_row(receiver_of)),
+        **tables(DECODED | {name: ESTIMATED[name] for name in ("pose", "track")}),
+    output:
+        **tables(RECEIVER),
+    log:
+        "<logs>/calibration_receiver/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_receiver/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.measured,
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(30),
+    params:
+        code=source("calibration_receiver.py"),
+        contents=contents(selection.seen_by),
+        row=columns(*ENTRIES),
+        receiver=columns("receiver_labels", "receiver_unit"),
+        lighthouse=LIGHTHOUSE,
+    message:
+        "{wildcards.calibration}: against motion capture of its receiver"
+    script:
+        "../scripts/calibration_receiver.py"
+
+
 for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), start=1):
 
     rule:
@@ -230,6 +257,9 @@ promise(
         *(
             of_each(file, accepted_calibrations(selection.with_bar, EVERY), CALIBRATIONS)
             for file in BAR_OF_CALIBRATION.values()
+        ),
+        of_each(
+            "receiver.json", accepted_calibrations(selection.with_receiver, EVERY), CALIBRATIONS
         ),
     ),
     tables=collect(

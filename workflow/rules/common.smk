@@ -7,7 +7,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from mocap_metrology.calibration.tables import BAR as BAR_OF_CALIBRATION
-from mocap_metrology.calibration.tables import DECODED, ESTIMATED, TWIN
+from mocap_metrology.calibration.tables import DECODED, ESTIMATED, RECEIVER, TWIN
 from mocap_metrology.present.text import captions
 from mocap_workflow import given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
@@ -397,6 +397,13 @@ def bar_of(row):
         found["other_dump"] = located(other.path)
         found |= {f"other_{name}": f"{folder}/{file}" for name, file in DECODED.items()}
     return found
+
+
+def receiver_of(row):
+    """Motion capture of the receiver of a calibration, and the stations that it is tracked with."""
+    file = {"tracked_with": row.tracked_with_file} if row.tracked_with_file else {}
+    given = {"seen": row.receiver} | file
+    return {name: located(path) for name, path in given.items()} | stations_for(row)
 
 
 def other_end(row):

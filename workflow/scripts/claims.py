@@ -17,7 +17,6 @@ with step(snakemake) as log:
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
     from mocap_metrology.lighthouse.records import hits_of
-    from mocap_metrology.noise.diagnosis.shock import shock_effect
     from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.noise.series import all_series
     from mocap_metrology.papers.claims.jansen import Calibrations
@@ -25,6 +24,7 @@ with step(snakemake) as log:
     from mocap_metrology.papers.claims.table import REPEATS, SLOW_SAMPLES, decisions
     from mocap_metrology.papers.gaussian_table import cleaning_of, realisations
     from mocap_metrology.papers.jansen import source_of
+    from mocap_metrology.papers.shock import shock_effect
     from mocap_metrology.present import claims, tables
 
     given, files = snakemake.params, snakemake.input

@@ -27,6 +27,10 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import read_recording
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess import reference
+from mocap_metrology.lighthouse.assess.network_reference import (
+    NetworkReference,
+    network_reference,
+)
 from mocap_metrology.lighthouse.assess.objects import with_objects
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
@@ -121,7 +125,9 @@ def write_poses(
             duration_s=origin["duration_s"],
             resolution_s=origin["resolution_s"],
             notes=origin["notes"],
-            reference=reference_of(entry, given.get("reference"), given.get("mount")),
+            reference=reference_of(
+                entry, given.get("reference"), given.get("mount"), _generation(stations)
+            ),
             truths=truths_of(given.get("truth")),
             earlier=given.get("earlier"),
         )
@@ -243,10 +249,15 @@ def priors_of(settings: Lighthouse) -> Priors:
     )
 
 
-def reference_of(entry: Entry, path: str | None, mount: str | None) -> Reference | None:
-    """The reference of a row: a pose file, or markers on both housings in a C3D file."""
+def reference_of(
+    entry: Entry, path: str | None, mount: str | None, generation: int = 1
+) -> Reference | NetworkReference | None:
+    """The reference of a row: a pose file, or of the first generation markers on both housings in a
+    C3D file."""
     if path is None:
         return None
+    if generation == 2:
+        return network_reference(path)
     if not path.lower().endswith(".c3d"):
         return reference.pose_reference(path)
     master, slave = entry.reference_labels_master, entry.reference_labels_slave
@@ -263,6 +274,10 @@ def reference_of(entry: Entry, path: str | None, mount: str | None) -> Reference
     return reference.reference_from_markers(
         found.position_mm, found.labels, master, slave, known, said
     )
+
+
+def _generation(stations: Sequence[Station]) -> int:
+    return stations[0].generation if stations else 1
 
 
 def truths_of(path: str | None) -> dict[str, Reference] | None:

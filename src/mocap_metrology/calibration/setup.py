@@ -50,8 +50,9 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
     try:
         stations, places = same_stations({one.name: _read(one) for one in members})
         hits = {name: _renamed(own, places[name]) for name, (own, _) in tables.items()}
-        scenes, still = _scenes(members, hits, stations, settings)
         files = {name: origin["sha256"] for name, (_, origin) in tables.items()}
+        _check_once(hits, files)
+        scenes, still = _scenes(members, hits, stations, settings)
         found = by_setup(scenes, still, _objects(scenes, files))
         clocks = [origin["resolution_s"] for _, origin in tables.values()]
         given = Calibration(
@@ -86,6 +87,17 @@ def _renamed(table: Mapping[str, np.ndarray], place: Sequence[int]) -> Hits:
     """Hits with the stations of a recording as places in the list of all."""
     hits = records.hits_of(table)
     return replace(hits, station=np.array(place, hits.station.dtype)[hits.station])
+
+
+def _check_once(hits: Mapping[str, Hits], files: Mapping[str, str | None]) -> None:
+    """Refuse hits that two rows share, which would count twice; files: SHA-256 by name."""
+    seen: dict[tuple[str | None, bytes], str] = {}
+    for name, own in hits.items():
+        other = seen.setdefault((files[name], own.time_s.tobytes()), name)
+        if files[name] and other != name:
+            raise Refusal(
+                f"{other} and {name} are of one object in one recording; expected one row"
+            )
 
 
 def _scenes(

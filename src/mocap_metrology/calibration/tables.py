@@ -18,6 +18,7 @@ ESTIMATED = {
     "ros2": "ros2_static_transforms.launch.xml",
 }
 ANGLES = "allan.parquet"
+RECEIVER = {"receiver": "receiver.json"}
 BAR = {"bar": "bar.json", "bar_rows": "bar.csv"}
 TABLES = DECODED | ESTIMATED | {"allan": ANGLES}
 TWIN = {

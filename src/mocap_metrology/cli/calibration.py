@@ -18,8 +18,9 @@ from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.exports import FORMATS
 from mocap_metrology.calibration.pose import write_poses
+from mocap_metrology.calibration.receiver import receiver
 from mocap_metrology.calibration.sweeps import Entry, checked, write_decoded
-from mocap_metrology.calibration.tables import BAR, TABLES
+from mocap_metrology.calibration.tables import BAR, RECEIVER, TABLES
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_json
@@ -43,6 +44,7 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
         estimators=ESTIMATORS, world=options.world or "gravity", inertial=options.inertial
     )
     named = {"world_points": "points", "factory": "factory", "reference": "reference"}
+    named["receiver"] = "receiver"
     beside = {name: file for o, name in named.items() if (file := getattr(options, o))}
     for option, name in named.items():
         if name in beside and not exists(beside[name]):
@@ -61,7 +63,7 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
         )
         for words in (*check["notes"], *check["warnings"]):
             tell(words)
-        names = ("check.json", *TABLES.values(), *BAR.values(), *PICTURES)
+        names = ("check.json", *TABLES.values(), *BAR.values(), *RECEIVER.values(), *PICTURES)
         # The second process ends first, also after a failure: it would create the folder again
         with replaced(folder, names) as part, second:
             files = {name: str(part / file) for name, file in TABLES.items()}
@@ -76,6 +78,9 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
             if options.bar:
                 given = files | beside | {"dump": str(path)}
                 tell_result(_bar_lines(entry, given, settings, part, options))
+            if options.receiver:
+                lines = _receiver_lines(entry, files, settings, part, options)
+                tell_result(lines if options.brief else ["", *lines])
             tell("3/3 figures")
             drawn = second.submit(_draw_calibration, files, entry.calibration, part / PICTURES[0])
             tracked = *read_table(files["track"]), *read_table(files["allan"])
@@ -144,6 +149,20 @@ def _bar_lines(
     if "refused" in found:
         return [str(found["refused"])]
     return [": ".join(bar_lines(found)[:2])] if options.brief else ["", *bar_lines(found)]
+
+
+def _receiver_lines(
+    entry: Entry,
+    given: Mapping[str, str],
+    settings: Lighthouse,
+    folder: Path,
+    options: argparse.Namespace,
+) -> list[str]:
+    """receiver.json, and what it says."""
+    labels = [m for text in options.receiver_labels for m in text.split(";") if m.strip()]
+    output = str(folder / RECEIVER["receiver"])
+    found = receiver(entry, options.receiver, labels, given, settings, output)
+    return [str(found.get("sentence") or found["refused"])]
 
 
 def format_of(path: Path) -> str:

@@ -81,6 +81,8 @@ OF_DUMPS: dict[str, dict[str, Any]] = {
     "known-length": {"metavar": "LENGTH"},
     "factory": {"metavar": "FILE"},
     "reference": {"metavar": "FILE"},
+    "receiver": {"metavar": "FILE"},
+    "receiver-labels": {"nargs": "+", "default": (), "metavar": "LABEL"},
 }
 
 
@@ -113,6 +115,8 @@ def _misplaced(options: argparse.Namespace) -> Iterator[tuple[str, str]]:
         yield from ((name, "needs --bar") for name in OF_BARS)
     if not options.length:
         yield "length-u", "needs --length"
+    if not options.receiver:
+        yield "receiver-labels", "needs --receiver"
 
 
 def parser() -> argparse.ArgumentParser:

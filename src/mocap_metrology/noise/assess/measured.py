@@ -22,6 +22,7 @@ from mocap_metrology.noise.allan.confidence import (
 MOST_DOF = 4  # an octave has for a fit, in pairs
 NEIGHBOURS = 3  # octaves a side that its level is smoothed over
 LEAST = 0.5  # a mean counts when at least this share of its frames is valid
+ENOUGH = 1000  # means of a stretch, however many are missing
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def measured_spread(series: np.ndarray, n: int, N: int) -> Measured:
         means = _means(series[start : start + per_stretch * n], n)
         known = np.isfinite(means)
         n_known = np.count_nonzero(known)
-        if n_known < max(2, LEAST * per_stretch):
+        if n_known < max(2, min(LEAST * per_stretch, ENOUGH)):
             continue
         deviations = np.where(known, means - means[known].mean(), 0.0)
         squares.append(deviations[known] ** 2)

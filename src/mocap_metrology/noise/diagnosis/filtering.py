@@ -188,11 +188,8 @@ def _log_grid(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _trapezoid(x: np.ndarray) -> np.ndarray:
-    weight = np.empty(x.size)
     step = np.diff(x)
-    weight[0], weight[-1] = step[0] / 2, step[-1] / 2
-    weight[1:-1] = (step[:-1] + step[1:]) / 2
-    return weight
+    return (np.append(step, 0.0) + np.append(0.0, step)) / 2
 
 
 def _means_size(rate_hz: float) -> int:

@@ -118,15 +118,19 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
     parts = [
         model_findings(noise, found.wanders),
         _wanders(found),
-        _moves(found),
-        _low_pass(found),
+        [
+            Finding("moves", name, one.size_mm, one.lower_95, one.upper_95)
+            for name, one in found.movements.items()
+            if one.moves
+        ],
+        [Finding("low_pass", one.series, one.cutoff_hz) for one in found.low_pass],
         _gap_filled(recording, found),
         _repeated(recording, found),
         _exchanged(recording),
         [Finding(one.code, one.series, one.value) for one in found.processed],
         [Finding("solved", name, ratio) for name, ratio in found.solved.items()],
         _coarse(found),
-        _heavy_tails(found),
+        [Finding("heavy_tails", x.series, x.excess, x.lower, x.upper) for x in found.tails],
         _level_changes(found),
         _lines(found),
         [Finding("resonance", one.series, one.f_hz) for one in found.resonances],
@@ -134,10 +138,6 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
     ]
     order = list(CODES)
     return sorted((one for part in parts for one in part), key=lambda one: order.index(one.code))
-
-
-def _low_pass(found: Diagnosis) -> list[Finding]:
-    return [Finding("low_pass", one.series, one.cutoff_hz) for one in found.low_pass]
 
 
 def _gap_filled(recording: Recording, found: Diagnosis) -> list[Finding]:
@@ -166,12 +166,6 @@ def _exchanged(recording: Recording) -> list[Finding]:
         for one in recording.exchanged
         for k in (recording.labels.index(label) + 1 for label in one["labels"])
         for axis in AXES
-    ]
-
-
-def _heavy_tails(found: Diagnosis) -> list[Finding]:
-    return [
-        Finding("heavy_tails", one.series, one.excess, one.lower, one.upper) for one in found.tails
     ]
 
 
@@ -208,15 +202,6 @@ def _events(found: Diagnosis) -> list[Finding]:
     regular = [Finding("recurring", name, period) for name, period in found.recurring.items()]
     return regular + [
         Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in found.events
-    ]
-
-
-def _moves(found: Diagnosis) -> list[Finding]:
-    """Every coordinate and distance that does what its noise cannot."""
-    return [
-        Finding("moves", name, one.size_mm, one.lower_95, one.upper_95)
-        for name, one in found.movements.items()
-        if one.moves
     ]
 
 

@@ -373,27 +373,11 @@ def _contrasts(g: np.ndarray, reach: int) -> list[tuple[int, float]]:
     if not scale > 0:
         return []
     found = []
-    whole = _sliding_medians(g, reach)  # of what begins at each point; NaN where not all is there
     for at in range(LEAST_POINTS, g.size - LEAST_POINTS + 1):
-        first, second = whole[at - reach] if at >= reach else math.nan, whole[at]
-        counts = reach, reach
-        if math.isnan(first) or math.isnan(second):
-            before, after = g[max(at - reach, 0) : at], g[at : at + reach]
-            before, after = before[np.isfinite(before)], after[np.isfinite(after)]
-            counts = before.size, after.size
-            if min(counts) < LEAST_POINTS:
-                continue
-            first, second = float(np.median(before)), float(np.median(after))
-        error = 1.2533 * scale * math.sqrt(1 / counts[0] + 1 / counts[1])
-        found.append((at, 2 * float(stdtr(dof, -abs(second - first) / error))))
+        sides = g[max(at - reach, 0) : at], g[at : at + reach]
+        before, after = (side[np.isfinite(side)] for side in sides)
+        if min(before.size, after.size) >= LEAST_POINTS:
+            error = 1.2533 * scale * math.sqrt(1 / before.size + 1 / after.size)
+            off = abs(float(np.median(after) - np.median(before)))
+            found.append((at, 2 * float(stdtr(dof, -off / error))))
     return found
-
-
-def _sliding_medians(g: np.ndarray, reach: int) -> np.ndarray:
-    """(k,) medians of `reach` points from each on, NaN where one is missing or there are fewer."""
-    medians = np.full(g.size + 1, np.nan)
-    if g.size >= reach:
-        known = np.where(np.isfinite(g), g, np.nan)
-        windows = np.lib.stride_tricks.sliding_window_view(known, reach)
-        medians[: len(windows)] = np.median(windows, axis=1)
-    return medians

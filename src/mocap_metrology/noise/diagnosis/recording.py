@@ -23,7 +23,6 @@ from mocap_metrology.noise.diagnosis.events import (
     recurrence,
 )
 from mocap_metrology.noise.diagnosis.export import (
-    LowPass,
     Resolution,
     low_passes,
     resolution,
@@ -48,7 +47,7 @@ from mocap_metrology.noise.diagnosis.records import (
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
 from mocap_metrology.noise.diagnosis.signatures import LASTING_S, Wander, signature
-from mocap_metrology.noise.diagnosis.software import Processed, processed, running_median
+from mocap_metrology.noise.diagnosis.software import processed, running_median
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.gaps import filled
 from mocap_metrology.noise.fit.spectral.likelihood import (
@@ -142,13 +141,19 @@ def diagnose(
     lines = [line for one in every for line in one.lines]
     wanders = {one.name: _walk_decided(one.wander, noise, one.name) for one in every if one.wander}
     recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
-    processing = _processed(recording, blanked, levels, settings, over)
+    still = _still(recording, blanked, levels, settings)
+    processing = processed(still, rate, step, over)
+    for k in range(1, len(recording.labels) + 1):
+        processing += running_median(
+            {f"{a}{k}": recording.coordinates[f"{a}{k}"] for a in AXES}, step
+        )
+    low = low_passes(still, rate, recording.resolution_mm, over)
     trends_of = _trends(levels, events)
     n_windows = sum(d.n_tests for own in dynamics.values() for d in own)
     found = Diagnosis(
         events, lines, [left for one in every for left in one.filtered],
         [one.step for one in every], spikes, _missing(recording), drifts, moves, dynamics, levels,
-        n_windows, quiet, spectra, _low_pass(recording, blanked, levels, settings, over), trends_of,
+        n_windows, quiet, spectra, low, trends_of,
         heavy_tails(blanked, step, over), _repeats(recording), wanders,
         solved_pairs(quiet, at_rest), processing, recurring,
         [one.resonance for one in every if one.resonance], bouts,
@@ -299,40 +304,13 @@ def _movements(
     return dict(over(of, all_series(recording.coordinates, recording.pairs)))
 
 
-def _low_pass(
-    recording: Recording,
-    series: Mapping[str, np.ndarray],
-    levels: Mapping[str, Blocks],
-    settings: DiagnosisSettings,
-    over: Over,
-) -> list[LowPass]:
-    """Of markers that do not move all the time, as movement may have any spectrum."""
-    own = _still(recording, series, levels, settings)
-    return low_passes(own, recording.frame_rate_hz, recording.resolution_mm, over)
-
-
-def _processed(
-    recording: Recording,
-    series: Mapping[str, np.ndarray],
-    levels: Mapping[str, Blocks],
-    settings: DiagnosisSettings,
-    over: Over,
-) -> list[Processed]:
-    """The same; medians of every marker, as recorded."""
-    own = _still(recording, series, levels, settings)
-    found = processed(own, recording.frame_rate_hz, recording.step_mm, over)
-    for k in range(1, len(recording.labels) + 1):
-        axes = {f"{axis}{k}": recording.coordinates[f"{axis}{k}"] for axis in AXES}
-        found += running_median(axes, recording.step_mm)
-    return found
-
-
 def _still(
     recording: Recording,
     series: Mapping[str, np.ndarray],
     levels: Mapping[str, Blocks],
     settings: DiagnosisSettings,
 ) -> Mapping[str, np.ndarray]:
+    """Of markers that do not move all the time, as movement may have any spectrum."""
     busy = {k for k, v in levels.items() if wander(v.mean) > settings.still_range_mm}
     numbers = {k[1:] for k in busy if k in recording.coordinates}
     still = [

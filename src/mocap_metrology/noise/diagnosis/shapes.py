@@ -216,9 +216,8 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     """Of 3/4 to n/8 cycles the best, alone and beside a warm-up."""
     from scipy.fft import rfft
 
-    n = int(k[-1] - k[0]) + 1
-    time = (k - k[0]) / n
-    t = _time(k)
+    n, t = int(k[-1] - k[0]), _time(k)
+    time = t + 0.5
     places = np.arange(n) / FINER  # of the zero-padded transform
     among = (places >= 0.75) & (places < max(n / 8, 4))
 
@@ -231,7 +230,7 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         best = int(np.argmax(np.where(among, power, 0.0)))
         return places[max(best - 1, 0) : best + 2]
 
-    for own in (z - z.mean(), z - np.polyval(np.polyfit(time, z, 1), time)):
+    for own in (z - z.mean(), z - np.polyval(np.polyfit(t, z, 1), t)):
         place = _refined(z, t, wave, near(own))
         for count in (1, HARMONICS) if place >= PERIODS else (1,):
             waves = np.vstack([wave(place * j) for j in range(count, 0, -1)])
@@ -248,19 +247,18 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
 
 
 def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
-    """Steps and temporary shifts (begin and end searched) by least squares, also of z less its
-    trend; the best few of each."""
+    """The best step and temporary shifts (begin and end searched) by least squares, also of z less
+    its trend, and the step of the largest difference, where noise wanders."""
     n = z.size
     t = np.arange(n)
     for own in (z - z.mean(), z - np.polyval(np.polyfit(time, z, 1), time)):
         total = np.concatenate([[0.0], np.cumsum(own)])
         at = np.arange(2, n - 1)
         gain = total[at] ** 2 * (1 / at + 1 / (n - at))
-        for best in at[np.argsort(gain)[-2:]]:
-            yield Shape(frozenset({"step"}), (t >= best).astype(float)[None], PLACE, (float(best),))
-            for begun in (best - 1, best):  # a block that it comes within
-                parts = np.array([t == begun, t > begun], float)
-                yield Shape(frozenset({"step"}), parts, PLACE, (float(begun),))
+        for begun in (at[np.argmax(gain)], 2 + np.argmax(np.abs(np.diff(own)[1:-1]))):
+            for parts in ([t >= begun], [t == begun - 1, t >= begun], [t == begun, t > begun]):
+                columns = np.array(parts, float)  # two: of a block that it comes within
+                yield Shape(frozenset({"step"}), columns, PLACE, (float(begun),))
         edges = np.unique(np.linspace(1, n - 1, min(n - 1, 120)).astype(int))
         i, j = np.triu_indices(edges.size, 1)
         a, b = edges[i], edges[j]
@@ -310,11 +308,9 @@ def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator
         places = tuple(sorted(float(np.argmax(row)) for row in columns[fixed:]))
         both = np.count_nonzero(np.diff(places) > 1) == 1  # others are within a block of one
         kind = "step" if lasting else "shift" if both else "steps"
-        if count > 1:
-            places = (places[0], places[-1]) if kind == "shift" else places
-            main = int(np.argmax(np.abs(sizes))) - count
-            kind_of = kinds | {kind}
-            yield Shape(kind_of, columns[1:], PLACE * count, places, main, fixed - 1)
+        places = (places[0], places[-1]) if kind == "shift" else places
+        main = int(np.argmax(np.abs(sizes))) - count
+        yield Shape(kinds | {kind}, columns[1:], PLACE * count, places, main, fixed - 1)
 
 
 def _edges(total: Floats, a: int, b: int, n: int, reach: int) -> tuple[int, int]:

@@ -145,7 +145,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
         return None
     z = z - np.median(z)
-    best = _fits(z, k)
+    best, (white, gaussian) = _fits(z, k)
     least = min(value for value, _ in best.values())
     excluded = least - 2 * math.log(LEVEL)
     none = min(best[frozenset(), noise][0] for noise in FAST) < least - 2 * math.log(NOTHING)
@@ -156,12 +156,10 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     noise = min(noises, key=lambda own: noises[own])
     slow = all(noise not in FAST for _, noise in near)
     slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
-    (_, of), (_, shape) = min(best.items(), key=lambda own: own[1][0])
+    _, shape = min(best.values(), key=lambda own: own[0])
     straight = any("drift" in kinds and "smooth" not in kinds for kinds, _ in near)
-    sure -= set() if straight else {"drift"}
-    if not (fits := _described(z, shape, of)).any():
-        sure = frozenset()
-    noise = noise if slow and fits.all() else ""
+    sure = sure - (set() if straight else {"drift"}) if white else frozenset()
+    noise = noise if slow and gaussian else ""
     block_s = length / frame_rate_hz
     at = tuple(block_s * (k[int(a)] if shape.placed else a) for a in shape.at)
     if "cycle" in sure and (k[-1] - k[0]) * block_s < PERIODS * at[-1]:
@@ -203,8 +201,10 @@ def _mean_variance(values: Floats) -> float:
     return float(parts.var(ddof=1) / parts.size) if parts.size > 1 else math.nan
 
 
-def _fits(z: Floats, k: np.ndarray) -> dict[tuple[frozenset[str], str], tuple[float, Shape]]:
-    """Least BIC, and its shape, of every set of kinds and noise."""
+def _fits(
+    z: Floats, k: np.ndarray
+) -> tuple[dict[tuple[frozenset[str], str], tuple[float, Shape]], tuple[bool, bool]]:
+    """Least BIC, and its shape, of every set of kinds and noise; how the least of all describes."""
     from scipy.fft import dst
 
     n = z.size - 1
@@ -213,41 +213,33 @@ def _fits(z: Floats, k: np.ndarray) -> dict[tuple[frozenset[str], str], tuple[fl
     every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
     found: dict[tuple[frozenset[str], str], tuple[float, Shape]] = {}
     transformed = [dst(np.diff(one.columns), type=1, norm="ortho", axis=1) for one in every]
+    best = math.inf, y[None], y
     for noise, spectra in _noises(weight, n).items():
-        start = _bic(y, np.zeros((0, n)), spectra, int(noise != "white"))
+        alone = _bic(y, np.zeros((0, n)), spectra, 0)[1]
+        use = spectra[: alone + 2]  # a shape leaves less to the noise
         for shape, columns in zip(every, transformed, strict=True):
-            use = spectra if len(spectra) == 1 else spectra[_near(start[1], len(spectra))]
             p = len(columns) + shape.searched + (noise != "white")
-            value = _bic(y, columns, use, p)[0] if len(columns) else start[0]
+            value, at = _bic(y, columns, use, p)
+            best = min(best, (value, columns, use[at]), key=lambda one: one[0])
             key = shape.kinds, noise
             if key not in found or value < found[key][0]:
                 found[key] = value, shape
-    return found
+    return found, _described(y, *best[1:])
 
 
-def _described(z: Floats, shape: Shape, noise: str) -> np.ndarray:
+def _described(y: Floats, X: Floats, spectrum: Floats) -> tuple[bool, bool]:
     """Whether what a shape and a noise leave is white [cumulative periodogram, Bartlett 1955;
     0.001], and whether it is also Gaussian."""
     from scipy.fft import dst
 
-    n = z.size - 1
-    weight = 4 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
-    spectra = _noises(weight, n)[noise]
-    y, X = (dst(np.diff(own), type=1, norm="ortho") for own in (z, shape.columns))
-    root = np.sqrt(spectra[_bic(y, X, spectra, 0)[1]])
+    root, n = np.sqrt(spectrum), y.size
     rest = y / root
-    if len(X):
-        rest = rest - np.linalg.lstsq((X / root).T, rest, rcond=None)[0] @ (X / root)
+    rest = rest - np.linalg.lstsq((X / root).T, rest, rcond=None)[0] @ (X / root)
     grown = np.cumsum(rest**2) / np.sum(rest**2)
-    off = np.abs(grown - np.arange(1, n + 1) / n).max() * math.sqrt(n / 2)
+    white = np.abs(grown - np.arange(1, n + 1) / n).max() * math.sqrt(n / 2) < WHITE
     values = dst(rest, type=1, norm="ortho")
     excess = (np.mean(values**4) / np.mean(values**2) ** 2 - 3) * math.sqrt(n / 24)
-    return np.array([off < WHITE, off < WHITE and excess < GAUSSIAN])
-
-
-def _near(at: int, size: int) -> slice:
-    """Ratios below the best without a shape too: a shape leaves less to the noise."""
-    return slice(0, min(at + 2, size))
+    return bool(white), bool(white and excess < GAUSSIAN)
 
 
 def _noises(weight: Floats, n: int) -> Mapping[str, Floats]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocap_metrology.noise.diagnosis.shock import ShockEffect
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, SERIES
 from mocap_metrology.papers.claims import study as numbers
 from mocap_metrology.papers.claims.decide import Answer, Missing, at_least, decides, share, within
 from mocap_metrology.papers.claims.study import SUBSETS, TYPES, WHOLE, Key, Regenerated, Study
+from mocap_metrology.papers.shock import ShockEffect
 
 SHORT_S = np.geomspace(0.01, 0.1, 7)
 ALL_S = np.geomspace(0.01, 1000.0, 26)

@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mocap_metrology.noise.diagnosis.shock import ShockEffect
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
 from mocap_metrology.noise.model.components import Component, NoiseModel
 from mocap_metrology.noise.twins import published
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, SERIES
 from mocap_metrology.papers.claims.decide import Missing
+from mocap_metrology.papers.shock import ShockEffect
 
 TYPES = {
     "T40": (2, 3, 4, 5, 6, 8, 10),

@@ -16,6 +16,7 @@ from mocap_metrology.present.tables import Record
 from mocap_metrology.present.verdict import words
 from mocap_metrology.present.verdict.overview import overview_figure
 
+OF_RECEIVER = "receiver.json"  # of a calibration
 MEAN_UNITS = ("", " (mm)", "", " (mm)", "", " (s)", " (s)")  # of `words.mean_table`
 
 
@@ -61,6 +62,12 @@ class Results:
         names = [*self.subjects["group"], *self.papers]
         begin = {p: [n for n in names if p.stem.startswith(f"{n}_")] for p in files}
         return [path for path in files if name == max(begin[path], key=len, default="")]
+
+    def by_motion_capture(self, calibration: str) -> list[str]:
+        """What motion capture of its receiver says of a calibration."""
+        files = self.of("calibration", calibration, ".json")
+        found = [_read(path) for path in files if path.name == OF_RECEIVER]
+        return [str(one.get("sentence") or one["refused"]) for one in found]
 
     def page(self, kind: str, name: str, title: str, more_csv: Sequence[Path], **more: Any) -> str:
         """The page of a subject, with its figures and tables."""
@@ -117,7 +124,8 @@ def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str
         yield "recording", name, [], _judged(verdict, lines, group, groups) | {"tables": tables}
     for row in results.poses:
         verdict, name = row["pose"]["verdict"], row["calibration"]
-        more = _judged(verdict, [verdict["reason"]], row["group"], groups)
+        lines = [verdict["reason"], *results.by_motion_capture(name)]
+        more = _judged(verdict, lines, row["group"], groups)
         yield "calibration", name, [], more
     yield from (("group", group, [], {}) for group in groups)
     csv = [path for path in results.files if path.suffix == ".csv"]

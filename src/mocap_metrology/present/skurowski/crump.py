@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from mocap_metrology.noise.allan.variance import allan_variance
-from mocap_metrology.noise.diagnosis.shock import Shock, find_shock
+from mocap_metrology.papers.shock import Shock, find_shock
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import GREY, LOOKS, OTHER_LOOKS

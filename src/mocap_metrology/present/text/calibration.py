@@ -25,11 +25,11 @@ SENTENCES = {
         "The stations are {value:.3g} m apart, too far apart for a board to be in view of both "
         "(at most {limit:g} m)."
     ),
-    Case.RESIDUAL: "Angles are {value:.0f} µrad rms from the fit; the noise of an angle is"
-    " {noise:.0f}{made}, good is below {limit:.0f}.",
+    Case.RESIDUAL: "Angles are {value:.0f} µrad rms from the fit; {usual} {noise:.0f}{made}, good"
+    " is below {limit:.0f}.",
     Case.RESIDUAL_HIGH: (
-        "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times the noise of an "
-        "angle{made}. Possible causes: wrong optics (factory values, lasers off the housing's "
+        "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times {that}"
+        "{made}. Possible causes: wrong optics (factory values, lasers off the housing's "
         "origin), a wrong board file, reflections or board poses in the wrong minimum."
     ),
     Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
@@ -42,7 +42,7 @@ SENTENCES = {
     Case.PRIORS: "Board and optics as estimated agree with what is known of them.",
     Case.PRIORS_LEFT: (
         "Board and optics as estimated deviate from what is known of them (probability by chance: "
-        "{value:.1g}). Possible causes: a board file that does not fit the board (stretched, or "
+        "{chance}). Possible causes: a board file that does not fit the board (stretched, or "
         "wrong diodes), wrong factory values, lasers far from their places."
     ),
     Case.PRIORS_UNKNOWN: "Board and optics are not estimated.",
@@ -86,8 +86,8 @@ SENTENCES = {
         "use `paper-lm`, which decides by {both}."
     ),
     Case.MIRRORED_BOTH: (
-        "{percent:.2g} % of the board poses are mirrored or wrong in another way, although both "
-        "stations were used to decide: is the board file right (and no mirror image)? Use a "
+        "{percent:.2g} % of the board poses are mirrored or wrong in another way, although "
+        "{both} were used to decide: is the board file right (and no mirror image)? Use a "
         "larger board, or one with depth."
     ),
     Case.MIRRORED_UNKNOWN: "The share of mirrored board poses was not determined.",
@@ -180,7 +180,7 @@ SENTENCES = {
     ),
     Case.OBJECTS_APART: (
         "The pose from {first}, another object of the same recording, differs by {about} "
-        "(probability by chance: {value:.1g}): one of both is farther off than stated. Possible "
+        "(probability by chance: {chance}): one of both is farther off than stated. Possible "
         "causes: a board file that does not fit its object, reflections."
     ),
 }
@@ -257,18 +257,27 @@ def sentence(check: Check, station: str = "") -> str:
     return sentences[check.case].format(
         **check.numbers,
         value=check.value,
+        chance=_chance(check.value),
         apart=apart(*distance),
         about=apart(*distance, digits=2),
         limit=check.limit,
         made=small,
         both=both,
         Both=_capital(both),
+        usual="noise and places of the diodes make" if station else "the noise of an angle is",
+        that="what noise and places of the diodes make" if station else "the noise of an angle",
         its=f"the rotation of station {station}" if station else "the slave's rotation",
         why=why or "not used",
         first=next(iter(check.names), ""),
         others=" or ".join(check.names[1:]),
         all_names=" and ".join(check.names),
     )
+
+
+def _chance(p: object) -> str:
+    if not isinstance(p, float):
+        return str(p)
+    return "below 0.0001" if p < 0.0001 else f"{p:.2g}"
 
 
 def _apart(check: Check) -> tuple[float, float]:
@@ -294,7 +303,7 @@ def comparison_words(found: Comparison | None) -> str:
     if found is None:
         return "No pose to compare with the earlier one."
     said = "A station has moved" if found.moved else "No sign that a station moved"
-    how = f"probability by chance: {found.p_value:.2g}"
+    how = f"probability by chance: {_chance(found.p_value)}"
     if math.isnan(found.p_value):
         how = f"no covariance; a station counts as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""

@@ -1,0 +1,210 @@
+"""The step of a calibration whose row names motion capture of its receiver: the tracked path, and
+the places of the stations, against it. Motion capture checks; nothing of the calibration is fitted
+to it."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.calibration.pose import calibration_settings, sensors_of
+from mocap_metrology.calibration.sweeps import Entry, Paths
+from mocap_metrology.calibration.track import scene_before, stations_used
+from mocap_metrology.common import files
+from mocap_metrology.common.errors import Refusal, UnknownUnit
+from mocap_metrology.common.types import Floats, Row
+from mocap_metrology.io.read import labels_of, read_recording
+from mocap_metrology.io.units import Unit
+from mocap_metrology.lighthouse import records, rotation
+from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
+from mocap_metrology.lighthouse.batch.kernel import POSE
+from mocap_metrology.lighthouse.board import read_board, read_normals
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
+from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
+from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
+from mocap_metrology.lighthouse.track.mocap import Markers, Match, Tracked, match
+from mocap_metrology.lighthouse.track.receiver import AXES_OF_POSE, Calibrated
+from mocap_metrology.lighthouse.track.resection import Resected, resected
+from mocap_metrology.present.text.sentence import render
+from mocap_metrology.settings import Lighthouse
+
+log = logging.getLogger(__name__)
+BY_CHANCE = 0.01  # probability below which a station is not where the calibration has it
+
+
+def receiver(
+    entry: Entry,
+    seen: str,
+    labels: Sequence[str],
+    given: Paths,
+    settings: Lighthouse,
+    output: str,
+    unit: Unit | None = None,
+) -> Row:
+    """receiver.json of a row; a refusal is a result, with the reason in it.
+
+    seen: a recording of markers on the receiver; labels: of these, empty for all; given: paths
+    named as `DECODED`, track, pose, tracked_with (if any); unit: of the coordinates, where the file
+    names none. Returns the contents of receiver.json.
+    """
+    try:
+        document = _judged(entry, _markers(seen, labels, unit), Path(seen).name, given, settings)
+    except Refusal as refusal:
+        document = {"recording": entry.calibration, "refused": str(refusal)}
+    log.info("%s", document.get("sentence") or document["refused"])
+    files.write_json(output, document)
+    return document
+
+
+def _markers(path: str, labels: Sequence[str], unit: Unit | None) -> Markers:
+    try:
+        found = read_recording([path], labels or labels_of(path), unit=unit)
+    except UnknownUnit as refusal:
+        raise Refusal(f"{refusal} (column receiver_unit of the sheet)") from None
+    if found.unit_source == "assumed":
+        log.warning("%s names no unit, so its coordinates are assumed to be in mm", Path(path).name)
+    return Markers(found.labels, found.frame_rate_hz, 1e-3 * np.asarray(found.position_mm, float))
+
+
+def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Lighthouse) -> Row:
+    columns, origin = files.read_table(given["track"])
+    if not columns["time_s"].size:
+        raise Refusal(f"receiver: the board is not tracked ({origin.get('reason', 'no hits')})")
+    track = _tracked(columns)
+    found = match(track, seen)
+    alignment, n = found.alignment, len(seen.labels)
+    common_s = float(found.time_s.size * np.median(np.diff(track.time_s)))
+    levers = zip(seen.labels, alignment.lever_m, found.sd[2:].reshape(n, 3), strict=True)
+    document: Row = {
+        "recording": entry.calibration,
+        "motion_capture": {"source": file, "labels": list(seen.labels), "rate_hz": seen.rate_hz},
+        "common_s": common_s,
+        "n_moments": int(found.time_s.size),
+        "clock": {
+            "offset_s": alignment.offset_s,
+            "offset_sd_s": float(found.sd[0]),
+            "rate_ppm": 1e6 * alignment.rate,
+            "rate_sd_ppm": 1e6 * float(found.sd[1]),
+        },
+        "frame": _pose(alignment.A, alignment.b_m),
+        "lever_mm": {k: {"value": _mm(own), "sd": _mm(sd)} for k, own, sd in levers},
+        "scale_ppm": 1e6 * (found.scale - 1),
+        "scale_sd_ppm": 1e6 * found.scale_sd,
+        "place_mm": _statistics(1e3 * np.linalg.norm(found.place_m.mean(axis=1), axis=1)),
+        "attitude_deg": None,
+        "stated": _stated(columns, found),
+    }
+    if found.turn_rad is not None:
+        turns = np.degrees(np.linalg.norm(found.turn_rad, axis=1))
+        document["attitude_deg"] = _statistics(turns)
+    try:
+        document["stations"] = _stations(*_scene(entry, given, settings), track, seen, found)
+    except Refusal as refusal:
+        document |= {"stations": {}, "not_resected": str(refusal)}
+    document["sentence"] = render("receiver.check", **document)
+    return document
+
+
+def _tracked(columns: Mapping[str, np.ndarray]) -> Tracked:
+    from scipy.spatial.transform import Rotation
+
+    t = 1e-3 * np.column_stack([columns[f"{axis}_mm"] for axis in "xyz"])
+    q = np.column_stack([columns[name] for name in ("qx", "qy", "qz", "qw")])
+    R = np.full((len(t), 3, 3), math.nan)
+    known = np.isfinite(t).all(axis=1)
+    R[known] = Rotation.from_quat(q[known]).as_matrix()
+    sd = np.column_stack([columns[f"sd_noise_{axis}"] for axis in AXES_OF_POSE[:3]])
+    return Tracked(np.asarray(columns["time_s"]), R, t, 1e-3 * np.sqrt(np.mean(sd**2, axis=1)))
+
+
+def _scene(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Scene, Calibrated]:
+    """The light on the receiver, and the stations as the row tracks with them."""
+    table, _ = files.read_table(given["sweeps"])
+    own = read_pose_json(given["pose"])
+    used = stations_used(entry, own, given.get("tracked_with"))
+    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
+    board, how = read_board(given["board"]), calibration_settings(settings)
+    recorded = records.hits_of(table), board, [station.factory for station in stations]
+    sensors = sensors_of(settings, stations, None, normals=read_normals(given["board"]))
+    names = [station.role for station in stations]
+    scene, known = scene_before(used, used is own, recorded, how, sensors, names)
+    if scene.optics == ESTIMATED:
+        raise Refusal("the rotors of these stations were estimated; expected factory values")
+    return scene, known
+
+
+def _stations(
+    scene: Scene, known: Calibrated, track: Tracked, seen: Markers, found: Match
+) -> dict[str, Row]:
+    """By name: what the calibration has of a station less what motion capture shows, as seen from
+    the reference; and, of the reference too, its pose in the frame of motion capture."""
+    placed = resected(scene, known, track, seen, found.alignment)
+    rows = {
+        scene.names[k]: {
+            "in_motion_capture": _pose(*pose),
+            "n_hits": hits,
+            "residual_rms_urad": 1e6 * rms,
+        }
+        for k, pose, hits, rms in zip(
+            placed.members, placed.poses, placed.hits, placed.rms_rad, strict=True
+        )
+    }
+    for place, k in enumerate(placed.members[1:]):
+        rows[scene.names[k]] |= _difference(known, k, placed, place)
+    return rows
+
+
+def _difference(known: Calibrated, k: int, placed: Resected, place: int) -> Row:
+    from scipy.stats import chi2
+
+    (R, t), (R_0, t_0) = known.poses[k], placed.relative[place]
+    off = np.r_[t - t_0, rotation.error(R, R_0)] * COVARIANCE_UNITS
+    its, own = (slice(POSE * at, POSE * (at + 1)) for at in (k - 1, place))
+    given, seen = known.covariance[its, its], placed.covariance[own, own]
+    both = (given + seen) * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
+    row: Row = {"difference_mm": off[:3].tolist(), "difference_deg": off[3:].tolist()}
+    parts = {"": both, "_resection": seen * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)}
+    for unit, axes in (("mm", slice(0, 3)), ("deg", slice(3, 6))):
+        row[f"shift_{unit}"] = float(np.linalg.norm(off[axes]))
+        for name, C in parts.items():
+            row[f"sd{name}_{unit}"] = float(np.sqrt(np.trace(C[axes, axes])))
+    if np.isfinite(both).all():
+        p = float(chi2.sf(off @ np.linalg.solve(both, off), POSE))
+        row |= {"p_value": p, "agrees": p >= BY_CHANCE}
+    return row
+
+
+def _stated(columns: Mapping[str, np.ndarray], found: Match) -> Row:
+    """Median standard deviation of a coordinate by the track, and how often its error is within one
+    and two; what a motion of the whole path would explain is not in the errors."""
+    at = np.searchsorted(columns["time_s"], found.time_s)
+    sd = np.column_stack([columns[f"sd_{axis}"][at] for axis in AXES_OF_POSE[:3]])
+    error = 1e3 * found.place_m.mean(axis=1) @ found.alignment.A
+    size = (np.abs(error) / sd)[np.isfinite(sd).all(axis=1)]
+    return {
+        "sd_mm": float(np.nanmedian(sd)),
+        "within_1": float((size <= 1).mean()) if size.size else math.nan,
+        "within_2": float((size <= 2).mean()) if size.size else math.nan,
+    }
+
+
+def _statistics(values: Floats) -> Row:
+    p50, p95 = np.percentile(values, [50, 95]).tolist()
+    rms = float(np.sqrt(np.mean(values**2)))
+    return {"rms": rms, "p50": p50, "p95": p95, "max": float(values.max())}
+
+
+def _pose(R: Floats, t_m: Floats) -> Row:
+    from scipy.spatial.transform import Rotation
+
+    q = Rotation.from_matrix(R).as_quat(canonical=True)
+    return {"translation_mm": _mm(t_m), "quaternion_xyzw": q.tolist()}
+
+
+def _mm(values: Floats) -> list[float]:
+    return (1e3 * np.asarray(values)).tolist()

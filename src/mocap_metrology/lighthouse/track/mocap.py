@@ -1,0 +1,372 @@
+"""A tracked board against motion capture of markers on it.
+
+Both systems have a clock and a frame of their own. With the tracked pose R, p of the board at time
+t, and marker j at l_j on the board, motion capture should see at its time
+
+    m_j = s A (p + R l_j) + b,   time = offset + t + rate (t - middle of t),
+
+A, b being the reference station's frame in that of motion capture. All of this is estimated by
+least squares, weighed by the residuals (Huber 1964) and by what the track states of its own noise;
+the scale s is estimated once more beside, and not applied. The offset is searched where the speeds
+of both paths are alike: the normalised correlation over what is known of both (Padfield 2012).
+Errors of neighbouring moments are alike, so that standard deviations are those of a jackknife over
+`BLOCKS` of the time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.calibrate.superpose import jackknife, kabsch
+from mocap_metrology.lighthouse.rotation import exp, log
+
+BLOCKS = 10
+CANDIDATES = 6  # offsets that are tried
+LEAST_S = 3.0  # of common time
+APART_S = 0.25  # between two offsets that are tried
+SMOOTHED = 5  # moments of a speed
+LEAST_MM = 30.0  # rms of the second direction of the path: along a line no frame is determined
+WORST_FIT = 0.2  # rms of the residuals over that of the path: another motion
+LEVER_SD_M, RATE_SD = 0.3, 5e-5  # known of these beforehand
+CORRELATED_S = 0.3  # residuals within are alike
+FLOOR_M = 5e-4  # of the noise of a moment
+HUBER = 2.0  # times the median
+MEDIAN_3D = 1.538  # of the length of a vector, over the standard deviation of a coordinate
+AMBIGUOUS = 1.5  # rms at another offset over the best: both fit
+FEWEST_FRAMES = 4
+NARROWEST_M = 5e-3  # of markers that show an attitude
+ROUNDS = 30
+SMALL = 1e-4  # of its noise: a step that ends the search
+NEAR = 1.6  # frames: a moment between two that were seen
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Places (markers, 3, frames) in m, NaN where one was not seen; frame 0 is at time 0."""
+
+    labels: tuple[str, ...]
+    rate_hz: float
+    place_m: Floats
+
+    @cached_property
+    def _seen(self) -> np.ndarray:
+        return np.flatnonzero(np.isfinite(self.place_m).all(axis=(0, 1)))
+
+    @cached_property
+    def _spline(self) -> Any:
+        from scipy.interpolate import CubicSpline
+
+        if self._seen.size < FEWEST_FRAMES:
+            names = ", ".join(self.labels)
+            raise Refusal(f"receiver: {names} are seen together in {self._seen.size} frames")
+        return CubicSpline(self._seen, np.moveaxis(self.place_m[:, :, self._seen], 2, 0))
+
+    @property
+    def duration_s(self) -> float:
+        """From the first frame to the last."""
+        return (self.place_m.shape[2] - 1) / self.rate_hz
+
+    def at(self, time_s: Floats) -> tuple[Floats, Floats]:
+        """Places and velocities (n, markers, 3) by cubic splines; NaN but between two frames that
+        have all markers."""
+        spline, frames, at = self._spline, self._seen, time_s * self.rate_hz
+        after = np.clip(np.searchsorted(frames, at), 1, frames.size - 1)
+        inside = (at >= frames[after - 1]) & (at <= frames[after])
+        inside &= frames[after] - frames[after - 1] <= NEAR
+        at = np.where(inside, at, np.nan)
+        return spline(at), spline(at, 1) * self.rate_hz
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Poses of a board at moments of one step, NaN where unknown: R (n, 3, 3), t (n, 3) in m; noise
+    (n,): standard deviation of a coordinate, in m."""
+
+    time_s: Floats
+    R: Floats
+    t_m: Floats
+    noise_m: Floats
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """What brings a track to motion capture, as in the formula above; lever (markers, 3) in m."""
+
+    A: Floats
+    b_m: Floats
+    offset_s: float
+    rate: float
+    lever_m: Floats
+    middle_s: float
+    scale: float = 1.0
+
+    def time(self, time_s: Floats) -> Floats:
+        """Of motion capture, at times of the track."""
+        found: Floats = self.offset_s + time_s + self.rate * (time_s - self.middle_s)
+        return found
+
+    def values(self) -> Floats:
+        """Offset, rate, lever and scale, in one row."""
+        return np.r_[self.offset_s, self.rate, self.lever_m.ravel(), self.scale]
+
+
+@dataclass(frozen=True)
+class Match:
+    """An alignment with scale 1, and what it leaves.
+
+    time_s (n,): moments that both know; place_m (n, markers, 3): of motion capture less of the
+    track, in axes of motion capture; sd: of `Alignment.values`; scale, scale_sd: with a free scale;
+    turn_rad (n, 3): likewise of the attitude, None of fewer than three markers that span a surface.
+    """
+
+    alignment: Alignment
+    time_s: Floats
+    place_m: Floats
+    sd: Floats
+    scale: float
+    scale_sd: float
+    turn_rad: Floats | None = None
+
+
+def match(track: Tracked, seen: Markers) -> Match:
+    """Raises `Refusal` where the recordings are not of one motion, or of too little."""
+    known = np.asarray(np.isfinite(track.t_m).all(axis=1))
+    fits = [_Fit(track, seen, known, near) for near in _offsets(track, seen, known)]
+    fits = sorted((fit for fit in fits if fit.common_s >= LEAST_S), key=lambda fit: -fit.score)
+    if not fits:
+        raise Refusal(
+            f"receiver: the track and motion capture have no {LEAST_S:g} s in common; expected one"
+            " motion, recorded by both"
+        )
+    fit, free = fits[0], _Fit(track, seen, known, fits[0].found, free_scale=True)
+    _check(fit, track, seen, fits[1:])
+    others = []
+    for block in np.array_split(np.flatnonzero(fit.kept), BLOCKS):
+        rest = fit.kept.copy()
+        rest[block] = False
+        others.append(_Fit(track, seen, rest, free.found, free_scale=True).found.values())
+    sd = np.sqrt(np.diag(jackknife(np.array(others))))
+    kept = fit.kept
+    return Match(
+        fit.found, track.time_s[kept], fit.residual[kept], sd[:-1], free.found.scale, sd[-1],
+        _turns(fit),
+    )  # fmt: skip
+
+
+def _check(fit: _Fit, track: Tracked, seen: Markers, others: Sequence[_Fit]) -> None:
+    """Refuse what determines no alignment, or a wrong one."""
+    size, whole = 1e3 * np.sqrt(fit.spread), float(np.sqrt(fit.spread.sum()))
+    if size[1] < LEAST_MM:
+        raise Refusal(
+            f"receiver: it moves by {size[0]:.0f} mm rms in one direction and {size[1]:.0f} mm"
+            f" across; expected {LEAST_MM:g} mm or more in two"
+        )
+    if fit.rms > WORST_FIT * whole:
+        scale, rest = min(
+            (_sized(track, seen, one.near) for one in (fit, *others)), key=itemgetter(1)
+        )
+        if rest < WORST_FIT:
+            raise Refusal(
+                f"receiver: the path by motion capture is {scale:.3g} times as large as that of the"
+                " board; expected the same size (is the unit of the file right?)"
+            )
+        raise Refusal(
+            f"receiver: both paths differ by {1e3 * fit.rms:.0f} mm rms at the best offset of the"
+            f" clocks, and are {1e3 * whole:.0f} mm rms large; expected one motion, recorded by"
+            " both"
+        )
+    for other in others:
+        apart = abs(other.found.offset_s - fit.found.offset_s)
+        if apart > APART_S and other.rms < AMBIGUOUS * fit.rms:
+            raise Refusal(
+                f"receiver: the offset of the clocks is not determined, as {apart:.2f} s more or"
+                " less fit as well; expected a motion that does not repeat itself"
+            )
+
+
+def _sized(track: Tracked, seen: Markers, near: Alignment) -> tuple[float, float]:
+    """How many times as large the path is by motion capture at this offset, and the rms of what is
+    left of it then, as a share."""
+    places, _ = seen.at(near.time(track.time_s))
+    both = np.isfinite(places).all(axis=(1, 2)) & np.isfinite(track.t_m).all(axis=1)
+    own, its = track.t_m[both], places[both].mean(axis=1)
+    scale = float(np.sqrt(its.var(axis=0).sum() / own.var(axis=0).sum()))
+    A, b = kabsch(scale * own, its)
+    rest = its - scale * own @ A.T - b
+    return scale, float(np.sqrt((rest**2).sum(axis=1).mean() / its.var(axis=0).sum()))
+
+
+def _offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]:
+    """Where the speeds of both are most alike: rough alignments, the best first."""
+    step = float(np.median(np.diff(track.time_s)))
+    grid = step * np.arange(int(seen.duration_s / step) + 1, dtype=np.float64)
+    places, _ = seen.at(grid)
+    own, its = (_speed(place, step) for place in (track.t_m, places.mean(axis=1)))
+    r, count = _correlation(own, its)
+    enough = count * step >= LEAST_S
+    score = np.where(enough, np.arctanh(np.clip(r, -0.999, 0.999)) * np.sqrt(count), -np.inf)
+    found: list[Alignment] = []
+    middle = float(np.median(track.time_s))
+    for _ in range(CANDIDATES):
+        best = int(np.argmax(score))
+        if not np.isfinite(score[best]):
+            break
+        lag = best - (own.size - 1)
+        near = round(APART_S / step)
+        score[max(best - near, 0) : best + near + 1] = -np.inf
+        offset = lag * step - float(track.time_s[0])
+        places, _ = seen.at(track.time_s + offset)
+        both = known & np.isfinite(places).all(axis=(1, 2))
+        if both.sum() * step < LEAST_S:
+            continue
+        A, b = kabsch(track.t_m[both], places[both].mean(axis=1))
+        none = np.zeros((len(seen.labels), 3))
+        found.append(Alignment(A, b, offset, 0.0, none, middle))
+    return found
+
+
+def _speed(place: Floats, step_s: float) -> Floats:
+    """Speed (n,), smoothed, NaN at gaps."""
+    velocity = np.gradient(place, step_s, axis=0)
+    speed = np.linalg.norm(velocity, axis=1)
+    return np.convolve(speed, np.ones(SMOOTHED) / SMOOTHED, mode="same")
+
+
+def _correlation(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Normalised correlation of b, later by each lag from 1 - len(a) on, with a, over the pairs
+    that are known of both; and how many these are."""
+    from scipy.signal import correlate
+
+    ok = [np.isfinite(x) for x in (a, b)]
+    x, y = (np.where(k, v - np.nanmean(v), 0.0) for k, v in zip(ok, (a, b), strict=True))
+
+    def at_lags(first: Floats, second: Floats) -> Floats:
+        return np.asarray(correlate(second, first, mode="full", method="fft"))
+
+    w, v = (k.astype(float) for k in ok)
+    n = np.round(at_lags(w, v))
+    few = n < SMOOTHED
+    n_ = np.where(few, 1.0, n)
+    sx, sy = at_lags(x, v), at_lags(w, y)
+    vx, vy = at_lags(x**2, v) - sx**2 / n_, at_lags(w, y**2) - sy**2 / n_
+    floor = 1e-9 * max(float(x @ x), float(y @ y), 1e-30)
+    r = (at_lags(x, y) - sx * sy / n_) / np.sqrt(np.maximum(vx, floor) * np.maximum(vy, floor))
+    return np.where(few, -1.0, r), n
+
+
+class _Fit:
+    """Least squares from near an alignment."""
+
+    def __init__(
+        self,
+        track: Tracked,
+        seen: Markers,
+        known: np.ndarray,
+        near: Alignment,
+        free_scale: bool = False,
+    ):
+        self.track, self.seen, self.known, self.free_scale = track, seen, known, free_scale
+        self.found = self.near = near
+        for _ in range(ROUNDS):
+            if self._step() < SMALL:
+                break
+        self._renew()
+
+    def _renew(self) -> None:
+        """Residuals (n, markers, 3) at the present values, and which moments count."""
+        found = self.found
+        places, self.velocity = self.seen.at(found.time(self.track.time_s))
+        arm = np.einsum("nij,mj->nmi", self.track.R, found.lever_m)
+        self.own = (self.track.t_m[:, None] + arm) @ found.A.T
+        self.residual = places - found.scale * self.own - found.b_m
+        self.kept = self.known & np.isfinite(self.residual).all(axis=(1, 2))
+        off = np.linalg.norm(self.residual[self.kept], axis=2)
+        noise = np.hypot(self.track.noise_m[self.kept], FLOOR_M)
+        size = off / noise[:, None]
+        self.sigma = max(float(np.median(size)) / MEDIAN_3D, 1e-9) if size.size else np.inf
+        outlying = size / (HUBER * MEDIAN_3D * self.sigma)
+        self.weight = 1 / np.maximum(outlying, 1.0) / noise[:, None] ** 2
+
+    def _step(self) -> float:
+        """One step of Gauss and Newton; its size over the noise of the unknowns."""
+        self._renew()
+        found, n = self.found, len(self.seen.labels)
+        k = self.kept
+        if not k.any():
+            return 0.0
+        t = self.track.time_s[k] - found.middle_s
+        J = np.zeros((k.sum(), n, 3, 8 + 3 * n + self.free_scale))
+        J[..., :3] = found.scale * np.cross(self.own[k][..., None, :], -np.eye(3))
+        J[..., 3:6] = -np.eye(3)
+        J[..., 6] = self.velocity[k]
+        J[..., 7] = self.velocity[k] * t[:, None, None]
+        for m in range(n):
+            J[:, m, :, 8 + 3 * m : 11 + 3 * m] = -found.scale * found.A @ self.track.R[k]
+        if self.free_scale:
+            J[..., -1] = -self.own[k]
+        w = np.broadcast_to(self.weight[..., None], J.shape[:3]).ravel()
+        flat, r = J.reshape(w.size, -1), self.residual[k].ravel()
+        known = np.zeros(flat.shape[1])
+        known[7], known[8 : 8 + 3 * n] = RATE_SD**-2, LEVER_SD_M**-2
+        at = np.r_[np.zeros(7), found.rate, found.lever_m.ravel(), [0.0] * self.free_scale]
+        step_s = float(np.median(np.diff(self.track.time_s)))
+        variance = self.sigma**2 * max(1.0, CORRELATED_S / step_s)
+        M = (flat * w[:, None]).T @ flat / variance + np.diag(known)
+        step = -np.linalg.solve(M, flat.T @ (w * r) / variance + known * at)
+        self.found = Alignment(
+            exp(step[:3]) @ found.A,
+            found.b_m + step[3:6],
+            found.offset_s + float(step[6]),
+            found.rate + float(step[7]),
+            found.lever_m + step[8 : 8 + 3 * n].reshape(n, 3),
+            found.middle_s,
+            found.scale + (float(step[-1]) if self.free_scale else 0.0),
+        )
+        return float(np.sqrt(step @ M @ step / step.size))
+
+    @property
+    def common_s(self) -> float:
+        """How long both know the motion."""
+        return float(self.kept.sum() * np.median(np.diff(self.track.time_s)))
+
+    @property
+    def rms(self) -> float:
+        """Of the distances of places, in m."""
+        return float(np.sqrt(np.mean(np.sum(self.residual[self.kept] ** 2, axis=2))))
+
+    @property
+    def spread(self) -> Floats:
+        """Variances of the path along its main directions in m^2, the largest first."""
+        place = self.own[self.kept].mean(axis=1)
+        return np.linalg.svd(place - place.mean(axis=0), compute_uv=False) ** 2 / len(place)
+
+    @property
+    def score(self) -> float:
+        """How much of the path it explains: by how many moments, and how well."""
+        if not self.kept.any():
+            return -np.inf
+        ratio = self.spread.sum() / max(self.rms**2, 1e-12)
+        return float(self.kept.sum() * np.log(max(ratio, 1e-12)))
+
+
+def _turns(fit: _Fit) -> Floats | None:
+    """Rotation vectors (n, 3) from the tracked attitude to that by the markers, in axes of motion
+    capture; None of fewer than three markers, or of markers on a line."""
+    lever = fit.found.lever_m
+    if len(lever) < 3:
+        return None
+    if np.linalg.svd(lever - lever.mean(axis=0), compute_uv=False)[1] < NARROWEST_M:
+        return None
+    own, seen = fit.own[fit.kept], (fit.residual + fit.own)[fit.kept]
+    own, seen = (x - x.mean(axis=1, keepdims=True) for x in (own, seen))
+    U, _, Vt = np.linalg.svd(np.einsum("nmi,nmj->nij", seen, own))
+    U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
+    return log(U @ Vt)

@@ -10,16 +10,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocap_metrology.lighthouse.assess.comparison import compare_with_earlier
+from mocap_metrology.lighthouse.assess.fit_checks import Case
+from mocap_metrology.lighthouse.assess.objects import with_objects
+from mocap_metrology.lighthouse.assess.summary import Summary, summary
 from mocap_metrology.lighthouse.batch import problem
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import COVER_M, Priors, by_sweep
 from mocap_metrology.lighthouse.batch.solve import residuals, view
 from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, joint
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Hits
 
 RECORDING = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
+BATCH = CalibrationSettings(estimators=("batch",), optics=("factory",))
 
 
 @pytest.fixture(scope="module")
@@ -67,3 +73,22 @@ def test_the_covers_are_those_of_second_generation_recordings(
         sd = np.sqrt(np.diag(found.covariance))[first : first + 2]
         assert (np.abs(found.state.cover - COVER_M) < 2 * sd).all()
         assert found.state.cover[1] > 1.5 * sd[1]
+
+
+def test_both_objects_agree_within_their_covariances(both: dict[str, Decoded]) -> None:
+    """45 mm and 0.5 deg apart without covers (p 0.17), 66 mm and 0.9 deg with them (p 0.24)."""
+    for covers, shift, p in ((False, (45, 0.5), 0.17), (True, (66, 0.93), 0.24)):
+        found: dict[str, Summary] = {}
+        for name, own in both.items():
+            factories = [station.factory for station in own.stations]
+            sensors = Sensors(normals=own.normals if covers else None)
+            ways = calibrate(own.hits, own.board, factories, BATCH, sensors=sensors)
+            found[name] = summary(ways, own.stations, duration_s=own.duration_s)
+        one, other = found["HMD"], found["T20"]
+        compared = compare_with_earlier(one.document, other.document, one_board=False)
+        assert compared.basis == "difference"
+        assert compared.shift == pytest.approx(shift, rel=0.05)
+        assert compared.p_value == pytest.approx(p, abs=0.03)
+        told = with_objects(one, {"controller": other.document})
+        assert told.verdict.word == one.verdict.word == "usable"
+        assert told.verdict.checks[-1].case is Case.OBJECTS

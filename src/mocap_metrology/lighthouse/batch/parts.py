@@ -97,7 +97,7 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
     the residuals, which are larger where a station moved."""
     coarse = rough(one)
     noise = Noise(max(coarse.hit, one.noise.hit), one.noise.sweep)
-    weight = weights(one.seen, one.residual, noise)
+    weight = weights(one.seen, one.residual, noise, one.share)
     time = one.sweeps.hits.time_s[one.sweeps.first[:-1]]
     share = (time - time.min()) / max(float(np.ptp(time)), 1e-9)
     piece = np.minimum((PIECES * share).astype(np.int64), PIECES - 1)

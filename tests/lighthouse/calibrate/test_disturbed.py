@@ -11,6 +11,7 @@ import pytest
 from benchmarks.lighthouse_recordings import hand, wrong_sweeps
 from benchmarks.moved_stations import Setup
 from benchmarks.sentences.flights import Outcome, outcome
+from benchmarks.sentences.objects import calibrated
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate import jansen
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate, chosen

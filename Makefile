@@ -40,14 +40,17 @@ export CHECK_LENGTH := $(value LENGTH)
 export CHECK_BAR := $(value BAR)
 export CHECK_FACTORY := $(value FACTORY)
 export CHECK_REFERENCE := $(value REFERENCE)
+export CHECK_RECEIVER := $(value RECEIVER)
+export CHECK_LABELS := $(value RECEIVER_LABELS)
 export CHECK_RESULTS := $(if $(filter command,$(origin RESULTS)),$(value RESULTS))
-check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [UNIT=mm] [NAMES="t x y z"] [TRUNCATED=accept] [RESULTS=folder]; of a bar that is moved: make check FILE=wand.c3d BAR=A-B|auto [LENGTH_MM=500] [LENGTH_U_MM=0.05]; of a sweep dump: make check FILE=dump.bin BOARD=board.csv [WORLD=gravity|master|board-start] [POINTS=room.csv] [LENGTH="stations 4.330 0.005"] [FACTORY=stations.json] [REFERENCE=pose.json] [INERTIAL=use] [BAR=T20-T21]
+check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [UNIT=mm] [NAMES="t x y z"] [TRUNCATED=accept] [RESULTS=folder]; of a bar that is moved: make check FILE=wand.c3d BAR=A-B|auto [LENGTH_MM=500] [LENGTH_U_MM=0.05]; of a sweep dump: make check FILE=dump.bin BOARD=board.csv [WORLD=gravity|master|board-start] [POINTS=room.csv] [LENGTH="stations 4.330 0.005"] [FACTORY=stations.json] [REFERENCE=pose.json] [INERTIAL=use] [BAR=T20-T21] [RECEIVER=take.c3d] [RECEIVER_LABELS="A;B"]
 	@test -n "$$CHECK_FILE" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
 	@$(RUN) python -m mocap_metrology check --threads "$(CORES)" \
 		$${CHECK_BAR:+--bar="$$CHECK_BAR"} $(if $(LENGTH_MM),--length "$(LENGTH_MM)") $(if $(LENGTH_U_MM),--length-u "$(LENGTH_U_MM)") \
 		$(if $(WORLD),--world "$(WORLD)") $${CHECK_POINTS:+--world-points="$$CHECK_POINTS"} \
 		$${CHECK_LENGTH:+--known-length="$$CHECK_LENGTH"} \
 		$${CHECK_FACTORY:+--factory="$$CHECK_FACTORY"} $${CHECK_REFERENCE:+--reference="$$CHECK_REFERENCE"} \
+		$${CHECK_RECEIVER:+--receiver="$$CHECK_RECEIVER"} $${CHECK_LABELS:+--receiver-labels="$$CHECK_LABELS"} \
 		$(if $(filter use,$(INERTIAL)),--inertial) $(if $(RATE),--rate "$(RATE)") \
 		$(if $(UNIT),--unit "$(UNIT)") $(if $(filter accept,$(TRUNCATED)),--accept-truncated) \
 		$${CHECK_MARKERS:+--markers="$$CHECK_MARKERS"} $${CHECK_NAMES:+--columns="$$CHECK_NAMES"} --output="$$CHECK_RESULTS" $${CHECK_BOARD:+--board="$$CHECK_BOARD"} \

@@ -42,6 +42,7 @@ from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate, write_dump
 from mocap_metrology.lighthouse.simulate.twin import (
     BoardTwin,
+    FactoryValues,
     LighthouseTwin,
     MotionTwin,
     StationTwin,
@@ -105,7 +106,8 @@ def twin(setup: int, recording: int, **more: object) -> LighthouseTwin:
     master, slave = dict(own.pop("master", {})), dict(own.pop("slave", {}))
     for station in (master, slave):
         if isinstance(values := station.get("factory"), Factory):
-            station["factory"] = {name: tuple(pair) for name, pair in vars(values).items()}
+            names = FactoryValues.model_fields
+            station["factory"] = {name: tuple(getattr(values, name)) for name in names}
     slave = {"position_m": tuple(place), "rotation_deg": tuple(angles)} | slave
     return LighthouseTwin(
         seed=1000 * setup + recording,

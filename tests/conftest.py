@@ -59,7 +59,7 @@ def cost() -> Callable[[Callable[[], Any], Callable[[], Any]], float]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files that run the whole workflow come first, then the others that call Snakemake: what ends
-    last is then short, and two workers end together."""
-    whole = ("test_laboratory.py", "test_measured.py")
-    items.sort(key=lambda i: (i.path.name not in whole, "workflow" not in i.path.parts))
+    """The longest files come first, then the others that call Snakemake: what ends last is then
+    short, and two workers end together."""
+    longest = ("test_laboratory.py", "test_frozen.py")
+    items.sort(key=lambda i: (i.path.name not in longest, "workflow" not in i.path.parts))

@@ -10,7 +10,7 @@ import pytest
 
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.findings import findings_of
-from mocap_metrology.accuracy.take import Take, check, classes, take_of, way_mm
+from mocap_metrology.accuracy.take import Take, check, take_of
 from mocap_metrology.accuracy.twin import BarErrors, BarTwin, Way, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.settings import Bar as Settings
@@ -74,13 +74,6 @@ def test_one_take_has_no_interval_but_that_of_a_mean_of_many_effective_frames() 
     assert all(s.lower < s.value < s.upper < s.next_upper for s in three.values())
 
 
-def test_without_a_certificate_errors_are_about_the_mean() -> None:
-    bar = passes(replace(QUIET, bias=7.0), 3, None)
-    assert bar.reference_mm == pytest.approx(507.0, abs=0.1)
-    assert abs(bar.every.statistics["mean"].value) < 1e-6
-    assert not any(f.code == "length_bias" for f in findings_of(bar))
-
-
 def test_growth_with_speed_and_spikes() -> None:
     """A rest that grows like the root of the speed; 0.3 % of the frames far off."""
     take = taken(replace(QUIET, rest=0.0), 1, 200.0)
@@ -92,31 +85,6 @@ def test_growth_with_speed_and_spikes() -> None:
     found = {f.code: f for f in findings_of(bar)}
     assert found["by_speed"].lower_95 < 0.5 < found["by_speed"].upper_95
     assert found["spikes"].value == pytest.approx(0.003, rel=0.3)
-
-
-def test_a_moving_bar_against_one_at_rest() -> None:
-    found = findings_of(passes(QUIET, 3, None), still_mm=0.05)
-    (ratio,) = (f.value for f in found if f.code == "more_than_still")
-    assert ratio == pytest.approx(0.206 / 0.05, rel=0.1)
-
-
-@pytest.mark.parametrize("along", ["x", "y", "z"])
-def test_classes_are_axes_of_bar_and_way(along: str) -> None:
-    way = Way((100.0, 900.0, 100.0), along=along)
-    take = taken(replace(QUIET, path=way), 3)
-    assert set(classes(take, 30.0)) == {f"bar {along}, way y"}
-    turned = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])  # 37 degrees about z
-    aslant = replace(take, direction=turned @ take.direction, middle_mm=turned @ take.middle_mm)
-    assert set(classes(aslant, 30.0)) == {
-        "bar z, way oblique" if along == "z" else "bar oblique, way oblique"
-    }
-
-
-def test_a_way_counts_no_noise() -> None:
-    """A Lissajous figure of 400 mm/s rms over 40 s; a bar at rest goes nowhere."""
-    assert way_mm(taken(QUIET, 1)) == pytest.approx(40 * 400, rel=0.15)
-    still = taken(replace(QUIET, path=Way(speed_mm_s=1e-6)), 1)
-    assert way_mm(still) == 0
 
 
 def broken(how: str) -> tuple[Take, float | None]:

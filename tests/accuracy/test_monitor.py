@@ -60,27 +60,6 @@ def test_q_is_normal_whatever_the_baseline() -> None:
     assert stats.kstest(q, "norm").pvalue > 0.01
 
 
-def test_against_the_formulas_written_out() -> None:
-    x = np.random.default_rng(3).normal(1e4, 0.1, 30)
-    found, at = of(x, 10), 20
-    mean, s = x[:10].mean(), x[:10].std(ddof=1)
-    t = (x[at] - mean) / (s * np.sqrt(1.1))
-    assert found.q[at] == pytest.approx(stats.norm.ppf(stats.t.cdf(t, 9)), abs=1e-4)
-    assert found.scatter[at] == pytest.approx(np.sqrt((4 * 0.1**2 + 9 * s**2) / 13), rel=1e-5)
-    c, start = 0.0, 0
-    for k in range(at + 1):
-        z = 0.0
-        if k >= 2:
-            t = (x[k] - x[:k].mean()) / (x[:k].std(ddof=1) * np.sqrt(1 + 1 / k))
-            z = float(np.clip(stats.norm.ppf(stats.t.cdf(t, k - 1)), -2.5, 2.5))
-        if c == 0:
-            start = k
-        c = max(0.0, c + z - 0.5)
-    assert found.high[at] == pytest.approx(c, abs=1e-4)
-    if found.high[at] > found.low[at]:
-        assert found.shift[at] == pytest.approx(x[start : at + 1].mean() - mean, abs=1e-6)
-
-
 def test_a_shift_alarms_at_once_and_fails_at_the_second_take() -> None:
     x = np.r_[np.random.default_rng(4).normal(0, 0.1, 15), 1.0, 1.1, 0.9]
     found = of(x)

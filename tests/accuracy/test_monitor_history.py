@@ -111,12 +111,6 @@ def line(number: int, **cells: str) -> Line:
     return Line(number, named | {"date": f"2026-03-{number:02d}", "n_cameras": "8"} | cells)
 
 
-def test_order_of_the_sheet() -> None:
-    found = monitors("s.tsv", [line(2), line(3, date="2026-03-02 07:30"), line(4, monitor="x")])
-    assert [row.date for row in found["hall"]] == ["2026-03-02", "2026-03-02T07:30:00"]
-    assert list(found) == ["hall", "x"]
-
-
 @pytest.mark.parametrize(
     ("cells", "words"),
     [
@@ -133,7 +127,3 @@ def test_rows_that_do_not_belong_together(cells: dict[str, str], words: str) -> 
     (said,) = faults.value.lines
     assert words in said
     assert said.startswith('s.tsv, row 3 (recording "t3"), ')
-
-
-def test_another_object_after_a_restart() -> None:
-    assert monitors("s.tsv", [line(2), line(3, markers="C;D", baseline="restart")])

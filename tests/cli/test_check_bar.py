@@ -83,15 +83,6 @@ def test_what_is_no_bar_has_no_verdict(passes, arguments: list[str], words: str,
     assert not Path("results").exists()
 
 
-def test_a_bar_at_rest_has_no_verdict(tmp_path: Path, monkeypatch, capsys) -> None:
-    monkeypatch.chdir(tmp_path)
-    path = write_pass(tmp_path / "still.c3d", 1, still=True)
-    assert main.main(["check", path.name, "--bar", "Wand-A-Wand-B"]) == 1
-    assert "move by 0 mm; expected at least 500 mm (bar.least_path_mm)" in capsys.readouterr().err
-    assert main.main(["check", path.name, "--bar", "auto"]) == 1
-    assert "has no two markers that stay at one distance" in capsys.readouterr().err
-
-
 def test_options_that_need_each_other(capsys) -> None:
     for arguments, words in (
         (["--length", "5"], "--length needs --bar"),

@@ -86,17 +86,6 @@ def test_a_table_without_attributes_is_known_by_its_origin(tmp_path: Path) -> No
     assert read_metadata(elsewhere) == {"recording": "a"}
 
 
-@pytest.mark.parametrize("name", ["noise.csv", "pose.json"])
-def test_without_checksums_cuts_and_zeros_are_found(tmp_path: Path, name: str) -> None:
-    """But for a cut at the end of a row."""
-    path = tmp_path / name
-    write(path)
-    found = outcomes(path, MUTANTS, seed=4, checksum=False)
-    assert found["zeros", "silent"] == 0
-    assert found["cut", "silent"] <= 0.05 * MUTANTS / 6
-    assert not any(outcome.startswith("other") for _, outcome in found)
-
-
 @pytest.mark.parametrize(
     ("name", "text", "why"),
     [
@@ -129,13 +118,3 @@ def test_metadata_are_protected(tmp_path: Path) -> None:
     for read in (read_metadata, read_table):
         with pytest.raises(Damaged, match=r"clean\.parquet is damaged: its footer"):
             read(path)
-
-
-def test_an_equal_copy_is_sound(tmp_path: Path) -> None:
-    """Written anew without its checksum, as after a transfer."""
-    for name in ("noise.csv", "pose.json"):
-        write(tmp_path / name)
-        copy = tmp_path / f"copy-{name}"
-        copy.write_bytes((tmp_path / name).read_bytes())
-        assert not has_checksum(copy)
-        verify(copy)

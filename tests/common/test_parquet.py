@@ -113,14 +113,6 @@ def test_texts_truths_and_other_readers(tmp_path) -> None:
     assert all("RLE_DICTIONARY" in coded[name] for name in ("series", "x1_mm"))
 
 
-@pytest.mark.parametrize(("n", "is_large"), [(1 << 25, False), ((1 << 25) + 1, True)])
-def test_two_arrays_are_large_beyond_half_a_gibibyte(n: int, is_large: bool) -> None:
-    assert large.is_large(2, n) == is_large
-    made = large.Made(["a", "b"], np.array)
-    assert (large.kept_if_small(large.Made([], np.array), n) == {}) or is_large
-    assert (large.kept_if_small(made, n) is made) == is_large
-
-
 def test_tables_are_read_and_written_without_pandas(tmp_path: Path) -> None:
     code = f"""
 import sys, numpy as np
@@ -131,20 +123,6 @@ read_table({str(tmp_path / "t")!r})
 sys.exit("pandas" in sys.modules)
 """
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
-
-
-def test_made_anew_each_time() -> None:
-    asked = []
-
-    def make(name: str) -> np.ndarray:
-        asked.append(name)
-        return np.array([len(asked)])
-
-    found = large.Made(["a", "b"], make)
-    assert "a" in found and "c" not in found and asked == []
-    assert [int(found[name][0]) for name in ("b", "a", "b")] == [1, 2, 3]
-    with pytest.raises(KeyError):
-        found["c"]
 
 
 def test_scratch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

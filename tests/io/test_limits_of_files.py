@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
 import sys
-from dataclasses import asdict
-from io import StringIO
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,43 +13,11 @@ sys.path.insert(0, str(Path(__file__).parent / "text"))
 from text_files import LABELS, TAKE, make, nexus, refusal, trc
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d import second_opinion
 from mocap_metrology.io.read import (
     labels_of,
-    missing_marker,
     orientation_of,
-    points_by_kind,
     read_recording,
 )
-from mocap_metrology.io.text import read
-
-
-def test_the_answer_of_ezc3d_is_the_last_line_it_prints(monkeypatch) -> None:
-    """What libraries print before it is theirs."""
-    answer = {"opinion": "differs", "reason": "frames"}
-    said = "\n".join(["one", "two", "three", json.dumps(answer)]) + "\n"
-    done = subprocess.CompletedProcess([], 0, said, "")
-    monkeypatch.setattr(second_opinion.subprocess, "run", lambda *_, **__: done)
-    request = second_opinion.Request("a", [0], ["A"], 1, 1, 16, 100.0, "mm", 1.0, "b", 1, 1.0)
-    assert second_opinion._run(request) == second_opinion.Answer(**answer)
-
-
-def test_numbers_of_frames_are_whole_as_far_as_a_double_counts() -> None:
-    layout, last = SimpleNamespace(name="a.csv", time_column=None), 2.0**53
-    assert read._by_number(layout, np.array([last - 2, last - 1, last]), [])[1] == last - 2
-
-
-def test_a_long_answer_of_ezc3d_is_cut(monkeypatch, capsys) -> None:
-    def fails(request) -> None:
-        raise ValueError("x" * 1000)
-
-    request = second_opinion.Request("a", [0], ["A"], 1, 1, 16, 100.0, "mm", 1.0, "b", 1, 1.0)
-    monkeypatch.setattr(sys, "stdin", StringIO(json.dumps(asdict(request))))
-    monkeypatch.setattr(second_opinion, "_limit", lambda *_: None)
-    monkeypatch.setattr(second_opinion, "_differences", fails)
-    second_opinion.main()
-    answer = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert answer["reason"] == f"ezc3d does not read it (ValueError: {'x' * 188})"
 
 
 def take_at(tmp_path: Path, times, frames=None) -> Path:
@@ -173,23 +136,3 @@ def test_lines_before_the_numbers_of_a_table(tmp_path) -> None:
             assert refusal(path, ["A"]).startswith(f"a.csv: {said}")
         else:
             assert labels_of(path) == ("A",)
-
-
-def test_long_lists_of_labels_are_cut_after_twenty(tmp_path) -> None:
-    for n, end in ((20, "M19"), (21, "M19, … and 1 more")):
-        labels = [f"M{k}" for k in range(n)]
-        path = make(tmp_path, "a.trc", trc(labels, 100, np.ones((5, n, 3))))
-        assert refusal(path, ["Nose"]).endswith(f", M18, {end}")
-
-
-def test_kinds_of_points_by_their_labels(tmp_path) -> None:
-    labels = ("A", "*12", "Unlabeled 3", "LFOO", "LFOA", "LFOL", "LFOP", "LKneeAngles", "LGRFv",
-              "B", "B", "CentreOfMass", "HipMomentV", "RFOO", "RFOA", "RFOL")  # fmt: skip
-    path = make(tmp_path, "n.csv", nexus(labels, 100, np.ones((5, len(labels), 3))))
-    assert points_by_kind(path) == {
-        "marker": ("A", "LGRFv", "B#1", "B#2", "RFOO", "RFOA", "RFOL"),
-        "unlabelled": ("*12", "Unlabeled 3"),
-        "computed": ("LFOO", "LFOA", "LFOL", "LFOP", "LKneeAngles", "CentreOfMass", "HipMomentV"),
-    }
-    assert missing_marker([path], ["A"], None) == ""
-    assert missing_marker([path, tmp_path / "none.csv"], ["B"], None).startswith("n.csv: 2 points")

@@ -26,7 +26,6 @@ from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
-from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES
 from mocap_metrology.lighthouse.decode.libsurvive_solution import (
     FROM_LIBSURVIVE,
     read_solution,
@@ -42,7 +41,6 @@ from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameter
 FOLDER = "lighthouse/libsurvive_extras"
 NAME = "lh1_test_cal.rec.gz"
 OBJECTS = ("HMD", "T20")
-VALUES = FACTORY_NAMES
 
 
 @dataclass(frozen=True)
@@ -229,37 +227,6 @@ def test_exports_are_those_of_libsurvive_within_the_interval(
         assert (distance < chi2.ppf(0.95, 6)) == inside
 
 
-def test_variants_of_the_rotor_model_differ_less_than_the_objects(seen: dict[str, Seen]) -> None:
-    """libsurvive's signs instead of the Crazyflie's: 10 mm and 0.2 deg; residuals cannot tell which
-    is right (92 and 95 urad), the objects agree better with libsurvive's (1.1 deg, 1.6)."""
-    a, b = (seen["HMD"].poses["factory", v] for v in ("crazyflie", "libsurvive"))
-    mm, deg = apart(a, b)
-    assert mm < 25 and deg < 0.4
-    assert a.residual_rms_urad == pytest.approx(b.residual_rms_urad, rel=0.05)
-    objects = [apart(*(seen[o].poses["factory", v] for o in OBJECTS))[1]
-               for v in ("crazyflie", "libsurvive")]  # fmt: skip
-    assert 0.9 < objects[1] < 1.3 < objects[0] < 1.8
-
-
-def test_the_recording_prefers_libsurvives_signs_but_cannot_be_sure(seen: dict[str, Seen]) -> None:
-    """Both objects leave less with the sign + of the curve, t of 2.3 to 2.9 over their diodes; what
-    is left is beyond the noise of an angle, so the others stay open and widen the uncertainty."""
-    for name, largest in (("HMD", 14.0), ("T20", 9.0)):
-        told, own = seen[name].summary, seen[name].joint
-        ways = {way["variant"]: way for way in told.document["variants"]}
-        assert ways["libsurvive"]["standing"] == "chosen"
-        for other in ("crazyflie", "astrobee"):
-            assert ways[other]["standing"] == "open" and 2 < ways[other]["t"] < 3
-            assert ways[other]["residual_rms_urad"] > 1.03 * ways["libsurvive"]["residual_rms_urad"]
-        taken = told.document["poses"][told.document["chosen"]]
-        alone = own["factory", "libsurvive"]
-        np.testing.assert_allclose(taken["translation_mm"], 1e3 * alone.t_m, atol=1e-3)
-        added = np.sqrt(np.trace((np.array(taken["covariance"]) - alone.covariance)[:3, :3]))
-        assert largest / 2 < added < largest
-        model = next(c for c in told.verdict.checks if c.name == "rotor model")
-        assert (model.case, model.names[0]) == (Case.ROTOR_OPEN, "libsurvive")
-
-
 def test_all_hits_together_bring_the_objects_nearer(seen: dict[str, Seen]) -> None:
     """By batch the objects' poses are 45 mm and 0.5 deg apart (by medians of the angles 1.1 deg),
     within their own 95 % interval once the open variants of the rotor model are in it. Noise is the
@@ -278,13 +245,6 @@ def test_all_hits_together_bring_the_objects_nearer(seen: dict[str, Seen]) -> No
     scene = Scene(found.hits, found.board, "factory", factories, None, "libsurvive", known)
     noise = np.sqrt(np.diag(by_batch(scene, middle).covariance))
     assert (noise < 0.5 * np.sqrt(np.diag(pair[0].covariance))).all()
-
-
-def test_covariances_are_symmetric_as_a_later_comparison_expects(seen: dict[str, Seen]) -> None:
-    for own in seen.values():
-        for pose in own.joint.values():
-            for covariance in (pose.covariance, pose.covariance_noise):
-                np.testing.assert_allclose(covariance, covariance.T, rtol=1e-6)
 
 
 def test_verdicts_say_how_far_to_go(seen: dict[str, Seen]) -> None:
@@ -338,10 +298,3 @@ def test_mean_angles_of_the_attic(samples: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(inverse.t_m, -pose.R.T @ pose.t_m, atol=1e-5)
     angle = np.degrees(np.linalg.norm(rotation.log(pose.R)))
     assert angle == pytest.approx(158.3, abs=0.5)  # they face each other across the room
-
-
-def test_a_board_whose_last_diodes_saw_nothing(samples: Path, tmp_path: Path) -> None:
-    path, board = mean_angles(samples, tmp_path, True)
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(line for line in lines if line.split(",")[3] not in ("30", "31")))
-    assert len(decode(path, "angles-csv", board).board) == 32

@@ -18,7 +18,6 @@ from mocap_metrology.present.skurowski.appendix import (
     table_a_markdown,
     white_level_sentence,
 )
-from mocap_metrology.present.tables import write_with
 from mocap_metrology.present.text.numbers import significant
 
 KEY = ("camera_type", "n_cameras", "series", "parameter")
@@ -155,14 +154,6 @@ def test_a_term_without_a_partner_has_the_limit_of_its_class(table) -> None:
     assert "< 7.00×10⁻⁴" in table_a_markdown(list(rows.values()), "T", "C")
 
 
-def test_a_line_elsewhere_is_said(table) -> None:
-    published = NoiseModel((Sinusoid(1e-3, 10.0),))
-    fitted = {PAPER: NoiseModel((Sinusoid(1e-3, 13.0),)), DEFAULT: published}
-    rows = table(published, fitted)
-    assert rows["f_0"]["regenerated"] == 13.0
-    assert rows["f_0"]["note"] == f"{PAPER}: f_0 differs by +30 %"
-
-
 def test_what_was_left_out_or_corrected_is_noted(everything) -> None:
     rows = {tuple(row[k] for k in KEY[1:]): row for row in everything["Bonita"]}
     misprint = rows[2, "y1", "q_c2"]
@@ -170,16 +161,6 @@ def test_what_was_left_out_or_corrected_is_noted(everything) -> None:
     assert misprint["crlb_relative"] == pytest.approx(0.1)  # of the number used
     vantage = [row for row in everything["Vantage"] if row["n_cameras"] == 10]
     assert all("failing" in row["note"] for row in vantage)
-
-
-@pytest.mark.parametrize(("key", "cited"), [(None, 679), (("T40", 10), 582), (("Bonita", 4), 679)])
-def test_missing_subsets(key, cited) -> None:
-    rows = appendix.table_a("T40", *(group([key]) if key else ({}, {}, {})))
-    found = [row for row in rows if row["source"] == "cited"]
-    assert (len(rows), len(found)) == (679, cited)
-    assert all(row["regenerated"] is row["recording"] is row["supported"] is None for row in found)
-    text = table_a_markdown(rows, "T", "C")
-    assert ("was not computed" in text) == (cited == 679) and text.count("## (") == 7
 
 
 def test_markdown_shows_every_printed_number(everything) -> None:
@@ -206,36 +187,6 @@ def test_markdown_shows_every_printed_number(everything) -> None:
                     assert ("†" in cell) == (name in row and row[name]["supported"] is False)
 
 
-def test_the_plain_colony_has_a_column_and_a_line_of_its_own(table) -> None:
-    published = NoiseModel((PowerLaw(0, 1e-6),))
-    plain = "annealing-ant-colony-plain"
-    fitted = {PAPER: published, plain: NoiseModel((PowerLaw(0, 3e-6), PowerLaw(2, 1e-9)))}
-    rows = table(published, fitted, h_0=1e-7)
-    assert (rows["h_0"]["regenerated"], rows["h_0"]["plain"]) == (1e-6, 3e-6)
-    assert rows[f"h_2 ({plain})"]["plain"] == 1e-9
-    lines = table_a_markdown(list(rows.values()), "T", "C").splitlines()
-    (line,) = (line.split("|") for line in lines if line.startswith("|") and plain in line)
-    assert [cell.strip() for cell in line[1:4]] == ["", plain, "3.00×10⁻⁶"]
-    assert f"- 10 cameras, {plain}, not published: h_2 1.00×10⁻⁹ mm^2/Hz^3" in lines
-    without = table(published, {PAPER: published}, h_0=1e-7)
-    assert without["h_0"]["plain"] is without["h_0"]["plain_status"] is None
-    assert f"| {plain}" not in table_a_markdown(list(without.values()), "T", "C")
-
-
-def test_markdown_marks_and_leftovers(table) -> None:
-    published = NoiseModel((PowerLaw(0, 1e-6), GaussMarkov(0.2, 0.1)))
-    fitted = {DEFAULT: NoiseModel((PowerLaw(0, 1e-13), GaussMarkov(0.5, 100.0)))}
-    rows = list(table(published, fitted, h_0=1e-5).values())
-    rows[0]["regenerated"], rows[0]["regenerated_status"] = 2.5, "at_bound"
-    text = table_a_markdown(rows, "T", "C")
-    assert "1.00×10⁻⁶†" in text and "< 1.00×10⁻¹¹" in text and "2.50§" in text and "–" in text
-    assert "- 10 cameras, likelihood, not published: q_c1 0.500 mm/s^0.5, T_c1 100 s" in text
-    assert "A recording of this length cannot support 1 of the 3 published numbers, 2 have" in text
-    for seconds, length in ((32400.0, "nine hours"), (600.0, "10 min")):
-        text = table_a_markdown(rows, "T", "C", seconds)
-        assert f"† a recording of {length} cannot support the number" in text
-
-
 def test_counts_add_up(everything) -> None:
     counts = {
         (c["camera_type"], c["parameter"]): c
@@ -253,18 +204,6 @@ def test_counts_add_up(everything) -> None:
             parts = [c[word] for (k, p), c in counts.items() if k == kind and p != "all"]
             assert sum(parts) == total[word]
     assert counts["T40", "f_0"]["not_computed"] == 7
-
-
-def test_csv_keeps_every_digit(everything, tmp_path) -> None:
-    rows = everything["T40"]
-    write_with(tmp_path / "a", rows, table_a_markdown(rows, "T", "C"))
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "a.md"]
-    with (tmp_path / "a.csv").open(encoding="utf-8") as stream:
-        read = list(csv.DictReader(stream))
-    assert list(read[0]) == list(appendix.COLUMNS)
-    for row, line in zip(rows, read, strict=True):
-        for column in ("published", "regenerated", "expected", "likelihood", "crlb_relative"):
-            assert line[column] == ("" if row[column] is None else repr(float(row[column])))
 
 
 def test_white_levels_are_those_of_the_rows_and_counted(everything) -> None:

@@ -7,20 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 from calibration_inputs import COVARIANCE, DEAD, T_M, TURN, paths, write_calibration
-from figure_data import check, check_saved, every_text
-from matplotlib.colors import to_rgba
-from matplotlib.text import Text
+from figure_data import check_saved, every_text
 
-from mocap_metrology.lighthouse.assess.evidence import agreement, faint_diodes
-from mocap_metrology.lighthouse.assess.pose_file import matrix_and_metres
+from mocap_metrology.lighthouse.assess.evidence import faint_diodes
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.present.calibration import stations
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import read_calibration
-from mocap_metrology.present.calibration.pose_text import pose_rows
-from mocap_metrology.present.jansen.paths import Superposed
-from mocap_metrology.present.plot.figure import VERDICT_WORDS
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -97,21 +91,6 @@ def test_paths_are_drawn_where_another_program_puts_them(moving, figure, title, 
         np.testing.assert_allclose(shown[known], truth[: known.sum()], atol=error)
 
 
-def test_disagreement_and_the_mirrored_moment(moving, figure):
-    """Two independent errors of 1 mm a coordinate; the slave's halved or so by interpolation."""
-    both = agreement(moving.paths("paper-lm", "factory"), matrix_and_metres(moving.chosen))
-    assert np.sqrt(np.mean(both.apart_mm**2)) == pytest.approx(np.sqrt(6), rel=0.08)
-    assert 1 <= both.mirrored.sum() <= 2  # interpolation may carry it on to the next moment
-    axes = panel(figure, "(f) Distance")
-    dots = max(axes.lines, key=lambda line: len(line.get_xdata()))
-    np.testing.assert_allclose(dots.get_ydata(), both.apart_mm)
-    (marked,) = (one for one in axes.lines if one.get_marker() == stations.MIRRORED["marker"])
-    assert len(marked.get_xdata()) == both.mirrored.sum()
-    residuals = panel(figure, "(g) Residuals")
-    levels = [np.median(line.get_ydata()) for line in residuals.lines if line.get_alpha() == 0.7]
-    assert sorted(levels) == pytest.approx([30.0, 40.0])
-
-
 @pytest.mark.parametrize(("title", "i", "j"), [("(c) Slave", 0, 1), ("(d) Slave", 0, 2)])
 def test_ellipses_have_the_axes_of_the_covariance(moving, title, i, j):
     """Half axes of a 2 x 2 covariance in closed form, times the 95 % radius sqrt(-2 ln 0.05); the
@@ -181,72 +160,3 @@ def test_a_diode_is_dead_only_where_others_prove_it():
     found = faint_diodes(shares, solid, 0)  # it may face away
     assert not found["dead"].size and found["not seen"].tolist() == [3, 5]
     assert not faint_diodes(np.zeros((2, 32)), flat, 0)["dead"].size  # nothing proves anything
-
-
-def test_diodes_that_face_away_are_not_called_dead(moving):
-    """A headset: each station sees one half of the diodes, and four are seen by neither."""
-    front, diode = np.asarray(moving.sweeps["station"]) == 0, np.asarray(moving.sweeps["diode"])
-    shown = np.where(front, diode < 14, diode >= 18)
-    sweeps = {name: np.asarray(values)[shown] for name, values in moving.sweeps.items()}
-    board = moving.board + np.outer(np.arange(len(moving.board)) >= 16, [0.1, 0.0, 0.0])
-    drawn = calibration_figure(dataclasses.replace(moving, board=board, sweeps=sweeps))
-    assert "dead" not in every_text(drawn)
-    assert f"not seen: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, {DEAD}, 14" in drawn.caption
-
-
-def test_limits_errors_and_the_colours_of_the_badge(moving):
-    """86.545 is 1.2 times the noise of an angle; an error of 26 mm leaves no decimals."""
-    checks = [
-        {"name": "residual", "limit": 2163.6, "ok": False},
-        {"name": "board poses", "limit": 86.545, "ok": True},
-    ]
-    far = {"errors_mm": [26.0, -15.0, 10.0], "errors_deg": [-0.1, -0.2, 0.71]}
-    drawn = calibration_figure(judged(moving, "usable", "Angles differ.", checks, **far))
-    for text in ("(usable below 2164)", "expected noise of an angle: 72 µrad", "Error beyond 3 σ"):
-        assert text in words(drawn)
-    badge = next(t for t in drawn.figure.findobj(Text) if t.get_text() == "usable")
-    text, behind = VERDICT_WORDS["usable"]
-    assert badge.get_color() == text
-    assert badge.get_bbox_patch().get_facecolor() == to_rgba(behind)
-    rows = dict(pose_rows(moving.chosen | far))
-    assert rows["t, slave in master (mm)"][0] == f"{1e3 * T_M[0]:+.0f}"
-    assert rows["1 σ along x, y, z (mm)"] == ["1.0", "2.0", "0.5"]
-    assert rows["t − reference (mm)"] == ["+26", "−15", "+10"]
-    assert rows["rotation from it (°)"] == ["−0.10", "−0.20", "+0.71"]
-    near = {"errors_mm": [1.0, -2.0, 0.3], "errors_deg": [0.01, 0.0, 0.0]}
-    good = [checks[0] | {"ok": True}]
-    said = words(calibration_figure(judged(moving, "good", "All.", good, **near)))
-    assert "Error beyond 3 σ" not in said and "(good below 2164)" in said
-
-
-@pytest.mark.parametrize(
-    ("kind", "said"),
-    [
-        ("moving", "(e) Path from the front"),
-        ("static", "(e) At rest, from"),
-        ("static-no-path", "The board was at rest: no path"),
-        ("failed", "No pose of the slave: verdict failed"),
-    ],
-)
-def test_pictures_with_and_without_a_path(tmp_path, kind, said):
-    drawn = calibration_figure(read_calibration(write_calibration(tmp_path / "in", kind), kind))
-    assert said in words(drawn) and "Source: measured." in words(drawn)
-    names = [t.get_text() for t in panel(drawn, "(a) Stations").texts]
-    assert ("slave" in names) == (kind != "failed")
-    check(drawn)
-
-
-def test_odd_texts_stay_on_the_page(moving):
-    odd = judged(moving, "doubtful", "a$b_c^2 " * 60)
-    check(calibration_figure(dataclasses.replace(odd, name="n" * 150, twin=None)))
-
-
-def test_the_path_is_drawn_beside_an_estimate_without_board_poses(moving):
-    """`batch` has one trajectory, so the figure shows the board poses of paper-lm; those of J's
-    Figures 5 to 8 are of paper-lm where paper was not requested."""
-    entry = dict(moving.pose["poses"][0]) | {"estimator": "batch"}
-    own = dataclasses.replace(moving, pose={**moving.pose, "poses": [entry], "chosen": 0})
-    expected = moving.paths("paper-lm", "factory")
-    np.testing.assert_array_equal(own.shown_paths()[0].t_m, expected[0].t_m)
-    assert own.agreement() is not None
-    assert Superposed.of(own).paths[0].t_m.shape == expected[0].t_m.shape

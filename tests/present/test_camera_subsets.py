@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from figure_data import ODD_TEXT, check, check_saved, every_text
+from figure_data import check_saved
 
 from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.noise.cameras import findings
@@ -210,24 +210,3 @@ def test_figure_has_a_panel_for_each_question(tmp_path, subsets: dict) -> None:
     labels = [text.get_text() for text in of_rise.get_xticklabels()]
     assert [labels[round(x + 0.5)] for x in shaded] == ["15"]
     check_saved(picture, tmp_path / "cameras")
-
-
-def test_camera_types_share_their_scales() -> None:
-    """Five types of very different noise, in two rows of columns; long names."""
-    rng, kinds = np.random.default_rng(20), [f"{k}_{'camera-' * 9}" for k in range(5)]
-    rows = [row | {"camera_type": k} for k in kinds for row in rows_of(rng, PAPER, 15)]
-    sigma = {kind: levels(PAPER, 10.0**k) for k, kind in enumerate(kinds)}
-    picture = camera_figure(rows, sigma, LIMITS, ODD_TEXT, ODD_TEXT)
-    check(picture)
-    shown = [axes for axes in picture.figure.axes if axes.axison]
-    assert len(shown) == 3 * len(kinds)
-    of_noise = [axes for axes in shown if axes.get_xlabel() == "Number of cameras"]
-    ((low, high),) = {axes.get_ylim() for axes in of_noise}
-    assert len(of_noise) == 5 and low < 0.01 and high > 5e2
-
-
-def test_figure_of_nothing(tmp_path) -> None:
-    sigma = {"T40": {"a": {"n": 2, "without": [3], "x1": 1.0}, "b": {"n": 3, "without": []}}}
-    picture = camera_figure([], sigma, LIMITS, "Cameras", "Source: nothing.")
-    assert every_text(picture).count("no addition of cameras") == 1
-    check_saved(picture, tmp_path / "nothing")

@@ -6,13 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from family_data import row as sheet_row
-from figure_data import ODD_TEXT, check, check_saved, every_text
+from figure_data import check_saved, every_text
 from noise_data import assert_texts_apart, group, noise_rows
 
-from mocap_metrology.noise.fit.estimates import correlation_class, refused_rows
 from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
-from mocap_metrology.papers.coefficient_tables import TABLES, searched_ends, table_a
+from mocap_metrology.papers.coefficient_tables import TABLES, table_a
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.groups.coefficients import coefficients_figure
 from mocap_metrology.present.groups.coefficients import correlated_figure as group_correlated
@@ -21,7 +20,6 @@ from mocap_metrology.present.skurowski.coefficients import (
     TYPES,
     colour_figure,
     correlated_figure,
-    marks_of,
 )
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -134,80 +132,6 @@ def test_correlated_terms(rows, tmp_path) -> None:
     assert_texts_apart(made)
 
 
-def test_a_limit_of_an_amplitude_shows_its_class_of_correlation_time() -> None:
-    made = [r for r in table_rows([("T40", 10)]) if r["parameter"][1:3] == "_c"]
-    for row in made:
-        row |= {"likelihood": None, UPPER: 0.01, "likelihood_status": "ok"}
-        if row["parameter"].startswith("q_c"):
-            row["likelihood_status"] = "not_detected"
-    amplitudes = correlated_figure(made, "s").body.axes[3]
-    for kind, style in slots.CLASS_LIMITS.items():
-        terms = [r for r in made if r["parameter"].startswith("T_c")]
-        own = pd.DataFrame([r for r in terms if correlation_class(r["published"]) == kind])
-        expected = places(own.assign(limit=0.01), "limit", [10])
-        assert np.allclose(drawn(amplitudes, style), expected), kind
-
-
-def test_ends_of_the_search_are_no_estimates() -> None:
-    """A cross and no dot; of T_c also dashed lines and their number."""
-    made = table_rows([("T40", 10)])
-    assert searched_ends(made) == []
-    terms = [row for row in made if row["parameter"].startswith("T_c")]
-    ended = [*terms[:3], next(row for row in made if row["parameter"] == "h_0")]
-    for row, end in zip(ended, (1 / 60, 60.0, 60.0, 1e-6), strict=True):
-        row |= {"regenerated": end, "regenerated_status": "at_bound"}
-    assert searched_ends(made) == [1 / 60, 60.0]
-    picture = correlated_figure(made, "s")
-    dashed = [line for line in picture.body.axes[0].lines if line.get_linestyle() == "--"]
-    assert [line.get_ydata()[0] for line in dashed] == [1 / 60, 60.0]
-    assert any(text.endswith("terms, 3 at an end") for text in every_text(picture))
-    h_0 = colour_figure(made, "s").body.axes[6]
-    assert drawn(h_0, slots.S_END)[:, 1] == [1e-6]
-    assert 1e-6 not in drawn(h_0, slots.S_VALUE)[:, 1]
-
-
-@pytest.mark.parametrize("logarithmic", [True, False])
-def test_a_bar_that_is_cut_ends_in_an_arrow(logarithmic) -> None:
-    made = [row for row in table_rows([("T40", 10)]) if row["parameter"] == "h_0"]
-    for row in made:
-        row |= {"likelihood": row["published"], "likelihood_status": "ok"}
-        row |= {"likelihood_lower_95": row["published"] / 2, UPPER: row["published"] * 2}
-    made[0]["likelihood_lower_95"], made[1][UPPER] = 0.0, 1.0
-    axes = colour_figure(made, "s", logarithmic=logarithmic).body.axes[6]
-    low, high = axes.get_ylim()
-    if logarithmic:
-        ((_, end),) = drawn(axes, marker=slots.DOWN)
-        assert end == pytest.approx(max(made[0]["published"] / slots.LONGEST, low))
-    assert [-2 / 8.6, high] in drawn(axes, marker=slots.UP).round(12).tolist() or any(
-        np.allclose(point, [-2 / 8.6, high]) for point in drawn(axes, marker=slots.UP)
-    )
-
-
-def test_terms_that_were_not_published_are_terms_too() -> None:
-    made = table_rows([("T40", 10)])
-    empty = dict.fromkeys(made[0]) | {"n_cameras": 10, "camera_type": "T40", "series": "x1"}
-    extra = [
-        empty | {"parameter": f"{name} (likelihood)", "likelihood": value}
-        | {"likelihood_status": "ok"} for name, value in (("q_c9", 0.3), ("T_c9", 77.0))
-    ]  # fmt: skip
-    before, after = (slots.terms_of(marks_of(r)) for r in (made, made + extra))
-    new = after[after["number"].str.startswith("9")]
-    assert len(after) == len(before) + 1
-    assert new[["T_c", "q_c", "source"]].to_numpy().tolist() == [[77.0, 0.3, "likelihood"]]
-
-
-@pytest.mark.parametrize("draw", [colour_figure, correlated_figure])
-@pytest.mark.parametrize("case", ["none", "cited", "one", "not detected"])
-def test_odd_coefficients(draw, case) -> None:
-    made = table_rows({"none": [], "one": [("Bonita", 4)]}.get(case, [("T40", 10)]))
-    if case == "cited":
-        made = table_a("T40", {}, {}, {})
-    elif case == "not detected":
-        for row in made:
-            row |= {"likelihood": None, "likelihood_status": "not_detected", "regenerated": None}
-    check(draw(made, ODD_TEXT, ODD_TEXT), draw=case == "not detected")
-
-
 # ---- of any group
 
 
@@ -275,24 +199,6 @@ def test_every_correlated_term_of_a_group_is_shown_twice(tmp_path) -> None:
     assert_texts_apart(picture)
 
 
-def test_without_a_term_the_limits_show_their_classes() -> None:
-    of, _ = family("T40", (10,))
-    limits = {"short": 0.04, "medium": 0.002, "long": 0.0005}
-    row_of = {"series": "x1", "estimator": "likelihood", "status": "not_detected"}
-    noise = [
-        row_of
-        | {"parameter": f"q_c{k}", "value": np.nan, "lower_95": np.nan, "upper_95": limit}
-        | {"note": f"class {kind}: limit for every T_c"}
-        for k, (kind, limit) in enumerate(limits.items(), 1)
-    ]
-    picture = group_correlated(of, {"T40-10": noise}, "g: correlated noise", "n")
-    (axes,) = picture.figure.axes
-    for kind, limit in limits.items():
-        assert drawn(axes, slots.CLASS_LIMITS[kind])[:, 1].tolist() == [limit]
-    assert picture.caption.startswith("Correlated noise was not detected in any recording.")
-    check(picture)
-
-
 def test_many_recordings_show_one_series_the_noisiest_first() -> None:
     rows = {f"R{k}": sheet_row(f"R{k}", n_cameras=None) for k in range(22)}
     levels = {name: 1e-6 * (1 + (7 * k) % 22) for k, name in enumerate(rows)}
@@ -306,24 +212,3 @@ def test_many_recordings_show_one_series_the_noisiest_first() -> None:
     names = [t.get_text() for t in picture.body.axes[4].get_xticklabels()]
     assert names == sorted(rows, key=lambda name: -levels[name])
     assert "Series L; the table holds the others." in picture.caption
-
-
-@pytest.mark.parametrize("draw", [coefficients_figure, group_correlated])
-@pytest.mark.parametrize("case", ["nothing", "refused", "one", "white", "many"])
-def test_odd_groups(draw, case) -> None:
-    of, noise = family("T40", (10,) if case == "one" else NUMBERS)
-    if case == "nothing":
-        noise = dict.fromkeys(noise, ())
-    elif case == "refused":
-        noise = dict.fromkeys(noise, refused_rows("x1", ["likelihood"], "no valid samples"))
-    elif case == "white":
-        white = NoiseModel.from_coefficients({"h_0": 1e-6})
-        noise = dict.fromkeys(noise, noise_rows(dict.fromkeys(("x1", "L"), white)))
-    elif case == "many":
-        rows = {f"{k}_{'long-name.' * 5}": sheet_row("") for k in range(60)}
-        of, noise = family_of(rows), dict.fromkeys(rows, noise["T40-10"])
-    picture = draw(of, noise, ODD_TEXT, ODD_TEXT, ODD_TEXT)
-    check(picture)
-    texts = " ".join(" ".join(every_text(picture)).split())
-    assert ("No recording has noise coefficients" in texts) == (case in ("nothing", "refused"))
-    assert ("not detected in any recording" in texts) == (case == "white")

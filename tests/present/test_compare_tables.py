@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from figure_data import ODD_TEXT, check, check_saved, every_text
+from figure_data import check_saved, every_text
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.confidence import allan_curve
@@ -157,21 +157,6 @@ def test_figure_shows_the_last_ratios_with_their_intervals(tmp_path) -> None:
     check_saved(picture, tmp_path / "f")
 
 
-@pytest.mark.parametrize("factor", [1.0, 3e4])
-def test_figures_of_odd_recordings(factor) -> None:
-    """Equal ones, a ratio of four decades, many markers, long names, values that are missing."""
-    many = (*(f"{axis}{k}" for k in range(1, 10) for axis in "xyz"), "L")
-    new, old = columns(factor, series=many), columns(1.0, series=many)
-    new["adev_mm"][new["series"] == "x1"] = np.nan
-    pairs = [Comparison(ODD_TEXT, "old_" * 20, new, old)]
-    pairs.append(Comparison("new", "old", columns(factor, series=("x1",)), old))
-    picture = compare_figure(pairs, 0.05, 0.95, ODD_TEXT, ODD_TEXT)
-    check(picture)
-    assert len(picture.figure.axes) == 8  # a column a coordinate, and the distance
-    apart = columns(factor, 0.02, series=("x1",)), columns(1.0, series=("y1",))
-    check(compare_figure([Comparison("a", "b", *apart)], 0.05, 0.95, "title", "source"))
-
-
 def test_trend_figure_has_a_line_where_there_is_a_trend(tmp_path) -> None:
     allan, rows = trend(1.1)
     picture = trend_figure(NAMES, DATES, allan, rows, "title", "Source: one.", "More.")
@@ -187,19 +172,3 @@ def test_trend_figure_has_a_line_where_there_is_a_trend(tmp_path) -> None:
     assert points[0][0] == pytest.approx(100)  # µm
     assert "2026" in [text.get_text() for text in panels[-1].get_xticklabels()]
     check_saved(picture, tmp_path / "f")
-
-
-@pytest.mark.parametrize(
-    "dates",
-    [
-        ("2026-01-01T08:00:00+01:00", "2026-01-01T20:00:00+01:00", "2026-01-02T03:30:00+01:00"),
-        ("2016-01-01", "2021-07-01", "2026-07-01"),
-        ("2026-01-01", "2026-01-02", "2026-12-02"),
-    ],
-)
-def test_trend_over_hours_and_years(dates) -> None:
-    allan = {n: columns(1.0, series=SERIES) for n in "abc"}
-    rows = changes.trend_rows("abc", dates, allan, 0.01, 0.95)
-    picture = trend_figure("abc", dates, allan, rows, ODD_TEXT, ODD_TEXT)
-    check(picture)
-    assert "Averaged over 100 s" in every_text(picture)

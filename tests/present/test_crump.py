@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figure_data import ODD_TEXT, check, check_saved, every_text
+from figure_data import check_saved, every_text
 from mocap_workflow.recording_twins import twin_from_mapping
 from noise_data import assert_texts_apart
 
@@ -14,8 +14,7 @@ from mocap_metrology.noise.allan.variance import allan_variance, averaging_facto
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.papers.shock import find_shock
-from mocap_metrology.present.skurowski.allan_figures import guess_a1
-from mocap_metrology.present.skurowski.crump import CUT, RECORDED, Shaken, crump_figure, guessed
+from mocap_metrology.present.skurowski.crump import CUT, RECORDED, Shaken, crump_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 RATE, SECONDS = 120.0, 300.0
@@ -79,13 +78,6 @@ def test_noise_has_no_shock_worth_the_name(quiet) -> None:
     assert find_shock({"x1": np.full(1000, np.nan)}, RATE) is None
 
 
-def test_gaps_do_not_hide_it(shaken) -> None:
-    series = {name: values.copy() for name, values in coordinates(shaken[0]).items()}
-    for values in series.values():
-        values[1000:1500] = np.nan
-    assert find_shock(series, RATE).onset / RATE == pytest.approx(0.4 * SECONDS, abs=0.1)
-
-
 def test_cut_out_leaves_the_deviation_without_a_shock(shaken, quiet) -> None:
     """Same noise with and without: 4 % of it is cut, so 2 to 8 % remain between the two."""
     series, _ = shaken
@@ -115,18 +107,3 @@ def test_the_figure(shaken, quiet, other, tmp_path) -> None:
     assert ("(b) Q, without a shock" in texts) == other
     check_saved(figure, tmp_path / "f")
     assert_texts_apart(figure)
-
-
-def test_a_figure_without_any_shock() -> None:
-    flat = {name: np.full(2000, 5.0) for name in [*NAMES, "L"]}
-    figure = crump_figure(Shaken(flat, flat, columns(flat), RATE), None, ODD_TEXT, ODD_TEXT)
-    check(figure)
-    assert "No shock was found" in figure.caption
-
-
-def test_what_is_guessed_is_said() -> None:
-    crump = {"amplitude_mm": 0.5, "decay_s": 4, "frequency_hz": 3.0, "time_share": 0.5}
-    said = guessed([crump])
-    assert "assumed" in said and "0.5 mm, 3 Hz, decaying in 4 s" in said
-    assert guessed([]) == ""
-    assert "T_c below 10 s." in guess_a1([10, 10])

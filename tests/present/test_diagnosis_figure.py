@@ -140,54 +140,10 @@ def test_without_an_event_the_most_unusual_window_is_framed() -> None:
     assert 0.9 < sides["y1"].lower < 1 < sides["y1"].upper < 1.1
 
 
-def test_of_seconds_it_says_what_is_seen_and_not_how_likely() -> None:
-    picture, found = page(of(white(660)))
-    view = view_of(found, None)
-    first, last = round(view.first_s * RATE), round(view.last_s * RATE)
-    ranges = {k: float(np.ptp(found.quiet[k][first:last])) for k in view.names}
-    most = max(ranges, key=ranges.get)
-    texts = every_text(picture)
-    assert "too short to decide on events" in texts
-    assert f"{most} spans {1000 * ranges[most]:.1f} µm" in texts
-    assert not any("chance" in t for t in texts)
-
-
-def test_wide_intervals_do_not_say_alike() -> None:
-    rng, position = np.random.default_rng(3), white(1200)
-    position[:] = 0.02 * np.repeat(rng.lognormal(0, 1, (6, 10)), 120, axis=1)  # comes and goes
-    position *= rng.normal(size=(6, 1200))
-    position[0] += 160
-    texts = every_text(page(of(position))[0])
-    assert "alike" not in texts and any(t.endswith("undecided") for t in texts)
-
-
 @pytest.mark.parametrize(("step_mm", "drawn"), [(1e-5, 0), (1e-3, 1)])
 def test_rounding_is_in_the_key_if_it_is_drawn(step_mm: float, drawn: int) -> None:
     picture, _ = page(of(white(), step_mm))
     assert every_text(picture).count("rounding of the file") == drawn
-
-
-@pytest.mark.parametrize("n", [17, 130, 480, 700, 2400, 7300])
-def test_short_constant_and_missing_series(n: int, tmp_path) -> None:
-    """Of a few seconds, the spectrum and the deviation are left, and the page says why; a
-    recording that never changes has words in place of axes."""
-    position = white(n)
-    position[0], position[3:] = 5.0, np.nan
-    if n == 2400:
-        position[:] = 5.0
-    recording = of(position)
-    picture, found = page(recording)
-    said = sentences(recording, found, [], DiagnosisSettings())
-    assert not {"inf", "nan"} & {word for one in said for word in one.words.split()}
-    assert ("no Allan deviation" in every_text(picture)) == (n not in (700, 7300))
-    if n <= 480:
-        assert len(picture.figure.axes) == 2
-        assert "Events cannot be detected" in picture.caption
-    write_diagnosis(tmp_path, "r", "measured", recording, found, [], said)
-    for stem in ("events", "periodic"):  # heads alone
-        (head,) = (tmp_path / f"{stem}.csv").read_text().splitlines()
-        assert head.startswith("recording,source,") and head.endswith(",word")
-    check_saved(picture, tmp_path / "page")
 
 
 @pytest.mark.parametrize(("width_hz", "shown"), [(0.6, True), (1e9, False)])

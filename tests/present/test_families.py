@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from family_data import M, allan, drawn, published, row
-from figure_data import ODD_TEXT, check, check_saved, every_text
+from family_data import M, drawn, published, row
+from figure_data import check, check_saved, every_text
 from matplotlib.colors import to_rgb
 from noise_data import RATE, TAU0, assert_texts_apart
 
-from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers import subsets
 from mocap_metrology.present.groups.adev import family_figure, ratios, series_curves
@@ -95,42 +94,6 @@ def test_a_family_shows_every_curve_and_its_ratio_to_the_smallest_subset(tmp_pat
     assert len(found.get_group("3")) == M.size - 3 and np.allclose(found.get_group("2"), 1)
 
 
-def test_few_recordings_have_intervals_and_other_estimators_are_left_out() -> None:
-    models = {"x1": NoiseModel.from_coefficients({"h_0": 1e-6}), "L": NoiseModel(())}
-    given = {name: allan(models, ("oadev", "mdev")) for name in "AB"}
-    family = family_of({name: row(name) for name in "AB"})
-    expected = {"A": ["x1", "y1", "L"], "B": ["x1", "L"]}
-    figure = family_figure(family, given, expected, "t", "s", "", 0.9)
-    first, second, third = figure.body.axes[:3]
-    assert len(first.collections) == 2
-    assert np.allclose(drawn(first)[0], np.sqrt(1e-6 / 2 / (M * TAU0)), rtol=1e-12)
-    assert "no valid samples" in [text.get_text() for text in second.texts]
-    assert "all zero" in [text.get_text() for text in third.texts]
-    assert "90 % interval" in every_text(figure)
-
-
-def test_a_recording_is_missed_only_where_it_should_have_the_series() -> None:
-    one = allan({"x1": NoiseModel.from_coefficients({"h_0": 1e-6})})
-    rows = {name: row(name) for name in ("A", "B", "C")}
-    both = one | {"series": np.full(M.size, "x2")}
-    given = {"A": one, "B": {k: np.append(one[k], both[k]) for k in one}, "C": one}
-    expected = {"A": ["x1", "x2"], "B": ["x1", "x2"], "C": ["x1"]}
-    figure = family_figure(family_of(rows), given, expected, "t", "s")
-    assert [len(drawn(axes)) for axes in figure.body.axes[:2]] == [3, 1]
-    assert "A: no valid samples" in every_text(figure)
-
-
-@pytest.mark.parametrize("count", [1, 8])
-def test_odd_families(count) -> None:
-    rows = {f"{ODD_TEXT[:60]} {k}": row("", n_cameras=None) for k in range(count)}
-    given = {name: published("Bonita", 4) for name in rows}
-    names = [*SERIES, *(f"{axis}{k}" for k in range(3, 12) for axis in "xyz")]
-    figure = family_figure(family_of(rows), given, dict.fromkeys(rows, names), ODD_TEXT, ODD_TEXT)
-    check(figure)
-    assert "Not shown: 24 further series" in figure.caption
-    assert ("Lowest and highest recording of x1: " in figure.caption) == (count > 7)
-
-
 # ---- Figures of S
 
 
@@ -172,14 +135,6 @@ def test_subsets_show_curves_and_the_drops_of_s(tmp_path) -> None:
     assert_texts_apart(figure)
 
 
-@pytest.mark.parametrize("kinds", [("All",), ("Bonita",)])
-def test_subsets_of_some_types(kinds) -> None:
-    rows = sheet(kinds)
-    figure = paper.numbers_figure(rows, allan_of(rows), ODD_TEXT, ODD_TEXT)
-    check(figure)
-    assert ("no recording of such a subset" in every_text(figure)) == (kinds == ("All",))
-
-
 def test_a_deviation_between_two_averaging_times() -> None:
     tau, white = np.array([0.1, 1.0, 10.0]), np.array([3.0, 3e-1**0.5, 0.3]) / 10
     white = 0.3 * tau**-0.5
@@ -216,20 +171,3 @@ def test_figures_of_s_show_the_recordings_they_are_about(tmp_path) -> None:
         assert_texts_apart(figure)
     del rows["Vantage-9"]
     assert paper.failing_figure(rows, given, "s", "n", 0.683) is None
-
-
-def test_repaired_beside_failing(tmp_path) -> None:
-    others = {"V": row("V", "Vantage"), "B": row("B", "Bonita")}
-    rows = {
-        "V-r": row("V-r", "Vantage", compare_with="V", comment="as new"),
-        "B-r": row("B-r", "Bonita", compare_with="gone"),
-    }
-    given = {"V": published("Vantage", 10), "V-r": published("Vantage", 9)}
-    given |= {"B": published("Bonita", 10), "B-r": published("Bonita", 8)}
-    figure = paper.repaired_figure(rows, others, given, "s", "n", 0.683)
-    before, after = (drawn(axes) for axes in figure.body.axes[:2])
-    assert [len(after), len(before)] == [2, 1]
-    assert np.allclose(after, [adev("Vantage", 9, "z1"), adev("Bonita", 8, "z1")], rtol=1e-12)
-    assert np.allclose(before, [adev("Vantage", 10, "z1")], rtol=1e-12)
-    assert "V-r: as new." in figure.caption
-    check_saved(figure, tmp_path / "f")

@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from figure_data import NINE_HOURS, RATE, allan_columns, check, check_saved, every_text, recording
-from matplotlib.colors import to_rgb
 from PIL import Image
 
-from mocap_metrology.present.plot.figure import LOOKS, caption_of, save
+from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.recording.recording_figures import allan_figure
 from mocap_metrology.present.recording.trajectory import trajectory_figure
 
@@ -108,19 +107,6 @@ def test_numbers_beside_the_panels_are_those_of_the_series():
     assert f"outliers {marked} (" in of_x1 and f"beyond 6 σ: {marked}" in of_x1
 
 
-def test_looks_differ_in_lightness_and_shape():
-    """CIE L* of the three coordinates, at least 14 apart: enough for a grey print."""
-    lightness = []
-    for look in LOOKS.values():
-        rgb = (
-            c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(look.colour)
-        )
-        lightness.append(116 * np.dot([0.2126, 0.7152, 0.0722], list(rgb)) ** (1 / 3) - 16)
-    assert np.diff(sorted(lightness)).min() > 14 and max(lightness) < 75
-    shapes = {look.marker for look in LOOKS.values()} | {str(v.dashes) for v in LOOKS.values()}
-    assert len(shapes) == 6
-
-
 @pytest.mark.parametrize("names", [["x1"], ["x1", "x2", "L"], ["x1", "x2", "x3", "L"]])
 def test_slopes_of_the_key_are_those_of_the_panels(names):
     figure = allan_figure(allan_columns(names), "t", "n").figure
@@ -133,13 +119,3 @@ def test_slopes_of_the_key_are_those_of_the_panels(names):
         rises.append((y1 - y0) / (x1 - x0))
     half = np.subtract(*points)[1] / np.subtract(*points)[0]
     assert rises == pytest.approx(np.array([-2, -1, 0, 1, 2]) * half)
-
-
-def test_what_is_long_is_printed_whole(tmp_path):
-    title, note = "title " * 40, " ".join(f"word{k}" for k in range(60))
-    picture = allan_figure(allan_columns(["x1"]), title, note, note.upper(), confidence=0.683)
-    check(picture)
-    shown = " ".join(every_text(picture)).replace("\n", " ")
-    assert title.strip() in shown and note in shown and "68.3 % interval" in shown
-    assert caption_of(save(picture, tmp_path / "a")[1]) == (title.strip(), picture.caption)
-    assert picture.caption.endswith(note.upper())

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from figure_data import ODD_TEXT, check, every_text
+from figure_data import check, every_text
 from noise_data import RATE, TAU0, allan_arrays, assert_texts_apart, estimate, periodogram_arrays
 
 from mocap_metrology.noise.allan.variance import allan_variance
@@ -15,9 +15,8 @@ from mocap_metrology.noise.fit.estimates import rows as noise_csv
 from mocap_metrology.noise.model import curves
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_row
-from mocap_metrology.present.fits.fit_figure import OTHERS as OTHER_LOOKS
 from mocap_metrology.present.fits.fit_figure import fit_figure, fit_of
-from mocap_metrology.present.plot.figure import GREY, INK, LOOKS
+from mocap_metrology.present.plot.figure import INK, LOOKS
 
 pytestmark = pytest.mark.filterwarnings("error")
 MODEL_Z1 = published_row("T40", 10)["z1"].ordered()
@@ -90,28 +89,6 @@ def test_curves_and_residuals_are_those_of_the_model() -> None:
     assert top == pytest.approx(model.psd(at, RATE) + line.A_s**2 / 2 / width)
 
 
-def test_residuals_and_intervals_of_the_true_model_are_standard() -> None:
-    model = NoiseModel((PowerLaw(-2, 1e-9), PowerLaw(0, 1e-6), GaussMarkov(0.01, 1.0)))
-    spectrum = curves.spectrum_of(periodogram_arrays(model, per_decade=100))
-    sigma = curves.density_residual(spectrum, model, RATE)[spectrum["dof"] > 20]
-    assert abs(sigma.mean()) < 0.2 and sigma.std() == pytest.approx(1.0, abs=0.15)
-    low, high = curves.density_interval(spectrum, 0.683)
-    truth = model.psd(spectrum["f_hz"].to_numpy(), RATE)
-    assert np.mean((low < truth) & (truth < high)) == pytest.approx(0.683, abs=0.07)
-
-
-@pytest.mark.parametrize("form", ["sampled", "continuous"])
-def test_drawn_curves_are_those_of_the_model(form) -> None:
-    m, line = curves.drawn_m(1_000_000), MODEL_Z1.lines[0]
-    assert m[0] == 1 and m[-1] == 1_000_000 and np.all(np.diff(m) > 0)
-    total = curves.total_avar(MODEL_Z1.components, m, RATE, form)
-    assert np.allclose(total, MODEL_Z1.avar(m, RATE, form), rtol=1e-12)
-    drawn, exact = curves.sinusoid_avar(line, m, RATE, form), line.avar(m, RATE, form)
-    first = m * line.f_0 / RATE <= 6
-    assert np.array_equal(drawn[first], exact[first]) and np.all(drawn >= exact * (1 - 1e-12))
-    assert np.max(exact[~first] / drawn[~first]) == pytest.approx(1, abs=0.01)  # its maxima
-
-
 ROW = {"estimator": MAIN, "status": "ok", "model": "sampled"}
 
 
@@ -143,27 +120,8 @@ def test_names_values_and_relative_errors(coefficients, text) -> None:
     assert not fit_of(MAIN, [rows[0] | {"value": math.nan}, *rows[1:]]).parts or "drift" in text
 
 
-def test_other_estimators_have_colours_of_their_own() -> None:
-    made, _ = figure(others=(*OTHERS, "slopes"))
-    colours = [look["color"] for look in OTHER_LOOKS]
-    assert len(set(colours)) == len(colours) >= 4
-    for axes in panels(made, "ef"):
-        assert set(colours[:3]) <= {line.get_color() for line in axes.lines}
-    for axes in panels(made, "abcd"):
-        assert not set(colours) & {line.get_color() for line in axes.lines} - {GREY}
-    assert "the same of other estimators" in made.caption
-    assert "h₁ < 1.00×10⁻¹¹ mm²/Hz², h₂ < 1.00×10⁻¹¹" in made.caption
-
-
 def rows_of_main() -> list[dict]:
     return noise_csv("z1", estimate(MODEL_Z1, MAIN, 0.01, 1))
-
-
-def test_missing_estimates() -> None:
-    for estimates in ({}, {"slopes": rows_of_main()}, {MAIN: rows_of_main()}):
-        made, _ = figure(estimates=estimates, title=ODD_TEXT)
-        check(made)
-        assert (f"No estimate by {MAIN}." in made.caption) == (MAIN not in estimates)
 
 
 @pytest.mark.parametrize("case", ["empty", "gaps", "nothing detected", "half a term"])
@@ -188,21 +146,6 @@ def test_odd_data(case) -> None:
     assert texts.count("no valid samples") == 2 * (case == "empty")
     terms = [k for k in range(1, 5) if any(text.startswith(f"GM {k}:") for text in texts)]
     assert terms == {"nothing detected": [], "half a term": [1, 3, 4]}.get(case, [1, 2, 3, 4])
-
-
-def test_a_misfit_is_named_once_and_its_residuals_counted_beside_no_other_text() -> None:
-    rows = [row | {"status": "misfit"} for row in noise_csv("z1", estimate(MODEL_Z1, MAIN, 2.0, 3))]
-    made, data = figure(estimates={MAIN: rows})
-    assert every_text(made)[:-1].count("misfit") == 1
-    (counted,) = (text for text in every_text(made) if text.endswith(" beyond 6 σ"))
-    spectrum = curves.spectrum_of(data["periodogram"])
-    sigma = curves.density_residual(spectrum, fit_of(MAIN, rows).model, RATE)
-    assert int(counted.split()[0]) == np.count_nonzero(np.abs(sigma) > 6) > 0
-    check(made)
-    for axes in made.figure.axes:
-        left, right = axes._left_title, axes._right_title
-        if left.get_text() and right.get_text():
-            assert left.get_window_extent().x1 < right.get_window_extent().x0
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure as Drawing
 
 from mocap_metrology.common.errors import printable
 from mocap_metrology.present import tables
-from mocap_metrology.present.pages import details, document, site, write
+from mocap_metrology.present.pages import details, document, site
 
 VOID = {"br", "wbr", "meta", "img"}
 
@@ -146,23 +146,6 @@ def test_columns_of_numbers_and_of_text() -> None:
     assert site.table("abcdefghijklm", []).first == {*range(9)}
 
 
-def test_of_many_columns_the_important_ones_are_seen_first() -> None:
-    names = ["camera_type", "n_cameras", *(f"c{k}" for k in range(22)), "published", "verdict"]
-    line = "| " + " | ".join(names) + " |"
-    text = f"{line}\n{'|---' * len(names)}|\n{line}\n"
-    (table,) = document.parts_of(text)
-    assert {names[k] for k in table.first} == {"camera_type", "n_cameras", "published", "verdict"}
-    assert len(Reader(document.page(text, "t", False)).tables[0][0]) == 26
-
-
-def test_rows_and_names_that_are_sorted() -> None:
-    """A row without a name has that of the row above."""
-    (table,) = document.parts_of("| n | a |\n|---|---|\n| 10 | x |\n| | y |\n| 8 | z |\n")
-    assert [row[0] for row in table.rows] == ["10", "10", "8"]
-    names = ["noise-10", "noise-2", "Noise-1", "a"]
-    assert sorted(names, key=site.natural) == ["a", "Noise-1", "noise-2", "noise-10"]
-
-
 def test_every_image_has_words_and_leads_to_itself(tmp_path) -> None:
     """Title and caption of the PNG; without one, the name of the file. Tables of groups and papers
     have a page; a measured subject without a figure says so."""
@@ -184,49 +167,3 @@ def test_every_image_has_words_and_leads_to_itself(tmp_path) -> None:
     assert [link["href"] for link in page.links] == addresses
     assert details.UNDRAWN in details.page("r", verdict="good")
     assert details.UNDRAWN not in details.page("r")
-
-
-def test_claims_of_a_paper_are_counted_and_shown() -> None:
-    rows = [
-        {"paper": paper, "claim": "c", "section": "1", "published": "p", "regenerated": "r"}
-        | {"regenerated_word": word}
-        for paper, word in (("S", "holds"), ("S", "holds"), ("J", "does not"), ("S", "undecided"))
-    ]
-    of = details.of_paper(rows, "skurowski")
-    assert details.claim_counts(of) == "2 hold, 1 undecided"
-    assert details.claim_counts(rows[-1:] + rows) == "2 hold, 1 do not hold, 2 undecided"
-    assert details.claim_counts([]) == ""
-    assert [list(row[:4]) for row in details.claim_table(of).rows] == [["c", "1", "p", "r"]] * 3
-
-
-def test_a_file_is_of_the_group_with_the_longest_name_or_of_the_recording_by_folder() -> None:
-    names = ["tables/lab_adev.svg", "tables/lab_2_adev.svg", "tables/labour_adev.svg"]
-    paths = [Path(name) for name in (*names, "recordings/lab/adev.svg", "recordings/lab_2/x.svg")]
-    subjects = {"group": ["lab", "lab_2"]}
-    results = write.Results(Path(), [], [], {}, {}, [], ["jansen"], subjects, paths)
-    assert results.of("group", "lab", ".svg") == paths[:1]
-    assert results.of("group", "lab_2", ".svg") == paths[1:2]
-    assert results.of("recording", "lab", ".svg") == paths[3:4]
-    assert results.of("group", "lab", ".csv") == []
-
-
-def luminance(colour: str) -> float:
-    """Relative luminance of WCAG 2.1."""
-    parts = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
-    r, g, b = (c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in parts)
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b
-
-
-def contrast(ink: str, behind: str) -> float:
-    light, dark = sorted((luminance(ink), luminance(behind)), reverse=True)
-    return (light + 0.05) / (dark + 0.05)
-
-
-def test_all_text_is_readable() -> None:
-    """Contrast of at least 4.5 (WCAG 2.1, AA), verdicts on their own background."""
-    style = site.environment().get_template("style.css").render()
-    inks = set(re.findall(r"(?<![-\w])color: (#[0-9a-f]{6})", style))
-    inks -= {ink for ink, _ in site.WORDS.values()}
-    assert inks
-    pairs = {(ink, behind) for ink in inks for behind in ("#ffffff", "#f3f4f6")}
-    assert min(contrast(*pair) for pair in pairs | {*site.WORDS.values()}) >= 4.5

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from calibration_inputs import CYCLE_S, FLASH_S, SLAVE_LATE_S, T_M, TURN, WIDTH_S
 
 from calibration_inputs import angle_of, write_calibration  # isort: skip
-from figure_data import check, check_saved, every_text
+from figure_data import check_saved, every_text
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import proj3d
-from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table
-from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.present.calibration.calibration_files import read_calibration
 from mocap_metrology.present.jansen import paths, space
 from mocap_metrology.present.jansen.signal import signal_of
@@ -99,26 +95,6 @@ def test_paths_and_pose_by_another_program(calibration, figures):
     assert float(length) == pytest.approx(shift, abs=0.03)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_any_pose_is_on_the_page(calibration, seed):
-    """The slave elsewhere, its path so that both agree; panels count the dots they leave out."""
-    rng = np.random.default_rng(seed)
-    R = Rotation.from_rotvec(rng.uniform(-1.5, 1.5, 3)).as_matrix()
-    t = rng.uniform([-1, -3, -0.5], [2, 3, 2.5])
-    master, _ = calibration[0].paths("paper", "ideal")
-    slave = dataclasses.replace(master, t_m=(master.t_m - t) @ R, R=R.T @ master.R)
-    wild = master.t_m.copy()
-    wild[::60] += [0.5, 1.5, 1.0]
-    both = dataclasses.replace(master, t_m=wild), slave
-    shown = paths.Superposed(both, calibration[0].board, (R, t), (R, t + 0.2), "A label.", 0.67)
-    check(paths.slave_figure(shown, "t", "s"))
-    for draw, panels in ((paths.paths_figure, 1), (paths.superposition_figure, 2)):
-        picture = draw(shown, "t", "s")
-        check(picture)
-        assert picture.caption.count(f"{len(wild[::60])} dots are outside of") == panels
-        assert "67 % here" in picture.caption
-
-
 def test_projection_is_matplotlibs_and_arcs_are_those_of_scipy():
     axes = Figure().add_subplot(projection="3d", proj_type="ortho")
     axes.set(xlim=(0, 1), ylim=(0, 1), zlim=(0, 1), box_aspect=(1, 1, 1))
@@ -132,10 +108,3 @@ def test_projection_is_matplotlibs_and_arcs_are_those_of_scipy():
     way = space.arc(np.array([1.0, 0.0, 0.0]), TURN.as_matrix())
     np.testing.assert_allclose(way[-1], TURN.apply([1.0, 0.0, 0.0]), atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(way, axis=1), 1.0)
-
-
-def test_outline_of_a_turned_board():
-    turn = Rotation.from_euler("xyz", [20, 30, 40], degrees=True)
-    corners = turn.inv().apply(paths.outline(turn.apply(flat_board())))
-    rounded = sorted(map(tuple, np.round(corners, 9)))
-    assert np.allclose(rounded, sorted([(0, y, z) for y in (-0.12, 0.12) for z in (-0.08, 0.08)]))

@@ -9,18 +9,14 @@ import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS, published_table
 from mocap_metrology.papers.jansen import (
-    OPTICS,
-    STAGES,
-    Variant,
     jansen_table,
     jansen_table_3,
-    paper_setup,
 )
 from mocap_metrology.present.calibration.calibration_table import (
     calibration_markdown,
     calibration_rows,
 )
-from mocap_metrology.present.jansen.jansen_text import gain, markdown, reason
+from mocap_metrology.present.jansen.jansen_text import markdown
 
 KINDS = [(e, s) for e in ("paper", "paper-tight", "paper-lm") for s in ("kabsch", "final")]
 
@@ -104,15 +100,6 @@ def test_tables_i_and_ii_come_back_from_errors_of_that_mean_and_sd(records):
     assert cell(two, "Average", "gamma_deg")["regenerated"] == pytest.approx(0.52375, rel=1e-4)
 
 
-def test_every_variant_has_every_row(records):
-    rows = jansen_table(1, records)
-    assert len(rows) == 2 * len(KINDS) * 9 * 6
-    factory = cell(rows, "Overall", "x_mm", optics="factory", estimator="paper-lm", stage="final")
-    ideal = cell(rows, "Overall", "x_mm")
-    assert factory["regenerated"] == pytest.approx(ideal["regenerated"] / 10)
-    assert factory["mirrored_share"] == pytest.approx(0.1)
-
-
 def test_one_recording_has_no_standard_deviation():
     rows = jansen_table(2, [record("3", 1, np.ones(6))])
     assert math.isnan(cell(rows, "3", "x_mm")["regenerated"])
@@ -141,59 +128,6 @@ def test_table_iii_keeps_both_noises_apart():
     assert [line for line in text.splitlines() if line.startswith("### ")] == (
         ["### MAE", "### Average SD"] * 2
     )
-
-
-def test_setups_of_the_sheet():
-    names = {"3": "3", "real-3": "3", "setup03": "3", "real-9": None, "sim-3": None, "lab": None}
-    assert {name: paper_setup(name) for name in names} == names
-    assert paper_setup("noise-3") is None and paper_setup("13") is None
-
-
-def test_what_differs_is_explained(records):
-    text = markdown(1, jansen_table(1, records), records, "All are twins.")
-    assert text.startswith("# Jansen et al. 2019, Table I: mean absolute error")
-    below = text[text.index("- Below a quarter of the published value in some column: ") :]
-    assert "paper, kabsch, factory optics; paper, final, factory optics; " in below
-    assert "All are twins." in text
-    assert "(10.0 times" in gain(records) and gain(records) in text
-    assert "58.1 (58.1)" in text  # setup 3, z
-    one = records[0]
-    keys = ("errors_mm", "errors_deg")
-    true = [p | {f"truth_{k}": p[k] for k in keys} for p in one["pose"]["poses"]]
-    assert "optical frames" in gain([one | {"pose": one["pose"] | {"poses": true}}])
-
-
-def test_reasons_hold_for_what_they_explain():
-    """Factory values take the phases out; a path matters to Kabsch alone, which turns by it."""
-    variants = [Variant(e, s, o) for e in ("paper", "paper-lm") for s in STAGES for o in OPTICS]
-    for variant in variants:
-        for mirrored in (0.0, 0.4, math.nan):
-            for ideal_rotors in (False, True):
-                said = reason(variant, mirrored, ideal_rotors)
-                neglected = variant.optics == "ideal" and not ideal_rotors
-                assert ("phases" in said) == neglected
-                assert ("short path" in said) == (variant.stage == "kabsch")
-                assert ("mirrored" in said) == (mirrored == 0.4)
-    assert reason(Variant("paper-lm", "final", "factory"), 0.0).startswith("places, paths")
-
-
-def test_a_reason_is_told_once_and_never_of_factory_values():
-    errors = [np.full(6, 500.0), np.full(6, -500.0)]
-    made = [record("3", k, errors[k], ("ideal", "factory"), share=0.0) for k in (0, 1)]
-    for number in (1, 2):
-        text = markdown(number, jansen_table(number, made), made)
-        lines = [line for line in text.splitlines() if "above 4 times" in line]
-        assert any("factory optics" in line for line in lines)
-        for line in lines:
-            assert not ("factory optics" in line and "phases" in line)
-        assert text.count("this is 50 to 160 mm") == 1 and text.count("to path length") == 1
-
-
-def test_summary_is_headed_by_what_stands_in_its_columns(records):
-    for number, heading in ((1, "## Overall"), (2, "## Average")):
-        text = markdown(number, jansen_table(number, records), [])
-        own = text[text.index(heading) :].splitlines()
-        assert own[2].split("|")[1].strip() == "estimator"
 
 
 def test_estimators_stand_side_by_side():
@@ -232,21 +166,6 @@ def test_few_calibrations_are_cautioned_by_the_law_of_their_sd(records):
     assert "An SD of" not in markdown(2, jansen_table(2, records), [])
     three_each = [record("sim-1", k, (k + 1) * np.ones(6)) for k in range(3)]
     assert "An SD of 3" in markdown(3, jansen_table_3(three_each), [])
-
-
-def test_ratios_are_written_without_powers_of_ten():
-    text = markdown(1, jansen_table(1, [record("3", 1, np.full(6, 2e4))]), [])
-    assert "(×970)" in text and "e+0" not in text.replace("2.00e+04", "")
-
-
-def test_nothing_to_regenerate_leaves_the_published_numbers():
-    for number in (1, 2):
-        rows = jansen_table(number, [])
-        assert cell(rows, "1", "x_mm")["published"] == published_table(number)["1"]["x_mm"]
-        assert {row["source"] for row in rows} == {"cited"}
-        assert "published" in markdown(number, rows, [])
-    rows = jansen_table_3([])
-    assert cell(rows, "MAE", "x_mm")["published"] == 6.9 and markdown(3, rows, [])
 
 
 def test_calibrations_of_a_group():

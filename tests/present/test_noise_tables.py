@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from noise_data import DEFAULT, group
 
-from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
 from mocap_metrology.present.groups.group_tables import (
-    CAPTION,
     COLUMNS,
     noise_markdown,
     noise_table,
@@ -50,31 +48,3 @@ def test_markdown_has_a_block_a_recording(tmp_path) -> None:
     write_with(tmp_path / "none", [], noise_markdown([], "T", "C"), COLUMNS)
     assert (tmp_path / "none.csv").read_text() == ",".join(COLUMNS) + "\n"
     assert "No coefficients." in (tmp_path / "none.md").read_text()
-
-
-def test_many_series_are_several_tables() -> None:
-    one = group([("T40", 10)])[1]["T40-10"]
-    rows = [row | {"series": f"x{k}"} for k in range(16) for row in one if row["series"] == "x1"]
-    text = noise_markdown(noise_table({"r": rows}, {"r": "twin"}), "T", "C")
-    assert text.count("| unit") == 3
-
-
-def test_a_misfit_is_marked_and_explained():
-    odd = Coefficient("h_0", 2e-6, status="misfit")
-    found = rows("x1", Estimate("likelihood", "sampled", (odd,), 0.0))
-    table = noise_table({"one": found}, {"one": "measured"})
-    text = noise_markdown(table, "title", CAPTION)
-    assert "2.00×10⁻⁶#" in text
-    assert "# of a model that does not describe the spectrum" in text
-
-
-def test_what_is_no_noise_stands_below() -> None:
-    parts = tuple(Coefficient(k, v) for k, v in (("T_w", 300.0), ("drift", 0.2), ("h_0", 1e-6)))
-    found = rows("x1", Estimate("likelihood", "sampled", parts, 0.0))
-    text = noise_markdown(noise_table({"one": found}, {"one": "measured"}), "title", CAPTION)
-    lines = [line.split("|")[1:3] for line in text.splitlines() if line.startswith("|")]
-    assert [[c.strip() for c in line] for line in lines[-3:]] == [
-        ["h_0", "mm^2/Hz"],
-        ["drift", "mm/h"],
-        ["T_w", "s"],
-    ]

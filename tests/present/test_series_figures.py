@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from figure_data import ODD_TEXT, check, check_saved, every_text
+from figure_data import check_saved, every_text
 from noise_data import RATE, TAU0, allan_arrays, assert_texts_apart, estimate
 
 from mocap_metrology.noise.twins.published import published_row
@@ -67,14 +67,6 @@ def test_curves_of_sampled_models_pass_through_whole_frames() -> None:
     assert np.allclose(found[:4], exact[:4], rtol=1e-9)
 
 
-def test_regression_without_data() -> None:
-    model = published_row("T40", 10)["z1"]
-    none = np.array([])
-    figure = regression_figure((none, none), [model], model, model, RATE, (ODD_TEXT, ODD_TEXT))
-    check(figure)
-    assert "no valid samples" in every_text(figure)
-
-
 def spectra(names, line_hz: float = 14.4):
     f = np.arange(36_001) / 600
     rng = np.random.default_rng(1)
@@ -104,19 +96,3 @@ def test_the_line_is_seen(tmp_path) -> None:
     assert any("× median" in t for t in every_text(figure))
     check_saved(figure, tmp_path / "f")
     assert_texts_apart(figure)
-
-
-@pytest.mark.parametrize("case", ["one", "none", "zero", "nan", "empty"])
-def test_odd_spectra(case) -> None:
-    given = spectra(["T40"])
-    f, psd = given["T40"]
-    if case == "zero":
-        given["T40"] = f, np.zeros_like(psd)
-    elif case == "nan":
-        given["T40"] = f, np.full_like(psd, np.nan)
-    elif case == "empty":
-        given["T40"] = np.array([]), np.array([])
-    figure = periodic_figure({} if case == "none" else given, ODD_TEXT, ODD_TEXT)
-    check(figure)
-    if case in ("none", "nan", "empty"):
-        assert "no spectrum" in every_text(figure)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from mocap_workflow.recording_twins import twin_from_mapping
-from noise_data import assert_texts_apart
 
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.papers import subsets
-from mocap_metrology.present.skurowski import gather
 from mocap_metrology.present.skurowski import gaussian_figures as gaussians
 from mocap_metrology.present.skurowski import theory_figures as theory
 
@@ -49,13 +46,6 @@ def points(axes, marker: str) -> np.ndarray:
 def twin(name: str, row: dict):
     published = {"camera_type": row["camera_type"], "n_cameras": row["n_cameras"]}
     return twin_from_mapping({"published": published, "seed": 1, "duration_s": 600}, name)
-
-
-def test_theory_figures_are_readable(tmp_path) -> None:
-    draw = (theory.model_figure, theory.standard_error_figure, theory.slopes_figure)
-    for k, figure in enumerate(one() for one in draw):
-        check_saved(figure, tmp_path / str(k))
-        assert_texts_apart(figure)
 
 
 def test_figure_1_shows_the_densities_of_table_4() -> None:
@@ -176,49 +166,3 @@ def test_covariances_share_a_unit_and_one_large_one_does_not_flatten_them(large)
     height = below.transAxes.inverted().transform(below.transData.transform(drawn))[:, 1]
     assert height.min() > 0 and height.max() < 1 and np.diff(np.sort(height)).min() > 0.03
     check(figure)
-
-
-def test_a_users_group_with_many_types_single_markers_and_odd_names() -> None:
-    rows = sheet((30, 12, 11, 10, 3), (ODD_TEXT, "", "b", "c"))
-    numbers = gaussian(rows)
-    for name in list(numbers)[:5]:
-        numbers[name] = {"sigma_1_mm": numbers[name]["sigma_1_mm"], "sigma_L_mm": np.nan}
-    for name, kind, n in (("alone", "d", 4), ("unknown", "b", None), ("refused", "e", 3)):
-        rows[name] = {"recording": name, "camera_type": kind, "n_cameras": n}
-        numbers[name] = {} if name == "refused" else numbers["b-3"]
-    spreads = subsets.spreads(rows, numbers)
-    assert set(spreads["camera_type"]) == {ODD_TEXT, "", "b", "c"}
-    assert len(spreads) == 5 + 15 * 4 and set(spreads["kind"]) == {"row"}
-    check(gaussians.scaling_figure(spreads, (ODD_TEXT, ODD_TEXT, ODD_TEXT)))
-    check(gaussians.scaling_figure(spreads[:0], ("no recording", "s", "")))
-    still = {name: {"sigma_1_mm": 0.0, "sigma_12_mm2": 0.0} for name in rows}
-    check(gaussians.scaling_figure(subsets.spreads(rows, still), ("nothing moves", "s", "")))
-
-
-def test_lengths_and_origins_of_recordings() -> None:
-    segments = [{"n_frames": 60_000, "gap_before": 0}, {"n_frames": 11_000, "gap_before": 1000}]
-    assert gather.length_s({"frame_rate_hz": 120.0, "segments": segments}) == 600.0
-    rows = {name: {"twin": name} for name in "ab"} | {"c": {"twin": None}}
-    line, remarks = gather.sources(rows, {"a": 600.0, "b": 600.0, "c": 7.0})
-    assert line == (
-        "Source: 1 measured recording and 2 simulated stand-ins (twins) of 10 min. "
-        "The paper's recordings last nine hours."
-    )
-    assert "Simulated: a, b; the others" in remarks
-    twins = {name: rows[name] for name in "ab"}
-    line, _ = gather.sources(twins, {"a": 600.0, "b": 600.0}, paper=False)
-    assert line == "Source: 2 simulated stand-ins (twins) of 10 min."
-    line, remarks = gather.sources(twins, {"a": 7200.0, "b": 32400.0})
-    assert "of 2 h and nine hours." in line
-    assert remarks.endswith("Length of the twins: a: 2 h; b: nine hours.")
-    assert gather.sources({"c": rows["c"]}, {"c": 600.0}) == ("Source: 1 measured recording.", "")
-    spread = gather.spread_sentence(twin("T40-10", {"camera_type": "T40", "n_cameras": 10}))
-    assert "10.6 and 10.3 µm over 10 min, 15.2 and 23.1 µm over nine hours" in spread
-    assert gather.spread_sentence(None) == ""
-    hampel = {"hampel": {"n_sigma": 3.0, "action": "replace"}, "window_frames": 241}
-    assert "lowers the deviation of white noise by 1.7 %" in gather.filter_sentence(hampel)
-    off = hampel | {"hampel": {"n_sigma": 3.0, "action": "off"}}
-    assert gather.filter_sentence(off) == ""
-    table = pd.DataFrame({"axis": ["x", "pair"], "mu_L_mm": [1.0, 2.0]}).to_dict("records")
-    assert [gather.gaussian_row(table, axis)["mu_L_mm"] for axis in ("pair", "y")] == [2.0, 1.0]
-    assert gather.gaussian_row([], "x") == {}

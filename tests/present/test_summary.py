@@ -167,41 +167,6 @@ def test_the_page_and_the_front_in_order_and_nothing_is_taken_for_markup() -> No
     assert "are empty" in summary.page(summary.Verdicts()) and "are empty" not in page
 
 
-@pytest.mark.parametrize(
-    ("group", "source", "words"),
-    [
-        ("skurowski2019", "twin", "a rise is one of the published table"),
-        ("mine", "twin", "a rise is one of those numbers"),
-        ("mine", "measured", "only a rise is evidence on a camera"),
-    ],
-)
-def test_subsets_that_share_no_frames_say_so_once(group: str, source: str, words: str) -> None:
-    recordings = [recording(name, "good", group=group, source=source) for name in "ab"]
-    for apart in (True, False):
-        cameras = {group: {"short": ["T: raised.", "B: raised."], "apart": apart}}
-        text = summary.page(summary.Verdicts(recordings, cameras=cameras))
-        assert text.count("do not share their frames") == text.count(words) == int(apart)
-
-
-def test_many_calibrations_are_a_row_a_setup() -> None:
-    of = [
-        calibration(f"c{k}", ("good", "usable")[k % 2], k, ["residual"] * (k % 2), f"s{k % 2}")
-        for k in range(22)
-    ]
-    table, _ = summary.calibrations(summary.Verdicts((), of).rows(), lambda kind, name: "")
-    good, usable = table.rows
-    assert "11 good" in good[2] and "11 usable" in usable[2]
-    assert [good[3], usable[3]] == ["10.0", "11.0"]
-    # standard deviation of 0, 2, ..., 20
-    assert float(good[9]) == pytest.approx(math.sqrt(44), rel=1e-2)
-    assert [good[-1], usable[-1]] == ["–", "residual (11)"]
-    table, _ = summary.calibrations(summary.Verdicts((), of[:20]).rows(), lambda kind, name: "")
-    assert len(table.rows) == 20 and list(table.rows[1][2:8]) == [
-        *("1.0", "0.0", "1.0"),
-        *["10.000"] * 3,
-    ]
-
-
 def test_spread_of_poses_about_a_known_one() -> None:
     """Scattered by known deviations; two poses, and one, by hand."""
     rng = np.random.default_rng(5)

@@ -106,10 +106,3 @@ def test_at_rest_the_figure_shows_the_noise_of_the_angles() -> None:
     np.testing.assert_allclose(level, 188 / np.sqrt(24))
     assert not titled["(b) Angles at rest, elevation"].lines
     assert picture.caption.startswith("The board at rest")
-
-
-def test_without_poses_the_figure_states_why() -> None:
-    picture = track_figure(
-        "hall-1", None, columns(None), {"reason": "no pose of the slave"}, {}, MOVED
-    )
-    assert picture.caption == "No path of the receiver: no pose of the slave."

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from figure_data import check_saved, every_text
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from mocap_metrology.noise.assess.recording import Inputs, _unnamed, assess_recording
 from mocap_metrology.noise.assess.spread import Share
@@ -153,21 +152,6 @@ def test_mean_of_all_frames() -> None:
     assert "No uncertainty of the mean of all frames" in text and "length needed" not in text
 
 
-def test_a_recording_without_numbers_has_a_row_and_a_picture(tmp_path: Path) -> None:
-    verdict = contents(empty="y1")
-    assert summary_row(verdict)["worst"] == "z1"
-    for series in verdict["series"].values():
-        series.update(frame_mm=None, sigma_frame_mm=None, shares={}, kinds=[])
-        for mean in series["means"]:
-            mean["uncertainty_mm"] = None
-    verdict |= {"reference_for_mm": {"4": None, "10": None}}
-    assert (summary_row(verdict)["worst"], summary_row(verdict)["dominating_noise"]) == ("", "")
-    assert "Not suitable as a reference." in verdict_lines(verdict)
-    picture = verdict_figure(verdict)
-    assert "no valid samples" in every_text(picture)
-    check_saved(picture, tmp_path / "none")
-
-
 def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:
     verdict = contents(2) | {"labels": ["RFT1", "Head"]}
     picture = verdict_figure(verdict)
@@ -189,50 +173,6 @@ def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:
     (head,) = [line for line in verdict_lines(verdict) if "lowest ADEV" in line]
     assert set(re.split(r"\s{2,}", head.strip())[:5]) <= set(texts)
     check_saved(picture, tmp_path / "verdict")
-
-
-def test_words_above_the_bands_of_a_very_bad_recording_have_room() -> None:
-    verdict = contents(2)
-    for values in verdict["series"].values():
-        values.update(frame_mm=2e2, frame_lower_mm=1e2, frame_upper_mm=3e7)
-    verdict["series"]["z1"]["means"][0]["lower_mm"] = 1e-9
-    picture = verdict_figure(verdict)
-    left, renderer = left_of(picture), FigureCanvasAgg(picture.figure).get_renderer()
-    picture.figure.draw_without_rendering()
-    boxes = [t.get_window_extent(renderer) for t in left.texts[:3]]
-    assert [t.get_text() for t in left.texts[:3]] == ["good", "usable", "bad"]
-    assert boxes[0].x0 >= 0 and boxes[0].x1 < boxes[1].x0 and boxes[1].x1 < boxes[2].x0
-    low, high = left.get_xlim()
-    assert low < 0.05 < 600 < high < 1e4  # an interval reaches beyond
-
-
-def test_other_checks_stand_beside_their_limits() -> None:
-    """The one that decided first; what lowers the word further, and the event; nothing of them
-    where the word is good."""
-    verdict = contents(n_markers=2)
-    drift = {"quantity": "drift over the horizon", "series": "z1", "value": 0.4, "limit": 0.346}
-    lost = {"quantity": "share of missing frames", "series": "x2", "value": 0.02, "limit": 0.01}
-    lost |= {"code": "missing", "unit": "", "word": "usable", "reason": "."}
-    verdict |= {
-        "decided_by": drift | {"code": "drift", "unit": "mm"},
-        "caps": [lost],
-        "findings": [{"code": "event", "series": "x2", "value": 250.0}] * 2,
-    }
-    assert len(verdict_figure(verdict | {"word": "good"}).figure.axes) == 3
-    picture = verdict_figure(verdict | {"word": "usable"})
-    (above,) = [a for a in picture.figure.axes if "drift" in "".join(t.get_text() for t in a.texts)]
-    assert [t.get_text() for t in above.texts] == [
-        *("drift over the horizon, z1", "0.4, limit 0.346 mm"),
-        *("share of missing frames, x2", "2, limit 1 %"),
-        *("event at 4 min 10.0 s (x2) and 1 more", ""),
-    ]
-    dots = [line.get_xdata()[0] for line in above.lines if line.get_marker() == "D"]
-    assert dots == pytest.approx([0.4 / 0.346, 2.0])
-    assert "refer to these alone; the word depends on the drift over the horizon." in (
-        picture.caption
-    )
-    assert "decides the verdict" not in every_text(picture)
-    assert not [t for t in left_of(picture).texts if t.get_weight() == "bold"]
 
 
 def test_kinds_of_noise_are_rows_and_bars() -> None:
@@ -261,10 +201,3 @@ def test_document_holds_tidy_rows_of_the_kinds() -> None:
     row = {"kind": "white", "share": 1.0, "class": "", "T_c_s": None, "f_hz": None}
     assert contents()["series"]["y1"]["kinds"] == [row]
     assert Mean(kinds=(Share("white", 1.0),)).shares == {"white": 1.0}
-
-
-def test_many_series_are_cut_to_the_worst() -> None:
-    picture = verdict_figure(contents(12))
-    shown = [t.get_text() for t in left_of(picture).get_yticklabels()]
-    assert len(shown) == 24 and {f"y{k}" for k in range(1, 13)} <= set(shown)
-    assert "12 series with smaller" in picture.caption

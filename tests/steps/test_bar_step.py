@@ -13,7 +13,6 @@ from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.twin import BarErrors, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
-from mocap_metrology.io.labels import pair_of
 from mocap_metrology.present.accuracy.statement_document import known_of
 from mocap_metrology.recording.bar import passes_of, write_bar, write_group, write_statement
 from mocap_metrology.recording.bar_take import read_bar
@@ -118,14 +117,6 @@ def test_statement_of_a_group(tmp_path: Path) -> None:
     write_statement("lab", bar, known_of(["A", "B"]), tmp_path / "p.json", tmp_path / "p.pdf")
     text = (tmp_path / "p.md").read_text()
     assert "Precise to" in text and "No accuracy can be stated" in text
-
-
-def test_words_of_a_pair() -> None:
-    labels = ["A", "B", "A-B", "C"]
-    assert pair_of("A-B-C", labels, "f") == ("A-B", "C")
-    for text in ("A-A", "A-D", "C", "A-B-A-B-"):
-        with pytest.raises(Refusal, match="expected auto, or two markers"):
-            pair_of(text, labels, "f")
 
 
 @pytest.mark.parametrize("pose", ["{}", "[1]", '{"quaternion_xyzw": [1, 1, 0, 0]}', "x"])

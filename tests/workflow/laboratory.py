@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import shutil
 import zlib
@@ -13,7 +12,6 @@ import numpy as np
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 from running import write_sheet
-from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.files import sha256, write_json
 from mocap_metrology.io.c3d.write import write_c3d
@@ -58,12 +56,6 @@ setups:
              position_m: [1.432, 1.976, -0.236], rotation_deg: [17.25, 2.84, -48]}}
     motion: {{pattern: circle, centre_m: [3.57, -1.04, -0.09], speed_m_s: 0.5, extent_m: 0.4,
               wobble_deg: 9, sway_m: 0.04}}
-  perfect:
-    <<: *room
-    reference: truth
-    master: {{id: 3001, mode: b}}
-    slave: {{id: 3002, mode: c,
-             position_m: [1.432, 1.976, -0.236], rotation_deg: [17.25, 2.84, -48]}}
   alone:
     duration_s: {BRIEF_S}
     master: {{id: 3001, mode: A}}
@@ -72,7 +64,6 @@ twins:
   mounted: {{setup: room, seed: 1}}
   short: {{setup: room, seed: 2, duration_s: {SHORT_S}}}
   brief: {{setup: room, seed: 5, duration_s: {BRIEF_S}}}
-  perfect: {{setup: perfect, seed: 3, duration_s: {SHORT_S}}}
   alone: {{setup: alone, seed: 4}}
 """
 REFUSED = {  # recording: board, what its line says
@@ -89,8 +80,7 @@ REFUSED = {  # recording: board, what its line says
     "other-object": ("HMD", "no pulses of an object 'HMD'; expected one of BOARD"),
     "other-checksum": ("board.csv", f"expected {'0' * 64}"),
 }
-# Of each kind one is in the sheet: dump, libsurvive recording, checksum
-BAD_ROWS = ("odd", "no-geometry", "other-checksum")
+BAD_ROWS = ("odd",)  # in the sheet
 
 
 def made(name: str) -> Made:
@@ -118,13 +108,6 @@ def write_rec(path: Path, recording: Made) -> None:
     for diode, at, ticks in zip(pulses.diode, start, length, strict=True):
         lines.append(f"{at / TICKS_PER_S:.6f} BOARD C {diode} {at % (1 << 32)} {ticks}")
     path.write_text("\n".join(lines) + "\n")
-
-
-def write_angles(path: Path, recording: Made) -> None:
-    names = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
-    columns = [getattr(recording.hits, name).tolist() for name in names]
-    with path.open("w", newline="") as stream:
-        csv.writer(stream).writerows([names, *zip(*columns, strict=True)])
 
 
 def write_laboratory(folder: Path, recording: Made) -> None:
@@ -183,17 +166,14 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
     against["world_points"] = "room.csv"
     good = {
         "measured": {"path": "lab.dump", "sha256": sha256(folder / "lab.dump")} | against | LABELS,
-        "recorded": {"path": "made.rec", "reference": "truth.json"} | REC,
-        "angles": {"path": "angles.csv", "format": "angles-csv", "reference": "truth.json"},
-        "short": {"path": "short.dump", "tracked_with": "odd"},
         "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"}
         | {"tracked_with": "measured"},
         "stranger": {"path": "lab.dump", "reference": "stranger.json"},
     }
     bad = {name: cells for name, cells in bad_rows().items() if name in BAD_ROWS}
     twin = common | {"group": "jansen2019", "path": "simulate:mounted", "board": ""}
-    good["recorded"] |= {"setup": "pair"}
-    good["short"] |= {"setup": "pair"}
+    good["measured"] |= {"setup": "pair"}
+    good["filed"] |= {"setup": "pair"}
     return [{"calibration": "twin"} | twin] + [
         {"calibration": name} | common | {"setup": name} | cells
         for name, cells in (good | bad).items()
@@ -204,7 +184,7 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
 
 RECORDING = [
     *("recording", "path", "markers", "group", "camera_type", "n_cameras", "frame_rate_hz"),
-    *("unit", "column_names", "truncated", "comment"),
+    *("cluster", "truncated", "comment", "compare_with", "covariate"),
 ]
 REFUSED_RECORDINGS = {  # what the line of each says
     "truncated": "cut off",
@@ -218,21 +198,21 @@ REFUSED_RECORDINGS = {  # what the line of each says
     "invalid": "valid in no frame",
     "overlap": "overlap",
 }
-# In the sheet: cut off in both kinds of file, of another format, of several files
-BAD_RECORDINGS = ("truncated", "cut", "zip", "overlap")
+# In the sheet: cut off, and of another format
+BAD_RECORDINGS = ("cut", "zip")
 TABLES_OF_RECORDING = ("trajectories.parquet", "clean.parquet", "outliers.csv")
 TABLES_OF_CALIBRATION = (
     *("pulses.parquet", "inertial.parquet", "sweeps.parquet", "stations.json", "board.csv"),
 )
-TURN_RAD, POSES = 1e-3, 2400  # noise of the orientation of a body, and its frames
 # Labels, cells and the name of a file that are more than text to some program
 ACTIVE = [
     r"![i](http://127.0.0.1:9/i.png) $\frac{x}$ $\undefined$",
     "<img src=http://127.0.0.1:9/ onerror=alert(1)></script><script>alert(1)</script>",
     "=1+cmd|' /C calc'!A0",
 ]
+ACTIVE_MM, BODY_MM = 0.1, np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0]])  # noise, and places
+BESIDE = {"compare_with": "active", "covariate": "room-air.csv"}
 ACTIVE_FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
-TABLE = slice(1300, 1800)  # frames of the take that are also in a table without names
 TRC = """PathFileType\t4\t(X/Y/Z)\tcut.trc
 DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames
 100\t100\t200\t1\tmm\t100\t1\t200
@@ -299,39 +279,20 @@ def write_bad_recordings(folder: Path) -> None:
     (folder / "cut.trc").write_text(TRC + "\n".join(lines) + "\n")
 
 
-def write_poses(path: Path) -> None:
-    """Rotation matrix and place a line; the last one ends within a number."""
-    rng = np.random.default_rng(11)
-    matrix = Rotation.from_rotvec(rng.normal(0, TURN_RAD, (POSES, 3))).as_matrix()
-    poses = np.concatenate([matrix, rng.normal(0, 1e-4, (POSES, 3, 1))], axis=2)
-    text = "\n".join(" ".join(f"{v:.9f}" for v in row) for row in poses.reshape(POSES, 12))
-    path.write_text(text[:-40], encoding="utf-8")
-
-
 def write_recordings(folder: Path) -> list[dict[str, str]]:
     """The files of all recordings, and a row for each."""
     position = take()
     write_c3d(folder / "take.c3d", ["A", "B"], 50.0, [position], len(position))
-    lines = [
-        ",".join(["" if np.isnan(v) else f"{v:.6f}" for v in row])
-        for row in position[TABLE].reshape(-1, 6)
-    ]
-    lines = [f"{k / 50:.2f},{line}" for k, line in enumerate(lines)]
-    (folder / "rows.csv").write_text("\n".join([*lines, ""]))
-    write_poses(folder / "poses.txt")
-    values = np.random.default_rng(1).normal(100, 0.1, (1500, len(ACTIVE), 3))
+    lines = [f"{t},{20 + np.sin(t / 5):.4f}" for t in range(81)]
+    (folder / "room-air.csv").write_text("time_s,celsius\n" + "\n".join(lines) + "\n", "utf-8")
+    values = np.random.default_rng(1).normal(100, ACTIVE_MM, (1500, len(ACTIVE), 3)) + BODY_MM
     write_c3d(folder / ACTIVE_FILE, ACTIVE, 50.0, [values], len(values))
     write_bad_recordings(folder)
     two = {"markers": "A;B", "group": "check"}
     rows = [
-        two | {"recording": "take", "path": "take.c3d"},
-        two
-        | {"recording": "table", "path": "rows.csv", "unit": "mm", "frame_rate_hz": "50"}
-        | {"column_names": "time A_x A_y A_z B_x B_y B_z"},
-        {"recording": "poses", "path": "poses.txt", "markers": "tracker", "group": "hall"}
-        | {"frame_rate_hz": "100", "truncated": "accept"},
-        {"recording": "active", "path": ACTIVE_FILE, "markers": ";".join(ACTIVE), "group": "hall"}
-        | {"camera_type": ACTIVE[1], "comment": " ".join(ACTIVE)},
+        two | {"recording": "take", "path": "take.c3d"} | BESIDE,
+        {"recording": "active", "path": ACTIVE_FILE, "markers": ";".join(ACTIVE), "group": "check"}
+        | {"camera_type": ACTIVE[1], "comment": " ".join(ACTIVE), "cluster": ";".join(ACTIVE)},
         {"recording": "T40-10", "path": "simulate:T40-10", "group": "skurowski2019"}
         | {"camera_type": "T40", "n_cameras": "10"},
     ]
@@ -350,7 +311,6 @@ def write_everything(folder: Path) -> list[str]:
     write_dump(folder / "lab.dump", mounted.pulses)
     write_dump(folder / "short.dump", made("short").pulses)
     write_rec(folder / "made.rec", mounted)
-    write_angles(folder / "angles.csv", made("perfect"))
     write_laboratory(folder, mounted)
     write_bad(folder, made("brief"))
     own = yaml.safe_load((Path(__file__).parents[2] / "config/twins.yaml").read_text())["twins"]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import re
 import sys
-import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -24,31 +22,6 @@ def side_by_side(*calls: Callable[[], Any]) -> list[Any]:
     """What the calls return; they run at once, as most of a dry-run is spent starting Snakemake."""
     with ThreadPoolExecutor(len(calls)) as pool:
         return [future.result() for future in [pool.submit(call) for call in calls]]
-
-
-@contextlib.contextmanager
-def watching(look: Callable[[], Any]) -> Iterator[list[Any]]:
-    """What `look` returned, called every 20 ms meanwhile; where it raised, so does leaving this."""
-    seen: list[Any] = []
-    wrong: list[Exception] = []
-    done = threading.Event()
-
-    def watch() -> None:
-        try:
-            while not done.wait(0.02):
-                seen.append(look())
-        except Exception as error:
-            wrong.append(error)
-
-    watcher = threading.Thread(target=watch, daemon=True)
-    watcher.start()
-    try:
-        yield seen
-    finally:
-        done.set()
-        watcher.join()
-    if wrong:
-        raise wrong[0]
 
 
 def environment() -> dict[str, str]:

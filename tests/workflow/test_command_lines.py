@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
+import runpy
 import sys
 
 import pytest
-from running import environment
 
 PROGRAMS = (
     *("workflow/rule_graph.py", "workflow/write_report.py"),
@@ -16,11 +15,14 @@ PROGRAMS = (
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_help(program: str, root, tmp_path) -> None:
-    how = {"env": environment(), "cwd": tmp_path, "capture_output": True, "text": True}
-    done = subprocess.run([sys.executable, root / program, "--help"], check=False, **how)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith(f"usage: {program.partition('/')[2]}")
+def test_help(program: str, root, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "argv", [program, "--help"])
+    monkeypatch.setattr(sys, "path", [str((root / program).parent), *sys.path])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(root / program), run_name="__main__")
+    said = capsys.readouterr()
+    assert (ended.value.code, said.err) == (0, "")
+    assert said.out.startswith(f"usage: {program.partition('/')[2]}")
 
 
 @pytest.mark.parametrize(

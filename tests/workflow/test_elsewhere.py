@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from running import command, environment, planned, side_by_side
+from running import command, environment, planned
 
 ROOT = Path(__file__).resolve().parents[2]
 SHEET = "recording\tpath\tmarkers\tgroup\nwrong\twrong.c3d\tA;B\tlab\n"
@@ -64,26 +64,12 @@ def test_as_a_module_of_another_workflow(tmp_path: Path, snakemake) -> None:
     assert (tmp_path / "mocap/recordings/wrong/check.json").is_file()
 
 
-def test_the_plan_of_a_recording_that_was_not_checked_yet(
-    tmp_path: Path, root: Path, snakemake
-) -> None:
-    """Of its verdict, by name here, and as an input of another workflow's rule."""
-    host, own = tmp_path / "host", tmp_path / "own"
-    for folder in (host, own):
-        folder_with_sheet(folder)
-    (host / "profiles").symlink_to(ROOT / "profiles")
-    text = host_of("recordings/wrong/verdict.json")
-    (host / "Snakefile").write_text(text)
+def test_the_plan_of_a_recording_that_was_not_checked_yet(tmp_path: Path, snakemake) -> None:
+    folder_with_sheet(tmp_path)
     settings = ("--config", "recordings=sheet.tsv", "calibrations=")
-    named = ("results/recordings/wrong/verdict.json", "--directory", str(own), *settings)
-    plans = side_by_side(
-        lambda: snakemake(root, "-n", *named), lambda: snakemake(host, "-n", "--cores", "1")
-    )
-    jobs = ("clean", "noise", "verdict")
-    assert [plan.returncode for plan in plans] == [0, 0], plans[0].stdout + plans[1].stdout
-    here, there = (planned(plan.stdout) for plan in plans)
-    assert here == dict.fromkeys(jobs, 1), plans[0].stdout
-    assert there == {f"mocap_{job}": 1 for job in jobs} | {"own": 1, "all": 1}, plans[1].stdout
+    named = ("results/recordings/wrong/verdict.json", "--directory", str(tmp_path), *settings)
+    plan = snakemake(ROOT, "-n", *named)
+    assert planned(plan.stdout) == dict.fromkeys(("clean", "noise", "verdict"), 1), plan.stdout
 
 
 def test_the_environment_of_a_checkout_that_differs_is_refused(tmp_path: Path) -> None:

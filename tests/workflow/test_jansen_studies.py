@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from mocap_metrology.papers.studies import findings
 from mocap_metrology.papers.studies.findings import SHOWN, rows_of
-from mocap_metrology.papers.studies.ranks import Interval
 from mocap_metrology.papers.studies.study import STUDIES
 from mocap_metrology.present import tables
 from mocap_metrology.present.plot.figure import save
@@ -147,30 +145,3 @@ def test_words_follow_the_errors(name: str, effect: float, finding: str) -> None
 
     rows = rows_of(NAMES[name], pd.DataFrame(made(name, effect, 200)))
     assert {row["finding"] for row in rows if row["estimator"] == "paper"} == {finding}
-
-
-def test_recordings_without_a_pose_are_drawn_and_counted(tmp_path: Path) -> None:
-    import pandas as pd
-
-    for shown in (NAMES[name] for name in ("reconstruction", "pattern", "lasers")):
-        table = pd.DataFrame(made(shown.name, 0.2, 9))
-        table.loc[table.index % 3 == 0, ["error_mm", "error_deg"]] = math.nan
-        rows = rows_of(shown, table)
-        assert rows and any(row["failed"] for row in rows)
-        picture = study_figure(shown, rows, "Source: simulated.")
-        assert "found no pose" in picture.caption
-        save(picture, tmp_path / shown.name)
-
-
-def test_limits_of_the_words() -> None:
-    for interval, word in (
-        ((1.0, 1.2), "holds"),
-        ((1.0, 1.3), "undecided"),
-        ((1.3, 3), "does not"),
-    ):
-        assert findings.within_word(Interval(1.1, *interval), 1 / 1.25, 1.25) == word
-    assert findings.side_word(Interval(2.0, 1.1, 3.0), 1.0) == "holds"
-    assert findings.side_word(Interval(2.0, 1.1, 3.0), 1.0, below=True) == "does not"
-    assert findings.influence_word(Interval(0.2, 0.1, 0.32)) == "undecided"
-    t = 2.0243941639  # of Student, 38 degrees of freedom, 97.5 %
-    assert abs(findings.NOTICEABLE - t / math.sqrt(38 + t**2)) < 0.003

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 from mocap_workflow import selection
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.recording_twins import recording_twin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.selection import names
 
@@ -94,51 +93,10 @@ def test_recordings(select: Callable, rows: list[RecordingRow], expected: list[s
     assert names(select(rows)) == expected
 
 
-def test_over_dates_and_subsets_come_series_by_series() -> None:
-    same = {"markers": ("A",), "camera_ids": (1, 2)}
-    dated = [recording(f"day{d}", date=f"2026-01-0{d}", **same) for d in (3, 1, 2)]
-    assert names(selection.over_dates(dated)) == ["day1", "day2", "day3"]
-    take = {"date": None, "markers": ("A",)}
-    rows = [
-        recording("few", camera_ids=(1,), **take),
-        recording("other", "T40", camera_ids=(1, 2), **take),
-        recording("many", camera_ids=(1, 2), **take),
-    ]
-    assert names(selection.subsets(rows)) == ["few", "many"]
-
-
 def test_references_are_the_accepted_ones_each_once() -> None:
     rows = [recording(name, compare_with=other) for name, other in zip("abcd", "xyxx", strict=True)]
     rows += [recording("e", compare_with=None)]
     assert names(selection.references(rows, [recording("w"), recording("x")])) == ["x"]
-
-
-def test_twins_and_what_they_are_made_of() -> None:
-    crump = {"time_s": 1.0, "amplitude_mm": 1.0, "decay_s": 1.0, "frequency_hz": 3.0}
-    entries = {
-        "same": {"published": {"camera_type": "T40", "n_cameras": 10}, "crump": crump},
-        "scaled": {"published": {"camera_type": "T40", "n_cameras": 8}},
-        "own": {"coefficients": {"all": {}}},
-    }
-    twins = {name: recording_twin({"seed": 1} | entry, name) for name, entry in entries.items()}
-    rows = [recording(twin, "T40", 10, twin=twin) for twin in twins] + [
-        recording("real", "T40", 10)
-    ]
-    assert names(selection.printed(rows, twins)) == ["same"]
-    assert selection.twin_values(rows, twins, "crump") == [crump | {"time_share": None}]
-
-
-def test_calibrations_shown_in_figures() -> None:
-    rows = [
-        calibration("a1", "a", twin="T"),
-        calibration("a2", "a", twin="T"),
-        calibration("b1", "b"),
-        calibration("b2", "b", twin="T"),
-        calibration("b3", "b"),
-    ]
-    assert names(selection.shown(rows)) == ["a1", "b1", "b3"]
-    rows = [calibration("x", "room"), calibration("y"), calibration("z"), calibration("w", "sim-2")]
-    assert names(selection.first_of_setups(rows)) == ["y", "w"]
 
 
 def test_setups_of_two_recordings_or_more_are_joined_once() -> None:
@@ -162,15 +120,6 @@ def test_the_example_is_the_half_circle_with_the_least_noise_or_the_first() -> N
     assert names(selection.half_circle(rows[:3], twins)) == ["noisy"]
     assert names(selection.half_circle(rows[:2], twins)) == ["real"]
     assert selection.half_circle([], twins) == []
-
-
-def test_files_of_a_calibration_by_name() -> None:
-    row = calibration("a", path="a.dump", factory=None, board="board.csv", format="gpio-dump")
-    assert selection.decoded_from(row) == {"dump": "a.dump", "board": "board.csv"}
-    row = row.model_copy(update={"format": "libsurvive-rec", "factory": "stations.json"})
-    assert selection.decoded_from(row) == {"dump": "a.dump", "factory": "stations.json"}
-    row = calibration("a", reference="pose.json", mount=None, check_against="old.json")
-    assert selection.compared_with(row) == {"reference": "pose.json", "earlier": "old.json"}
 
 
 def test_other_objects_of_one_recording() -> None:

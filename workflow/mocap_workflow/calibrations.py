@@ -67,7 +67,9 @@ class CalibrationRow(SheetRow):
     reference: FileOrNothing = None
     """Optional pose to compare with: JSON (`R` or `quaternion_xyzw`, `t_m` or `translation_mm`,
     `stations: {master: id, slave: id}`), the system configuration of a Crazyflie, the configuration
-    of libsurvive, or a C3D file with markers on both housings."""
+    of libsurvive, or a C3D file with markers on both housings. Of V2 stations a file with the poses
+    of all, in one frame of any kind: a `pose.json` of this project, one of these configurations, or
+    JSON `{"stations": {"3": {"id": ..., "R": ..., "t_m": ...}, ...}}` by channel."""
     reference_labels_master: Labels = ()
     """Labels of the markers on the housing of the master, separated by `;`; required for a C3D
     reference, not allowed otherwise."""

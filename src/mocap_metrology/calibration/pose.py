@@ -27,6 +27,10 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import read_recording
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess import reference
+from mocap_metrology.lighthouse.assess.network_reference import (
+    NetworkReference,
+    network_reference,
+)
 from mocap_metrology.lighthouse.assess.objects import with_objects
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
@@ -42,6 +46,7 @@ from mocap_metrology.lighthouse.records import ROLES, SLAVE, Factory, Hits, Pose
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.inertial import sensed
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
 from mocap_metrology.present.text.calibration import pose_document, reason
 from mocap_metrology.settings import Allan, Lighthouse
 
@@ -70,16 +75,22 @@ def pose(
 
 def simulate(
     entry: Entry,
-    twin: twins.LighthouseTwin,
+    twin: twins.LighthouseTwin | NetworkTwin,
     seed: int,
     given: Paths,
     settings: Lighthouse,
     allan: Allan | None,
     folder: Path,
 ) -> Row:
-    """Simulate a twin as a dump, which is removed in the end, and take both steps with it: `TWIN`,
-    `DECODED`, `ESTIMATED`. Returns the contents of pose.json."""
+    """Simulate a twin, of the first generation as a dump, which is removed in the end, and take
+    both steps with it: `TWIN` (`NETWORK_TWIN`), `DECODED`, `ESTIMATED`. Returns the contents of
+    pose.json."""
     made = sweeps.paths_in(TWIN, folder)
+    if isinstance(twin, NetworkTwin):
+        found = sweeps.network_twin(twin, seed, settings, made)
+        sweeps.write_decoded(entry, found, settings, sweeps.paths_in(DECODED, folder))
+        truth = {"reference": made["truth"]}
+        return pose(entry, truth | dict(given), settings, allan, folder)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
         dump = str(Path(part) / "twin.dump")
         sweeps.write_twin(twin, seed, made | {"dump": dump})
@@ -121,7 +132,9 @@ def write_poses(
             duration_s=origin["duration_s"],
             resolution_s=origin["resolution_s"],
             notes=origin["notes"],
-            reference=reference_of(entry, given.get("reference"), given.get("mount")),
+            reference=reference_of(
+                entry, given.get("reference"), given.get("mount"), _generation(stations)
+            ),
             truths=truths_of(given.get("truth")),
             earlier=given.get("earlier"),
         )
@@ -243,10 +256,15 @@ def priors_of(settings: Lighthouse) -> Priors:
     )
 
 
-def reference_of(entry: Entry, path: str | None, mount: str | None) -> Reference | None:
-    """The reference of a row: a pose file, or markers on both housings in a C3D file."""
+def reference_of(
+    entry: Entry, path: str | None, mount: str | None, generation: int = 1
+) -> Reference | NetworkReference | None:
+    """The reference of a row: a pose file, or of the first generation markers on both housings in a
+    C3D file."""
     if path is None:
         return None
+    if generation == 2:
+        return network_reference(path)
     if not path.lower().endswith(".c3d"):
         return reference.pose_reference(path)
     master, slave = entry.reference_labels_master, entry.reference_labels_slave
@@ -263,6 +281,10 @@ def reference_of(entry: Entry, path: str | None, mount: str | None) -> Reference
     return reference.reference_from_markers(
         found.position_mm, found.labels, master, slave, known, said
     )
+
+
+def _generation(stations: Sequence[Station]) -> int:
+    return stations[0].generation if stations else 1
 
 
 def truths_of(path: str | None) -> dict[str, Reference] | None:

@@ -27,7 +27,8 @@ from mocap_metrology.lighthouse.board import read_board, read_normals
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
-from mocap_metrology.lighthouse.track.mocap import Markers, Match, Tracked, match
+from mocap_metrology.lighthouse.track.markers import Markers, Tracked
+from mocap_metrology.lighthouse.track.mocap import Match, match
 from mocap_metrology.lighthouse.track.receiver import AXES_OF_POSE, Calibrated
 from mocap_metrology.lighthouse.track.resection import Resected, resected
 from mocap_metrology.present.text.sentence import render
@@ -68,7 +69,8 @@ def _markers(path: str, labels: Sequence[str], unit: Unit | None) -> Markers:
         raise Refusal(f"{refusal} (column receiver_unit of the sheet)") from None
     if found.unit_source == "assumed":
         log.warning("%s names no unit, so its coordinates are assumed to be in mm", Path(path).name)
-    return Markers(found.labels, found.frame_rate_hz, 1e-3 * np.asarray(found.position_mm, float))
+    place_m = 1e-3 * np.asarray(found.position_mm, float)
+    return Markers(found.labels, found.frame_rate_hz, place_m).cleaned()
 
 
 def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Lighthouse) -> Row:
@@ -77,24 +79,24 @@ def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Ligh
         raise Refusal(f"receiver: the board is not tracked ({origin.get('reason', 'no hits')})")
     track = _tracked(columns)
     found = match(track, seen)
-    alignment, n = found.alignment, len(seen.labels)
+    free, n = found.free, len(seen.labels)
     common_s = float(found.time_s.size * np.median(np.diff(track.time_s)))
-    levers = zip(seen.labels, alignment.lever_m, found.sd[2:].reshape(n, 3), strict=True)
+    levers = zip(seen.labels, free.lever_m, found.sd[2:-1].reshape(n, 3), strict=True)
     document: Row = {
         "recording": entry.calibration,
         "motion_capture": {"source": file, "labels": list(seen.labels), "rate_hz": seen.rate_hz},
         "common_s": common_s,
         "n_moments": int(found.time_s.size),
         "clock": {
-            "offset_s": alignment.offset_s,
+            "offset_s": free.offset_s,
             "offset_sd_s": float(found.sd[0]),
-            "rate_ppm": 1e6 * alignment.rate,
+            "rate_ppm": 1e6 * free.rate,
             "rate_sd_ppm": 1e6 * float(found.sd[1]),
         },
-        "frame": _pose(alignment.A, alignment.b_m),
+        "frame": _pose(found.alignment.A, found.alignment.b_m),
         "lever_mm": {k: {"value": _mm(own), "sd": _mm(sd)} for k, own, sd in levers},
-        "scale_ppm": 1e6 * (found.scale - 1),
-        "scale_sd_ppm": 1e6 * found.scale_sd,
+        "scale_ppm": 1e6 * (free.scale - 1),
+        "scale_sd_ppm": 1e6 * float(found.sd[-1]),
         "place_mm": _statistics(1e3 * np.linalg.norm(found.place_m.mean(axis=1), axis=1)),
         "attitude_deg": None,
         "stated": _stated(columns, found),
@@ -143,7 +145,7 @@ def _stations(
 ) -> dict[str, Row]:
     """By name: what the calibration has of a station less what motion capture shows, as seen from
     the reference; and, of the reference too, its pose in the frame of motion capture."""
-    placed = resected(scene, known, track, seen, found.alignment)
+    placed = resected(scene, known, track, seen, found.free)
     rows = {
         scene.names[k]: {
             "in_motion_capture": _pose(*pose),

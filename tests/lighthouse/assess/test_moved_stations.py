@@ -68,7 +68,7 @@ def moved(twin: LighthouseTwin, mm: np.ndarray, deg: np.ndarray) -> LighthouseTw
     )
 
 
-@pytest.mark.parametrize("setups", [3, pytest.param(10, marks=pytest.mark.study)])
+@pytest.mark.parametrize("setups", [1, pytest.param(10, marks=pytest.mark.study)])
 def test_moved_stations_are_found_and_others_are_not_called_moved(setups: int) -> None:
     """Setups of 4 s, each unchanged, shifted by 4 mm, turned by 0.12 deg: at most one comparison in
     nine is wrong, although sigma of each pose is more than 2 mm."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameter
 TICKS = (959000, 957000, 953000, 949000, 947000, 943000, 941000, 939000, 937000, 929000, 919000,
          911000, 907000, 901000, 893000, 887000)  # fmt: skip
 BEGIN = np.array([2, 4]) * np.pi / 3  # of the planes: where theta is 0 in a turn
+DIAGONAL = np.ones(3) / np.sqrt(3)
 Pose = tuple[np.ndarray, np.ndarray]
 
 
@@ -53,6 +54,28 @@ def factory(rng: np.random.Generator) -> Factory:
     return Factory(**values, generation=2)
 
 
+def uneven(
+    rng: np.random.Generator, n_diodes: int, slow_mm: float, slow_deg: float = 7.0, waves: int = 16
+) -> Callable[[np.ndarray], np.ndarray]:
+    """How far a diode is seen from its place by the direction (..., n_diodes, 3) of the light in
+    the board's axes: a Gaussian field on the sphere, of this standard deviation a coordinate, with
+    the covariance exp(-(angle / slow_deg)^2 / 2), as a sum of random waves."""
+    k = rng.normal(size=(n_diodes, waves, 3)) / np.radians(slow_deg)
+    phase, size = rng.uniform(0, 6.28, (n_diodes, waves)), rng.normal(size=(n_diodes, waves, 3))
+
+    def field(way: np.ndarray) -> np.ndarray:
+        return np.stack(
+            [
+                1e-3 * slow_mm * np.sqrt(2 / waves)
+                * np.cos(way[..., d, :] @ k[d].T + phase[d]) @ size[d]
+                for d in range(n_diodes)
+            ],
+            axis=-2,
+        )  # fmt: skip
+
+    return field
+
+
 @dataclass
 class Made:
     scene: Scene
@@ -86,22 +109,30 @@ def made(
     priors: Priors | None = None,
     still: bool = False,
     ideal: bool = False,
+    slow_mm: float = 0.0,
+    wrong: float = 0.0,
+    bump_mm: float = 0.0,
     keep: Sequence[tuple[float, float]] | None = None,
     take: int = 0,
     board_seed: int = 5,
 ) -> Made:
-    """place_mm: errors of the board file; keep: when each station sees the board, as shares; take:
-    another recording before the same stations."""
+    """place_mm: errors of the board file; slow_mm: as `uneven`; wrong: share of hits that are
+    reflections, 2 to 10 mrad off; bump_mm: of the last station, from its place; keep: when each
+    station sees the board, as shares; take: another recording before the same stations.
+    """
     rng = np.random.default_rng(seed)
     board, normals = tracker(seed=board_seed)
     real = board + 1e-3 * place_mm * rng.normal(size=board.shape)
     stations, factories = room(n, seed), [factory(rng) for _ in range(n)]
+    R, t = stations[-1]
+    placed = [*stations[:-1], (R, t + 1e-3 * bump_mm * DIAGONAL)]
     moved = seed + 1000 * take
     rng = np.random.default_rng([seed, take]) if take else rng
     if ideal:
         factories = [Factory(generation=2)] * n
+    field = uneven(np.random.default_rng([board_seed, seed]), len(board), slow_mm)
     parts = []
-    for s, (R, t) in enumerate(stations):
+    for s, (R, t) in enumerate(placed):
         T, begin = TICKS[s] / 48e6 * (1 + 5e-6 * rng.normal()), rng.uniform(0, 0.02)
         rows = rotor_parameters(factories[s], None, LIBSURVIVE)
         turns = np.arange(int(seconds / T) - 1)
@@ -117,15 +148,24 @@ def made(
                 c = np.clip(cos, 0, 1)
                 shift = cover[0] + cover[1] * (1 - c / np.sqrt(1.5**2 - 1 + c**2))
                 far = far + shift[..., None] * out
+            if slow_mm:
+                way = np.einsum("cpij,cpdi->cpdj", Rb[:, :, 0], far)
+                way /= -np.linalg.norm(way, axis=-1, keepdims=True)
+                far = far + np.einsum("cpdij,cpdj->cpdi", Rb, field(way))
             p = far @ R
             both = angles(np.ascontiguousarray(p.reshape(-1, 3)), rows).reshape(*theta.shape, 2)
             theta = np.stack([both[:, k, :, k] for k in (0, 1)], axis=1)
         seen = (cos > np.cos(np.radians(farthest_deg))) & (p[..., 0] > 0.3) & (np.abs(theta) < 1.2)
         seen &= rng.random(theta.shape) > lost
+        reflected = np.random.default_rng([seed, 2, s, take]).random(theta.shape) < wrong
         if keep is not None:
             seen &= (time >= keep[s][0] * seconds) & (time <= keep[s][1] * seconds)
         noisy = theta + 1e-6 * sweep_urad * rng.normal(size=(turns.size, 2, 1))
         noisy += 1e-6 * hit_urad * rng.normal(size=theta.shape)
+        off = np.random.default_rng([seed, 3, s, take]).uniform(2e-3, 10e-3, theta.shape)
+        noisy += (
+            reflected * off * np.random.default_rng([seed, 4, s, take]).choice([-1, 1], theta.shape)
+        )
         c, plane, d = np.nonzero(seen)
         parts.append((np.full(c.size, s), plane, c, d, time[seen], noisy[seen]))
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]

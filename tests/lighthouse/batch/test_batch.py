@@ -11,7 +11,6 @@ from scipy.stats import chi2
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.batch import estimate
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
@@ -65,11 +64,11 @@ def estimated(made: Made, hits: Hits | None = None, board: np.ndarray | None = N
 
 
 def test_quantised_hits_of_another_generator() -> None:
-    """Ten recordings of 5 s, quantised to 0.5 us, nothing else: errors below 1 mm and 0.03 deg,
+    """Five recordings of 5 s, quantised to 0.5 us, nothing else: errors below 1 mm and 0.03 deg,
     and the squared error over the covariance is of six degrees of freedom (its mean within what
     4 standard errors allow)."""
     squares = []
-    for seed in range(10):
+    for seed in range(5):
         own = scenes.scene(seed, seconds=5)
         pose = by_ideal(own.hits, own.board, EXACT)
         error = off(pose, own.R, own.t_m)
@@ -79,15 +78,15 @@ def test_quantised_hits_of_another_generator() -> None:
         assert np.abs(pose.path.t_m - t).max() < 4e-3  # ends of the spline included
         assert np.abs(rotation.log(pose.path.R @ np.swapaxes(R, 1, 2))).max() < 0.02
         squares.append(squared(pose, error))
-    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 10))
+    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 5))
 
 
 def test_noise_that_sweeps_share() -> None:
-    """Twenty-four recordings of 3 s with 53 urad in common and 49 of each hit: 68 % ellipsoids hold
-    the truth in 16 of 24 on average, 11 to 21 at two standard errors, and errors are those that
-    the covariance states."""
+    """Twelve recordings of 3 s with 53 urad in common and 49 of each hit: 68 % ellipsoids hold the
+    truth in 8 of 12 on average, 5 to 11 at two standard errors, and errors are those that the
+    covariance states."""
     squares = []
-    for seed in range(24):
+    for seed in range(12):
         made = simulate(twin(seed, duration_s=3.0))
         pose = estimated(made)
         told = pose.details
@@ -97,8 +96,8 @@ def test_noise_that_sweeps_share() -> None:
         assert all(0.8 < x < 1.2 for x in told["residual_ratios"]["diode"].values())
         squares.append(squared(pose, off(pose, made.truth.R, made.truth.t_m)))
     inside = np.array(squares) < chi2.ppf(0.68, 6)
-    assert 11 <= inside.sum() <= 21
-    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 24))
+    assert 5 <= inside.sum() <= 11
+    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 12))
 
 
 def test_a_board_that_is_not_as_its_file_says() -> None:
@@ -113,25 +112,6 @@ def test_a_board_that_is_not_as_its_file_says() -> None:
     known, estimated_too = (np.linalg.norm(error[:3]) for error in errors)
     assert estimated_too < 3.0 and estimated_too < 0.7 * known
     assert squared(pose, errors[1]) < chi2.ppf(0.999, 6)
-
-
-def test_scale_and_phase_are_in_the_covariance_and_move_nothing() -> None:
-    """What no angle shows changes the sigma, not the pose: a scale of 1e-3 adds 1e-3 of the
-    distance along it, phases of 1 mrad a tenth of a degree at most."""
-    made = simulate(twin(4))
-    bare = estimated(made)
-    scaled = estimated(made, priors=Priors(0, 0, 0, 1e-3, 0))
-    np.testing.assert_allclose(scaled.t_m, bare.t_m, atol=2e-6)
-    added = scaled.covariance[:3, :3] - bare.covariance[:3, :3]
-    along = made.truth.t_m / np.linalg.norm(made.truth.t_m)
-    assert np.sqrt(along @ added @ along) == pytest.approx(
-        1e-3 * 1e3 * np.linalg.norm(made.truth.t_m), rel=0.05
-    )
-    factories = [Factory(), Factory()]
-    scene = Scene(made.hits, made.truth.board, "factory", factories, None, "crazyflie", EXACT)
-    phased = by_batch(replace(scene, priors=Priors(0.01, 1.0, 0, 0, 0)))
-    sd = np.sqrt(np.diag(phased.covariance))
-    assert 0.02 < sd[3:].max() < 0.2 and 0.5 < sd[:3].max() < 10
 
 
 def test_depth_of_the_lasers_is_estimated() -> None:
@@ -168,15 +148,6 @@ def test_a_station_that_is_bumped_shows_in_the_halves() -> None:
     assert estimated(sound, priors=Priors()).halves.m2 < 30
 
 
-def test_a_diode_in_its_wrong_place_is_named() -> None:
-    made = simulate(twin(7))
-    wrong = made.truth.board.copy()
-    wrong[13] += [0.0, 0.004, 0.0]
-    pose = estimated(made, board=wrong, priors=Priors())
-    assert pose.note == "diode 13 excluded: the others contradict it"
-    assert np.abs(off(pose, made.truth.R, made.truth.t_m)[:3]).max() < 2.0
-
-
 def test_a_small_board_is_not_mirrored() -> None:
     """Four diodes, 30 x 15 mm, at 3 m: the mirrored pose of such a board errs by decimetres."""
     board = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
@@ -186,42 +157,6 @@ def test_a_small_board_is_not_mirrored() -> None:
         error = off(pose, made.truth.R, made.truth.t_m)
         assert np.linalg.norm(error[:3]) < 60
         assert squared(pose, error) < chi2.ppf(0.9999, 6)
-
-
-def test_the_curvature_of_the_model_makes_no_bias(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of noise and the same noise with the other sign the mean error is the bias: four pairs, four
-    diodes, and noise twice as large as that of real stations, which makes four times the bias."""
-    board = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
-    made = simulate(twin(3, board=board, duration_s=12.0, common_urad=0.0, independent_urad=0.0))
-    rng, mean = np.random.default_rng(4), {}
-    noises = 1e-4 * rng.normal(size=(4, len(made.hits)))
-    for largest in (0.0, estimate.LARGEST_BIAS):
-        monkeypatch.setattr(estimate, "LARGEST_BIAS", largest)
-        errors = []
-        for noise in (*noises, *-noises):
-            hits = replace(made.truth.hits, angle_rad=made.truth.hits.angle_rad + noise)
-            errors.append(off(estimated(made, hits), made.truth.R, made.truth.t_m))
-        mean[largest] = np.linalg.norm(np.mean(errors, axis=0)[:3])
-    assert mean[0.0] > 1.0 and mean[estimate.LARGEST_BIAS] < 0.25 * mean[0.0]
-
-
-def test_reflections_and_dropouts_cost_little() -> None:
-    """One hit in a hundred up to 1 mrad off, one in four missing."""
-    made = simulate(twin(8, dropout=0.25))
-    rng = np.random.default_rng(2)
-    angle = made.hits.angle_rad + np.where(
-        rng.random(len(made.hits)) < 0.01, rng.uniform(-1e-3, 1e-3, len(made.hits)), 0.0
-    )
-    pose = estimated(made, replace(made.hits, angle_rad=angle))
-    assert squared(pose, off(pose, made.truth.R, made.truth.t_m)) < chi2.ppf(0.999, 6)
-
-
-def test_a_gap_of_a_second_is_bridged() -> None:
-    """Nothing is seen for a second: the trajectory there is not known, the pose is."""
-    made = simulate(twin(9))
-    open_ = (made.hits.time_s < 2.0) | (made.hits.time_s > 3.0)
-    pose = estimated(made, made.hits.take(open_))
-    assert squared(pose, off(pose, made.truth.R, made.truth.t_m)) < chi2.ppf(0.999, 6)
 
 
 def test_too_little_is_refused() -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from mocap_metrology.lighthouse.batch import parts
 from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from tests.lighthouse.assess.test_moved_stations import SETTINGS, STATIONS, calibrate, summary
@@ -29,19 +28,3 @@ def test_a_station_hidden_for_a_part_leaves_a_pose(station: int, hidden) -> None
     off = np.array(pose["translation_mm"]) - 1e3 * made.truth.t_optical_m
     assert off @ np.linalg.solve(covariance[:3, :3], off) < chi2.ppf(0.9999, 3)
     assert np.sqrt(np.diag(covariance)[:3]).max() < 20  # mm, and no absurd limit
-
-
-def test_parts_that_one_station_alone_sees_are_not_compared(monkeypatch) -> None:
-    """The slave is seen in the last five of twelve pieces and a bit: of eleven moments four have 20
-    of its sweeps before and after."""
-    compared = []
-
-    def noted(found, a, b, own, station):
-        compared.append((a, b))
-        return apart(found, a, b, own, station)
-
-    apart = parts._apart
-    monkeypatch.setattr(parts, "_apart", noted)
-    made = simulate(twin(52, duration_s=LASTS_S, blocked=((1, 0.0, 0.55 * LASTS_S),)))
-    calibrate(made.hits, made.truth.board, [Factory(), Factory()], SETTINGS)
-    assert len(compared) == 4

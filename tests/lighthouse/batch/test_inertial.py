@@ -131,32 +131,6 @@ def test_exact_sensors_leave_nothing_of_the_true_motion() -> None:
     np.testing.assert_allclose(force, np.einsum("nji,nj->ni", R[:, 1], a), atol=1e-4)
 
 
-def test_intervals_need_samples_throughout() -> None:
-    """A gap of 0.5 s takes its intervals out, and what a delay could bring in; few are none."""
-    whole, trajectory = of_motion(), moving()
-    kept = (whole.time_s < 1.0) | (whole.time_s > 1.5)
-    cut = replace(
-        whole,
-        **{name: getattr(whole, name)[kept] for name in ("time_s", "rate_rad_s", "force_m_s2")},
-    )
-    seen, all_of = (inertial.windows(one, trajectory, HITS_S) for one in (cut, whole))
-    assert seen is not None and all_of is not None
-    lost = np.setdiff1d(all_of.interval, seen.interval)
-    at = trajectory.begin_s + trajectory.knot_s * lost
-    assert 0.93 < at.min() < 0.98 and 1.49 < at.max() < 1.53 and (np.diff(lost) == 1).all()
-    late = replace(whole, time_s=whole.time_s + 2.6)
-    assert inertial.windows(late, trajectory, HITS_S) is None
-    assert inertial.windows(None, trajectory, HITS_S) is None
-
-
-def test_halved_knots_are_the_same_curve() -> None:
-    trajectory = moving()
-    twice = trajectory.halved()
-    time_s = np.linspace(0.1, 2.8, 500)
-    for a, b in zip(trajectory.poses(time_s), twice.poses(time_s), strict=True):
-        np.testing.assert_allclose(a, b, atol=1e-12)
-
-
 def test_gravity_by_the_stations_ways_up() -> None:
     """The equations are those of the least squares: differences of half their sum."""
     of = layout_of(2, 4, EXACT, gravity=True)
@@ -195,12 +169,12 @@ def deck(seed: int) -> LighthouseTwin:
 
 
 def test_sensors_of_a_small_board() -> None:
-    """Four diodes, 30 x 15 mm, with real noise: in six recordings the squared errors over their
+    """Four diodes, 30 x 15 mm, with real noise: in three recordings the squared errors over their
     covariance are of six degrees of freedom (mean within four standard errors), that covariance is
     smaller than without the sensors, and these are found: delays to 2 ms, the gyroscope's
     biases to 2 mrad/s, gravity to 0.8 deg."""
     squares, gains = [], []
-    for seed in range(6):
+    for seed in range(3):
         twin = deck(seed)
         made, sensors = simulate(twin), InertialTwin(gyro_bias_rad_s=0.05)
         rng = np.random.default_rng([3, seed])
@@ -222,7 +196,7 @@ def test_sensors_of_a_small_board() -> None:
         rng = np.random.default_rng([3, seed])
         rng.standard_normal(6)  # place, orientation
         assert own[inertial.BIAS_W] == pytest.approx(0.05 * rng.standard_normal(3), abs=2e-3)
-    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 6))
+    assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 3))
     assert min(gains) > 1.2
 
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.batch.residuals import BINS, binned_means
+from mocap_metrology.lighthouse.batch.residuals import BINS
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
-from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import FactoryValues
@@ -89,37 +88,3 @@ def test_a_displaced_diode_has_its_residual_though_it_is_excluded() -> None:
         rms = dict(zip(row["diode"], row["rms_urad"], strict=True))
         assert 600 < rms.pop(13) < 1600 and max(rms.values()) < 100
         assert row["n"][row["diode"].index(13)] > 200
-
-
-def test_means_and_their_deviations_by_hand() -> None:
-    rng = np.random.default_rng(3)
-    n = 400
-    x, r, w = rng.uniform(0, 1, n), rng.normal(size=n), rng.uniform(0.2, 1, n)
-    sweep = np.sort(rng.integers(0, 40, n))
-    at, mean, sd = binned_means(x, r, w, sweep, (2.0, 3.0))
-    width = np.ptp(x) / BINS
-    assert at.size == BINS and np.diff(at) == pytest.approx(width)
-    for k, middle in enumerate(at):
-        own = np.abs(x - middle) < width / 2 + 1e-12
-        together = sweep[own][:, None] == sweep[own]
-        C = 9.0 * together + 4.0 * np.eye(own.sum())
-        u = w[own] / w[own].sum()
-        assert mean[k] == pytest.approx(u @ r[own]) and sd[k] == pytest.approx(np.sqrt(u @ C @ u))
-
-
-def test_bins_of_a_board_at_rest_are_not_sorted_by_their_residuals() -> None:
-    """Each diode has one angle, so a bin that halved its hits by noise would have a mean of 0.8
-    standard deviations of a hit, which is many of its own."""
-    made = simulate(
-        (moving := twin(32)).model_copy(
-            update={
-                "motion": moving.motion.model_copy(
-                    update={"pattern": "static", "tremor_mm": 0.0, "tremor_deg": 0.0}
-                )
-            }
-        )
-    )
-    scene = Scene(made.hits, made.truth.board, "ideal", [None, None], None, "crazyflie", Priors())
-    still = (median_angles(made.hits, 0, 32), median_angles(made.hits, 1, 32))
-    found = by_batch(scene, still).details["residuals"]
-    assert largest(found, "angle_deg") < 5

@@ -195,28 +195,3 @@ def test_noise_by_restricted_likelihood() -> None:
         found.append([np.mean([getattr(one, k) for one in of_each]) for k in ("hit", "sweep")])
     assert found[0] == pytest.approx([30e-6, 60e-6], rel=0.15)
     assert found[1][0] == pytest.approx(30e-6, rel=0.1) and found[1][1] < 12e-6
-
-
-def test_a_far_hit_loses_weight() -> None:
-    seen, _, _, _ = begun(Priors())
-    off = np.zeros(len(seen.sweeps.hits))
-    off[7] = 1e-3
-    found = solve.weights(seen, off, Noise(50e-6, 0.0))
-    assert found.hit[7] == pytest.approx((solve.LIMIT * 50e-6 / 1e-3) ** 2)
-    assert (np.delete(found.hit, 7) == 1).all() and (found.offset == 0).all()
-
-
-def test_parts_add_up() -> None:
-    seen, trajectory, state, of = begun(Priors())
-    e = 1e-4 * np.random.default_rng(10).normal(size=len(seen.sweeps.hits))
-    whole = solve.linearised(seen, trajectory, state, e, np.ones(e.size), of)
-    chosen = np.arange(seen.sweeps.first.size - 1) % 3 == 0
-    parts = []
-    for own in (chosen, ~chosen):
-        hit = own[seen.sweeps.sweep]
-        view = solve.sweeps_of(seen, own)
-        parts.append(solve.linearised(view, trajectory, state, e[hit], np.ones(hit.sum()), of))
-    found = solve.reduced(solve.added(parts), trajectory, Noise(50e-6, 50e-6))
-    expected = solve.reduced(whole, trajectory, Noise(50e-6, 50e-6))
-    np.testing.assert_allclose(found.S, expected.S, rtol=1e-9, atol=1e-9 * np.abs(expected.S).max())
-    assert solve.added(parts).n_hits == whole.n_hits

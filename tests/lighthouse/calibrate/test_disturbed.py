@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from benchmarks.lighthouse_recordings import hand, wrong_sweeps
-from benchmarks.sentences.flights import Outcome, bursts, outcome
-from mocap_metrology.lighthouse.assess.fit_checks import Case, halves
+from benchmarks.moved_stations import Setup
+from benchmarks.sentences.flights import Outcome, outcome
+from benchmarks.sentences.objects import calibrated
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate import jansen
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate, chosen
@@ -45,13 +46,6 @@ def test_whole_sweeps_that_are_wrong_lose_their_weight(made: Made, plain: Outcom
     assert np.trace(wrong.covariance) < 1.5 * np.trace(plain.covariance)  # rotor models open
 
 
-def test_stray_light_changes_no_word(made: Made, plain: Outcome) -> None:
-    stray = bursts(made.hits, np.random.default_rng(4), 12)
-    found = judged(made, stray)
-    assert (found.word, plain.word) == ("good", "good")
-    assert found.mm < 0.5
-
-
 def test_a_board_within_what_is_stated_of_it_is_good_and_a_stretched_one_is_not() -> None:
     made, rng = hand(2), np.random.default_rng(5)
     board = made.truth.board
@@ -67,28 +61,6 @@ def test_a_stretch_that_moves_the_pose_beyond_3_sigma_is_not_good(
     made = hand(seed)
     found = judged(made, made.hits, made.truth.board * stretch)
     assert found.z > 3 and found.word in ("usable", "doubtful")
-
-
-def test_a_step_in_time_is_told_from_a_misfit(made: Made) -> None:
-    """After 5 s the slave's angles are those of a station that was turned by 1 mrad; or noise of
-    0.3 mrad comes and goes in half a second."""
-    hits, rng = made.hits, np.random.default_rng(6)
-    slave = hits.station == 1
-    step = 1e-3 * (slave & (hits.axis == 0) & (hits.time_s > 5))
-    cycle = np.floor(hits.time_s / 0.5).astype(int)
-    drift = 3e-4 * rng.normal(size=(2, 2, cycle.max() + 1))[hits.station, hits.axis, cycle]
-    found = []
-    for off in (step, drift):
-        own = clean_hits(replace(hits, angle_rad=hits.angle_rad + off), made.truth.board)[0]
-        factories = [station.factory for station in made.truth.stations]
-        found.append(calibrate(own, made.truth.board, factories, BATCH).estimates[0])
-    stepped, drifting = found
-    assert stepped.halves.stepped is True
-    assert halves(stepped).case is Case.HALVES_APART
-    assert drifting.halves.stepped is False and drifting.details["misfit"] > 2
-    assert np.trace(drifting.covariance) > 1.5 * np.trace(
-        drifting.covariance_noise / drifting.details["misfit"]
-    )
 
 
 POSE = PoseEstimate("batch", "final", "factory", np.eye(3), np.ones(3))
@@ -135,3 +107,14 @@ def test_hits_that_determine_nothing_are_a_reason_and_no_crash(made: Made, monke
     found = calibrate(made.hits, made.truth.board, factories, BATCH)
     assert found.why == ["factory optics: the hits do not determine a pose (Singular matrix)"]
     assert summary(found, made.truth.stations).verdict.word == "failed"
+
+
+@pytest.mark.parametrize("seed", [15, 27])
+def test_phases_wrong_as_stated_are_no_misfit(seed: int) -> None:
+    """1 mrad on average: the path of the board makes pieces of the recording disagree by 1.3 times
+    their noise, where errors of phases are considered and not estimated."""
+    setup = Setup(seed, 6.0)
+    found = calibrated(setup, setup.twin, 2 * seed)
+    pose = found.document["poses"][found.document["chosen"]]
+    assert pose["details"]["misfit"] == 1.0
+    assert found.verdict.word == "good"

@@ -17,7 +17,7 @@ from mocap_metrology.lighthouse.calibrate.jansen import (
 from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
 from mocap_metrology.lighthouse.calibrate.reconstruction import METHODS
 from mocap_metrology.lighthouse.records import Factory, Hits, PoseEstimate
-from mocap_metrology.lighthouse.rotor import angles, directions, rotor_parameters
+from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 from .scenes import Scene, scene
 
@@ -64,29 +64,17 @@ def test_accuracy_is_that_of_the_paper(moved: tuple[Scene, Calibration]) -> None
 
 
 def test_covariance_is_of_the_size_of_the_errors() -> None:
-    """Errors over their standard deviation, twelve short recordings, six components: rms between
+    """Errors over their standard deviation, six short recordings, six components: rms between
     0.5 and 1.8 at both stages of paper-lm."""
     settings = CalibrationSettings(optics=("ideal",), estimators=("paper-lm",))
     ratios: dict[str, list] = {"kabsch": [], "final": []}
-    for seed in range(10, 22):
+    for seed in range(10, 16):
         own = scene(seed, seconds=5, noise_rad=6e-5)
         for e in calibrate(own.hits, own.board, [None, None], settings).estimates:
             error = np.r_[1e3 * (e.t_m - own.t_m), np.degrees(rotation.error(e.R, own.R))]
             ratios[e.stage].append(error / np.sqrt(np.diag(e.covariance)))
     for stage in ratios:
         assert 0.5 < np.sqrt(np.mean(np.square(ratios[stage]))) < 1.8, stage
-
-
-@pytest.mark.parametrize(("method", "limits"), [("dominant-axis", (5, 0.1)), ("pairs", (40, 1))])
-def test_other_reconstructions(method: str, limits: tuple[float, float]) -> None:
-    """Half the measurements are nearly as good (J IV: the difference is marginal); two sweeps 8 ms
-    apart taken as one moment err by the way the board goes meanwhile."""
-    own = scene(1, speed=0.1)
-    settings = CalibrationSettings(
-        optics=("ideal",), estimators=("paper-lm",), reconstruction=method
-    )
-    found = calibrate(own.hits, own.board, [None, None], settings)
-    assert off(pick(found, "paper-lm", "final"), own) < limits
 
 
 @pytest.mark.parametrize("estimator", ["pnp", "geometric"])
@@ -159,14 +147,6 @@ def test_factory_values_take_off_what_they_put_on() -> None:
     )
 
 
-def test_factory_values_unknown_of_one_station() -> None:
-    own = scene(4, seconds=2)
-    settings = CalibrationSettings(estimators=("paper-lm",))
-    found = calibrate(own.hits, own.board, [Factory(), None], settings)
-    assert {e.optics for e in found.estimates} == {"ideal"}
-    assert found.why == ["factory optics omitted: factory values of both stations are needed"]
-
-
 def test_a_board_at_rest_has_one_stage() -> None:
     own = scene(5, still=True, noise_rad=6e-5)
     found = calibrate(own.hits, own.board, [None, None], IDEAL)
@@ -193,13 +173,6 @@ def test_stations_that_never_see_the_board_together() -> None:
     settings = CalibrationSettings(optics=("ideal",), estimators=("paper-lm",))
     found = calibrate(apart, own.board, [None, None], settings)
     assert not found.estimates and "seen by both stations at 0 moments" in found.why[0]
-
-
-def test_directions_undo_the_model_for_nan_too() -> None:
-    """A direction needs both angles: with one missing there is none."""
-    out = directions(np.array([[[0.1, -0.2], [np.nan, 0.1]]]), rotor_parameters(Factory()))
-    np.testing.assert_allclose(out[0, 0], [0.1, -0.2], atol=1e-13)
-    assert np.isnan(out[0, 1]).all()
 
 
 def test_ways_to_complete_measurements_are_compared_against_the_truth() -> None:

@@ -146,16 +146,6 @@ def test_files_of_other_programs(three, tmp_path) -> None:
                 np.testing.assert_allclose(getattr(own.factory, key), expected, atol=1e-9)
 
 
-def test_a_length_between_two_stations_by_channel() -> None:
-    names = ["3", "7", "11"]
-    found = known_length("stations 3-11 4.330 0.005", 4, None, names)
-    assert [place.station for place in found.places] == [0, 2]
-    assert found.size_m == pytest.approx(4.33 / np.sqrt(2))
-    for cell in ("stations 3-5 4.330 0.005", "stations 4.330 0.005"):
-        with pytest.raises(Refusal, match="3, 7, 11"):
-            known_length(cell, 4, None, names)
-
-
 def test_a_known_length_scales_the_room(three) -> None:
     given, _, _ = three
     board = 1.01 * given.scene.board

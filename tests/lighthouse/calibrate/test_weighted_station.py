@@ -93,10 +93,10 @@ def test_weights_are_those_of_the_whole_covariance() -> None:
 
 @pytest.fixture(scope="module")
 def runs() -> dict[str, np.ndarray]:
-    """Errors of 60 recordings of 60 poses, with plain and weighted K_2, over the bound's standard
+    """Errors of 30 recordings of 60 poses, with plain and weighted K_2, over the bound's standard
     deviation: information about the slave of all angles, board poses unknown."""
     ratios: dict[str, list] = {"plain": [], "weighted": []}
-    for seed in range(60):
+    for seed in range(30):
         path, master, slave, found = recording(60, seed)
         at_truth = evidence(path, slave, master, BOARD, IDEAL)
         H, _, _ = equations(R, T, at_truth)
@@ -113,15 +113,15 @@ def runs() -> dict[str, np.ndarray]:
 
 
 def test_errors_reach_the_bound(runs: dict[str, np.ndarray]) -> None:
-    """Root mean square error over the bound: 1 within 15 % (60 runs, six components, correlated);
+    """Root mean square error over the bound: 1 within 20 % (30 runs, six components, correlated);
     J's plain sum is at least twice as far off in the mean."""
     rms = {kind: np.sqrt(np.mean(np.square(values), axis=0)) for kind, values in runs.items()}
-    assert np.mean(rms["weighted"]) == pytest.approx(1, abs=0.15)
+    assert np.mean(rms["weighted"]) == pytest.approx(1, abs=0.2)
     assert np.mean(rms["plain"]) > 2 * np.mean(rms["weighted"])
 
 
 def test_no_bias(runs: dict[str, np.ndarray]) -> None:
-    """Mean error over its standard error, 60 runs: each of six below 3.5."""
+    """Mean error over its standard error, 30 runs: each of six below 3.5."""
     weighted = runs["weighted"]
     z = weighted.mean(axis=0) / (weighted.std(axis=0, ddof=1) / np.sqrt(len(weighted)))
     assert np.abs(z).max() < 3.5

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.decode import flashes
 from mocap_metrology.lighthouse.decode.comb import begin_of_cycles, pattern_of
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.records import Flashes, Pulses
@@ -177,31 +176,6 @@ def test_dim_diodes_rise_late_and_fall_in_time(diodes: int, dim: int) -> None:
         check(scene, find_flashes(dimmed(scene, diodes, dim, late_s)))
 
 
-def test_pulses_up_to_30_us_late_are_of_the_flash() -> None:
-    """Two diodes that see it 20 to 28 us late outvote one whose every pulse runs into other light,
-    but for one flash in six; pulses on other diodes 35 to 45 us after its edge are of none."""
-    scene, rng = Scene(seconds=4.0).build(), np.random.default_rng(7)
-    share = np.where(np.arange(32) == 2, 1.0, 0.0)
-    late = dimmed(scene, 3, 2, lambda t, d: rng.uniform(20e-6, 28e-6, t.size), share)
-    slave = find_flashes(late)[1]
-    assert np.mean(slave.code != scene.codes[1, slave.cycle]) < 0.25
-    begin = np.repeat(scene.begins[1], 5)
-    begin = begin[begin < 3.999] + rng.uniform(35e-6, 45e-6, np.count_nonzero(begin < 3.999))
-    length = rng.integers(100, 280, begin.size) / 2e6
-    three = dimmed(scene, 3, 0, lambda t, d: 0 * t)
-    other = add(three, np.round(begin * 2e6) / 2e6, length, np.arange(begin.size) % 5 + 20)
-    check(scene, find_flashes(other))
-
-
-def test_flashes_that_run_into_other_light_are_not_the_longest() -> None:
-    """One pulse in twenty, of three diodes; the longest would be wrong in one flash of seven."""
-    scene = Scene(seconds=4.0).build()
-    found = find_flashes(dimmed(scene, 3, 0, lambda t, d: 0 * t, run_on=0.05))
-    number = found[1].cycle
-    wrong = found[1].code != scene.codes[1, number]
-    assert wrong.sum() <= 4
-
-
 def test_rotors_that_wander() -> None:
     """3 us of slow wander, of each rotor its own; the line cannot follow it, the curve does."""
 
@@ -216,15 +190,6 @@ def test_rotors_that_wander() -> None:
         assert line.std() > 2e-6
         assert curve.std() < 0.1e-6
         assert abs(curve.mean()) < 0.03e-6
-
-
-def test_curve_follows_no_quantisation() -> None:
-    """At a period that beats slowly with the samples, edges wander by up to half a sample."""
-    for cycle_s in (16_668 / 2e6 * (1 + 0.1e-6), 16_667.002 / 2e6, 400_000 * TICK):
-        scene = Scene(seconds=4.0, cycle_s=cycle_s).build()
-        for own in find_flashes(scene.pulses()):
-            begin = begin_of_cycles(own, own.cycle, 0.5e-6)
-            np.testing.assert_array_equal(begin, own.clock.start(own.cycle))
 
 
 def with_memory(pulses: Pulses, wait_s: float, n: int) -> Pulses:
@@ -276,16 +241,3 @@ def test_no_flashes() -> None:
         random = add(none, rng.uniform(0, 2, n), rng.uniform(50e-6, 140e-6, n), [0] * n)
         with pytest.raises(Refusal, match=r"do not repeat every 8\.333 ms"):
             find_flashes(random)
-
-
-@pytest.mark.parametrize(("n_before", "n_out"), [(200, 0), (100, 100)])
-def test_a_short_run_of_flashes_two_seconds_before_the_rest_is_of_before(
-    monkeypatch, n_before: int, n_out: int
-) -> None:
-    """What the memory of a device still holds; a tenth of the longest run is more."""
-    cycle = np.r_[np.arange(n_before), n_before + 250 + np.arange(1500)]
-    time_s, zero = cycle / 120, np.zeros(cycle.size, np.int16)
-    own = Flashes(0, None, cycle.astype(np.int32), time_s, time_s, zero)
-    pulses = Pulses(time_s + 1e-3, time_s, zero, 1, 20.0, 1e-6)
-    monkeypatch.setattr(flashes, "find_flashes", lambda inside: [own])
-    assert pulses.start_s.size - within_flashes(pulses, [own])[0].start_s.size == n_out

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import zlib
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,15 +17,11 @@ from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.libsurvive_solution import FROM_LIBSURVIVE, read_solution
 from mocap_metrology.lighthouse.decode.ootx import (
     ACCEL_TO_STATION,
-    FIRST,
     accel_of,
-    bit_line,
     decode_station,
     encode_frame,
     frame_bits,
     frame_of,
-    template,
-    voted_frame,
 )
 from mocap_metrology.lighthouse.records import Clock, Factory, Flashes, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
@@ -191,28 +186,6 @@ def test_votes_over_8_s(flipped: float, missed: float, least: float) -> None:
     assert read >= 24 * least
 
 
-def test_a_misread_rotor_is_a_hole() -> None:
-    """Lengths one step too long turn bits only together with the rotor: all are recognised."""
-    rng = np.random.default_rng(2)
-    factory = a_factory(rng)
-    flashes = flashes_of(encode_frame(factory, 5, "b"), 50, DUMP, rng)
-    late = rng.random(DUMP) < 0.2
-    code = np.minimum(flashes.code + late, 7).astype(np.int8)
-    flashes = Flashes(0, flashes.clock, flashes.cycle, flashes.time_s, flashes.length_s, code)
-    assert same(decode_station(flashes), factory)
-
-
-def test_a_tenth_of_the_fixed_bits_may_be_misread() -> None:
-    """Sync, stuffing, length and padding are known: their votes tell whether these are frames."""
-    sent = encode_frame(a_factory(np.random.default_rng(7)), 8, "A")
-    fixed = np.flatnonzero(np.tile(template(33)[0], 5))
-    for share, read in ((0.08, 1), (0.12, 0)):
-        bits = np.tile(sent, 5).astype(np.int8)
-        wrong = np.random.default_rng(8).permutation(fixed)[: round(share * fixed.size)]
-        bits[wrong] ^= 1
-        assert len(voted_frame(bits, "", FIRST)[0]) == read
-
-
 def test_older_protocol_has_no_mode() -> None:
     data = bytearray(31)
     data[0], data[2] = 5, 9
@@ -238,31 +211,6 @@ def test_real_stations_have_the_values_libsurvive_found(real: list[Flashes], sam
         for name in NAMES:
             error = getattr(station.factory, name) - getattr(truth.factory, name)
             assert np.abs(error).max() <= 0.5001e-6, name
-
-
-def test_real_flashes_leave_no_holes(real: list[Flashes]) -> None:
-    """16 s hold five frames at most, of which a missed flash costs one. With the median of the
-    lengths the controller's had 44 and 35 holes and one whole frame each: its dim diodes rise up to
-    40 us late."""
-    for flashes in real:
-        bits = bit_line(flashes)
-        assert (bits < 0).sum() <= 1
-        assert decode_station(flashes).frames_found >= bits.size // 358 - (bits < 0).sum()
-
-
-def test_every_real_flash_that_two_diodes_see_is_read(samples: Path) -> None:
-    """Diode 11 sees the master 0 to 40 us late, so that its lengths name all codes; with the median
-    of its lengths and those of diode 14, 131 of 1739 flashes stayed open."""
-    pulses, _ = read_libsurvive(samples / RECORDING, "T20")
-    master = find_flashes(pulses)[0].clock
-    cycle = np.round((pulses.start_s - master.epoch_s) / master.cycle_s)
-    own = np.abs(pulses.start_s - master.start(cycle)) < 60e-6
-    kept = ~own | np.isin(pulses.diode, (11, 14))
-    names = ("start_s", "length_s", "diode")
-    few = find_flashes(replace(pulses, **{name: getattr(pulses, name)[kept] for name in names}))[0]
-    assert few.cycle.size > 1700
-    assert (few.code >= 0).all()
-    assert decode_station(few).frames_found == 1  # voted: flashes are missing
 
 
 @pytest.mark.parametrize("begin", [0, 400, 800])

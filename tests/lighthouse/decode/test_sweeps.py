@@ -7,14 +7,12 @@ import gzip
 import numpy as np
 import pytest
 
-from mocap_metrology.lighthouse.decode import clean, dump
-from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.decode.flashes import find_flashes
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.records import Hits, Pulses
 
-from .synthetic import BOARD, TICK, Scene, add, drop
+from .synthetic import TICK, Scene, add, drop
 
 QUANTISATION_RAD = 38.5e-6  # middle of two edges at 2 MHz, and none of the flash
 
@@ -89,18 +87,6 @@ def test_flashes_blocked_while_sweeps_arrive(blocked: int) -> None:
     assert len(hits) > 0.98 * 32 * 4.0 / scene.cycle_s
 
 
-def test_rotors_that_wander() -> None:
-    """Sweeps and flashes share the wander of their rotor; the clock line does not."""
-
-    def wander(station: int, cycle: int) -> float:
-        return 2e-6 * np.sin(2 * np.pi * cycle / (150 + 40 * station) + 2 * (cycle % 2))
-
-    scene = Scene(seconds=4.0, wander=wander).build()
-    hits, _ = hits_of(scene.pulses())
-    true = truth(scene, hits)
-    assert np.std(hits.angle_rad - true[:, 2]) < 2 * QUANTISATION_RAD
-
-
 def test_reflections_and_stray_light() -> None:
     scene = Scene(width_s=5e-6).build()
     pulses = scene.pulses()
@@ -125,27 +111,6 @@ def test_reflections_and_stray_light() -> None:
     assert total(report)["no_sweep"] == pytest.approx(few.size, abs=5)
     assert sum(map(sum, report.values())) == lonely.start_s.size
     assert np.array_equal(report["hit"], np.bincount(hits.diode, minlength=32))
-
-
-def test_a_whole_dump_is_quick(tmp_path, cost) -> None:
-    """64 MB to cleaned hits in about twice the time it takes to sort their words; a kernel that is
-    not compiled takes a hundred times."""
-    moving = {"velocity": (0.02, 0.05, -0.03), "cycle_s": 400_000 * TICK * (1 + 83.1e-6)}
-    scene = Scene(seconds=8.0, width_s=4.3e-6, **moving).build()
-    path = tmp_path / "dump.bin"
-    scene.words().tofile(path)
-    clean.warm_up()
-    found = []
-
-    def decode() -> None:
-        pulses = dump.read_dump(path)
-        hits, _ = find_hits(pulses, find_flashes(pulses))
-        found.append(clean_hits(hits, BOARD))
-
-    assert cost(decode, lambda: np.sort(np.fromfile(path, "<u4"))) < 20
-    hits, report = found[-1]
-    check(scene, hits)
-    assert sum(report["sweep"]) + sum(report["still"]) == 0
 
 
 def libsurvive_angles(path, name: bytes) -> tuple[np.ndarray, int]:
@@ -195,21 +160,3 @@ def test_real_recording_as_libsurvive_decodes_it(real) -> None:
     assert np.quantile(np.abs(apart), 0.95) < 30
     for one in flashes:  # none is missed, though most are seen by one diode
         assert one.cycle.size >= one.cycle[-1] - one.cycle[0]
-
-
-def test_real_rotors_wander_and_hits_do_not(real) -> None:
-    """Nothing moves, so the scatter of a diode's angle is the error: below the 84 urad of the
-    worst place in published V1 logs, where the clock lines leave 180 and 400 urad."""
-    flashes, hits, board, _, _ = real
-    hits, _ = clean_hits(hits, board)
-    for one, line_rad in zip(flashes, (400e-6, 180e-6), strict=True):
-        assert one.clock.rms_s * np.pi / one.clock.cycle_s > line_rad
-        for axis in (0, 1):
-            own = (hits.station == one.station) & (hits.axis == axis)
-            spread = [
-                1.4826 * np.median(np.abs(x - np.median(x)))
-                for x in (hits.angle_rad[own & (hits.diode == d)] for d in range(len(board)))
-                if x.size > 100
-            ]
-            assert len(spread) > 5
-            assert np.median(spread) < 84e-6

@@ -56,13 +56,6 @@ def test_a_still_object(samples: Path, file: str, name: str) -> None:
     assert all(9e-6 < one < 40e-6 for one in white(light))
 
 
-def test_no_sound_hit_is_rejected(samples: Path) -> None:
-    """A deep headset at rest, of which sweeps see six to nine diodes: what perspective leaves of
-    these is not taken for outliers. All its hits repeat to 0.1 mrad."""
-    found = decode(samples / FOLDER / "haagh-tracking2.rec.gz", "libsurvive-rec", "T20")
-    assert sum(found.report["sweep"]) < 0.001 * len(found.hits)
-
-
 def test_planes_and_angles_are_those_of_libsurvive(samples: Path) -> None:
     """B lines: plane and angle as libsurvive computes them from a single begin of a turn, whose
     noise of 22 to 60 urad and the wander of the rotor are the difference. Two sensors hit in one
@@ -204,21 +197,6 @@ def test_a_cut_file_is_used_to_its_last_line(tmp_path: Path) -> None:
     assert light.normals is not None and np.allclose(light.normals, [1.0, 0.0, 0.0])
 
 
-def test_both_planes_about_half_a_turn(tmp_path: Path) -> None:
-    """A station that sees the object far to its side: rotor angles beyond half a turn are still of
-    plane 0, since its other hits are near."""
-    light, _ = read_libsurvive(made(tmp_path / "a.rec.gz"), "T20")
-    assert isinstance(light, Light)
-    period = PERIOD_TICKS[2] / 48e6
-    shift = np.where(light.hit_channel == 2, 1.0 / (2 * np.pi) * period, 0.0)
-    moved = Light(**{**vars(light), "hit_s": light.hit_s + shift})
-    hits, _ = find_turn_hits(moved, find_turns(moved)[0])
-    own = hits.take(hits.station == 0)
-    expected = 1.0 + 0.02 * own.diode - 0.15 * own.axis
-    assert len(own) == (light.hit_channel == 2).sum()
-    assert np.abs(own.angle_rad - expected).max() < 2e-5
-
-
 def b_lines(lines: list[str]) -> list[str]:
     found = []
     for cells in map(str.split, lines):
@@ -253,17 +231,6 @@ def test_what_is_refused(
 ) -> None:
     with pytest.raises(Refusal, match=message):
         decode(made(tmp_path / "a.rec.gz", change=change), "libsurvive-rec", "T20")
-
-
-def test_stations_by_channel(tmp_path: Path) -> None:
-    found = decode(made(tmp_path / "a.rec.gz"), "libsurvive-rec", "LHR-1")
-    assert found.generation == 2
-    assert [(one.role, one.channel, one.generation) for one in found.stations] == [
-        ("2", 2, 2),
-        ("9", 9, 2),
-    ]
-    assert len(found.clocks) == 2 and set(np.unique(found.hits.station)) == {0, 1}
-    assert sum(found.report["sweep"]) == 0
 
 
 def test_a_dump_of_second_generation_light_is_refused_with_the_reason(tmp_path: Path) -> None:

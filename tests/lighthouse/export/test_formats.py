@@ -139,32 +139,6 @@ def test_remarks_are_ascii_and_a_failed_calibration_has_no_poses() -> None:
     assert arguments(ros2_launch(FAILED)) == {}
 
 
-def test_stations_that_are_not_known() -> None:
-    """Without factory values, and without an id, as of a file of angles."""
-    export = Export([Station("master", 7), Station("slave")], POSES, [])
-    found = yaml.safe_load(crazyflie_yaml(export))
-    assert set(found["geos"]) == {0, 1} and found["calibs"] == {}
-    stations = members(libsurvive_json(export))
-    assert [key for key in stations if key != "lighthousecount" and key[-1].isdigit()] == [
-        "lighthouse1"
-    ]
-    assert stations["lighthousecount"] == "1"
-    own = stations["lighthouse1"]
-    assert (own["OOTXSet"], own["PositionSet"], "mode" in own) == ("0", "1", False)
-    assert list(arguments(ros2_launch(export))) == ["lighthouse_00000007", "lighthouse_slave"]
-
-
-def test_any_number_of_stations() -> None:
-    third = Station("third", 5, "c", STATIONS[0].factory)
-    export = Export([*STATIONS, third], [*POSES, POSES[0]], [])
-    assert set(yaml.safe_load(crazyflie_yaml(export))["geos"]) == {0, 1, 2}
-    found = members(libsurvive_json(export))
-    assert [found[f"lighthouse{k}"]["id"] for k in (2, 1, 0)] == [
-        str(station.id) for station in export.stations
-    ]
-    assert len(arguments(ros2_launch(export))) == 3
-
-
 def written(folder: Path, export: Export) -> tuple[Path, Path]:
     paths = folder / "crazyflie.yaml", folder / "libsurvive.json"
     for path, text in zip(paths, (crazyflie_yaml, libsurvive_json), strict=True):

@@ -127,14 +127,6 @@ def test_flashes_in_the_published_order(start_cycle, slave_mode):
     assert np.array_equal(np.stack([hits.station, hits.axis], 1), pattern[hits.cycle % 4])
 
 
-def test_one_station_alone_sweeps_in_every_cycle():
-    alone = made(slave=None, master={"id": 5, "mode": "A"})
-    assert np.array_equal(np.unique(alone.hits.cycle), np.arange(60))
-    assert np.array_equal(alone.hits.axis, alone.hits.cycle & 1)
-    assert alone.truth.R is None
-    assert np.allclose(np.diff(flashes_of(alone)[0]), CYCLE_S, atol=1e-8)
-
-
 def test_bits_of_the_flashes_are_the_frame_of_the_station():
     factory = {"phase": [0.02571, 0.05408], "gibphase": [2.3672, -1.0996]}
     recording = made(
@@ -174,15 +166,6 @@ def test_noise_has_its_common_and_its_independent_part():
     assert abs(np.corrcoef(means[1:], means[:-1])[0, 1]) < 4 / np.sqrt(n)
 
 
-def test_same_seed_same_recording_and_noise_leaves_motion_and_dropouts():
-    quiet, again = made(dropout=0.2), made(dropout=0.2)
-    assert np.array_equal(quiet.pulses.start_s, again.pulses.start_s)
-    noisy = made(dropout=0.2, common_urad=53, independent_urad=30, sync_jitter_us=0.1)
-    assert np.array_equal(noisy.truth.hits.time_s, quiet.truth.hits.time_s)
-    other = simulate(quiet.twin, seed=5)
-    assert len(other.hits) != len(quiet.hits)
-
-
 def test_truth_between_the_optical_origins():
     """Azimuth sees its laser's y, elevation its laser's z; in depth they differ, the middle holds.
 
@@ -216,73 +199,6 @@ def test_shares_that_are_lost():
     # Occlusions, mean share of time 60/min x 0.2 s = 1 - exp(-0.2); 40 s, two stations
     lost = 1 - len(made(occlusions_per_min=60, occlusion_s=0.2, duration_s=40).hits) / (80 * FULL)
     assert lost == pytest.approx(1 - np.exp(-0.2), abs=4 * np.sqrt(2 * 0.2**2 * 80) / 80)
-
-
-def test_reflections_are_shorter_and_near_a_hit_of_the_same_diode():
-    recording, every = made(reflections=0.1, dropout=0.3), made().hits
-    sweeps = recording.pulses.length_s < 45e-6
-    n = np.count_nonzero(sweeps) - len(recording.hits)
-    assert share(n, FULL, 0.1)
-    middle = recording.pulses.start_s[sweeps] + recording.pulses.length_s[sweeps] / 2
-    extra = ~np.isin(np.round(middle, 12), np.round(recording.hits.time_s, 12))
-    assert np.count_nonzero(extra) == n
-    length, diode = recording.pulses.length_s[sweeps], recording.pulses.diode[sweeps]
-    apart, ratio = [], []
-    for i in np.flatnonzero(extra):
-        own = every.diode == diode[i]
-        k = np.argmin(np.abs(every.time_s[own] - middle[i]))
-        apart.append(middle[i] - every.time_s[own][k])
-        ratio.append(length[i] / every.width_s[own][k])
-    assert 30e-6 <= np.abs(apart).min() < 60e-6 and 700e-6 < np.abs(apart).max() <= 800e-6
-    assert share(np.count_nonzero(np.array(apart) > 0), n, 0.5)
-    assert 0.3 <= min(ratio) < 0.4 and 0.8 < max(ratio) <= 0.9
-
-
-def test_blocked_station_is_dark_and_the_other_is_not():
-    recording = made(blocked=[[0, 0.2, 0.5]], duration_s=1)
-    hits, pulses = recording.hits, recording.pulses
-    during = (hits.time_s > 0.2) & (hits.time_s < 0.5)
-    assert set(hits.station[during]) == {1} and set(hits.station[~during]) == {0, 1}
-    flash = pulses.start_s[(pulses.length_s > 45e-6) & (pulses.diode == 0)]
-    inside = flash[(flash >= 0.2) & (flash < 0.5)]
-    assert inside.size == 36 and np.allclose(np.diff(inside), CYCLE_S, atol=1e-8)
-
-
-def test_diode_sees_up_to_its_incidence_and_the_laser_up_to_60_deg():
-    away = made(motion={**SITE["motion"], "turn_deg": [0, 0, 120]})
-    assert away.pulses.start_s.size == 0
-    wide = made(motion={"pattern": "still", "centre_m": [1.0, 1.75, 0], "turn_deg": [0, 0, 0]})
-    assert 0 not in wide.hits.station[wide.hits.axis == 0]  # azimuth 60 deg: outside 4 ms + 60 deg
-    truth = away.truth
-    R, p = made().truth.motion.poses(np.zeros(1))
-    for limit in (15, 20, 25):
-        hits = made(incidence_deg=limit).hits
-        for station, twin in enumerate(away.twin.stations):
-            way = twin.t - (truth.board @ R[0].T + p[0])
-            cos = way @ R[0, :, 0] / np.linalg.norm(way, axis=1)
-            seen = np.flatnonzero(np.degrees(np.arccos(cos)) < limit)
-            assert np.unique(hits.diode[hits.station == station]).tolist() == seen.tolist()
-
-
-def test_errors_of_flashes():
-    """Bias, spread and the rise of each diode change no sweep; jitter is of both diodes alike."""
-    one = made(duration_s=2).pulses
-    long = one.length_s > 45e-6
-    other = made(duration_s=2, flash_bias_us=3).pulses
-    assert np.allclose((other.length_s - one.length_s), np.where(long, 3e-6, 0))
-    spread = made(duration_s=2, flash_spread_us=0.4).pulses
-    off = (spread.length_s - one.length_s)[long]
-    assert off.std() == pytest.approx(0.4e-6, rel=4 / np.sqrt(2 * off.size))
-    late = made(duration_s=2, flash_rise_us=2).pulses
-    ends = np.sort(late.start_s + late.length_s), np.sort(one.start_s + one.length_s)
-    assert np.allclose(*ends, atol=1e-12)
-    assert 1.5e-6 < (np.sort(late.start_s) - np.sort(one.start_s)).max() <= 2e-6
-    jitter = made(sync_jitter_us=2, duration_s=4).pulses
-    start = jitter.start_s[(jitter.length_s > 45e-6) & (jitter.diode == 0)]
-    phase = start - np.rint(start / CYCLE_S) * CYCLE_S
-    assert np.std(phase[phase < 2e-4]) == pytest.approx(2e-6, rel=4 / np.sqrt(2 * 480))
-    last = jitter.start_s[(jitter.length_s > 45e-6) & (jitter.diode == 31)]
-    assert np.array_equal(start, last)
 
 
 @given(st.lists(st.tuples(st.integers(-40, 240), st.integers(0, 90), st.sampled_from([0, 3, 31]))))

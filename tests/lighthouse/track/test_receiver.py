@@ -66,11 +66,11 @@ def errors(own: Made, found: Track) -> np.ndarray:
 
 
 def test_errors_are_those_stated() -> None:
-    """Twelve recordings of 2 s with their own calibration: the mean squared error of each
+    """Six recordings of 2 s with their own calibration: the mean squared error of each
     coordinate over its variance is 1; it varies by 0.1 from recording to recording, as errors 50 ms
     apart are independent (40 a recording, four to six of which a calibration moves together)."""
     squares, ends, parts = [], [], []
-    for seed in range(12):
+    for seed in range(6):
         own = made(seed)
         pose, joint = solved(scene(own))
         known = Calibrated(pose.R, pose.t_m, pose.covariance / np.outer(UNITS, UNITS), True)
@@ -83,24 +83,24 @@ def test_errors_are_those_stated() -> None:
         assert np.sqrt(np.nanmean(apart[6:-6] ** 2)) < 0.25
         np.testing.assert_allclose(held.sd.total, found.sd.total, rtol=0.03)
         parts.append(found.sd.noise**2 + found.sd.calibration**2 - found.sd.total**2)
-    assert np.mean(squares, axis=0) == pytest.approx(np.ones(6), abs=0.25)
+    assert np.mean(squares, axis=0) == pytest.approx(np.ones(6), abs=0.35)
     assert (np.mean(ends, axis=0) < 1.8).all()
     assert np.nanmax(np.abs(parts)) < 1e-3 * np.nanmean(found.sd.total[:, :3] ** 2)
 
 
 def test_an_error_of_the_calibration_moves_the_receiver_as_stated() -> None:
     """Slave poses drawn about the truth with 4 mm and 0.1 deg, far above the noise: errors have the
-    stated size, within what 30 draws of six numbers show and a misfit beyond the noise changes."""
+    stated size, within what 15 draws of six numbers show and a misfit beyond the noise changes."""
     own = made(1)
     sd = MM_DEG * np.r_[4, 4, 4, 0.1, 0.1, 0.1]
     rng, squares = np.random.default_rng(3), []
-    for _ in range(30):
+    for _ in range(15):
         d = sd * rng.normal(size=6)
         R, t = rotation.exp(d[3:]) @ own.truth.R, own.truth.t_m + d[:3]
         found = track(scene(own), Calibrated(R, t, np.diag(sd**2), False))
         squares.append(np.nanmean((errors(own, found) / found.sd.total) ** 2, axis=0))
-    assert (np.mean(squares, axis=0) > 0.4).all() and (np.mean(squares, axis=0) < 2.0).all()
-    assert np.mean(squares) == pytest.approx(1.0, abs=0.4)
+    assert (np.mean(squares, axis=0) > 0.25).all() and (np.mean(squares, axis=0) < 2.5).all()
+    assert np.mean(squares) == pytest.approx(1.0, abs=0.5)
     assert np.nanmean(found.sd.calibration[:, 0]) > np.nanmean(found.sd.noise[:, 0])
 
 

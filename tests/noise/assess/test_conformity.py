@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.stats import binomtest, norm
 
 from mocap_metrology.common.hampel import hampel, white_level_kept
@@ -23,7 +21,7 @@ from mocap_metrology.noise.assess.recording import (
     excess_outliers,
     verdict,
 )
-from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span, Unmodelled, Why
+from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.motion.movement import movement
@@ -47,83 +45,7 @@ def judged(facts: Mapping[str, Any] | None = None, **y1: Any) -> Verdict:
     return verdict(series, replace(FACTS, **(facts or {})), Limits())
 
 
-def around(*limits: float) -> st.SearchStrategy[float]:
-    """Exactly at, just below and just above each limit, and half of it."""
-    near = [(x / 2, np.nextafter(x, 0), x, np.nextafter(x, 9e9)) for x in limits]
-    return st.sampled_from([float(x) for four in near for x in four])
-
-
 DRIFT = [math.sqrt(12) * 0.1, math.sqrt(12) * 0.25]  # a line of d scatters by d / sqrt(12)
-DRAWN = st.fixed_dictionaries(
-    {
-        "frame": around(0.1, 0.25),
-        "upper": st.one_of(around(0.1), st.just(NAN)),
-        "drift": around(*DRIFT),
-        "sign": st.sampled_from([1, -1]),
-        "missing": around(0.01, 0.1),
-        "outliers": around(0.01, 0.05),
-        "duration": around(60.0),
-        "markers": st.integers(1, 3),
-        "status": st.sampled_from(["ok", "misfit", "refused"]),
-        "misfit": st.sampled_from(["good", "usable", "bad"]),
-        "asked": st.sampled_from([0.0, 2000.0, 2001.0]),  # nine tenths: 1800 s, the horizon
-    }
-)
-WORDS = ("good", "usable", "bad")
-
-
-def written_out(x: Mapping[str, Any]) -> list[tuple[str, Code, str, float]]:
-    """(word, code, threshold, value) of every check, in the order in which they decide."""
-
-    def graded(code: Code, key: str, value: float, good: float, usable: float) -> tuple:
-        if value > usable:
-            return "bad", code, f"verdict.usable_{key}", value
-        return "good" if value <= good else "usable", code, f"verdict.good_{key}", value
-
-    found = [graded(Code.FRAME, "mm", x["frame"], 0.1, 0.25)]
-    if x["asked"] == 2001.0 and x["frame"] <= 0.1:
-        upper = x["frame"] if math.isnan(x["upper"]) else x["upper"]
-        found += [("usable" if upper > 0.1 else "good", Code.UPPER_END, "verdict.good_mm", upper)]
-    found += [graded(Code.MISSING, "missing", x["missing"], 0.01, 0.1)]
-    found += [graded(Code.OUTLIERS, "outliers", x["outliers"], 0.01, 0.05)]
-    found += [graded(Code.DRIFT, "drift_mm", x["drift"], *DRIFT)]
-    word = "good" if x["status"] == "ok" else x["misfit"]
-    found += [(word, Code.MISFIT, "verdict.misfit", x["status"])]
-    word = "usable" if x["duration"] < 60 else "good"
-    found += [(word, Code.DURATION, "verdict.good_duration_s", x["duration"])]
-    word = "usable" if x["markers"] < 2 else "good"
-    return [*found, (word, Code.MARKERS, "verdict.good_markers", x["markers"])]
-
-
-@settings(max_examples=400)
-@given(DRAWN)
-def test_the_rule_on_both_sides_of_every_limit(x: dict[str, Any]) -> None:
-    drift = {"drift_mm_per_h": x["sign"] * 2 * x["drift"]}  # over half an hour
-    y1 = replace(FINE, frame_mm=x["frame"], frame_upper_mm=x["upper"], status=x["status"], **drift)
-    facts = Facts(
-        x["duration"], 1800.0, x["markers"], {"x1": 0.0, "y1": x["missing"]},
-        {"x1": 0.0, "y1": x["outliers"]}, asked_s=x["asked"],
-    )  # fmt: skip
-    found = verdict({"x1": FINE, "y1": y1}, facts, Limits(misfit=x["misfit"]))
-    expected = written_out(x)
-    word = max((e[0] for e in expected), key=WORDS.index)
-    first = next(e for e in expected if e[0] == word)
-    rest = [e for e in expected[1:] if e[0] != "good" and e is not first]
-    assert (found.word, *_told(found.decided_by)) == (word, *first)
-    assert [_told(cap) for cap in found.caps] == rest
-    main = found.decided_by if first is expected[0] else found.uncertainty
-    assert main is not None and _told(main) == expected[0]
-    assert (main.series, main.over_s) == ("y1", 1800.0)
-    assert main.lower == FINE.frame_lower_mm
-    np.testing.assert_equal(main.upper, x["upper"])
-    np.testing.assert_equal(main.asked_s, 2001.0 if x["asked"] == 2001 else NAN)
-    upper = x["frame"] if math.isnan(x["upper"]) else x["upper"]
-    reference = {k: NAN if word == "bad" else int(k) * upper for k in ("4", "10")}
-    np.testing.assert_equal(found.reference_for_mm, reference)
-
-
-def _told(check: Any) -> tuple:
-    return check.word, check.code, check.threshold, check.value
 
 
 def finding(code: str, **values: float) -> dict[str, Any]:
@@ -188,23 +110,6 @@ def test_special_cases(case: str) -> None:
     assert found.reference_for_mm["4"] == pytest.approx(reference, nan_ok=True)
 
 
-@given(st.sampled_from([0.02, 0.99, 1.0, 9.9]), st.sampled_from([2.0, 99.0, 100.0, math.inf]))
-def test_nothing_is_judged_by_a_handful_of_frames(duration_s: float, n_frames: float) -> None:
-    """Of less than 100 frames or a second."""
-    lengths = {"duration_s": duration_s, "horizon_s": duration_s, "n_frames": n_frames}
-    found = judged(lengths, status="refused", drift_mm_per_h=-100.0)
-    if duration_s >= 1 and n_frames >= 100:
-        assert found.word == "usable"
-        return
-    decided = found.decided_by
-    by_frames = duration_s >= 1
-    assert (found.word, decided.code) == ("bad", Code.TOO_SHORT)
-    assert (decided.n_frames, decided.duration_s) == (n_frames, duration_s)
-    expected = (n_frames, 100, "") if by_frames else (duration_s, 1.0, "s")
-    assert (decided.value, decided.limit, decided.unit) == expected
-    assert (found.caps, found.uncertainty) == ((), None)
-
-
 def test_without_numbers() -> None:
     """No samples, too few, or gaps that are the reason."""
     none = SeriesNumbers("no valid samples")
@@ -220,16 +125,6 @@ def test_without_numbers() -> None:
         assert math.isnan(found.reference_for_mm["10"])
     assert (found.decided_by.series, found.decided_by.value) == ("x1", 0.614)
     assert Code.FEW_SAMPLES not in {cap.code for cap in found.caps}
-
-
-def test_reasons_without_a_model_by_coordinate() -> None:
-    why = Unmodelled(Why.TOO_SHORT, 700, 1000)
-    none = replace(FINE, status="refused", unmodelled=why)
-    both = {"x1": none, "y1": replace(FINE, status="misfit"), "z1": FINE}
-    decided = verdict(both, FACTS).decided_by
-    assert decided.unmodelled == {"x1": why, "y1": decided.unmodelled["y1"]}
-    assert decided.unmodelled["y1"].why == Why.MISFIT and decided.n_coordinates == 3
-    assert (decided.series, decided.value) == ("x1,y1", "refused, misfit")
 
 
 @pytest.mark.parametrize(

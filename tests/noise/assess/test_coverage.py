@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
-from mocap_metrology.noise.assess.spread import expected_spread, kind, spread
+from mocap_metrology.noise.assess.spread import expected_spread, spread
 from mocap_metrology.noise.assess.uncertainty import Span, assess_series
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
@@ -50,7 +50,7 @@ def written_out(component: PowerLaw | GaussMarkov, n: int, N: int, form: Form) -
 @pytest.mark.parametrize("component", COMPONENTS, ids=str)
 def test_spread_is_that_of_the_covariances(component: PowerLaw, form: Form) -> None:
     """And, over octaves, half the sum of the Allan variances."""
-    for n, N, within in ((1, 64, 1e-4), (8, 64, 1e-4), (40, 120, 3e-3)):
+    for n, N, within in ((1, 64, 1e-4), (20, 60, 3e-3)):
         expected = written_out(component, n, N, form)
         assert spread(component, n, N, RATE, form) == pytest.approx(expected, rel=within)
     halves = component.avar(2.0 ** np.arange(3, 10), RATE, form).sum() / 2
@@ -70,18 +70,6 @@ def test_textbook_forms() -> None:
         assert spread(Sinusoid(0.2, 3.7), n, 100_000, RATE) == pytest.approx(0.04 * gain, rel=1e-6)
         at_nyquist = spread(Sinusoid(0.3, 50.0), n, 999 * n + 1, RATE)
         assert at_nyquist == pytest.approx(0.09 / n**2, rel=1e-3)
-
-
-def test_kinds_and_shares() -> None:
-    terms = PowerLaw(0, 1e-5), GaussMarkov(0.05, TAU0), GaussMarkov(0.05, 1380.0)
-    assert [kind(c, RATE) for c in (*terms, Sinusoid(0.1, 14.4))] == [
-        *("white", "white", "correlated (T_c 1380 s)", "periodic (14.4 Hz)")
-    ]
-    found = expected_spread(NoiseModel(terms), 1, 10_000, RATE, 100_000)
-    parts = [spread(c, 1, 10_000, RATE) for c in terms]
-    assert found.value**2 == pytest.approx(sum(parts))
-    assert found.shares["white"] == pytest.approx(sum(parts[:2]) / sum(parts))
-    assert sum(found.shares.values()) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("confidence", [0.683, 0.95])
@@ -118,34 +106,6 @@ def test_a_wide_line_is_as_uncertain_as_its_row_states(wide: bool) -> None:
     expected = np.std(np.log(levels + heights**2 / 2)) / 2
     for end, sign in ((found.sigma_frame_upper_mm, 1), (found.sigma_frame_lower_mm, -1)):
         assert math.log(end / found.sigma_frame_mm) == pytest.approx(sign * expected, rel=0.03)
-
-
-@pytest.mark.parametrize("n", [3, 7, 10])
-@pytest.mark.parametrize("N", [20, 31, 100, 5000])
-def test_measured_is_what_a_loop_finds(n: int, N: int) -> None:
-    """With half of the frames of a stretch missing or more it does not count; stretches of N are
-    spread evenly over 100 frames."""
-    rng = np.random.default_rng([n, N])
-    for missing in (0.0, 0.3, 0.55):
-        series = np.where(rng.random(100) < missing, np.nan, rng.normal(0, 1, 100).cumsum())
-        blocks = [series[k : k + n] for k in range(0, 100 - n + 1, n)]
-        known = [b[np.isfinite(b)] for b in blocks]
-        variances = [b.var(ddof=1) for b in known if b.size >= max(2, n / 2)]
-        mean, scatter = np.mean(variances), np.var(variances, ddof=1)
-        within = measured_within(series, n)
-        assert within.variance == pytest.approx(mean)
-        assert within.edf == pytest.approx(
-            max(min(2 * mean**2 / scatter, n - 1) * len(variances), 1)
-        )
-        whole = min(N, 100) // n * n
-        squares = []
-        for start in np.linspace(0, 100 - whole, math.ceil(100 / min(N, 100))).astype(int):
-            parts = series[start : start + whole].reshape(-1, n)
-            means = [np.nanmean(b) for b in parts if np.isfinite(b).sum() >= n / 2]
-            if len(means) >= max(2, len(parts) / 2):
-                squares.append(np.var(means))
-        found = measured_spread(series, n, N).variance
-        assert found == pytest.approx(np.mean(squares) if squares else math.nan, nan_ok=True)
 
 
 MIXED = (PowerLaw(-2, 2e-7), PowerLaw(0, 2e-5), GaussMarkov(0.05, 0.3))
@@ -213,7 +173,7 @@ def test_intervals_of_what_is_measured_hold_the_truth(slow: PowerLaw) -> None:
 
 # Noise, duration, recordings; least and greatest share that 68 % intervals hold, least of 95 %
 SHIPPED = [
-    ("mixed", MIXED, 120.0, 24, (0.5, 1.0, 0.75)),
+    ("mixed", MIXED, 120.0, 12, (0.45, 1.0, 0.75)),
     ("white", (PowerLaw(0, 1e-5),), 120.0, 200, (0.58, 1.0, 0.9)),
     ("flicker", (PowerLaw(-1, 1e-4),), 120.0, 200, (0.85, 1.0, 0.95)),
     ("weak walk", (PowerLaw(-2, 1e-8), PowerLaw(0, 1e-5)), 120.0, 200, (0.58, 1.0, 0.85)),

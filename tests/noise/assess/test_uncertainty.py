@@ -7,8 +7,6 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import stats
 from scipy.signal import lfilter
 
@@ -142,27 +140,6 @@ def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     assert bases.count("measured") <= 2
 
 
-def test_a_coarse_step_limits_means() -> None:
-    """Frames that scatter by less than half a step do not dither it away."""
-    for step in (0.039, 0.042, 0.1):
-        found = assess_series(white(), rows(), curve(), Span(RATE, step_mm=step))
-        floor = step / math.sqrt(12) if step > 0.04 else 0.0
-        assert found.floor_mm == pytest.approx(floor)
-        minute = SIGMA * math.sqrt(1 / 3000 - 1 / N)
-        assert found.means[2].uncertainty_mm == pytest.approx(math.hypot(floor, minute))
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("rate", [0.2, 1.0, 1000.0])
-def test_short_series_with_and_without_a_model(rate: float) -> None:
-    for n in (2, 3, 10, 49, 51, 101):
-        for table in (rows(), rows("misfit"), []):
-            series = white(n=n)
-            series[2::3] = math.nan
-            found = assess_series(series, table, curve(), Span(rate, step_mm=1e-4))
-            assert found.frame_mm >= 0 and found.basis in ("model", "measured")
-
-
 @pytest.mark.parametrize("name", ["drift", "warm-up"])
 def test_what_lies_under_the_noise_counts(name: str) -> None:
     """A drift of 0.6 mm in 10 min, a warm-up of a minute: fitted, subtracted, and counted."""
@@ -177,18 +154,6 @@ def test_what_lies_under_the_noise_counts(name: str) -> None:
     minutes = wave.reshape(10, -1).mean(axis=1).std()
     assert found.means[2].uncertainty_mm == pytest.approx(minutes, rel=0.05)
     assert sum(found.shares.values()) == pytest.approx(1)
-
-
-@given(st.lists(st.tuples(st.sampled_from([1.0, 2.0, 3.0, math.nan]),
-                          st.sampled_from([1.0, 9.9, 10.0, 50.0])), max_size=5))  # fmt: skip
-def test_the_lowest_deviation_of_ten_degrees_of_freedom(points: list) -> None:
-    """Those of ten or more; of none such, those that have most."""
-    known = [(k, *p) for k, p in enumerate(points) if not math.isnan(p[0])]
-    most = max((edf for *_, edf in known), default=0.0)
-    counts = [(adev, k) for k, adev, edf in known if edf >= min(10, most)]
-    best = min(counts, default=(0, None))[1]
-    adev, edf = np.array(points).reshape(-1, 2).T
-    assert lowest(adev, edf) == (best, bool(counts) and best == counts[-1][1])
 
 
 def test_the_lowest_is_not_low_by_chance() -> None:

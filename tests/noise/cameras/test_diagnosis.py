@@ -5,13 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import stats
 from scipy.signal import lfilter
 
 from benchmarks.failing_camera import wishart_blocks
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.cameras.diagnosis import (
     N_BLOCKS,
     Estimate,
@@ -20,7 +17,6 @@ from mocap_metrology.noise.cameras.diagnosis import (
     diagnose,
     moments,
 )
-from mocap_metrology.noise.cameras.findings import cause, noisy, raised
 from mocap_metrology.noise.cameras.scaling import fit_scaling, law
 from mocap_metrology.noise.twins.published import published_row, published_subsets
 from mocap_metrology.noise.twins.take import joint_covariance, positions, random_facility
@@ -36,16 +32,6 @@ def test_additions_of_the_paper() -> None:
         ("Vantage-9", "Vantage-10"),
     ]
     assert [a.added for a in found] == [(10,), (11,), (7,), (30,), (9, 8), (5,), (6,)]
-
-
-def test_additions_skip_what_lies_between_and_what_is_not_nested() -> None:
-    found = additions({"all": (1, 2, 3), "a": (1, 2), "b": (2, 3), "other": (1, 7), "one": (2,)})
-    assert {(a.smaller, a.larger) for a in found} == {
-        ("a", "all"),
-        ("b", "all"),
-        ("one", "a"),
-        ("one", "b"),
-    }
 
 
 def test_intervals_hold_the_truth() -> None:
@@ -121,29 +107,6 @@ def test_rounding_is_taken_off() -> None:
     assert error[0] < error[1]
 
 
-def test_markers_without_noise_or_frames_are_left_out() -> None:
-    made, _ = recordings(bad=4, extra=0.0, seed=20)
-    found = additions(CHAIN)
-
-    def read(name: str, marker: int) -> np.ndarray:
-        values = made[name].copy()
-        if marker == 1:
-            values[2] = 5.0
-        if marker == 2:
-            values[:, : 72_000 * 3 // 5] = np.nan
-        if marker == 3:
-            values[:, 10_000:15_000] = np.nan  # a block and more
-        return values
-
-    some = moments(found, read, 3, 120.0, 72_000)
-    assert some.markers == (2,) and some.sums.shape[0] == 1
-    assert np.isfinite(diagnose(some, found, CHAIN).noise.ln[0, :4]).all()
-    with pytest.raises(Refusal, match=r"no marker with noise .* of 2, 3, 4"):
-        moments(found, read, 2, 120.0, 72_000)
-    with pytest.raises(Refusal, match="10 frames; expected 60"):
-        moments(found, read, 1, 120.0, 10)
-
-
 def test_published_vantage_rises_most_with_the_tenth() -> None:
     """Independent x, y, z, as the twins have them, from S Tables A1-A3: no chance in it."""
     ids = {f"{n}": v for (k, n), v in published_subsets().items() if k == "Vantage"}
@@ -186,44 +149,6 @@ def test_law_is_the_regression_of_scipy() -> None:
     assert 0.92 < held / 400 < 0.98
     assert law([8, 9, 11], [3, 2, 1]) is None and law([8, 9, 12], [3, 2, 1]) is not None
     assert law([2, 3, 3], [1, 1, 1]) is None and law([2, 3, 4], [1, 1, -1]) is None
-
-
-P, NOISE, TAU = [9e-4, 1e-3], [1.4, 1.5, 1.51, 1.8, 1.82], [0.1, 1.0, 1.02, 10.0]
-ROWS = st.lists(
-    st.tuples(*map(st.sampled_from, (["4", "4;5", "5", "5;6"], TAU, NOISE, P))), max_size=6
-)
-
-
-@given(ROWS)
-def test_noisy_cameras_by_their_rule(drawn: list[tuple]) -> None:
-    """Noisier than 1.5, sure to a thousandth, up to 1 s; of a set the first counts unless another
-    is greater, at another averaging time by a fifth; without a smaller set in it."""
-    keys = ("added", "tau_s", "camera_noise", "camera_noise_p")
-    rows = [dict(zip(keys, one, strict=True)) for one in drawn]
-    worst: dict[str, dict] = {}
-    for row in rows:
-        if row["camera_noise"] > 1.5 and row["camera_noise_p"] < 1e-3 and row["tau_s"] < 1.01:
-            before = worst.get(row["added"], row)
-            ahead = 1 if row["tau_s"] == before["tau_s"] else 1.2
-            clear = row["camera_noise"] > ahead * before["camera_noise"]
-            worst[row["added"]] = row if clear else before
-    own = [r for a, r in worst.items() if a in ("4", "5") or not {*a.split(";")} & {*worst}]
-    levels = sorted((r["camera_noise"] for r in own), reverse=True)
-    found = noisy(rows, 1.5)
-    assert [r["camera_noise"] for r in found] == levels
-    assert {r["added"]: r for r in found} == {r["added"]: r for r in own}
-    for shared, word in (("yes", "earlier"), ("no", "added")):
-        rise = {"same_frames": shared, "added": "5;7"}
-        with_it = any("5" in r["added"].split(";") for r in found)
-        assert cause(rise, found) == ("added" if with_it else word)
-    words = [r | {"word": "raises" if r["camera_noise_p"] < 1e-3 else "same", "from": "a",
-                  "to": r["added"], "largest_factor": r["camera_noise"]} for r in rows]  # fmt: skip
-    most: dict[str, float] = {}
-    for row in words:
-        if row["word"] == "raises" and row["tau_s"] < 1.01:
-            most[row["to"]] = max(most.get(row["to"], 0), row["largest_factor"])
-    greatest = [r["largest_factor"] for r in raised(words)]
-    assert greatest == sorted(most.values(), reverse=True)
 
 
 TWINS, SPREAD = 20, 0.10

@@ -7,8 +7,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import signal, stats
 from scipy.special import digamma, polygamma
 
@@ -17,10 +15,8 @@ from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.changes.compare import (
     Curve,
-    Ratio,
     adev_ratio,
     adev_trend,
-    block_means,
     coherence,
     ratios_to_mean,
     words_of,
@@ -83,26 +79,6 @@ def test_curves_are_lines_in_logarithms() -> None:
     np.testing.assert_allclose(at.edf, [math.nan, 9.0, 30.0, 100.0, math.nan])
     assert np.isnan(Curve(ONE, ONE, ONE).at(np.array([2.0])).adev).all()
     assert np.isnan(Curve(ONE, 0 * ONE, 9 * ONE).usable().at(ONE).adev).all()
-
-
-VALUES = [1.0, math.nan, *(float(np.nextafter(v, s)) for v in (1.05, 1 / 1.05) for s in (0, 9))]
-
-
-@given(
-    st.lists(
-        st.tuples(st.sampled_from([*VALUES, 1.05]), st.sampled_from([1e-4, 0.0099, 0.01, 0.0025])),
-        min_size=1, max_size=6,
-    )
-)  # fmt: skip
-def test_words_need_size_and_significance(points: list[tuple[float, float]]) -> None:
-    """More than 5 % either way, and p below 1 % over the number of known tau."""
-    value, p = np.array(points).T
-    level = 0.01 / max(np.count_nonzero(~np.isnan(value)), 1)
-    expected = []
-    for v, q in points:
-        word = "worse" if v > 1.05 else "better" if v < 1 / 1.05 else "same"
-        expected.append("" if math.isnan(v) else word if q < level else "same")
-    assert words_of(Ratio(value, value, value, value, p), 0.05, 0.01) == expected
 
 
 @pytest.mark.parametrize("noisy", [0.0, 1.0])
@@ -211,15 +187,6 @@ def test_unrelated_series_are_rarely_coherent(noise, n: int) -> None:
         found = coherence(noise(rng, n), noise(rng, n), 10.0, 0.05)
         false += bool((found.squared > found.threshold).any())
     assert 0.03 < false / 300 < 0.08
-
-
-@given(st.lists(st.sampled_from([1.0, 2.0, 7.0, math.nan]), max_size=30), st.integers(1, 5))
-def test_block_means_are_those_of_a_loop(values: list[float], length: int) -> None:
-    """With half of a block there or more."""
-    blocks = [values[k : k + length] for k in range(0, len(values) - length + 1, length)]
-    known = [[v for v in block if not math.isnan(v)] for block in blocks]
-    expected = [np.mean(k) if len(k) >= length / 2 else math.nan for k in known]
-    np.testing.assert_allclose(block_means(np.array(values), length), expected)
 
 
 def two_levels(rng: Rng, n: int = 90_000) -> np.ndarray:

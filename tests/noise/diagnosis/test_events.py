@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
-from benchmarks.sentences._kinds import PLAIN
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
 from mocap_metrology.noise.diagnosis.events import (
     Event,
-    inside_events,
     pulses,
     recurrence,
-    with_sides,
 )
-from mocap_metrology.noise.diagnosis.levels import Blocks, blocks, compare
+from mocap_metrology.noise.diagnosis.levels import blocks, compare
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
 from mocap_metrology.noise.series import all_series
@@ -116,20 +113,6 @@ def test_sides_that_are_equal_are_said_so_as_often_as_promised():
     assert 0.005 <= np.mean(missed) <= 0.11  # binomial, 99.5 %
 
 
-def test_one_frame_of_one_marker_is_no_event_and_of_both_is():
-    rng = np.random.default_rng(5)
-    position = rng.normal(0, 0.01, (6, 36_000)) + np.array([[160], [0], [0], [0], [0], [0]])
-    position[1, 9_000] += 0.5
-    position[3:, 20_000:20_002] += 0.4
-    assert not events_of(position)
-    position[:, 30_000] += 0.4
-    (event,) = events_of(position)
-    assert event.time_s == pytest.approx(250.0, abs=0.05)
-    assert event.size_mm == pytest.approx(0.4, rel=0.2)
-    position[:, 33_000:33_005] -= 0.4
-    assert [(e.outcome, e.of) for e in events_of(position)] == [("repeated", 2)] * 2
-
-
 def test_slow_noise_and_gaps_are_no_events():
     """Random walk, flicker-like and Gauss-Markov steps are stationary once differenced."""
     rng = np.random.default_rng(6)
@@ -161,17 +144,6 @@ def test_the_bound_holds_in_the_tail():
     assert np.mean(x > 2.0) > 1e-4  # and is not empty
 
 
-def test_a_second_on_either_side_of_a_burst_is_no_part_of_the_sides():
-    """In which it dies away: its noise is neither that of before nor that of after."""
-    burst = Event(10.0, 2.0, "burst", ("x1",), "x1", 1.0, 0.0, 0.0, 9.0, 0.1)
-    start = np.arange(80) * 0.5
-    loud = (start >= 9) & (start < 13)
-    np.testing.assert_array_equal(inside_events([burst], 80, 0.5), loud)
-    levels = {"x1": Blocks(np.zeros(80), np.where(loud, 100.0, 1.0), 0.5)}
-    (sides,) = with_sides(burst, levels, np.zeros(80, bool), 300.0).sides
-    assert (sides.fast_before, sides.fast_after) == (1.0, 1.0)
-
-
 def test_short_and_constant_series_have_no_windows():
     assert dynamic_allan(np.zeros(5000), RATE) == []
     assert dynamic_allan(np.full(500, np.nan), RATE) == []
@@ -200,17 +172,6 @@ def test_heavy_tails_are_no_events(kind):
         assert not events_of(position)
 
 
-def test_a_shock_in_heavy_tails_is_found():
-    """Five sigma for 0.3 s; ten for 0.1 s, in which few frames are off."""
-    rng = np.random.default_rng(3)
-    position = heavy("Student t4", rng, 48_000) + 160
-    for start, frames, size in ((12_000, 36, 0.25), (36_000, 12, 0.5)):
-        swing = np.sin(4 * np.pi * np.arange(frames) / frames)
-        position[:, start : start + frames] += size * swing
-    times = [event.time_s for event in events_of(position)]
-    assert times == pytest.approx([100.0, 300.0], abs=1.0)
-
-
 @pytest.mark.parametrize("shape", ["falls by 15 %", "falls by half", "comes back", "warms up"])
 def test_a_slow_change_of_level_is_no_event(shape):
     n = 72_000
@@ -226,14 +187,6 @@ def test_a_slow_change_of_level_is_no_event(shape):
         assert not events_of(noise + 160)
 
 
-def test_edges_of_long_recordings_have_a_baseline_of_many_windows():
-    """A quiet first window must not become the baseline of the first minutes."""
-    series = np.random.default_rng(1).normal(0, 0.01, 120_000)
-    series[:200] *= 0.01
-    for dynamic in dynamic_allan(series, RATE):
-        assert np.nanmax(dynamic.ratio[:50]) < 10
-
-
 def test_events_that_recur_have_a_period() -> None:
     """A door every 30 s, now and then without; six bursts at random times have none."""
 
@@ -246,23 +199,6 @@ def test_events_that_recur_have_a_period() -> None:
     assert not np.isfinite(recurrence([at(time) for time in doors[:5]]))
     random = [recurrence([at(t) for t in rng.uniform(0, 900, 6)]) for _ in range(2000)]
     assert np.isfinite(random).mean() < 0.002
-
-
-def test_bursts_all_the_time_have_a_period() -> None:
-    """Doors every 30 s and footsteps at 2 Hz; noise of many kinds and a level that swings have
-    none: none of 56 recordings."""
-    rate, n = 100.0, 60_000
-    t, rng = np.arange(n) / rate, np.random.default_rng(6)
-    white = 0.02 * rng.standard_normal(n)
-    doors = 0.15 * np.exp(-(t % 30) / 0.5) * np.sin(8 * np.pi * (t % 30))
-    assert pulses(white + doors, rate, 1e-3) == pytest.approx(30, rel=0.005)
-    steps = 0.06 * np.exp(-(t % 0.5) / 0.05) * np.sin(40 * np.pi * (t % 0.5))
-    assert pulses(white + steps, rate, 1e-3) == pytest.approx(0.5, rel=0.005)
-    swings = white * (1 + 0.25 * np.sin(2 * np.pi * t / 40))
-    assert np.isnan(pulses(swings, rate, 1e-3))
-    for kind in PLAIN.values():
-        for seed in (1, 2):
-            assert np.isnan(pulses(kind(np.random.default_rng(seed), n, rate), rate, 1e-3))
 
 
 def test_bursts_at_random_times_have_no_period() -> None:

@@ -9,8 +9,8 @@ import pytest
 from scipy import signal
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from mocap_metrology.noise.diagnosis.export import bands, low_pass, low_passes, resolution, wander
-from mocap_metrology.noise.diagnosis.fills import filled, filled_frames, rules
+from mocap_metrology.noise.diagnosis.export import bands, low_pass, resolution
+from mocap_metrology.noise.diagnosis.fills import filled, filled_frames
 
 N, SIGMA = 30_000, 0.05
 STARTS = np.arange(1000, 29_000, 2000)
@@ -44,24 +44,6 @@ def test_fills_are_found_and_nothing_else(how: str, size: int) -> None:
     found = filled(np.float32(x), 1.5e-5)
     assert (found & gone).sum() >= 0.9 * gone.sum()
     assert (found & ~gone).sum() <= 0.01 * gone.sum() + 2 * STARTS.size
-
-
-def test_the_least_length_is_that_of_the_rules() -> None:
-    """Of so many that chance makes a run of them in 1e-13 only; the limit of rounding: each of the
-    2^p parts of a difference is off by half a step."""
-    for step in (0.0, 0.001, 0.005, 0.02, 0.1):
-        found = rules(SIGMA, step)
-        deltas = [max(0.02, 1.05 * 2 ** (order - 1) * step / SIGMA) for order in (2, 4, 6)]
-        assert [rule.order for rule in found] == [2, 4, 6][: sum(d <= 0.65 for d in deltas)]
-        for rule, delta in zip(found, deltas, strict=False):
-            assert (rule.limit, rule.chance) == pytest.approx((delta * SIGMA, delta))
-            run = rule.least - rule.order + 2
-            assert rule.chance**run <= 1e-13 < rule.chance ** (run - 1)
-    for rule, how in zip(rules(SIGMA, 0.0), ("linear", "cubic", "quintic"), strict=True):
-        x, gone = with_gaps_filled(noise(1), rule.least + 2, how)
-        assert (filled(x, 0.0) & gone).sum() > 0.9 * gone.sum()
-        short, _ = with_gaps_filled(noise(1), rule.least - 4, how)
-        assert filled(short, 0.0).sum() < 0.2 * gone.sum()
 
 
 def test_noise_of_no_kind_is_a_fill() -> None:
@@ -150,21 +132,6 @@ def test_a_moving_mean_and_coarse_steps_after_a_filter() -> None:
     assert found is not None and found.cutoff_hz == pytest.approx(6.0, rel=0.3)
 
 
-def test_most_coordinates_must_agree() -> None:
-    sos = signal.butter(2, 6.0, fs=RATE, output="sos")
-    series = {f"{axis}1": made("white", k) for k, axis in enumerate("xyz")}
-    series["x1"] = signal.sosfiltfilt(sos, series["x1"])
-    assert not low_passes(series, RATE, 0.0)
-    series["y1"] = signal.sosfiltfilt(sos, series["y1"])
-    assert [one.series for one in low_passes(series, RATE, 0.0)] == ["x1", "y1"]
-
-
-def test_a_walk_wanders_less_than_what_moves() -> None:
-    rng = np.random.default_rng(0)
-    assert wander(np.cumsum(rng.normal(0, 0.1, 36_000))) < 1
-    assert wander(5 * np.sin(np.arange(100))) > 5
-
-
 def test_short_and_missing_series_are_not_judged() -> None:
     assert low_pass("x1", np.full(5000, np.nan), RATE) is None
     assert low_pass("x1", np.full(5000, 3.0), RATE) is None
@@ -205,22 +172,3 @@ def test_bands_are_medians_of_the_one_sided_density() -> None:
         n = round(2 * lowest * 2 ** (10 / 4) / (1 - 2**-0.25) / 0.95)
         found = bands(np.random.default_rng(1).normal(size=n), 1000.0)
         assert found is not None and found.psd.size == 11
-
-
-def test_short_splines_in_coarse_steps_are_filled() -> None:
-    """Splines over gaps of 15 to 60 frames, noise of twenty steps of the file: all are found but
-    for frames at their ends, and of ten recordings without none."""
-    rng = np.random.default_rng(12)
-    series = 500 + 0.02 * rng.standard_normal(40_000)
-    truth = np.zeros(series.size, bool)
-    for start in range(1000, 39_000, 1000):
-        stop = start + int(rng.integers(15, 60))
-        known = np.r_[start - 12 : start, stop : stop + 12]
-        series[start:stop] = CubicSpline(known, series[known])(np.arange(start, stop))
-        truth[start:stop] = True
-    found = filled(np.round(series, 3), 1e-3)
-    assert (found & truth).sum() > 0.97 * truth.sum()
-    assert (found & ~truth).sum() < 0.05 * truth.sum()
-    for seed in range(10):
-        noise = 0.02 * np.random.default_rng(seed).standard_normal(40_000)
-        assert not filled(np.round(500 + noise + np.cumsum(noise / 20), 3), 1e-3).any()

@@ -6,12 +6,9 @@ import json
 import math
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import signal
 
 from mocap_metrology.common.files import write_json
@@ -19,14 +16,10 @@ from mocap_metrology.noise.diagnosis.findings import (
     CODES,
     Finding,
     approach,
-    deterministic_parts,
     findings_of,
-    model_findings,
-    other_wanders,
 )
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
-from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.present.text.diagnosis import sentences
 
@@ -108,70 +101,7 @@ def _names_something(sentence) -> bool:
     )
 
 
-SETTLING = [{"parameter": "T_w", "value": 360.0, "lower_95": 300.0, "upper_95": 420.0}]
-KEYS = ("parameter", "series", "value", "lower_95", "upper_95", "std_error", "status", "estimator")
-ROW = st.tuples(
-    st.sampled_from(["drift", "A_w", "h_-2", "h_0"]), st.sampled_from(["x1", "y1"]),
-    st.sampled_from([-1.2, 1.2]), st.sampled_from([-2.0, 0.0, 1e-5]),
-    st.sampled_from([-1e-5, 0.0, 2.0]), st.sampled_from([0.5, 1.2 / 1.95, 1.2 / 1.97]),
-    st.sampled_from(["ok", "at_bound", "misfit", "not_detected"]),
-    st.sampled_from(["likelihood", "likelihood", "slopes"]),
-)  # fmt: skip
-
-
-@given(st.lists(ROW, max_size=5), st.sampled_from([(), ("drift",), ("warm_up", "creep")]))
-def test_findings_of_the_model_by_their_rule(drawn: list[tuple], kinds: tuple[str, ...]) -> None:
-    """Of `likelihood`, detected and no misfit; an interval without zero, a walk of 1.96 standard
-    errors (which a slow term could stand for all the same); of y1, by its signature, these kinds
-    alone, and no walk."""
-    rows = [dict(zip(KEYS, one, strict=True)) for one in drawn]
-    code = {"drift": "drift", "A_w": "warm_up", "h_-2": "random_walk"}
-    wanders = {"y1": Wander(kinds, "", kinds, 0.0, 0.0, 1.0)}
-    expected, parts = [], {}
-    for row in rows:
-        low, value, high = row["lower_95"], row["value"], row["upper_95"]
-        walk = row["parameter"] == "h_-2"
-        sure = value >= 1.96 * row["std_error"] if walk else low > 0 or high < 0
-        named = row["series"] == "x1" or code.get(row["parameter"]) in kinds
-        used = row["status"] in ("ok", "at_bound") and row["estimator"] == "likelihood"
-        if used and sure and named and row["parameter"] in code:
-            expected.append((code[row["parameter"]], row["series"], value, low, high))
-            if not walk:
-                parts.setdefault(row["series"], set()).add(row["parameter"])
-    found = [(f.code, f.series, f.value, f.lower_95, f.upper_95) for f in
-             model_findings(rows, wanders)]  # fmt: skip
-    assert found == expected
-    ends = [SETTLING[0] | {"series": k, "status": "ok", "estimator": "likelihood"}
-            for k in ("x1", "y1")]  # fmt: skip
-    own = deterministic_parts(rows + ends, wanders)
-    assert {k: (v.drift != 0, v.A_w != 0) for k, v in own.items()} == {
-        k: ("drift" in v, "A_w" in v) for k, v in parts.items()
-    }
-
-
 def test_what_a_warm_up_does_and_how_long() -> None:
     part = Deterministic(A_w=0.22, T_w=360.0)
     assert approach(part, 7200.0) == (pytest.approx(0.22 * (1 - math.exp(-3))), 1080.0)
     assert approach(part, 600.0) == (pytest.approx(0.22 * (1 - math.exp(-600 / 360))), 600.0)
-
-
-@pytest.mark.parametrize("at_s", [100.0, 500.0])
-@pytest.mark.parametrize("stated", [Deterministic(A_w=1.0, T_w=1.0), Deterministic(drift=1.0)])
-def test_other_wander_by_kind(at_s: float, stated: Deterministic) -> None:
-    """The coordinate that has most, and all sizes; no step that is an event, at 100 s here; no
-    warm-up where one is stated; a distance only where no coordinate has any."""
-    own = {
-        "x1": Wander(("step",), "", ("step",), 0.0, 0.0, 5.0, -2.0, (at_s,), ((at_s, -2.0),)),
-        "y1": Wander(("step", "creep"), "", ("step",), 0.0, 0.0, 5.0, 1.0, (300.0,)),
-        "z1": Wander(("warm_up", "drift"), "", ("drift",), 0.0, 0.0, 5.0, 1.0),
-        "L": Wander((), "", ("step",), 0.0, 0.0, 7.0),
-    }
-    event = SimpleNamespace(kind="burst", time_s=99.0, stop_s=101.0)
-    found = SimpleNamespace(wanders=own, events=[event])
-    recording = SimpleNamespace(coordinates={"x1", "y1", "z1"})
-    expected = {"creep": ("y1", {"y1": 1.0}), "undecided": ("L", {"L": 7.0})}
-    if at_s == 500:
-        expected["step"] = "x1", {"x1": 2.0, "y1": 1.0}
-    if not stated.A_w:
-        expected["warm_up"] = "z1", {"z1": 1.0}
-    assert other_wanders(recording, found, {"x1": stated}) == expected

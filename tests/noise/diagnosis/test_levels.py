@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import stats
 
 from mocap_metrology.noise.diagnosis.levels import (
     Blocks,
-    Sides,
-    Trend,
     blocks,
     changes,
     compare,
-    log_levels,
     trends,
 )
 
@@ -75,56 +69,6 @@ def test_a_step_on_a_slope_is_both() -> None:
         assert one.change == pytest.approx(0.8 * 1.5 - 1, abs=0.08)  # from begin to end
 
 
-NEAR = st.sampled_from([0.6, 2 / 3, 0.67, 0.999, 1.0, 1.001, 1.49, 1.5, 1.51])
-
-
-@given(NEAR, NEAR, st.booleans())
-def test_an_interval_that_holds_one_is_alike_where_it_is_narrow(x: float, y: float, known) -> None:
-    """Within a factor of 1.5."""
-    lower, upper = min(x, y), max(x, y)
-    found = Sides("x1", 0.05, 0.05, 0.05, 0.05, 1.1 if known else math.nan, lower, upper)
-    narrow = "alike" if lower >= 2 / 3 and upper <= 1.5 else "undecided"
-    changed = lower > 1 or upper < 1
-    assert found.word == (("changed" if changed else narrow) if known else "unknown")
-    assert found.changed is changed
-
-
-CHANGES = st.sampled_from([-0.2, -0.1, -0.0999, -0.01, 0.0, 0.01, 0.0999, 0.1, 0.2])
-
-
-@given(CHANGES, CHANGES, CHANGES, CHANGES, CHANGES)
-def test_direction_and_extent_of_a_trend(change, lower, upper, least, greatest) -> None:
-    """Steady where the interval lacks zero and half of the range, or more, is left in the end."""
-    found = Trend("x1", change, lower, upper, least, greatest)
-    span = greatest - least
-    steady = (lower > 0 or upper < 0) and abs(change) >= span / 2
-    assert found.direction == (("falls" if change < 0 else "rises") if steady else "changes")
-    assert found.extent == (abs(change) if steady else span)
-    assert found.matters is ((abs(change) if steady else max(greatest, -least)) >= 0.1)
-
-
-@given(st.lists(st.sampled_from([1.0, 2.0, 5.0, math.nan]), max_size=40), st.integers(1, 5))
-def test_blocks_and_their_logarithms_are_those_of_a_loop(values: list, rate: int) -> None:
-    """Of a second, two frames at least; with half of a block, and of ten blocks, there."""
-    size = max(rate, 2)
-    rows = [values[k : k + size] for k in range(0, len(values) - size + 1, size)]
-    known = [[v for v in row if not math.isnan(v)] for row in rows]
-    enough = [len(k) >= size / 2 for k in known]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # a single value has no variance
-        found = blocks(np.array(values), float(rate))
-    pairs = list(zip(known, enough, strict=True))
-    np.testing.assert_allclose(found.mean, [np.mean(k) if e else math.nan for k, e in pairs])
-    one = [np.var(k, ddof=1) if e and len(k) > 1 else math.nan for k, e in pairs]
-    np.testing.assert_allclose(found.variance, one)
-    assert found.start_s.tolist() == [k * size / rate for k in range(len(rows))]
-    out_of = np.arange(len(values)) % 7 == 3
-    g = [math.nan if o or not v > 0 else math.log(v) for v, o in zip(values, out_of, strict=True)]
-    tens = [[v for v in g[k : k + 10] if not math.isnan(v)] for k in range(0, len(g) - 9, 10)]
-    points = [np.mean(t) if len(t) >= 5 else math.nan for t in tens]
-    np.testing.assert_allclose(log_levels(np.array(values), out_of), points)
-
-
 def test_the_ratio_of_two_sides_and_its_interval() -> None:
     """Means of 120 variances, a tenth apart; 95 % intervals hold the ratio in 90 to 99 % of 300,
     whether or not the variances are correlated with the next. In closed form of white noise of
@@ -153,16 +97,6 @@ def test_the_ratio_of_two_sides_and_its_interval() -> None:
         assert found.sd_before == pytest.approx(math.sqrt(np.mean(few.variance) + np.var(few.mean)))
     part = few.between(1.0, 4.0, np.arange(5) == 2)
     assert part.mean.tolist() == [1.0, 3.0] and math.isnan(few.between(0, 1).sd)
-
-
-def test_twelve_points_have_a_trend_and_eleven_have_none() -> None:
-    """Logarithms of variances that rise by 6 from end to end: the standard deviation by e^3."""
-    rng = np.random.default_rng(3)
-    variance = np.repeat(np.exp(0.5 * np.arange(12.0) + rng.normal(0, 0.05, 12)), 10)
-    for n, count in ((120, 1), (119, 0)):
-        found = trends({"x": Blocks(0 * variance[:n], variance[:n], 1.0)}, np.zeros(n, bool), [])
-        assert len(found) == count
-        assert all(one.change == pytest.approx(math.expm1(3), rel=0.1) for one in found)
 
 
 def test_what_goes_up_and_down_does_not_rise() -> None:

@@ -6,18 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import stats
 from scipy.ndimage import median_filter
 
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
     heavy_tails,
-    isolated,
     medians_of_five,
-    off_frames,
-    spread,
     without,
 )
 
@@ -38,45 +33,6 @@ def test_medians_of_five_are_those_of_scipy(n: int, kind: type) -> None:
         found = medians_of_five(values)
         assert found.dtype == kind
         np.testing.assert_array_equal(found, median_filter(values, 5))
-
-
-@pytest.mark.parametrize("walk", [0.0, 1.0])
-def test_frames_that_are_off(walk: float) -> None:
-    """Farther than so many scales from the median of five: that of these distances, or of steps
-    over sqrt(2), or half a step of the file."""
-    rng = np.random.default_rng(1)
-    series = rng.normal(0, 1, 2000) + walk * np.cumsum(rng.normal(0, 2, 2000))
-    assert spread(series) == pytest.approx(MAD * stats.median_abs_deviation(series))
-    distance = series - median_filter(series, 5)
-    of_steps = stats.median_abs_deviation(np.diff(series)) * MAD / math.sqrt(2)
-    own = stats.median_abs_deviation(distance) * MAD
-    for step in (0.0, 6.0):
-        scale = max(own, of_steps, step / 2)
-        expected = np.flatnonzero(np.abs(distance) > 2 * scale)
-        np.testing.assert_array_equal(off_frames(series, 2.0, step), expected)
-    assert off_frames(np.ones(50), 3.0).size == 0
-
-
-FRAMES = st.lists(st.integers(0, 20), unique=True, max_size=8).map(sorted)
-
-
-@given(FRAMES, FRAMES, FRAMES)
-def test_isolated_frames_by_their_rule(x1: list[int], y1: list[int], x2: list[int]) -> None:
-    """One or two frames long, no frame of another marker off within two frames."""
-    off = {"x1": x1, "y1": y1, "x2": x2}
-    found = isolated({k: np.array(v, int) for k, v in off.items()}, {"x1": 1, "y1": 1, "x2": 2})
-    for name, frames in off.items():
-        others = x2 if name != "x2" else {*x1, *y1}
-        expected = []
-        for f in frames:
-            group = [f]
-            while group[-1] + 1 in frames:
-                group.append(group[-1] + 1)
-            while group[0] - 1 in frames:
-                group.insert(0, group[0] - 1)
-            alone = all(abs(g - o) > 2 for g in group for o in others)
-            expected += [f] if len(group) <= 2 and alone else []
-        assert found[name].tolist() == expected
 
 
 def test_straight_lines_over_frames_and_gaps_stay() -> None:
@@ -131,12 +87,3 @@ def test_heavy_tails_of_known_kurtosis() -> None:
     for silent in (np.round(x / 0.2) * 0.2, np.full(N, np.nan), np.full(N, 3.0)):
         assert not heavy_tails({"x1": silent}, 0.2)
     assert not heavy_tails({"x1": np.repeat(x[::2], 2)}, 1.5e-5)
-
-
-@pytest.mark.parametrize("n", range(1, 12))
-def test_a_handful_of_frames_keeps_its_length(n: int) -> None:
-    """Shorter than the widest window, with a frame that is far off."""
-    x = np.arange(n) % 2 * 1e-3
-    x[n // 2] = 5.0
-    drawn = drawn_in({"x1": x, "y1": x[::-1].copy()})
-    assert [values.shape for values in drawn.values()] == [(n,), (n,)]

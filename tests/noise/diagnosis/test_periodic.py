@@ -7,13 +7,10 @@ import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.periodic import (
-    Mains,
     described,
     first_maximum,
-    mains_of,
     series_lines,
 )
-from mocap_metrology.noise.fit.spectral.lines import Line
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.model.components import Sinusoid
 from mocap_metrology.noise.twins.published import published_row
@@ -107,39 +104,6 @@ def test_gaps_neither_shrink_a_line_nor_make_one():
     assert one.lower < 0.004 < one.upper
     (one,) = found_in(series)
     assert one.lower < 0.004 < one.upper
-
-
-@pytest.mark.parametrize("rate", [100.0, 120.0, 179.0, 1000.0])
-def test_mains_are_named_by_where_a_frame_rate_shows_them(rate: float) -> None:
-    """To 4 thousandths and three standard errors (EN 50160: 50 Hz within 1 %), four harmonics, also
-    folded about half the frame rate, and from 1 Hz on."""
-    for f_0 in np.concatenate([np.arange(0.05, rate / 2, 0.31), [50.1, 49.9, 50.3, 20.0, 19.5]]):
-        for f_error in (0.0, 0.07):
-            expected = None
-            for mains in (60, 50):
-                for f in (4 * mains, 3 * mains, 2 * mains, mains):
-                    shown = abs(f - rate * round(f / rate))
-                    if shown >= 1 and abs(shown - f_0) <= 0.004 * f + 3 * f_error:
-                        expected = Mains(f, mains, rate if f > rate / 2 else None)
-            assert mains_of(float(f_0), rate, f_error) == expected
-
-
-@pytest.mark.parametrize("segments", [1, 4])
-def test_noise_is_rarely_a_peak_of_the_spectrum(segments):
-    """Spectra of so many averaged periodograms, 2000 places: a line of no size is seen in 0.3 % at
-    most (0.1 %, three standard errors, and what the error of the level adds)."""
-    rng = np.random.default_rng(3)
-    n = 20_001
-    f = np.linspace(0, 60, n)
-    psd = {
-        "f_hz": f,
-        "psd_mm2_hz": rng.gamma(segments, 1 / segments, n),
-        "n_segments": np.full(n, segments),
-    }
-    places = f[100:-100:10]
-    lines = [Line(0.0, at, 0.0, 1.0, 0.0) for at in places]
-    found = described("x1", lines, 600.0, 120.0, np.ones(1), psd)
-    assert np.mean([one.in_psd for one in found]) < 3e-3
 
 
 def test_a_fan_that_is_switched_changes_its_amplitude() -> None:

@@ -72,14 +72,6 @@ def test_steps_of_a_file_make_no_repeats(step: float, told: bool) -> None:
         assert repeats("A", coarse, step if told else STEP) is None
 
 
-def test_stops_on_the_way_make_no_repeats_in_a_coarse_file() -> None:
-    """A foot that stands between its steps is constant in steps of 0.1 mm."""
-    t = np.arange(N) / RATE
-    foot = 1200 * t - 190 * np.sin(2 * np.pi * t * 1200 / 1194)  # nearly stops once a second
-    position = np.stack([foot, 0 * t + 50, 20 + 10 * np.cos(2 * np.pi * t)])
-    assert repeats("A", 0.1 * np.round(position / 0.1), 0.1) is None
-
-
 def test_clean_noise_and_gaps_make_no_repeats() -> None:
     position = np.float32(still(5))
     position[:, 200:300] = np.nan
@@ -123,22 +115,3 @@ def solved(rng: np.random.Generator, step_mm: float = 0.0) -> np.ndarray:
 def test_markers_of_a_solved_body_keep_their_distance(step_mm: float) -> None:
     found = solved_pairs(coordinates(solved(np.random.default_rng(1), step_mm)), [(1, 2), (1, 3)])
     assert list(found) == ["L", "L_1_3"] and max(found.values()) < 0.01
-
-
-def test_measured_markers_and_those_with_common_noise_do_not() -> None:
-    """Of a common noise as large as that of each the ratio is a half."""
-    rng = np.random.default_rng(2)
-    measured = PLACES + rng.normal(0, 0.05, (4000, 3, 3))
-    assert solved_pairs(coordinates(measured), [(1, 2), (1, 3)]) == {}
-    shaken = measured + rng.normal(0, 0.2, (4000, 1, 3))
-    assert solved_pairs(coordinates(shaken), [(1, 2)]) == {}
-
-
-def test_gaps_and_markers_at_one_place() -> None:
-    rng = np.random.default_rng(3)
-    found = coordinates(solved(rng))
-    found["x1"][rng.random(4000) < 0.3] = np.nan
-    assert list(solved_pairs(found, [(1, 2)])) == ["L"]
-    assert solved_pairs({k: np.full(4000, np.nan) for k in found}, [(1, 2)]) == {}
-    same = coordinates(np.repeat(solved(rng)[:, :1], 3, axis=1))
-    assert solved_pairs(same, [(1, 2)]) == {}

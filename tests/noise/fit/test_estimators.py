@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
 from mocap_metrology.noise.fit.estimates import (
     Components,
-    correlation_class,
     model_of,
     refused_rows,
     rows,
@@ -23,18 +21,13 @@ from mocap_metrology.noise.fit.estimates import (
 from mocap_metrology.noise.fit.estimators import (
     NoiseSettings,
     estimate_series,
-    expected_estimate,
-    panel,
-    published_estimate,
-    regression,
 )
 from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import PARAMETERS
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.series import ALLAN, PERIODOGRAM, allan_columns, periodogram_columns
-from mocap_metrology.noise.twins.published import printed_row, published_keys, published_row
-from mocap_metrology.settings import Annealing, Noise, Settings
+from mocap_metrology.settings import Annealing, Noise
 
 RATE, N = 120.0, 1 << 17
 TRUTH = NoiseModel((PowerLaw(-2, 4e-9), PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.3)))
@@ -69,20 +62,6 @@ def test_every_estimator_gives_the_white_level(found):
     forms = {e.estimator: e.form for e in found.estimates}
     assert forms["likelihood"] == "sampled"
     assert forms["annealing-ant-colony"] == forms["levenberg-marquardt"] == "continuous"
-
-
-def test_the_plain_colony_runs_when_asked_for(series, cleaned, found):
-    """In the order asked for, under a name of its own, from the same Allan variances."""
-    few = Annealing(starts=2, plain_iterations=20, plain_colony_iterations=100)
-    noise = Noise.model_construct(estimators=("annealing-ant-colony-plain", "slopes"))
-    settings = NoiseSettings(noise, annealing=few)
-    run = estimate_series(series, cleaned, RATE, settings, Components((-2, 0), 1, False))
-    plain, _ = run.estimates
-    assert plain.estimator == "annealing-ant-colony-plain"
-    assert "the colony lowered the cost of the best start" in plain.note
-    hybrid = next(e for e in found.estimates if e.estimator == "annealing-ant-colony")
-    assert hybrid.cost <= plain.cost < 1.5 * hybrid.cost
-    assert plain.values["h_0"] == pytest.approx(hybrid.values["h_0"], rel=0.05)
 
 
 def test_every_detected_coefficient_has_its_bound(found):
@@ -129,19 +108,6 @@ def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleane
     assert total == pytest.approx((N - 1) * (1 - np.isnan(masked).mean()))
 
 
-def test_both_sides_of_figure_6_find_the_truth_of_an_exact_curve():
-    """White noise and a random walk without scatter, to 1 %."""
-    truth = {"h_0": 1e-6, "h_-2": 4e-9}
-    exact = NoiseModel.from_coefficients(truth)
-    m = averaging_factors(N, 60, 1, 1 / 3)
-    settings = replace(QUICK, noise=Noise(gauss_markov=0, sinusoid=False))
-    run, squares = regression(m, exact.avar(m, RATE, "continuous"), RATE, settings, "x1")
-    for name, value in truth.items():
-        assert run.estimate.values[name] == pytest.approx(value, rel=0.01)
-        assert squares.values[name] == pytest.approx(value, rel=0.01)
-    assert len(run.starts) == len(run.starts_cost) == QUICK.annealing.starts
-
-
 def test_one_estimator_may_fail_without_the_others(series):
     few = np.array([1, 2, 4, 8]), np.array([4.0, 2.0, 1.0, 0.5])
     run = estimate_series(series, few, RATE, QUICK)
@@ -165,45 +131,3 @@ def test_refused_rows_say_why():
     ]
     assert all(math.isnan(r["value"]) for r in made)
     assert model_of(made).components == ()
-
-
-def test_panel_is_the_printed_one():
-    for kind, n in published_keys():
-        for series, printed in printed_row(kind, n).items():
-            assert panel(kind, n, series).names == list(printed), (kind, n, series)
-    assert panel("T40", 7, "x1") is None
-    assert panel("T40", 10, "L_1_3") is None
-
-
-def test_expected_needs_no_chance_and_published_is_the_truth():
-    truth = published_row("Bonita", 8)["y2"]
-    m = averaging_factors(N, 60, 1, 1 / 3)
-    settings = replace(QUICK, subset=("Bonita", 8), seed=1)
-    once, again = (expected_estimate(truth, m, N, RATE, settings, "y2").values for _ in (1, 2))
-    assert once == again
-    assert {*once} == {*settings.components("y2").names}
-    own = published_estimate(truth, N, RATE)
-    assert own.values == truth.coefficients()
-
-
-@pytest.mark.parametrize(
-    ("T_c", "name"),
-    [(0.004, "short"), (0.99, "short"), (1.0, "medium"), (9.9, "medium"), (10.0, "unclassed"),
-     (99.0, "unclassed"), (100.0, "long"), (2000.0, "long")],
-)  # fmt: skip
-def test_classes(T_c, name):
-    assert correlation_class(T_c) == name
-
-
-def test_settings_come_from_the_configuration(root):
-    import yaml
-
-    config = Settings(**yaml.safe_load((root / "config/config.yaml").read_text()))
-    found = NoiseSettings.of(config, 120.0, subset=("T40", 10))
-    assert found.half_window == 120
-    assert (found.noise, found.allan, found.annealing) == (
-        config.noise, config.allan, config.annealing,
-    )  # fmt: skip
-    assert (found.seed, found.subset) == (config.seed, ("T40", 10))
-    assert found.components("x1") == panel("T40", 10, "x1")
-    assert found.components("L_1_3") == NoiseSettings().components()

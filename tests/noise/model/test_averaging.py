@@ -17,7 +17,7 @@ from mocap_metrology.noise.model.synthesis import (
     draw_pair,
     increment_spectrum,
 )
-from mocap_metrology.noise.twins.published import published_keys, published_row
+from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import Twin, simulate
 from tests.noise.model.textbook import density
 
@@ -55,14 +55,6 @@ def test_spectrum_is_the_folded_sum_of_what_an_average_leaves(part):
     seen = np.abs(f + k)
     folded = density(part, seen) * np.sinc(seen * TAU0) ** 2
     assert part.psd(f, RATE, form="continuous") == pytest.approx(folded.sum(axis=0), rel=2e-5)
-
-
-def test_violet_is_averaged_up_to_nyquist_and_blue_nearly_so():
-    f = np.array([0.01, 6.0, 30.0, 60.0])
-    for alpha, nearest in ((2, 1e-12), (1, 0.28)):
-        part = PowerLaw(alpha, 1.0)
-        up_to_nyquist = density(part, f) * np.sinc(f * TAU0) ** 2
-        assert part.psd(f, RATE, form="continuous") == pytest.approx(up_to_nyquist, rel=nearest)
 
 
 def test_an_average_of_many_points_has_the_spectrum_of_averages():
@@ -127,13 +119,6 @@ def test_a_sinusoid_is_averaged_too():
     assert told.truth["form"] == "continuous"
     assert told.truth["sinusoids"][0]["amplitude_mm"] == pytest.approx(high)
     assert told.truth["coefficients"]["x1"]["A_s"] == 1.0
-
-
-def test_no_published_row_is_beyond_the_forms():
-    f = np.geomspace(1e-5, 60, 300)
-    for key in published_keys():
-        for model in published_row(*key).values():
-            assert np.all(model.psd(f, RATE, "continuous") > 0)
 
 
 def test_an_unknown_form_is_refused():

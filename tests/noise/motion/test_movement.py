@@ -12,11 +12,7 @@ from scipy.signal import lfilter
 
 from mocap_metrology.noise.motion.movement import (
     UNKNOWN,
-    Movement,
-    all_keep_moving,
-    most_moving,
     movement,
-    movements,
 )
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import simulate
@@ -119,33 +115,6 @@ def test_short_recordings_gaps_and_outliers() -> None:
     for n, known in ((49, False), (50, True)):
         assert (movement(noise[:n], RATE) is UNKNOWN) is not known
         assert movement(noise[:n], RATE).moves is False
-
-
-def test_coarse_steps_passed_by_a_drift_are_none() -> None:
-    rng = np.random.default_rng(3)
-    for q in (0.05, 0.1):
-        position = walk(rng, 0.3) + 0.01 * rng.normal(size=N) + rng.uniform(0, q)
-        assert not movement(np.round(position / q) * q, RATE, step_mm=q).moves
-        pushed = np.round((position + 2.0 * (T > 100)) / q) * q
-        assert movement(pushed, RATE, step_mm=q).moves
-
-
-def test_of_markers_the_axis_that_does_most() -> None:
-    rng = np.random.default_rng(5)
-    still, pushed = SIGMA * rng.normal(size=(2, 3, N))
-    pushed += np.array([0.0, 2.0, 1.0])[:, None] * (T > 100)
-    found = movements({"A": still, "B": pushed}, RATE, 2.0, 3600.0)
-    assert found["A"]["x"] == movement(still[0], RATE)
-    ((label, (axis, most)),) = most_moving(found).items()
-    assert (label, axis, most) == ("B", "y", movement(pushed[1], RATE))
-    walks, unknown = {"x": Movement(5.0)}, {"x": UNKNOWN}
-    for markers, keep in (
-        (found, False),
-        ({"A": walks}, True),
-        ({"A": walks, "B": unknown}, False),
-    ):
-        assert all_keep_moving(markers) is keep
-    assert not all_keep_moving({"B": found["B"]})  # one jump, with rest before and after it
 
 
 @pytest.mark.parametrize("cameras", [2, 3, 5])

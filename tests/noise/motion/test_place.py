@@ -55,38 +55,6 @@ def test_degrees_of_freedom_of_a_difference(taps: np.ndarray, gaps: bool) -> Non
     assert freedom(np.full(100, np.nan)) == freedom(np.ones(100)) == pytest.approx(2 / 3)
 
 
-@pytest.mark.parametrize("least", [5, 30])
-def test_a_cell_is_what_a_loop_finds(least: int) -> None:
-    """Successive frames within a cube; Bartlett's test with its degrees of freedom."""
-    rng = np.random.default_rng(7)
-    middle, length = carried(rng, 0.1)
-    length[rng.random(6000) < 0.2] = np.nan
-    each, every = freedom(np.where(np.isfinite(length), length, np.nan)), np.nanmean(length)
-    inside: dict[tuple, list] = {}
-    pairs: dict[tuple, list] = {}
-    cubes = [tuple(np.floor(m / 250.0).tolist()) for m in middle.T]
-    for k, cube in enumerate(cubes):
-        if np.isfinite(length[k]):
-            inside.setdefault(cube, []).append(length[k])
-            if k + 1 < 6000 and cubes[k + 1] == cube and np.isfinite(length[k + 1]):
-                pairs.setdefault(cube, []).append(length[k + 1] - length[k])
-    rows = by_place(middle, length, 250.0, 0.9, least)
-    assert len(rows) == sum(len(p) >= least for p in pairs.values()) > 5
-    for row in rows:
-        cube = tuple((row[f"{axis}_mm"] / 250.0) - 0.5 for axis in "xyz")
-        own, steps = inside[cube], np.array(pairs[cube])
-        assert (row["n_frames"], row["n_pairs"]) == (len(own), steps.size)
-        dof, sigma = each * steps.size, math.sqrt(np.mean(steps**2) / 2)
-        ends = [sigma * math.sqrt(dof / stats.chi2.ppf(p, dof)) for p in (0.95, 0.05)]
-        found = [row["dof"], row["sigma_mm"], row["lower_mm"], row["upper_mm"]]
-        assert found == pytest.approx([dof, sigma, *ends])
-        assert row["deviation_mm"] == pytest.approx(np.mean(own) - every)
-    even = evenness(rows)
-    sigma, bend = (np.array([row[k] for row in rows]) for k in ("sigma_mm", "deviation_mm"))
-    assert even["worst_over_best"] == pytest.approx(sigma.max() / sigma.min())
-    assert even["bend_mm"] == pytest.approx(np.std(bend, ddof=1))
-
-
 def test_evenness_is_bartletts_test() -> None:
     """Of samples with as many degrees of freedom, by scipy."""
     rng, rows = np.random.default_rng(2), []

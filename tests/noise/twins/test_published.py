@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import csv
-import math
 
-import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.model.synthesis import clipped_bands, coherence
 from mocap_metrology.noise.twins.published import (
     COEFFICIENTS,
     SERIES,
@@ -20,9 +17,6 @@ from mocap_metrology.noise.twins.published import (
     published_row,
     published_subsets,
 )
-
-RATE = 120.0
-NINE_HOURS = 9 * 3600 * 120
 
 
 def test_every_printed_coefficient_is_there(reference):
@@ -67,36 +61,6 @@ def test_only_what_cannot_be_used_is_changed():
     assert sum("omitted" in note for key in published_keys() for note in published_notes(*key)) == 7
     assert any("3084e-02" in note for note in published_notes("Bonita", 2))
     assert published_notes("T40", 10) == []
-
-
-def test_table_4_fits_together():
-    for kind in ("T40", "Bonita", "Vantage", "All"):
-        row = published_gaussian(kind)
-        s1, s2, rho = row["sigma_1_mm"], row["sigma_2_mm"], row["rho_12"]
-        difference = math.sqrt(s1**2 + s2**2 - 2 * rho * s1 * s2)
-        assert row["sigma_C_mm"] == pytest.approx(difference, abs=1e-4)
-        assert row["mu_e_mm"] == pytest.approx(row["mu_1_mm"] - row["mu_2_mm"], abs=1.5e-4)
-        assert 0 < row["mu_L_mm"] - row["mu_e_mm"] < 0.005
-
-
-def test_coherence_of_x1_and_x2_is_possible_in_18_of_22_rows():
-    f = np.geomspace(1 / 32400, 60, 5000)
-    beyond = {}
-    for key in published_keys():
-        models = published_row(*key)
-        bands = clipped_bands(models, 120.0, NINE_HOURS)
-        if bands:
-            beyond[key] = bands
-        inside = np.ones(f.size, bool)
-        for low, high in bands:
-            inside &= (f < low / 1.01) | (f > high * 1.01)
-        assert np.all(np.abs(coherence(models, f, RATE)[inside]) <= 1)
-    assert set(beyond) == {("Bonita", 3), ("Bonita", 5), ("Bonita", 10), ("Vantage", 8)}
-    (low, high), *more = beyond.pop(("Bonita", 5))
-    assert not more and low == pytest.approx(5.8, abs=0.1) and high == pytest.approx(60)
-    # the others only at periods of hours: 9 h is 3.1e-5 Hz
-    for bands in beyond.values():
-        assert len(bands) == 1 and bands[0][1] < 1.1e-4
 
 
 @pytest.mark.parametrize(

@@ -123,6 +123,7 @@ class PoseFile(TypedDict):
     station_verdicts: NotRequired[dict[str, str]]
     covariance_joint: NotRequired[list[list[float]] | None]
     covariance_joint_stations: NotRequired[list[str]]
+    reference_poses: NotRequired[Row]
 
 
 def pose_json(
@@ -170,13 +171,16 @@ def network_json(
     verdict: Verdict,
     network: Network,
     diagnostics: Mapping[str, object],
+    true: Mapping[str, Reference],
 ) -> PoseFile:
-    """Likewise of any number of stations; chosen: index into `poses` of each that has one."""
+    """Likewise of any number of stations; chosen: index into `poses` of each that has one; true:
+    poses by name that a lab measured."""
     document = pose_json(poses, stations, None, verdict, diagnostics)
-    for index, (entry, pose) in enumerate(zip(document["poses"], poses, strict=True)):
-        entry["station"] = pose.station
+    for index, pose in enumerate(poses):
+        entry = {**_entry(pose, true.get(pose.station)), "station": pose.station}
+        document["poses"][index] = cast("PoseEntry", entry)
         if index in chosen.values():
-            _add_for_later(entry, pose)
+            _add_for_later(document["poses"][index], pose)
     reference, joint = network.connected[0], network.covariance
     rest = [station.role for station in stations if station.role != reference]
     general: Row = {
@@ -187,6 +191,12 @@ def network_json(
         "covariance_joint_stations": [name for name in network.connected if name != reference],
         "station_verdicts": dict(verdict.words),
     }
+    if true:
+        kept = ("source", "translation_mm", "rotation_deg")
+        every = {name: dict(_reference(one)) for name, one in true.items()}
+        general["reference_poses"] = {
+            k: {key: one[key] for key in kept} for k, one in every.items()
+        }
     for station in stations:
         if station.generation == 2:
             document["stations"][station.role]["mode"] = str(station.channel)

@@ -148,7 +148,7 @@ def pose_reference(path: str | Path) -> Reference:
     if not isinstance(stations, dict) or not all(role in stations for role in ROLES):
         raise Refusal(f'{name}: no station ids; expected "stations": {{"master": id, "slave": id}}')
     master, slave = (station_id(stations[role], f"{name}: {role}") for role in ROLES)
-    R, t_m = _rotation(given, name), _translation(given, name)
+    R, t_m = rotation_in(given, name), _baseline(given, name)
     return Reference(R, t_m, (master, slave), f"pose file {name}")
 
 
@@ -164,7 +164,7 @@ def _of_crazyflie(text: str, name: str) -> Row | None:
     if not is_crazyflie(text):
         return None
     ids, R, t = crazyflie_poses(text, name)
-    master, slave = (_rotation({"R": R[k]}, f"{name}: geos.{k}.rotation") for k in range(2))
+    master, slave = (rotation_in({"R": R[k]}, f"{name}: geos.{k}.rotation") for k in range(2))
     stations = dict(zip(ROLES, ids, strict=True))
     return {"R": master.T @ slave, "t_m": master.T @ (t[1] - t[0]), "stations": stations}
 
@@ -192,7 +192,8 @@ def _numbers(
     return values
 
 
-def _rotation(given: Mapping[str, object], name: str) -> np.ndarray:
+def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
+    """Rotation (3, 3) of a pose file."""
     if "R" in given:
         R = _numbers(given, "R", (3, 3), name)
         off = float(np.abs(R @ R.T - np.eye(3)).max())
@@ -211,16 +212,22 @@ def _rotation(given: Mapping[str, object], name: str) -> np.ndarray:
     return Rotation.from_quat(q).as_matrix()
 
 
-def _translation(given: Mapping[str, object], name: str) -> np.ndarray:
+def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:
+    """Translation (3,) of a pose file in m, by whatever name."""
     key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
     if key is None:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")
-    t = _numbers(given, key, (3,), name) * (1e-3 if key == "translation_mm" else 1.0)
+    return _numbers(given, key, (3,), name) * (1e-3 if key == "translation_mm" else 1.0)
+
+
+def _baseline(given: Mapping[str, object], name: str) -> np.ndarray:
+    """The translation of a slave, which is neither here nor far away."""
+    t = translation_in(given, name)
     baseline = float(np.linalg.norm(t))
     if not SHORTEST_M <= baseline <= LONGEST_M:
         raise Refusal(
-            f"{name}: {key} puts the stations {baseline:g} m apart; expected {SHORTEST_M:g} to"
-            f" {LONGEST_M:g} m (is the unit right?)"
+            f"{name}: the translation puts the stations {baseline:g} m apart; expected"
+            f" {SHORTEST_M:g} to {LONGEST_M:g} m (is the unit right?)"
         )
     return t
 

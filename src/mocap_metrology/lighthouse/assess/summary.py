@@ -10,6 +10,7 @@ import numpy as np
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
 from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad, places_urad
+from mocap_metrology.lighthouse.assess.network_reference import NetworkReference
 from mocap_metrology.lighthouse.assess.pose_file import (
     PoseFile,
     network_json,
@@ -64,7 +65,7 @@ def summary(
     duration_s: float | None = None,
     resolution_s: float | None = None,
     notes: Sequence[str] = (),
-    reference: Reference | None = None,
+    reference: Reference | NetworkReference | None = None,
     truths: Mapping[str, Reference] | None = None,
     earlier: str | None = None,
 ) -> Summary:
@@ -76,7 +77,8 @@ def summary(
     or the earlier pose is of other stations.
     """
     if found.network is not None:
-        return _of_network(found, stations, duration_s, notes, earlier)
+        return _of_network(found, stations, duration_s, notes, reference, earlier)
+    assert not isinstance(reference, NetworkReference)
     index = chosen(found.estimates)
     best = None if index is None else found.estimates[index]
     why = list(found.why)
@@ -128,25 +130,29 @@ def _of_network(
     stations: Sequence[Station],
     duration_s: float | None,
     notes: Sequence[str],
+    given: Reference | NetworkReference | None,
     earlier: str | None,
 ) -> Summary:
-    """Of any number of stations, each judged as a slave of the reference."""
-    assert found.network is not None
+    """Of any number of stations, each judged as a slave of the reference; given: true poses."""
+    assert found.network is not None and not isinstance(given, Reference)
     network, by_name = found.network, {station.role: station for station in stations}
     reference, *others = network.connected
+    true, note = ({}, "") if given is None else given.seen_from(reference, stations)
     taken: dict[str, int] = {}
     verdicts: dict[str, Verdict] = {}
     for name in others:
         own = [k for k, pose in enumerate(found.estimates) if pose.station == name]
         index = chosen([found.estimates[k] for k in own])
+        best = None if index is None else found.estimates[own[index]]
         if index is not None:
             taken[name] = own[index]
         verdicts[name] = verdict(
-            None if index is None else found.estimates[own[index]],
+            best,
             [found.estimates[k] for k in own],
             (by_name[reference], by_name[name]),
             n_common=network.common[name],
             duration_s=duration_s,
+            errors=errors(best.R, best.t_m, true[name]) if best and name in true else None,
             variants=found.variants,
             why_none="; ".join(found.why),
         )
@@ -157,9 +163,9 @@ def _of_network(
         "common": dict(network.common),
         "duration_s": duration_s,
         "left_out": list(found.why),
-        "notes": list(notes),
+        "notes": [*notes, *([note] if note else [])],
     }
-    result = network_json(found.estimates, stations, taken, judged, network, diagnostics)
+    result = network_json(found.estimates, stations, taken, judged, network, diagnostics, true)
     result["variants"] = [way.as_dict() for way in found.variants]
     comparison = None
     if earlier is not None:

@@ -38,13 +38,14 @@ from mocap_metrology.lighthouse.batch.solve import (
     solved,
     supported,
 )
-from mocap_metrology.lighthouse.rotor import X, Z
+from mocap_metrology.lighthouse.rotor import GENERATION, X, Z
 
 ROUNDS = 60  # steps at most
 SETTLED = 0.8  # of the spread of residuals one step before: from then on noise is estimated
 LEAST_GAIN = 0.01  # of the cost, which is a chi squared
 SAME_COST = 1.0  # likewise, of the costs of two models
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
+LEAST_DAMPING = 1e-9  # likewise, where errors that are shared leave some unknowns weak
 SMALL = 0.02  # of its standard deviation: a step that ends the search
 SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
 STALLED = 8  # steps of so small a gain one after the other end a search as well
@@ -111,12 +112,14 @@ def estimate(
     *,
     sized: bool = False,
     more: More | None = None,
+    near: Joint | None = None,
 ) -> Joint:
     """Poses R, t of the stations in the master's frame and everything else, from near them.
 
     rotors (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors
-    are taken as they are, also of `SIZED`, and the bias remains. Raises LinAlgError where the hits
-    do not determine the poses.
+    are taken as they are, also of `SIZED`, and the bias remains; near: an estimate of the same
+    unknowns from other hits, where this begins. Raises LinAlgError where the hits do not determine
+    the poses.
     """
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
@@ -128,6 +131,8 @@ def estimate(
     priors = priors or Priors()
     of = layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale, more)
     state = start(R, t_m, rotors, board, of.size, NO_NORMALS if normals is None else normals)
+    if near is not None:
+        state = near.state
     own = [recording(one, state) for one in recordings]
     for one, its, column in zip(own, seen, of.inertial, strict=True):
         if its is not None:
@@ -172,6 +177,10 @@ class _Search:
         self.of, self.state, self.recordings, self.ups = of, state, recordings, ups
         self.working, self.believed = of.working.copy(), of.sd.copy()
         self.damping, self.refined, self.sized = 0.0, False, sized
+        self.least_damping = FIRST_DAMPING
+        self.share = bool(state.rotors[0, 0, GENERATION] == 2)  # of hits from one direction
+        if self.share:
+            self.damping, self.least_damping = FIRST_DAMPING, LEAST_DAMPING
         self.weighed = False  # the sensors' noise remains as it is
         self.factors: list[np.ndarray] = []  # of the recordings' trajectories, in the last step
         held = (of.group != GROUPS.index("pose")).all()
@@ -243,9 +252,15 @@ class _Search:
         if self.refined or not settled:
             return sums
         self.refined = True
+        return self._renoised(sums)
+
+    def _renoised(self, sums: list[Sums]) -> list[Sums]:
+        """Estimate the noise, by sums over hits that count alike; sums at it."""
         for one, own in zip(self.recordings, sums, strict=True):
             one.noise = estimated_noise(own, one.trajectory, one.noise)
-        return sums
+            if self.share:
+                one.shared(self.state)
+        return [one.sums(self.state, self.of) for one in self.recordings] if self.share else sums
 
     def _weigh_sensors(self) -> None:
         """Noise of the sensors: by medians while the fit is coarse, then with its freedom."""
@@ -312,14 +327,15 @@ class _Search:
             if not self.refined or after <= cost + LEAST_GAIN or damping > LARGEST_DAMPING:
                 self.damping = damping
                 return *plain, cost - after
-            damping = max(10 * damping, self.damping / 10, FIRST_DAMPING)
+            damping = max(10 * damping, self.damping / 10, self.least_damping)
 
     def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:
         """Noise, and priors of `SIZED` groups, as large as the recordings show; S and h at these
         values."""
         self.weighed = True
-        for one, of_one in zip(self.recordings, sums, strict=True):
-            one.noise = estimated_noise(of_one, one.trajectory, one.noise)
+        if self.share:
+            sums = [replace(one, share=None).sums(self.state, self.of) for one in self.recordings]
+        self._renoised(sums)
         for name in SIZED:
             own = self.of.group == GROUPS.index(name)
             if own.any():

@@ -12,6 +12,7 @@ from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.inertial import Windows, windows
 from mocap_metrology.lighthouse.batch.length import LengthView, added, equation
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
+from mocap_metrology.lighthouse.batch.share import shares
 from mocap_metrology.lighthouse.batch.solve import (
     Equations,
     Noise,
@@ -69,7 +70,7 @@ class Sensed:
 @dataclass
 class Recording:
     """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad; its
-    sensors, where it has any."""
+    sensors, where it has any; share, tau_rad: as `share.shares`."""
 
     sweeps: Sweeps
     trajectory: Trajectory
@@ -78,6 +79,8 @@ class Recording:
     residual: Floats
     sensors: Sensed | None = None
     lengths: tuple[LengthView, ...] = ()
+    share: Floats | None = None  # of the hits, where they share errors by direction
+    tau_rad: float = 0.0  # standard deviation of these
 
     def move(self, step: Floats, state: State) -> None:
         """Add a step to the control points, and take other values of all else."""
@@ -127,17 +130,29 @@ class Recording:
 
     def weights(self) -> Weights:
         """Of the hits, at the present noise."""
+        return weights(self.seen, self.residual, self.noise, self.share)
+
+    def plain(self) -> Weights:
+        """Likewise, of hits that count alike."""
         return weights(self.seen, self.residual, self.noise)
+
+    def shared(self, state: State) -> None:
+        """Let hits of a diode from one direction share their errors, as the residuals show."""
+        own = self.plain()
+        alone = self.residual - own.offset[self.sweeps.sweep]
+        at = self.seen, self.trajectory, state
+        self.share, self.tau_rad, hit = shares(*at, alone, own.hit, self.noise.hit)
+        self.noise = replace(self.noise, hit=hit)
 
     def total_weight(self) -> Floats:
         """Of each hit, with that of its sweep."""
-        own = self.weights()
+        own = self.plain()
         return own.hit * own.held[self.sweeps.sweep]
 
     @property
     def alone(self) -> Floats:
         """Residuals without the offset of their sweep, rad."""
-        return self.residual - self.weights().offset[self.sweeps.sweep]
+        return self.residual - self.plain().offset[self.sweeps.sweep]
 
 
 def recording(given: Given, state: State) -> Recording:

@@ -42,7 +42,7 @@ def residual_rows(found: Joint, hits: Hits, names: Sequence[str] = ROLES) -> dic
 
 def _against(one: Recording, names: Sequence[str]) -> Rows:
     rows: Rows = []
-    hits, weight = one.sweeps.hits, one.weights().hit
+    hits, weight = one.sweeps.hits, one.plain().hit
     # Bins of the measured angle would sort the hits of a board at rest by their residuals.
     estimated = hits.angle_rad + one.residual
     for name, values in (("angle_deg", np.degrees(estimated)), ("time_s", hits.time_s)):

@@ -103,13 +103,16 @@ class Weights:
     cost: np.ndarray
 
 
-def weights(seen: View, residual: np.ndarray, noise: Noise) -> Weights:
-    """Of hits by their residuals."""
+def weights(
+    seen: View, residual: np.ndarray, noise: Noise, share: np.ndarray | None = None
+) -> Weights:
+    """Of hits by their residuals; share: of each as `share.shares`, 1 without it."""
     n = seen.sweeps.first.size - 1
     found = Weights(np.empty(residual.size), *np.empty((3, n)))
     first, hit, sweep = seen.sweeps.first, noise.hit, noise.sweep
+    share = np.ones(residual.size) if share is None else share
     of_sweep = found.offset, found.held, found.cost
-    sweep_kernel.robust(first, residual, hit, sweep, LIMIT, found.hit, *of_sweep)
+    sweep_kernel.robust(first, residual, hit, sweep, LIMIT, share, found.hit, *of_sweep)
     return found
 
 

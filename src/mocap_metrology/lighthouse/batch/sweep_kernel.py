@@ -60,6 +60,7 @@ def robust(
     sigma: float,
     common: float,
     limit: float,
+    share: np.ndarray,
     weight: np.ndarray,
     offset: np.ndarray,
     held: np.ndarray,
@@ -69,9 +70,9 @@ def robust(
 
     With z = (e - offset) / sigma, a hit costs z^2 up to |z| = limit and limit^2 (1 + 2 ln(|z| /
     limit)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,
-    (limit / z)^2 beyond. So a sweep that is wrong as a whole has an offset of its own, and
-    determines nothing but differences of its hits. The offset is the minimum for these weights,
-    found by repetition from the median.
+    (limit / z)^2 beyond. Cost and weight of a hit are times its share. So a sweep that is wrong as
+    a whole has an offset of its own, and determines nothing but differences of its hits. The offset
+    is the minimum for these weights, found by repetition from the median.
     """
     for m in range(first.size - 1):
         low, high = first[m], first[m + 1]
@@ -79,12 +80,12 @@ def robust(
         if common > 0:
             b = float(np.median(residual[low:high]))
             v = _weight(b / common, limit)
-            b /= 1 + v * (sigma / common) ** 2 / (high - low)
+            b /= 1 + v * (sigma / common) ** 2 / np.sum(share[low:high])
         for _ in range(4 if common > 0 else 1):
             v = _weight(b / common, limit) if common > 0 else 1.0
             up, down = 0.0, v * (sigma / common) ** 2 if common > 0 else 1.0
             for h in range(low, high):
-                weight[h] = _weight((residual[h] - b) / sigma, limit)
+                weight[h] = share[h] * _weight((residual[h] - b) / sigma, limit)
                 up += weight[h] * residual[h]
                 down += weight[h]
             if common > 0:
@@ -92,7 +93,7 @@ def robust(
         offset[m], held[m] = b, v
         total = _loss(b / common, limit) if common > 0 else 0.0
         for h in range(low, high):
-            total += _loss((residual[h] - b) / sigma, limit)
+            total += share[h] * _loss((residual[h] - b) / sigma, limit)
         cost[m] = total
 
 

@@ -19,14 +19,8 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
-from mocap_metrology.lighthouse.calibrate.batch import (
-    Scene,
-    facing,
-    joint,
-    poses_of,
-    renewed,
-    start,
-)
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, start
+from mocap_metrology.lighthouse.calibrate.fits import facing, poses_of, renewed
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
@@ -80,7 +74,7 @@ def weighed_stations(of: Mapping[str, Scene], found: Joint) -> list[list[Weighed
 
 def _cost(found: Joint) -> Floats:
     """Of each sweep, that of the priors spread over all."""
-    own = np.concatenate([one.weights().cost for one in found.recordings])
+    own = np.concatenate([one.plain().cost for one in found.recordings])
     bends = sum(bend_cost(one.trajectory) for one in found.recordings)
     return own + (float(np.sum((found.state.values / found.working) ** 2)) + bends) / own.size
 

@@ -25,7 +25,8 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
 from mocap_metrology.lighthouse.batch.recording import Given
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of, poses_of
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of
+from mocap_metrology.lighthouse.calibrate.fits import poses_of
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
     FEWEST_MOMENTS,

@@ -219,23 +219,35 @@ def _crazyflie(text: str, name: str, generations: tuple[int, ...]) -> Mapping[st
     return given
 
 
+Geometry = tuple[int | None, np.ndarray, np.ndarray]  # id, None where unknown; R, t in m
+
+
 def crazyflie_poses(text: str, name: str) -> tuple[list[int | None], np.ndarray, np.ndarray]:
     """Ids of master and slave, None where unknown, and their R (2, 3, 3) and t (2, 3) in m in the
     room. Raises `Refusal` naming file and field; whether each R is a rotation is not checked."""
     given = _crazyflie(text, name, (1,))
+    ids, R, t = zip(*(_geometry(given, key, name) for key in range(len(ROLES))), strict=True)
+    return list(ids), np.array(R), np.array(t)
+
+
+def crazyflie_geometry(text: str, name: str) -> dict[int, Geometry]:
+    """Likewise of all stations of the second generation, by channel."""
+    given = _crazyflie(text, name, (2,))
+    geos = given.get("geos")
+    keys = sorted(set(geos) & set(range(CHANNELS))) if isinstance(geos, Mapping) else []
+    return {key: _geometry(given, key, name) for key in keys}
+
+
+def _geometry(given: Mapping[str, Any], key: int, name: str) -> Geometry:
     geos, calibs = given.get("geos"), given.get("calibs")
-    ids: list[int | None] = []
-    R, t = np.empty((2, 3, 3)), np.empty((2, 3))
-    for key in range(len(ROLES)):
-        geo = geos.get(key) if isinstance(geos, Mapping) else None
-        if not isinstance(geo, Mapping):
-            raise Refusal(f"{name}: no geos.{key}; expected origin and rotation of two stations")
-        t[key] = _numbers(geo.get("origin"), (3,), f"{name}: geos.{key}.origin")
-        R[key] = _numbers(geo.get("rotation"), (3, 3), f"{name}: geos.{key}.rotation")
-        calib = calibs.get(key) if isinstance(calibs, Mapping) else None
-        uid = calib.get("uid") if isinstance(calib, Mapping) else None
-        ids.append((uid or None) if type(uid) is int else None)
-    return ids, R, t
+    geo = geos.get(key) if isinstance(geos, Mapping) else None
+    if not isinstance(geo, Mapping):
+        raise Refusal(f"{name}: no geos.{key}; expected origin and rotation of two stations")
+    t = _numbers(geo.get("origin"), (3,), f"{name}: geos.{key}.origin")
+    R = _numbers(geo.get("rotation"), (3, 3), f"{name}: geos.{key}.rotation")
+    calib = calibs.get(key) if isinstance(calibs, Mapping) else None
+    uid = calib.get("uid") if isinstance(calib, Mapping) else None
+    return (uid or None) if type(uid) is int else None, R, t
 
 
 def _of_crazyflie(text: str, name: str) -> list[Station]:

@@ -8,32 +8,27 @@ t, and marker j at l_j on the board, motion capture should see at its time
 A, b being the reference station's frame in that of motion capture. All of this is estimated by
 least squares, weighed by the residuals (Huber 1964) and by what the track states of its own noise;
 the scale s is estimated once more beside, and not applied. The offset is searched where the speeds
-of both paths are alike: the normalised correlation over what is known of both (Padfield 2012).
-Errors of neighbouring moments are alike, so that standard deviations are those of a jackknife over
-`BLOCKS` of the time.
+of both paths are alike (`offsets`). Errors of neighbouring moments are alike, so that standard
+deviations are those of a jackknife over `BLOCKS` of the time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from operator import itemgetter
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.calibrate.superpose import jackknife, kabsch
+from mocap_metrology.lighthouse.calibrate.superpose import jackknife
 from mocap_metrology.lighthouse.rotation import exp, log
+from mocap_metrology.lighthouse.track.markers import Alignment, Markers, Tracked
+from mocap_metrology.lighthouse.track.offsets import APART_S, LEAST_S, offsets
 
 BLOCKS = 10
-CANDIDATES = 6  # offsets that are tried
-LEAST_S = 3.0  # of common time
-APART_S = 0.25  # between two offsets that are tried
-SMOOTHED = 5  # moments of a speed
 LEAST_MM = 30.0  # rms of the second direction of the path: along a line no frame is determined
+LARGEST_SCALE = 0.05  # beyond it, and if nothing else fits: another unit
 WORST_FIT = 0.2  # rms of the residuals over that of the path: another motion
 LEVER_SD_M, RATE_SD = 0.3, 5e-5  # known of these beforehand
 CORRELATED_S = 0.3  # residuals within are alike
@@ -41,105 +36,33 @@ FLOOR_M = 5e-4  # of the noise of a moment
 HUBER = 2.0  # times the median
 MEDIAN_3D = 1.538  # of the length of a vector, over the standard deviation of a coordinate
 AMBIGUOUS = 1.5  # rms at another offset over the best: both fit
-FEWEST_FRAMES = 4
 NARROWEST_M = 5e-3  # of markers that show an attitude
 ROUNDS = 30
 SMALL = 1e-4  # of its noise: a step that ends the search
-NEAR = 1.6  # frames: a moment between two that were seen
-
-
-@dataclass(frozen=True)
-class Markers:
-    """Places (markers, 3, frames) in m, NaN where one was not seen; frame 0 is at time 0."""
-
-    labels: tuple[str, ...]
-    rate_hz: float
-    place_m: Floats
-
-    @cached_property
-    def _seen(self) -> np.ndarray:
-        return np.flatnonzero(np.isfinite(self.place_m).all(axis=(0, 1)))
-
-    @cached_property
-    def _spline(self) -> Any:
-        from scipy.interpolate import CubicSpline
-
-        if self._seen.size < FEWEST_FRAMES:
-            names = ", ".join(self.labels)
-            raise Refusal(f"receiver: {names} are seen together in {self._seen.size} frames")
-        return CubicSpline(self._seen, np.moveaxis(self.place_m[:, :, self._seen], 2, 0))
-
-    @property
-    def duration_s(self) -> float:
-        """From the first frame to the last."""
-        return (self.place_m.shape[2] - 1) / self.rate_hz
-
-    def at(self, time_s: Floats) -> tuple[Floats, Floats]:
-        """Places and velocities (n, markers, 3) by cubic splines; NaN but between two frames that
-        have all markers."""
-        spline, frames, at = self._spline, self._seen, time_s * self.rate_hz
-        after = np.clip(np.searchsorted(frames, at), 1, frames.size - 1)
-        inside = (at >= frames[after - 1]) & (at <= frames[after])
-        inside &= frames[after] - frames[after - 1] <= NEAR
-        at = np.where(inside, at, np.nan)
-        return spline(at), spline(at, 1) * self.rate_hz
-
-
-@dataclass(frozen=True)
-class Tracked:
-    """Poses of a board at moments of one step, NaN where unknown: R (n, 3, 3), t (n, 3) in m; noise
-    (n,): standard deviation of a coordinate, in m."""
-
-    time_s: Floats
-    R: Floats
-    t_m: Floats
-    noise_m: Floats
-
-
-@dataclass(frozen=True)
-class Alignment:
-    """What brings a track to motion capture, as in the formula above; lever (markers, 3) in m."""
-
-    A: Floats
-    b_m: Floats
-    offset_s: float
-    rate: float
-    lever_m: Floats
-    middle_s: float
-    scale: float = 1.0
-
-    def time(self, time_s: Floats) -> Floats:
-        """Of motion capture, at times of the track."""
-        found: Floats = self.offset_s + time_s + self.rate * (time_s - self.middle_s)
-        return found
-
-    def values(self) -> Floats:
-        """Offset, rate, lever and scale, in one row."""
-        return np.r_[self.offset_s, self.rate, self.lever_m.ravel(), self.scale]
 
 
 @dataclass(frozen=True)
 class Match:
     """An alignment with scale 1, and what it leaves.
 
-    time_s (n,): moments that both know; place_m (n, markers, 3): of motion capture less of the
-    track, in axes of motion capture; sd: of `Alignment.values`; scale, scale_sd: with a free scale;
-    turn_rad (n, 3): likewise of the attitude, None of fewer than three markers that span a surface.
+    free: the alignment whose scale is free, which determines clock and lever also of a track of
+    another size; sd: of its `values`. time_s (n,): moments that both know; place_m (n, markers, 3):
+    of motion capture less of the track, in axes of motion capture; turn_rad (n, 3): likewise of the
+    attitude, None of fewer than three markers that span a surface.
     """
 
     alignment: Alignment
+    free: Alignment
+    sd: Floats
     time_s: Floats
     place_m: Floats
-    sd: Floats
-    scale: float
-    scale_sd: float
     turn_rad: Floats | None = None
 
 
 def match(track: Tracked, seen: Markers) -> Match:
     """Raises `Refusal` where the recordings are not of one motion, or of too little."""
     known = np.asarray(np.isfinite(track.t_m).all(axis=1))
-    fits = [_Fit(track, seen, known, near) for near in _offsets(track, seen, known)]
+    fits = [_Fit(track, seen, known, near) for near in offsets(track, seen, known)]
     fits = sorted((fit for fit in fits if fit.common_s >= LEAST_S), key=lambda fit: -fit.score)
     if not fits:
         raise Refusal(
@@ -147,7 +70,7 @@ def match(track: Tracked, seen: Markers) -> Match:
             " motion, recorded by both"
         )
     fit, free = fits[0], _Fit(track, seen, known, fits[0].found, free_scale=True)
-    _check(fit, track, seen, fits[1:])
+    _check(fit, fits[1:])
     others = []
     for block in np.array_split(np.flatnonzero(fit.kept), BLOCKS):
         rest = fit.kept.copy()
@@ -155,13 +78,11 @@ def match(track: Tracked, seen: Markers) -> Match:
         others.append(_Fit(track, seen, rest, free.found, free_scale=True).found.values())
     sd = np.sqrt(np.diag(jackknife(np.array(others))))
     kept = fit.kept
-    return Match(
-        fit.found, track.time_s[kept], fit.residual[kept], sd[:-1], free.found.scale, sd[-1],
-        _turns(fit),
-    )  # fmt: skip
+    off = track.time_s[kept], fit.residual[kept], _turns(fit)
+    return Match(fit.found, free.found, sd, *off)
 
 
-def _check(fit: _Fit, track: Tracked, seen: Markers, others: Sequence[_Fit]) -> None:
+def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
     """Refuse what determines no alignment, or a wrong one."""
     size, whole = 1e3 * np.sqrt(fit.spread), float(np.sqrt(fit.spread.sum()))
     if size[1] < LEAST_MM:
@@ -170,10 +91,10 @@ def _check(fit: _Fit, track: Tracked, seen: Markers, others: Sequence[_Fit]) -> 
             f" across; expected {LEAST_MM:g} mm or more in two"
         )
     if fit.rms > WORST_FIT * whole:
-        scale, rest = min(
-            (_sized(track, seen, one.near) for one in (fit, *others)), key=itemgetter(1)
-        )
-        if rest < WORST_FIT:
+        free = [_sized(one) for one in (fit, *others)]
+        best = min(free, key=lambda one: one.rms / max(one.found.scale, 1e-9))
+        scale, size = best.found.scale, best.found.scale * np.sqrt(best.spread.sum())
+        if best.rms < WORST_FIT * size and abs(scale - 1) > LARGEST_SCALE:
             raise Refusal(
                 f"receiver: the path by motion capture is {scale:.3g} times as large as that of the"
                 " board; expected the same size (is the unit of the file right?)"
@@ -185,81 +106,21 @@ def _check(fit: _Fit, track: Tracked, seen: Markers, others: Sequence[_Fit]) -> 
         )
     for other in others:
         apart = abs(other.found.offset_s - fit.found.offset_s)
-        if apart > APART_S and other.rms < AMBIGUOUS * fit.rms:
+        long = other.common_s > fit.common_s / 2
+        if long and apart > APART_S and other.rms < AMBIGUOUS * fit.rms:
             raise Refusal(
                 f"receiver: the offset of the clocks is not determined, as {apart:.2f} s more or"
                 " less fit as well; expected a motion that does not repeat itself"
             )
 
 
-def _sized(track: Tracked, seen: Markers, near: Alignment) -> tuple[float, float]:
-    """How many times as large the path is by motion capture at this offset, and the rms of what is
-    left of it then, as a share."""
-    places, _ = seen.at(near.time(track.time_s))
-    both = np.isfinite(places).all(axis=(1, 2)) & np.isfinite(track.t_m).all(axis=1)
-    own, its = track.t_m[both], places[both].mean(axis=1)
-    scale = float(np.sqrt(its.var(axis=0).sum() / own.var(axis=0).sum()))
-    A, b = kabsch(scale * own, its)
-    rest = its - scale * own @ A.T - b
-    return scale, float(np.sqrt((rest**2).sum(axis=1).mean() / its.var(axis=0).sum()))
-
-
-def _offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]:
-    """Where the speeds of both are most alike: rough alignments, the best first."""
-    step = float(np.median(np.diff(track.time_s)))
-    grid = step * np.arange(int(seen.duration_s / step) + 1, dtype=np.float64)
-    places, _ = seen.at(grid)
-    own, its = (_speed(place, step) for place in (track.t_m, places.mean(axis=1)))
-    r, count = _correlation(own, its)
-    enough = count * step >= LEAST_S
-    score = np.where(enough, np.arctanh(np.clip(r, -0.999, 0.999)) * np.sqrt(count), -np.inf)
-    found: list[Alignment] = []
-    middle = float(np.median(track.time_s))
-    for _ in range(CANDIDATES):
-        best = int(np.argmax(score))
-        if not np.isfinite(score[best]):
-            break
-        lag = best - (own.size - 1)
-        near = round(APART_S / step)
-        score[max(best - near, 0) : best + near + 1] = -np.inf
-        offset = lag * step - float(track.time_s[0])
-        places, _ = seen.at(track.time_s + offset)
-        both = known & np.isfinite(places).all(axis=(1, 2))
-        if both.sum() * step < LEAST_S:
-            continue
-        A, b = kabsch(track.t_m[both], places[both].mean(axis=1))
-        none = np.zeros((len(seen.labels), 3))
-        found.append(Alignment(A, b, offset, 0.0, none, middle))
-    return found
-
-
-def _speed(place: Floats, step_s: float) -> Floats:
-    """Speed (n,), smoothed, NaN at gaps."""
-    velocity = np.gradient(place, step_s, axis=0)
-    speed = np.linalg.norm(velocity, axis=1)
-    return np.convolve(speed, np.ones(SMOOTHED) / SMOOTHED, mode="same")
-
-
-def _correlation(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Normalised correlation of b, later by each lag from 1 - len(a) on, with a, over the pairs
-    that are known of both; and how many these are."""
-    from scipy.signal import correlate
-
-    ok = [np.isfinite(x) for x in (a, b)]
-    x, y = (np.where(k, v - np.nanmean(v), 0.0) for k, v in zip(ok, (a, b), strict=True))
-
-    def at_lags(first: Floats, second: Floats) -> Floats:
-        return np.asarray(correlate(second, first, mode="full", method="fft"))
-
-    w, v = (k.astype(float) for k in ok)
-    n = np.round(at_lags(w, v))
-    few = n < SMOOTHED
-    n_ = np.where(few, 1.0, n)
-    sx, sy = at_lags(x, v), at_lags(w, y)
-    vx, vy = at_lags(x**2, v) - sx**2 / n_, at_lags(w, y**2) - sy**2 / n_
-    floor = 1e-9 * max(float(x @ x), float(y @ y), 1e-30)
-    r = (at_lags(x, y) - sx * sy / n_) / np.sqrt(np.maximum(vx, floor) * np.maximum(vy, floor))
-    return np.where(few, -1.0, r), n
+def _sized(fit: _Fit) -> _Fit:
+    """From where a fit began, with the size that motion capture has of the path."""
+    places, _ = fit.seen.at(fit.near.time(fit.track.time_s))
+    both = fit.known & np.isfinite(places).all(axis=(1, 2))
+    ratio = places[both].mean(axis=1).var(axis=0).sum() / fit.track.t_m[both].var(axis=0).sum()
+    near = replace(fit.near, scale=float(np.sqrt(ratio)))
+    return _Fit(fit.track, fit.seen, fit.known, near, free_scale=True)
 
 
 class _Fit:

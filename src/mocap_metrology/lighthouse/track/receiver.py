@@ -18,7 +18,8 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S
-from mocap_metrology.lighthouse.calibrate.batch import Scene, without_bad_diodes
+from mocap_metrology.lighthouse.calibrate.batch import Scene
+from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.records import ROLES, Hits
 from mocap_metrology.lighthouse.timing import CYCLE_S
@@ -85,7 +86,7 @@ def track(scene: Scene, known: Calibrated, time_s: Floats | None = None) -> Trac
         )
     hits = hits.take(trajectory.known(hits.time_s))
     with determined("receiver"):
-        found, note = without_bad_diodes(scene, hits, trajectory, known.poses)
+        found, note = well_fitted(scene, hits, trajectory, known.poses)
     return along(found.sure("receiver"), scene, known, note, time_s)
 
 

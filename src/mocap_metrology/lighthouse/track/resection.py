@@ -29,7 +29,8 @@ from mocap_metrology.lighthouse.calibrate.superpose import jackknife
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import error, exp
 from mocap_metrology.lighthouse.rotor import angles
-from mocap_metrology.lighthouse.track.mocap import BLOCKS, Alignment, Markers, Tracked, match
+from mocap_metrology.lighthouse.track.markers import Alignment, Markers, Tracked
+from mocap_metrology.lighthouse.track.mocap import BLOCKS, match
 from mocap_metrology.lighthouse.track.receiver import Calibrated, Track, track
 
 MOST_HITS = 20_000  # of a station
@@ -91,7 +92,7 @@ def resected(
         now = Calibrated(np.squeeze(R), np.squeeze(t), none, False)
         own = as_tracked(track(scene, now))
         with determined("receiver"):
-            then = resect(scene, now.poses, own, seen, match(own, seen).alignment)
+            then = resect(scene, now.poses, own, seen, match(own, seen).free)
         if len(then.members) < len(placed.members):
             break  # as good as before
         moved = _between(placed.relative, then.relative)

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import least_squares, nnls
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.fit.allan.annealing import annealing_run, without_descents
+from mocap_metrology.noise.fit.allan.annealing import annealing_run
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt
 from mocap_metrology.noise.fit.allan.relative import misfit
 from mocap_metrology.noise.fit.estimates import Components
@@ -21,7 +21,6 @@ RATE = 120.0
 TAU0 = 1 / RATE
 M = np.unique(np.round(np.logspace(0, np.log10(1_296_000), 116))).astype(int)
 SETTINGS = Annealing(longest_tau_share=1.0)
-QUICK = Annealing(starts=2, iterations=1, colony_iterations=10, longest_tau_share=1.0)
 TRUTH = NoiseModel.from_coefficients(
     {"h_-2": 4e-10, "h_0": 1e-6, "q_c1": 0.012, "T_c1": 0.3, "q_c2": 0.002, "T_c2": 6.0}
 )
@@ -75,16 +74,6 @@ def test_curves_costs_and_derivatives_are_those_of_the_model(form, weighting):
             assert row == pytest.approx(slope, abs=1e-4 * np.abs(row).max() + least)
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_gauss_markov_over_its_whole_range(form):
-    search = Annealing(shortest_frames=0.1, longest_share=1.0, longest_tau_share=1.0)
-    problem = misfit(M, WALK.avar(M, RATE), RATE, Components((), 1), form, search=search)
-    for log_T in np.linspace(problem.lower[1], problem.upper[1], 200):
-        x = np.array([0.0, log_T])
-        curve = problem.model(x).avar(M, RATE, form)
-        assert problem.avar * (1 + problem.residual(x)[0]) == pytest.approx(curve, rel=1e-10)
-
-
 def test_polished_stops_at_bounds_and_says_so():
     white = of(h_0=1e-6).avar(M, RATE)
     problem = misfit(M, white, RATE, Components((-2, 0), 1))
@@ -101,13 +90,6 @@ def test_polished_stops_at_bounds_and_says_so():
     for last, at in ((problem.lower[3], [0, 1, 0, 1]), (0.0, [0, 0, 0, 1])):
         x = np.array([-2.0, problem.upper[1], -3.0, last])
         assert problem.at_bound(x) == dict(zip(names, map(bool, at), strict=True))
-
-
-def test_order_of_the_averaging_times_does_not_matter():
-    avar, order = WALK.avar(M, RATE), np.random.default_rng(4).permutation(M.size)
-    first, second = (misfit(M[o], avar[o], RATE, ALL) for o in (slice(None), order))
-    x = ((first.lower + first.upper) / 2)[None]
-    assert first.costs(x) == second.costs(x)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -164,22 +146,6 @@ def test_power_laws_alone_are_non_negative_least_squares(kind):
             assert statuses(found)[f"h_{alpha}"] == "at_bound"
 
 
-def test_starts_seeds_and_units():
-    avar = scattered(TRUTH, 11)
-    first, again, other = (annealed(avar, TRUTH, seed=seed) for seed in (1, 1, 2))
-    assert repr(first) == repr(again) and first.starts_cost != other.starts_cost
-    assert other.estimate.values == pytest.approx(first.estimate.values, rel=1e-3)
-    assert len(first.starts) == len(first.starts_cost) == SETTINGS.starts
-    for model, cost in zip(first.starts, first.starts_cost, strict=True):
-        times = [v for k, v in model.coefficients().items() if k.startswith("T_c")]
-        assert times == sorted(times)
-        residual = 1 - model.avar(M, RATE, "continuous") / avar
-        assert cost == pytest.approx(np.sum(residual**2), rel=1e-8)
-    assert first.estimate.cost <= min(first.starts_cost) * (1 + 1e-12)
-    mm, um = (annealed(k * avar, TRUTH, QUICK, 4).estimate for k in (1, 1e6))
-    assert um.model.scaled(1e-3).coefficients() == pytest.approx(mm.values, rel=1e-6)
-
-
 def test_what_is_beyond_the_range_ends_at_its_ends():
     found = annealed(of(h_0=1e-6).avar(M, RATE), Components((-2, 0, 2), 0), seed=6).estimate
     assert statuses(found) == {"h_-2": "at_bound", "h_0": "ok", "h_2": "at_bound"}
@@ -193,64 +159,6 @@ def test_what_is_beyond_the_range_ends_at_its_ends():
     found = annealed(short, Components((0,), 1), seed=8).estimate
     assert statuses(found)["T_c1"] == "at_bound"
     assert found.values["T_c1"] == pytest.approx(2 * TAU0)
-
-
-def test_a_search_that_was_too_short_says_so():
-    truth = published_row("T40", 10)["L"]
-    hasty = Annealing(starts=3, iterations=1, colony_iterations=0).model_copy(update={"descent": 0})
-    found = annealed(scattered(truth, 14), truth, hasty).estimate
-    assert "not_converged" in statuses(found).values()
-    assert "0 of 3 starts reached the cost of the result" in found.note
-
-
-def test_plain_colony_without_any_descent():
-    """Annealing and colony that only compare costs, as in S: the colony has work to do, and with it
-    the fit comes within 20 % of the cost of the best valley, never below."""
-    truth = of(h__2=4e-10, h_0=1e-6, q_c1=0.012, T_c1=0.3)
-    budget = {"starts": 3, "plain_iterations": 60, "plain_colony_iterations": 300}
-    settings = SETTINGS.model_copy(update=budget)
-    best, plain = (
-        annealed(scattered(truth, 21), truth, s) for s in (settings, without_descents(settings))
-    )
-    assert plain.estimate.estimator == "annealing-ant-colony-plain"
-    assert best.colony_gain < 1 + 1e-6 < 1.001 < plain.colony_gain
-    assert plain.estimate.cost == pytest.approx(min(plain.starts_cost) / plain.colony_gain)
-    assert best.estimate.cost <= plain.estimate.cost < 1.2 * best.estimate.cost
-    assert plain.estimate.values["h_0"] == pytest.approx(best.estimate.values["h_0"], rel=0.1)
-
-
-def test_a_slow_sinusoid_is_not_taken_out_of_chance():
-    """A line of 14.4 Hz, half as high as the white noise of a frame: with f_0 from 1 / T and every
-    tau, relative residuals give it away for the chance of the longest ones."""
-    truth, asked = (
-        of(h__2=4e-10, h_0=1e-6, A_s=0.0035, f_0=14.4),
-        Components(gauss_markov=1, sinusoid=True),
-    )
-    free = Annealing(starts=4, lowest_hz=1e-5, longest_tau_share=1.0)
-    hits = []
-    for search in (Annealing(starts=4), free):
-        runs = [
-            annealed(scattered(truth, k, "continuous"), asked, search, duration=32400.0)
-            for k in range(4)
-        ]
-        f_0 = np.array([run.estimate.values["f_0"] for run in runs])
-        assert search is free or (f_0.min() >= 0.01 and f_0.max() <= 60)
-        hits.append(np.count_nonzero(np.abs(f_0 / 14.4 - 1) < 0.1))
-    assert hits[0] >= 3 > hits[1]
-
-
-def test_longest_tau_that_is_fitted():
-    """3 % of the recording, so what stands beyond does not matter; of a short one three variances
-    a coefficient."""
-    avar, one = TRUTH.avar(M, RATE), Annealing(starts=1)
-    costs = [
-        annealed(curve, Components((-2, 0, 1), 0), one, form="sampled", duration=32400.0)
-        for curve in (avar, np.where(M * TAU0 <= 0.03 * 32400, avar, 100 * avar))
-    ]
-    assert costs[0].estimate.cost == costs[1].estimate.cost
-    search = Annealing(longest_tau_share=1e-3)
-    few = misfit(M[:20], avar[:20], RATE, Components((0,), 2), search=search, duration=100.0)
-    assert few.m.size == 15
 
 
 @pytest.mark.parametrize("form", FORMS)

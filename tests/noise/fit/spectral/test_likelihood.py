@@ -13,15 +13,13 @@ from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of
 from mocap_metrology.noise.fit.spectral.intervals import law_limit
 from mocap_metrology.noise.fit.spectral.likelihood import (
-    LikelihoodSettings,
     check_series,
     likelihood,
 )
-from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
+from mocap_metrology.noise.fit.spectral.order import choose, fit_known
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
 from mocap_metrology.noise.fit.spectral.whittle import Likelihood, Spectrum
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.model.deterministic import PARAMETERS
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 RATE = 120.0
@@ -127,18 +125,6 @@ def test_pure_white_noise_shows_nothing_else(runs, fewest):
     assert nothing_else >= fewest
 
 
-def test_limits_stand_where_nothing_is_detected():
-    run = likelihood(np.random.default_rng(5).normal(size=1 << 15), RATE)
-    for c in run.estimate.coefficients:
-        if c.status == "not_detected":
-            assert np.isnan(c.value)
-            assert not c.detected
-            assert c.upper_95 > 0 or c.parameter in ("f_0", "T_w")
-    names = [c.parameter for c in run.estimate.coefficients]
-    noise = ["h_-2", "h_-1", "h_0", "h_1", "h_2", "q_c1", "q_c2", "A_s", "f_0"]
-    assert names == [*noise, *PARAMETERS]
-
-
 def test_upper_limit_holds_in_95_of_100():
     """h_-1 is there, but too small to be detected: its limit is above it in about 95 %."""
     model = NoiseModel((PowerLaw(-1, 2e-7), PowerLaw(0, 1e-4)))
@@ -203,24 +189,6 @@ def test_sinusoid_is_found_and_taken_out():
     assert "14.4 Hz" in without.estimate.note
 
 
-def test_units_scale():
-    series = series_of(MEDIUM, 1 << 17, 12)
-    small, large = (
-        by_name(likelihood(k * series, RATE, Components.of(MEDIUM)).estimate) for k in (1.0, 1e3)
-    )
-    assert np.isclose(large["h_0"].value, 1e6 * small["h_0"].value, rtol=1e-6)
-    assert np.isclose(large["q_c1"].value, 1e3 * small["q_c1"].value, rtol=1e-4)
-    assert np.isclose(large["T_c1"].value, small["T_c1"].value, rtol=1e-4)
-
-
-def test_criteria():
-    assert penalty("bic", 1000.0)(3) == pytest.approx(3 * np.log(1000))
-    assert penalty("aicc", 1000.0)(3) == pytest.approx(6 + 24 / 996)
-    data = drawn(TRUTH, NINE_HOURS, 20)
-    assert len(choose(data, (-2, 0), 4).spectrum.T_c) == 2
-    assert len(choose(data, (-2, 0), 1).spectrum.T_c) == 1
-
-
 def test_a_component_at_the_end_of_its_range_says_so():
     # Faster than half a frame: white to a camera
     data = drawn(NoiseModel((PowerLaw(-2, 1e-9), GaussMarkov(1.0, 1e-4))), 1 << 18, 21)
@@ -261,11 +229,3 @@ def test_only_short_stretches_are_refused():
     with pytest.raises(Refusal, match="no 1000 valid samples without a gap of more than 1200"):
         likelihood(series[:3190], RATE)
     assert likelihood(series, RATE).estimate.values  # the second stretch has 1000
-
-
-def test_settings_without_lines():
-    n = 1 << 16
-    series = np.random.default_rng(3).normal(size=n) + np.sin(2 * np.pi * 0.12 * np.arange(n))
-    run = likelihood(series, 1.0, settings=LikelihoodSettings(sinusoid=False))
-    assert run.lines == ()
-    assert not {"A_s", "f_0"} & {c.parameter for c in run.estimate.coefficients}

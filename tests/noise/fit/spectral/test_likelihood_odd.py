@@ -8,12 +8,10 @@ from scipy.signal import lfilter
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.fit.estimates import Components
-from mocap_metrology.noise.fit.estimators import NoiseSettings, estimate_series
 from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
 from mocap_metrology.noise.fit.spectral.order import penalty
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
-from mocap_metrology.settings import Noise
 
 RATE, N = 120.0, 1 << 17
 TAU0 = 1 / RATE
@@ -116,15 +114,6 @@ def test_what_the_model_cannot_describe_is_a_misfit(odd):
     assert "misfit" not in {c.status for c in likelihood(series, RATE).estimate.coefficients}
 
 
-def test_lines_stay_when_they_are_not_looked_for():
-    series = drawn(9) + sine(0.003, 14.4)
-    run = likelihood(series, RATE, Components.of(MODEL), LikelihoodSettings(sinusoid=False))
-    assert run.lines == ()
-    bins = run.periodogram.bins
-    holds = (bins.f_lower_hz < 14.4) & (bins.f_upper_hz > 14.4)
-    assert run.periodogram.psd[holds] > 3 * MODEL.psd(bins.centre_hz[holds], RATE)
-
-
 def test_wrong_settings_are_refused():
     with pytest.raises(Refusal, match="criterion 'AIC', expected one of bic, aicc"):
         penalty("AIC", 100.0)
@@ -132,31 +121,3 @@ def test_wrong_settings_are_refused():
         Components((3,))
     with pytest.raises(Refusal, match="no component to fit"):
         likelihood(drawn(1, 1 << 14), RATE, Components((), 0))
-
-
-def test_a_term_that_is_not_there_is_not_detected():
-    series = np.random.default_rng(1).normal(size=N)
-    found = by_name(likelihood(series, RATE, Components((-2, 0), 3)))
-    assert all(found[f"q_c{k}"].status in ("not_detected", "at_bound", "ok") for k in (1, 2, 3))
-    for k in (1, 2, 3):
-        c = found[f"q_c{k}"]
-        assert not c.detected or c.std_error < 3 * c.value
-
-
-def test_coarse_resolution_is_noted():
-    series = np.round(0.002 * np.random.default_rng(2).normal(size=N) / 0.01) * 0.01
-    m = np.array([1, 2, 4, 8])
-    settings = NoiseSettings(Noise(estimators=("likelihood",)))
-    run = estimate_series(series, (m, 1.0 / m), RATE, settings, resolution=0.01)
-    assert "the file's resolution (0.01 mm) hides the noise" in run.estimates[0].note
-    run = estimate_series(drawn(1), (m, 1.0 / m), RATE, settings, resolution=1e-5)
-    assert run.estimates[0].note == ""
-
-
-@pytest.mark.parametrize("rate", [1.0, 1000.0])
-@pytest.mark.parametrize("offset", [0.0, 1e6])
-def test_frame_rate_and_offset_change_nothing(rate, offset):
-    series = np.random.default_rng(3).normal(size=1 << 15)
-    run = likelihood(series + offset, rate)
-    assert set(run.estimate.values) == {"h_0"}
-    assert run.estimate.values["h_0"] * rate / 2 == pytest.approx(series.var(), rel=1e-3)

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.fit.spectral.lines import (
-    Line,
     find_lines,
     find_slow_lines,
-    line_again,
     line_errors,
 )
 
@@ -63,14 +61,6 @@ def test_strong_and_weak_lines_beside_a_random_walk():
     assert np.std(rest - noise) < 0.02
 
 
-def test_the_strongest_comes_first_and_the_number_is_limited():
-    rng = np.random.default_rng(5)
-    series = rng.normal(size=N) + sine(0.2, 10, 0) + sine(0.5, 20, 0) + sine(0.3, 30, 0)
-    assert [round(line.f_0) for line in find_lines(series, RATE)] == [20, 30, 10]
-    assert len(find_lines(series, RATE, at_most=2)) == 2
-    assert find_lines(series, RATE, at_most=0) == []
-
-
 def test_slow_line_is_found_against_the_density_of_its_noise():
     rng = np.random.default_rng(6)
     f_0 = 31.3 / (N * TAU0)
@@ -81,15 +71,3 @@ def test_slow_line_is_found_against_the_density_of_its_noise():
     assert np.isclose(lines[0].A_s, 0.2, atol=0.04)
     assert np.std(series - lines[0].wave(N, RATE)) < 1.01
     assert find_slow_lines(rng.normal(size=N), RATE, lambda f: np.full(f.size, 2 * TAU0)) == []
-
-
-def test_line_at_a_given_frequency():
-    rng = np.random.default_rng(7)
-    series = rng.normal(size=N) + sine(0.05, 14.4, 1.0)
-    line = line_again(series, RATE, Line(1.0, 14.4, 0.0, 2 * TAU0, 1.0))
-    assert np.isclose(line.A_s, 0.05, atol=0.03)
-    assert np.isclose(line.f_0, 14.4, atol=1 / (N * TAU0))
-
-
-def test_short_series_has_no_lines():
-    assert find_lines(np.random.default_rng(0).normal(size=200), RATE) == []

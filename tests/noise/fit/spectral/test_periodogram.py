@@ -16,7 +16,7 @@ from mocap_metrology.noise.fit.spectral.periodogram import (
     periodogram,
     power_law_unit,
 )
-from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw
+from mocap_metrology.noise.model.components import PowerLaw
 
 RATE = 100.0
 TAU0 = 1 / RATE
@@ -48,14 +48,6 @@ def test_gauss_markov_expectation_is_exact_but_for_a_percent(share):
     assert np.allclose(ours, exact, rtol=0.005)
 
 
-def test_without_the_end_correction_the_slowest_coefficients_are_a_third_off():
-    n = 1024
-    T_c = 0.25 * n * TAU0
-    exact = expected_exactly(T_c / 2 * toeplitz(np.exp(-TAU0 / T_c) ** np.arange(n)))
-    plain = GaussMarkov(1.0, T_c).psd(np.arange(1, n) / (2 * n * TAU0), RATE)
-    assert exact[0] / plain[0] < 0.7
-
-
 @pytest.mark.usefixtures("single")
 def test_random_walk_and_white_noise_are_exact():
     n = 512
@@ -83,15 +75,6 @@ def test_averages_over_a_frame_have_the_expectation_of_their_covariance(share):
     walk = np.minimum.outer(lag, lag) + 0.5 - np.eye(n) / 6
     exact = expected_exactly(2 * np.pi**2 * TAU0 * walk)
     assert np.allclose(power_law_unit(bins, -2), exact, rtol=1e-3)
-
-
-def test_random_walk_coefficients_are_independent():
-    n = 256
-    walk = np.minimum.outer(np.arange(n), np.arange(n)).astype(float)
-    both = dct(dct(walk, type=2, norm="ortho", axis=0), type=2, norm="ortho", axis=1)[1:, 1:]
-    size = np.sqrt(np.diag(both))
-    correlation = both / np.outer(size, size) - np.eye(n - 1)
-    assert np.abs(correlation).max() < 1e-8
 
 
 @pytest.mark.parametrize("alpha", [-1, 1, 2])

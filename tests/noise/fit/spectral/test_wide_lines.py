@@ -12,8 +12,7 @@ from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
-from mocap_metrology.noise.fit.spectral.lines import find_lines, find_slow_lines
-from mocap_metrology.noise.model.components import NoiseModel, Sinusoid
+from mocap_metrology.noise.fit.spectral.lines import find_lines
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
 N = RATE * SECONDS
@@ -85,16 +84,6 @@ def test_a_wide_line_is_out_of_the_noise_and_one_row():
     assert 0 < one.line.width_f < 0.095
 
 
-def test_other_stretches_have_their_own_band():
-    rng = np.random.default_rng(3)
-    series = wandering(rng, "ou") + white(rng)
-    series[30_000:32_000] = np.nan
-    run = likelihood(series, RATE)
-    found = {c.parameter: c for c in run.estimate.coefficients}
-    assert abs(found["h_0"].value - 2 * SIGMA**2 / RATE) < 4 * found["h_0"].std_error
-    assert sum(c.detected for c in run.estimate.coefficients) == 4  # h_0 and the line's three
-
-
 def five_point(x):
     return np.convolve(x, np.ones(5) / 5, "valid")
 
@@ -132,20 +121,6 @@ def test_filters_make_no_lines_and_hide_none(filtered):
     assert invented <= 1
 
 
-@pytest.mark.parametrize("n", [290, 291, 300, 1000, 1001, 6000, 6001])
-def test_lines_at_the_ends_of_the_spectrum_crash_nothing(n):
-    rng = np.random.default_rng(n)
-    for place in (0.0, 0.5, 1.0, n / 2 - 1.5, n / 2 - 1, n / 2 - 0.5, n / 2 - 0.2, n / 2):
-        for size in (0.3, 30.0):
-            series = rng.normal(size=n) + size * np.sin(2 * np.pi * place / n * np.arange(n) + 0.4)
-            found = find_lines(series, 100)
-            found += find_slow_lines(series, 100, lambda f: np.full(f.size, 0.02))
-            for line in found:
-                assert 0 < line.f_0 <= 50.0
-                assert np.isfinite([line.A_s, line.gain, *line.errors(n * 0.01)]).all()
-                assert line.wave(n, 100).shape == (n,)
-
-
 @pytest.mark.parametrize("from_nyquist", [4.8, 0.9, 0.6])
 def test_a_stable_line_within_coefficients_of_nyquist_is_found_as_it_is(from_nyquist):
     """Of 20, at most 3 outside 95 % with probability 0.98."""
@@ -168,11 +143,3 @@ def test_two_stable_lines_side_by_side_stay_two():
         waves = 0.01 * np.sin(2 * np.pi * 20 * t) + 0.006 * np.sin(2 * np.pi * (20 + apart) * t + 1)
         found = sorted(x.f_0 for x in find_lines(waves + white(rng), RATE))
         assert np.allclose(found, [20, 20 + apart], atol=5e-4)
-
-
-def test_the_model_keeps_the_width():
-    model = NoiseModel.from_coefficients({"h_0": 1e-4, "A_s": 0.01, "f_0": 50.0, "width_f": 0.02})
-    assert model.lines == (Sinusoid(0.01, 50.0, 0.02),)
-    assert model.coefficients()["width_f"] == 0.02
-    assert model.scaled(2.0).lines[0] == Sinusoid(0.02, 50.0, 0.02)
-    assert "width_f" not in NoiseModel.from_coefficients({"A_s": 1.0, "f_0": 2.0}).coefficients()

@@ -1,0 +1,177 @@
+"""True poses of any number of stations, as another system measured them, and which are compared.
+
+A file may be a pose.json of any number of stations of this project, the system configuration of a
+Crazyflie (systemType 2), the configuration of libsurvive, or JSON
+
+    {"stations": {"3": {"id": 123, "R": [[...], ...], "t_m": [...]}, "11": ...}}
+
+of poses in one frame, whatever it is; `quaternion_xyzw` and `translation_mm` likewise, `id` where
+it is known. Stations are those of the recording with the same id, or channel where an id is
+unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.documents import load_json
+from mocap_metrology.common.errors import UNREADABLE, Refusal
+from mocap_metrology.lighthouse.assess.pose_file import (
+    chosen_pose,
+    matrix_and_metres,
+    pairs,
+    read_pose_json,
+)
+from mocap_metrology.lighthouse.assess.reference import (
+    LONGEST_M,
+    Reference,
+    rotation_in,
+    station_id,
+    translation_in,
+)
+from mocap_metrology.lighthouse.decode.factory_file import (
+    CHANNELS,
+    crazyflie_geometry,
+    is_crazyflie,
+)
+from mocap_metrology.lighthouse.decode.libsurvive_solution import (
+    CLIPPED_ID,
+    FROM_LIBSURVIVE,
+    read_solution,
+)
+from mocap_metrology.lighthouse.records import Station
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A station with its pose R (3, 3), t (3,) in m in the frame of the file."""
+
+    channel: int
+    id: int | None
+    R: np.ndarray
+    t_m: np.ndarray
+
+
+@dataclass(frozen=True)
+class NetworkReference:
+    """source: where it comes from, in words."""
+
+    stations: tuple[Placed, ...]
+    source: str
+
+    def seen_from(
+        self, reference: str, stations: Sequence[Station]
+    ) -> tuple[dict[str, Reference], str]:
+        """Poses of stations by name in the frame of the one named `reference`, and which of them
+        the file lacks, in words. Raises `Refusal` where a channel is of another station there."""
+        found = {one.role: self._of(one) for one in stations}
+        lacks = [name for name, one in found.items() if one is None]
+        note = f"The reference has no pose of station {', '.join(lacks)}." if lacks else ""
+        first = found.get(reference)
+        if first is None:
+            return {}, note
+        R_0, t_0 = first.R.T, first.t_m
+        others = {k: one for k, one in found.items() if one is not None and k != reference}
+        source = self.source
+        return {
+            k: Reference(R_0 @ one.R, R_0 @ (one.t_m - t_0), (first.id, one.id), source)
+            for k, one in others.items()
+        }, note
+
+    def _of(self, station: Station) -> Placed | None:
+        if station.id is not None:
+            for one in self.stations:
+                if one.id == station.id:
+                    return one
+        for one in self.stations:
+            if one.channel != station.channel:
+                continue
+            if None not in (one.id, station.id):
+                raise Refusal(
+                    f"{self.source}: its station {one.channel} is {one.id}, that of the recording"
+                    f" is {station.id}; expected poses of the same stations"
+                )
+            return one
+        return None
+
+
+def network_reference(path: str | Path) -> NetworkReference:
+    """Raises `Refusal` for a missing or impossible entry, and where there are not two stations."""
+    name = Path(path).name
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise Refusal(f"{name}: cannot be read ({error}); expected a pose file") from None
+    if is_crazyflie(text):
+        geometry = crazyflie_geometry(text, name)
+        every = [
+            Placed(k, uid, rotation_in({"R": R}, f"{name}: geos.{k}.rotation"), t)
+            for k, (uid, R, t) in geometry.items()
+        ]
+    elif '"lighthouse' in text and not text.lstrip().startswith("{"):
+        every = _of_libsurvive(path)
+    else:
+        every = _of_json(path, text)
+    if len(every) < 2:
+        raise Refusal(f"{name}: poses of {len(every)} stations; expected two or more")
+    apart = max(float(np.linalg.norm(one.t_m - every[0].t_m)) for one in every)
+    if apart > LONGEST_M:
+        raise Refusal(
+            f"{name}: stations are {apart:g} m apart; expected up to {LONGEST_M:g} m (is the unit"
+            " right?)"
+        )
+    return NetworkReference(tuple(every), f"pose file {name}")
+
+
+def _of_libsurvive(path: str | Path) -> list[Placed]:
+    found = []
+    for one in read_solution(path, 2):
+        if one.pose is not None and one.channel is not None:
+            R, t = one.pose
+            uid = None if one.id == CLIPPED_ID else one.id
+            found.append(Placed(one.channel, uid, R @ FROM_LIBSURVIVE.T, t))
+    return found
+
+
+def _of_json(path: str | Path, text: str) -> list[Placed]:
+    name = Path(path).name
+    try:
+        given = load_json(text)
+    except UNREADABLE as error:
+        raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
+    stations = given.get("stations") if isinstance(given, Mapping) else None
+    channels = {str(k) for k in range(CHANNELS)}
+    if not isinstance(stations, Mapping) or not stations or not stations.keys() <= channels:
+        raise Refusal(
+            f'{name}: expected stations of the second generation by channel, {{"stations": {{"3":'
+            ' {"id": ..., "R": ..., "t_m": ...}, ...}}'
+        )
+    if "poses" in given:
+        return _of_pose_json(path)
+    found = []
+    for channel, own in stations.items():
+        where = f"{name}: station {channel}"
+        if not isinstance(own, Mapping):
+            raise Refusal(f"{where} is {own!r}; expected R and t_m")
+        R, t = rotation_in(own, where), translation_in(own, where)
+        found.append(Placed(int(channel), station_id(own, where), R, t))
+    return found
+
+
+def _of_pose_json(path: str | Path) -> list[Placed]:
+    """The chosen poses, and that of the reference."""
+    given = read_pose_json(path)
+    own = str(given["reference"])
+    first = Placed(int(own), given["stations"][own]["id"], np.eye(3), np.zeros(3))
+    found = [first]
+    for name, one in pairs(given).items():
+        entry = chosen_pose(one)
+        if entry is not None:
+            found.append(
+                Placed(int(name), given["stations"][name]["id"], *matrix_and_metres(entry))
+            )
+    return found

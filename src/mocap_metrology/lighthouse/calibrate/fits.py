@@ -1,0 +1,217 @@
+"""Fits of `batch` that begin anew where stretches or diodes contradict the others.
+
+A stretch of the trajectory can end in the mirrored minimum of a flat board; there the residual is
+large, so such stretches are begun anew from what is before and after them. A diode that the others
+contradict is left out and named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mocap_metrology.lighthouse.batch import inertial
+from mocap_metrology.lighthouse.batch.estimate import Joint, estimate
+from mocap_metrology.lighthouse.batch.parts import misfit_of, rms_by
+from mocap_metrology.lighthouse.batch.problem import State
+from mocap_metrology.lighthouse.batch.recording import Given, Recording
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
+from mocap_metrology.lighthouse.board import FEWEST_DIODES
+from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
+from mocap_metrology.lighthouse.records import Hits
+
+GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice as much, or wrong
+RENEWALS = 3  # of stretches and of diodes, at most
+BAD_STRETCH = 1.7  # of its rms residual over the median of all
+LOST_STRETCH = 3.0  # likewise, after that
+LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch: single wrong hits make none bad
+MANY_DIODES = 8  # with fewer, one at a time is left out
+BAD_DIODE = 3.0  # likewise
+FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
+SHORTEST_S = 0.025  # of a stretch
+FEWEST_HITS = 6  # of a stretch or diode that is judged
+
+
+def fitted(
+    scene: Scene,
+    hits: Hits,
+    trajectory: Trajectory,
+    poses: Sequence[Pose] = (),
+    *,
+    sized: bool = False,
+    near: Joint | None = None,
+) -> Joint:
+    """One estimate from there, whatever fits badly; sized, near: as in `estimate`."""
+    R, t = zip(*poses_of(near) if near else poses, strict=True)
+    given = [Given(hits, trajectory, scene.sensors.inertial, scene.sensors.lengths)]
+    how = scene.rotors, scene.board, scene.used_priors, scene.known_pose
+    return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near)
+
+
+def without_bad_diodes(
+    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+) -> tuple[Joint, str]:
+    """The estimate without diodes whose hits the others contradict, and a note of these."""
+    out: list[int] = []
+    found, scene, why = if_they_agree(scene, lambda own: renewed(own, hits, trajectory, poses))
+    for _ in range(RENEWALS):
+        worst = bad_diodes(found)[:1]
+        if not worst.size:
+            break
+        hits = hits.take(hits.diode != worst)
+        found = renewed(scene, hits, trajectory, poses)
+        out += worst.tolist()
+    return found, noted(out, why)
+
+
+def noted(out: Sequence[int], why: str) -> str:
+    """A note on these diodes, and another."""
+    named = ", ".join(map(str, sorted(out)))
+    note = f"diode {named} excluded: the others contradict it" if out else ""
+    return "; ".join(filter(None, (note, why)))
+
+
+def if_they_agree(scene: Scene, estimate_of: Callable[[Scene], Joint]) -> tuple[Joint, Scene, str]:
+    """The estimate, what it is of, and why that is without the board's sensors where these
+    contradict the light."""
+    found = estimate_of(scene)
+    own = found.recordings[0].sensors
+    if own is None:
+        return found, scene, ""
+    why = inertial.contradiction(found.state.values, own.column, own.noise)
+    if not found.converged:
+        why = f"no convergence in {found.rounds} steps with them"
+    if not why:
+        return found, scene, ""
+    without = replace(scene, sensors=replace(scene.sensors, inertial=None))
+    return estimate_of(without), without, f"gyroscope and accelerometer not used: {why}"
+
+
+def refitted(scene: Scene, found: Joint) -> Joint:
+    """The estimate of a scene that differs little, from one of the same hits."""
+    one = found.recordings[0]
+    then = fitted(scene, one.sweeps.hits, one.trajectory, poses_of(found)).sure(scene.title)
+    return replace(then, misfit=misfit_of(then))
+
+
+def bad_diodes(found: Joint) -> np.ndarray:
+    """Diodes that fit far worse than the others, and at least half as badly as the worst, which is
+    the first: by their residual, or by how far from their place in the board file they would have
+    to be. One where few would remain, none of four."""
+    one = found.recordings[0]
+    z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
+    excess = z / (BAD_DIODE * max(np.nanmedian(z), one.tau_rad / one.noise.hit))
+    if found.of.places >= 0:
+        own = slice(found.of.places, found.of.places + 3 * len(found.state.board))
+        moved = (found.state.values[own] / found.of.sd[own]).reshape(-1, 3)[: z.size]
+        excess = np.fmax(excess, np.linalg.norm(moved, axis=1) / FAR_DIODE)
+    excess = np.nan_to_num(excess)
+    order = np.argsort(-excess, kind="stable")
+    worst = order[excess[order] > max(1.0, 0.5 * excess.max())]
+    n = np.unique(one.sweeps.hits.diode).size
+    if n <= FEWEST_DIODES:
+        return worst[:0]
+    return worst[:1] if n - worst.size < MANY_DIODES else worst
+
+
+def renewed(
+    scene: Scene,
+    hits: Hits,
+    trajectory: Trajectory,
+    poses: Sequence[Pose],
+    *,
+    sized: bool = False,
+) -> Joint:
+    """The estimate, `bridged`."""
+    found = fitted(scene, hits, trajectory, poses, sized=sized)
+    return bridged(scene, found, hits, sized=sized)
+
+
+def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool = False) -> Joint:
+    """Stretches of an estimate that fit badly begin anew from their neighbours while that helps,
+    and sweeps of those that remain far worse than others are left out, where they are so
+    themselves."""
+    hits = found.recordings[0].sweeps.hits if hits is None else hits
+    for _ in range(RENEWALS):
+        again = _bridged(found.recordings[0])
+        if again is None:
+            break
+        then = fitted(scene, hits, again, poses_of(found), sized=sized)
+        if not then.converged or _misfit(then) >= _misfit(found):
+            break
+        found = then
+    one = found.recordings[0]
+    bad = _bad_stretches(one, LOST_STRETCH)[one.seen.who[:, 3]]
+    sweep, squares = one.sweeps.sweep, np.minimum(one.alone**2, LARGEST_RAD**2)
+    bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
+    if not bad.any():
+        return found
+    then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, poses_of(found), sized=sized)
+    return then if then.converged else found
+
+
+def poses_of(found: Joint) -> list[Pose]:
+    """Of all stations, in the frame of the first."""
+    return list(zip(found.state.R, found.state.t_m, strict=True))
+
+
+def _misfit(found: Joint) -> float:
+    """Mean square residual in rad^2, of hits that fit by 1 mrad at most."""
+    return float(np.mean(np.minimum(found.recordings[0].residual ** 2, 1e-6)))
+
+
+def _bad_stretches(one: Recording, times: float) -> np.ndarray:
+    """Which stretches between knots have an rms residual so many times the median of all; finer
+    knots than `SHORTEST_S` are judged together."""
+    each = max(round(SHORTEST_S / one.trajectory.knot_s), 1)
+    square = np.minimum(one.alone**2, LARGEST_RAD**2)
+    rms = np.repeat(rms_by(one.seen.who[:, 3] // each, square, FEWEST_HITS), each)
+    with np.errstate(invalid="ignore"):
+        bad: np.ndarray = rms > times * np.nanmedian(rms)
+    return bad
+
+
+def _bridged(one: Recording) -> Trajectory | None:
+    """The trajectory through its good stretches only; None where all are good."""
+    trajectory = one.trajectory
+    stretch = one.seen.who[:, 3]
+    bad = _bad_stretches(one, BAD_STRETCH)
+    if not bad.any() or bad.all():
+        return None
+    bad = np.convolve(bad, np.ones(5))[2:-2] > 0  # a spline's error reaches to its neighbours
+    middle = trajectory.begin_s + trajectory.knot_s * (np.arange(bad.size) + 0.5)
+    good = ~bad & (np.bincount(stretch, minlength=bad.size)[: bad.size] > 0)
+    if np.count_nonzero(good) < 2:
+        return None
+    at = middle[good]
+    R, t = trajectory.poses(at)
+    end = trajectory.begin_s + trajectory.knot_s * (len(trajectory.control) - 3)
+    return through(at, R, t, trajectory.begin_s, end, trajectory.knot_s)
+
+
+def facing(
+    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+) -> tuple[Hits, Trajectory, list[Pose]]:
+    """Without hits of diodes that light cannot reach, or grazes, where their normals are known:
+    those are reflections, or of an unknown cover. By a first estimate."""
+    if (normals := scene.sensors.normals) is None:
+        return hits, trajectory, list(poses)
+    uncovered = replace(scene, sensors=replace(scene.sensors, normals=None))
+    found = fitted(uncovered, hits, trajectory, poses, sized=True)
+    one = found.recordings[0]
+    kept = one.sweeps.hits.take(~grazing(one, found.state, normals))
+    return kept, one.trajectory, poses_of(found)
+
+
+def grazing(one: Recording, state: State, normals: np.ndarray) -> np.ndarray:
+    """Whether light comes from beyond `GRAZING_RAD` of a diode's normal, where that is known."""
+    hits = one.sweeps.hits
+    R, p = one.trajectory.poses(hits.time_s)
+    normal = np.einsum("nij,nj->ni", R, normals[hits.diode])
+    far = p + np.einsum("nij,nj->ni", R, state.board[hits.diode]) - state.t_m[hits.station]
+    size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
+    beyond = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size
+    out: np.ndarray = beyond & (size > 0)
+    return out

@@ -1,0 +1,110 @@
+"""Fits of `batch` to hits of the second generation, which are many, of fast hands, and some wrong.
+
+Knots of the trajectory 50 ms apart follow no hand that shakes a controller (residuals of a real one
+1.3 mrad, with knots 12.5 ms apart 0.05), so they are halved while that makes the residuals smaller.
+Then hits leave that are reflections: those of diodes that light cannot reach, or grazes, where
+normals are known, and those far off where the board is. All this, and which diodes are bad, is
+found from as many turns as the trajectory needs; all of them count in the last fit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.batch.kernel import POSE
+from mocap_metrology.lighthouse.batch.recording import Given, recording
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.calibrate.fits import (
+    LARGEST_RAD,
+    bad_diodes,
+    bridged,
+    fitted,
+    grazing,
+    if_they_agree,
+    noted,
+    poses_of,
+    without_bad_diodes,
+)
+from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
+from mocap_metrology.lighthouse.records import Hits
+
+FINEST_S = 0.011  # between knots
+FOLLOWED = 0.6, 0.8  # of the noise and of the mean square residual: finer knots follow no more
+ENOUGH, MANY = 5, 40_000  # hits an unknown of the trajectory; in all: fewer are all used
+FEWEST = 2.0  # likewise, of finer knots
+COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better estimate
+GATE = 8.0  # likewise, over the robust spread
+RENEWALS = 3  # of bad diodes, at most
+
+
+def well_fitted(
+    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+) -> tuple[Joint, str]:
+    """The estimate from there, and a note on what was left out."""
+    if scene.generation != 2:
+        return without_bad_diodes(scene, hits, trajectory, poses)
+    first = _followed(scene, hits, trajectory, poses)
+    good, near = _gated(scene, hits, first, COARSE_RAD), first.recordings[0].trajectory
+    few = _thinned(good, near)
+    found, scene, why = if_they_agree(scene, lambda own: fitted(own, few, near, poses_of(first)))
+    out: list[int] = []
+    for least_rad in (COARSE_RAD, *RENEWALS * [FINE_RAD]):
+        good = _gated(scene, hits, found, least_rad)
+        good = good.take(~np.isin(good.diode, out))
+        trajectory = found.recordings[0].trajectory
+        found = fitted(scene, _thinned(good, trajectory), trajectory, near=found, sized=True)
+        worst = bad_diodes(found)
+        if not worst.size and least_rad == FINE_RAD:
+            break
+        out += worst.tolist()
+    good = good.take(~np.isin(good.diode, out))
+    return fitted(scene, good, found.recordings[0].trajectory, near=found), noted(out, why)
+
+
+def _thinned(hits: Hits, trajectory: Trajectory) -> Hits:
+    """Every so many turns of a station, so that `MANY` hits remain and `ENOUGH` for the trajectory:
+    with fewer, the fastest stretches of a short recording would be lost."""
+    each = math.ceil(len(hits) / max(ENOUGH * POSE * len(trajectory.control), MANY))
+    return hits if each == 1 else hits.take(hits.cycle % each == 0)
+
+
+def _followed(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
+    """A first estimate, by knots that follow the board, without the cover of diodes."""
+    scene = replace(scene, sensors=replace(scene.sensors, normals=None))
+    found = fitted(scene, _thinned(hits, trajectory), trajectory, poses, sized=True)
+    while trajectory.knot_s > 2 * FINEST_S and not trajectory.still:
+        trajectory = found.recordings[0].trajectory.halved()
+        if len(hits) < FEWEST * POSE * len(trajectory.control):
+            break
+        then = fitted(scene, _thinned(hits, trajectory), trajectory, near=found, sized=True)
+        less = np.array(_left(then)) / _left(found)
+        if not then.converged or (less > FOLLOWED).all():
+            break
+        found = then
+    return bridged(scene, found, sized=True)
+
+
+def _left(found: Joint) -> tuple[float, float]:
+    """Mean square residual in rad^2, of hits that fit, for each that determines nothing: by the
+    noise, which wrong hits do not touch, and of all, with stretches that are not followed."""
+    one = found.recordings[0]
+    square = float(np.minimum(one.residual**2, LARGEST_RAD**2).sum())
+    free = max(one.residual.size - one.trajectory.control.size, 1)
+    return one.noise.hit**2 + one.noise.sweep**2, square / free
+
+
+def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
+    """Without hits that an estimate shows to be reflections: farther off than least_rad and `GATE`,
+    or on diodes that light cannot reach."""
+    one = recording(Given(hits, found.recordings[0].trajectory), found.state)
+    off = np.abs(one.residual)
+    wrong = off > max(least_rad, GATE * MAD_TO_SIGMA * float(np.median(off)))
+    if (normals := scene.sensors.normals) is not None:
+        wrong |= grazing(one, found.state, normals)
+    return one.sweeps.hits.take(~wrong)

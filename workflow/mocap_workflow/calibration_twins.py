@@ -6,12 +6,19 @@ from collections.abc import Mapping
 
 from mocap_metrology.common.entries import TwinsFile, read_entry
 from mocap_metrology.common.faults import Faults
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 
+CalibrationTwin = LighthouseTwin | NetworkTwin
 
-def calibration_twin(document: TwinsFile, name: str) -> LighthouseTwin:
-    """A twin of the file of twins, with the keys it inherits from other entries."""
-    return read_entry(LighthouseTwin, twin_entry(document, name), f"twin {name}")
+
+def calibration_twin(document: TwinsFile, name: str) -> CalibrationTwin:
+    """A twin of the file of twins, with the keys it inherits from other entries; one with a number
+    of `stations`, by itself or by them, is of the second generation."""
+    entry = twin_entry(document, name)
+    if isinstance(entry, Mapping) and "stations" in entry:
+        return read_entry(NetworkTwin, entry, f"twin {name}")
+    return read_entry(LighthouseTwin, entry, f"twin {name}")
 
 
 def twin_from_mapping(mapping: Mapping[str, object], name: str = "twin") -> LighthouseTwin:
@@ -21,8 +28,8 @@ def twin_from_mapping(mapping: Mapping[str, object], name: str = "twin") -> Ligh
 
 def twin_entry(document: TwinsFile, name: str) -> object:
     """All keys of a twin: its own win over those of the twin that it is `like`, these over its
-    setup's, and these over the defaults; nested keys one by one. A `factory` may name an entry of
-    `factories`."""
+    setup's, and these over the defaults, which are of the first generation; nested keys one by one.
+    A `factory` may name an entry of `factories`."""
     where = f"twin {name}"
     entries, setups = document["twins"], document.get("setups", {})
     factories = document.get("factories", {})
@@ -37,8 +44,11 @@ def twin_entry(document: TwinsFile, name: str) -> object:
     setup = entry.get("setup")
     if setup is not None and not (isinstance(setup, str) and setup in setups):
         raise Faults([f"{where}: setup: {setup!r}, expected one of {', '.join(setups)}"])
+    of_setup = setups[setup] if setup is not None else {}
+    if "stations" in {**of_setup, **entry}:  # the defaults are of the first generation
+        return _merged(of_setup, entry)
     defaults = document.get("defaults", {}).get("calibration") or {}
-    entry = _merged(_merged(defaults, setups[setup] if setup is not None else {}), entry)
+    entry = _merged(_merged(defaults, of_setup), entry)
     for role in ("master", "slave"):
         station = entry.get(role)
         if isinstance(station, Mapping) and isinstance(station.get("factory"), str):

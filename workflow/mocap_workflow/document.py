@@ -17,6 +17,7 @@ from pydantic.json_schema import JsonSchemaValue, models_json_schema
 from mocap_metrology.accuracy.twin import BarTwin
 from mocap_metrology.common.entries import Number, entry_in, fields_by_key, is_entry
 from mocap_metrology.common.sections import choices_of, fields, limits, words_of
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
 from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTwin
 from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.noise.twins.twin import Twin
@@ -33,6 +34,7 @@ TWINS: dict[str, type] = {
     "keys of subsets of a take": TakeTwin,
     "keys of bars": BarTwin,
     "keys of twins of calibrations": LighthouseTwin,
+    "keys of twins of second-generation stations": NetworkTwin,
 }
 
 
@@ -139,24 +141,26 @@ def _plain(schema: object) -> object:
 
 def twins_schema() -> JsonSchemaValue:
     """The file of twins. A key may come from a default, so none is required."""
-    kinds: list[Any] = [Twin, TakeTwin, BarTwin, LighthouseTwin, FactoryValues]
+    kinds: list[Any] = [Twin, TakeTwin, BarTwin, LighthouseTwin, NetworkTwin, FactoryValues]
     refs, shared = models_json_schema([(kind, "validation") for kind in kinds])
     of = {kind: refs[kind, "validation"] for kind in kinds}
     for definition in shared["$defs"].values():
         definition.pop("required", None)
-    calibration = shared["$defs"]["LighthouseTwin"]["properties"]
-    calibration["like"] = {"type": "string", "description": "Twin whose keys are inherited."}
+    for kind in (LighthouseTwin, NetworkTwin):
+        own = shared["$defs"][kind.__name__]["properties"]
+        own["like"] = {"type": "string", "description": "Twin whose keys are inherited."}
     factory = shared["$defs"]["StationTwin"]["properties"]["factory"]
     factory["anyOf"].append({"type": "string"})
     named = {"type": "object", "additionalProperties": {}}
-    twin = {"anyOf": [of[Twin], of[TakeTwin], of[BarTwin], of[LighthouseTwin]]}
+    twin = {"anyOf": [of[kind] for kind in kinds[:-1]]}
     defaults = {"recording": of[Twin], "calibration": of[LighthouseTwin]}
     return {
         "type": "object",
         "properties": {
             "defaults": {"type": "object", "properties": defaults},
             "factories": named | {"additionalProperties": of[FactoryValues]},
-            "setups": named | {"additionalProperties": of[LighthouseTwin]},
+            "setups": named
+            | {"additionalProperties": {"anyOf": [of[LighthouseTwin], of[NetworkTwin]]}},
             "twins": named | {"additionalProperties": twin},
         },
         "required": ["twins"],

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import SimpleNamespace
 
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
+from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.recording_twins import AnyTwin
 from mocap_workflow.rows import SheetRow
 
@@ -65,7 +65,7 @@ def _dumps(value: object) -> str:
 
 
 def inputs(
-    rows: Iterable[SheetRow], twins: Mapping[str, AnyTwin | LighthouseTwin]
+    rows: Iterable[SheetRow], twins: Mapping[str, AnyTwin | CalibrationTwin]
 ) -> list[dict[str, object]]:
     """Entries of the page of provenance for each row, besides its files."""
     return [

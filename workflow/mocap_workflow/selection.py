@@ -12,8 +12,10 @@ from typing import Generic, TypeVar
 
 import pandas as pd
 
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.noise.twins.twin import Crump, Twin
+from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin
 from mocap_workflow.recordings import RecordingRow
@@ -328,6 +330,14 @@ def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
     return [row for row in rows if first_of.setdefault(row.setup, row) is row or not row.twin]
 
 
+def of_generation(
+    rows: Iterable[CalibrationRow], twins: Mapping[str, CalibrationTwin], generation: int
+) -> list[CalibrationRow]:
+    """Twins before stations of one generation."""
+    kinds = {1: LighthouseTwin, 2: NetworkTwin}
+    return [row for row in rows if row.twin and isinstance(twins[row.twin], kinds[generation])]
+
+
 def setups(rows: Iterable[CalibrationRow]) -> list[tuple[str, str, str]]:
     """Group, setup and source of what two recordings or more are of; twin if one of them is."""
     sources: dict[tuple[str, str], list[str]] = {}
@@ -350,7 +360,7 @@ def first_of_setups(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
 
 
 def half_circle(
-    rows: Sequence[CalibrationRow], twins: Mapping[str, LighthouseTwin]
+    rows: Sequence[CalibrationRow], twins: Mapping[str, CalibrationTwin]
 ) -> Sequence[CalibrationRow]:
     """The one that the figures of the second paper show: its twin on a half circle with the least
     noise, the first of several, or just its first."""

@@ -13,12 +13,11 @@ from mocap_metrology.common.entries import TwinsFile
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
 from mocap_metrology.io.read import missing_marker
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.recording.monitor_sheet import read_monitors
 from mocap_metrology.settings import Settings, checked
 from mocap_workflow import remote, rows
-from mocap_workflow.calibration_twins import calibration_twin
+from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
@@ -193,7 +192,7 @@ def _other_cameras(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin
 
 def calibration_twins(
     rows: Mapping[str, CalibrationRow], document: TwinsFile
-) -> dict[str, LighthouseTwin]:
+) -> dict[str, CalibrationTwin]:
     """Every twin that the sheet of calibrations uses, merged with its setup's and the defaults, and
     checked."""
     twins, faults = _all(lambda name: calibration_twin(document, name), _used(rows))

@@ -135,7 +135,11 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             collect(
                 "<results>/calibrations/{row.name}/{file}",
                 row=BATCH,
-                file=[*TWIN.values(), *DECODED.values(), *ESTIMATED.values()],
+                file=[*DECODED.values(), *ESTIMATED.values()],
+            ),
+            *(
+                collect("<results>/calibrations/{row.name}/{file}", row=of(BATCH), file=names)
+                for of, names in TWIN_FILES
             ),
             collect("<results>/calibrations/{row.name}/allan.parquet", row=at_rest(BATCH)),
         log:
@@ -249,8 +253,9 @@ promise(
             file=[*DECODED.values(), *ESTIMATED.values()],
         ),
         *(
-            of_each(file, accepted_calibrations(query=SIMULATED), CALIBRATIONS)
-            for file in TWIN.values()
+            of_each(file, accepted_calibrations(of, SIMULATED), CALIBRATIONS)
+            for of, names in TWIN_FILES
+            for file in names
         ),
         of_each("allan.parquet", accepted_calibrations(at_rest, EVERY), CALIBRATIONS),
         poses_of_setups(EVERY),

@@ -7,7 +7,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from mocap_metrology.calibration.tables import BAR as BAR_OF_CALIBRATION
-from mocap_metrology.calibration.tables import DECODED, ESTIMATED, RECEIVER, TWIN
+from mocap_metrology.calibration.tables import DECODED, ESTIMATED, NETWORK_TWIN, RECEIVER, TWIN
 from mocap_metrology.present.text import captions
 from mocap_workflow import given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
@@ -410,6 +410,13 @@ def other_end(row):
     """Columns of the row of the other end of a bar."""
     other = CALIBRATIONS.rows.get(row.bar_row)
     return other and {name: getattr(other, name) for name in ("calibration", "format", "board")}
+
+
+# Files of what twins of either generation were made with.
+TWIN_FILES = [
+    (partial(selection.of_generation, twins=CALIBRATION_TWINS, generation=k), [*names.values()])
+    for k, names in ((1, TWIN), (2, NETWORK_TWIN))
+]
 
 
 def at_rest(rows):

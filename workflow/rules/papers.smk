@@ -254,6 +254,33 @@ rule jansen:
         "../scripts/jansen.py"
 
 
+# With the sheet config/second_generation.tsv.
+OF_STATIONS = accepted_calibrations(query="group == 'jansen2019-v2'")
+
+
+rule jansen_stations:
+    input:
+        every=of_each("pose.json", OF_STATIONS, CALIBRATIONS),
+    output:
+        csv="<results>/tables/jansen2019-v2_stations.csv",
+        md="<results>/tables/jansen2019-v2_stations.md",
+    log:
+        "<logs>/jansen_stations.log",
+    benchmark:
+        "<benchmarks>/jansen_stations.tsv"
+    localrule: True
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("jansen_stations.py"),
+        rows=columns("calibration", "setup", "source", of=OF_STATIONS),
+    message:
+        "Tables I-III of Jansen et al. 2019 with second-generation stations"
+    script:
+        "../scripts/jansen_stations.py"
+
+
 # Simulations of what the paper claims, in their own target: they take minutes of a processor.
 rule jansen_study:
     output:
@@ -309,7 +336,10 @@ rule jansen_studies:
 
 
 promise(
-    tables=branch(OF_JANSEN, then=in_folder("tables", rules.jansen.output)),
+    tables=together(
+        branch(OF_JANSEN, then=in_folder("tables", rules.jansen.output)),
+        branch(OF_STATIONS, then=collect_outputs(rules.jansen_stations.output)),
+    ),
     figures=branch(OF_JANSEN, then=in_folder("figures", rules.jansen.output)),
 )
 

@@ -46,6 +46,7 @@ from mocap_metrology.lighthouse.records import ROLES, SLAVE, Factory, Hits, Pose
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.inertial import sensed
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
 from mocap_metrology.present.text.calibration import pose_document, reason
 from mocap_metrology.settings import Allan, Lighthouse
 
@@ -74,16 +75,22 @@ def pose(
 
 def simulate(
     entry: Entry,
-    twin: twins.LighthouseTwin,
+    twin: twins.LighthouseTwin | NetworkTwin,
     seed: int,
     given: Paths,
     settings: Lighthouse,
     allan: Allan | None,
     folder: Path,
 ) -> Row:
-    """Simulate a twin as a dump, which is removed in the end, and take both steps with it: `TWIN`,
-    `DECODED`, `ESTIMATED`. Returns the contents of pose.json."""
+    """Simulate a twin, of the first generation as a dump, which is removed in the end, and take
+    both steps with it: `TWIN` (`NETWORK_TWIN`), `DECODED`, `ESTIMATED`. Returns the contents of
+    pose.json."""
     made = sweeps.paths_in(TWIN, folder)
+    if isinstance(twin, NetworkTwin):
+        found = sweeps.network_twin(twin, seed, settings, made)
+        sweeps.write_decoded(entry, found, settings, sweeps.paths_in(DECODED, folder))
+        truth = {"reference": made["truth"]}
+        return pose(entry, truth | dict(given), settings, allan, folder)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
         dump = str(Path(part) / "twin.dump")
         sweeps.write_twin(twin, seed, made | {"dump": dump})

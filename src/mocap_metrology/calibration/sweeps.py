@@ -21,7 +21,7 @@ from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.board import COLUMNS, NORMALS
-from mocap_metrology.lighthouse.decode.chain import Decoded, decode, dropped_share
+from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light, dropped_share
 from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.export.world import read_points
@@ -31,6 +31,11 @@ from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.motion import motion_of
+from mocap_metrology.lighthouse.simulate.network_twin import (
+    NetworkTwin,
+    simulate_network,
+    truth_json,
+)
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
 
@@ -74,12 +79,16 @@ def decoded(entry: Entry, files: Mapping[str, str], settings: Lighthouse) -> Dec
         files.get("factory"),
         sample_rate_hz=settings.sample_rate_hz,
         active_level=settings.active_level,
-        cleaning=Cleaning(
-            gate_rad=1e-3 * settings.gate_mrad,
-            gate_mad=settings.gate_mad,
-            half_window=settings.still_half_window,
-            n_sigma=settings.still_n_sigma,
-        ),
+        cleaning=_cleaning(settings),
+    )
+
+
+def _cleaning(settings: Lighthouse) -> Cleaning:
+    return Cleaning(
+        gate_rad=1e-3 * settings.gate_mrad,
+        gate_mad=settings.gate_mad,
+        half_window=settings.still_half_window,
+        n_sigma=settings.still_n_sigma,
     )
 
 
@@ -200,6 +209,15 @@ def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
     files.write_json(paths["truth"], simulated.truth_json(made))
     simulated.write_dump(paths["dump"], made.pulses)
     return f"{made.pulses.start_s.size} pulses in {twin.duration_s:g} s"
+
+
+def network_twin(twin: NetworkTwin, seed: int, settings: Lighthouse, paths: Paths) -> Decoded:
+    """Simulate a twin of the second generation and decode its light; writes what a lab would have
+    beside it, `paths` named twin_board and truth."""
+    made = simulate_network(twin, seed)
+    write_board(paths["twin_board"], made.twin.board, made.twin.normals)
+    files.write_json(paths["truth"], truth_json(made))
+    return decode_light(made.light, made.twin.board, None, _cleaning(settings), "twin")
 
 
 def with_sensors(found: Decoded, twin: LighthouseTwin, seed: int) -> Decoded:

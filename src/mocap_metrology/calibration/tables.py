@@ -27,3 +27,4 @@ TWIN = {
     "reference": "twin_reference.c3d",
     "mount": "twin_mount.csv",
 }
+NETWORK_TWIN = {name: TWIN[name] for name in ("truth", "twin_board")}  # of the second generation

@@ -81,7 +81,8 @@ class TurnsTwin:
     """Stations, an object and its motion; all in the frame of the first station, metres.
 
     seed: of stations and motion; receiver: of what the object has of its own, so that several
-    objects before the same stations differ in it alone.
+    objects before the same stations differ in it alone; take: another recording of these stations
+    and this object, of another motion.
     """
 
     seed: int
@@ -93,6 +94,7 @@ class TurnsTwin:
     normals: Floats = field(default_factory=lambda: ball_board()[1])
     mount: tuple[Floats, Floats] = field(default_factory=lambda: (np.eye(3), np.zeros(3)))
     receiver: int = 0
+    take: int = 0
     duration_s: float = 20.0
     common_urad: float = 15.0  # noise of a sweep
     independent_urad: float = 15.0  # of a hit
@@ -127,10 +129,11 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
     rng = np.random.default_rng([twin.seed, STATIONS])
     factories = tuple(usual_factory(rng) for _ in twin.channels)
     ids = tuple(int(x) for x in rng.integers(1, 1 << 32, len(twin.channels)))
-    motion = motion_of(twin.motion, twin.t, twin.seed)
+    again = [twin.take] if twin.take else []
+    motion = motion_of(twin.motion, twin.t, twin.seed + 1000 * twin.take)
     own = np.random.default_rng([twin.seed, RECEIVER, twin.receiver])
     places = twin.board + 1e-3 * twin.place_mm * own.standard_normal(twin.board.shape)
-    noise = np.random.default_rng([twin.seed, NOISE, twin.receiver])
+    noise = np.random.default_rng([twin.seed, NOISE, twin.receiver, *again])
     scale = 1 + 1e-6 * (twin.clock_ppm + own.standard_normal())
     begins, hits = [], []
     for s, channel in enumerate(twin.channels):
@@ -144,7 +147,7 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
         hits.append(_hits(twin, s, begin_s + wander, period_s, factories[s], motion, places, noise))
     station, diode, time_s, wrong = (np.concatenate(column) for column in zip(*hits, strict=True))
     if twin.collisions:
-        faults = np.random.default_rng([twin.seed, FAULTS, twin.receiver])
+        faults = np.random.default_rng([twin.seed, FAULTS, twin.receiver, *again])
         station, kept, mixed = _collide(station, time_s, faults)
         wrong = (wrong | mixed)[kept]
         station, diode, time_s = station[kept], diode[kept], time_s[kept]

@@ -164,7 +164,7 @@ def bands(series: np.ndarray, rate_hz: float) -> Bands | None:
     ]
     pieces = pairwise(np.linspace(MIDDLE[0], TOP[1], PIECES + 1) * rate_hz / 2)
     least = min(float(np.median(rows[:, _inside(f, *pair)])) for pair in pieces)
-    return Bands(np.sqrt(np.array(edges[:-1]) * edges[1:]), np.array(psd), *ends, least)
+    return Bands(np.sqrt(np.array(edges[:-1]) * edges[1:]), np.array(psd), *ends, least=least)
 
 
 def _periodogram(values: np.ndarray, window: np.ndarray) -> np.ndarray:

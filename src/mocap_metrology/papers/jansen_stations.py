@@ -1,0 +1,106 @@
+"""Tables I to III of J as J would have measured them with stations of the second generation.
+
+J sums up the errors of one slave; here those of all stations but the reference, by the number of
+stations. Mean absolute errors are over recordings and stations, standard deviations (n - 1) over
+the recordings of a setup, of each station; both are averaged over setups.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.lighthouse.published import (
+    AVERAGE,
+    AVERAGE_SD,
+    MAE,
+    OVERALL,
+    QUANTITIES,
+    published_value,
+)
+from mocap_metrology.papers.jansen import Record, mean_over
+
+IDEAL = "-ideal-"  # in the name of a setup: nothing but the clock's step is wrong, as in Table III
+PUBLISHED = {1: OVERALL, 2: AVERAGE}  # rows of J's tables of real stations
+
+
+def _errors(record: Record) -> dict[str, list[float]]:
+    """Of the chosen pose of each station against its reference, mm and deg."""
+    document = record["pose"]
+    chosen: Mapping[str, int | None] = document["chosen"] or {}
+    poses = {name: document["poses"][k] for name, k in chosen.items() if k is not None}
+    return {
+        name: [*pose["errors_mm"], *pose["errors_deg"]]
+        for name, pose in poses.items()
+        if pose.get("errors_mm") is not None
+    }
+
+
+def _summed(of_setup: Sequence[Record]) -> tuple[np.ndarray, np.ndarray, int]:
+    """Mean absolute error (6,), standard deviation (6,), and number of calibrations with errors."""
+    found = [errors for record in of_setup if (errors := _errors(record))]
+    none = np.full(len(QUANTITIES), np.nan)
+    if not found:
+        return none, none, 0
+    every = np.array([values for errors in found for values in errors.values()])
+    names = {name for errors in found for name in errors}
+    by_station = [np.array([e[name] for e in found if name in e]) for name in sorted(names)]
+    sd = mean_over(own.std(axis=0, ddof=1) for own in by_station if len(own) > 1)
+    return np.abs(every).mean(axis=0), sd, len(found)
+
+
+def stations_tables(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Long form: `table` 1 (mean absolute error), 2 (standard deviation) or 3 (`MAE`, `Average SD`
+    of ideal twins, in `row`), `stations`, `quantity`, J's `published` value for two stations of the
+    first generation, and `regenerated`."""
+    return list(_rows(records))
+
+
+def _rows(records: Sequence[Record]) -> Iterator[dict[str, Any]]:
+    numbers = sorted({len(record["pose"]["stations"]) for record in records})
+    for ideal in (False, True):
+        for n in numbers:
+            own = [r for r in records if len(r["pose"]["stations"]) == n]
+            own = [r for r in own if (IDEAL in r["setup"]) == ideal]
+            setups = {r["setup"]: [o for o in own if o["setup"] == r["setup"]] for r in own}
+            summed = [_summed(of_setup) for of_setup in setups.values()]
+            if not summed:
+                continue
+            values = [mean_over(mae for mae, *_ in summed), mean_over(sd for _, sd, _ in summed)]
+            named = ((3, MAE), (3, AVERAGE_SD)) if ideal else tuple(PUBLISHED.items())
+            for (table, row), value in zip(named, values, strict=True):
+                for quantity, number in zip(QUANTITIES, value.tolist(), strict=True):
+                    yield {
+                        "table": table,
+                        "row": row,
+                        "stations": n,
+                        "quantity": quantity,
+                        "published": published_value(table, row, quantity),
+                        "regenerated": number,
+                        "n_setups": len(setups),
+                        "n": sum(one[2] for one in summed),
+                        "source": " and ".join(sorted({r["source"] for r in own})),
+                    }
+
+
+def cells(rows: Sequence[Mapping[str, Any]]) -> list[list[object]]:
+    """Wide form for a page: a line for each table, row and number of stations, J's first."""
+    lines: list[list[object]] = []
+    keys = dict.fromkeys((r["table"], r["row"]) for r in rows)
+    for table, row in keys:
+        own = [r for r in rows if (r["table"], r["row"]) == (table, row)]
+        numbers = list(dict.fromkeys(r["stations"] for r in own))
+        lines.append(
+            [table, row, "J: 2 (V1)", *_formatted(own[: len(QUANTITIES)], "published"), ""]
+        )
+        for n in numbers:
+            of_n = [r for r in own if r["stations"] == n]
+            lines.append([table, row, n, *_formatted(of_n, "regenerated"), of_n[0]["n"]])
+    return lines
+
+
+def _formatted(rows: Sequence[Mapping[str, Any]], key: str) -> list[str]:
+    values = [(row[key], row["quantity"].endswith("_mm")) for row in rows]
+    return ["" if v is None else f"{v:.{2 if mm else 3}f}" for v, mm in values]

@@ -141,11 +141,11 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
 
 
 def _gap_filled(recording: Recording, found: Diagnosis) -> list[Finding]:
-    """Of all coordinates of a marker, as they are filled together; not of medians, which repeat."""
+    """Of all coordinates of a marker, as they are filled together; not of smooth frames."""
     return [
         Finding("gap_filled", f"{axis}{k}", recording.n_filled[label] / recording.n_frames)
         for k, label in enumerate(recording.labels, start=1)
-        if recording.n_filled.get(label) and "running_median" not in found.software
+        if recording.n_filled.get(label) and not found.smooth
         for axis in AXES
     ]
 

@@ -119,6 +119,11 @@ class Diagnosis:
         """Codes of what software did to the frames."""
         return {one.code for one in self.processed}
 
+    @property
+    def smooth(self) -> bool:
+        """Whether frames of a filter or a median may look filled."""
+        return bool(self.low_pass) or "running_median" in self.software
+
 
 def explained(found: Diagnosis) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of

@@ -234,7 +234,7 @@ def _samples(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
     }
     for label, names in coordinates.items():
         share = recording.n_filled.get(label, 0) / recording.n_frames
-        if share and "running_median" not in found.software:
+        if share and not found.smooth:
             numbers = {"share": share}
             yield sentence("filled.marker", share > MANY_FILLED, names, numbers, label=label)
     for one in found.repeats:

@@ -17,6 +17,7 @@ from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameter
 TICKS = (959000, 957000, 953000, 949000, 947000, 943000, 941000, 939000, 937000, 929000, 919000,
          911000, 907000, 901000, 893000, 887000)  # fmt: skip
 BEGIN = np.array([2, 4]) * np.pi / 3  # of the planes: where theta is 0 in a turn
+DIAGONAL = np.ones(3) / np.sqrt(3)
 Pose = tuple[np.ndarray, np.ndarray]
 
 
@@ -54,7 +55,7 @@ def factory(rng: np.random.Generator) -> Factory:
 
 
 def uneven(
-    rng: np.random.Generator, n_diodes: int, slow_mm: float, slow_deg: float = 7.0, waves: int = 40
+    rng: np.random.Generator, n_diodes: int, slow_mm: float, slow_deg: float = 7.0, waves: int = 16
 ) -> Callable[[np.ndarray], np.ndarray]:
     """How far a diode is seen from its place by the direction (..., n_diodes, 3) of the light in
     the board's axes: a Gaussian field on the sphere, of this standard deviation a coordinate, with
@@ -110,24 +111,28 @@ def made(
     ideal: bool = False,
     slow_mm: float = 0.0,
     wrong: float = 0.0,
+    bump_mm: float = 0.0,
     keep: Sequence[tuple[float, float]] | None = None,
     take: int = 0,
     board_seed: int = 5,
 ) -> Made:
     """place_mm: errors of the board file; slow_mm: as `uneven`; wrong: share of hits that are
-    reflections, 2 to 10 mrad off; keep: when each station sees the board, as shares; take: another
-    recording before the same stations."""
+    reflections, 2 to 10 mrad off; bump_mm: of the last station, from its place; keep: when each
+    station sees the board, as shares; take: another recording before the same stations.
+    """
     rng = np.random.default_rng(seed)
     board, normals = tracker(seed=board_seed)
     real = board + 1e-3 * place_mm * rng.normal(size=board.shape)
     stations, factories = room(n, seed), [factory(rng) for _ in range(n)]
+    R, t = stations[-1]
+    placed = [*stations[:-1], (R, t + 1e-3 * bump_mm * DIAGONAL)]
     moved = seed + 1000 * take
     rng = np.random.default_rng([seed, take]) if take else rng
     if ideal:
         factories = [Factory(generation=2)] * n
     field = uneven(np.random.default_rng([board_seed, seed]), len(board), slow_mm)
     parts = []
-    for s, (R, t) in enumerate(stations):
+    for s, (R, t) in enumerate(placed):
         T, begin = TICKS[s] / 48e6 * (1 + 5e-6 * rng.normal()), rng.uniform(0, 0.02)
         rows = rotor_parameters(factories[s], None, LIBSURVIVE)
         turns = np.arange(int(seconds / T) - 1)

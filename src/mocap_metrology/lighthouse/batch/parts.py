@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 from scipy.stats import chi2, f
@@ -145,14 +146,20 @@ def _scaled(S: Floats) -> Floats:
 
 def misfit_of(found: Joint) -> float:
     """Mean square of what pieces pull at the stations' poses, over what noise makes of it: 1 where
-    that is within chance."""
-    n = len(found.state.R)
+    that is within chance.
+
+    Errors that were considered, not estimated, as those of phases, pull as well. So it is what is
+    left after a step of all unknowns with the freedom of what is believed.
+    """
+    n, every = len(found.state.R), [pieces_of(found, one) for one in found.recordings]
+    S, h = (np.sum([getattr(p, k) for own in every for p in own], axis=0) for k in "Sh")
+    known, step = 1 / found.believed**2, np.zeros(found.of.size)
+    with suppress(np.linalg.LinAlgError):
+        step = -solved(S + np.diag(known), h + known * found.state.values)
     total, freedom = 0.0, -POSE * (n - 1)
-    for one in found.recordings:
-        pieces = pieces_of(found, one)
-        for station in range(1, n):
-            own = _scatter(pieces, found, station, np.zeros(found.of.size))
-            total, freedom = total + own[0], freedom + own[1]
+    for pieces, station in product(every, range(1, n)):
+        own = _scatter(pieces, found, station, step)
+        total, freedom = total + own[0], freedom + own[1]
     if freedom <= 0 or total < chi2.isf(BY_CHANCE, freedom):
         return 1.0
     return total / freedom

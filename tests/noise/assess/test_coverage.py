@@ -145,6 +145,14 @@ def test_measured_is_as_expected_on_average(name: str) -> None:
     assert with_gaps == pytest.approx(fewer * np.mean([m.variance for m in found[0]]), rel=0.1)
 
 
+def test_frames_of_which_more_than_half_are_missing_have_a_spread() -> None:
+    rng = np.random.default_rng(3)
+    series = np.where(rng.random(20_000) < 0.6, np.nan, 0.02 * rng.standard_normal(20_000))
+    found = measured_spread(series, 1, series.size)
+    assert found.value == pytest.approx(0.02, rel=4 / math.sqrt(2 * 8000))
+    assert math.isnan(measured_spread(series[:1000], 1, 1000).variance)
+
+
 @pytest.mark.parametrize("slow", [PowerLaw(-2, 1e-7), GaussMarkov(0.02, 60.0)], ids=str)
 def test_intervals_of_what_is_measured_hold_the_truth(slow: PowerLaw) -> None:
     """68 % intervals in 200 recordings of 6 min: wander that drowns in white noise has a corner in

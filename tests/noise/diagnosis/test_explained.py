@@ -39,6 +39,10 @@ def doors(x: np.ndarray) -> None:
     x[:3] += 0.2 * np.exp(-(T % 30) / 0.8) * np.sin(2 * np.pi * 4 * (T % 30))
 
 
+def switch(x: np.ndarray) -> None:
+    x[0] += 0.04 * (T // 20 % 2)
+
+
 def mount(x: np.ndarray) -> None:
     x += np.tile([[1.0], [0.5], [0.2]], (2, 1)) * oscillator(6.0, 0.03, 0.03, 7)
 
@@ -46,12 +50,12 @@ def mount(x: np.ndarray) -> None:
 @pytest.mark.parametrize(
     ("disturb", "code", "value"),
     [(fan, "line", 17.3), (positions, "levels", 0.09), (doors, "recurring", 30.0),
-     (mount, "resonance", 6.0)],
+     (switch, "two_levels", 0.04), (mount, "resonance", 6.0)],
 )  # fmt: skip
 def test_one_disturbance_is_one_kind_of_finding(
     disturb: Callable[[np.ndarray], None], code: str, value: float
 ) -> None:
-    """But for doors, whose shaking may be a line."""
+    """But for doors, each of which is an event, and whose shaking may be a line."""
     x = 0.02 * np.random.default_rng(3).standard_normal((6, N))
     disturb(x)
     x[3] += 500
@@ -62,7 +66,8 @@ def test_one_disturbance_is_one_kind_of_finding(
     psd = {k: np.concatenate([one[k] for one in densities.values()]) for k in densities["x1"]}
     psd["series"] = np.repeat(NAMES, size)
     found = findings_of(recording, diagnose(recording, [], psd), [])
-    assert {one.code for one in found} - ({"line"} if disturb is doors else set()) == {code}
+    beside = {"line", "event"} if disturb is doors else set()
+    assert {one.code for one in found} - beside == {code}
     values = [abs(one.value) for one in found if one.code == code]
     assert values == pytest.approx([value] * len(values), rel=0.05)
 
@@ -80,10 +85,12 @@ def test_frequency_damping_and_size_of_a_resonance(f_0: float, damping: float, r
     assert found.rms_mm == pytest.approx(rms, rel=0.1)
 
 
-@pytest.mark.parametrize("kind", ["white", "walk", "line", "burst", "correlated", "falling"])
+@pytest.mark.parametrize(
+    "kind", ["white", "walk", "line", "burst", "correlated", "falling", "hits", "sweep", "lobes"]
+)
 def test_other_spectra_are_no_resonance(kind: str) -> None:
-    """A line that is known, an oscillation that goes on for a minute only, Gauss-Markov noise, or
-    its filtered form (f^-4)."""
+    """A line that is known, an oscillation that goes on for a minute only, Gauss-Markov noise or
+    its filtered form (f^-4), hits that ring, a frequency that sweeps, a filter with lobes."""
     values = 0.02 * np.random.default_rng(8).standard_normal(N)
     if kind == "walk":
         values += np.cumsum(0.002 * np.random.default_rng(9).standard_normal(N))
@@ -96,6 +103,14 @@ def test_other_spectra_are_no_resonance(kind: str) -> None:
         for _ in range(1 + (kind == "falling")):
             drive = signal.lfilter([1], [1, -0.9], drive)
         values += 0.05 * drive / drive.std()
+    if kind == "hits":
+        for at in np.cumsum(np.random.default_rng(12).exponential(40, 20)):
+            since = np.maximum(T - at, 0)
+            values += 0.15 * (since > 0) * np.exp(-since / 0.3) * np.sin(16 * np.pi * since)
+    if kind == "sweep":
+        values += 0.03 * np.sin(2 * np.pi * (2 * T + 9 * T**2 / T[-1]))
+    if kind == "lobes":
+        values = signal.savgol_filter(values, 21, 3)
     assert resonance("x1", values, RATE, spectrum(values), [12.0]) is None
 
 

@@ -37,6 +37,7 @@ FEWEST = 8  # windows of a baseline, at least
 SPECTRA = 4096  # windows of a spectrum, at most
 PARTS = 24  # of a recording, whose greatest x describe the tail
 MEDIAN_OF_GREATEST = -math.log(math.log(2))  # of many exponential variables, less their ln number
+FAR, RARE = 2.0, 0.2  # times what chance reaches; share of the windows that bursts are
 LEAST_SHARE = 0.5  # of a window's differences that must be there
 
 
@@ -134,12 +135,15 @@ def dynamic_allan(
 
 def tail(x: np.ndarray) -> float:
     """How much larger x (k,) is than it should be: the median of the greatest of 24 parts over
-    that of exponential variables."""
+    that of exponential variables; 1 where a few windows are far beyond all others, which are
+    bursts, however many parts have one."""
     size = x.size // PARTS
     if size < 2:
         return 1.0
     greatest = x[: size * PARTS].reshape(PARTS, size).max(axis=1)
-    return float(np.median(greatest)) / (math.log(size) + MEDIAN_OF_GREATEST)
+    found = float(np.median(greatest)) / (math.log(size) + MEDIAN_OF_GREATEST)
+    few = np.mean(x > FAR * math.log(x.size)) < RARE
+    return 1.0 if found > FAR and few else found
 
 
 def _differences(

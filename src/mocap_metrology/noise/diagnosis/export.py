@@ -158,13 +158,13 @@ def bands(series: np.ndarray, rate_hz: float) -> Bands | None:
     if len(edges) < 3 * OCTAVE // 2:
         return None
     psd = [float(np.median(rows[:, _inside(f, *pair)])) for pair in pairwise(edges)]
-    ends = [
+    middle, top = (
         float(np.median(rows[:, _inside(f, low * rate_hz / 2, high * rate_hz / 2)]))
         for low, high in (MIDDLE, TOP)
-    ]
+    )
     pieces = pairwise(np.linspace(MIDDLE[0], TOP[1], PIECES + 1) * rate_hz / 2)
     least = min(float(np.median(rows[:, _inside(f, *pair)])) for pair in pieces)
-    return Bands(np.sqrt(np.array(edges[:-1]) * edges[1:]), np.array(psd), *ends, least)
+    return Bands(np.sqrt(np.array(edges[:-1]) * edges[1:]), np.array(psd), middle, top, least)
 
 
 def _periodogram(values: np.ndarray, window: np.ndarray) -> np.ndarray:

@@ -46,7 +46,7 @@ from mocap_metrology.noise.diagnosis.records import (
 )
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
-from mocap_metrology.noise.diagnosis.signatures import LASTING_S, Wander, signature
+from mocap_metrology.noise.diagnosis.signatures import Wander, signature
 from mocap_metrology.noise.diagnosis.software import processed, running_median
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.gaps import filled
@@ -97,16 +97,13 @@ def diagnose(
     away = inside_events(events, recording.n_frames, 1 / rate)
     if away.mean() > MOST_BLANKED:
         away[:] = False
-    brief = inside_events([e for e in events if e.duration_s < LASTING_S], away.size, 1 / rate)
-    brief &= away
 
     def examined(one: tuple[str, np.ndarray]) -> _Examined:
         name, series = one
-        kind_of = signature(_blanked(series, brief), rate)
-        blank = _blanked(series, away)
+        kind_of = signature(blank := _blanked(series, away), rate)
         model, spectrum = _model(noise, name), _rows(psd, name)
-        jumps = kind_of and kind_of.jumps
-        if jumps:
+        jumps = kind_of.jumps if kind_of else ()
+        if kind_of and jumps:
             blank = kind_of.without_jumps(blank, rate)
         if jumps or away.any():
             wide = _widened(np.isnan(blank) & ~np.isnan(series))

@@ -154,6 +154,7 @@ def explained(found: Diagnosis) -> Diagnosis:
     return replace(
         found,
         events=[one for one in found.events if not is_explained(one)],
+        recurring={k: period for k, period in found.recurring.items() if k not in switching},
         trends=[one for one in found.trends if one.series not in changing],
         movements={name: stands(name, one) for name, one in found.movements.items()},
         wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},

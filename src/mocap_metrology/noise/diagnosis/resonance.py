@@ -91,9 +91,12 @@ def resonance(
         return None
     power = size[-1] * _oscillator(f, f_0, damping)
     base = float(np.interp(f_0, f, size[:-1] @ laws))
-    if not NARROWEST <= damping < 0.99 * BROADEST or f_0 < LOWEST_HZ:
-        return None
-    if power.max() < HEIGHT * base or not _steady(values, rate_hz, f_0, damping, base):
+    inside = LOWEST_HZ <= f_0 <= HIGHEST * nyquist and NARROWEST <= damping < 0.99 * BROADEST
+    if (
+        not inside
+        or power.max() < HEIGHT * base
+        or not _steady(values, rate_hz, f_0, damping, base)
+    ):
         return None
     rms = math.sqrt(float(power @ count) * bin_hz)
     return Resonance(name, float(f_0), float(damping), rms)

@@ -234,7 +234,7 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         place = _refined(z, t, wave, near(own))
         for count in (1, HARMONICS) if place >= PERIODS else (1,):
             waves = np.vstack([wave(place * j) for j in range(count, 0, -1)])
-            yield Shape(frozenset({"cycle"}), waves, 1, (n / place,))
+            yield Shape(frozenset({"cycle"}), waves, PLACE, (n / place,))
     fall = partial(CURVES["warm_up"], time)
     constant = _refined(z, t, fall, CONSTANTS)
     for _ in range(4):  # in turn, each beside the other

@@ -159,6 +159,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     _, shape = min(best.values(), key=lambda own: own[0])
     straight = any("drift" in kinds and "smooth" not in kinds for kinds, _ in near)
     sure = sure - (set() if straight else {"drift"}) if white else frozenset()
+    sure -= set() if gaussian else {"shift"}  # which a few blocks of a heavy tail may be
     noise = noise if slow and gaussian else ""
     block_s = length / frame_rate_hz
     at = tuple(block_s * (k[int(a)] if shape.placed else a) for a in shape.at)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,7 +24,6 @@ from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.calibrate.stages import Calibration
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.export.formats import Export, crazyflie_yaml, libsurvive_json
-from mocap_metrology.lighthouse.known_length import known_length
 from mocap_metrology.lighthouse.records import Station
 from mocap_metrology.lighthouse.track.receiver import Calibrated, along, columns, track
 from mocap_metrology.present.text.calibration import pose_document
@@ -144,21 +142,6 @@ def test_files_of_other_programs(three, tmp_path) -> None:
             for key in ("phase", "tilt", "curve", "gibphase", "gibmag", "ogeephase", "ogeemag"):
                 expected = getattr(station.factory, key)
                 np.testing.assert_allclose(getattr(own.factory, key), expected, atol=1e-9)
-
-
-def test_a_known_length_scales_the_room(three) -> None:
-    given, _, _ = three
-    board = 1.01 * given.scene.board
-    length = float(np.linalg.norm(given.poses[2][1]))
-    known = known_length(f"stations 3-11 {length:.6f} 0.001", 32, None, ["3", "7", "11"])
-    wrong = replace(given, scene=replace(given.scene, board=board))
-    free, _ = calibrated(wrong)
-    scaled, _ = calibrated(wrong, Sensors(lengths=(known,)))
-    errors = [
-        abs(np.linalg.norm(own.estimates[0].t_m) / np.linalg.norm(given.poses[1][1]) - 1)
-        for own in (free, scaled)
-    ]
-    assert errors[0] > 5e-3 and errors[1] < 1e-3
 
 
 def test_pose_json_of_another_number_of_stations_is_refused(three, tmp_path) -> None:

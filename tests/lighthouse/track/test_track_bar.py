@@ -86,11 +86,11 @@ def test_one_clock_in_the_other() -> None:
 
 
 def test_the_length_is_the_bar_and_its_errors_are_those_stated() -> None:
-    """Ten bars with true stations and places of diodes off by 0.15 mm, which move a whole take: the
-    mean error is none, and the distances are within one and two stated standard deviations as often
-    as those of ten takes can be."""
+    """Five bars with true stations and places of diodes off by 0.15 mm, which move a whole take:
+    the mean error is none, and the distances are within one and two stated standard deviations as
+    often as those of five takes can be."""
     off, sd = [], []
-    for seed in range(10):
+    for seed in range(5):
         made = on_a_bar(seed, duration_s=2.0)
         found = heads(*(tracked(one, seen(one)) for one in made))
         length = np.linalg.norm(found.t_m[1] - found.t_m[0], axis=0)
@@ -98,7 +98,7 @@ def test_the_length_is_the_bar_and_its_errors_are_those_stated() -> None:
         off.append(length - LENGTH_M)
         sd.append(found.sd_m)
     means = 1e3 * np.array([np.nanmean(one) for one in off])
-    assert abs(means.mean()) < 0.06 and np.abs(means).max() < 0.25
+    assert abs(means.mean()) < 0.08 and np.abs(means).max() < 0.25
     sizes = np.abs(np.concatenate(off) / np.concatenate(sd))
     sizes = sizes[np.isfinite(sizes)]
     assert 0.5 < (sizes < 1).mean() < 0.8 and 0.87 < (sizes < 2).mean() < 0.99

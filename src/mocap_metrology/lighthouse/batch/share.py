@@ -53,13 +53,13 @@ def shares(
     place = np.floor(way / CELL).astype(np.int64) + PER_AXIS // 2
     numbers = ((diode * PER_AXIS + place[:, 0]) * PER_AXIS + place[:, 1]) * PER_AXIS + place[:, 2]
     number, cell = np.unique(numbers, return_inverse=True)
-    n = np.bincount(cell, weight)
+    n = np.bincount(cell, weight).astype(np.float64)
     views = 2 * len(state.R) * who.shape[0] / (seen.sweeps.first.size - 1)
     mean = np.bincount(cell, weight * alone) / n
     within = float(weight @ (alone - mean[cell]) ** 2) / max(float(np.sum(n - 1)), 1.0)
     tau2 = _variance(number // PER_AXIS**3, n, mean, within, views)
     white = hit_rad**2 * min(within * float(n.sum()) / float(weight @ alone**2), 1.0)
-    share: Floats = (white + tau2) / (white + n * tau2)
+    share = np.asarray((white + tau2) / (white + n * tau2), np.float64)
     return share[cell], float(np.sqrt(tau2)), float(np.sqrt(white + tau2))
 
 

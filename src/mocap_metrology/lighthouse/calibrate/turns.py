@@ -52,7 +52,9 @@ def well_fitted(
     first = _followed(scene, hits, trajectory, poses)
     good, near = _gated(scene, hits, first, COARSE_RAD), first.recordings[0].trajectory
     few = _thinned(good, near)
-    found, scene, why = if_they_agree(scene, lambda own: fitted(own, few, near, poses_of(first)))
+    found, scene, why = if_they_agree(
+        scene, lambda own: fitted(own, few, near, poses_of(first), sized=True)
+    )
     out: list[int] = []
     for least_rad in (COARSE_RAD, *RENEWALS * [FINE_RAD]):
         good = _gated(scene, hits, found, least_rad)

@@ -15,7 +15,7 @@ from sample_files import HOW, samples_folder
 from . import calibrations, groups, recordings
 from .digest import Flat, changed
 
-STORED = Path(__file__).parent / "results"
+STORED = Path(__file__).parent / "stored"
 MADE: dict[str, Callable[[Path], Flat]] = {
     **{kind: partial(recordings.recording, kind) for kind in recordings.KINDS},
     **{name: lambda folder, f=f: f(folder=folder) for name, f in calibrations.CASES.items()},

@@ -40,6 +40,7 @@ ENOUGH, MANY = 5, 40_000  # hits an unknown of the trajectory; in all: fewer are
 FEWEST = 2.0  # likewise, of finer knots
 COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better estimate
 GATE = 8.0  # likewise, over the robust spread
+TOGETHER_S = 0.1  # for what is usual of a station
 RENEWALS = 3  # of bad diodes, at most
 
 
@@ -101,12 +102,25 @@ def _left(found: Joint) -> tuple[float, float]:
     return one.noise.hit**2 + one.noise.sweep**2, square / free
 
 
+def medians(values: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Median of the values of each group, which are numbered from 0 without gaps."""
+    order = np.lexsort((values, group))
+    n = np.bincount(group)
+    first = np.cumsum(n) - n
+    ranked: np.ndarray = values[order]
+    return (ranked[first + (n - 1) // 2] + ranked[first + n // 2]) / 2
+
+
 def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
-    """Without hits that an estimate shows to be reflections: farther off than least_rad and `GATE`,
-    or on diodes that light cannot reach."""
+    """Without hits that an estimate shows to be reflections: farther off than least_rad and `GATE`
+    times what is usual, of all and of the station at that time, or on diodes that light cannot
+    reach. Where most hits of a station are off, it is the board that is not there."""
     one = recording(Given(hits, found.recordings[0].trajectory), found.state)
-    off = np.abs(one.residual)
-    wrong = off > max(least_rad, GATE * MAD_TO_SIGMA * float(np.median(off)))
+    off, own = np.abs(one.residual), one.sweeps.hits
+    when = np.stack([own.station, np.floor(own.time_s / TOGETHER_S)])
+    group = np.unique(when, axis=1, return_inverse=True)[1].ravel()
+    usual = np.maximum(medians(off, group)[group], np.median(off))
+    wrong = off > np.maximum(least_rad, GATE * MAD_TO_SIGMA * usual)
     if (normals := scene.sensors.normals) is not None:
         wrong |= grazing(one, found.state, normals)
     return one.sweeps.hits.take(~wrong)

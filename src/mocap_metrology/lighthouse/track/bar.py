@@ -21,6 +21,7 @@ from mocap_metrology.lighthouse.track.clocks import ClockMap, clock_map
 from mocap_metrology.lighthouse.track.receiver import STEP_S, Calibrated, Track, track
 
 FEWEST_STATIONS = 2  # that see an object at a moment
+FEWEST_HITS = 3  # by which a station does
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,9 @@ def heads(a: Object, b: Object) -> Heads:
     turn = np.stack([one.R @ it.head[0] for one, it in zip(found, (a, b), strict=True)])
     lever = np.stack([one.R @ it.head[1] for one, it in zip(found, (a, b), strict=True)])
     place = np.stack([one.t_m for one in found]) + lever
-    unseen = np.any([(one.hits > 0).sum(axis=1) < FEWEST_STATIONS for one in found], axis=0)
+    unseen = np.any(
+        [(one.hits >= FEWEST_HITS).sum(axis=1) < FEWEST_STATIONS for one in found], axis=0
+    )
     place[:, unseen] = np.nan
     sd = _sd(found, place, lever, a.known, index)
     return Heads(time_s, np.moveaxis(place, 2, 1), turn, sd, clock)

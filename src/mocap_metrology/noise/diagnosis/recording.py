@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.large import Made, kept_if_small
 from mocap_metrology.common.parallel import Over, in_turn
-from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import (
     Event,
@@ -23,13 +20,11 @@ from mocap_metrology.noise.diagnosis.events import (
     recurrence,
 )
 from mocap_metrology.noise.diagnosis.export import (
-    Resolution,
     low_passes,
-    resolution,
     wander,
 )
-from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
+from mocap_metrology.noise.diagnosis.one_series import Examiner, walk_decided, without_frames
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
     heavy_tails,
@@ -37,7 +32,6 @@ from mocap_metrology.noise.diagnosis.outliers import (
     off_frames,
     without,
 )
-from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
 from mocap_metrology.noise.diagnosis.records import (
     Diagnosis,
     DiagnosisSettings,
@@ -45,25 +39,13 @@ from mocap_metrology.noise.diagnosis.records import (
     explained,
 )
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
-from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
-from mocap_metrology.noise.diagnosis.signatures import Wander, signature
 from mocap_metrology.noise.diagnosis.software import processed, running_median
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
-from mocap_metrology.noise.fit.spectral.gaps import filled
-from mocap_metrology.noise.fit.spectral.likelihood import (
-    LONGEST_GAP,
-    LikelihoodSettings,
-    likelihood,
-)
-from mocap_metrology.noise.fit.spectral.welch import welch
+from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import Drift, drift
-from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 from mocap_metrology.noise.motion.movement import Movement, movement
 from mocap_metrology.noise.series import AXES, all_series, every_series
 
-NOTCHES = 3  # of a series: its strongest lines
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
-SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
 Columns = Mapping[str, np.ndarray]
 
@@ -98,45 +80,19 @@ def diagnose(
     if away.mean() > MOST_BLANKED:
         away[:] = False
 
-    def examined(one: tuple[str, np.ndarray]) -> _Examined:
-        name, series = one
-        kind_of = signature(blank := _blanked(series, away), rate)
-        model, spectrum = _model(noise, name), _rows(psd, name)
-        jumps = kind_of.jumps if kind_of else ()
-        if kind_of and jumps:
-            blank = kind_of.without_jumps(blank, rate)
-        if jumps or away.any():
-            wide = _widened(np.isnan(blank) & ~np.isnan(series))
-            form = model.form if model else "sampled"
-            model = _refitted(_blanked(middle(blank), middle(wide)), rate, form) or model
-            spectrum = _welch(blank, rate, welch_settings or {})
-        density = partial(model.psd, frame_rate_hz=rate) if model else None
-        own_lines, own_filtered = _lines_and_filters(
-            name, blank, rate, density, spectrum, settings, len(quiet)
-        )
-        if jumps:
-            own_lines = [one for one in own_lines if one.line.f_0 > SLOW_HZ]
-        avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
-        kind = recording.resolution_kind
-        step_of = resolution(name, step, kind, avar_1, rate, name.startswith("L"))
-        at_hz = [line.line.f_0 for line in own_lines]
-        whole = spectrum
-        if density and 0 < np.isnan(blank).mean() <= MOST_GAPS:
-            whole = _welch(_gapless(blank, density, rate), rate, welch_settings or {})
-        broad = resonance(name, blank, rate, whole, at_hz) if whole else None
-        return _Examined(name, spectrum, own_lines, own_filtered, step_of, kind_of, broad)
-
-    every = list(over(examined, quiet.items()))
+    given = Examiner(rate, step, recording.resolution_kind, settings, len(quiet), away)
+    given = replace(given, noise=noise, psd=psd, welch=welch_settings or {})
+    every = list(over(given.examined, quiet.items()))
     moves = _movements(recording, settings, over)
     at_rest = [
         pair
         for pair in recording.pairs
         if not any(moves[f"{axis}{k}"].moves for k in pair for axis in AXES)
     ]
-    blanked = Made(quiet, lambda name: _blanked(quiet[name], away))
+    blanked = Made(quiet, lambda name: without_frames(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     lines = [line for one in every for line in one.lines]
-    wanders = {one.name: _walk_decided(one.wander, noise, one.name) for one in every if one.wander}
+    wanders = {one.name: walk_decided(one.wander, noise, one.name) for one in every if one.wander}
     recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
     still = _still(recording, blanked, levels, settings)
     processing = processed(still, rate, step, over)
@@ -156,19 +112,6 @@ def diagnose(
         [one.resonance for one in every if one.resonance], bouts,
     )  # fmt: skip
     return explained(found)
-
-
-@dataclass(frozen=True)
-class _Examined:
-    """What was found in one series without its events."""
-
-    name: str
-    spectrum: dict[str, np.ndarray] | None
-    lines: list[Found]
-    filtered: list[Filtered]
-    step: Resolution
-    wander: Wander | None
-    resonance: Resonance | None
 
 
 def searched(
@@ -231,25 +174,6 @@ def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend
     return trends(levels, out_of, steps)
 
 
-def _lines_and_filters(
-    name: str,
-    series: np.ndarray,
-    rate_hz: float,
-    density: Callable[[np.ndarray], np.ndarray] | None,
-    spectrum: Columns | None,
-    settings: DiagnosisSettings,
-    n_series: int,
-) -> tuple[list[Found], list[Filtered]]:
-    found, duration = series_lines(series, rate_hz, settings.max_lines, density, n_series)
-    notches = [line.f_0 for line in found[:NOTCHES]]
-    among = filters(rate_hz, settings.cutoffs_hz, notches, settings.notch_width_hz)
-    sinusoids = [Sinusoid(line.A_s, line.f_0) for line in found]
-    return (
-        described(name, found, duration, rate_hz, series, spectrum),
-        tried(name, series, rate_hz, among, density, sinusoids),
-    )
-
-
 def _quiet(
     recording: Recording, settings: DiagnosisSettings, step: float, over: Over
 ) -> tuple[dict[str, np.ndarray], Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
@@ -267,13 +191,6 @@ def _quiet(
         return small[name] if name in small else every[name].astype(np.float32)
 
     return spikes, small, kept_if_small(Made(every, stored), recording.n_frames)
-
-
-def _blanked(series: np.ndarray, away: np.ndarray) -> np.ndarray:
-    """A copy as float64, NaN where `away`."""
-    blank = series.astype(np.float64)
-    blank[away] = np.nan
-    return blank
 
 
 def _missing(recording: Recording) -> dict[str, float]:
@@ -323,71 +240,3 @@ def _repeats(recording: Recording) -> list[Repeats]:
         for k, label in enumerate(recording.labels, start=1)
     ]
     return [one for one in found if one is not None]
-
-
-def _likelihood_rows(noise: Sequence[NoiseRow], series: str) -> list[NoiseRow]:
-    return [r for r in noise if r["series"] == series and r["estimator"] == DEFAULT_ESTIMATOR]
-
-
-def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
-    """The likelihood's model of a series, or None without one."""
-    own = _likelihood_rows(noise, series)
-    model = model_of(own) if any(r["status"] != "refused" for r in own) else None
-    return model if model and model.broadband else None
-
-
-def _walk_decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
-    """No noise that is named where a walk is of another noise by the signature, or its interval
-    holds zero, as slow Gauss-Markov noise may stand for it."""
-    of_walk = [r for r in _likelihood_rows(noise, series) if r["parameter"] == "h_-2"]
-    lowest = [low for r in of_walk if math.isfinite(low := float(r["lower_95"]))]
-    if not wander.noise or not lowest or (wander.noise == "random_walk" and min(lowest) > 0):
-        return wander
-    return replace(wander, noise="", possible=wander.possible or ("noise",))
-
-
-def _welch(
-    series: np.ndarray, rate_hz: float, asked: Mapping[str, float]
-) -> dict[str, np.ndarray] | None:
-    try:
-        found = welch(series, rate_hz, **asked)
-    except Refusal:
-        return None
-    n = np.full(found.f_hz.size, found.n_segments)
-    return {"f_hz": found.f_hz, "psd_mm2_hz": found.psd, "n_segments": n}
-
-
-def _gapless(
-    series: np.ndarray, density: Callable[[np.ndarray], np.ndarray], rate_hz: float
-) -> np.ndarray:
-    """Gaps filled with noise, as straight lines over them have a spectrum of their own."""
-    inside = middle(series)
-    there = np.flatnonzero(np.isfinite(inside))
-    inside = inside[there[0] : there[-1] + 1]
-    return filled(inside, density, rate_hz, np.random.default_rng(0))
-
-
-def _widened(away: np.ndarray) -> np.ndarray:
-    """With gaps long enough that the likelihood parts the series there and fills nothing."""
-    wide = away.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(np.int8), [0]])))
-    for first, last in edges.reshape(-1, 2):
-        wide[max(first - LONGEST_GAP // 2, 0) : last + LONGEST_GAP // 2 + 1] = True
-    return wide
-
-
-def _refitted(series: np.ndarray, rate_hz: float, form: Form) -> NoiseModel | None:
-    try:
-        settings = LikelihoodSettings(form=form)
-        model = likelihood(series, rate_hz, None, settings).estimate.model
-    except Refusal:
-        return None
-    return model if model.broadband else None
-
-
-def _rows(columns: Columns | None, series: str) -> dict[str, np.ndarray] | None:
-    """Of one series."""
-    if columns is None:
-        return None
-    keep = columns["series"] == series
-    return {k: v[keep] for k, v in columns.items() if k != "series"} if keep.any() else None

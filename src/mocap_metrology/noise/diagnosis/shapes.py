@@ -24,7 +24,6 @@ PARTS = 20  # of a curve, by whose steps it becomes faster or slower
 
 Columns = Callable[[float], Floats]
 AT_ONCE = frozenset({"step", "shift", "steps", "two_levels", "levels"})
-FADES = frozenset({"fades"})  # of shifts
 CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant over the recording
     "warm_up": lambda t, c: np.exp(-t / c),
     "accelerating": lambda t, c: np.exp((t - 1) / c),
@@ -76,7 +75,7 @@ class Shape:
         """Block and size of every change at once."""
         if not self.kinds & AT_ONCE:
             return []
-        if self.kinds & FADES:
+        if "fades" in self.kinds:  # a shift
             return [(int(self.at[0]), self.size(z))]
         steps = np.diff(self.curve(z)[1])
         found: list[tuple[int, float]] = []

@@ -1,0 +1,181 @@
+"""One series of a recording without its events: what kind of wander, lines, filters it has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.noise.diagnosis.export import Resolution, resolution
+from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
+from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
+from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
+from mocap_metrology.noise.diagnosis.signatures import Wander, signature
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
+from mocap_metrology.noise.fit.spectral.gaps import filled
+from mocap_metrology.noise.fit.spectral.likelihood import (
+    LONGEST_GAP,
+    LikelihoodSettings,
+    likelihood,
+)
+from mocap_metrology.noise.fit.spectral.welch import welch
+from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
+
+NOTCHES = 3  # of a series: its strongest lines
+SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
+Columns = Mapping[str, np.ndarray]
+Density = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Examined:
+    """What was found in one series without its events."""
+
+    name: str
+    spectrum: dict[str, np.ndarray] | None
+    lines: list[Found]
+    filtered: list[Filtered]
+    step: Resolution
+    wander: Wander | None
+    resonance: Resonance | None
+
+
+@dataclass(frozen=True)
+class Examiner:
+    """What every series of a recording is examined with; away: frames inside events; noise, psd: as
+    of `diagnose`."""
+
+    rate_hz: float
+    step_mm: float
+    resolution_kind: str
+    settings: DiagnosisSettings
+    n_series: int
+    away: np.ndarray
+    noise: Sequence[NoiseRow] = ()
+    psd: Columns | None = None
+    welch: Mapping[str, float] = field(default_factory=dict)
+
+    def examined(self, one: tuple[str, np.ndarray]) -> Examined:
+        """A series by its name."""
+        name, series = one
+        rate, blank = self.rate_hz, without_frames(series, self.away)
+        wander = signature(blank, rate)
+        jumps = bool(wander and wander.jumps)
+        if wander and jumps:
+            blank = wander.without_jumps(blank, rate)
+        model, spectrum = _model(self.noise, name), _rows(self.psd, name)
+        if jumps or self.away.any():
+            model = _refitted(blank, series, rate, model)
+            spectrum = _welch(blank, rate, self.welch)
+        density = partial(model.psd, frame_rate_hz=rate) if model else None
+        lines, filtered = self._lines_and_filters(name, blank, density, spectrum)
+        if jumps:
+            lines = [one for one in lines if one.line.f_0 > SLOW_HZ]
+        avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
+        how = self.resolution_kind, avar_1, rate, name.startswith("L")
+        step = resolution(name, self.step_mm, *how)
+        whole = spectrum
+        if density and 0 < np.isnan(blank).mean() <= MOST_GAPS:
+            whole = _welch(_gapless(blank, density, rate), rate, self.welch)
+        at_hz = [line.line.f_0 for line in lines]
+        broad = resonance(name, blank, rate, whole, at_hz) if whole else None
+        return Examined(name, spectrum, lines, filtered, step, wander, broad)
+
+    def _lines_and_filters(
+        self, name: str, series: np.ndarray, density: Density | None, spectrum: Columns | None
+    ) -> tuple[list[Found], list[Filtered]]:
+        own, rate = self.settings, self.rate_hz
+        found, duration = series_lines(series, rate, own.max_lines, density, self.n_series)
+        notches = [line.f_0 for line in found[:NOTCHES]]
+        among = filters(rate, own.cutoffs_hz, notches, own.notch_width_hz)
+        sinusoids = [Sinusoid(line.A_s, line.f_0) for line in found]
+        return (
+            described(name, found, duration, rate, series, spectrum),
+            tried(name, series, rate, among, density, sinusoids),
+        )
+
+
+def without_frames(series: np.ndarray, away: np.ndarray) -> np.ndarray:
+    """A copy as float64, NaN where `away`."""
+    blank = series.astype(np.float64)
+    blank[away] = np.nan
+    return blank
+
+
+def _likelihood_rows(noise: Sequence[NoiseRow], series: str) -> list[NoiseRow]:
+    return [r for r in noise if r["series"] == series and r["estimator"] == DEFAULT_ESTIMATOR]
+
+
+def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
+    """The likelihood's model of a series, or None without one."""
+    own = _likelihood_rows(noise, series)
+    model = model_of(own) if any(r["status"] != "refused" for r in own) else None
+    return model if model and model.broadband else None
+
+
+def walk_decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
+    """No noise that is named where a walk is of another noise by the signature, or its interval
+    holds zero, as slow Gauss-Markov noise may stand for it."""
+    of_walk = [r for r in _likelihood_rows(noise, series) if r["parameter"] == "h_-2"]
+    lowest = [low for r in of_walk if math.isfinite(low := float(r["lower_95"]))]
+    if not wander.noise or not lowest or (wander.noise == "random_walk" and min(lowest) > 0):
+        return wander
+    return replace(wander, noise="", possible=wander.possible or ("noise",))
+
+
+def _welch(
+    series: np.ndarray, rate_hz: float, asked: Mapping[str, float]
+) -> dict[str, np.ndarray] | None:
+    try:
+        found = welch(series, rate_hz, **asked)
+    except Refusal:
+        return None
+    n = np.full(found.f_hz.size, found.n_segments)
+    return {"f_hz": found.f_hz, "psd_mm2_hz": found.psd, "n_segments": n}
+
+
+def _gapless(
+    series: np.ndarray, density: Callable[[np.ndarray], np.ndarray], rate_hz: float
+) -> np.ndarray:
+    """Gaps filled with noise, as straight lines over them have a spectrum of their own."""
+    inside = middle(series)
+    there = np.flatnonzero(np.isfinite(inside))
+    inside = inside[there[0] : there[-1] + 1]
+    return filled(inside, density, rate_hz, np.random.default_rng(0))
+
+
+def _widened(away: np.ndarray) -> np.ndarray:
+    """With gaps long enough that the likelihood parts the series there and fills nothing."""
+    wide = away.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(np.int8), [0]])))
+    for first, last in edges.reshape(-1, 2):
+        wide[max(first - LONGEST_GAP // 2, 0) : last + LONGEST_GAP // 2 + 1] = True
+    return wide
+
+
+def _refitted(
+    blank: np.ndarray, series: np.ndarray, rate_hz: float, before: NoiseModel | None
+) -> NoiseModel | None:
+    """The model of a series of which `blank` has left frames out; else the one before."""
+    wide = _widened(np.isnan(blank) & ~np.isnan(series))
+    form: Form = before.form if before else "sampled"
+    kept = without_frames(middle(blank), middle(wide))
+    try:
+        model = likelihood(kept, rate_hz, None, LikelihoodSettings(form=form)).estimate.model
+    except Refusal:
+        return before
+    return model if model.broadband else before
+
+
+def _rows(columns: Columns | None, series: str) -> dict[str, np.ndarray] | None:
+    """Of one series."""
+    if columns is None:
+        return None
+    keep = columns["series"] == series
+    return {k: v[keep] for k, v in columns.items() if k != "series"} if keep.any() else None

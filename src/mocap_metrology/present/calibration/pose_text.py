@@ -144,7 +144,7 @@ def _network_facts(files: CalibrationFiles) -> list[str]:
 
 
 def _station(station: Record) -> str:
-    """One station in a line: id, mode, where its factory values come from."""
+    """One station in a line: id, mode of the first generation, source of its factory values."""
     known = "id unknown" if station.get("id") is None else f"id {station['id']}"
     if station.get("factory") is None:
         factory = f"no factory values: {station.get('why') or 'none found'}"
@@ -152,4 +152,5 @@ def _station(station: Record) -> str:
         factory = f"factory values from {n} frame{'' if n == 1 else 's'}"
     else:
         factory = "factory values from a file"
-    return f"{station['role']}: {known}, mode {station.get('mode') or 'unknown'}, {factory}"
+    mode = f"mode {station.get('mode') or 'unknown'}, " if station.get("generation", 1) == 1 else ""
+    return f"{station['role']}: {known}, {mode}{factory}"

@@ -199,11 +199,13 @@ def of_turns(setup: int, recording: int, **more: object) -> MadeOfTurns:
 def _with_factories(
     change: Callable[[list[Factory], np.random.Generator], list[Factory]],
 ) -> Turned:
-    return lambda scene, *_: replace(scene, factories=change(list(scene.factories), _[-1]))
+    return lambda scene, setup, recording, rng: replace(
+        scene, factories=change(list(scene.factories), rng)
+    )
 
 
 def _with_board(change: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Turned:
-    return lambda scene, *_: replace(scene, board=change(scene.board, _[-1]))
+    return lambda scene, setup, recording, rng: replace(scene, board=change(scene.board, rng))
 
 
 def _moved(scene: Scene, setup: int, recording: int, _: np.random.Generator) -> Scene:

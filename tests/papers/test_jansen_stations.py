@@ -46,7 +46,7 @@ def test_a_line_for_each_number_of_stations_below_those_of_the_paper() -> None:
         record("v2-real-4-1", dict.fromkeys("123", six)),
         record("v2-ideal-2-1", {"1": six}),
     ]
-    lines = cells(stations_tables(records))
+    lines = cells(list(stations_tables(records)))
     assert [line[:3] for line in lines] == [
         [1, "Overall", "J: 2 (V1)"], [1, "Overall", 2], [1, "Overall", 4],
         [2, "Average", "J: 2 (V1)"], [2, "Average", 2], [2, "Average", 4],

@@ -10,7 +10,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.text import captions
 
     records = records_of(snakemake.params.rows, snakemake.input.every)
-    rows = stations_tables(records)
+    rows = list(stations_tables(records))
     note = source_sentence({record["calibration"]: record["source"] for record in records})
     head = ["table", "row", "stations", "x mm", "y mm", "z mm", "α °", "β °", "γ °", "n"]
     title = "# Jansen et al. 2019, Tables I to III with second-generation stations"

@@ -191,7 +191,7 @@ def _of_others(
     beside: Sequence[tuple[Entry, Paths]], settings: Lighthouse
 ) -> Iterator[tuple[str, PoseFile]]:
     """Poses from other objects by the better estimators, by the names of their calibrations; none
-    of the second generation."""
+    of the second generation. Anew, as pose.json of each row depends on the other objects."""
     how = calibration_settings(settings)
     better = [name for name in how.estimators if name not in (*SIMPLEX, *PEERS)]
     for entry, given in beside:

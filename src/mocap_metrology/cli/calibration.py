@@ -8,7 +8,7 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from threading import Thread
@@ -25,6 +25,7 @@ from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.common.paths import exists
+from mocap_metrology.common.sheets import parts_of
 from mocap_metrology.lighthouse.assess.pose_file import is_network
 from mocap_metrology.present.accuracy.bar_document import bar_lines
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
@@ -43,8 +44,7 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
     settings = Lighthouse(
         estimators=ESTIMATORS, world=options.world or "gravity", inertial=options.inertial
     )
-    named = {"world_points": "points", "factory": "factory", "reference": "reference"}
-    named["receiver"] = "receiver"
+    named = {"world_points": "points"} | {o: o for o in ("factory", "reference", "receiver")}
     beside = {name: file for o, name in named.items() if (file := getattr(options, o))}
     for option, name in named.items():
         if name in beside and not exists(beside[name]):
@@ -75,12 +75,9 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
             results = read_calibration(files, entry.calibration, None)
             tell_result(_verdict_lines(results, options.brief))
-            if options.bar:
-                given = files | beside | {"dump": str(path)}
-                tell_result(_bar_lines(entry, given, settings, part, options))
-            if options.receiver:
-                lines = _receiver_lines(entry, files, settings, part, options)
-                tell_result(lines if options.brief else ["", *lines])
+            given = files | beside | {"dump": str(path)}
+            if lines := list(_truth_lines(entry, given, settings, part, options)):
+                tell_result(lines)
             tell("3/3 figures")
             drawn = second.submit(_draw_calibration, files, entry.calibration, part / PICTURES[0])
             tracked = *read_table(files["track"]), *read_table(files["allan"])
@@ -135,34 +132,30 @@ def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
     return [*lines, "", title, *table]
 
 
-def _bar_lines(
+def _truth_lines(
     entry: Entry,
     given: Mapping[str, str],
     settings: Lighthouse,
     folder: Path,
     options: argparse.Namespace,
-) -> list[str]:
-    """bar.json and bar.csv of another object of the recording, and what they say."""
-    asked = Asked(options.bar, options.length, options.length_u)
-    paths = {name: str(folder / file) for name, file in BAR.items()}
-    found = bar(entry, asked, given, settings, Bar(), paths)
-    if "refused" in found:
-        return [str(found["refused"])]
-    return [": ".join(bar_lines(found)[:2])] if options.brief else ["", *bar_lines(found)]
-
-
-def _receiver_lines(
-    entry: Entry,
-    given: Mapping[str, str],
-    settings: Lighthouse,
-    folder: Path,
-    options: argparse.Namespace,
-) -> list[str]:
-    """receiver.json, and what it says."""
-    labels = [m for text in options.receiver_labels for m in text.split(";") if m.strip()]
-    output = str(folder / RECEIVER["receiver"])
-    found = receiver(entry, options.receiver, labels, given, settings, output)
-    return [str(found.get("sentence") or found["refused"])]
+) -> Iterator[str]:
+    """What a bar and motion capture say of it; writes bar.json, bar.csv and receiver.json."""
+    apart = [] if options.brief else [""]
+    if options.bar:
+        asked = Asked(options.bar, options.length, options.length_u)
+        paths = {name: str(folder / file) for name, file in BAR.items()}
+        found = bar(entry, asked, given, settings, Bar(), paths)
+        if "refused" in found:
+            yield str(found["refused"])
+        elif options.brief:
+            yield ": ".join(bar_lines(found)[:2])
+        else:
+            yield from ("", *bar_lines(found))
+    if options.receiver:
+        labels = [one for text in options.receiver_labels for one in parts_of(text) if one]
+        output = str(folder / RECEIVER["receiver"])
+        found = receiver(entry, options.receiver, labels, given, settings, output)
+        yield from (*apart, str(found.get("sentence") or found["refused"]))
 
 
 def format_of(path: Path) -> str:

@@ -51,14 +51,10 @@ def _summed(of_setup: Sequence[Record]) -> tuple[np.ndarray, np.ndarray, int]:
     return np.abs(every).mean(axis=0), sd, len(found)
 
 
-def stations_tables(records: Sequence[Record]) -> list[dict[str, Any]]:
+def stations_tables(records: Sequence[Record]) -> Iterator[dict[str, Any]]:
     """Long form: `table` 1 (mean absolute error), 2 (standard deviation) or 3 (`MAE`, `Average SD`
     of ideal twins, in `row`), `stations`, `quantity`, J's `published` value for two stations of the
     first generation, and `regenerated`."""
-    return list(_rows(records))
-
-
-def _rows(records: Sequence[Record]) -> Iterator[dict[str, Any]]:
     numbers = sorted({len(record["pose"]["stations"]) for record in records})
     for ideal in (False, True):
         for n in numbers:

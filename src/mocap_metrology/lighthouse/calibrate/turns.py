@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.batch.estimate import Joint
@@ -102,24 +103,16 @@ def _left(found: Joint) -> tuple[float, float]:
     return one.noise.hit**2 + one.noise.sweep**2, square / free
 
 
-def medians(values: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Median of the values of each group, which are numbered from 0 without gaps."""
-    order = np.lexsort((values, group))
-    n = np.bincount(group)
-    first = np.cumsum(n) - n
-    ranked: np.ndarray = values[order]
-    return (ranked[first + (n - 1) // 2] + ranked[first + n // 2]) / 2
-
-
 def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
     """Without hits that an estimate shows to be reflections: farther off than least_rad and `GATE`
     times what is usual, of all and of the station at that time, or on diodes that light cannot
     reach. Where most hits of a station are off, it is the board that is not there."""
     one = recording(Given(hits, found.recordings[0].trajectory), found.state)
     off, own = np.abs(one.residual), one.sweeps.hits
-    when = np.stack([own.station, np.floor(own.time_s / TOGETHER_S)])
-    group = np.unique(when, axis=1, return_inverse=True)[1].ravel()
-    usual = np.maximum(medians(off, group)[group], np.median(off))
+    when = ((own.time_s - own.time_s.min()) / TOGETHER_S).astype(np.int64)
+    group = own.station * (when.max() + 1) + when
+    of_group = ndimage.median(off, group, np.arange(group.max() + 1))
+    usual = np.maximum(of_group[group], np.median(off))
     wrong = off > np.maximum(least_rad, GATE * MAD_TO_SIGMA * usual)
     if (normals := scene.sensors.normals) is not None:
         wrong |= grazing(one, found.state, normals)

@@ -19,6 +19,11 @@ from mocap_metrology.lighthouse.simulate.turns import (
 from mocap_metrology.lighthouse.simulate.twin import PATTERNS, MotionTwin
 
 COVER_MM = (-0.8, 1.6)
+OF_MOTION = {"pattern", "speed_m_s", "extent_m", "wobble_deg"}  # keys as of `MotionTwin`
+OF_TURNS = {  # as of `TurnsTwin`
+    *("duration_s", "common_urad", "independent_urad", "begin_ns", "wander_ns", "place_mm"),
+    *("dropout", "reflections"),
+}
 PLACES = 3  # stream of random numbers of where the board is moved
 
 
@@ -76,13 +81,7 @@ class NetworkTwin(Entry):
         room, own = seed + self.room_seed, seed + self.seed
         R, t, middle, up = stations_around(self.stations, np.random.default_rng(room))
         centre = middle + self.places_m * np.random.default_rng([own, PLACES]).standard_normal(3)
-        motion = MotionTwin(
-            pattern=self.pattern,
-            centre_m=tuple(centre),
-            speed_m_s=self.speed_m_s,
-            extent_m=self.extent_m,
-            wobble_deg=self.wobble_deg,
-        )
+        motion = MotionTwin(centre_m=tuple(centre), **self.model_dump(include=OF_MOTION))
         return TurnsTwin(
             seed=room,
             take=1 + own,
@@ -90,16 +89,9 @@ class NetworkTwin(Entry):
             t=t,
             channels=tuple(range(self.stations)),
             motion=motion,
-            duration_s=self.duration_s,
-            common_urad=self.common_urad,
-            independent_urad=self.independent_urad,
-            begin_ns=self.begin_ns,
-            wander_ns=self.wander_ns,
-            place_mm=self.place_mm,
             cover_mm=COVER_MM if self.cover else None,
-            dropout=self.dropout,
-            reflections=self.reflections,
             up=up,
+            **self.model_dump(include=OF_TURNS),
         )
 
 
@@ -112,5 +104,5 @@ def truth_json(made: MadeTurns) -> dict[str, object]:
     """Poses of the stations in the frame of the first, as a file of references."""
     twin = made.twin
     rows = zip(twin.channels, made.ids, twin.R, twin.t, strict=True)
-    return {"stations": {str(c): {"id": uid, "R": R.tolist(), "t_m": t.tolist()}
-                         for c, uid, R, t in rows}}  # fmt: skip
+    stations = {str(c): {"id": k, "R": R.tolist(), "t_m": t.tolist()} for c, k, R, t in rows}
+    return {"stations": stations}

@@ -85,7 +85,7 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Alignment:
-    """What brings a track to motion capture, as in the formula above; lever (markers, 3) in m."""
+    """What brings a track to motion capture, by the formula of `mocap`; lever (markers, 3) in m."""
 
     A: Floats
     b_m: Floats

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -57,9 +57,9 @@ class Examiner:
     settings: DiagnosisSettings
     n_series: int
     away: np.ndarray
-    noise: Sequence[NoiseRow] = ()
-    psd: Columns | None = None
-    welch: Mapping[str, float] = field(default_factory=dict)
+    noise: Sequence[NoiseRow]
+    psd: Columns | None
+    welch: Mapping[str, float]
 
     def examined(self, one: tuple[str, np.ndarray]) -> Examined:
         """A series by its name."""

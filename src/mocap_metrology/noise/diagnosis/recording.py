@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -80,9 +79,9 @@ def diagnose(
     if away.mean() > MOST_BLANKED:
         away[:] = False
 
-    given = Examiner(rate, step, recording.resolution_kind, settings, len(quiet), away)
-    given = replace(given, noise=noise, psd=psd, welch=welch_settings or {})
-    every = list(over(given.examined, quiet.items()))
+    of_all = rate, step, recording.resolution_kind, settings, len(quiet), away
+    examiner = Examiner(*of_all, noise, psd, welch_settings or {})
+    every = list(over(examiner.examined, quiet.items()))
     moves = _movements(recording, settings, over)
     at_rest = [
         pair

@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from mocap_metrology.common.errors import Refusal
 
 if TYPE_CHECKING:
     import yaml
@@ -15,6 +18,15 @@ if TYPE_CHECKING:
 MOST = 1_000_000  # values of a YAML document, aliases written out
 LONGEST = 1000  # digits of a whole number
 DEEPEST = 100  # lists and mappings in each other; the loader in C crashes at some thousands
+
+
+def text_of(path: str | Path, expected: str) -> str:
+    """Text of a file in UTF-8. `Refusal` where it cannot be read, with what was expected."""
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        name = Path(path).name
+        raise Refusal(f"{name}: cannot be read ({error}); expected {expected}") from None
 
 
 def load_json(text: str) -> Any:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.common.documents import load_json
+from mocap_metrology.common.documents import load_json, text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.assess.pose_file import (
     chosen_pose,
@@ -102,10 +102,7 @@ class NetworkReference:
 def network_reference(path: str | Path) -> NetworkReference:
     """Raises `Refusal` for a missing or impossible entry, and where there are not two stations."""
     name = Path(path).name
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise Refusal(f"{name}: cannot be read ({error}); expected a pose file") from None
+    text = text_of(path, "a pose file")
     if is_crazyflie(text):
         geometry = crazyflie_geometry(text, name)
         every = [

@@ -19,7 +19,7 @@ from typing import SupportsInt
 
 import numpy as np
 
-from mocap_metrology.common.documents import load_json
+from mocap_metrology.common.documents import load_json, text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
@@ -137,10 +137,7 @@ def pose_reference(path: str | Path) -> Reference:
     Raises `Refusal` for a missing or impossible entry and for a translation in the wrong unit.
     """
     name = Path(path).name
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
+    text = text_of(path, "a pose file")
     given = _of_crazyflie(text, name) or _of_libsurvive(path, text) or _of_json(text, name)
     if not isinstance(given, dict):
         raise Refusal(f"{name}: expected an object with R, t_m and stations")

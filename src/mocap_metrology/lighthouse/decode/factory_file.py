@@ -28,14 +28,13 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.common.documents import load_json, load_yaml
+from mocap_metrology.common.documents import load_json, load_yaml, text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
 from mocap_metrology.lighthouse.decode.libsurvive_solution import (
     CLIPPED_ID,
     of_second_generation,
     read_solution,
-    solution_text,
 )
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
 from mocap_metrology.lighthouse.rotor import rotor_parameters
@@ -56,14 +55,11 @@ def read_factory(path: str | Path) -> list[Station]:
     Raises `Refusal` where the file is neither, or holds no calibration.
     """
     name = Path(path).name
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise Refusal(f"{name}: cannot be read ({error}); expected stations.json") from None
+    text = text_of(path, "stations.json")
     if is_crazyflie(text):
         return _of_crazyflie(text, name)
     if '"lighthouse' in text:
-        return _of_libsurvive(path)
+        return _of_libsurvive(path, text)
     try:
         given = load_json(text)
     except UNREADABLE as error:
@@ -78,10 +74,10 @@ def read_factory(path: str | Path) -> list[Station]:
     return stations
 
 
-def _of_libsurvive(path: str | Path) -> list[Station]:
+def _of_libsurvive(path: str | Path, text: str) -> list[Station]:
     """libsurvive's lighthouse 1 flashes first: it is the master; of generation 2 by channel."""
     stations = []
-    if of_second_generation(solution_text(path)):
+    if of_second_generation(text):
         for solved in read_solution(path, 2):
             _check(solved.factory, Path(path).name)
             uid = None if solved.id == CLIPPED_ID else solved.id

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.documents import text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.decode.inertial import WRAP
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S
@@ -56,7 +57,7 @@ def read_solution(path: str | Path, generation: int = 1) -> list[SolvedStation]:
     Raises `Refusal` where there is no station of the generation in it.
     """
     name = Path(path).name
-    text = solution_text(path)
+    text = text_of(path, "libsurvive's JSON")
     if (second := of_second_generation(text)) != (generation == 2):
         words = ["first-generation", "second-generation (V2)"]
         raise Refusal(f"{name}: of {words[second]} stations; expected {words[not second]} ones")
@@ -71,16 +72,6 @@ def read_solution(path: str | Path, generation: int = 1) -> list[SolvedStation]:
     if not stations:
         raise Refusal(f"{name}: no calibrated station; expected blocks lighthouse0, lighthouse1")
     return stations
-
-
-def solution_text(path: str | Path) -> str:
-    """Text of such a configuration."""
-    try:
-        return Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise Refusal(
-            f"{Path(path).name}: cannot be read ({error}); expected libsurvive's JSON"
-        ) from None
 
 
 def of_second_generation(text: str) -> bool:

@@ -4,7 +4,6 @@ that is hardly moved is judged too: errors of the stations and the diodes are th
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import evaluate
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of
-from mocap_metrology.calibration.sweeps import Entry, Paths, decoded
+from mocap_metrology.calibration.sweeps import Entry, Paths, decoded, recorded
 from mocap_metrology.calibration.track import scene_before, stations_used
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
@@ -25,8 +24,6 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.io.labels import pair_of
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile, is_network, read_pose_json
-from mocap_metrology.lighthouse.board import read_board, read_normals
-from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.decode.objects import TrackedObject, tracked_objects
 from mocap_metrology.lighthouse.records import Hits, Inertial, Station
 from mocap_metrology.lighthouse.track.bar import Heads, Object, heads
@@ -125,17 +122,11 @@ def _by_labels(entry: Entry, dump: str) -> dict[str, TrackedObject]:
 
 
 def _of_tables(given: Paths) -> _Seen:
-    columns, origin = files.read_table(given["sweeps"])
-    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
-    return _Seen(
-        records.hits_of(columns),
-        stations,
-        read_board(given["board"]),
-        read_normals(given["board"]),
-        records.inertial_of(files.read_table(given["inertial"])[0]),
-        origin.get("host_s", math.nan),
-        origin["sha256"],
-    )
+    read = recorded(given)
+    inertial = records.inertial_of(files.read_table(given["inertial"])[0])
+    host_s = read.origin.get("host_s", math.nan)
+    own = read.hits, read.stations, read.board, read.normals
+    return _Seen(*own, inertial, host_s, read.origin["sha256"])
 
 
 def _of_other_row(given: Paths, first: _Seen) -> _Seen:

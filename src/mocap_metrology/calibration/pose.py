@@ -9,7 +9,7 @@ import json
 import logging
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,13 +36,11 @@ from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.assess.summary import refused, summary
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.board import read_board, read_normals
 from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
-from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import ROLES, SLAVE, Factory, Hits, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.inertial import sensed
@@ -122,10 +120,11 @@ def write_poses(
     and what is `given` of each.
     Returns the contents of pose.json.
     """
-    read, found, placed = _read(entry, settings, given), Calibration(), None
+    read, found, placed = sweeps.recorded(given), Calibration(), None
     origin, stations, how = read.origin, read.stations, calibration_settings(settings)
+    sensors = _sensors(entry, settings, given, read)
     try:
-        found = calibrate(*read.recorded, how, log.info, over, read.sensors, stations)
+        found = calibrate(*read.seen, how, log.info, over, sensors, stations)
         result = summary(
             found,
             stations,
@@ -133,7 +132,7 @@ def write_poses(
             resolution_s=origin["resolution_s"],
             notes=origin["notes"],
             reference=reference_of(
-                entry, given.get("reference"), given.get("mount"), _generation(stations)
+                entry, given.get("reference"), given.get("mount"), read.generation
             ),
             truths=truths_of(given.get("truth")),
             earlier=given.get("earlier"),
@@ -152,8 +151,8 @@ def write_poses(
     origin = {key: origin[key] for key in same} | {"lighthouse": settings.of_one()}
     origin["versions"] = files.versions("numpy", "scipy", "numba")
     files.write_table(paths["poses"], records.pose_columns(found.paths), origin)
-    earlier, names = given.get("tracked_with"), [station.role for station in stations]
-    given_to = read.recorded, how, origin, read.sensors, names
+    earlier = given.get("tracked_with")
+    given_to = read.seen, how, origin, sensors, read.names
     write_track(paths["track"], entry, found, result.document, earlier, *given_to)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, paths)
     document |= {"world": world, "origin": origin}
@@ -161,30 +160,10 @@ def write_poses(
     return document
 
 
-@dataclass(frozen=True)
-class _Read:
-    """A decoded recording: clean hits, board (n, 3) in m, and factory values of the stations; what
-    else is used; and the metadata of its hits."""
-
-    recorded: tuple[Hits, np.ndarray, list[Factory | None]]
-    stations: list[Station]
-    sensors: Sensors
-    origin: files.Metadata
-
-    @property
-    def board(self) -> np.ndarray:
-        return self.recorded[1]
-
-
-def _read(entry: Entry, settings: Lighthouse, given: Paths) -> _Read:
-    hits, origin = files.read_table(given["sweeps"])
-    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
-    board, names = read_board(given["board"]), [station.role for station in stations]
-    lengths = sweeps.lengths_of(entry, given.get("points"), len(board), names)
-    normals = read_normals(given["board"])
-    sensors = sensors_of(settings, stations, given.get("inertial"), lengths, normals)
-    factories = [station.factory for station in stations]
-    return _Read((records.hits_of(hits), board, factories), stations, sensors, origin)
+def _sensors(entry: Entry, settings: Lighthouse, given: Paths, read: sweeps.Recorded) -> Sensors:
+    """What else a calibration uses."""
+    lengths = sweeps.lengths_of(entry, given.get("points"), len(read.board), read.names)
+    return sensors_of(settings, read.stations, given.get("inertial"), lengths, read.normals)
 
 
 def _of_others(
@@ -195,12 +174,13 @@ def _of_others(
     how = calibration_settings(settings)
     better = [name for name in how.estimators if name not in (*SIMPLEX, *PEERS)]
     for entry, given in beside:
-        read = _read(entry, settings, given)
-        if read.stations[0].generation == 2:
+        read = sweeps.recorded(given)
+        if read.generation == 2:
             continue
         try:
             chosen = replace(how, estimators=better or how.estimators)
-            found = calibrate(*read.recorded, chosen, sensors=read.sensors, stations=read.stations)
+            sensors = _sensors(entry, settings, given, read)
+            found = calibrate(*read.seen, chosen, sensors=sensors, stations=read.stations)
         except Refusal as refusal:
             log.info("%s: %s", entry.calibration, refusal)
             continue
@@ -281,10 +261,6 @@ def reference_of(
     return reference.reference_from_markers(
         found.position_mm, found.labels, master, slave, known, said
     )
-
-
-def _generation(stations: Sequence[Station]) -> int:
-    return stations[0].generation if stations else 1
 
 
 def truths_of(path: str | None) -> dict[str, Reference] | None:

@@ -4,7 +4,6 @@ to it."""
 
 from __future__ import annotations
 
-import json
 import logging
 import math
 from collections.abc import Mapping, Sequence
@@ -13,20 +12,18 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of
-from mocap_metrology.calibration.sweeps import Entry, Paths
+from mocap_metrology.calibration.sweeps import Entry, Paths, recorded
 from mocap_metrology.calibration.track import scene_before, stations_used
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.common.types import Floats, Row
 from mocap_metrology.io.read import labels_of, read_recording
 from mocap_metrology.io.units import Unit
-from mocap_metrology.lighthouse import records, rotation
+from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
 from mocap_metrology.lighthouse.batch.kernel import POSE
-from mocap_metrology.lighthouse.board import read_board, read_normals
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
-from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.track.markers import Markers, Tracked
 from mocap_metrology.lighthouse.track.mocap import Match, match
 from mocap_metrology.lighthouse.track.receiver import AXES_OF_POSE, Calibrated
@@ -126,15 +123,11 @@ def _tracked(columns: Mapping[str, np.ndarray]) -> Tracked:
 
 def _scene(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Scene, Calibrated]:
     """The light on the receiver, and the stations as the row tracks with them."""
-    table, _ = files.read_table(given["sweeps"])
-    own = read_pose_json(given["pose"])
+    read, own = recorded(given), read_pose_json(given["pose"])
     used = stations_used(entry, own, given.get("tracked_with"))
-    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
-    board, how = read_board(given["board"]), calibration_settings(settings)
-    recorded = records.hits_of(table), board, [station.factory for station in stations]
-    sensors = sensors_of(settings, stations, None, normals=read_normals(given["board"]))
-    names = [station.role for station in stations]
-    scene, known = scene_before(used, used is own, recorded, how, sensors, names)
+    sensors = sensors_of(settings, read.stations, None, normals=read.normals)
+    how = calibration_settings(settings), sensors, read.names
+    scene, known = scene_before(used, used is own, read.seen, *how)
     if scene.optics == ESTIMATED:
         raise Refusal("the rotors of these stations were estimated; expected factory values")
     return scene, known

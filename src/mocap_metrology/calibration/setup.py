@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of
+from mocap_metrology.calibration.sweeps import Recorded, recorded
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.files import read_table, versions, write_json
+from mocap_metrology.common.files import versions, write_json
 from mocap_metrology.common.types import Row
-from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
 from mocap_metrology.lighthouse.assess.same_stations import same_stations
 from mocap_metrology.lighthouse.assess.summary import refused, summary
-from mocap_metrology.lighthouse.board import read_board, read_normals
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration
 from mocap_metrology.lighthouse.calibrate.setup import by_setup
 from mocap_metrology.lighthouse.calibrate.static import median_angles
-from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.records import ROLES, SLAVE, Hits, Measurements, Station
 from mocap_metrology.present.text.calibration import pose_document
 from mocap_metrology.settings import Lighthouse
@@ -46,15 +42,15 @@ class Member:
 def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, output: str) -> Row:
     """Poses from all recordings of a setup, with what each says of the others."""
     stations: list[Station] = []
-    tables = {one.name: read_table(one.sweeps) for one in members}
+    every = {one.name: recorded(vars(one)) for one in members}
     try:
-        stations, places = same_stations({one.name: _read(one) for one in members})
-        hits = {name: _renamed(own, places[name]) for name, (own, _) in tables.items()}
-        files = {name: origin["sha256"] for name, (_, origin) in tables.items()}
+        stations, places = same_stations({name: own.stations for name, own in every.items()})
+        hits = {name: _renamed(own.hits, places[name]) for name, own in every.items()}
+        files = {name: own.origin["sha256"] for name, own in every.items()}
         _check_once(hits, files)
-        scenes, still = _scenes(members, hits, stations, settings)
+        scenes, still = _scenes(members, every, hits, stations, settings)
         found = by_setup(scenes, still, _objects(scenes, files))
-        clocks = [origin["resolution_s"] for _, origin in tables.values()]
+        clocks = [own.origin["resolution_s"] for own in every.values()]
         given = Calibration(
             found.poses, why=found.why, variants=found.variants, network=found.network
         )
@@ -67,7 +63,7 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
         document["predicted"] = said if found.network else said[ROLES[SLAVE]]
     except Refusal as refusal:
         log.warning("%s: %s", setup, refusal)
-        document = pose_document(refused(stations or _read(members[0]), str(refusal)))
+        document = pose_document(refused(stations or every[members[0].name].stations, str(refusal)))
     document["recordings"] = [one.name for one in members]
     document["origin"] = {
         "recording": setup,
@@ -79,13 +75,8 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
     return document
 
 
-def _read(one: Member) -> list[Station]:
-    return stations_from_json(json.loads(Path(one.stations).read_text(encoding="utf-8")))
-
-
-def _renamed(table: Mapping[str, np.ndarray], place: Sequence[int]) -> Hits:
+def _renamed(hits: Hits, place: Sequence[int]) -> Hits:
     """Hits with the stations of a recording as places in the list of all."""
-    hits = records.hits_of(table)
     return replace(hits, station=np.array(place, hits.station.dtype)[hits.station])
 
 
@@ -102,6 +93,7 @@ def _check_once(hits: Mapping[str, Hits], files: Mapping[str, str | None]) -> No
 
 def _scenes(
     members: Sequence[Member],
+    every: Mapping[str, Recorded],
     hits: Mapping[str, Hits],
     stations: Sequence[Station],
     settings: Lighthouse,
@@ -114,8 +106,8 @@ def _scenes(
     generation, names = stations[0].generation, [station.role for station in stations]
     scenes, still = {}, {}
     for one in members:
-        own, board, normals = hits[one.name], read_board(one.board), read_normals(one.board)
-        more = sensors_of(settings, stations, one.inertial, normals=normals)
+        own, board = hits[one.name], every[one.name].board
+        more = sensors_of(settings, stations, one.inertial, normals=every[one.name].normals)
         lasers = how.lasers_m if generation == 1 else None
         scene = Scene(own, board, optics, factories, lasers, how.variant, how.priors, sensors=more)
         scenes[one.name] = replace(scene, generation=generation, names=names)

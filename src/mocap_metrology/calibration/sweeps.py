@@ -6,6 +6,7 @@ tracked_with, points; of a twin also truth. Results have the names of `TABLES` i
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,13 +21,13 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
-from mocap_metrology.lighthouse.board import COLUMNS, NORMALS
+from mocap_metrology.lighthouse.board import COLUMNS, NORMALS, read_board, read_normals
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light, dropped_share
 from mocap_metrology.lighthouse.decode.clean import Cleaning
-from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
+from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, stations_to_json
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
-from mocap_metrology.lighthouse.records import ROLES
+from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
@@ -184,6 +185,41 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
     for station in found.stations:
         log.info("%s: id %s, mode %s, %s", station.role, station.id, station.mode, station.why)
     log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A decoded recording, read again: clean hits, board (n, 3) in m, directions of its diodes
+    where they are known; origin: metadata of the hits."""
+
+    hits: Hits
+    stations: list[Station]
+    board: np.ndarray
+    normals: np.ndarray | None
+    origin: files.Metadata
+
+    @property
+    def names(self) -> list[str]:
+        """Of the stations."""
+        return [station.role for station in self.stations]
+
+    @property
+    def generation(self) -> int:
+        """Of the stations."""
+        return self.stations[0].generation if self.stations else 1
+
+    @property
+    def seen(self) -> tuple[Hits, np.ndarray, list[Factory | None]]:
+        """Hits, board, and factory values of the stations."""
+        return self.hits, self.board, [station.factory for station in self.stations]
+
+
+def recorded(given: Paths) -> Recorded:
+    """`given` are named sweeps, stations, board."""
+    columns, origin = files.read_table(given["sweeps"])
+    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
+    board, normals = read_board(given["board"]), read_normals(given["board"])
+    return Recorded(records.hits_of(columns), stations, board, normals, origin)
 
 
 def write_board(path: str, board: np.ndarray, normals: np.ndarray | None = None) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
+from mocap_metrology.accuracy.bar import Certificate, evaluate
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.take import Take, check, take_of
 from mocap_metrology.accuracy.twin import BarErrors, BarTwin, Way, simulate_bar
@@ -21,10 +21,6 @@ QUIET = BarErrors(500.0, rest=0.2, frame=0.05)
 def taken(errors: BarErrors, seed: int, duration_s: float = 40.0) -> Take:
     made = simulate_bar(BarTwin("t", errors, seed, duration_s, 50.0))
     return take_of(f"pass {seed}", "", 50.0, made.position_mm, 1e-4)
-
-
-def passes(errors: BarErrors, k: int, certificate: Certificate | None, **how: float) -> Bar:
-    return evaluate([taken(errors, seed, **how) for seed in range(k)], certificate, Settings())
 
 
 def test_parts_are_those_of_the_twin() -> None:
@@ -62,16 +58,6 @@ def test_even_volumes_show_neither_place_nor_direction() -> None:
             found = findings_of(evaluate(some, None, Settings()))
             false += [f.code for f in found if f.code != "by_speed"]
     assert len(false) <= 4, false
-
-
-def test_one_take_has_no_interval_but_that_of_a_mean_of_many_effective_frames() -> None:
-    one = passes(QUIET, 1, Certificate(500.0)).every.statistics
-    assert one["mean"].lower < 0 < one["mean"].upper
-    assert math.isnan(one["rms"].lower) and one["rms"].value == pytest.approx(0.21, rel=0.2)
-    slow = replace(QUIET, correlation_s=4.0)
-    assert math.isnan(passes(slow, 1, Certificate(500.0)).every.statistics["mean"].lower)
-    three = passes(slow, 3, Certificate(500.0)).every.statistics
-    assert all(s.lower < s.value < s.upper < s.next_upper for s in three.values())
 
 
 def test_growth_with_speed_and_spikes() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.accuracy.clusters import rigid_clusters, scale_slope, slope_of
+from mocap_metrology.accuracy.clusters import rigid_clusters, scale_slope
 from mocap_metrology.accuracy.twin import gauss_markov
 from mocap_metrology.io.read import labels_of, read_recording
 
@@ -97,13 +97,3 @@ def test_interval_of_a_slope_holds(bend: float) -> None:
         slopes.append(found.slope)
     assert np.mean(held) >= 0.9
     assert np.mean(slopes) == pytest.approx(150, abs=3 * np.std(slopes) / 10)
-
-
-def test_a_slope_and_its_error() -> None:
-    """White noise: the error of least squares, to a fifth."""
-    rng = np.random.default_rng(4)
-    x = np.linspace(0, 10, 3000)
-    slope, error = slope_of(x, 3 * x + 2 * rng.standard_normal(3000))
-    expected = 2 / np.sqrt(((x - x.mean()) ** 2).sum())
-    assert error == pytest.approx(expected, rel=0.2)
-    assert abs(slope - 3) < 3 * expected

@@ -84,12 +84,6 @@ def test_takes_of_one_day_are_learning() -> None:
     assert np.isnan(found.q).all()
 
 
-def test_equal_values_are_like_the_baseline() -> None:
-    """As of copies, or of a file of coarse steps: no scatter, and no alarm."""
-    found = of(np.full(20, 3.0))
-    assert not (found.beyond | found.unusual | found.drifting).any()
-
-
 def test_a_relative_tolerance_is_of_the_standard_deviation() -> None:
     """Of values sigma^(2/3): sigma may double, and not more."""
     sigma = np.r_[np.full(10, 0.02), 0.039, 0.06]

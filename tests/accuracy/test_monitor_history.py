@@ -16,6 +16,15 @@ from mocap_metrology.recording.monitor import monitor
 from mocap_metrology.recording.monitor_sheet import monitors
 from mocap_metrology.settings import Settings
 
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Charts take most of the time of a monitor."""
+    module = "mocap_metrology.recording.monitor"
+    monkeypatch.setattr(f"{module}.chart", lambda *words: words)
+    monkeypatch.setattr(f"{module}.save_png", lambda words, path: path.write_text(words[1]))
+
+
 DATES = [f"2026-03-{k:02d}" for k in range(1, 31)]
 
 
@@ -66,6 +75,7 @@ def test_a_jump_a_failure_and_a_restart(tmp_path: Path) -> None:
     assert (tmp_path / "chart.png").stat().st_size > 20_000
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_return_is_valid_from_its_second_take_on(tmp_path: Path) -> None:
     every = takes(jump_mm=1, at=13)
     for k in (15, 16, 17):
@@ -77,6 +87,7 @@ def test_a_return_is_valid_from_its_second_take_on(tmp_path: Path) -> None:
     assert (valid["word"], valid["valid"], valid["since"]) == ("pass", True, None)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_change_within_the_tolerance_is_a_note(tmp_path: Path) -> None:
     """At once where it is larger than the scatter, else once enough takes have it."""
     grown = monitor("hall", rows()[:18], takes(trend_mm=0.02), Settings(), tmp_path)
@@ -89,6 +100,7 @@ def test_a_change_within_the_tolerance_is_a_note(tmp_path: Path) -> None:
     assert any("place x has moved by +0.3" in one["line"] for one in said)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_takes_that_are_left_out(tmp_path: Path) -> None:
     every = takes()
     every["t3"]["moving"] = True

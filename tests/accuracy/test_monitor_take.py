@@ -36,15 +36,6 @@ def test_of_white_noise() -> None:
     assert found.lengths_mm["A-B"] == pytest.approx(300, abs=0.005)
 
 
-def test_gaps_change_nothing() -> None:
-    rng = np.random.default_rng(2)
-    positions = {"A": rng.normal(0, 0.05, (3, 7200))}
-    positions["A"][:, rng.random(7200) < 0.2] = np.nan
-    found = numbers(positions, {}, 120.0, 2.0)
-    assert found.jitter_mm == pytest.approx(0.05, rel=0.03)
-    assert found.wander_mm == pytest.approx(0.05 / np.sqrt(240), rel=0.3)
-
-
 def test_six_series_of_a_pair() -> None:
     takes = [take(np.random.default_rng(k)) for k in range(3)]
     names = [one.name for one in series_of(takes, Monitor())]

@@ -194,11 +194,3 @@ def test_settings_of_the_folder(
     (folder / "config.yaml").write_text("monitor: {tolerance: {place_mm: 5}}\n")
     grown(tmp_path, run, 5)
     assert run(write_take(tmp_path / "t7.c3d", 7, shift=2), "--date", "2026-03-07") == 0
-
-
-def test_help_is_true() -> None:
-    text = command.parser().format_help()
-    assert "monitor" in text
-    for status, word in ((3, "alert"), (4, "failure")):
-        assert monitor.STATUS[word] == status
-        assert f"{status} {word}" in command.TEXTS["monitor_examples"]

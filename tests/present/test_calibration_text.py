@@ -211,12 +211,6 @@ def test_a_case_in_words(case: Case) -> None:
     assert sentence(check(case)) == SAID[case]
 
 
-def test_what_poses_of_a_small_board_make_of_the_residual() -> None:
-    numbers = NUMBERS | {"made_by_poses": 4500.0}
-    small = Check("residual", Case.RESIDUAL, 2000.0, "urad", 9000.0, True, "good", numbers)
-    assert "is 75 (errors of the board's poses alone make 4500 µrad of it), good" in sentence(small)
-
-
 ROUNDING = {"mm": 8.4e-12, "deg": 1.2e-13, "times": 0.1, "percent": 42.0}
 COMPARED = [case for case, text in SENTENCES.items() if re.search("{(apart|about)}", text)]
 
@@ -234,14 +228,6 @@ def test_models_with_the_same_pose_are_not_in_the_reason() -> None:
     same = Check("", Case.ROTOR_OPEN, 8.4e-12, "mm", None, False, "good", ROUNDING, ("a", "b"))
     assert reason(Verdict("good", (same,))) == "All 0 checks passed."
     assert sentence(same).endswith("do not differ (less than 0.001 mm and 0.00001°).")
-
-
-def test_optics_that_were_not_used() -> None:
-    ideal = Check("factory values", Case.IDEAL, "ideal", "", "", False, "doubtful")
-    assert (
-        "without the stations' factory values (not used): for real stations the pose"
-        in sentence(ideal)
-    )
 
 
 def test_a_good_reason_counts_what_passed() -> None:

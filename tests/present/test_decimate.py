@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from figure_data import NINE_HOURS
 
 from mocap_metrology.noise.trace import columns, trace_of
 from mocap_metrology.present.plot.decimate import log_bins
@@ -31,16 +30,6 @@ def test_columns_are_what_numpy_finds_one_by_one():
 def trace(values, outlier=None, clean=None):
     outlier = np.zeros(values.size, bool) if outlier is None else outlier
     return trace_of("x1", values, values if clean is None else clean, outlier, 120.0, 600)
-
-
-@pytest.mark.parametrize("at", [0, 1_234_567, NINE_HOURS - 1])
-def test_one_sample_in_nine_hours_is_kept(at):
-    values = np.zeros(NINE_HOURS, dtype=np.float32)
-    values[at] = 1
-    reduced = columns(values, 900)
-    column = at * 900 // NINE_HOURS
-    assert reduced["high"][column] == 1 and np.count_nonzero(reduced["high"]) == 1
-    assert reduced["mean"][column] == pytest.approx(1 / 4320, rel=1e-6)
 
 
 def test_outliers_and_samples_beyond_the_axis_are_counted():

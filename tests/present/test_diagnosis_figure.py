@@ -140,12 +140,6 @@ def test_without_an_event_the_most_unusual_window_is_framed() -> None:
     assert 0.9 < sides["y1"].lower < 1 < sides["y1"].upper < 1.1
 
 
-@pytest.mark.parametrize(("step_mm", "drawn"), [(1e-5, 0), (1e-3, 1)])
-def test_rounding_is_in_the_key_if_it_is_drawn(step_mm: float, drawn: int) -> None:
-    picture, _ = page(of(white(), step_mm))
-    assert every_text(picture).count("rounding of the file") == drawn
-
-
 @pytest.mark.parametrize(("width_hz", "shown"), [(0.6, True), (1e9, False)])
 def test_a_broad_peak_of_a_short_recording_is_undecided(width_hz: float, shown: bool) -> None:
     """White noise, and as much again in a band about 4.5 Hz: too wide for a spectral line."""

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from family_data import M, drawn, published, row
 from figure_data import check, check_saved, every_text
-from matplotlib.colors import to_rgb
 from noise_data import RATE, TAU0, assert_texts_apart
 
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers import subsets
 from mocap_metrology.present.groups.adev import family_figure, ratios, series_curves
-from mocap_metrology.present.groups.members import count_looks, family_of, shown_series
+from mocap_metrology.present.groups.members import family_of, shown_series
 from mocap_metrology.present.skurowski import allan_figures as paper
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -26,20 +25,6 @@ def adev(camera_type: str, n: int, series: str) -> np.ndarray:
 def panels_of(figure, row: int = 0) -> list:
     """The seven panels of Allan deviations, or those of ratios below each of them."""
     return [axes for k in range(3) for axes in figure.body.axes[6 * k + 3 * row :][:3]][:7]
-
-
-def lightness(colour: str) -> float:
-    """CIE L* of an sRGB colour: what is left of it in a grey print."""
-    rgb = np.array(to_rgb(colour))
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    return 116 * np.cbrt(linear @ [0.2126, 0.7152, 0.0722]) - 16
-
-
-def test_more_cameras_are_darker_and_can_be_told_apart_in_grey() -> None:
-    looks = count_looks([2, 3, 4, 5, 6, 8, 9, 10])
-    steps = -np.diff([lightness(look.colour) for look in looks.values()])
-    assert np.all(steps > 2), steps
-    assert lightness(looks[2].colour) < 80 and len({look.marker for look in looks.values()}) == 8
 
 
 def test_recordings_are_told_apart_by_cameras_only_if_these_differ() -> None:

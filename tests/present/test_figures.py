@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_data import NINE_HOURS, RATE, allan_columns, check, check_saved, every_text, recording
-from PIL import Image
+from figure_data import RATE, allan_columns, check, every_text, recording
 
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.recording.recording_figures import allan_figure
@@ -69,24 +68,6 @@ def test_bytes_do_not_depend_on_where_and_when(tmp_path):
     assert set(digests[0]) == {
         f"{n}.{kind}" for n in ("allan.b", "trajectory") for kind in ("png", "svg")
     }
-
-
-def test_a_spike_of_one_sample_in_nine_hours_shows(tmp_path):
-    values = 0.02 * np.random.default_rng(4).standard_normal(NINE_HOURS)
-    values[-1] = 0.21  # one axis for both: a corner sample as high as the spike, at the very end
-    nothing = {"x1": np.zeros(NINE_HOURS, dtype=bool)}
-    images = []
-    for k in range(2):
-        values[NINE_HOURS // 3] = 0.2 * k
-        figure = trajectory_figure({"x1": values}, {"x1": values}, nothing, RATE, "t", "")
-        image = Image.open(check_saved(figure, tmp_path / str(k))).convert("L")
-        images.append(np.asarray(image).astype(int))
-    changed = np.abs(images[0] - images[1]) > 40
-    rows, places = np.nonzero(changed[:, : changed.shape[1] * 6 // 10])
-    assert np.ptp(rows) > 0.25 * changed.shape[0] * 0.5  # from the noise up to 0.2 mm
-    assert np.ptp(places) <= 6  # and no wider than a column
-    box = figure.figure.axes[-1].get_position()
-    assert places.mean() / changed.shape[1] == pytest.approx(box.x0 + box.width / 3, abs=0.004)
 
 
 def test_numbers_beside_the_panels_are_those_of_the_series():

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from figure_data import check, every_text
-from noise_data import RATE, TAU0, allan_arrays, assert_texts_apart, estimate, periodogram_arrays
+from noise_data import RATE, TAU0, allan_arrays, estimate, periodogram_arrays
 
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.estimates import Coefficient, Estimate
@@ -146,17 +146,6 @@ def test_odd_data(case) -> None:
     assert texts.count("no valid samples") == 2 * (case == "empty")
     terms = [k for k in range(1, 5) if any(text.startswith(f"GM {k}:") for text in texts)]
     assert terms == {"nothing detected": [], "half a term": [1, 3, 4]}.get(case, [1, 2, 3, 4])
-
-
-@pytest.mark.parametrize(
-    ("model", "last"),
-    [(published_row(kind, n)[s], 1_296_000) for kind, n, s in
-     (("T40", 10, "z1"), ("T40", 2, "y1"), ("Vantage", 10, "L"))] + [(WHITE, 20)],
-)  # fmt: skip
-def test_no_text_touches_another(model, last) -> None:
-    made, _ = figure(model, title="T40-2, y1: noise", allan=allan_arrays(model, last=last))
-    check(made)
-    assert_texts_apart(made)
 
 
 T = np.arange(round(600 / TAU0)) * TAU0

@@ -8,7 +8,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from markupsafe import Markup
 from matplotlib.figure import Figure as Drawing
 
 from mocap_metrology.common.errors import printable
@@ -105,15 +104,6 @@ def test_what_a_user_wrote_is_text(tmp_path: Path) -> None:
         details.page(HOSTILE[3], csv=[Path(HOSTILE[3])], verdict=HOSTILE[4], lines=HOSTILE)
     )
     assert page.images == [] and page.elements.count("script") == 1
-
-
-def test_headings_lists_bold_and_code() -> None:
-    text = "# T, Table I: x\n\nOne\ntwo.\n\n## Part\n\n* a `+`\n* **b** c\n\n"
-    text += "| a |\n|---|\n| **1** |\n"  # cells are text
-    first, table = document.parts_of(text)
-    assert "<h1>T, Table I: x</h1>" in first and "<h2>Part</h2>" in first
-    assert "<code>+</code>" in first and "<strong>b</strong> c" in first
-    assert table.rows == [[Markup("**1**")]]
 
 
 @pytest.mark.parametrize(

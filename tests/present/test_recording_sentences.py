@@ -26,7 +26,7 @@ from mocap_metrology.noise.fit.spectral.lines import Line
 from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.text import sentence
-from mocap_metrology.present.text.diagnosis import line_words, outcome, sentences
+from mocap_metrology.present.text.diagnosis import line_words, sentences
 from mocap_metrology.present.text.movement import movement_words
 
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")
@@ -99,10 +99,6 @@ SAID = [
     ({}, "event.none", False, "No event in 15 min: none of 45 332 windows of the dynamic Allan "
      "variance departs from the noise by more than it would by chance in 1 % of undisturbed "
      "recordings."),
-    (of(23.0), "event.none", False, "No event in 23 s: none of 45 332 windows of the dynamic Allan "
-     "variance departs from the noise by more than it would by chance in 1 % of undisturbed "
-     "recordings. Lasting changes of the noise can only be detected in recordings of at least "
-     "120 s."),
     ({"events": [EVENT] * 11}, "event.many", True, "11 events in 15 min; the 10 most important are "
      "listed. The recording was disturbed."),
     ({"events": [EVENT]}, "event.one", True, "At 98.5 s A, B moved by up to 0.771 mm (y2) for 1.5 "
@@ -125,7 +121,6 @@ SAID = [
      "and after."),
     ({"recurring": {"x1": 12.345, "L": 12.3}}, "recurring.bursts", True, "Bursts recur every 12.3 "
      "s in x1, L."),
-    ({"recurring": {"x1": 2.345}}, "recurring.bursts", True, "Bursts recur every 2.35 s in x1."),
     ({}, "periodic.none", False, "No periodic disturbance was detected in any series."),
     ({"lines": [replace(LINE, line=replace(LINE.line, f_0=k)) for k in range(1, 12)]},
      "periodic.many", False, "11 periodic disturbances; the 10 most important are listed."),
@@ -159,15 +154,11 @@ SAID = [
      "stayed there."),
     (wander("shift", 0.03, 200.0, 240.0), "wander.shift", True, "At 3 min 20.0 s x1 shifted by "
      "30 µm, and came back within 40 s."),
-    (wander("step", 0.03, 200.0, 300.0), "wander.step", True, "x1 shifted 2 times, by up to 30 µm, "
-     "at 3 min 20.0 s, 5 min; in total it moved by 50 µm."),
     (wander("levels", 0.03, 50.0), "wander.levels", True, "x1 switches between several positions "
      "up to 30 µm apart, every 50 s on average: cameras may gain and lose the marker."),
     ({"resonances": [Resonance(k, 6.0, 0.03, 0.03) for k in ("x1", "x2")]}, "resonance.broad",
      True, "Broad resonance at 6 Hz, damping ratio 0.03: x1 30 µm, x2 30 µm rms, in all markers: a "
      "floor, a tripod or a mount that vibrates."),
-    ({"resonances": [Resonance("y1", 6.0, 0.03, 0.03)]}, "resonance.broad", True, "Broad resonance "
-     "at 6 Hz, damping ratio 0.03: y1 30 µm rms."),
     (wander("two_levels", 0.03, 50.0), "wander.two_levels", True, "x1 switches between two "
      "positions 30 µm apart, every 50 s on average: a camera may gain and lose the marker."),
     (wander(""), "wander.undecided", True, "Slow wander of 60 µm in 15 min (x1); its kind cannot "
@@ -175,8 +166,6 @@ SAID = [
     ({"low_pass": [LowPass("x1", 5.0, 0.1), LowPass("y1", 8.0, 0.1)]}, "low_pass.filtered", True,
      "x1, y1 appear to be low-pass filtered at about 6.5 Hz; the noise of a frame before the "
      "filter cannot be estimated."),
-    ({"low_pass": [LowPass("x1", math.nan, 0.1)]}, "low_pass.filtered", True, "x1 appears to be "
-     "low-pass filtered; the noise of a frame before the filter cannot be estimated."),
     ({"processed": [Processed("smoothed", "x1", 0.1)]}, "smoothed.frames", True, "x1 has no white "
      "noise: the software smoothed them, as far as can be told. The noise of a measured frame "
      "cannot be estimated. Export unprocessed frames."),
@@ -189,8 +178,6 @@ SAID = [
     ({"trends": [Trend("x1", -0.3, -0.4, -0.2, -0.3, 0.0), Trend("y1", -0.2, -0.4, -0.1, -0.2, 0)]},
      "level.noise", True, "Noise of x1, y1 falls by 30 % over the recording (x1; 95 %: −40 % to "
      "−20 %)."),
-    ({"trends": [Trend("x1", 0.05, 0.03, 0.07, 0.0, 0.05)]}, "level.noise", False, "Noise of x1 "
-     "rises by 5 % over the recording (x1; 95 %: +3 % to +7 %)."),
     ({"trends": [Trend("x1", 0.0, -0.01, 0.01, -0.2, 0.1)]}, "level.noise", True, "Noise of x1 "
      "changes over the recording, by −20 % to +10 % from its level at the start (x1)."),
     ({"tails": [Tails("x1", 0.5, 0.4, 0.6), Tails("y1", 1.54, 1.4, 1.6)]}, "tails.heavy", False,
@@ -213,8 +200,6 @@ SAID = [
     ({}, "outliers.count", False, "No isolated frames deviate by more than 6 standard deviations."),
     ({"spikes": {"x1": NONE, "y1": np.arange(100)}}, "outliers.count", True, "100 isolated frames "
      "deviate by more than 6 standard deviations, 400 an hour, most in y1 (100)."),
-    ((of(10.0), {"spikes": {"x1": np.arange(1)}}), "outliers.count", False, "1 isolated frame "
-     "deviates by more than 6 standard deviations, 0.1 % of x1, most in x1 (1)."),
     ({"resolutions": [STEP, replace(STEP, series="y1", share=0.001)]}, "resolution.steps", False,
      "Resolution: the steps of the file are 10 µm (text). They contribute at most 0.926 % of the "
      "Allan variance at one frame (x1), which is negligible; an export in steps of 0.01 mm would "
@@ -278,14 +263,6 @@ def test_where_a_line_shows(change, words) -> None:
     assert line_words(replace(LINE, **change)) == f"seen in the periodogram{words}"
 
 
-def test_what_is_left_of_an_event() -> None:
-    alike, changed = SIDES["alike"], SIDES["changed"]
-    assert outcome(EVENT) == "unknown"
-    assert outcome(replace(EVENT, sides=alike)) == "one of 3"
-    assert outcome(replace(EVENT, sides=alike, of=1)) == "happened once"
-    assert outcome(replace(EVENT, sides=alike + changed)) == "level changed"
-
-
 def test_warnings_come_first_and_of_walkers_only_the_movement() -> None:
     said = told({"missing": {"A": 0.5, "B": 0.0}, "events": [EVENT], "solved": {"L": 0.1}})
     assert [s.severity for s in said] == sorted((s.severity for s in said), reverse=True)
@@ -346,11 +323,5 @@ def test_markers_that_move_are_one_line() -> None:
     first = "marker A seems to move, and so do B and C: B moves by 2.38 m along x within 1.7 s, "
     tail = "which noise does not explain; the Allan variance assumes stationary markers"
     assert movement_words(walking, 1.7) == [first + tail]
-    del walking["C"]
-    assert "to move, and so does B: B " in movement_words(walking, 1.7)[0]
-    one = movement_words({"B": ("y", Movement(9.98))}, 100.0)[0]
-    assert one.startswith("marker B seems to move: moves by 9.98 mm along y within 100 s, ")
     many = {f"M{k}": ("x", Movement(3.0)) for k in range(9)}
     assert ", and so do 8 others: M0 moves by" in movement_words(many, 1.7)[0]
-    seven = {f"M{k}": ("x", Movement(3.0)) for k in range(7)}
-    assert ", and so do M1, M2, M3, M4, M5 and M6: M0 moves" in movement_words(seven, 1.7)[0]

@@ -31,29 +31,10 @@ def test_a_cluster_on_a_line(tmp_path) -> None:
     check_saved(figure, tmp_path)
 
 
-def test_a_move_without_a_full_cube(tmp_path) -> None:
-    figure = place_figure(
-        [], "R: length by place", "Source: measured.", "Too few frames in any cube."
-    )
-    assert "Too few frames in any cube." in every_text(figure)
-    check_saved(figure, tmp_path)
-
-
 def test_cubes_without_noise_have_no_infinite_factor() -> None:
     words = place_sentence({"p": math.nan, "worst_over_best": math.inf, "bend_mm": 0.1})
     assert "inf" not in words
     assert "nan" not in words
-
-
-def test_the_numbers_of_a_map_are_on_the_page(tmp_path) -> None:
-    rows = [
-        {"x_mm": 250.0 * k, "y_mm": 0.0, "n_frames": 100, "sigma_mm": 0.0402 + 0.0011 * k}
-        | {"deviation_mm": 0.0031 * (k - 2)}
-        for k in range(5)
-    ]
-    figure = place_figure(rows, "R: length by place", "Source: measured.", "A caption.")
-    assert "(b) Mean − overall mean (µm)" in every_text(figure)
-    check_saved(figure, tmp_path)
 
 
 def test_the_squares_of_a_map_are_the_cells() -> None:

@@ -151,18 +151,3 @@ def test_the_failing_camera_is_not_fitted_in_the_paper() -> None:
         for twins in ({}, None)
     ]
     assert ones[0] == pytest.approx(0.3) and ones[1] > 0.5
-
-
-@pytest.mark.parametrize("large", [3e-2, 2e-4])
-def test_covariances_share_a_unit_and_one_large_one_does_not_flatten_them(large) -> None:
-    sizes = dict(zip((2, 4, 6, 8), (large, 2.5e-4, -3e-5, 1e-4), strict=True))
-    rows = sheet(sizes, ("t",))
-    numbers = {f"t-{n}": {"sigma_1_mm": 1 / n, "sigma_12_mm2": v} for n, v in sizes.items()}
-    figure = gaussians.scaling_figure(subsets.spreads(rows, numbers), TEXTS)
-    below = figure.body.axes[1]
-    drawn = points(below, gaussians.COVARIANCE["marker"])
-    assert below.get_ylabel() == "Covariance (µm²)"
-    assert dict(drawn) == pytest.approx({n: 1e6 * v for n, v in sizes.items()})
-    height = below.transAxes.inverted().transform(below.transData.transform(drawn))[:, 1]
-    assert height.min() > 0 and height.max() < 1 and np.diff(np.sort(height)).min() > 0.03
-    check(figure)

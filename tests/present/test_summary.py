@@ -115,11 +115,6 @@ def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:
     assert np.allclose(bands[1:], [LIMITS["good"], LIMITS["usable"]])
 
 
-def test_numbers_are_of_the_worst_coordinate_and_never_of_a_distance() -> None:
-    cells = summary.recording_row(recording("a", "good"), lambda kind, name: "")
-    assert cells[2:8] == ["0.0300", "0.0500", "0.00400", "–", "–", "flicker 80 %"]
-
-
 def test_why_is_in_few_words_and_told_once() -> None:
     drift = {"reason": "x1 drifts by 0.521 mm in 10 min; the limit for good is 0.35 mm."}
     row = recording("a", "bad", 0.7, caps=[drift], sentences=WARNINGS)

@@ -22,8 +22,6 @@ REASONS = [
     (Check(Code.EXCHANGED, "bad", 0.0278, 0.0, series="x1", names=("A", "B")), "The labels of A "
      "and B are exchanged in 2.78 % of the frames; the numbers are of the labels put right. "
      "Correct them in the file."),
-    (Check(Code.PROCESSED, "usable", "resampled", ""), "The recording: interpolated to another "
-     "frame rate. Export unprocessed frames."),
     (Check(Code.PROCESSED, "usable", "running_median", "", names=("x1",)), "x1: running medians of "
      "the measured frames. Export unprocessed frames."),
     (Check(Code.PROCESSED, "usable", "smoothed", ""), "The recording: no white noise, so the "
@@ -42,8 +40,6 @@ REASONS = [
      "uncertain by 693 mm about the mean of 5 s; the limit for usable is 0.25 mm."),
     (Check(Code.CONSTANT, "bad", math.nan, 0.25, "mm", names=("y1",)), "y1 never changes: nothing "
      "is measured there, or the steps of the file are too coarse."),
-    (Check(Code.CONSTANT, "bad", math.nan, 0.25, "mm", names=("x1", "y1")), "x1, y1 never change: "
-     "nothing is measured there, or the steps of the file are too coarse."),
     (Check(Code.NO_SAMPLES, "bad", math.nan, 0.25, "mm"), "There are no valid samples for a "
      "verdict."),
     (Check(Code.FEW_SAMPLES, "bad", math.nan, 0.25, "mm"), "There are too few valid samples for a "
@@ -58,8 +54,6 @@ REASONS = [
     (MovementCheck(Code.MOVES, "bad", 3.0, 0.0, "mm", **MINUTE, names=("A", "B"),
      still=("C", "D")), "A, B move: x1 by 3 mm within 60 s, which its noise does not explain; "
      "still valid are the numbers of C, D."),
-    (MovementCheck(Code.MOVES, "bad", 3.0, 0.0, "mm", **MINUTE, names=("A",)), "A moves: x1 by "
-     "3 mm within 60 s, which its noise does not explain; all its numbers include this movement."),
     (Check(Code.MISSING, "bad", 0.614, 0.1, series="x1"), "61.4 % of the frames of x1 are missing; "
      "the limit for usable is 10 %."),
     (Check(Code.MISSING_OR_FILLED, "usable", 0.012, 0.01, series="y1"), "1.2 % of the frames of y1 "
@@ -72,9 +66,6 @@ REASONS = [
     (Check(Code.LOW_PASS, "usable", 6.1, math.nan, "Hz"), "The recording looks to be low-pass "
      "filtered at about 6.1 Hz; the noise of a frame before the filter cannot be estimated. Export "
      "unfiltered data."),
-    (Check(Code.LOW_PASS, "usable", math.nan, math.nan, "Hz", names=("x1", "y1")), "x1, y1 look to "
-     "be low-pass filtered; the noise of a frame before the filter cannot be estimated. Export "
-     "unfiltered data."),
     (Check(Code.DRIFT, "usable", 0.5, 0.35, "mm", **HOUR), "y1 drifts by 0.5 mm in an hour; the "
      "limit for good is 0.35 mm."),
     (Check(Code.RANDOM_WALK, "usable", 0.5, 0.35, "mm", **HOUR), "y1 wanders as a random walk: a "
@@ -86,8 +77,6 @@ REASONS = [
     (ModelCheck(Code.MISFIT, "usable", "", "", **TWO, unmodelled={"x1": None, "y1": Unmodelled(
      Why.MISFIT)}), "There is no noise model of x1; the noise model does not describe the spectrum "
      f"of y1: {LATER}"),
-    (ModelCheck(Code.MISFIT, "usable", "", "", **TWO, unmodelled={"x1": SHORT, "y1": SHORT}),
-     f"There is no noise model ({MANY}): {LATER}"),
     (Check(Code.DURATION, "usable", 30.0, 60.0, "s"), "The recording lasts 30 s; at least 60 s are "
      "needed to estimate slow wander."),
     (Check(Code.MARKERS, "usable", 1, 2), "1 marker; at least 2 are needed: without a distance, "

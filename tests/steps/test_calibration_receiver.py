@@ -24,7 +24,7 @@ from mocap_metrology.lighthouse.simulate.turns import (
     write_rec,
 )
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
-from tests.steps.test_calibration_bar import SETTINGS, calibrate, entry_of
+from tests.steps.test_calibration_bar import SETTINGS, calibrate, entry_of, undrawn  # noqa: F401
 
 TURN, SHIFT_MM, OFFSET_S, RATE_HZ = (
     exp(np.array([1.5, 0.2, -0.3])),
@@ -114,6 +114,7 @@ def test_other_recordings_are_refused(lab: Path, file: str, labels: tuple, why: 
     assert why in judged(lab, file, labels)["refused"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_command(lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     given = ["--board", "T20", "--factory", str(lab / "stations.json")]
     seen = ["--receiver", str(lab / "take.c3d"), "--receiver-labels", "A;B"]

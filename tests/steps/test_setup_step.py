@@ -67,15 +67,6 @@ def test_both_objects_of_a_recording_place_the_stations(two_objects) -> None:
     assert [row["calibration"] for row in rows] == [f"room (joint), station {k}" for k in (1, 6)]
 
 
-def test_objects_with_one_board_file_are_two(two_objects) -> None:
-    """The diodes of either are off by 0.1 mm in ways of their own; as one board they would not
-    fit."""
-    _, folder, members, _ = two_objects
-    boards = {Path(one.board).read_bytes() for one in members}
-    found = read_pose_json(folder / "pose.json")
-    assert len(boards) == 1 and all(p["details"]["misfit"] < 3 for p in found["poses"])
-
-
 def test_a_recording_without_ids_is_matched_by_channel(two_objects) -> None:
     """As of 8 s, in which no frame of factory values is whole."""
     _, folder, members, known = two_objects

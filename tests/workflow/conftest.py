@@ -24,14 +24,10 @@ READ = "recordings/(take|active)/|calibrations/(measured|twin)/"
 Snakemake = Callable[..., subprocess.CompletedProcess]
 
 
-def of_figures(drawn: str | None) -> dict[str, str]:
-    """Environment of jobs that draw the figures with this pattern in their path; None: all."""
-    return {} if drawn is None else {"PYTHONPATH": str(UNDRAWN), "DRAWN": drawn}
-
-
 @pytest.fixture(scope="session")
 def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
-    """Run Snakemake in a folder; both outputs come as `stdout`.
+    """Run Snakemake in a folder, which draws the figures with `drawn` in their path, or all; both
+    outputs come as `stdout`.
 
     The project itself runs from a folder of this session, as one folder takes one run at a time:
     other tests, and the user's own `make`, may be running it at the same time.
@@ -45,7 +41,7 @@ def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
         return subprocess.run(
             command(*arguments),
             cwd=folder,
-            env=environment() | of_figures(drawn),
+            env=environment() | ({"PYTHONPATH": str(UNDRAWN), "DRAWN": drawn} if drawn else {}),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

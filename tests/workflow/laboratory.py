@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import shutil
-import zlib
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +21,6 @@ from mocap_metrology.lighthouse.records import PoseEstimate, Pulses
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate, truth_json, write_dump
-from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 HEADER = [
     *("calibration", "setup", "group", "path", "format", "board", "factory", "sha256"),
@@ -35,8 +33,6 @@ WHOLE_S, SHORT_S = 4.0, 2.5  # with and without a whole calibration frame in the
 BRIEF_S = 1.0
 ROOM = from_angles(0.3, -0.2, 2.0), np.array([5.0, -1.0, 2.2])  # the master in it
 SHIFT_MM = 30.0  # of the slave since an earlier calibration
-LONGEST_SWEEP_S = 40e-6
-REC = {"format": "libsurvive-rec", "board": "BOARD"}
 LABELS = {"reference_labels_master": "M1;M2;M3;M4;M5", "reference_labels_slave": "S1;S2;S3;S4;S5"}
 TWINS = f"""
 factories:
@@ -68,16 +64,11 @@ twins:
 """
 REFUSED = {  # recording: board, what its line says
     "odd": ("board.csv", "bytes are not a whole number of uint32 words"),
-    "big-endian": ("board.csv", "the words of the dump are big-endian"),
-    "sixteen-bit": ("board.csv", "a 16-bit dump"),
-    "no-flashes": ("board.csv", "flashes"),
     "one-station": ("board.csv", "flashes of one base station only; expected two"),
     "three-diodes": ("board.csv", "sweeps on 3 diodes; a calibration needs at least 4"),
     "millimetres": ("millimetres.csv", "is the file in mm?"),
     "small-board": ("small.csv", "the board has 24 diodes; expected a board in diode order"),
     "large-board": ("large.csv", "the board has 33 diodes; expected a board in diode order"),
-    "no-geometry": ("BOARD", "no CONFIG line of BOARD"),
-    "other-object": ("HMD", "no pulses of an object 'HMD'; expected one of BOARD"),
     "other-checksum": ("board.csv", f"expected {'0' * 64}"),
 }
 BAD_ROWS = ("odd",)  # in the sheet
@@ -96,18 +87,6 @@ def write_board(path: Path, places: np.ndarray) -> None:
 def some(pulses: Pulses, kept: np.ndarray) -> Pulses:
     columns = {name: getattr(pulses, name)[kept] for name in ("start_s", "length_s", "diode")}
     return replace(pulses, **columns)
-
-
-def write_rec(path: Path, recording: Made) -> None:
-    """As libsurvive would write it: 48 MHz ticks in 32 bits, which wrap on the way."""
-    pulses, board = recording.pulses, recording.truth.board
-    config = {"lighthouse_config": {"modelPoints": board.tolist(), "channelMap": [*range(32)]}}
-    lines = [f"0.1 BOARD CONFIG {json.dumps(config)}"]
-    start = np.round(pulses.start_s * TICKS_PER_S).astype(np.int64) + (1 << 32) - 48_000_000
-    length = np.round(pulses.length_s * TICKS_PER_S).astype(np.int64)
-    for diode, at, ticks in zip(pulses.diode, start, length, strict=True):
-        lines.append(f"{at / TICKS_PER_S:.6f} BOARD C {diode} {at % (1 << 32)} {ticks}")
-    path.write_text("\n".join(lines) + "\n")
 
 
 def write_laboratory(folder: Path, recording: Made) -> None:
@@ -140,19 +119,13 @@ def write_bad(folder: Path, brief: Made) -> None:
     write_board(folder / "large.csv", np.vstack([board, [0.0, 0.3, 0.3]]))
     words = np.fromfile(folder / "brief.dump", "<u4")
     (folder / "odd.dump").write_bytes(words.tobytes()[:-1])
-    words.byteswap().tofile(folder / "big-endian.dump")
-    words.astype("<u2").tofile(folder / "sixteen-bit.dump")
-    write_dump(folder / "no-flashes.dump", some(pulses, pulses.length_s < LONGEST_SWEEP_S))
     write_dump(folder / "three-diodes.dump", some(pulses, pulses.diode < 3))
     write_dump(folder / "one-station.dump", made("alone").pulses)
-    (folder / "no-geometry.rec").write_text("0.2 BOARD B 3 1234 0 0 1\n0.3 BOARD W 3 1 2 3\n")
 
 
 def bad_rows() -> dict[str, dict[str, str]]:
     """Cells of each recording of `REFUSED`, besides those that all rows have."""
     bad = {name: {"path": f"{name}.dump", "board": board} for name, (board, _) in REFUSED.items()}
-    bad["no-geometry"] |= {"path": "no-geometry.rec"} | REC
-    bad["other-object"] |= {"path": "made.rec"} | REC | {"board": "HMD"}
     bad["other-checksum"] |= {"path": "brief.dump", "sha256": "0" * 64}
     for name in ("millimetres", "small-board", "large-board"):
         bad[name]["path"] = "brief.dump"
@@ -186,20 +159,8 @@ RECORDING = [
     *("recording", "path", "markers", "group", "camera_type", "n_cameras", "frame_rate_hz"),
     *("cluster", "truncated", "comment", "compare_with", "covariate"),
 ]
-REFUSED_RECORDINGS = {  # what the line of each says
-    "truncated": "cut off",
-    "cut": 'write "accept" in column truncated of the sheet',
-    "zip": "ZIP",
-    "png": "PNG",
-    "empty": "empty",
-    "directory": "directory",
-    "counts": "frame",
-    "single": "1 frame",
-    "invalid": "valid in no frame",
-    "overlap": "overlap",
-}
-# In the sheet: cut off, and of another format
-BAD_RECORDINGS = ("cut", "zip")
+# In the sheet: cut off, and of another format; what the line of each says
+REFUSED_RECORDINGS = {"cut": 'write "accept" in column truncated of the sheet', "zip": "ZIP"}
 TABLES_OF_RECORDING = ("trajectories.parquet", "clean.parquet", "outliers.csv")
 TABLES_OF_CALIBRATION = (
     *("pulses.parquet", "inertial.parquet", "sweeps.parquet", "stations.json", "board.csv"),
@@ -233,48 +194,10 @@ def take() -> np.ndarray:
     return position.astype(np.float32)
 
 
-def write_still(path: Path, n: int = 600, first_frame: int = 1, valid: bool = True) -> None:
-    rng = np.random.default_rng(n + first_frame)
-    points = 100 * np.arange(6).reshape(2, 3) + 0.01 * rng.normal(size=(n, 2, 3))
-    if not valid:
-        points[:, 1] = np.nan
-    write_c3d(path, ["A", "B"], 100.0, [points.astype(np.float32)], n, first_frame=first_frame)
-
-
-def png() -> bytes:
-    def chunk(kind: bytes, body: bytes) -> bytes:
-        crc = zlib.crc32(kind + body).to_bytes(4, "big")
-        return len(body).to_bytes(4, "big") + kind + body + crc
-
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", bytes(13)) + chunk(b"IEND", b"")
-
-
-OF_BAD = {"overlap": "first.c3d;second.c3d", "cut": "cut.trc"}  # the files, where not <name>.c3d
-
-
 def write_bad_recordings(folder: Path) -> None:
     """The files of `REFUSED_RECORDINGS`."""
-    write_still(folder / "good.c3d")
-    whole = (folder / "good.c3d").read_bytes()
-    (folder / "truncated.c3d").write_bytes(whole[: len(whole) * 2 // 3])
-    shutil.make_archive(str(folder / "archive"), "zip", folder, "good.c3d")
-    shutil.move(folder / "archive.zip", folder / "zip.c3d")
-    (folder / "png.c3d").write_bytes(png())
-    (folder / "empty.c3d").write_bytes(b"")
-    (folder / "directory.c3d").mkdir()
-    counts = bytearray(whole)
-    counts[8:10] = (7).to_bytes(2, "little")  # header: last frame
-    at = whole.index(b"FRAMES") + 10  # POINT:FRAMES
-    counts[at : at + 2] = (7000).to_bytes(2, "little")
-    for name in (b"ACTUAL_END_FIELD", b"LONG_FRAMES"):
-        if name in whole:
-            at = whole.index(name)
-            counts[at : at + 6] = b"UNUSED"
-    (folder / "counts.c3d").write_bytes(bytes(counts))
-    write_still(folder / "single.c3d", n=1)
-    write_still(folder / "invalid.c3d", valid=False)
-    write_still(folder / "first.c3d", n=500)
-    write_still(folder / "second.c3d", n=500, first_frame=300)
+    with zipfile.ZipFile(folder / "zip.c3d", "w") as archive:
+        archive.writestr("take.c3d", b"")
     lines = [f"{k + 1}\t{k / 100:.3f}\t1.5\t2.5\t3.{k}" for k in range(150)]
     (folder / "cut.trc").write_text(TRC + "\n".join(lines) + "\n")
 
@@ -296,11 +219,11 @@ def write_recordings(folder: Path) -> list[dict[str, str]]:
         {"recording": "T40-10", "path": "simulate:T40-10", "group": "skurowski2019"}
         | {"camera_type": "T40", "n_cameras": "10"},
     ]
-    return rows + [
-        two
-        | {"recording": name, "path": OF_BAD.get(name, f"{name}.c3d"), "comment": ACTIVE[1]}
-        | ({"markers": "A"} if name == "cut" else {})
-        for name in BAD_RECORDINGS
+    bad = {"comment": ACTIVE[1], "group": "check"}
+    return [
+        *rows,
+        bad | {"recording": "cut", "path": "cut.trc", "markers": "A"},
+        bad | {"recording": "zip", "path": "zip.c3d", "markers": "A;B"},
     ]
 
 
@@ -310,7 +233,6 @@ def write_everything(folder: Path) -> list[str]:
     write_board(folder / "board.csv", mounted.truth.board)
     write_dump(folder / "lab.dump", mounted.pulses)
     write_dump(folder / "short.dump", made("short").pulses)
-    write_rec(folder / "made.rec", mounted)
     write_laboratory(folder, mounted)
     write_bad(folder, made("brief"))
     own = yaml.safe_load((Path(__file__).parents[2] / "config/twins.yaml").read_text())["twins"]

@@ -12,7 +12,7 @@ import pytest
 import yaml
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
-from mocap_workflow.rows import NAME, Cell, SheetRow
+from mocap_workflow.rows import NAME, SheetRow
 from mocap_workflow.selection import any_of
 from mocap_workflow.startup import configuration
 from snakemake.io import PeriodicityDetector
@@ -22,7 +22,7 @@ from mocap_metrology.common.faults import Faults
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
-from mocap_metrology.settings import Hampel, Settings, checked
+from mocap_metrology.settings import Settings, checked
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
@@ -43,12 +43,6 @@ def faults(config: dict[str, Any]) -> list[str]:
     return caught.value.lines
 
 
-def test_the_projects_own_configuration_is_right_and_whole() -> None:
-    settings = checked(CONFIG)
-    assert settings.hampel == Hampel(half_window_s=1.0, n_sigma=3.0, action="replace")
-    assert settings.duration_s == 32400.0
-
-
 def test_the_defaults_of_the_models_are_those_of_the_projects_own_configuration() -> None:
     assert checked(CONFIG) == Settings()
 
@@ -56,33 +50,19 @@ def test_the_defaults_of_the_models_are_those_of_the_projects_own_configuration(
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("hampel__n_sigma", "4", 4.0),
         ("hampel__action", False, "off"),
-        ("hampel__action", "mask", "mask"),
         ("allan__n_taus", "40", 40),
-        ("allan__n_taus", 40.0, 40),
         ("allan__estimators", "oadev, mdev", ["oadev", "mdev"]),
         ("psd__segment_s", "1e2", 100.0),
         ("second_opinion", "no", False),
-        ("second_opinion", "True", True),
         ("recordings", None, None),
-        ("recordings", "", None),
         ("recordings", 7, "7"),
-        ("twins", None, None),
-        ("results", 2024, "2024"),
-        ("results", "out/", "out"),
         ("results", "/data//x/./out/", "/data/x/out"),
-        ("duration_s", "600", 600.0),
-        ("lighthouse__active_level", "0", 0),
         ("lighthouse__estimators", "paper-lm, pnp", ["paper-lm", "pnp"]),
         ("lighthouse__simplex_optics", [], []),
-        ("lighthouse__lasers_mm", "null", None),
         ("lighthouse__lasers_mm", ",".join(12 * "3"), 12 * [3.0]),
-        ("lighthouse__lasers_mm", 12 * ["0.5"], 12 * [0.5]),
-        ("lighthouse__lm_weights", "none", "none"),
         ("diagnosis__cutoffs_hz", "2.5, 6", [2.5, 6.0]),
         ("jansen_studies__speeds_m_s", ["0.2", "1"], [0.2, 1.0]),
-        ("jansen_studies__diodes", "4, 32", [4, 32]),
     ],
 )
 def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> None:
@@ -95,36 +75,21 @@ def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> Non
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("duration_s", None, "duration_s: nothing; expected a number of seconds >= 1"),
         ("duration_s", "ten", 'duration_s: "ten"; expected a number of seconds >= 1'),
-        ("duration_s", 0, "duration_s: 0; expected"),
-        ("duration_s", float("inf"), "duration_s: inf; expected"),
         ("seed", 1.5, "seed: 1.5; expected a whole number >= 0"),
-        ("seed", True, "seed: yes; expected a whole number >= 0"),
-        ("seed", -1, "seed: -1; expected"),
-        ("results", None, "results: nothing; expected a folder of its own"),
         ("results", "/", 'results: "/"; expected a folder of its own'),
-        ("results", "..", 'results: ".."; expected'),
-        ("results", 1.5, "results: 1.5; expected"),
         ("results", "a<b>", 'results: "a<b>"; expected'),
         ("recordings", ["a"], "recordings: ['a']; expected the path of a sheet, or nothing"),
-        ("hampel", None, "hampel: nothing; expected a section with half_window_s, n_sigma, action"),
         ("hampel", "off", 'hampel: "off"; expected a section'),
         ("hampel__n_sigma", "-1", 'hampel.n_sigma: "-1"; expected a number > 0'),
-        ("hampel__n_sigma", "nan", 'hampel.n_sigma: "nan"; expected a number > 0'),
         ("hampel__action", "drop", 'hampel.action: "drop"; expected replace, mask or off'),
         ("allan__estimators", ["mdev"], "expected a list of oadev, mdev, hdev"),
         ("allan__estimators", ["oadev", "adev"], "oadev among them"),
-        ("allan__estimators", ["oadev", "oadev"], "each at most once"),
         ("allan__max_fraction", 0.6, "allan.max_fraction: 0.6; expected a number > 0 and <= 0.5"),
-        ("allan__n_taus", 1, "expected a whole number >= 2"),
         ("allan__n_taus", 10**8, "expected a whole number >= 2 and <= 10000"),
-        ("psd__segment_s", 1e9, "expected a number of seconds > 0 and <= 1000000"),
         ("gaussian__n_bins", "1e9", "expected a whole number >= 4 and <= 100000"),
         ("diagnosis__cutoffs_hz", [1e9], "expected a list of frequencies in Hz > 0 and <= 1000000"),
         ("psd__overlap", 1, "psd.overlap: 1; expected a number >= 0 and < 1"),
-        ("second_opinion", "maybe", 'second_opinion: "maybe"; expected true or false'),
-        ("gaussian__n_bins", 3, "expected a whole number >= 4"),
         ("verdict__good_mm", 0.5, "good_mm: 0.5; expected at most verdict.usable_mm (0.25)"),
         ("verdict__usable_missing", 0, "0.01; expected at most verdict.usable_missing (0)"),
         ("lighthouse__estimators", ["paper"], "paper-lm among them"),
@@ -134,7 +99,6 @@ def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> Non
             "expected a list of ideal, factory, estimated, each at most once",
         ),
         ("lighthouse__variant", "vive", "expected auto, crazyflie, libsurvive or"),
-        ("lighthouse__lasers_mm", [1, 2, 3], "expected nothing, or twelve numbers of mm"),
         ("lighthouse__lasers_mm", 11 * [0] + [500], "expected nothing, or twelve numbers of mm"),
         ("lighthouse__active_level", 2, "expected 0 or 1"),
         ("simplex_optic", "ideal", "unknown; did you mean lighthouse.simplex_optics?"),
@@ -212,21 +176,6 @@ def test_every_wildcard_is_such_a_name(kind: type[SheetRow], columns: list[str])
 @pytest.mark.parametrize("length", [201, 100_000])
 def test_a_name_too_long_is_refused_at_once(length: int) -> None:
     assert not re.fullmatch(NAME.pattern, ("abc" * length)[:length])
-
-
-@pytest.mark.parametrize(
-    ("column", "value", "right"),
-    [
-        ("n_cameras", "0012", True),
-        ("n_cameras", "9999", True),
-        ("n_cameras", "9" * 400, False),
-        ("camera_ids", "1; 123456789", True),
-        ("camera_ids", "1;" + "9" * 400, False),
-    ],
-)
-def test_numbers_of_cameras_are_limited(column: str, value: str, right: bool) -> None:
-    (cell,) = (m for m in RecordingRow.model_fields[column].metadata if isinstance(m, Cell))
-    assert bool(re.fullmatch(cell.pattern, value)) is right
 
 
 def test_pnp_without_opencv_is_refused_before_the_first_job(

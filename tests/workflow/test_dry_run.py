@@ -7,8 +7,12 @@ import shutil
 from pathlib import Path
 
 import pytest
+from mocap_workflow import rows, startup
+from mocap_workflow.recordings import RecordingRow
 from rule_graph import shipped, write_shipped
-from running import finished, planned, side_by_side
+from running import finished, planned, side_by_side, write_sheet
+
+from mocap_metrology.common.faults import Faults
 
 
 def test_both_entries_list_the_same_jobs_and_quick_outlives_other_settings(
@@ -64,21 +68,21 @@ def test_wrong_input_is_lines_and_status_1(toy: Path, snakemake) -> None:
 
 
 def test_a_marker_that_the_file_lacks_is_refused_before_anything_runs(
-    toy: Path, root: Path, snakemake
+    folder: Path, root: Path
 ) -> None:
     """A damaged file beside it is another fault, which the check of its row names."""
-    shutil.copy(root / "docs/example/kinematics_racing_static.c3d", toy / "config/a.c3d")
-    (toy / "config/b.c3d").write_bytes(b"damaged")
-    (toy / "config/mine.tsv").write_text(
-        "recording\tpath\tmarkers\tgroup\n"
-        "a\ta.c3d\tWheelchairRearR;WheelchairRaerL\tg\nb\tb.c3d\tA\tg\n"
+    shutil.copy(root / "docs/example/kinematics_racing_static.c3d", folder / "a.c3d")
+    cells = {"path": "a.c3d", "markers": "WheelchairRearR;WheelchairRaerL", "group": "g"}
+    beside = {"path": "b.c3d", "markers": "A", "group": "g"}
+    sheet = write_sheet(
+        folder, ["recording", *cells], cells | {"recording": "a"}, beside | {"recording": "b"}
     )
-    done = snakemake(toy, "-n", "--config", "recordings=config/mine.tsv", "calibrations=")
-    assert done.returncode == 1
-    assert done.stdout.splitlines()[-1] == (
+    with pytest.raises(Faults) as refused:
+        startup.missing_markers(rows.load(RecordingRow, sheet, []).values())
+    assert refused.value.lines == [
         "recordings, recording \"a\", column markers: a.c3d: no marker 'WheelchairRaerL';"
         " did you mean WheelchairRearL?"
-    )
+    ]
 
 
 def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:

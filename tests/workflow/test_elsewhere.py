@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from pathlib import Path
-
-from running import command, environment, planned
 
 ROOT = Path(__file__).resolve().parents[2]
 SHEET = "recording\tpath\tmarkers\tgroup\nwrong\twrong.c3d\tA;B\tlab\n"
@@ -62,26 +58,3 @@ def test_as_a_module_of_another_workflow(tmp_path: Path, snakemake) -> None:
     assert "recording wrong refused: wrong.c3d: is not a C3D file" in done.stdout
     assert (tmp_path / "own.txt").is_file()
     assert (tmp_path / "mocap/recordings/wrong/check.json").is_file()
-
-
-def test_the_plan_of_a_recording_that_was_not_checked_yet(tmp_path: Path, snakemake) -> None:
-    folder_with_sheet(tmp_path)
-    settings = ("--config", "recordings=sheet.tsv", "calibrations=")
-    named = ("results/recordings/wrong/verdict.json", "--directory", str(tmp_path), *settings)
-    plan = snakemake(ROOT, "-n", *named)
-    assert planned(plan.stdout) == dict.fromkeys(("clean", "noise", "verdict"), 1), plan.stdout
-
-
-def test_the_environment_of_a_checkout_that_differs_is_refused(tmp_path: Path) -> None:
-    ignored = shutil.ignore_patterns("__pycache__", ".*")
-    for name in ("workflow", "src", "config", "profiles", "requirements"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
-    shutil.copy(ROOT / "Snakefile", tmp_path)
-    (tmp_path / "src/mocap_metrology/io/__init__.py").write_text("# another state\n")
-    done = subprocess.run(
-        command("-n"), cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=900
-    )
-    assert done.returncode == 1
-    line = done.stderr.splitlines()[-1]
-    assert line.startswith("mocap_metrology is imported from ")
-    assert f"expected {tmp_path}/src/mocap_metrology: run `make env` here" in line

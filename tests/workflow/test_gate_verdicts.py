@@ -30,7 +30,7 @@ runpy.run_path({gate!r}, init_globals={{"snakemake": snakemake}})
 """
 
 
-@pytest.mark.parametrize("count", [2, 10, 11])
+@pytest.mark.parametrize("count", [2, 11])
 def test_words_on_the_terminal(tmp_path: Path, count: int) -> None:
     for k in range(count):
         own = tmp_path / f"recordings/take-{k:02d}"

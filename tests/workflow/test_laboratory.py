@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import html
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -28,7 +29,6 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import error, to_angles
-from mocap_metrology.recording import clean
 from mocap_metrology.settings import Lighthouse
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -69,7 +69,7 @@ def test_every_bad_input_is_one_line_and_the_rest_is_computed(run) -> None:
     assert run.output.returncode == 1
     text = run.output.stdout
     for kind, refused, tables in (
-        ("recording", lab.BAD_RECORDINGS, lab.TABLES_OF_RECORDING),
+        ("recording", lab.REFUSED_RECORDINGS, lab.TABLES_OF_RECORDING),
         ("calibration", lab.BAD_ROWS, lab.TABLES_OF_CALIBRATION),
     ):
         for name in refused:
@@ -92,16 +92,7 @@ def test_rerun_repeats_the_verdict_alone(run, snakemake) -> None:
     assert finished(again.stdout) == {}
     for start in ("recording ", "calibration ", "warning: "):
         assert {*said(again.stdout, start)} <= {*said(run.output.stdout, start)}
-    assert len(said(again.stdout, "recording ")) >= len(lab.BAD_RECORDINGS)
-
-
-@pytest.mark.parametrize("name", [k for k in lab.REFUSED_RECORDINGS if k != "cut"])
-def test_bad_recordings_are_refused_by_the_reader(tmp_path: Path, name: str) -> None:
-    lab.write_bad_recordings(tmp_path)
-    paths = [str(tmp_path / file) for file in lab.OF_BAD.get(name, f"{name}.c3d").split(";")]
-    with pytest.raises(Refusal, match=lab.REFUSED_RECORDINGS[name]) as refusal:
-        clean.read(clean.Entry(paths, ("A", "B")), second_opinion=True)
-    assert "\n" not in str(refusal.value)
+    assert len(said(again.stdout, "recording ")) >= len(lab.REFUSED_RECORDINGS)
 
 
 @pytest.mark.parametrize("name", lab.REFUSED)
@@ -466,3 +457,33 @@ def test_pages_and_provenance(made) -> None:
         text = (results / name).read_text()
         assert str(folder) not in text, name
         assert str(ROOT) not in text, name
+
+
+def damage(path: Path) -> None:
+    """Turn one bit of the values, and leave the times of the file."""
+    times = path.stat()
+    raw = bytearray(path.read_bytes())
+    raw[len(raw) // 3] ^= 4
+    path.write_bytes(raw)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+
+def test_a_damaged_table_and_a_damaged_check_are_made_again(run, snakemake) -> None:
+    """Named and removed, then made by a plain run; the check at once, as it is in the plan."""
+    own, place = run.results / "recordings/take", "results/recordings/take"
+    expected = {path.name: path.read_bytes() for path in own.iterdir() if path.is_file()}
+    wanted = [f"{place}/{name}" for name in ("allan.parquet", "psd.parquet", "check.json")]
+    damage(own / "trajectories.parquet")
+    for name in ("allan.parquet", "psd.parquet"):
+        (own / name).unlink()
+    failed = snakemake(run.folder, *run.arguments, "--", *wanted)
+    assert failed.returncode == 1
+    table = f"{place}/trajectories.parquet"
+    lines = [line for line in failed.stdout.splitlines() if f" take: {table} is damaged: " in line]
+    assert any(line.endswith("make it anew") for line in lines), failed.stdout
+    assert not (run.folder / table).exists()
+    (own / "check.json").write_bytes(expected["check.json"][:-20])
+    again = snakemake(run.folder, *run.arguments, "--", *wanted)
+    assert again.returncode == 0, again.stdout
+    assert "check.json is damaged: its content is not what was written" in again.stdout
+    assert {path.name: path.read_bytes() for path in own.iterdir() if path.is_file()} == expected

@@ -35,12 +35,3 @@ def test_on_a_cluster_a_rule_is_grouped_local_or_worth_a_submission(root: Path) 
     local = {name for name, body in found.items() if "    localrule: True\n" in body}
     assert found.keys() == grouped.keys() | local | SUBMITTED
     assert not local & grouped.keys()
-
-
-def test_quick_only_names_its_configuration() -> None:
-    assert keys("quick") == {"configfile": ["config/quick.yaml"]}
-
-
-def test_no_profile_holds_configuration_values() -> None:
-    for profile in PROFILES.iterdir():
-        assert "config" not in keys(profile.name)

@@ -211,20 +211,6 @@ def test_refusals_are_said_once_and_last(root: Path, toy: Path) -> None:
     assert "Level 25" not in (toy / "results/logs/gate/tables.log").read_text()
 
 
-def test_a_crash_is_said_once_and_last(root: Path, toy: Path) -> None:
-    (toy / "config/b.c3d").write_bytes(b"b crashes \xff\n")
-    how = {"cwd": toy, "env": environment(), "stderr": subprocess.STDOUT, "text": True}
-    call = started(root, toy, "tables")
-    done = subprocess.run(call, stdout=subprocess.PIPE, check=False, timeout=900, **how)
-    lines = done.stdout.splitlines()
-    assert done.returncode == 1
-    assert lines[-3].startswith("clean b crashed: UnicodeDecodeError: ")
-    assert lines[-2] == "  log: results/logs/clean/b.log"
-    assert re.fullmatch(r"\d+ of \d+ jobs done; what failed is above", lines[-1])
-    assert done.stdout.count("UnicodeDecodeError") == 1
-    assert not [words for words in OF_SNAKEMAKE if words in done.stdout]
-
-
 def test_ctrl_c_ends_all_in_one_line(root: Path, toy: Path) -> None:
     """Typed on a terminal, which sends it to the jobs, too."""
     (toy / "config/a.c3d").write_text("a waits: wait\n")

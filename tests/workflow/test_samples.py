@@ -13,7 +13,6 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
-import sample_files
 from fetch_samples import Sample, read_samples
 
 CONTENT = {"c3d/one.c3d": b"first", "text/a b.csv": b"second"}
@@ -91,16 +90,6 @@ def test_copied_from_a_folder(root: Path, tmp_path: Path) -> None:
     assert (to / "c3d/one.c3d").read_bytes() == b"first"
 
 
-def test_without_a_network_one_line_says_what_to_do(root: Path, tmp_path: Path) -> None:
-    sheet = write_list(tmp_path)
-    done = run(root, "--to", tmp_path / "to", "--sheet", sheet, "--origin", "http://127.0.0.1:9")
-    assert done.returncode == 1
-    assert done.stderr.splitlines() == [
-        "no connection to http://127.0.0.1:9; a folder that holds the files serves as well: "
-        "make samples FROM=folder"
-    ]
-
-
 def test_every_sample_has_its_origin() -> None:
     samples = read_samples()
     assert len({sample.file for sample in samples}) == len(samples) == 91
@@ -116,27 +105,3 @@ def test_every_sample_has_its_origin() -> None:
 def test_the_samples_are_those_of_the_list(samples: Path) -> None:
     for sample in read_samples():
         assert hashlib.sha256((samples / sample.file).read_bytes()).hexdigest() == sample.sha256
-
-
-def test_where_samples_are_sought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder named by the environment alone; else beside the project, then in it. Only a
-    complete one counts."""
-    project = tmp_path / "project"
-    listed = read_samples()[:2]
-    monkeypatch.setattr(sample_files, "ROOT", project)
-    monkeypatch.setattr(sample_files, "read_samples", lambda: listed)
-    folders = [tmp_path / "named", tmp_path / "shared/data", project / "samples"]
-    sought = sample_files.samples_folder.__wrapped__
-    monkeypatch.delenv("MOCAP_SAMPLES", raising=False)
-    assert sought() is None
-    for folder in reversed(folders):
-        for sample in listed:
-            assert sought() != folder
-            (folder / sample.file).parent.mkdir(parents=True, exist_ok=True)
-            (folder / sample.file).touch()
-        if folder.name != "named":
-            assert sought() == folder
-    monkeypatch.setenv("MOCAP_SAMPLES", str(folders[0]))
-    assert sought() == folders[0]
-    monkeypatch.setenv("MOCAP_SAMPLES", str(tmp_path / "nowhere"))
-    assert sought() is None

@@ -6,16 +6,13 @@ from pathlib import Path
 
 import pytest
 from mocap_workflow import rows, startup
-from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
 from pydantic import ValidationError
 from running import write_sheet
 
-from mocap_metrology.common import sheets
 from mocap_metrology.common.entries import load_twins
 from mocap_metrology.common.faults import Faults
 
-ROOT = Path(__file__).resolve().parents[2]
 HEADER = list(RecordingRow.columns())
 OF_BAR = ("length_mm", "length_u_mm", "bar_pose")
 GOOD = {"recording": "A", "path": "a.c3d", "markers": "M1;M2;M3", "group": "g"}
@@ -124,52 +121,37 @@ def test_what_is_left_out_is_derived(folder: Path) -> None:
     ("column", "value", "expected"),
     [
         ("bar", "M1", '"M1"; expected two markers joined by "-", auto, or nothing'),
-        ("length_mm", "500", '"500"; expected nothing without a bar in column bar'),
         ("bar_pose", "{}", '"{}"; expected nothing without a bar in column bar'),
         ("length_u_mm", "0.1", '"0.1"; expected nothing without a length in column length_mm'),
         ("length_mm", "50 cm", '"50 cm"; expected a number of mm or nothing'),
         ("recording", "", 'nothing; expected a name of letters, digits, "_", "." and "-"'),
-        ("recording", "-a", '"-a"; expected a name'),
         ("recording", "a/b", '"a/b"; expected a name'),
-        ("recording", "ü", '"ü"; expected a name'),
         ("group", "", "nothing; expected a name"),
         ("path", "", "nothing; expected a C3D file"),
         ("path", "no.c3d", '"no.c3d"; expected a file (no.c3d does not exist)'),
         ("path", "a.c3d,b.c3d", '(a.c3d,b.c3d does not exist; separate files with ";")'),
         ("path", r"C:\data\a 1.c3d", "does not exist; in WSL that is /mnt/c/data/a 1.c3d)"),
-        ("path", "d:/a.c3d", "does not exist; in WSL that is /mnt/d/a.c3d)"),
         ("path", r"sub\a.c3d", "does not exist; with slashes it is sub/a.c3d)"),
         ("covariate", r"C:\b.csv", "does not exist; in WSL that is /mnt/c/b.csv)"),
         ("unit", "cm", '"cm"; expected mm, m or nothing'),
-        ("unit", "MM", '"MM"; expected mm, m or nothing'),
         ("path", "a.c3d;;b.c3d", "none empty, none repeated"),
-        ("path", "a.c3d;a.c3d", "none empty, none repeated"),
         ("path", "{x}.c3d", "expected a path without any of < > { }"),
         ("path", "a.c3d;simulate:T", "expected files, or simulate:<twin> by itself"),
         ("path", "simulate:crumb", "unknown; did you mean crump?"),
-        ("path", "simulate:zzzzz", "unknown; expected one of T, crump"),
         ("markers", "", "nothing; expected the labels of one or more markers"),
         ("markers", "M1;M1", "none empty, none repeated"),
         ("n_cameras", "ten", '"ten"; expected a whole number from 1 to 9999, or nothing'),
-        ("n_cameras", "0", '"0"; expected a whole number from 1 to 9999, or nothing'),
-        ("n_cameras", "2.0", '"2.0"; expected a whole number from 1 to 9999, or nothing'),
-        ("camera_ids", "1,2", '"1,2"; expected whole numbers separated by ";"'),
         ("camera_ids", "1;1", "expected each camera once"),
-        ("frame_rate_hz", "120 Hz", '"120 Hz"; expected a number of Hz > 0'),
         ("frame_rate_hz", "0", '"0"; expected a number of Hz > 0'),
-        ("frame_rate_hz", "1e999", '"1e999"; expected a number of Hz > 0'),
-        ("frame_rate_hz", "nan", '"nan"; expected a number of Hz > 0'),
         ("truncated", "yes", '"yes"; expected accept or nothing'),
         ("sha256", "abc", "expected 64 hexadecimal digits for each file"),
         ("sha256", "a" * 64 + ";" + "b" * 64, "expected one for each file of column path (1)"),
-        ("date", "25.3.2019", '"25.3.2019"; expected a date such as 2019-03-25'),
         ("date", "2019-02-29", "expected a day and time that exist (day is out of range"),
         ("date", "2019-03-25T21:30+01:00", "expected a date such as"),
         ("compare_with", "A", '"A"; expected another recording than this one'),
         ("compare_with", "B", '"B"; expected a recording of the sheet (unknown'),
         ("covariate", "no.csv", '"no.csv"; expected a file (no.csv does not exist)'),
         ("pairs", "M1", '"M1"; expected two of the chosen markers (M1, M2, M3) joined by "-"'),
-        ("pairs", "M1-M9", '"M1-M9"; expected two of the chosen markers'),
         ("pairs", "M1-M1", "expected two different markers"),
         ("pairs", "M1-M2;M2-M1", '"M2-M1"; expected each pair once'),
     ],
@@ -180,14 +162,6 @@ def test_a_wrong_cell_is_named(folder: Path, column: str, value: str, expected: 
     assert lines[0].startswith("sheet.tsv, row 2")
     assert f", column {column}: " in lines[0]
     assert expected in lines[0]
-
-
-def test_the_line_is_as_users_know_it(folder: Path) -> None:
-    row = GOOD | {"recording": "T40-10", "n_cameras": "ten"}
-    assert faults(folder, GOOD, row) == [
-        'sheet.tsv, row 3 (recording "T40-10"), column n_cameras: "ten"; '
-        "expected a whole number from 1 to 9999, or nothing"
-    ]
 
 
 def test_all_wrong_cells_come_at_once_in_the_order_of_the_sheet(folder: Path) -> None:
@@ -231,16 +205,10 @@ def test_files_are_relative_to_the_sheet(folder: Path) -> None:
     assert rows.beside("config/x.tsv", "/data/y.c3d") == "/data/y.c3d"
 
 
-def test_the_projects_own_sheets_have_right_headers() -> None:
-    for name, kind in (("recordings", RecordingRow), ("calibrations", CalibrationRow)):
-        sheets.read(ROOT / f"config/{name}.tsv", list(kind.columns()), kind.required())
-
-
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
         ("twins: {}", None),
-        ("twins: {T: {seed: 1}}\ndefaults: {recording: {seed: 2}}", None),
         ("other: {}", "no section twins"),
         ("- a", "no section twins"),
         ("twins: [a", "no readable YAML: "),
@@ -249,8 +217,6 @@ def test_the_projects_own_sheets_have_right_headers() -> None:
         ("twins: {a: 1}", 'twins, "a": expected a name .* and a section of settings'),
         ("twins: {}\ndefault: {}", "section default: unknown; did you mean defaults?"),
         ("twins: {}\nsetups: {a: 1}", 'setups, "a": expected a name .* and a section of settings'),
-        ("twins: {}\nfactories: {a/b: {}}", 'factories, "a/b": expected a name'),
-        ("twins: {}\nsetups: 3", 'section setups: "3", expected names with settings'),
         ("twins: {}\ndefaults: [a]", "section defaults: .* expected names with settings"),
     ],
 )

@@ -94,11 +94,6 @@ def test_counts_that_leave_a_doubt(tmp_path, n, keys, said):
     assert str(refused.value).startswith(f"a.c3d: {said}")
 
 
-def test_what_follows_the_data_is_no_frame(tmp_path):
-    """Where junk does, POINT:FRAMES goes first."""
-    assert count(build(tmp_path / "a.c3d", LONG[:500], frames=499, tail=JUNK)) == (499, FRAMES)
-
-
 @pytest.mark.parametrize("n", [81_001, 65_536])
 def test_written_by_ezc3d(tmp_path, n):
     """ezc3d's writer: ROTATION group, no TRIAL, no LONG_FRAMES; it reads 65535 frames back."""

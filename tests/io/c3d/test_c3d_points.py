@@ -141,14 +141,6 @@ class TestValidity:
 
 
 class TestResolution:
-    def test_float32(self, tmp_path):
-        points = still(N)
-        points[..., :3] = np.random.default_rng(1).uniform(-900, 900, (N, 2, 3))
-        points[:, 1, 2] = np.random.default_rng(2).uniform(1025, 2000, N)
-        recording = read(build(tmp_path / "a.c3d", points))
-        assert (recording.resolution_mm, recording.resolution_kind) == (2.0**-13, "float32")
-        assert read(tmp_path / "a.c3d", ["M1"]).resolution_mm == 2.0**-14
-
     @pytest.mark.parametrize("unit", ["mm", "m"])
     def test_rounded(self, tmp_path, unit):
         factor = {"mm": 1, "m": 1000}[unit]
@@ -160,26 +152,10 @@ class TestResolution:
             recording = read(build(tmp_path / "a.c3d", points, units=unit))
             assert (recording.resolution_mm, recording.resolution_kind) == (step, "rounded")
 
-    def test_integers_rewritten_as_floats(self, samples):
-        """Codamotion, steps of 0.1 mm, exported once as int16 and once as float."""
-        folder = samples / "c3d" / "btk_others"
-        for name, kind in (("integer", "int16"), ("float", "rounded")):
-            path = folder / f"ADemo1_rewrite_c3d_pc_{name}.c3d"
-            recording = read(path, inspect(path).labels)
-            assert recording.resolution_mm == pytest.approx(0.1)
-            assert recording.resolution_kind == kind
-
     def test_step_near_the_spacing_is_not_claimed(self, tmp_path):
         points = still(N)
         points[..., :3] = 1e-4 * np.round((points[..., :3] + 1500) / 1e-4)
         assert read(build(tmp_path / "a.c3d", points)).resolution_kind == "float32"
-
-
-@pytest.mark.parametrize("units", [None, "", "    "])
-def test_a_unit_that_is_missing_is_mm(tmp_path, units):
-    recording = read(build(tmp_path / "a.c3d", still(N), units=units))
-    assert (recording.units, recording.unit_source) == ("mm", "assumed")
-    assert "a.c3d: no unit in POINT:UNITS: mm is assumed" in recording.notes
 
 
 @pytest.mark.parametrize(

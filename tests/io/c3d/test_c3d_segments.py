@@ -118,12 +118,6 @@ def test_a_header_at_its_limit_states_no_gap(tmp_path):
         read(paths)
 
 
-def test_each_segment_has_its_second_opinion(tmp_path):
-    paths = split(tmp_path, ((1, 1000), (1001, 2000)), trial=ends)
-    recording = read(paths, second_opinion=True)
-    assert [s.second_opinion for s in recording.segments] == ["agrees", "agrees"]
-
-
 class TestNotAlike:
     ENDS = ((1, 1000), (1001, 2000))
 

@@ -70,10 +70,6 @@ def test_contradictions(tmp_path, keys, message):
     assert str(refusal.value).startswith("a.c3d: ") and message in str(refusal.value)
 
 
-def test_the_scale_of_floats_is_only_that_of_the_residual(tmp_path):
-    assert inspect(build(tmp_path / "a.c3d", still(50), header_scale=-1.0)).scale > 0
-
-
 RATE = record("RATE", 1, b"\x04\x00" + np.float32(120).tobytes(), "Intel")
 ANALOG = record("ANALOG", -2, b"", "Intel")
 LONGER = {"point": {"DATA_START": None, "X": "x" * 200, "Y": "y" * 200, "Z": "z" * 200}}

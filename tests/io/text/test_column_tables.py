@@ -42,13 +42,6 @@ class TestMarkers:
         assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
         assert recording.frame_rate_hz == 100 and recording.encoding == "table of markers"
 
-    def test_the_order_is_that_of_the_names(self, tmp_path):
-        names = "B_z,time,A_y,A_x,B_x,A_z,B_y"
-        order = [TAKE[:, 1, 2], TIME, TAKE[:, 0, 1], TAKE[:, 0, 0], TAKE[:, 1, 0], TAKE[:, 0, 2],
-                 TAKE[:, 1, 1]]  # fmt: skip
-        path = make(tmp_path, "a.csv", table(names, np.transpose(order)))
-        assert np.allclose(read(path, unit="mm").position_mm, EXPECTED, atol=1e-9, rtol=0)
-
     @pytest.mark.parametrize("index", [None, "time", "Frame"])
     def test_as_pandas_writes_axes_under_labels(self, tmp_path, index):
         columns = pd.MultiIndex.from_product([LABELS, list("xyz")])

@@ -184,16 +184,3 @@ def test_old_vicon_is_named(tmp_path, name, before):
 
 
 # The smallest step
-
-
-def test_float32_in_millimetres_with_six_decimals(tmp_path):
-    """Its steps are those of float32, 6.1e-5 mm from 512 to 1024; double precision has six."""
-    rng = np.random.default_rng(5)
-    double = rng.normal(900, 0.02, (400, 2, 3))
-    for values, step, kind in (
-        (double.astype(np.float32).astype(float), 2.0**-14, "float32"),
-        (double, 1e-6, "text"),
-    ):
-        recording = read(make(tmp_path, "a.csv", motive(["A", "B"], 100, values, digits=6)))
-        assert recording.resolution_mm == pytest.approx(step)
-        assert recording.resolution_kind == kind

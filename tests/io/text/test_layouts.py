@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
 
 from mocap_metrology.io.read import labels_of
@@ -117,15 +115,6 @@ class TestMotive:
         assert (recording.frame_rate_hz, recording.units) == (100, "Millimeters")
         assert recording.segments[0].frame_count_source == "Total Exported Frames"
 
-    @pytest.mark.parametrize("blank", [" ", "\t", " \t "])
-    def test_blanks_around_quoted_labels(self, tmp_path, blank):
-        labels = ("A, left", 'the "B"')
-        quoted = ("A, left", 'the ""B""')  # as CSV has a quote in a quoted cell
-        text = motive(quoted, 100, TAKE).replace(',"', f',{blank}"').replace('",', f'"{blank},')
-        path = make(tmp_path, "a.csv", text)
-        assert labels_of(path) == labels
-        same(read(path, labels), within=1e-6)
-
 
 class TestNexus:
     BEFORE = "Devices\r\n1000\r\n,,Force\r\nFrame,Sub Frame,Fx\r\n,,N\r\n" + "".join(
@@ -148,28 +137,3 @@ class TestNexus:
         text[5:-1] = [line + ";1.5;2.5;3.5;2" for line in text[5:-1]]
         recording = same(read(make(tmp_path, "a.csv", "\n".join(text))))
         assert recording.segments[0].first_frame == 101 and recording.frame_rate_hz == 100
-
-    @pytest.mark.parametrize("mark", [",", ";"])
-    def test_labels_in_quotes(self, tmp_path, mark):
-        text = nexus(("S:A", "S:B"), 100, TAKE).replace(",", mark)
-        first = f"S:A{mark} left{mark}{mark} {mark} front"
-        text = text.replace("S:A", f'"{first}"').replace("S:B", '"S:""B"""')
-        for blank in ("", " ", "\t"):
-            path = make(tmp_path, "a.csv", text.replace(f'{mark}"S', f'{mark}{blank}"S'))
-            assert labels_of(path) == (first, 'S:"B"')
-            same(read(path, (first, 'S:"B"')))
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    ends=st.sampled_from(["\n", "\r\n", " \n", "\t\r\n", "\n\n"]),
-    between=st.text(" \t", min_size=1, max_size=3),
-    before=st.text(" \t", max_size=2),
-)
-def test_poses_with_any_blanks_between(tmp_path, ends, between, before):
-    rotation = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    rows = [np.column_stack([rotation, position]).ravel() for position in EXPECTED[0].T / 1000]
-    lines = [before + between.join(f"{value:.8f}" for value in row) for row in rows]
-    path = make(tmp_path, "p.txt", "# Freq:\t100\n" + ends.join(lines) + ends + "  \n")
-    recording = same(read(path, ["tracker"]), EXPECTED[:1], within=1e-5)
-    assert recording.resolution_mm == pytest.approx(1e-5)

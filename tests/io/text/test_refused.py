@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
 import pytest
 from text_files import (
     FIRST_ROW,
-    LABELS,
     NEXUS,
     PLAIN,
-    TAKE,
     TRC,
     make,
-    motive,
-    nexus,
-    qualisys,
     read,
     refusal,
     row,
     spoilt,
-    trc,
 )
 
 from mocap_metrology.common.errors import Refusal
@@ -134,14 +127,6 @@ class TestRows:
         said = refusal(path, frame_rate_hz=90)
         assert said.startswith(f"{name}: ") and "100 Hz" in said and "90 Hz" in said
 
-    def test_a_marker_that_is_never_seen(self, tmp_path, name):
-        take = TAKE.copy()
-        take[:, 1] = np.nan
-        writer = {"a.trc": trc, "m.csv": motive, "a.tsv": qualisys, "n.csv": nexus}[name]
-        said = refusal(make(tmp_path, name, writer(LABELS, 100, take)))
-        reason = "zero" if name == "a.tsv" else "empty"
-        assert said == f"{name}: marker 'B' is valid in no frame of 20 (20 {reason})"
-
     def test_other_files(self, tmp_path, name):
         expected = {
             "a.trc": "a TRC file",
@@ -183,15 +168,6 @@ def test_time_that_jumps(tmp_path):
         text = text.replace(f"\t{i / 100:.6f}\t", f"\t{i / 100 + 2:.6f}\t")
     assert refusal(make(tmp_path, "a.trc", text)) == (
         "a.trc: line 17: time goes from 0.09 to 2.1 s, expected 1 / (100 Hz) more"
-    )
-
-
-def test_decimal_commas_between_commas(tmp_path):
-    """Each number falls apart in two."""
-    text = NEXUS.splitlines(keepends=True)
-    text[5:] = [line.replace(".", ",") for line in text[5:]]
-    assert refusal(make(tmp_path, "n.csv", "".join(text))) == (
-        "n.csv: line 6 has 14 cells, expected 8; are these decimal commas?"
     )
 
 

@@ -53,16 +53,6 @@ def test_beyond_the_joint_99_percent_a_word_is_one_worse(alone: str, together: s
         assert said["checks"][0]["sentence"] == said["verdict"]["reason"]
 
 
-def test_equal_boards_are_two_boards_and_more_objects_are_more_chances() -> None:
-    """Errors of two boards of one drawing do not cancel; of two others the least p counts twice."""
-    own = joint(np.add(T, [0, 0, 0.003]))
-    found = with_objects(of("good", own), {"other": of("good").document})
-    assert found.verdict.checks[0].value == pytest.approx(chi2.sf(9 / 8.08, 6), rel=1e-3)
-    others = {name: of("good", off(chi)).document for name, chi in (("a", 1.0), ("b", LIMIT))}
-    (check,) = with_objects(of("good"), others).verdict.checks
-    assert check.value == pytest.approx(0.02, rel=1e-3) and check.names == ("b",)
-
-
 def test_what_states_no_pose_is_not_compared() -> None:
     own = of("usable")
     blind = of("good", estimate(t=np.add(T, [1, 0, 0]), covariance=None)).document

@@ -66,12 +66,6 @@ def test_kabsch_is_that_of_scipy():
     assert found.residual_mm[0] == pytest.approx(np.sqrt((off**2).sum(1).mean()), rel=1e-6)
 
 
-def test_one_geometry_may_name_the_labels_of_both_housings():
-    both = MOUNT | dict(zip(SLAVE, MOUNT.values(), strict=True))
-    found = ref.reference_from_markers(seen(), labels(), list(MOUNT)[1:], SLAVE[::-1], both)
-    np.testing.assert_allclose(found.R, TRUE, atol=1e-12)
-
-
 def test_what_markers_are_refused_for():
     def refused(match, positions=None, master=None, slave=None, mount=MOUNT, names=None):
         with pytest.raises(Refusal, match=match) as error:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from scipy.stats import chi2
 
 from benchmarks.lighthouse_recordings import hand
@@ -93,10 +92,3 @@ def test_hits_beyond_75_deg_are_left_out_also_where_the_rotor_model_is_chosen() 
     assert kept[incidence < np.radians(73)].mean() > 0.9 and not kept[off > 0].any()
     assert squared(found, made) < chi2.ppf(0.999, 6) and not note
     assert next(way.variant for way in ways if way.standing == "chosen") == "libsurvive"
-
-
-def test_without_normals_nothing_changes() -> None:
-    made = hand(5, seconds=2.0)
-    found, _ = joint(scene(made, made.hits, None, Priors()))
-    assert found.of.cover == -1 and found.state.normals.size == 0
-    assert len(found.recordings[0].sweeps.hits) == pytest.approx(len(made.hits), rel=0.01)

@@ -36,15 +36,6 @@ def sound() -> dict:
     return residuals(made.hits, made.truth.board)
 
 
-def test_noise_alone_leaves_means_near_zero(sound: dict) -> None:
-    """Their standard deviations are those that the noise of a hit and of a sweep make."""
-    for against in ("angle_deg", "time_s"):
-        z = np.concatenate([mean / sd for mean, sd in curves(sound, against)])
-        assert z.size > 40 and np.abs(z).max() < 4.5 and 0.3 < np.sqrt(np.mean(z**2)) < 1.2
-    for row in sound["by_diode"]:
-        assert row["excluded"] == [] and max(row["rms_urad"]) < 1.4 * min(row["rms_urad"])
-
-
 def test_a_wrong_rotor_leaves_a_slope(sound: dict) -> None:
     made = simulate(twin(31, master={"factory": FactoryValues(tilt=(0.01, -0.01))}))
     found = residuals(made.hits, made.truth.board)

@@ -49,12 +49,6 @@ def test_intervals_hold_of_a_board_at_rest() -> None:
     assert total < chi2.ppf(0.995, 18)
 
 
-def test_hits_count_alike_where_no_direction_differs() -> None:
-    found, _ = joint(made(2, 1, 4.0).scene)
-    one = found.recordings[0]
-    assert one.tau_rad < 2e-6 and np.median(one.share) > 0.9
-
-
 def test_knots_follow_a_hand_that_shakes(monkeypatch: pytest.MonkeyPatch) -> None:
     """8 Hz of 15 mm: knots 50 ms apart leave more than the noise of 25 urad."""
     smooth = planes_scene.motion

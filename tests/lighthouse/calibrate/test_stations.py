@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 import yaml
@@ -142,12 +140,3 @@ def test_files_of_other_programs(three, tmp_path) -> None:
             for key in ("phase", "tilt", "curve", "gibphase", "gibmag", "ogeephase", "ogeemag"):
                 expected = getattr(station.factory, key)
                 np.testing.assert_allclose(getattr(own.factory, key), expected, atol=1e-9)
-
-
-def test_pose_json_of_another_number_of_stations_is_refused(three, tmp_path) -> None:
-    document = json.loads(json.dumps(pose_document(three[2]), default=str))
-    path = tmp_path / "pose.json"
-    for change in ({"chosen": {"7": 9, "11": 1}}, {"chosen": {"11": 1}}):
-        write_json(path, document | change)
-        with pytest.raises(Refusal, match=r"is no pose\.json"):
-            read_pose_json(path)

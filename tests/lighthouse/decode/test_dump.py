@@ -78,16 +78,6 @@ def test_scene_from_file(tmp_path, words: np.ndarray) -> None:
     assert pulses.notes == ("2 s long; a dump is usually 8 s or 8.389 s",)
 
 
-@pytest.mark.parametrize("n_words", [16_000_000, 16_777_216])
-def test_usual_lengths_need_no_note(n_words: int) -> None:
-    words = np.zeros(n_words, np.uint32)
-    words[n_words - 300 : n_words - 100] = 0xFFFFFFFF
-    pulses = pulses_of_words(words)
-    assert pulses.notes == ()
-    assert pulses.duration_s == n_words / 2e6
-    np.testing.assert_allclose(pulses.start_s, (n_words - 300) / 2e6)
-
-
 def write(tmp_path, data: bytes):
     path = tmp_path / "dump.bin"
     path.write_bytes(data)

@@ -76,13 +76,6 @@ def test_frame_has_the_published_length_and_checksum() -> None:
     assert body[2 + 0x20] == 0  # no faults
 
 
-def test_the_sync_occurs_nowhere_else() -> None:
-    bits = encode_frame(Factory(), 0, "A", (0, 0, 0), 0, 0, 0)
-    twice = np.concatenate([bits, bits])
-    windows = np.lib.stride_tricks.sliding_window_view(twice, 17)
-    assert np.flatnonzero(~windows.any(axis=1)).tolist() == [0, 358]
-
-
 def test_published_values_of_a_station_are_half_floats() -> None:
     """Notes of vive-diy-position-sensor, station 4242089a in mode b, printed to four places."""
     factory = Factory(
@@ -211,15 +204,6 @@ def test_real_stations_have_the_values_libsurvive_found(real: list[Flashes], sam
         for name in NAMES:
             error = getattr(station.factory, name) - getattr(truth.factory, name)
             assert np.abs(error).max() <= 0.5001e-6, name
-
-
-@pytest.mark.parametrize("begin", [0, 400, 800])
-def test_real_8_s_are_enough(real: list[Flashes], begin: int) -> None:
-    for flashes in real:
-        cut = (flashes.cycle >= begin) & (flashes.cycle < begin + DUMP)
-        columns = (getattr(flashes, n)[cut] for n in ("cycle", "time_s", "length_s", "code"))
-        station = decode_station(Flashes(flashes.station, flashes.clock, *columns))
-        assert station.id == (4152238579, 178605925)[flashes.station], station.why
 
 
 def test_real_accelerometers_agree_with_the_poses(samples: Path) -> None:

@@ -100,13 +100,6 @@ def test_damaged_streams_give_the_truth_or_nothing() -> None:
     assert read > 20
 
 
-def test_random_bits_are_no_frame() -> None:
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        bits = rng.integers(0, 2, 900).astype(np.uint8)
-        assert decode_turns(turns_of(bits, rng, 0.0, 0.0)).factory is None
-
-
 def test_a_frame_of_another_channel_is_refused() -> None:
     rng = np.random.default_rng(6)
     sent = np.tile(encode_frame2(a_factory(rng), 77, 6), 3)

@@ -109,13 +109,6 @@ def test_derivatives(unknown: int, optics: str) -> None:
     )
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-10, 1e-3, 2.0])
-def test_turn_is_rodrigues(size: float) -> None:
-    v = size * np.array([0.3, -0.5, 0.8])
-    R = rotation.from_angles(0.4, 0.2, -1.0)
-    np.testing.assert_allclose(turn(v, R), rotation.exp(v) @ R, atol=1e-15)
-
-
 @pytest.mark.parametrize("optics", ROTORS)
 @pytest.mark.parametrize("unknown", [BOARD, STATION])
 def test_minimum_is_that_of_scipy(unknown: int, optics: str) -> None:

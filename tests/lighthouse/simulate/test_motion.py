@@ -64,11 +64,6 @@ def test_still_board_faces_the_stations():
     assert np.allclose(R[0].T @ turned[0], expected)
 
 
-def test_board_above_the_stations_is_faced_too():
-    R = facing_to(np.array([0.0, 0.0, 3.0]), np.zeros((1, 3)))
-    assert np.allclose(R[:, 0], [0, 0, -1]) and np.linalg.det(R) == pytest.approx(1)
-
-
 def test_wobble_and_tremor_have_their_rms():
     """Over 200 s, each angle from scipy's decomposition; a band of tremor in the position."""
     R, p = path(200, pattern="circle", speed_m_s=1e-6, extent_m=1e-6, wobble_deg=6, tremor_mm=0.05)

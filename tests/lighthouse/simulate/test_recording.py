@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from mocap_workflow.calibration_twins import twin_from_mapping
 
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame, up_of
@@ -199,19 +197,6 @@ def test_shares_that_are_lost():
     # Occlusions, mean share of time 60/min x 0.2 s = 1 - exp(-0.2); 40 s, two stations
     lost = 1 - len(made(occlusions_per_min=60, occlusion_s=0.2, duration_s=40).hits) / (80 * FULL)
     assert lost == pytest.approx(1 - np.exp(-0.2), abs=4 * np.sqrt(2 * 0.2**2 * 80) / 80)
-
-
-@given(st.lists(st.tuples(st.integers(-40, 240), st.integers(0, 90), st.sampled_from([0, 3, 31]))))
-def test_words_have_a_bit_where_a_pulse_is_on(pulses):
-    """Edges between samples, in steps of 0.1 us; what overlaps merges, what is outside is cut."""
-    start, length, diode = np.array(pulses, float).reshape(-1, 3).T
-    start = 1e-7 * start + 3e-8
-    one = Pulses(start, 1e-7 * length, diode.astype(np.int16), 32, 10e-6, 0.0)
-    expected = [0] * 20
-    for first, n, d in zip(start, 1e-7 * length, diode, strict=True):
-        for k in range(20):
-            expected[k] |= (first <= k / 2e6 < first + n) << int(d)
-    assert words_of(one).tolist() == expected
 
 
 def test_edges_on_samples_and_the_file(tmp_path):

@@ -6,7 +6,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light
 from mocap_metrology.lighthouse.decode.clean import Cleaning
@@ -94,14 +93,3 @@ def test_the_file_is_decoded_to_the_same(tmp_path: Path) -> None:
     for station, factory, id_ in zip(found.stations, made.factories, made.ids, strict=True):
         assert station.id == id_ and np.array_equal(station.factory.tilt, factory.tilt)
         assert station.gravity @ [0, 0, 1] > 0.8 and station.frames_found > 0
-
-
-@pytest.mark.parametrize("n", [2, 16])
-def test_objects_before_the_same_stations_differ_in_what_is_their_own(n: int) -> None:
-    channels = tuple(range(n))
-    one, other = (
-        simulate_turns(twin(n, channels=channels, receiver=k, duration_s=1.0)) for k in (0, 1)
-    )
-    assert one.ids == other.ids and len(set(one.ids)) == n
-    assert not np.array_equal(one.places, other.places)
-    assert len(decoded(one).stations) == n

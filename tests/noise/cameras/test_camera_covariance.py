@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.allan.variance import allan_variance
-from mocap_metrology.noise.cameras.covariance import block_sums, covariance_rows, factors, matrix
+from mocap_metrology.noise.cameras.covariance import block_sums, covariance_rows, matrix
 
 
 def series(n: int = 20_000) -> np.ndarray:
@@ -48,12 +48,6 @@ def test_rows_give_the_matrix_back() -> None:
     # White noise at one frame: 2/3 as many degrees of freedom as terms, less a little for the walk
     first = rows[0]
     assert first["edf"] == pytest.approx(2 / 3 * first["n_terms"], rel=0.01)
-
-
-def test_short_recordings_have_short_times() -> None:
-    assert factors(120.0, 72_000, 20) == [1, 12, 120, 1200]
-    assert factors(120.0, 6_000, 20) == [1, 12]
-    assert factors(120.0, 2) == []
 
 
 def test_a_hidden_marker_takes_nothing_from_the_other() -> None:

@@ -9,7 +9,6 @@ from mocap_metrology.noise.cameras.information import (
     Chain,
     Step,
     camera_noise,
-    coherence,
     least_camera_noise,
     position_factors,
 )
@@ -102,11 +101,3 @@ def test_the_most_a_noisy_camera_can_do() -> None:
         facility, _ = facility_and_noise(seed)
         joint = joint_covariance(facility, 0, noise, [range(4), range(5)])
         assert position_factors(joint)[0] <= 4 / (2 * np.sqrt(3)) + 1e-9
-
-
-def test_other_frames_have_no_coherence() -> None:
-    facility, noise = facility_and_noise(1)
-    joint = joint_covariance(facility, 0, noise, [range(3), range(4)])
-    assert coherence(joint) > 0.2
-    joint[3:, :3] = joint[:3, 3:] = 0
-    assert coherence(joint) == 0

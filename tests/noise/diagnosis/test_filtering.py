@@ -13,7 +13,6 @@ from mocap_metrology.noise.diagnosis.filtering import (
     averaging,
     filtered_avar,
     filters,
-    measured,
     predicted,
     tried,
 )
@@ -50,15 +49,6 @@ def test_white_noise_through_a_butterworth_of_fourth_order(cutoff):
     # Ten-second means hold what is slower than 0.05 Hz: 1 / (10 s x rate) of the white variance
     expected = 2 * cutoff / RATE * 3 * math.pi / (8 * math.sqrt(2)) - 1 / (10 * RATE)
     assert share == pytest.approx(expected, rel=0.005)
-
-
-@pytest.mark.parametrize("one", AMONG, ids=lambda one: one.name)
-def test_predicted_is_measured_for_white_noise(one):
-    series = np.random.default_rng(2).normal(size=1 << 19)
-    m = averaging(series.size, RATE)
-    by_model, by_filter = (predicted(white, [], one, m, RATE), measured(series, one, m, RATE))
-    assert by_filter.sigma == pytest.approx(by_model.sigma, rel=0.01)
-    assert by_filter.adev[:3] == pytest.approx(by_model.adev[:3], rel=0.03)
 
 
 def test_filtering_is_filtfilt():

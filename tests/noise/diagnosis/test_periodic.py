@@ -11,7 +11,6 @@ from mocap_metrology.noise.diagnosis.periodic import (
     first_maximum,
     series_lines,
 )
-from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.model.components import Sinusoid
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import simulate
@@ -74,21 +73,6 @@ def test_share_of_the_allan_variance_is_the_closed_form():
     own = Sinusoid(0.004, 14.4).avar(m, RATE)
     assert one.share == pytest.approx(own / (own + 1e-4 / m), rel=0.05)
     assert one.tau_s == pytest.approx(3 / RATE)
-
-
-def test_welch_sees_a_strong_line_and_not_a_weak_one():
-    def psd(series, segment_s=600.0):
-        made = welch(series, RATE, segment_s)
-        n = np.full(made.f_hz.size, made.n_segments)
-        return {"f_hz": made.f_hz, "psd_mm2_hz": made.psd, "n_segments": n}
-
-    strong, weak = noise() + wave(0.003, 14.4), noise() + wave(0.0004, 14.4)
-    (one,) = found_in(strong, psd=psd(strong))
-    assert one.in_psd
-    # A Hann window's line stands A^2/2 over its noise bandwidth of 1.5 bins
-    segment = 600 / 4.5
-    assert one.snr_psd == pytest.approx(0.003**2 / 2 * segment / 1.5 / (1e-4 * 2 / RATE), rel=0.5)
-    assert all(not x.in_psd for x in found_in(weak, psd=psd(weak, 10.0)))
 
 
 def test_gaps_neither_shrink_a_line_nor_make_one():

@@ -65,7 +65,6 @@ KINDS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
     "one-euro": (one_euro, "smoothed"),
     "resampled": (resampled, "resampled"),
     "median of five": (lambda x: ndimage.median_filter(x, (1, 5)), "running_median"),
-    "median of three": (lambda x: ndimage.median_filter(x, (1, 3)), "running_median"),
     "Savitzky-Golay": (lambda x: signal.savgol_filter(x, 21, 3), "low_pass"),
     "repeated": (held, "repeated"),
     "white": (lambda x: x, ""),

@@ -1,19 +1,15 @@
-"""With this folder in PYTHONPATH jobs draw no figures, which take most of their time.
-
-Those of recordings are empty files. With a pattern in DRAWN, figures whose path has it are drawn,
-and the others are a dot with their title and caption.
-"""
+"""With this folder in PYTHONPATH jobs draw only figures that have the pattern DRAWN in their path,
+as that takes most of their time; the others are a dot with their title and caption."""
 
 import importlib.abc
 import os
 import re
 import sys
 from importlib.machinery import PathFinder
-from importlib.util import spec_from_file_location
 from pathlib import Path
 
-DRAWN = os.environ.get("DRAWN", "")
-RECORDING, FIGURE = "mocap_metrology.recording.figures", "mocap_metrology.present.plot.figure"
+DRAWN = os.environ["DRAWN"]
+FIGURE = "mocap_metrology.present.plot.figure"
 DOT = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9"/></svg>'
 
 
@@ -55,9 +51,7 @@ class Loader(importlib.abc.Loader):
 class Undrawn:
     @staticmethod
     def find_spec(name: str, path=None, target=None):
-        if name == RECORDING and not DRAWN:
-            return spec_from_file_location(name, Path(__file__).with_name("figures.py"))
-        if name == FIGURE and DRAWN:
+        if name == FIGURE:
             spec = PathFinder.find_spec(name, path, target)
             spec.loader = Loader(spec.loader)
             return spec

@@ -59,16 +59,3 @@ def test_finds_the_known_optimum(name):
     assert cost == pytest.approx(optimum, abs=tolerance)
     assert costs(x[None])[0] == cost and np.array_equal(x, again)
     assert np.all((x >= bounds[0]) & (x <= bounds[1]))
-
-
-def test_vanishing_q_follows_the_best_alone():
-    """q = 1e-4 with 50 solutions, the original's choice: weights of all but the first are 0."""
-    bounds, rng = (np.full(4, -5.0), np.full(4, 5.0)), np.random.default_rng(6)
-    settings = Annealing(ants=2, q=1e-4, colony_iterations=1500)
-    assert colony(sphere, rng.uniform(*bounds, size=(50, 4)), bounds, settings, rng)[1] < 1e-6
-
-
-def test_no_iterations_give_the_best_of_the_archive():
-    archive, bounds = np.array([[3.0], [-1.0], [2.0]]), (np.array([-5.0]), np.array([5.0]))
-    x, cost = colony(sphere, archive, bounds, Annealing(colony_iterations=0), None)
-    assert x == pytest.approx([-1.0]) and cost == 1.0

@@ -48,21 +48,6 @@ def test_mixtures():
     assert 1e-6 < read({"h_0": 1e-6, "h_-1": 1e-6, "h_-2": 4e-12}).values["h_-1"] < 1.02e-6
 
 
-def test_the_last_of_the_curve_is_not_read():
-    avar = NoiseModel.from_coefficients({"h_0": 1e-6}).avar(M, RATE)
-    broken = np.where(0.3 * M[-1] < M, 50 * avar, avar)
-    assert slopes(M, broken, RATE).values == pytest.approx({"h_0": 1e-6}, rel=1e-9)
-
-
-def test_scattered_variances():
-    model = NoiseModel.from_coefficients({"h_0": 1e-6, "h_-2": 4e-10})
-    degrees = np.maximum(3e6 / M, 2.0)
-    scatter = np.random.default_rng(1).chisquare(degrees) / degrees
-    found = slopes(M, model.avar(M, RATE) * scatter, RATE).values
-    assert found["h_0"] == pytest.approx(1e-6, rel=0.02)
-    assert found["h_-2"] == pytest.approx(4e-10, rel=0.3)
-
-
 @pytest.mark.parametrize(
     ("count", "value", "expected"),
     [(116, np.nan, "expected a number > 0"), (116, 0.0, "a number > 0"), (3, 1.0, "expected more")],

@@ -79,13 +79,3 @@ def test_stretches_are_cut_at_long_gaps():
     assert stretches(series, 4, 10) == [slice(3, 40), slice(45, 60), slice(80, 99)]
     assert stretches(series, 4, 16) == [slice(3, 40), slice(80, 99)]
     assert stretches(np.full(10, np.nan), 5, 1) == []
-
-
-def test_same_seed_same_draws():
-    series = np.random.default_rng(4).normal(size=1000)
-    series[100:110] = np.nan
-    series[500] = np.nan
-    a, b = (filled(series, density, RATE, np.random.default_rng(9)) for _ in range(2))
-    assert np.array_equal(a, b)
-    assert np.isfinite(a).all()
-    assert np.array_equal(filled(a, density, RATE, np.random.default_rng(9)), a)

@@ -48,12 +48,6 @@ def test_gaps_in_white_noise_make_no_other_noise(share):
     assert abs(np.mean([z for _, z in found])) < 2, found
 
 
-def test_every_fifth_sample_missing_leaves_the_coefficients():
-    found = by_name(likelihood(with_gaps(drawn(3), 0.2, 4), RATE, Components.of(MODEL)))
-    for name, value in MODEL.coefficients().items():
-        assert abs(found[name].value - value) < 4 * found[name].std_error, name
-
-
 def test_amplitude_of_a_line_does_not_suffer_from_gaps():
     errors = []
     for seed in range(5):

@@ -60,18 +60,6 @@ def test_drawn_bodies_are_found_whole() -> None:
     assert sorted(found, key=min) == [{0, 1, 2, 3}, {6, 7, 8}]
 
 
-@pytest.mark.parametrize(("apart", "together"), [(5.0, True), (60.0, False)])
-def test_objects_that_part_company_are_two(apart: float, together: bool) -> None:
-    """Two pairs that move as one but for a twentieth of the take, too short for the quantiles: as
-    one body if they part by less than four times the cut."""
-    rng = np.random.default_rng(2)
-    position = body(rng, 4) + way(2000)
-    position[2:, 2, 1000:1100] += apart / 1.0
-    position += 0.05 * rng.standard_normal(position.shape)
-    sizes = [len(one.markers) for one in rigid_clusters(position, 1.5)]
-    assert sizes == ([4] if together else [2, 2])
-
-
 def test_markers_hardly_seen_together_are_of_no_cluster() -> None:
     position = body(np.random.default_rng(3), 3) + way(1000)
     position[2, :, 50:] = np.nan

@@ -76,21 +76,6 @@ def test_a_take_beyond_the_tolerance_is_not_learnt() -> None:
     assert found.n_baseline[-1] == 10
 
 
-def test_takes_of_one_day_are_learning() -> None:
-    x = np.random.default_rng(6).normal(0, 0.1, 9)
-    found = chart(x, ["monday"] * 9, np.zeros(9, dtype=bool), PLACE, LIMITS)
-    assert found.learning.all()
-    assert not found.beyond.any()
-    assert np.isnan(found.q).all()
-
-
-def test_a_relative_tolerance_is_of_the_standard_deviation() -> None:
-    """Of values sigma^(2/3): sigma may double, and not more."""
-    sigma = np.r_[np.full(10, 0.02), 0.039, 0.06]
-    found = of(sigma ** (2 / 3), 10, Watched(1.0, 0.05, relative=True))
-    assert found.beyond[-2:].tolist() == [False, True]
-
-
 def test_a_scattering_series_says_what_it_can_be_watched_for() -> None:
     x = np.random.default_rng(7).normal(0, 0.4, 20)
     found = of(x, 10)

@@ -36,12 +36,6 @@ def test_of_white_noise() -> None:
     assert found.lengths_mm["A-B"] == pytest.approx(300, abs=0.005)
 
 
-def test_six_series_of_a_pair() -> None:
-    takes = [take(np.random.default_rng(k)) for k in range(3)]
-    names = [one.name for one in series_of(takes, Monitor())]
-    assert names == ["jitter", "wander", "place x", "place y", "place z", "length A-B"]
-
-
 def test_the_wander_of_short_takes_is_not_judged() -> None:
     takes = [take(np.random.default_rng(k), seconds=20) for k in range(8)]
     days = [f"2026-01-0{k}" for k in range(1, 9)]

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.papers.matching import LIMIT, correlation_times, pair, partners
+from mocap_metrology.papers.matching import LIMIT, pair, partners
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,3 @@ def test_partners_go_by_name_or_by_term() -> None:
         "q_c2": "q_c1",
         "T_c2": "T_c1",
     }
-
-
-def test_terms_without_a_correlation_time_are_passed_over() -> None:
-    values = {"T_c1": 2.0, "T_c2": math.nan, "T_c3": None, "q_c4": 1.0, "T_c5": math.inf}
-    assert correlation_times(values) == {1: 2.0}

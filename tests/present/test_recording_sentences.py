@@ -26,7 +26,7 @@ from mocap_metrology.noise.fit.spectral.lines import Line
 from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.text import sentence
-from mocap_metrology.present.text.diagnosis import line_words, sentences
+from mocap_metrology.present.text.diagnosis import line_words, outcome, sentences
 from mocap_metrology.present.text.movement import movement_words
 
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")
@@ -261,6 +261,14 @@ def test_every_template_has_its_words_here() -> None:
 )  # fmt: skip
 def test_where_a_line_shows(change, words) -> None:
     assert line_words(replace(LINE, **change)) == f"seen in the periodogram{words}"
+
+
+def test_what_is_left_of_an_event() -> None:
+    alike, changed = SIDES["alike"], SIDES["changed"]
+    assert outcome(EVENT) == "unknown"
+    assert outcome(replace(EVENT, sides=alike)) == "one of 3"
+    assert outcome(replace(EVENT, sides=alike, of=1)) == "happened once"
+    assert outcome(replace(EVENT, sides=alike + changed)) == "level changed"
 
 
 def test_warnings_come_first_and_of_walkers_only_the_movement() -> None:

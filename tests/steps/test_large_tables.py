@@ -12,7 +12,6 @@ from mocap_metrology.common.files import open_table, write_table
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
-from mocap_metrology.noise.motion.place import by_place
 from mocap_metrology.recording.clean import cleaned, write_cleaned
 from mocap_metrology.recording.noise import gaussian_model
 from mocap_metrology.recording.results import Table, masked
@@ -81,18 +80,6 @@ def test_diagnosis(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, values in expected.found.quiet.items():
         assert found.found.quiet[name].dtype == values.dtype
         np.testing.assert_array_equal(found.found.quiet[name], values)
-
-
-def test_place_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cubes and sums do not depend on where the parts end."""
-    time = np.arange(30_000) / 100
-    middle = np.array([800 * np.sin(time / 3), 500 * np.cos(time / 2), 0 * time + 1000])
-    length = 300 + 0.1 * np.random.default_rng(1).standard_normal(time.size)
-    length[100:200] = np.nan
-    expected = by_place(middle, length, 250.0)
-    monkeypatch.setattr("mocap_metrology.noise.motion.place.BLOCK", 977)
-    assert len(expected) > 10
-    assert by_place(middle, length, 250.0) == expected
 
 
 def test_orientation_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -91,34 +91,9 @@ def test_period_is_measured(ppm: float) -> None:
     check(scene, find_flashes(scene.pulses()), within_s=0.02e-6)
 
 
-@pytest.mark.parametrize("blocked", [0, 1])
-def test_station_blocked_half_of_the_time_and_flashes_missed(blocked: int) -> None:
-    scene = Scene(seconds=4.0).build()
-    pulses = scene.pulses()
-    rng = np.random.default_rng(5)
-    cycle = (pulses.start_s - scene.begin_s) / scene.cycle_s
-    long = pulses.length_s > LONG_S
-    own = (np.round(cycle - 0.05 * blocked) - cycle + 0.05 * blocked).__abs__() < 0.02
-    gone = long & own & (cycle > 120) & (cycle < 400)
-    gone |= long & np.isin(np.round(cycle), rng.choice(480, 120))
-    check(scene, find_flashes(drop(pulses, gone)))
-
-
 def of_slave(scene: Scene, pulses: Pulses) -> np.ndarray:
     in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
     return np.abs(in_cycle - 0.05) < 0.01
-
-
-def test_slave_seen_for_a_moment_or_by_another_diode() -> None:
-    scene = Scene(seconds=4.0).build()
-    pulses = scene.pulses()
-    gone = of_slave(scene, pulses) & ((pulses.start_s < 1.0) | (pulses.start_s > 1.3))
-    found = find_flashes(drop(pulses, gone))
-    assert found[1].cycle.size == pytest.approx(36, abs=1)
-    number = found[1].cycle
-    np.testing.assert_array_equal(found[1].code, scene.codes[1, number])
-    other = (pulses.length_s > LONG_S) & (pulses.diode != np.where(of_slave(scene, pulses), 3, 17))
-    check(scene, find_flashes(drop(pulses, other)))  # each station by one diode, not the same
 
 
 def test_false_and_merged_flashes() -> None:
@@ -137,17 +112,6 @@ def test_false_and_merged_flashes() -> None:
     found = find_flashes(pulses)
     check(scene, found, 0.97)
     assert min(f.cycle.size for f in found) > 470
-
-
-def test_bias_of_each_diode() -> None:
-    """Up to 6 us on one diode, which is more than half a step; any diode alone tells its codes."""
-    scene = Scene().build()
-    pulses = scene.pulses()
-    bias = np.random.default_rng(2).uniform(-6e-6, 4e-6, 32)
-    more = np.where(pulses.length_s > LONG_S, bias[pulses.diode], 0)
-    uneven = replace(pulses, length_s=pulses.length_s + more)
-    rng = np.random.default_rng(3)
-    check(scene, find_flashes(drop(uneven, rng.uniform(size=bias[pulses.diode].size) < 0.9)))
 
 
 def dimmed(scene: Scene, diodes: int, dim: int, late_s: object, run_on: object = 0.0) -> Pulses:

@@ -75,18 +75,6 @@ def test_scenes_of_every_kind(case: str) -> None:
     assert len(hits) > 0.98 * 32 * scene.seconds / scene.cycle_s
 
 
-@pytest.mark.parametrize("blocked", [0, 1])
-def test_flashes_blocked_while_sweeps_arrive(blocked: int) -> None:
-    """Each station's sweeps are timed and told by its own clock, flashes or none."""
-    scene = Scene(seconds=4.0).build()
-    pulses = scene.pulses()
-    cycle = (pulses.start_s - scene.begin_s) / scene.cycle_s - 0.05 * blocked
-    own = (pulses.length_s > 45e-6) & (np.abs(cycle - np.round(cycle)) < 0.02)
-    hits, _ = hits_of(drop(pulses, own & (cycle > 100) & (cycle < 350)))
-    check(scene, hits, 2 * QUANTISATION_RAD)
-    assert len(hits) > 0.98 * 32 * 4.0 / scene.cycle_s
-
-
 def test_reflections_and_stray_light() -> None:
     scene = Scene(width_s=5e-6).build()
     pulses = scene.pulses()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from mocap_workflow.calibration_twins import twin_from_mapping
 from scipy.spatial.transform import Rotation
 
@@ -50,14 +49,6 @@ def test_without_noise_the_true_pose_whatever_the_frame_of_the_system():
     distances = np.linalg.norm(MOUNT_M[:, None] - MOUNT_M, axis=2)[np.triu_indices(5, 1)]
     assert np.diff(np.sort(distances)).min() > 4e-3  # tell the markers apart
     assert distances.min() > 0.07 and distances.max() < 0.2  # a mount on a housing of 8 cm
-
-
-def test_noise_per_frame():
-    """Monte Carlo: 10 markers x 3 x 1000 frames, four standard errors."""
-    recording = recorded(mocap_frames=1000, mocap_rate_hz=240)
-    assert recording.positions_mm.shape == (10, 3, 1000) and recording.rate_hz == 240
-    sd = np.sqrt(recording.positions_mm.var(axis=2, ddof=1).mean())
-    assert sd == pytest.approx(0.3, abs=4 * 0.3 / np.sqrt(2 * 29_970))
 
 
 def test_mount_file(tmp_path):

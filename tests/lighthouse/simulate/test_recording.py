@@ -8,10 +8,10 @@ import pytest
 from mocap_workflow.calibration_twins import twin_from_mapping
 
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame, up_of
-from mocap_metrology.lighthouse.records import Factory, Pulses
+from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.rotor import VARIANTS, angles, rotor_parameters
-from mocap_metrology.lighthouse.simulate.recording import simulate, words_of, write_dump
+from mocap_metrology.lighthouse.simulate.recording import simulate
 
 SITE = {
     "seed": 4,
@@ -197,14 +197,3 @@ def test_shares_that_are_lost():
     # Occlusions, mean share of time 60/min x 0.2 s = 1 - exp(-0.2); 40 s, two stations
     lost = 1 - len(made(occlusions_per_min=60, occlusion_s=0.2, duration_s=40).hits) / (80 * FULL)
     assert lost == pytest.approx(1 - np.exp(-0.2), abs=4 * np.sqrt(2 * 0.2**2 * 80) / 80)
-
-
-def test_edges_on_samples_and_the_file(tmp_path):
-    """The first sample is lit, the last is not; 8.388608 s fill the memory of the board."""
-    one = Pulses(np.array([1e-6]), np.array([1e-6]), np.array([31]), 32, 1e-5, 0)
-    write_dump(tmp_path / "d.bin", one)
-    words = np.fromfile(tmp_path / "d.bin", dtype="<u4")
-    assert words.tolist() == [0, 0, 2**31, 2**31, *[0] * 16]
-    assert [f.name for f in tmp_path.iterdir()] == ["d.bin"]
-    none = np.zeros(0)
-    assert words_of(Pulses(none, none, none, 32, 8.388608, 0.0)).size == 16_777_216

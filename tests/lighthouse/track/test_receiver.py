@@ -164,20 +164,6 @@ def test_two_diodes_are_refused() -> None:
         track(scene(own, own.hits.take(slice(0, 0))), exact(own))
 
 
-def test_an_uncertain_board_is_in_the_total_alone() -> None:
-    """A scale of 1e-3 of the board adds 1e-3 of the distance, whatever the stations are known to;
-    in a recording with its own calibration all distances have it, so exactly that."""
-    own = made(4)
-    priors = replace(EXACT, board_scale=1e-3)
-    pose, joint = solved(scene(own, priors=priors))
-    known = Calibrated(pose.R, pose.t_m, pose.covariance / np.outer(UNITS, UNITS), True)
-    found = along(joint, scene(own, priors=priors), known, "")
-    bare = along(joint, scene(own, priors=priors), replace(known, covariance=np.zeros((6, 6))), "")
-    np.testing.assert_allclose(found.sd.noise, bare.sd.noise)
-    by_scale = np.sqrt(found.sd.total[:, 0] ** 2 - found.sd.noise[:, 0] ** 2)
-    assert by_scale == pytest.approx(1e-3 * np.abs(found.t_m[:, 0]), rel=0.1)
-
-
 def test_band_of_an_inverse() -> None:
     """Against the dense inverse of a random banded matrix."""
     rng, n, w = np.random.default_rng(1), 40, 5

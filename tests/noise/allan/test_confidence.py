@@ -151,13 +151,6 @@ def test_chance_makes_no_blue_noise_of_white():
     np.testing.assert_allclose(given, simulated, rtol=0.2)
 
 
-def test_identification_needs_thirty_means():
-    """Of a random walk [Riley & Greenhall 2004]: with 29 no exponent is known, and 0 is taken."""
-    walk = power_law(np.random.default_rng(5), 3000, -2)
-    found = {n: noise_exponents(walk[:n], np.array([10]))[0] for n in (290, 299, 300, 310)}
-    assert found == {290: 0, 299: 0, 300: -2, 310: -2}
-
-
 def test_exponent_departs_where_chance_does_not_explain_it():
     """Down to 40 window means: flicker noise is taken for another in at most 25 % of 300 series
     at any of 15 taus, and the walk that white noise ends in is found in 95 % or more."""

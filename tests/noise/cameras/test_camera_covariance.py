@@ -28,16 +28,6 @@ def test_polarisation(m: int) -> None:
             assert found[i, j] == pytest.approx((plus - minus) / 4, rel=1e-9, abs=1e-12)
 
 
-def test_thinned_windows_and_gaps_leave_the_level() -> None:
-    x = np.random.default_rng(7).normal(size=(2, 200_000))
-    x[0, ::3] = np.nan
-    for m, expected in ((1, 1.0), (60, 1 / 40)):
-        sums, counts = block_sums(x, m, 4)
-        found = sums.sum(axis=0) / counts.sum()
-        assert np.diag(found) == pytest.approx(expected, rel=0.05)
-        assert counts.min() > 0
-
-
 def test_rows_give_the_matrix_back() -> None:
     x = series()
     named = dict(zip(("x1", "y1", "z1"), x, strict=True))

@@ -78,18 +78,6 @@ def test_of_a_set_the_noisiest_counts(seed: int) -> None:
     assert found[0, 3] < 2 + 1e-4
 
 
-def test_a_sound_camera_raises_nothing_and_leaves_one_direction() -> None:
-    for seed in range(20):
-        facility, _ = facility_and_noise(seed)
-        joint = joint_covariance(facility, 0, np.ones(8), [range(4), range(5)])
-        values = np.linalg.eigvals(np.linalg.solve(joint[:3, :3], joint[3:, 3:])).real
-        assert max(values) == pytest.approx(1, abs=1e-6)
-        largest, mean, direction = position_factors(joint)
-        assert largest == pytest.approx(1, abs=1e-6) and mean < 1
-        ratio = (direction @ joint[3:, 3:] @ direction) / (direction @ joint[:3, :3] @ direction)
-        assert np.sqrt(ratio) == pytest.approx(largest)
-
-
 def test_the_most_a_noisy_camera_can_do() -> None:
     """s^2 / (2 sqrt(s^2 - 1)), the maximum of (1 + s^2 d) / (1 + d)^2 over d, in any geometry."""
     d = np.linspace(0, 3, 100_001)

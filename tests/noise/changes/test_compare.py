@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 import pytest
@@ -187,33 +186,3 @@ def test_unrelated_series_are_rarely_coherent(noise, n: int) -> None:
         found = coherence(noise(rng, n), noise(rng, n), 10.0, 0.05)
         false += bool((found.squared > found.threshold).any())
     assert 0.03 < false / 300 < 0.08
-
-
-def two_levels(rng: Rng, n: int = 90_000) -> np.ndarray:
-    """White noise on two levels two standard deviations apart, for about 120 and 8 s in turn."""
-    dwell = rng.exponential([120.0, 8.0], (40, 2)).ravel()
-    state = np.searchsorted(np.cumsum(dwell) - rng.uniform(0, 128), np.arange(n) / RATE) % 2
-    return rng.normal(0, 1, n) + 2 * state
-
-
-def waxing(rng: Rng, n: int = 90_000) -> np.ndarray:
-    """White noise whose level goes up and down by a quarter over 4 min."""
-    level = 1 + 0.25 * np.sin(2 * np.pi * (np.arange(n) / RATE / 240 + rng.uniform()))
-    return level * rng.normal(0, 1, n)
-
-
-@pytest.mark.parametrize(
-    ("noise", "factor", "least", "most"),
-    [(two_levels, 1.0, 0, 1), (waxing, 1.0, 0, 1), (partial(white, n=90_000), 1.2, 24, 24)],
-)
-def test_noise_that_comes_and_goes_is_no_change(noise, factor, least, most) -> None:
-    """24 pairs at 1 %; by degrees of freedom of stationary noise 17 pairs of two levels changed.
-    Noise that is louder by a fifth is a change."""
-    m, count = averaging_factors(90_000), 0
-    for run in range(24):
-        rng = np.random.default_rng([run, 7])
-        first, second = (scale * noise(rng) for scale in (1.0, factor))
-        curves = [allan_curve(x, RATE, m).as_scattered(x) for x in (second, first)]
-        ratio = adev_ratio(*(Curve(c.tau_s, c.deviation, c.edf) for c in curves), TAUS)
-        count += bool({"better", "worse"} & set(words_of(ratio, 0.05, 0.01)))
-    assert least <= count <= most

@@ -123,16 +123,6 @@ def test_slow_noise_and_gaps_are_no_events():
     assert not events_of(walk)
 
 
-def test_a_step_of_place_is_an_event_with_its_shift():
-    rng = np.random.default_rng(7)
-    position = rng.normal(0, 0.01, (6, 72_000)) + np.array([[160], [0], [0], [0], [0], [0]])
-    position[1, 36_000:] -= 0.08
-    (event,) = events_of(position)
-    assert event.time_s == pytest.approx(300.0, abs=0.1)
-    assert event.largest == "y1"
-    assert event.shift_mm == pytest.approx(-0.08, abs=0.005)
-
-
 def test_the_bound_holds_in_the_tail():
     """Share of windows beyond x is at most exp(-x), for white noise at every averaging time."""
     rng = np.random.default_rng(8)

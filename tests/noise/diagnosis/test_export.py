@@ -122,16 +122,6 @@ def test_a_filter_is_named_with_its_cutoff(kind: str, cutoff_hz: float, order: i
     assert found.ratio < 0.02
 
 
-def test_a_moving_mean_and_coarse_steps_after_a_filter() -> None:
-    """1.207/size of the rate: where sin(size x) = size sin(x) / 2, nearly."""
-    for size in (5, 9):
-        found = low_pass("x1", np.convolve(made("white"), np.full(size, 1 / size), "same"), RATE)
-        assert found is not None and found.cutoff_hz == pytest.approx(0.6 * RATE / size, rel=0.25)
-    x = signal.sosfiltfilt(signal.butter(2, 6.0, fs=RATE, output="sos"), made("white"))
-    found = low_pass("x1", 0.01 * np.round((x + 160) / 0.01), RATE, 0.01)
-    assert found is not None and found.cutoff_hz == pytest.approx(6.0, rel=0.3)
-
-
 def test_short_and_missing_series_are_not_judged() -> None:
     assert low_pass("x1", np.full(5000, np.nan), RATE) is None
     assert low_pass("x1", np.full(5000, 3.0), RATE) is None

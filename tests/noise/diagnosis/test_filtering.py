@@ -60,16 +60,6 @@ def test_filtering_is_filtfilt():
     )
 
 
-def test_gaps_part_a_series():
-    series = np.random.default_rng(4).normal(size=6000)
-    series[2000:2010] = np.nan
-    series[2100:2110] = np.nan  # what is between is shorter than three seconds
-    out = AMONG[1].applied(series, RATE)
-    assert np.isnan(out[2000:2110]).all()
-    assert out[:2000] == pytest.approx(AMONG[1].applied(series[:2000], RATE))
-    assert np.isfinite(out[2110:]).all()
-
-
 @pytest.mark.parametrize(
     "part",
     [PowerLaw(-2, 1e-8), PowerLaw(-1, 1e-6), PowerLaw(0, 1e-6), PowerLaw(2, 1e-9),
@@ -99,8 +89,3 @@ def test_published_noise_and_its_line_behind_filters():
     taken = none.sigma**2 - notch.sigma**2
     assert taken == pytest.approx(line.A_s**2 / 2, rel=0.5)
     assert taken > line.A_s**2 / 2  # and some noise
-
-
-def test_filters_beyond_nyquist_are_left_out():
-    names = [one.name for one in filters(20.0, (6.0, 10.0), (9.8,), 1.0)]
-    assert names == ["none", "Butterworth 6 Hz"]

@@ -61,14 +61,6 @@ def test_a_step_is_a_step_and_no_trend(factor: float) -> None:
     assert not trends(found, NONE, [step.time_s])
 
 
-def test_a_step_on_a_slope_is_both() -> None:
-    found = levels((1 - 0.2 * TIME) * np.where(TIME > 0.5, 1.5, 1.0))
-    (step,) = changes(found, NONE, 300.0, 0.005)
-    assert step.time_s == pytest.approx(300.0, abs=20.0)
-    for one in trends(found, NONE, [step.time_s]):
-        assert one.change == pytest.approx(0.8 * 1.5 - 1, abs=0.08)  # from begin to end
-
-
 def test_the_ratio_of_two_sides_and_its_interval() -> None:
     """Means of 120 variances, a tenth apart; 95 % intervals hold the ratio in 90 to 99 % of 300,
     whether or not the variances are correlated with the next. In closed form of white noise of

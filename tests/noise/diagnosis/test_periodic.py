@@ -75,21 +75,6 @@ def test_share_of_the_allan_variance_is_the_closed_form():
     assert one.tau_s == pytest.approx(3 / RATE)
 
 
-def test_gaps_neither_shrink_a_line_nor_make_one():
-    """Straight lines over the two of seconds would be bumps of some hundredths of a Hz."""
-    series = noise() + wave(0.004, 14.4)
-    series[10_000:14_000:40] = np.nan
-    series[30_000:31_000] = np.nan
-    series[50_000:50_700] = np.nan
-    lines, duration = series_lines(series, RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE))
-    assert duration == 600.0
-    (one,) = described("x1", lines, duration, RATE, series)
-    assert one.line.f_0 == pytest.approx(14.4, abs=0.01)
-    assert one.lower < 0.004 < one.upper
-    (one,) = found_in(series)
-    assert one.lower < 0.004 < one.upper
-
-
 def test_a_fan_that_is_switched_changes_its_amplitude() -> None:
     """On for 90 s, off for 60 s, with any phase; a frequency that wanders has one amplitude."""
     rng, t = np.random.default_rng(3), np.arange(90_000) / 120

@@ -9,7 +9,6 @@ from scipy.stats import chisquare, kstest, norm
 
 from mocap_metrology.noise.gaussian import two_markers as gaussian
 from mocap_metrology.noise.gaussian.two_markers import (
-    along_pair,
     chi_squared_normal,
     correlation_time,
     drift,
@@ -47,19 +46,6 @@ def test_only_frames_with_both_markers_count():
     whole = gaussian_model(first[both], second[both], length[both])
     assert model == whole
     assert np.isnan(gaussian_model(first, np.full(1000, np.nan), length).mu_1)
-
-
-def test_along_the_line_sigma_c_is_that_of_the_distance():
-    """Markers 100 mm apart along (2, -1, 2)/3: axis x mistakes sigma_C, the line does not."""
-    rng = np.random.default_rng(3)
-    line = np.array([2, -1, 2]) / 3
-    a = 0.05 * rng.normal(size=(3, 50_000))
-    b = 0.03 * rng.normal(size=(3, 50_000)) * [[3], [1], [1]] + 100 * line[:, None]
-    length = np.linalg.norm(b - a, axis=0)
-    model = gaussian_model(*along_pair(a, b), length)
-    assert model.sigma_C == pytest.approx(model.sigma_L, rel=1e-3)
-    assert model.mu_e == pytest.approx(100, abs=0.01)
-    assert gaussian_model(a[0], b[0], length).sigma_C > 1.2 * model.sigma_L
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.5, 0.95])

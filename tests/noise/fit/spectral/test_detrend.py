@@ -90,18 +90,6 @@ def test_a_walk_under_a_line_keeps_its_coefficient():
     assert np.nanmedian(ratios) == pytest.approx(1, abs=0.03)
 
 
-def test_stretches_share_one_line():
-    series = noise(5) + 0.2 * T / 600
-    series[20_000:30_000] = np.nan  # longer than is filled
-    drift = found(series)["drift"]
-    assert drift.lower_95 < 1.2 < drift.upper_95
-    warm = 0.3 * np.exp(-T / 60) + noise(6)
-    warm[10_000:15_000] = np.nan
-    by_name = found(warm)
-    assert by_name["A_w"].lower_95 < 0.3 < by_name["A_w"].upper_95
-    assert by_name["T_w"].lower_95 < 60 < by_name["T_w"].upper_95
-
-
 def test_allan_variance_and_spread_of_the_part_itself():
     part = Deterministic(drift=3.6, A_w=0.4, T_w=50.0)
     x, m = part.at(T), np.array([1, 10, 100, 1000, 10_000])

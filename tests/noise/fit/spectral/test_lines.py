@@ -49,18 +49,6 @@ def test_noise_of_any_colour_has_no_lines():
         assert find_lines(np.diff(white), RATE) == []
 
 
-def test_strong_and_weak_lines_beside_a_random_walk():
-    rng = np.random.default_rng(4)
-    noise = rng.normal(size=N) + 0.05 * np.cumsum(rng.normal(size=N))
-    truth = [(3.0, 14.4, 0.3), (0.2, 14.5, 1.0), (0.15, 50.0, -2.0)]
-    lines = find_lines(noise + sum(sine(*line) for line in truth), RATE)
-    assert [round(line.f_0, 2) for line in lines] == [14.4, 14.5, 50.0]
-    for line, (A_s, _, _) in zip(lines, truth, strict=True):
-        assert abs(line.A_s - A_s) < 5 * line_errors(A_s, line.psd, N * TAU0)[0]
-    rest = noise + sum(sine(*line) for line in truth) - sum(ln.wave(N, RATE) for ln in lines)
-    assert np.std(rest - noise) < 0.02
-
-
 def test_slow_line_is_found_against_the_density_of_its_noise():
     rng = np.random.default_rng(6)
     f_0 = 31.3 / (N * TAU0)

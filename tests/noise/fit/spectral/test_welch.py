@@ -20,12 +20,6 @@ def test_equals_scipy_without_gaps():
     assert found.n_segments == 40
 
 
-def test_short_series_keep_eight_segments():
-    found = welch(np.random.default_rng(2).normal(size=900), 100.0, segment_s=600.0)
-    assert found.segment == 200
-    assert found.n_segments == 8
-
-
 def test_white_level_and_line_with_gaps():
     """sigma^2 = 4, 120 Hz: level 2 sigma^2 / 120 within 5 %; a 14.4 Hz line where it belongs."""
     rng = np.random.default_rng(3)

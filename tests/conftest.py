@@ -1,8 +1,6 @@
 """Shared fixtures. Without the recordings by other people (`make samples`) the tests that read them
 are skipped."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path

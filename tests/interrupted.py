@@ -9,8 +9,6 @@ compared, file by file and byte by byte, with those of a run without disturbance
 `outcomes.tsv` of the folder are not repeated, so a study can be continued; each has its own seed.
 """
 
-from __future__ import annotations
-
 import argparse
 import random
 import re

@@ -1,7 +1,5 @@
 """Where the recordings by other people are that the tests read (`config/samples.tsv`)."""
 
-from __future__ import annotations
-
 import os
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A run in miniature of every kind of input: short twins, a C3D file, calibrations."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """docs/accuracy.md is made of the tables beside it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from benchmarks.sentences.__main__ import page

@@ -1,7 +1,5 @@
 """The public names, and the lines of docs/api.md and of the notebook that use them."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

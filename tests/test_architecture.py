@@ -1,7 +1,5 @@
 """Imports of the package only point down, and it knows nothing of the workflow."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """README and pages: what they name is there."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

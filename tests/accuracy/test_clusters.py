@@ -1,7 +1,5 @@
 """Rigid clusters on a real sprint and on drawn bodies; slopes of scale by Monte Carlo."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Student's limits against scipy, random effects against a published example and Monte Carlo."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

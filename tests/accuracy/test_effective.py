@@ -1,7 +1,5 @@
 """Effective numbers against those of an autoregression, and how often the interval holds."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

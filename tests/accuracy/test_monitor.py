@@ -1,7 +1,5 @@
 """Charts of a facility: published run lengths, exact distributions, simulated facilities."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

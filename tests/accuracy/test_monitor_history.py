@@ -1,7 +1,5 @@
 """A facility from its sheet to table, document and words."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

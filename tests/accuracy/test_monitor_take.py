@@ -1,7 +1,5 @@
 """A take in a few numbers: white noise and known places; the series of many takes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fits to reference points: real sets beside a laser tracker, scipy, and drawn frames that jump."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Budgets against published examples; coverage of left-out dates by twins of bars."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The figure of errors against the bound; its recordings take minutes to calibrate."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

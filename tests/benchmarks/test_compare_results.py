@@ -1,7 +1,5 @@
 """compare_results.py finds every number that differs, and nothing else."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What benchmarks/scale.py writes and reads; the runs themselves take minutes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`mocap-metrology check --bar`: from a file of a moved bar to words, numbers and a figure."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`mocap-metrology check`: one file without a sheet, from the choice of markers to the verdict."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

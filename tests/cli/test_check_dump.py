@@ -1,7 +1,5 @@
 """`mocap-metrology check` of a sweep dump: the verdict does not wait for the figures."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

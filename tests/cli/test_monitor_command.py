@@ -1,7 +1,5 @@
 """`mocap-metrology monitor`: the sheet of a folder grows by a take, or nothing changes."""
 
-from __future__ import annotations
-
 import errno
 import json
 from collections.abc import Callable

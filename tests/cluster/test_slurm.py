@@ -3,8 +3,6 @@
 `make test-cluster` runs this in namespaces of its own, see run.sh.
 """
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess

@@ -1,7 +1,5 @@
 """The cache of compiled kernels follows edits of called helpers in other files."""
 
-from __future__ import annotations
-
 import ast
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """A damaged file of results is refused, and never read as something else."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """YAML and JSON of users: what PyYAML and json read otherwise, or not to the end."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

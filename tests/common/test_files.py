@@ -1,7 +1,5 @@
 """Whole files, and tables that keep their numbers and their origin."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The filter against its definition, computed window by window with numpy's median."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Rules of the common parts at their limits, and their messages."""
 
-from __future__ import annotations
-
 import difflib
 import math
 from functools import cache

@@ -1,7 +1,5 @@
 """Small positive definite systems, beside numpy; and what each caller asks for at singular ones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Tables: what is written is read, whole or a column at a time, and carries its origin."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tables that a spreadsheet saves with semicolons and decimal commas are those with commas."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Transforms of long series: scipy's numbers, and nothing left behind."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

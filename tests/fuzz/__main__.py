@@ -4,8 +4,6 @@ The table of outcomes goes to standard output, what is wrong below it; `--list F
 mutant that is another valid file. One mutant: --only "text trc" 17 [--write FILE].
 """
 
-from __future__ import annotations
-
 import argparse
 import shutil
 import sys

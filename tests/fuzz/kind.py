@@ -1,7 +1,5 @@
 """A kind of input: a sound file, how the package reads it, how a strict reader does."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every kind of input: sound files, how the package reads them, how the strict readers do."""
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

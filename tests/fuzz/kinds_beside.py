@@ -1,8 +1,6 @@
 """Files that stand beside a recording: stations, poses, a mount, a covariate, and the results of
 steps before."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterator

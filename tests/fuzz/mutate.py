@@ -1,7 +1,5 @@
 """Damage to files, from a random generator: what disks, transfers, editors and typing do."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Children that are forked once and judge one mutant after the other, with limits on each."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import resource

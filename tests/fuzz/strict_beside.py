@@ -1,7 +1,5 @@
 """Strict readers of the files of `kinds_beside`; they share nothing with the package."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -3,8 +3,6 @@
 It shares nothing with the package, and is slow.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Strict readers of tables with names, of First Principles and of N3D."""
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Sequence

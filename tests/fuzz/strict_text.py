@@ -3,8 +3,6 @@
 They share nothing with the package, and read what the writers of the test files write.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

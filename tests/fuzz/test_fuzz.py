@@ -1,7 +1,5 @@
 """A short run of the fuzzing, and the harness itself: a child that hangs or dies is an outcome."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """Labels: which point is meant; of one that is not there, what was probably meant."""
 
-from __future__ import annotations
-
 import pytest
 
 from mocap_metrology.common.errors import Refusal

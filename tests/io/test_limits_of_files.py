@@ -1,7 +1,5 @@
 """Rules of reading at their limits."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

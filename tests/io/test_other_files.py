@@ -1,7 +1,5 @@
 """Files that are not read are named for what they are, by content first and suffix second."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import sqlite3

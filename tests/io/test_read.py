@@ -1,7 +1,5 @@
 """How the format of a file is told, and how one is added."""
 
-from __future__ import annotations
-
 from itertools import islice
 from pathlib import Path
 

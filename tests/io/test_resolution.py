@@ -1,7 +1,5 @@
 """Steps of coordinates: found where chance does not explain them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

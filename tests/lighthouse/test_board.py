@@ -1,7 +1,5 @@
 """Boards of photodiodes, and every file of one that is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A simulated dump gives its own flashes, factory values and angles back, whatever the scene."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,8 +1,6 @@
 """The model of the second generation: against its formula in numpy, closed forms of two tilted
 planes, and finite differences."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

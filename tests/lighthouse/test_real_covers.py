@@ -3,8 +3,6 @@
 `lh1_test_cal`: a headset and a controller before two first-generation stations.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

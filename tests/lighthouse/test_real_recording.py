@@ -5,8 +5,6 @@ modes b and A, with libsurvive's own answer beside it: another estimate, not the
 mean angles of a still headset before two stations.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

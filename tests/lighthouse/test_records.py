@@ -1,7 +1,5 @@
 """Columns in which pulses, hits and poses are stored: units, quaternions, and the way back."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

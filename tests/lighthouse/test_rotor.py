@@ -1,8 +1,6 @@
 """The measurement model, its derivatives and its inverse: against its formula in numpy, each term
 as the drivers state it, finite differences and scipy."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Claims that many realisations decide: closed form for white noise, plain sums for random walk."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

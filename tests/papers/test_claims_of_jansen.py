@@ -1,7 +1,5 @@
 """Claims of J by its tables, and by calibrations with errors made up for the purpose."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Claims of S by published numbers that others counted, and by studies made to hold or not."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re

@@ -1,7 +1,5 @@
 """J's tables by the number of second-generation stations."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Pairing of Gauss-Markov terms: closed cases."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

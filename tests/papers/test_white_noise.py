@@ -1,7 +1,5 @@
 """White noise printed by S: correlated noise shorter than a frame is part of it."""
 
-from __future__ import annotations
-
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.papers.white_noise import white_level, white_roots
 

@@ -1,7 +1,5 @@
 """Files of one calibration for the tests of its figures, made without the project's decoder."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Recordings for the tests of families: rows of the sheet, and Allan deviations in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 from noise_data import RATE, TAU0
 

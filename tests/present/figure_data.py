@@ -1,7 +1,5 @@
 """Made-up recordings for the tests of figures, and what every figure must satisfy."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ElementTree
 from functools import partial
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Made-up rows of noise.csv and spectra for tests: published models, perturbed."""
 
-from __future__ import annotations
-
 import math
 from itertools import combinations
 

@@ -1,7 +1,5 @@
 """Tables A1-A3: every printed number once, partners, leftovers, what their length supports."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """Ticks of logarithmic axes, titles that wrap, limits, and which series share a panel."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """The picture of a calibration: its numbers, its lines, and what it says where there is nothing."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

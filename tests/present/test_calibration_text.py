@@ -1,7 +1,5 @@
 """The verdict on a calibration in words: one sentence a case, and the reason made of them."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

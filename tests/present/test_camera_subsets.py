@@ -3,8 +3,6 @@
 `benchmarks/failing_camera.py` counts over many more.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from figure_data import check_saved

@@ -1,7 +1,5 @@
 """Figures of coefficients: every number stands where its recording and series are."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

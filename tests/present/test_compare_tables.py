@@ -1,7 +1,5 @@
 """Rows, sentences and figures of recordings beside each other."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from figure_data import check_saved, every_text

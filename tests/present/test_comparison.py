@@ -1,7 +1,5 @@
 """Tables of both papers in short: what agrees, and how often."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """A shock is found where it was put, and cutting it out leaves what was there without it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a figure has room for: ranges and means of columns, outliers, limits, bins of spectra."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

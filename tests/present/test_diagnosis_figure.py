@@ -1,7 +1,5 @@
 """Files and page of a diagnosis: with and without events, lines, models; short, constant."""
 
-from __future__ import annotations
-
 import csv
 import json
 from dataclasses import replace

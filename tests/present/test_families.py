@@ -1,7 +1,5 @@
 """Families of Allan deviations: curves are those given, told apart by number or by name."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from family_data import M, drawn, published, row

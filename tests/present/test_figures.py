@@ -1,7 +1,5 @@
 """Figures: what they show, and that their bytes repeat."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import subprocess

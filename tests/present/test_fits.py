@@ -1,7 +1,5 @@
 """Figure of a fit: what is drawn is data, model, components and residuals."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pages read back by the parser of the standard library: nothing lost, nothing let through."""
 
-from __future__ import annotations
-
 import random
 import re
 from html.parser import HTMLParser

@@ -1,7 +1,5 @@
 """Figures 3 and 5-8 of J: what they measure is what was put in."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from calibration_inputs import CYCLE_S, FLASH_S, SLAVE_LATE_S, T_M, TURN, WIDTH_S

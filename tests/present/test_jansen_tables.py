@@ -1,7 +1,5 @@
 """Tables I-III of J from poses whose errors are known; tables of calibrations."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

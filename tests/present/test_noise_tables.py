@@ -1,7 +1,5 @@
 """Coefficients of a group."""
 
-from __future__ import annotations
-
 from noise_data import DEFAULT, group
 
 from mocap_metrology.present.groups.group_tables import (

@@ -1,7 +1,5 @@
 """Figures of odd recordings, with warnings as errors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from figure_data import ODD_TEXT, RATE, allan_columns, check, every_text, recording

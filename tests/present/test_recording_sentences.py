@@ -1,7 +1,5 @@
 """Every sentence of a diagnosis with its numbers."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Where there is nothing to draw, the page says why, and the table has a row with the reason."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

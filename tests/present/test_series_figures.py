@@ -1,7 +1,5 @@
 """Figures 6 and 17 of S: numbers drawn are numbers given, and odd input."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from figure_data import check_saved, every_text

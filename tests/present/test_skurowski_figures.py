@@ -1,7 +1,5 @@
 """Figures 1-3 and 9-11 of S: what is drawn is what was computed, and odd input."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text

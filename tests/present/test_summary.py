@@ -1,7 +1,5 @@
 """The summary and the provenance: what they say of given verdicts, benchmarks and poses."""
 
-from __future__ import annotations
-
 import base64
 import math
 

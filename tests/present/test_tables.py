@@ -1,7 +1,5 @@
 """Numbers, sizes and durations as people read them, and tables of them."""
 
-from __future__ import annotations
-
 import math
 import random
 

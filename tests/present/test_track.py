@@ -1,7 +1,5 @@
 """Table and figure of a tracked receiver."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

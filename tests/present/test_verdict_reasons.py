@@ -1,7 +1,5 @@
 """Reasons of a verdict on a recording, each check with its numbers."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path

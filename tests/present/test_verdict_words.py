@@ -1,7 +1,5 @@
 """Contents of verdict.json in words, in a row of a table and in a picture."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

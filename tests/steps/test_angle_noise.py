@@ -1,7 +1,5 @@
 """Noise of the angles of a board at rest: Allan deviations in closed form, from simulated hits."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

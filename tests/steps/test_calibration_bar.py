@@ -1,7 +1,5 @@
 """A bar as truth of a calibration: recording of two objects to bar.json."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import json

@@ -1,7 +1,5 @@
 """Motion capture of a receiver as a check of a calibration: files to receiver.json."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

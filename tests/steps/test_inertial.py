@@ -1,7 +1,5 @@
 """Gyroscope and accelerometer of a board from the files of one step to those of the next."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

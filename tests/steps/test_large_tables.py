@@ -1,7 +1,5 @@
 """Steps of a recording whose tables are read one column at a time: the same results."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

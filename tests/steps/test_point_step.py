@@ -1,7 +1,5 @@
 """Reference points from recordings: the table of a group, and files that are no reference."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The recordings of a setup, from their files to the pose.json of all."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What check.json and the origin of trajectories.parquet say of the unit, in a sheet's words."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

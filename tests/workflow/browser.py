@@ -1,7 +1,5 @@
 """A headless Chromium spoken to over its DevTools pipe: what a page asks for, logs and shows."""
 
-from __future__ import annotations
-
 import base64
 import contextlib
 import json

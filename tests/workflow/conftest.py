@@ -1,7 +1,5 @@
 """What the tests of the workflow share: its library, and a toy project run by Snakemake itself."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A laboratory's recordings and calibrations, good and bad, and the sheets that list them."""
 
-from __future__ import annotations
-
 import json
 import zipfile
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Calling Snakemake, and reading what it says of its jobs."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

@@ -1,7 +1,5 @@
 """The sheet of calibrations: plain values of right rows, a line for each wrong cell."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

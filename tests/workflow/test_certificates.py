@@ -1,7 +1,5 @@
 """`make env` behind a proxy that inspects TLS: its certificate is in the system's store alone."""
 
-from __future__ import annotations
-
 import http.server
 import os
 import shutil

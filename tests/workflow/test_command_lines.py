@@ -1,7 +1,5 @@
 """Programs beside the workflow: their help, and one line for a report that cannot be written."""
 
-from __future__ import annotations
-
 import runpy
 import sys
 

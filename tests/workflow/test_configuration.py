@@ -1,7 +1,5 @@
 """The configuration: what the command line may say, and what is refused."""
 
-from __future__ import annotations
-
 import copy
 import re
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """The archive of a finished run: what its metadata name is in it, and the run is described."""
 
-from __future__ import annotations
-
 import json
 import os
 import zipfile

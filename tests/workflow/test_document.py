@@ -1,7 +1,5 @@
 """What is made of the models is current: tables of the manual, and JSON Schemas for editors."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The workflow in another folder, from another checkout, and in another workflow."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]

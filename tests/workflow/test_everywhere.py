@@ -4,8 +4,6 @@ and checkout, the results are the same bytes.
 `make test-everywhere` compares every result of small_run.py, and first those of some steps.
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A refused recording spoils no table and is named last; mended, only its own branch runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from running import finished

@@ -1,7 +1,5 @@
 """The last lines of a run: words of its recordings, if not too many, and where to look."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

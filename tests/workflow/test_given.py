@@ -1,7 +1,5 @@
 """Files that sheets name: hashed once, and again only if they change."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The studies of J's claims: a small one by its rule, and what is said about given errors."""
 
-from __future__ import annotations
-
 import csv
 import math
 from pathlib import Path

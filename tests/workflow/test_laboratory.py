@@ -1,8 +1,6 @@
 """One run over everything that a laboratory may have: recordings and calibrations that can be used,
 of every format, and all that is refused."""
 
-from __future__ import annotations
-
 import csv
 import html
 import json

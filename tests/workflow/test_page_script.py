@@ -1,7 +1,5 @@
 """Pages in a browser: tables sort and are searched, figures zoom, nothing is wider than a phone."""
 
-from __future__ import annotations
-
 import base64
 import shutil
 

@@ -1,7 +1,5 @@
 """What a run says to people: how far it is; why anything failed, once and last; Ctrl-C."""
 
-from __future__ import annotations
-
 import io
 import logging
 import os

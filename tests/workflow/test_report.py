@@ -1,7 +1,5 @@
 """`make report`: where results stand in its menu, and what is no markup in it."""
 
-from __future__ import annotations
-
 import json
 import re
 from importlib import import_module

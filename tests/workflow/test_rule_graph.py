@@ -1,7 +1,5 @@
 """The rule graph of the pages is what Snakemake draws."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from xml.etree import ElementTree

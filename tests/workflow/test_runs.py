@@ -1,7 +1,5 @@
 """One run at a time in a folder of results; what a killed one left is cleared, and nothing else."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import os

@@ -1,7 +1,5 @@
 """Recordings that the sheets name by their place in S3, on a server of this computer."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Recordings by other people: the list of them, and how they are fetched."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 import subprocess

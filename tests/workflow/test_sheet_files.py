@@ -1,7 +1,5 @@
 """Sheets as files: what editors do to them, and what is no sheet."""
 
-from __future__ import annotations
-
 import csv
 import io
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The hash of a script's sources changes with any file that it imports, and with no other."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import shutil

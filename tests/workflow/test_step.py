@@ -1,7 +1,5 @@
 """What a script's failure looks like: one line on the terminal, everything in the log."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -3,8 +3,6 @@
 Written apart from the package's writer and reader, so that a mistake in one shows in a test.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Coordinates: three processors, validity, units, resolution, labels, frame rate."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings

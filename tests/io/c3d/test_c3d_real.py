@@ -1,7 +1,5 @@
 """Recordings by other people's systems, against ezc3d and against what is known about them."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from functools import cache

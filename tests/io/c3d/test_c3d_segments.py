@@ -1,7 +1,5 @@
 """Several files of one take: order, gaps, and what cannot belong together."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is not a C3D file, or a damaged one, is refused in one line; nothing hangs or crashes."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Writing: what comes back, here and in ezc3d, and that a file is whole or absent."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Columns with names: markers and poses of programs that have no format of their own."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Text files as transfers, programs and accidents leave them: refused in one line, or harmless."""
 
-from __future__ import annotations
-
 import pytest
 from text_files import LABELS, PLAIN, make, read, refusal, row, spoilt
 

@@ -3,8 +3,6 @@
 Positions and orientations against a parser of a few lines, written apart from the readers.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -1,7 +1,5 @@
 """Exports of NDI First Principles, written after real ones of an Optotrak (see its module)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from text_files import make, read, refusal

@@ -1,7 +1,5 @@
 """Frames that are missing, cut off, or split over files; the step that the text can tell."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc

@@ -1,7 +1,5 @@
 """What headers and rows look like in the wild, each variant beside the plain one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc

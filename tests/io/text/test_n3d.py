@@ -1,7 +1,5 @@
 """N3D files, written here after the layout that public readers agree on (see the module)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from text_files import n3d

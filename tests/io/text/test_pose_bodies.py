@@ -1,7 +1,5 @@
 """Several bodies in one text of poses, as matrices and as quaternions of either order."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

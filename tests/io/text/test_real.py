@@ -1,7 +1,5 @@
 """Real C3D files, read by ezc3d, written as text here, must come back the same."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from text_files import WRITERS, make

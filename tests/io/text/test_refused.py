@@ -1,7 +1,5 @@
 """Every bad input in one line that says file, place, what was found and what was expected."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Written and read: the same numbers, in every format and in every form that programs give it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from unittest import mock
 

@@ -4,8 +4,6 @@ The numbers are those of a take in mm, written in the wrong unit; what is read o
 stated is the take again.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Positions (n_frames, n_labels, 3) in the file's unit, NaN = not measured.
 """
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Two calibrations compared: closed forms, what both share, and a Monte Carlo of moved stations."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

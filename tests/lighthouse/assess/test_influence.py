@@ -1,7 +1,5 @@
 """Influence of circumstances on errors: rate of false alarms and power, by simulation."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from mocap_metrology.lighthouse.assess.influence import influence

@@ -1,8 +1,6 @@
 """Recordings of shared hardware with the errors of real ones: moved stations are found, others are
 not called moved. `benchmarks/moved_stations.py` does the same with more setups and whole dumps."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

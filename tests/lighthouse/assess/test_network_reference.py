@@ -1,7 +1,5 @@
 """True poses of any number of stations against a calibration of them."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

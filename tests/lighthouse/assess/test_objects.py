@@ -1,7 +1,5 @@
 """Objects of one recording: closed forms of what lowers a word, and pairs of twins."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import chi2

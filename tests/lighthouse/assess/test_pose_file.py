@@ -1,7 +1,5 @@
 """pose.json: what is written is what is read; earlier poses compared with closed forms."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

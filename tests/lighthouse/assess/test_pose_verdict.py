@@ -1,7 +1,5 @@
 """Verdicts: each check alone turns a good calibration into what it deserves."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

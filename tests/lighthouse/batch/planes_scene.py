@@ -1,7 +1,5 @@
 """Hits of stations of the second generation by their model, without the project's simulator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

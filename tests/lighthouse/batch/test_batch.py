@@ -1,8 +1,6 @@
 """Estimator `batch` on recordings by a generator that knows nothing of it (`calibrate.scenes`) and
 on simulated recordings with faults."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Covers of diodes before stations of the first generation, by the formula of a plane window."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

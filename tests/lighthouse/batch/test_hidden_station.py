@@ -1,7 +1,5 @@
 """A station that is hidden for a part of the recording: what is left determines the pose."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import chi2

@@ -1,8 +1,6 @@
 """Gyroscope, accelerometer and gravity as residuals: derivatives against differences, recordings of
 small boards by the generator of this project, still ones of a real recording."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Stations of the second generation, any number of them, in one estimate: against the poses that
 the hits were made with."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

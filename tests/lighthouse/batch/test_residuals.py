@@ -1,7 +1,5 @@
 """Residuals by angle, time and diode: of recordings with a fault, and against sums by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

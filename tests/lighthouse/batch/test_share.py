@@ -1,8 +1,6 @@
 """Errors that depend on the direction of light, knots that follow a hand, and wrong hits: against
 what the hits were made with."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hits of a moved board without the project's simulator: atan2, fixed-point times, rounding."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

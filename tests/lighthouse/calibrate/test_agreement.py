@@ -1,7 +1,5 @@
 """The mirror decided by both stations: a deck of four diodes, 30 x 15 mm, some metres away."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,8 +1,6 @@
 """Calibrations of recordings with what real ones have: wrong sweeps, stray light, a misfit, boards
 that are not as their files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parts of a recording: sound ones agree, before and after a bump they do not."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """J's calibration from hits to the slave's pose, on scenes made without the project's simulator."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

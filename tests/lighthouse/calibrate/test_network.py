@@ -1,7 +1,5 @@
 """Four stations and a board in one estimate."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

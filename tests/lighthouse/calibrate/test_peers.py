@@ -1,7 +1,5 @@
 """Perspective-n-Point and root finding on ranges, against poses projected by atan2 here."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

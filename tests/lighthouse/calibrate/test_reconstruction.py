@@ -1,7 +1,5 @@
 """Both angles at one moment: exact for angles that move evenly, never across a gap (J IV)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

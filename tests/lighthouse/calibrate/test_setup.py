@@ -1,7 +1,5 @@
 """Several recordings of a setup in one estimate."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

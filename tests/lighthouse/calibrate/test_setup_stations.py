@@ -1,7 +1,5 @@
 """Several recordings of any number of stations in one estimate."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

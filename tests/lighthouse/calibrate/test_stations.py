@@ -1,7 +1,5 @@
 """Any number of stations, from hits to pose.json, tracking and the files of other programs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import yaml

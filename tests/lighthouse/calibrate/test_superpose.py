@@ -1,7 +1,5 @@
 """Common times, Kabsch, jackknife and the static pose, against scipy and Monte Carlo."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp

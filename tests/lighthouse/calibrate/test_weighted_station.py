@@ -1,7 +1,5 @@
 """K_2 with an uncertain path: its algebra against whole matrices, its errors against the bound."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

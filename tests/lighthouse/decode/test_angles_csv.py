@@ -1,7 +1,5 @@
 """Angles decoded elsewhere."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from tempfile import TemporaryDirectory
 

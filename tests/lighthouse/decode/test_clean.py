@@ -1,7 +1,5 @@
 """Cleaning: wrong hits planted in true ones, on moving and still, flat and solid boards."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Dumps: edges against a plain reading of each bit, and what is refused by name."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 
 import numpy as np

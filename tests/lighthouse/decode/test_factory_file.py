@@ -1,7 +1,5 @@
 """Calibrations from files: there and back, libsurvive's file, and refusals."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

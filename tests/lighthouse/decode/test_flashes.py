@@ -1,7 +1,5 @@
 """Flashes: codes, cycles and clocks of recordings whose every flash is known."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Recordings of libsurvive: a real one against its own processed lines, and small made ones."""
 
-from __future__ import annotations
-
 import gzip
 import json
 from dataclasses import replace

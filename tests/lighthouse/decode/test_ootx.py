@@ -1,7 +1,5 @@
 """Calibration frames: against zlib, published values, random noise and real flashes."""
 
-from __future__ import annotations
-
 import itertools
 import zlib
 from pathlib import Path

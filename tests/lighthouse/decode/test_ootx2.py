@@ -1,8 +1,6 @@
 """Calibration of second-generation stations: frames of real recordings against the values that
 libsurvive stored beside them, and damaged streams, which must give the truth or nothing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

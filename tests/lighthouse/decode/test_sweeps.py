@@ -1,7 +1,5 @@
 """Hits: angles of scenes whose every hit is known, and of a real recording as libsurvive has it."""
 
-from __future__ import annotations
-
 import gzip
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Light of second-generation stations: real recordings against libsurvive's own lines and counts,
 and small made ones with every defect that a recording can have."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import re

@@ -1,8 +1,6 @@
 """Files of other programs: their content by other parsers, by this project's own readers, and by
 those of the programs, where these are installed."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

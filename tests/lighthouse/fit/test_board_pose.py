@@ -1,7 +1,5 @@
 """Board poses: both minima of a flat board, statistics, boards in any frame."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

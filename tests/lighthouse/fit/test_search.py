@@ -1,7 +1,5 @@
 """Costs, derivatives and both searches, against numpy, finite differences and scipy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import least_squares, minimize

@@ -1,7 +1,5 @@
 """Markers on both housings: a superposition by scipy finds the true relative pose."""
 
-from __future__ import annotations
-
 import numpy as np
 from mocap_workflow.calibration_twins import twin_from_mapping
 from scipy.spatial.transform import Rotation

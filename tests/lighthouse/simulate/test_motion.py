@@ -1,7 +1,5 @@
 """Paths of a board: shape, speed and extent by plain sampling; attitude against scipy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -1,7 +1,5 @@
 """Twins of second-generation stations: from the file of twins to pose.json."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 """A twin's recording against closed forms, a root finder and the published order of flashes; what
 is lost or added, in shares within four standard errors; its words bit by bit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from mocap_workflow.calibration_twins import twin_from_mapping

@@ -1,8 +1,6 @@
 """The twin of second-generation light: its angles against the model at the true poses, its noise,
 and the file of it, which is decoded to the same."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Twins of the configuration: what is refused, what is merged, and the protocol they keep to."""
 
-from __future__ import annotations
-
 import csv
 
 import numpy as np

@@ -1,8 +1,6 @@
 """A tracked board against motion capture of markers on it: twins with a clock, a frame, levers and
 noise of their own."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A receiver tracked with calibrated stations, against the simulator's truth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Twins of a bar: two objects before the same stations, each with a clock of its own."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Estimators against published results: NIST SP 1065's 1000 points, Stable32 on three data sets."""
 
-from __future__ import annotations
-
 import gzip
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Degrees of freedom and intervals against simulation, identification against known noise."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

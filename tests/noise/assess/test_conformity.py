@@ -1,7 +1,5 @@
 """The verdict: its rule written out naively, special cases, and twins whose truth is known."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Expected and measured spread of means: closed forms, covariances written out, Monte Carlo."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

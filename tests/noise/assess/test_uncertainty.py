@@ -1,7 +1,5 @@
 """Numbers of one series: from its model, from itself, and the mean of all frames."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict
 

@@ -1,7 +1,5 @@
 """Covariance of fast noise against Allan variances of sums and differences."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,8 +1,6 @@
 """Additions among subsets, the jackknife's intervals, whole recordings, rules written out, and
 what docs/cameras.md states of how surely a noisy camera is named, in fewer twins."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import stats

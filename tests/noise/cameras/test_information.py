@@ -1,7 +1,5 @@
 """What subsets tell, against facilities whose cameras are known; and bounds in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Ratios, trends and coherences against scipy, rules written out, and Monte Carlo."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

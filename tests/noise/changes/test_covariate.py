@@ -1,7 +1,5 @@
 """What was recorded beside a recording: responses, holes, and what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

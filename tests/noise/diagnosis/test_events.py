@@ -1,7 +1,5 @@
 """Events in simulated recordings whose truth is known, and how often sound ones show any."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping

@@ -1,7 +1,5 @@
 """Whole recordings in which one disturbance looks like several: only the one is a finding."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What an export did: gaps filled, low-pass filters, rounding; noise of no kind is any of them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Filters against closed forms, against scipy, and against what they do to simulated noise."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

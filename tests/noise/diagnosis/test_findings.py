@@ -1,7 +1,5 @@
 """Findings by code: documented, complete, and not in conflict with the sentences."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

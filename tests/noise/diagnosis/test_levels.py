@@ -1,7 +1,5 @@
 """Levels that change at once or slowly, of noise whose truth is known; rules written out."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

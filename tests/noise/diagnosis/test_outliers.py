@@ -1,7 +1,5 @@
 """Frames that are off: medians by scipy, rules written out, tails of known kurtosis."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

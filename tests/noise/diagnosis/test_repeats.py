@@ -1,7 +1,5 @@
 """Positions that stay the same from frame to frame, and distances within solved rigid bodies."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What software did to frames: on the filters themselves, and on noise of other kinds without."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Kernel densities against scipy's, and the law of the number of cameras."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

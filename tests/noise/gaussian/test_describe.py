@@ -1,7 +1,5 @@
 """Rows of gaussian.csv, and markers that move."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

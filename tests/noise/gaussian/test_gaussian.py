@@ -1,7 +1,5 @@
 """The Gaussian model against its closed forms and the published table's own algebra."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter

@@ -1,7 +1,5 @@
 """Moments of finite recordings: closed forms against spectra, draws against full simulation."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Frames that are averages over the frame period: their spectra and Allan variances."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

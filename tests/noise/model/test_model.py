@@ -1,7 +1,5 @@
 """The noise model against series made by direct recipes, exact sums and textbook limits."""
 
-from __future__ import annotations
-
 import csv
 import math
 

@@ -1,7 +1,5 @@
 """S Table 1: printed formulas against numerical integration, and both against simulation."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Spectra of noises in continuous time, as textbooks print them, one-sided."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw

@@ -1,7 +1,5 @@
 """Detection of movement: recordings with markers at rest, and with moving markers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Orientation of clusters against scipy's alignment and the closed form of its noise."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

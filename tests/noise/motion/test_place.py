@@ -1,7 +1,5 @@
 """Noise by place: a loop over frames, scipy's tests, and Monte Carlo."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

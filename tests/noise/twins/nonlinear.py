@@ -1,7 +1,5 @@
 """Triangulation without linearising, to check the linear one against."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Published numbers: against the reference tables, and against each other."""
 
-from __future__ import annotations
-
 import csv
 
 import pytest

@@ -1,7 +1,5 @@
 """A simulated take against its normal equations, a non-linear solver, and closed forms."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The simulated facility against numerical derivatives, a non-linear solver and scipy's Wishart."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from nonlinear import project, triangulate

@@ -1,7 +1,5 @@
 """Simulated recordings of studies have the circumstances that they are named by."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

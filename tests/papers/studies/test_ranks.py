@@ -1,7 +1,5 @@
 """Rank correlations, medians and their intervals, against scipy, published numbers, simulation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import binom, spearmanr

@@ -1,7 +1,5 @@
 """Tables 1, 2 and 4 of S: all that is printed is there, and what agrees is distinguished."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re

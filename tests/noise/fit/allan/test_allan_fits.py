@@ -1,7 +1,5 @@
 """Fits of Allan variances: curves, derivatives, truths recovered, other optimisers not better."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """ACO_R on functions whose optimum is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

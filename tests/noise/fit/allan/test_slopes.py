@@ -1,7 +1,5 @@
 """Slopes of curves whose coefficients are known in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Straight line and warm-up under the noise: columns, estimates, what is no drift, gaps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.fft import dct

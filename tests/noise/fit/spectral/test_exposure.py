@@ -1,7 +1,5 @@
 """Frames of unknown exposure: points, or averages over the whole frame period."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

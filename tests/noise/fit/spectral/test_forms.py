@@ -1,7 +1,5 @@
 """The likelihood of frames that are averages over the frame period: bins, bounds, estimates."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Gaps filled by conditional draws keep the spectrum; a straight line does not."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

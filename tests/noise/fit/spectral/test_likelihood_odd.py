@@ -1,7 +1,5 @@
 """Estimator `likelihood` on what recordings really hold: gaps, many lines, drift, resonance."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter

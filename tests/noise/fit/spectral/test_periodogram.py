@@ -1,7 +1,5 @@
 """DCT periodogram: expectations against exact covariance matrices, not against our own spectra."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.fft import dct

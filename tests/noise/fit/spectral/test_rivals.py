@@ -1,7 +1,5 @@
 """Models that fit as well as the chosen one: found, named, and known to the intervals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize

@@ -1,7 +1,5 @@
 """Welch's estimate against scipy's, and against known spectra with gaps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import signal

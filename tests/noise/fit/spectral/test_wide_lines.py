@@ -4,8 +4,6 @@ Truth: phase by summed frequency (a normal walk, an Ornstein-Uhlenbeck process, 
 amplitude is constant and its power A_s^2 / 2 wherever it lies.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt

@@ -84,17 +84,3 @@ def test_numbers_beside_the_panels_are_those_of_the_series():
     (of_x1,) = (text for text in texts if text.endswith("to −10.00 mm"))
     marked = int(outliers["x1"].sum())
     assert f"outliers {marked} (" in of_x1 and f"beyond 6 σ: {marked}" in of_x1
-
-
-@pytest.mark.parametrize("names", [["x1"], ["x1", "x2", "L"], ["x1", "x2", "x3", "L"]])
-def test_slopes_of_the_key_are_those_of_the_panels(names):
-    figure = allan_figure(allan_columns(names), "t", "n").figure
-    panel, key = figure.axes[0], figure.axes[len({n[1:] for n in names})]
-    figure.draw_without_rendering()
-    points = panel.transData.transform([(1.0, 1e-2), (100.0, 1e-3)])  # slope -1/2
-    rises = []
-    for line in key.lines:
-        (x0, y0), (x1, y1) = key.transData.transform(line.get_xydata())
-        rises.append((y1 - y0) / (x1 - x0))
-    half = np.subtract(*points)[1] / np.subtract(*points)[0]
-    assert rises == pytest.approx(np.array([-2, -1, 0, 1, 2]) * half)

@@ -119,21 +119,6 @@ def test_units_are_typeset(line: str, html: str) -> None:
     assert site.typeset(line) == html
 
 
-def test_columns_of_numbers_and_of_text() -> None:
-    """Every sign of a span is a minus."""
-    rows = [("x", "–", "1.5", "w " * 30, "-0.5…-0.2"), ("y", "–", "< 2", "z", "0.1…0.2")]
-    table = site.table("abcde", rows)
-    assert list(table.kinds) == ["", "n", "n", "t", "n"]
-    assert [str(row[4]) for row in table.rows] == ["−0.5…−0.2", "0.1…0.2"]
-    assert list(site.table(("a", "b"), [("x", "–")], words=(1,)).kinds) == ["", ""]
-    # six of ten cells make a column of numbers
-    for n, kind in ((6, "n"), (5, "")):
-        cells = [("1",)] * n + [("z",)] * (10 - n)
-        assert list(site.table("a", cells).kinds) == [kind]
-    assert site.table("abcdefghijkl", []).first == {*range(12)}
-    assert site.table("abcdefghijklm", []).first == {*range(9)}
-
-
 def test_every_image_has_words_and_leads_to_itself(tmp_path) -> None:
     """Title and caption of the PNG; without one, the name of the file. Tables of groups and papers
     have a page; a measured subject without a figure says so."""

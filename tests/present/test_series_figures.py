@@ -12,7 +12,6 @@ from mocap_metrology.present.skurowski.allan_figures import (
     START,
     periodic_figure,
     regression_figure,
-    smooth_adev,
 )
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -54,15 +53,6 @@ def test_regression(n_starts, tmp_path) -> None:
     check_saved(figure, tmp_path / "f")
     assert_texts_apart(figure)
     assert f"{n_starts} start{'s' * (n_starts != 1)} of annealing" in every_text(figure)
-
-
-def test_curves_of_sampled_models_pass_through_whole_frames() -> None:
-    model = published_row("T40", 10)["z1"]
-    m = np.array([1, 2, 3, 5, 17, 100, 1000])
-    exact = np.sqrt(model.avar(m, RATE, "sampled"))
-    found = smooth_adev(model, m.astype(float), RATE, "sampled")
-    assert np.allclose(found, exact, rtol=2e-3)  # 120 points a decade
-    assert np.allclose(found[:4], exact[:4], rtol=1e-9)
 
 
 def spectra(names, line_hz: float = 14.4):

@@ -221,11 +221,8 @@ def test_a_series_without_a_value_has_an_empty_row() -> None:
 @pytest.mark.parametrize(
     ("sources", "duration_s", "text"),
     [
-        ("tt", None, "All recordings are twins: simulated, from published or configured numbers."),
         ("t", 600.0, "All recordings are twins of 10 min (S: nine hours): simulated, from published"
          " or configured numbers."),
-        ("t", 32400, "All recordings are twins of nine hours: simulated, from published or"
-         " configured numbers."),
         ("tm", 20, "Simulated (twins of 20 s (S: nine hours)): a; the others are measured."),
         ("m", 20.0, "All recordings are measured."),
     ],

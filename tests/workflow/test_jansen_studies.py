@@ -107,20 +107,11 @@ def made(name: str, effect: float, n: int) -> list[dict[str, object]]:
             for k, value in enumerate(values):
                 for recording in range(n):
                     error = float(np.exp(effect * k + rng.normal(0, 0.3)))
-                    rows.append(
-                        {
-                            "value": value,
-                            "distance_m": 1.0,
-                            "recording": recording,
-                            "estimator": estimator,
-                            "stage": "kabsch" if estimator != "batch" else "final",
-                            "variant": approach.variant,
-                            "error_mm": error,
-                            "error_deg": error / 10,
-                            "mirrored": math.nan,
-                            "why": "",
-                        }
-                    )
+                    stage = "final" if estimator == "batch" else "kabsch"
+                    row = {"value": value, "distance_m": 1.0, "recording": recording, "why": ""}
+                    row |= {"estimator": estimator, "stage": stage, "variant": approach.variant}
+                    row |= {"error_mm": error, "error_deg": error / 10, "mirrored": math.nan}
+                    rows.append(row)
     return rows
 
 

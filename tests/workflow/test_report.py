@@ -35,12 +35,7 @@ def test_no_cell_of_a_sheet_is_markup_in_the_data_of_the_report() -> None:
             "Skurowski & Pawlyta 2019, Tables A1-A3: white noise: given back",
             ("2 Skurowski & Pawlyta 2019", None, "Tables A1-A3: white noise: given back"),
         ),
-        (
-            "Left out: figures of both papers that are not regenerated",
-            ("7 Provenance", None, "Left out: figures of both papers that are not regenerated"),
-        ),
         ("hall.1: outliers", ("4 Groups", "hall.1", "table: outliers")),
-        ("whatever", ("4 Groups", None, "table: whatever")),
     ],
 )
 def test_titles_of_tables_say_where_they_go(tmp_path, title: str, expected: tuple) -> None:

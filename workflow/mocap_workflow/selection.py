@@ -33,8 +33,8 @@ class Sheet(Generic[OfSheet]):
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """What rules select by, for `lookup`: name, `group`, `setup` of a calibration, and `source`
-        of each row."""
+        """What rules select by, for `lookup`: name, `group`, `source`, `setup` of a calibration,
+        what a recording is `about`, of each row."""
         table = {name: [getattr(row, name) for row in self.rows.values()] for name in self._shown}
         return pd.DataFrame({self.kind.KIND: list(self.rows), **table}, dtype=str)
 
@@ -42,17 +42,15 @@ class Sheet(Generic[OfSheet]):
     def _shown(self) -> list[str]:
         if "setup" in self.kind.columns():
             return ["group", "setup", "source"]
-        return ["group", "source"]
+        return ["group", "source", "about"]
 
-    @property
-    def simulated(self) -> str:
-        """Regular expression of the names of its twins."""
-        return any_of(name for name, row in self.rows.items() if row.twin)
-
-    @property
-    def measured(self) -> str:
-        """Regular expression of all other names."""
-        return any_of(name for name, row in self.rows.items() if not row.twin)
+    def pattern(self, **values: str) -> str:
+        """Regular expression of the names of rows that have these values in `table`."""
+        return any_of(
+            name
+            for name, row in self.rows.items()
+            if all(getattr(row, key) == value for key, value in values.items())
+        )
 
     @property
     def groups(self) -> list[str]:
@@ -121,11 +119,6 @@ def with_bar(rows: Iterable[OfSheet]) -> list[OfSheet]:
 def with_receiver(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
     """Calibrations whose receiver motion capture saw."""
     return [row for row in rows if row.receiver]
-
-
-def without_bar(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
-    """All others."""
-    return [row for row in rows if not row.bar]
 
 
 def with_points(rows: Sequence[RecordingRow]) -> list[RecordingRow]:

@@ -19,6 +19,7 @@ from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin
 from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.rows import SheetRow
 
 OfSheet = TypeVar("OfSheet", RecordingRow, CalibrationRow)
 Twins = Mapping[str, AnyTwin]
@@ -180,6 +181,13 @@ def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
 def twins_by_name(rows: Iterable[RecordingRow], twins: Twins) -> dict[str, AnyTwin]:
     """The twins among them, named as their recordings."""
     return {row.name: replace(twins[row.twin], name=row.name) for row in rows if row.twin}
+
+
+def on_its_date(twin: AnyTwin | CalibrationTwin, row: SheetRow) -> AnyTwin | CalibrationTwin:
+    """The twin of a row; of a facility, on the row's date."""
+    if isinstance(twin, Twin) and twin.days and isinstance(row, RecordingRow):
+        return replace(twin, date=row.date or "")
+    return twin
 
 
 def twin_values(rows: Iterable[RecordingRow], twins: Twins, setting: str) -> list[object]:

@@ -275,7 +275,7 @@ def column(name, of):
 def twin_of(twins):
     """Function of the wildcards: the twin of the row by its name, see config/twins.yaml. In a dict,
     as Snakemake sees no change in a value of a class that it does not know."""
-    return of_row(lambda row: {row.twin: twins[row.twin]})
+    return of_row(lambda row: {row.twin: selection.on_its_date(twins[row.twin], row)})
 
 
 def column_of_twins(setting, of):

@@ -48,10 +48,8 @@ def read_bar(
     nothing of a bar."""
     pose, check = asked.pose, None
     file = str(named["recording"]) if named.get("twin") else Path(entry.paths[0]).name
-    recording = read(
-        replace(entry, markers=_markers(entry, asked.bar, file)),
-        settings.second_opinion and not named.get("twin"),
-    )
+    entry = replace(entry, markers=_markers(entry, asked.bar, file))
+    recording = read(entry, settings.second_opinion and not named.get("twin"))
     if not named.get("twin"):
         check = accepted(entry, recording, True, [])
     raw = trajectories(recording, {**named, "pairs": None})

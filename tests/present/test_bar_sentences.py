@@ -101,10 +101,13 @@ SAID = [
     ("points.frame_changed", {"cuts": [10], "jumps_mm": [145.0], "inside_mm": 7.84},
      "The frame changed while the points were taken: after point 10, by 145 mm rms; with a"
      " frame for each part 7.84 mm are left."),
-    ("points.does_not_fit", {"noise_mm": 0.5},
+    ("points.does_not_fit", {"noise_mm": 0.5, "wrong_point": None},
      "No rigid fit explains the points: they are off by more than ten times the noise of "
-     "takes and reference (0.5 mm). Check which point belongs to which, and the order of "
-     "the columns."),
+     "takes and reference (0.5 mm). The volume is distorted by as much, or points are not those "
+     "of the reference: check which belongs to which, and the order of the columns."),
+    ("points.does_not_fit", {"noise_mm": 0.5, "wrong_point": "P4", "others_mm": 1.36},
+     "No rigid fit explains the points: they are off by more than ten times the noise of "
+     "takes and reference (0.5 mm). Without point P4 the others fit to 1.36 mm: check this point."),
     ("points.scale", {"scale_ppm": -3700.0, "scale_se_ppm": 1000.0},
      "The scale of these points differs by -3700 ppm (standard error 1000)."),
     ("points.no_scale", {"scale_ppm": 300.0, "scale_se_ppm": 800.0},

@@ -58,7 +58,8 @@ SIZED = ("depth", "place")  # groups whose size the recording shows
 class Joint:
     """An estimate. S: information of the global unknowns without priors; working, believed: prior
     standard deviations that it used, and that the recordings do not contradict; ups: as given;
-    misfit: by how much the pieces of the recordings differ, over what noise explains (variances).
+    misfit: by how much the pieces of the recordings differ, over what noise explains (variances);
+    others: what S has from other data than those, as measured lengths.
     """
 
     state: State
@@ -71,6 +72,7 @@ class Joint:
     rounds: int
     ups: np.ndarray | None = None
     misfit: float = 1.0
+    others: Floats | float = 0.0
 
     def sure(self, what: str) -> Joint:
         """Itself; refused, in the name of `what`, where the search did not converge."""
@@ -81,7 +83,13 @@ class Joint:
     @property
     def covariance(self) -> np.ndarray:
         """Of all global unknowns, in m and rad."""
-        return covariance_of(self.S, self.working, self.believed, self.misfit)
+        return covariance_of(self.S, self.working, self.believed, self.pull)
+
+    @property
+    def pull(self) -> Floats:
+        """Covariance of what the data pull at all unknowns: S, of the recordings times their misfit,
+        which says nothing about a measured length."""
+        return self.S + (self.misfit - 1) * (self.S - self.others)
 
     def pose_covariance(self, station: int = 1) -> np.ndarray:
         """Covariance (6, 6) of t and the left rotation vector of a station in m and rad."""
@@ -183,6 +191,8 @@ class _Search:
             self.damping, self.least_damping = FIRST_DAMPING, LEAST_DAMPING
         self.weighed = False  # the sensors' noise remains as it is
         self.factors: list[np.ndarray] = []  # of the recordings' trajectories, in the last step
+        self.others: Floats | float = 0.0  # as in `Joint`, in the last step
+        self.last = False  # whether all priors are as large as they will be
         held = (of.group != GROUPS.index("pose")).all()
         self.same_cost = SMALL_GAIN if held else 0.0
 
@@ -194,12 +204,13 @@ class _Search:
             sums = self._linearise()
             before = self.state.values
             S, h, step, gain = self._step(sums)
-            stalled = stalled + 1 if self.refined and abs(gain) < SMALL_GAIN else 0
+            stalled = stalled + of_a_stall if (of_a_stall := self._of_a_stall(gain)) else 0
             if self.refined and (self._small(S, step, gain) or stalled >= STALLED):
                 converged, stalled = self.sized, 0
                 self.sized = True
                 if not converged:
                     self._size(S, h, before, sums)
+                    self.last = True
         return Joint(
             self.state,
             tuple(self.recordings),
@@ -210,6 +221,7 @@ class _Search:
             converged,
             rounds,
             self.ups,
+            others=self.others,
         )
 
     def without_bias(self, found: Joint) -> Joint:
@@ -286,6 +298,13 @@ class _Search:
         information = S + np.diag(1 / self.working**2)
         return float(np.sqrt(step @ information @ step / self.of.size)) < SMALL
 
+    def _of_a_stall(self, gain: float) -> int:
+        """By how much a step of such a gain brings the search nearer to its end by `STALLED`: two
+        end it that gain nothing, or before the last search, which begins where this ends."""
+        if not self.refined or abs(gain) > (SMALL_GAIN if self.last else SAME_COST):
+            return 0
+        return 1 if self.last and abs(gain) > LEAST_GAIN else STALLED // 2
+
     def _cost(self) -> float:
         """Robust sum of squares, with those of the priors."""
         known = float(np.sum((self.state.values / self.working) ** 2))
@@ -309,16 +328,18 @@ class _Search:
                 reduced(own, one.trajectory, one.noise, damping)
                 for own, one in zip(sums, old, strict=True)
             ]
-            S = down + np.sum([part.S for part in parts], axis=0)
-            h = pull + np.sum([part.h for part in parts], axis=0)
-            for one, part in zip(old, parts, strict=True):
-                more = one.by_lengths(before, self.of, part)
-                S, h = S + more[0], h + more[1]
+            more = [
+                one.by_lengths(before, self.of, part) for one, part in zip(old, parts, strict=True)
+            ]
+            others = down + np.sum([own[0] for own in more], axis=0)
+            S = others + np.sum([part.S for part in parts], axis=0)
+            h = pull + np.sum([own.h for own in parts] + [own[1] for own in more], axis=0)
             M = S + np.diag(known)
             M[np.diag_indices(len(M))] *= 1 + damping
             step = -solved(M, h + known * before.values)
             if plain is None:
                 plain, self.factors = (S, h, step), [part.factor for part in parts]
+                self.others = others
             self.state = before.moved(step, self.of)
             for one, part, then in zip(self.recordings, parts, old, strict=True):
                 one.trajectory = then.trajectory

@@ -252,7 +252,7 @@ def shared_errors(
     group, zero = np.array(GROUPS)[found.of.group], _of_one(found, priors)
     sd = np.where(np.isfinite(found.believed), found.believed, 0.0)
     sd = np.sqrt(np.maximum(sd**2 - zero**2, 0.0))
-    noise = found.misfit * M @ found.S @ M + (gain * zero**2) @ gain.T
+    noise = M @ found.pull @ M + (gain * zero**2) @ gain.T
     own = sd > 1e-6 * zero
     effect = (gain * sd)[np.ix_(rows, own)].T * units
     of_board = np.isin(group[own], ("scale", "place", "cover"))
@@ -277,7 +277,7 @@ def prior_p(found: Joint) -> float:
     M = solved(found.S + np.diag(known), np.eye(known.size))
     rows = np.ix_(own, own)
     by_prior = (np.eye(sd.size) - M[rows] * known[own]) * sd / sd[:, None]
-    C = by_prior @ by_prior.T + found.misfit * (M @ found.S @ M)[rows] / np.outer(sd, sd)
+    C = by_prior @ by_prior.T + (M @ found.pull @ M)[rows] / np.outer(sd, sd)
     size, axes = np.linalg.eigh((C + C.T) / 2)
     shown = np.sum((axes.T @ by_prior) ** 2, axis=1) > SHOWN
     white = axes[:, shown] / np.sqrt(size[shown])

@@ -331,7 +331,7 @@ def solved(M: np.ndarray, y: np.ndarray) -> Floats:
 
 
 def covariance_of(
-    S: np.ndarray, working: np.ndarray, believed: np.ndarray, misfit: float = 1.0
+    S: np.ndarray, working: np.ndarray, believed: np.ndarray, pull: np.ndarray | None = None
 ) -> np.ndarray:
     """Covariance of y estimated with prior standard deviations `working` where `believed` are true:
     with L = diag(1 / working^2) and M = S + L,
@@ -339,12 +339,12 @@ def covariance_of(
         M^-1 (S + L diag(believed^2) L) M^-1,
 
     which is M^-1 where both are the same, and where working is 0 that of Schmidt (1966) for
-    quantities that are considered, not estimated. misfit: factor of the first S.
+    quantities that are considered, not estimated. pull: in place of the first S.
     """
     known = 1 / working**2
     inside = np.where(np.isfinite(believed), believed, 0.0) * known
     M = solved(S + np.diag(known), np.eye(known.size))
-    return M @ (misfit * S + np.diag(inside**2)) @ M
+    return M @ ((S if pull is None else pull) + np.diag(inside**2)) @ M
 
 
 def supported(

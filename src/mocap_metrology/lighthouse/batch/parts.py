@@ -17,6 +17,7 @@ from mocap_metrology.lighthouse.batch.problem import GROUPS, NEARLY_KNOWN, Prior
 from mocap_metrology.lighthouse.batch.recording import Recording, rough
 from mocap_metrology.lighthouse.batch.solve import (
     Noise,
+    by_bends,
     linearised,
     reduced,
     solved,
@@ -113,7 +114,8 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
         hit, held = weight.hit[own], weight.held[chosen]
         sums = linearised(*at, one.residual[own], hit, of, one.more(of), held)
         without = reduced(sums, one.trajectory, noise)
-        pieces.append(Piece(without.S, without.h, count[k]))
+        h = without.h + by_bends(without, one.trajectory, noise)
+        pieces.append(Piece(without.S, h, count[k]))
     return pieces
 
 
@@ -212,7 +214,10 @@ def predicted(found: Joint, priors: Priors) -> list[list[Halves | None]]:
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
     state, of = found.state, found.of
-    parts = [reduced(one.sums(state, of), one.trajectory, one.noise) for one in found.recordings]
+    parts = []
+    for one in found.recordings:
+        own = reduced(one.sums(state, of), one.trajectory, one.noise)
+        parts.append(replace(own, h=own.h + by_bends(own, one.trajectory, one.noise)))
     S, h = sum(part.S for part in parts), sum(part.h for part in parts)
     zero = _of_one(found, priors)
     apart: list[list[Halves | None]] = []

@@ -316,6 +316,13 @@ def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0
     return Reduced((S + S.T) / 2, (h - cross.T @ A_g) / variance, L, A_C, A_g)
 
 
+def by_bends(part: Reduced, trajectory: Trajectory, noise: Noise) -> Floats:
+    """C' A^-1 g with g of the second differences alone: by how much less than the hits alone
+    these, and hits, pull at the global unknowns (`batch.bias`)."""
+    pull: Floats = part.A_C.T @ _bend(trajectory, noise.hit)[1] / noise.hit**2
+    return pull
+
+
 def bend_cost(trajectory: Trajectory) -> float:
     """Sum of the squared second differences over their variances."""
     _, g = _bend(trajectory, 1.0)

@@ -92,7 +92,7 @@ fuzz: warm  ## damage inputs of every kind and judge what is read (ARGS="--seed 
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m tests.fuzz --workers $(CORES) $(ARGS)
 
 mutants: warm  ## change single lines of the package and list the changes that no test notices (ARGS="--seed 1 --number 300"; hours)
-	@$(RUN) python -m tests.mutants --workers $(CORES) $(ARGS)
+	@$(RUN) python -m tests.mutants $(ARGS)
 
 study: warm  ## run the long Monte Carlo studies
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest -m study

@@ -136,6 +136,8 @@ def test_pose_files(tmp_path):
         np.testing.assert_allclose(found.R, TRUE, atol=1e-9)
         np.testing.assert_allclose(found.t_m, T, atol=1e-12)
         assert found.ids == (11, 12)
+    diagonal = pose_file(tmp_path, t_m=[10, 10, 2])  # of the largest room, 10 m x 10 m
+    assert ref.pose_reference(diagonal).t_m.tolist() == [10, 10, 2]
 
 
 @pytest.mark.parametrize(
@@ -148,6 +150,9 @@ def test_pose_files(tmp_path):
         ({"R": None, "quaternion_xyzw": [1, 1, 1, 1]}, "has norm 2"),
         ({"t_m": (1e3 * T).tolist()}, "is the unit right"),
         ({"t_m": None, "translation_mm": T.tolist()}, "is the unit right"),
+        ({"t_m": [50, 0, 0]}, "is the unit right"),  # cm; the least baseline tracked, 0.5 m
+        ({"t_m": [0, 39.4, 0]}, "is the unit right"),  # inches
+        ({"t_m": [0, 0, 0.09]}, "is the unit right"),  # one housing
         ({"t_m": None}, "no translation"),
         ({"stations": None}, "no station ids"),
         ({"stations": {"master": 11.5, "slave": 12}}, "expected a whole number"),

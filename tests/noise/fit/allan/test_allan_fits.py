@@ -122,6 +122,20 @@ def test_recovers_a_published_row_of_four_terms(key, series):
         assert run.estimate.values[name] == pytest.approx(expected[name], rel=0.02), name
 
 
+def test_what_the_colony_gains_is_the_ratio_of_the_relative_squares():
+    """Sums of ((avar - model) / avar)^2 (S Eq. 13) of the best start and of what the colony found,
+    without Levenberg-Marquardt."""
+    avar = TRUTH.avar(M, RATE, "continuous")
+    plain = {"descent": 0, "starts": 2, "iterations": 20, "colony_iterations": 120}
+    run = annealed(avar, TRUTH, SETTINGS.model_copy(update=plain))
+    found = NoiseModel.from_coefficients(run.estimate.values)
+    start, end = (
+        min(float(np.sum((1 - one.avar(M, RATE, "continuous") / avar) ** 2)) for one in models)
+        for models in (run.starts, [found])
+    )
+    assert run.colony_gain == pytest.approx(start / end, rel=1e-6) and end < 1 < run.colony_gain
+
+
 @pytest.mark.parametrize("kind", ["relative", "equal"])
 def test_power_laws_alone_are_non_negative_least_squares(kind):
     truth = {"h_-2": 4e-10, "h_-1": 1e-6, "h_0": 1e-6}

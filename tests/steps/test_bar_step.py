@@ -14,7 +14,13 @@ from mocap_metrology.accuracy.twin import BarErrors, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.present.accuracy.statement_document import known_of
-from mocap_metrology.recording.bar import passes_of, write_bar, write_group, write_statement
+from mocap_metrology.recording.bar import (
+    passes_of,
+    write_bar,
+    write_group,
+    write_statement,
+    write_take,
+)
 from mocap_metrology.recording.bar_take import read_bar
 from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings
@@ -44,7 +50,8 @@ def of(folder: Path, asked: Asked, seed: int) -> Path:
     made.mkdir(parents=True)
     entry = Entry([str(write_bodies(made / "bar.txt", seed))], [])
     named = NAMED | {"recording": name, "date": "2026-03-01T10:00"}
-    write_bar(read_bar(entry, asked, Settings(), named), asked, Settings(), made)
+    write_take(read_bar(entry, asked, Settings(), named), asked, made / "bar.parquet")
+    write_bar(made, Settings())
     return made
 
 

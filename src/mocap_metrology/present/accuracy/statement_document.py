@@ -56,6 +56,7 @@ def statement_document(bar: Bar, pair: Sequence[str], known: Known | None = None
     open_ends = ["latency", "volume", "other_lengths"]
     open_ends += ["directions"] * bool(found) + ["other_days"] * (not covered)
     open_ends += ["absolute"] * (bar.certificate is None)
+    open_ends += ["exact"] * (bar.certificate is not None and not bar.certificate.u_mm)
     document["not_covered"] = [render(f"statement.{key}", **document) for key in open_ends]
     document["headline"] = _headline(document, max(len(one.passes) for one in bar.classes))
     if found:

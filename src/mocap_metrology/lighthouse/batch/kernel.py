@@ -5,8 +5,9 @@ p and R from the cubic B-spline of `trajectory`, z the offset of the station's a
 touches the four control points about t and some of the global unknowns. Where the normals n_d of
 the diodes are known, light of incidence i reaches a diode under a cover, of the refractive index
 1.5, as if it were at q_d + n_d (a + t (1 - cos i / sqrt(1.5^2 - sin^2 i))); a + t / 2, the shift
-at 50 deg, and t are unknowns, and what a turn of the board changes of the shift is not in the derivative. Hits of a sweep share
-one more error, an offset of variance sigma_c^2 that is integrated out: with weights w,
+at 50 deg, and t are unknowns, and what a turn of the board changes of the shift is not in the
+derivative. Hits of a sweep share one more error, an offset of variance sigma_c^2 that is
+integrated out: with weights w,
 
     V^-1 = diag(w) / sigma^2 - k w w^T / sigma^4,  k = 1 / (1 / sigma_c^2 + sum(w) / sigma^2),
 

@@ -249,7 +249,7 @@ class State:
         cover = self.cover
         if of.cover >= 0:
             held, thicker = step[of.cover : of.cover + 2]
-            cover = cover + [held - HELD * thicker, thicker]
+            cover = cover + np.array([held - HELD * thicker, thicker])
         values = self.values + step
         return State(R, t, rotors, offsets, board, gravity, values, self.normals, cover)
 

@@ -36,6 +36,7 @@ from mocap_metrology.lighthouse.calibrate.network import Start, start, still_sta
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
+from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import SLAVE, Measurements, Path, PoseEstimate
 
 __all__ = ["ESTIMATED", "NAME", "Scene", "Sensors", "by_batch", "joint", "solved", "start"]
@@ -203,4 +204,12 @@ def joint(
         found = found.sure(scene.title)
         if not scene.known_pose:
             found = replace(found, misfit=misfit_of(found))
-    return found, note
+    return found, "; ".join(filter(None, (note, unseen(found, scene.sensors.lengths))))
+
+
+def unseen(found: Joint, lengths: Sequence[KnownLength]) -> str:
+    """A note on moments of known lengths at which no hit shows where the board is."""
+    hit_s = np.concatenate([one.sweeps.hits.time_s for one in found.recordings])
+    at = {p.time_s for own in lengths for p in own.places if p.station is None}
+    lost = [f"{t:g} s" for t in sorted(at) if np.abs(hit_s - t).min() > KNOT_S]
+    return f"known_length: the board is not seen at {', '.join(lost)}" if lost else ""

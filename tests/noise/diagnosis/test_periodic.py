@@ -91,6 +91,21 @@ def test_welch_sees_a_strong_line_and_not_a_weak_one():
     assert all(not x.in_psd for x in found_in(weak, psd=psd(weak, 10.0)))
 
 
+@pytest.mark.parametrize("segments", [1, 20])
+def test_a_peak_of_noise_is_seldom_a_line_of_the_psd(segments):
+    """Three points of a spectrum of white noise reach so high by chance once in a thousand times;
+    of a mean of K segments (half-overlapping, worth K / 1.1) each has a gamma distribution."""
+    series = wave(0.03, 14.4, 2400) + noise(2400)
+    lines, duration = series_lines(series, RATE, 10)
+    rng, f = np.random.default_rng(8), np.arange(1, 600) * 0.1
+    shape, seen = segments if segments == 1 else segments / 1.1, 0
+    for _ in range(3000):
+        psd = {"f_hz": f, "psd_mm2_hz": rng.gamma(shape, size=f.size), "n_segments": [segments]}
+        (one,) = described("x1", lines, duration, RATE, series, psd=psd)
+        seen += one.in_psd
+    assert seen <= 9  # 3 are expected, ten with p = 0.001
+
+
 def test_gaps_neither_shrink_a_line_nor_make_one():
     """Straight lines over the two of seconds would be bumps of some hundredths of a Hz."""
     series = noise() + wave(0.004, 14.4)

@@ -108,6 +108,20 @@ def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleane
     assert total == pytest.approx((N - 1) * (1 - np.isnan(masked).mean()))
 
 
+@pytest.mark.parametrize(("step", "hidden"), [(0.04, False), (0.4, True)])
+def test_steps_that_hide_the_noise_are_noted_at_the_white_level(cleaned, step, hidden):
+    """Noise of 0.1 mm, to which rounding adds step^2 / 12; steps of 0.4 mm are those of a slow
+    movement."""
+    rng, slow = np.random.default_rng(2), np.linspace(0, 5, 2000)
+    rounded = np.round((slow + 0.1 * rng.standard_normal(slow.size)) / step) * step
+    simple = Noise(estimators=("likelihood",), max_gauss_markov=0, sinusoid=False)
+    settings = NoiseSettings(simple)
+    (estimate,) = estimate_series(rounded, cleaned, RATE, settings, resolution=step).estimates
+    noted = {c.parameter for c in estimate.coefficients if "hides the noise" in c.note}
+    assert noted == ({"h_0"} if hidden else set())
+    assert ("hides the noise" in estimate.note) is hidden
+
+
 def test_one_estimator_may_fail_without_the_others(series):
     few = np.array([1, 2, 4, 8]), np.array([4.0, 2.0, 1.0, 0.5])
     run = estimate_series(series, few, RATE, QUICK)

@@ -272,4 +272,5 @@ def test_a_wrong_entry_is_refused_in_one_line(entry, words):
 
 def test_too_short_is_refused():
     with pytest.raises(Refusal, match="expected 16 frames at least"):
-        simulate(twin_from_mapping(WHITE), 0.1)
+        simulate(twin_from_mapping(WHITE), 15 / RATE)
+    assert simulate(twin_from_mapping(WHITE), 16 / RATE).position_mm.shape[-1] == 16

@@ -65,9 +65,9 @@ def test_slow_line_is_found_against_the_density_of_its_noise():
     rng = np.random.default_rng(6)
     f_0 = 31.3 / (N * TAU0)
     series = rng.normal(size=N) + sine(0.2, f_0, 0.7)
-    lines = find_slow_lines(series, RATE, lambda f: np.full(f.size, 2 * TAU0))
+    lines = find_slow_lines(series, RATE, lambda f: np.full(f.size, 2 * TAU0), 9)
     assert len(lines) == 1
     assert np.isclose(lines[0].f_0, f_0, rtol=2e-3)
     assert np.isclose(lines[0].A_s, 0.2, atol=0.04)
     assert np.std(series - lines[0].wave(N, RATE)) < 1.01
-    assert find_slow_lines(rng.normal(size=N), RATE, lambda f: np.full(f.size, 2 * TAU0)) == []
+    assert find_slow_lines(rng.normal(size=N), RATE, lambda f: np.full(f.size, 2 * TAU0), 9) == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,10 +59,12 @@ def test_the_ends_of_a_shift_are_those_of_least_squares() -> None:
 def test_the_size_of_a_shape_is_what_it_does() -> None:
     """In mm: how far a curve goes, with the sign of its change; the height of a step. Of the
     shape that fits best."""
-    t = np.arange(300.0)
+    t = np.arange(301.0)
     for true, size in (
-        (0.2 * np.exp(-t / 150), -0.2 * (1 - np.exp(-299 / 150))),
-        (1e-6 * t**2, 1e-6 * 299**2),
+        (0.2 * np.exp(-t / 150), -0.2 * (1 - np.exp(-300 / 150))),
+        (1e-6 * t**2, 1e-6 * 300**2),
+        (0.002 * np.minimum(t, 90), 0.18),
+        (-0.002 * np.maximum(t - 90, 0), -0.42),
         (-0.3 * (t >= 120), -0.3),
     ):
         z = true + 1e-5 * np.random.default_rng(1).standard_normal(t.size)
@@ -219,6 +222,10 @@ def test_times_and_sizes_of_changes_at_once() -> None:
     assert shift_near(300, 301, wanders) == ("x1", pytest.approx(0.06, abs=0.003), False)
     assert shift_near(320, 321, wanders) == ("x1", pytest.approx(-0.06, abs=0.003), True)
     assert shift_near(310, 312, wanders) is None
+    assert shift_near(304, 306, wanders) and not shift_near(307, 308, wanders)
+    for lasting_s in (8.0, 13.0):  # of less than 10 s it is movement
+        short = replace(lift, at_s=(300.5, 300.5 + lasting_s))
+        assert bool(shift_near(300, 301, {"x1": short})) is (lasting_s > 10)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,8 @@ from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
 from mocap_metrology.noise.fit.estimates import (
     Components,
+    correlation_class,
+    limit_class,
     model_of,
     refused_rows,
     rows,
@@ -88,6 +90,13 @@ def test_rows_go_through_the_file_and_come_back_as_the_model(found, tmp_path):
     terms = [row for row in back if row["parameter"] == "T_c1"]
     assert {row["class"] for row in terms} <= {"short", "medium", "long", "unclassed", ""}
     assert terms[0]["unit"] == "s"
+    limits = [row for row in back if limit_class(row)]
+    assert {row["parameter"][:3] for row in limits} == {"q_c"} and {
+        row["status"] for row in limits
+    } == {"not_detected"}
+    for row in limits:  # "class medium: limit for every T_c from 1 to 10 s"
+        low, high = (float(word) for word in row["note"].split() if word[0].isdigit())
+        assert correlation_class(math.sqrt(low * high)) == limit_class(row)
 
 
 def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleaned):

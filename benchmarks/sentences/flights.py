@@ -3,14 +3,15 @@
 Flights (`real_flight` of `benchmarks.lighthouse_recordings`): a deck of four diodes, 0.5 to 1.3 %
 larger than its file, 15 to 60 s, up to 2.7 m/s; a misfit of 400 to 600 urad in 20 to 50 % of the
 first third, gaps with wrong hits, 1 to 5 % of all sweeps wrong. A length is that between the
-stations, or between two places of a diode 2 m apart (or as far as it went), with a standard
-deviation of 5 mm. Where the optics are not drawn, factory values and lasers are exactly as stated,
-which the estimate does not assume: its sigma is then larger than the errors. Pieces are the first
-8 s, the last 8 s, and both halves. Boards: 24 x 16 cm by
-hand; sound ones are drawn from the stated priors, stretched ones are 0.5 to 1 % longer or shorter
-along one axis than their file. Bursts: 1 to 12 stretches of 50 ms with hits anywhere. Hidden: a
-station is not seen for a third to four fifths, at the start or the end. RMSE over bound: of
-recordings with wrong sweeps over that of the same ones without.
+stations, or between two places of a diode 2 m apart (or as far as it went) when both stations saw
+it, with a standard deviation of 5 mm. Factory values, lasers, and the deck but for its size are
+exactly as stated, which the estimate does not assume: its sigma is larger than the errors. Where
+all is drawn from the priors (phases, time zeros, depths of lasers, places of diodes, and the size
+in place of 0.5 to 1.3 %), it should be as large. Pieces are the first 8 s, the last 8 s, and both
+halves. Boards: 24 x 16 cm by hand; sound ones are drawn from the stated priors, stretched ones are
+0.5 to 1 % longer or shorter along one axis than their file. Bursts: 1 to 12 stretches of 50 ms with
+hits anywhere. Hidden: a station is not seen for a third to four fifths, at the start or the end.
+RMSE over bound: of recordings with wrong sweeps over that of the same ones without.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from benchmarks.lighthouse_recordings import RealFlight, hand, real_flight, wron
 from benchmarks.sentences.stations import Row, _off
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits
@@ -33,6 +35,7 @@ from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import Made
 
 SD_M, APART_M = 5e-3, 2.0
+SEEN_S, MANY = 0.05, 12  # hits of a station around a moment at which it sees the deck
 SETTINGS = CalibrationSettings(estimators=("batch", "paper-lm"), optics=("factory",))
 FIRST_S = 8.0
 
@@ -95,6 +98,9 @@ def lengths_of(flight: RealFlight, seed: int) -> tuple[KnownLength, KnownLength]
     """Between the stations, and between two places of a diode; with an error."""
     truth, rng = flight.made.truth, np.random.default_rng([seed, 9])
     time = np.linspace(0.4, flight.made.twin.duration_s - 0.4, 200)
+    for station in (0, 1):
+        at = np.sort(flight.hits.time_s[flight.hits.station == station])
+        time = time[np.searchsorted(at, time + SEEN_S) - np.searchsorted(at, time - SEEN_S) > MANY]
     R, p = truth.motion.poses(time)
     at = p + R @ truth.board[0]
     apart = np.linalg.norm(at[:, None] - at, axis=2)
@@ -106,20 +112,31 @@ def lengths_of(flight: RealFlight, seed: int) -> tuple[KnownLength, KnownLength]
     return between, KnownLength.between(first, second, of_diode, SD_M)
 
 
+def drawn_flight(seed: int) -> tuple[RealFlight, np.ndarray]:
+    """A flight whose optics, flashes and deck err by the priors of the estimate, and the errors
+    (2, 2) of the stated phases, rad."""
+    rng, priors = np.random.default_rng([seed, 10]), Priors()
+    near, far = 1e-3 * priors.laser_depth_mm * rng.normal(size=2)
+    phases = 1e-3 * priors.phase_mrad * rng.normal(size=(2, 2))
+    flight = real_flight(seed, (near, far))
+    hits, board = flight.hits, flight.made.truth.board
+    zeros = priors.time_zero_rad * rng.normal(size=(2, 2))
+    hits = replace(hits, angle_rad=hits.angle_rad + zeros[hits.station, hits.axis])
+    size = 1 + priors.of_board(board).board_scale * rng.normal()
+    places = 1e-3 * priors.board_position_mm * rng.normal(size=board.shape)
+    return RealFlight(flight.made, hits, (board + places) * size, 1 / size), phases
+
+
 def flights(n: int, known: bool, drawn: bool = False) -> list[Row]:
-    """Whole flights; known: with one of both lengths in turn; drawn: depths between the lasers of a
-    station and errors of phases are from the priors of the estimate."""
+    """Whole flights; known: with one of both lengths in turn; drawn: see `drawn_flight`."""
     found = []
     for seed in range(n):
-        rng, depths, phases = np.random.default_rng([seed, 10]), (0.0, 0.0), None
-        if drawn:
-            depths, phases = tuple(0.01 * rng.normal(size=2)), 1e-3 * rng.normal(size=(2, 2))
-        flight = real_flight(seed, depths)
+        flight, phases = drawn_flight(seed) if drawn else (real_flight(seed), None)
         hits, _ = clean_hits(flight.hits, flight.board)
         lengths = (lengths_of(flight, seed)[seed % 2],) if known else ()
         found.append(outcome(flight.made, hits, flight.board, lengths, phases))
     case = "flights, a length known" if known else "flights, no length"
-    case += ", optics drawn from their priors" if drawn else ""
+    case += ", all drawn from the priors" if drawn else ""
     mm, m2 = np.array([o.mm for o in found]), np.array([o.m2 for o in found])
     sd = [np.sqrt(np.trace(o.covariance[:3, :3])) for o in found]
     inside = [100 * np.mean(m2 < chi2.ppf(p, 6)) for p in (0.68, 0.95)]
@@ -234,6 +251,7 @@ def rows(n: int) -> Iterator[Row]:
     yield from flights(max(n // 2, 2), known=True)
     yield from flights(max(n // 2, 2), known=False)
     yield from flights(max(n // 2, 2), known=True, drawn=True)
+    yield from flights(max(n // 2, 2), known=False, drawn=True)
     yield from pieces(max(n // 4, 1))
     yield from boards(max(2 * n // 5, 2))
     yield from disturbed(max(2 * n // 5, 2))

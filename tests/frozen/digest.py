@@ -14,10 +14,14 @@ import numpy as np
 import pandas as pd
 
 LONG = 8  # longer lists and columns are summed up
-RTOL = 1e-4  # of the rms of what is summed up; other processors and libraries stay within it
+RTOL = 1e-3  # of the rms of what is summed up; other processors and libraries stay within it
 NOT_JSON = ("libsurvive.json",)  # lines of several documents
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 UNSTABLE = ("sha256", "versions", "version", "created")
+# S's searches share variance between equal components by chance of rounding, and whether a board
+# pose has a second minimum at all depends on it: other processors give other numbers.
+SEARCHED = ("levenberg-marquardt", "annealing-ant-colony")
+BY_ROUNDING = ("ambiguity",)
 Flat = dict[str, Any]
 
 
@@ -38,8 +42,11 @@ def of_column(values: Iterable[Any]) -> Any:
     if all(v is None or isinstance(v, int | float) for v in cells):
         numbers = [math.nan if v is None else float(v) for v in cells]
         return numbers if len(numbers) <= LONG else of_values(np.array(numbers))
-    words = [str(v) for v in cells]
-    return words if len(words) <= LONG else [len(words), *sorted(set(words))[:LONG]]
+    if len(cells) <= LONG:
+        return [v if isinstance(v, float) else str(v) for v in cells]
+    numbers = [float(v) for v in cells if isinstance(v, float)]
+    words = sorted({str(v) for v in cells if not isinstance(v, float)})[:LONG]
+    return [len(cells), *words, *(of_values(np.array(numbers)) if numbers else [])]
 
 
 def flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
@@ -76,6 +83,9 @@ def of_folder(folder: Path) -> Flat:
         if path.suffix in (".csv", ".parquet"):
             read = pd.read_csv if path.suffix == ".csv" else pd.read_parquet
             table = read(path)
+            if "estimator" in table:
+                table = table[~table["estimator"].isin(SEARCHED)]
+            table = table.drop(columns=[c for c in BY_ROUNDING if c in table])
             found |= {f"{name}: {column}": of_column(table[column].tolist()) for column in table}
         elif path.suffix == ".json" and path.name not in NOT_JSON:
             found |= {f"{name}: {key}": v for key, v in flat(json.loads(path.read_text()))}

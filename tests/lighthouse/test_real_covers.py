@@ -70,14 +70,15 @@ def test_the_covers_are_those_of_second_generation_recordings(
     for own in both.values():
         found = at_rest(own, own.hits, own.normals)
         first = found.of.cover
-        sd = np.sqrt(np.diag(found.covariance))[first : first + 2]
-        assert (np.abs(found.state.cover - COVER_M) < 2 * sd).all()
+        sd = np.sqrt(np.diag(found.covariance))[first : first + 2]  # of a + t / 2 and t
+        off = found.state.cover - COVER_M
+        assert (np.abs([off[0] + off[1] / 2, off[1]]) < 2 * sd).all()
         assert found.state.cover[1] > 1.5 * sd[1]
 
 
 def test_both_objects_agree_within_their_covariances(both: dict[str, Decoded]) -> None:
-    """45 mm and 0.5 deg apart without covers (p 0.17), 66 mm and 0.9 deg with them (p 0.24)."""
-    for covers, shift, p in ((False, (45, 0.5), 0.17), (True, (66, 0.93), 0.24)):
+    """45 mm and 0.5 deg apart without covers (p 0.17), 66 mm and 0.9 deg with them (p 0.23)."""
+    for covers, shift, p in ((False, (45, 0.5), 0.17), (True, (66, 0.93), 0.23)):
         found: dict[str, Summary] = {}
         for name, own in both.items():
             factories = [station.factory for station in own.stations]

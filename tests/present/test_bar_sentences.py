@@ -15,6 +15,11 @@ SAID = [
     ("bar.accuracy", {"p95": 0.4, "one": True, "worst": "bar x, way x", "certificate": {"u_mm":
      0.0}, "word": "good", "limits_mm": LIMITS, "size_mm": 0.4},
      "95 % of the lengths are wrong by at most 0.4 mm (limits: good 0.5 mm, usable 2 mm)."),
+    ("bar.accuracy", {"p95": 0.4, "one": True, "worst": "bar x, way x", "certificate": {"u_mm":
+     0.0}, "word": "usable", "limits_mm": LIMITS, "size_mm": 0.4, "seen": 0.4, "rms_mm": 3.0},
+     "95 % of the lengths are wrong by at most 0.4 mm (limits: good 0.5 mm, usable 2 mm). It is "
+     "usable at best, as both ends were seen in 40 % of the frames, as gross errors make the rms "
+     "3 mm."),
     ("bar.accuracy", {"p95": 1.9, "one": False, "worst": "bar x, way x", "certificate": {"u_mm":
      0.1}, "word": "bad", "limits_mm": LIMITS, "size_mm": 2.1},
      "95 % of the lengths are wrong by at most 1.9 mm in the worst direction (bar x, way "
@@ -30,9 +35,15 @@ SAID = [
      "Bar x, way x: mean error 0.5 mm, +0.1 % of the length (no interval: the frames are "
      "worth 12 independent ones)."),
     ("bar.length_bias", {"series": "bar x, way x", "value": -0.31, "lower_95": -0.5, "upper_95":
-     -0.12},
+     -0.12, "passes": 3, "fewest": 3},
      "Bar x, way x: lengths are too short on average, by more than mean and certificate "
      "are uncertain: −0.31 (−0.50…−0.12) mm."),
+    ("bar.length_bias", {"series": "bar x, way x", "value": 0.31, "lower_95": 0.12, "upper_95":
+     0.5, "passes": 1, "fewest": 3},
+     "Bar x, way x: lengths are too long on average in this pass, by more than mean and "
+     "certificate are uncertain: 0.31 (0.12…0.50) mm."),
+    ("bar.exact", {},
+     "The certified length is taken as exact: state its standard uncertainty (length_u_mm)."),
     ("bar.angle_bias", {"value": 1.9},
      "The rotation between the bodies differs from the stated one by 1.9° on average."),
     ("bar.by_direction", {"value": 0.31, "lower_95": 0.12, "upper_95": 0.5},
@@ -73,6 +84,7 @@ SAID = [
     ("bar.reversals", {"n": 2, "pair": ("A", "B")},
      "the bar points the other way from one frame to the next (2 of them): A and B "
      "exchange their labels, which leaves the length as it is"),
+    ("bar.twice", {"name": "x2", "known": "x1"}, "x2 is the same file as x1, and counts once"),
     ("bar.loose", {"pair": ("A", "B"), "spread": 2.5, "limit": 1.5},
      "the distance of A and B spreads by 2.5 mm, more than 1.5 mm (bar.rigid_mm): are both"
      " on one stiff object?"),
@@ -90,10 +102,13 @@ SAID = [
     ("points.frame_changed", {"cuts": [10], "jumps_mm": [145.0], "inside_mm": 7.84},
      "The frame changed while the points were taken: after point 10, by 145 mm rms; with a"
      " frame for each part 7.84 mm are left."),
-    ("points.does_not_fit", {"noise_mm": 0.5},
+    ("points.does_not_fit", {"noise_mm": 0.5, "wrong_point": None},
      "No rigid fit explains the points: they are off by more than ten times the noise of "
-     "takes and reference (0.5 mm). Check which point belongs to which, and the order of "
-     "the columns."),
+     "takes and reference (0.5 mm). The volume is distorted by as much, or points are not those "
+     "of the reference: check which belongs to which, and the order of the columns."),
+    ("points.does_not_fit", {"noise_mm": 0.5, "wrong_point": "P4", "others_mm": 1.36},
+     "No rigid fit explains the points: they are off by more than ten times the noise of "
+     "takes and reference (0.5 mm). Without point P4 the others fit to 1.36 mm: check this point."),
     ("points.scale", {"scale_ppm": -3700.0, "scale_se_ppm": 1000.0},
      "The scale of these points differs by -3700 ppm (standard error 1000)."),
     ("points.no_scale", {"scale_ppm": 300.0, "scale_se_ppm": 800.0},

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocap_metrology.accuracy.points import Points, check
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.recording.points import Seen, read_reference, write_points
 
@@ -34,6 +35,27 @@ def test_a_group_of_markers(tmp_path: Path) -> None:
     swapped = [*rows[:3], rows[3] | {"point": "P4"}, rows[4] | {"point": "P3"}, *rows[5:]]
     write_points("lab", swapped, recorded, tmp_path / "ref.csv", *found)
     assert json.loads(found[0].read_text())["findings"][0] == "does_not_fit"
+    whole = (tmp_path / "ref.csv").read_text()
+    (tmp_path / "ref.csv").write_text(whole.replace(f"P6,{truth[6, 0]}", f"P6,{truth[6, 0] + 50}"))
+    write_points(
+        "lab", rows[:3] + rows[4:], recorded[:3] + recorded[4:], tmp_path / "ref.csv", *found
+    )
+    assert "Without point P6 the others fit to" in json.loads(found[0].read_text())["sentences"][1]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (np.diag([1e-3, 1e-3, 1e-3]), "0.001 times as far apart as their recordings; expected mm"),
+        (np.diag([1, 1, -1]), "a mirror image of their recordings; expected a frame that is right"),
+        (np.eye(3)[[1, 0, 2]], "no two columns exchanged"),
+    ],
+)
+def test_another_unit_and_a_left_handed_frame_are_refused(change: np.ndarray, words: str) -> None:
+    rng = np.random.default_rng(2)
+    places = rng.uniform(-1000, 1000, (8, 3))
+    with pytest.raises(Refusal, match=words):
+        check(Points(places, np.tile(np.eye(3), (8, 1, 1)), places @ change.T), "lab")
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,8 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
         *("gate", "default"),
     )
     expected = dict.fromkeys(per_recording, len(sheet)) | dict.fromkeys(once, 1)
-    expected |= {"group_tables": len({row["group"] for row in sheet})}
+    groups = len({row["group"] for row in sheet})
+    expected |= {"group_tables": groups, "noise_tables": groups}
     setups = {row["setup"] for row in calibrations}
     expected |= {f"calibration_twins_{k}": 1 for k in range(1, len(setups) + 1)}
     expected |= {"calibration_figures": len(setups)}

@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 from test_rules import rules
 
-SUBMITTED = {"clean", "sweeps", "claims", "jansen_study"}
+SUBMITTED = {"clean", "take_bar", "sweeps", "claims", "jansen_study"}
 PROFILES = Path(__file__).resolve().parents[2] / "profiles"
 
 

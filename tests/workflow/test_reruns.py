@@ -126,7 +126,7 @@ def test_a_changed_cell_computes_anew_what_reads_its_column(computed: Path) -> N
     }
     expected = {
         "words": {"group_tables"},  # which has a column of comments
-        "group": {"verdict", "group_tables"},
+        "group": {"verdict", "group_tables", "noise_tables"},
     }
 
     plans = (functools.partial(plan, computed, name, changes[name]) for name in changes)

@@ -25,14 +25,20 @@ def calibration(name: str, setup: str = "sim-1", **cells: Any) -> CalibrationRow
 
 
 def test_a_sheet_as_a_table_to_look_up_in() -> None:
-    rows = {"a": recording("a"), "b": recording("b", twin="T", group="2"), "c": recording("c")}
+    rows = {
+        "a": recording("a"),
+        "b": recording("b", twin="T", group="2"),
+        "c": recording("c", bar="A-B"),
+    }
     sheet = selection.Sheet(RecordingRow, rows)
     assert sheet.groups == ["lab", "2"]
     assert sheet.table.to_dict("list") == {
         "recording": ["a", "b", "c"],
         "group": ["lab", "2", "lab"],
         "source": ["measured", "twin", "measured"],
+        "about": ["noise", "noise", "bar"],
     }
+    assert sheet.pattern(source="measured", about="bar") == "c"
     nothing = selection.Sheet(RecordingRow, {})
     assert nothing.table.query("group == 'lab' and source == 'twin'").empty
 

@@ -103,7 +103,11 @@ def test_a_bar_and_its_certificate(folder: Path) -> None:
     bar = dict(zip(("bar", *OF_BAR), ("M1-M2", "500,02", ".05", pose), strict=True))
     found = load(folder, GOOD | bar)["A"]
     assert (found.bar, found.length_mm, found.length_u_mm) == ("M1-M2", 500.02, 0.05)
-    assert found.bar_pose is not None
+    assert found.bar_pose is not None and found.about == "bar"
+    assert load(folder, GOOD | bar | {"markers": "", "pairs": "", "cluster": ""})["A"].markers == ()
+    for column, value in (("monitor", "hall"), ("point", "P1")):
+        with pytest.raises(Faults, match=f"column {column}.*expected nothing in a row with a bar"):
+            load(folder, GOOD | bar | {column: value})
 
 
 def test_what_is_left_out_is_derived(folder: Path) -> None:

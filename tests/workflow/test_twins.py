@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from mocap_workflow import calibration_twins, recording_twins
 from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.selection import on_its_date
 from mocap_workflow.startup import recording_twins as used_twins
 
 from mocap_metrology.common.faults import Faults
@@ -58,6 +59,17 @@ def test_a_take_has_defaults_of_its_kind_and_the_shorter_duration() -> None:
         made = used_twins(rows([1, 4]), twins(), duration)["hall"]
         assert made.duration_s == expected and made.labels == ("a", "b")
     assert used_twins(rows([]), twins(), 60.0)
+
+
+def test_a_facility_over_dates_needs_dates() -> None:
+    """The twin of a row is that of its date."""
+    entry = {"coefficients": {"all": {"h_0": 1e-6}}, "seed": 1, "days": {}}
+    document = {"twins": {"f": entry}, "defaults": {}}
+    row = RecordingRow.model_construct(twin="f", camera_ids=(), date="2026-03-02T08:15")
+    made = used_twins({"r": row}, document, 60.0)["f"]
+    assert on_its_date(made, row).date == "2026-03-02T08:15"
+    with pytest.raises(Faults, match='column date: ""; expected a date, as twin f has days'):
+        used_twins({"r": row.model_copy(update={"date": None})}, document, 60.0)
 
 
 def test_other_cameras_than_the_sheet_says_are_a_line() -> None:

@@ -92,7 +92,8 @@ class RecordingRow(SheetRow):
     `;`; or `simulate:<twin>` with a twin of `config/twins.yaml`. `s3://bucket/key` is a file in S3
     (`make s3` first), here and wherever a sheet names a file."""
     markers: Annotated[tuple[str, ...], each_once('labels of the markers, separated by ";"')] = ()
-    """Labels of the markers to analyse, separated by `;`. At least one; may be empty for a twin."""
+    """Labels of the markers to analyse, separated by `;`. At least one; may be empty for a twin,
+    or with column `bar`."""
     group: Name
     """Recordings of one group share tables and, if they are two or more, figures. Rows of one group
     that differ in `n_cameras` are subsets of one take. `skurowski2019` feeds the paper's tables and
@@ -205,6 +206,18 @@ class RecordingRow(SheetRow):
     comment: str = ""
     """Free text."""
 
+    @property
+    def about(self) -> str:
+        """What is judged: a `bar` that is moved, or `noise` at rest."""
+        return "bar" if self.bar else "noise"
+
+    @field_validator("cluster", "covariate", "compare_with", "point", "monitor")
+    @classmethod
+    def _at_rest(cls, value: object, info: Info) -> object:
+        if value and info.context.cells.get("bar"):
+            raise Unfit("nothing in a row with a bar in column bar, which is moved")
+        return value
+
     @field_validator("length_mm", "bar_pose")
     @classmethod
     def _of_a_bar(cls, value: object, info: Info) -> object:
@@ -248,7 +261,7 @@ class RecordingRow(SheetRow):
     @field_validator("markers")
     @classmethod
     def _some_markers(cls, markers: tuple[str, ...], info: Info) -> tuple[str, ...]:
-        if not markers and not info.context.is_simulated:
+        if not (markers or info.context.is_simulated or info.context.cells.get("bar")):
             raise Unfit('the labels of one or more markers of the file, separated by ";"')
         return markers
 

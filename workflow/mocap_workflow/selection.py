@@ -19,6 +19,7 @@ from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin
 from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.rows import SheetRow
 
 OfSheet = TypeVar("OfSheet", RecordingRow, CalibrationRow)
 Twins = Mapping[str, AnyTwin]
@@ -33,8 +34,8 @@ class Sheet(Generic[OfSheet]):
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """What rules select by, for `lookup`: name, `group`, `setup` of a calibration, and `source`
-        of each row."""
+        """What rules select by, for `lookup`: name, `group`, `source`, `setup` of a calibration,
+        what a recording is `about`, of each row."""
         table = {name: [getattr(row, name) for row in self.rows.values()] for name in self._shown}
         return pd.DataFrame({self.kind.KIND: list(self.rows), **table}, dtype=str)
 
@@ -42,17 +43,15 @@ class Sheet(Generic[OfSheet]):
     def _shown(self) -> list[str]:
         if "setup" in self.kind.columns():
             return ["group", "setup", "source"]
-        return ["group", "source"]
+        return ["group", "source", "about"]
 
-    @property
-    def simulated(self) -> str:
-        """Regular expression of the names of its twins."""
-        return any_of(name for name, row in self.rows.items() if row.twin)
-
-    @property
-    def measured(self) -> str:
-        """Regular expression of all other names."""
-        return any_of(name for name, row in self.rows.items() if not row.twin)
+    def pattern(self, **values: str) -> str:
+        """Regular expression of the names of rows that have these values in `table`."""
+        return any_of(
+            name
+            for name, row in self.rows.items()
+            if all(getattr(row, key) == value for key, value in values.items())
+        )
 
     @property
     def groups(self) -> list[str]:
@@ -123,11 +122,6 @@ def with_receiver(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
     return [row for row in rows if row.receiver]
 
 
-def without_bar(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
-    """All others."""
-    return [row for row in rows if not row.bar]
-
-
 def with_points(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
     """Recordings at reference points, in the order of their dates, then of their names."""
     return sorted((row for row in rows if row.point), key=_date)
@@ -187,6 +181,13 @@ def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
 def twins_by_name(rows: Iterable[RecordingRow], twins: Twins) -> dict[str, AnyTwin]:
     """The twins among them, named as their recordings."""
     return {row.name: replace(twins[row.twin], name=row.name) for row in rows if row.twin}
+
+
+def on_its_date(twin: AnyTwin | CalibrationTwin, row: SheetRow) -> AnyTwin | CalibrationTwin:
+    """The twin of a row; of a facility, on the row's date."""
+    if isinstance(twin, Twin) and twin.days and isinstance(row, RecordingRow):
+        return replace(twin, date=row.date or "")
+    return twin
 
 
 def twin_values(rows: Iterable[RecordingRow], twins: Twins, setting: str) -> list[object]:

@@ -163,7 +163,7 @@ def recording_twins(
         return replace(twin, duration_s=min(twin.duration_s, duration_s))
 
     twins, faults = _all(read, _used(recordings))
-    faults = faults or _other_cameras(recordings, twins)
+    faults = faults or [*_other_cameras(recordings, twins), *_undated(recordings, twins)]
     if faults:
         raise Faults(faults)
     return twins
@@ -172,6 +172,16 @@ def recording_twins(
 def _used(rows: Mapping[str, RecordingRow] | Mapping[str, CalibrationRow]) -> list[str]:
     """Names of the twins of a sheet."""
     return list(dict.fromkeys(row.twin for row in rows.values() if row.twin))
+
+
+def _undated(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]) -> list[str]:
+    """Rows without a date whose twin is of a facility over dates."""
+    return [
+        f'recordings, recording "{name}", column date: ""; expected a date, as twin {row.twin} has'
+        " days"
+        for name, row in rows.items()
+        if not row.date and getattr(twins.get(row.twin or ""), "days", None)
+    ]
 
 
 def _other_cameras(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]) -> list[str]:

@@ -19,7 +19,7 @@ checkpoint sweeps:
     benchmark:
         "<benchmarks>/sweeps/{calibration}.tsv"
     wildcard_constraints:
-        calibration=CALIBRATIONS.measured,
+        calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
         mem_mb=memory(1500),
         runtime=minutes(30),
@@ -49,7 +49,7 @@ rule pose:
     benchmark:
         "<benchmarks>/pose/{calibration}.tsv"
     wildcard_constraints:
-        calibration=CALIBRATIONS.measured,
+        calibration=CALIBRATIONS.pattern(source="measured"),
     priority: 5
     resources:
         mem_mb=memory(1000),
@@ -79,7 +79,7 @@ rule calibration_bar:
     benchmark:
         "<benchmarks>/calibration_bar/{calibration}.tsv"
     wildcard_constraints:
-        calibration=CALIBRATIONS.measured,
+        calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
         mem_mb=memory(1500),
         runtime=minutes(30),
@@ -108,7 +108,7 @@ rule calibration_receiver:
     benchmark:
         "<benchmarks>/calibration_receiver/{calibration}.tsv"
     wildcard_constraints:
-        calibration=CALIBRATIONS.measured,
+        calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
         mem_mb=memory(1000),
         runtime=minutes(30),
@@ -176,7 +176,7 @@ rule calibration_figures:
     benchmark:
         "<benchmarks>/calibration_figures/{calibration}.tsv"
     wildcard_constraints:
-        calibration=CALIBRATIONS.simulated,
+        calibration=CALIBRATIONS.pattern(source="twin"),
     resources:
         mem_mb=memory(1000),
         runtime=minutes(10),

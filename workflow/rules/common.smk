@@ -87,11 +87,14 @@ wildcard_constraints:
 # Queries of a sheet, for `lookup` and `accepted`.
 OF_GROUP = "group == '{group}'"  # of the rule's wildcard
 EVERY = "index >= 0"
+ABOUT_NOISE = "about == 'noise'"  # recordings at rest
+ABOUT_BAR = "about == 'bar'"  # of a bar that is moved
+NOISE_OF_GROUP = f"{OF_GROUP} and {ABOUT_NOISE}"
 SIMULATED = "source == 'twin'"
 MEASURED = "source == 'measured'"
-SKUROWSKI = "group == 'skurowski2019'"
-CRUMP = "group == 'skurowski2019-crump'"
-REPAIRED = "group == 'skurowski2019-repaired'"
+SKUROWSKI = f"group == 'skurowski2019' and {ABOUT_NOISE}"
+CRUMP = f"group == 'skurowski2019-crump' and {ABOUT_NOISE}"
+REPAIRED = f"group == 'skurowski2019-repaired' and {ABOUT_NOISE}"
 JANSEN = "group == 'jansen2019'"
 
 # Columns of a recording that most tables and figures show; see `columns`.
@@ -155,6 +158,8 @@ def files(ask):
 def verdict(kind, name):
     """check.json of a real recording or calibration: `ok`, `why`, `warnings`."""
     first = {"recording": "clean", "calibration": "sweeps"}[kind]
+    if kind == "recording" and RECORDINGS.rows[name].bar:
+        first = "take_bar"
     job = getattr(checkpoints, first).get(**{kind: name})
     try:
         return json.loads(Path(job.output.check).read_text(encoding="utf-8"))
@@ -184,6 +189,7 @@ accepted_calibrations = partial(accepted, sheet=CALIBRATIONS)
 
 # Selections of several subjects.
 EVERY_RECORDING = accepted(query=EVERY)
+AT_REST = accepted(query=ABOUT_NOISE)
 EVERY_CALIBRATION = accepted_calibrations(query=EVERY)
 OF_SKUROWSKI = accepted(query=SKUROWSKI)
 OF_REPAIRED = accepted(query=REPAIRED)
@@ -208,31 +214,17 @@ def groups(choose=list, query=EVERY, sheet=RECORDINGS):
 
 def pairs(rows):
     """Names of recordings and of their references, see mocap_workflow/selection.py."""
-    return selection.pairs(rows, [row.name for row in EVERY_RECORDING(None)])
+    return selection.pairs(rows, [row.name for row in AT_REST(None)])
 
 
 def references(rows):
     """The accepted recordings that these are compared with."""
-    return selection.references(rows, EVERY_RECORDING(None))
+    return selection.references(rows, AT_REST(None))
 
 
 def has_bodies(row):
     """Whether a label that was chosen is a body, with an orientation beside its position."""
     return not row.twin and bool(verdict("recording", row.name).get("bodies"))
-
-
-def has_bar(row):
-    """Whether its bar is judged, not its noise at rest."""
-    return bool(row.bar)
-
-
-def is_measured(row):
-    return row.twin is None
-
-
-def bars(rows):
-    """Names of recordings of a bar that is moved."""
-    return selection.names(selection.with_bar(rows))
 
 
 def takes_of(wildcards):
@@ -283,7 +275,7 @@ def column(name, of):
 def twin_of(twins):
     """Function of the wildcards: the twin of the row by its name, see config/twins.yaml. In a dict,
     as Snakemake sees no change in a value of a class that it does not know."""
-    return of_row(lambda row: {row.twin: twins[row.twin]})
+    return of_row(lambda row: {row.twin: selection.on_its_date(twins[row.twin], row)})
 
 
 def column_of_twins(setting, of):

@@ -1,18 +1,16 @@
 # Recordings of a group side by side: tables of every group, figures of two recordings or more.
 
-OTHERS = "group != 'skurowski2019'"  # the figures of the paper itself are in skurowski.smk
+# The figures of the paper itself are in skurowski.smk
+OTHERS = f"group != 'skurowski2019' and {ABOUT_NOISE}"
+still = partial(accepted, query=NOISE_OF_GROUP)
 
 
 rule group_tables:
     input:
         checks=checks(RECORDINGS, OF_GROUP),
-        gaussian=of_each("gaussian.csv", accepted()),
-        outliers=of_each("outliers.csv", accepted()),
-        allan=of_each("allan_masked.parquet", accepted()),
-        noise=of_each("noise.csv", accepted()),
         verdicts=of_each("verdict.json", accepted()),
     output:
-        tables_of_group("subsets", "gaussian", "outliers", "allan", "noise", "summary"),
+        tables_of_group("subsets", "summary"),
         multiqc="<results>/tables/{group}_mqc.json",
     log:
         "<logs>/group_tables/{group}.log",
@@ -30,12 +28,38 @@ rule group_tables:
         "../scripts/group_tables.py"
 
 
+rule noise_tables:
+    input:
+        checks=checks(RECORDINGS, NOISE_OF_GROUP),
+        gaussian=of_each("gaussian.csv", still()),
+        outliers=of_each("outliers.csv", still()),
+        allan=of_each("allan_masked.parquet", still()),
+        noise=of_each("noise.csv", still()),
+    output:
+        tables_of_group("gaussian", "outliers", "allan", "noise"),
+    log:
+        "<logs>/noise_tables/{group}.log",
+    benchmark:
+        "<benchmarks>/noise_tables/{group}.tsv"
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("noise_tables.py"),
+        rows=columns(*SUBSET, of=still()),
+    message:
+        "{wildcards.group}: tables of noise"
+    script:
+        "../scripts/noise_tables.py"
+
+
 POINT = ("column_names", "accept_truncated")
-DATED = accepted(selection.over_dates)
-WITH_COVARIATE = accepted(selection.with_covariate)
-WITH_POINTS = accepted(selection.with_points)
-WITH_PLACE = accepted(selection.with_place)
-SUBSETS = accepted(selection.subsets)
+DATED = still(selection.over_dates)
+WITH_COVARIATE = still(selection.with_covariate)
+WITH_POINTS = still(selection.with_points)
+WITH_PLACE = still(selection.with_place)
+SUBSETS = still(selection.subsets)
+BARS = accepted(query=f"{OF_GROUP} and {ABOUT_BAR}")
 
 # What the recordings of a group are compared in: for which groups, what is read, the files that are
 # written, with the labels of figures in the report, and what the script is told.
@@ -43,9 +67,9 @@ COMPARISONS = {
     "families": {
         "of": groups(selection.several, OTHERS),
         "input": {
-            "checks": checks(RECORDINGS, OF_GROUP),
-            "allan": of_each("allan_masked.parquet", accepted()),
-            "noise": of_each("noise.csv", accepted()),
+            "checks": checks(RECORDINGS, NOISE_OF_GROUP),
+            "allan": of_each("allan_masked.parquet", still()),
+            "noise": of_each("noise.csv", still()),
         },
         "output": {
             "figures": {
@@ -54,25 +78,25 @@ COMPARISONS = {
                 "correlated": "correlated noise: amplitudes and correlation times",
             }
         },
-        "params": {"caption": captions.FAMILIES, "rows": columns(*SUBSET, of=accepted())},
+        "params": {"caption": captions.FAMILIES, "rows": columns(*SUBSET, of=still())},
         "message": "figures of the group",
     },
     # The paper's Figure 11 for any group with subsets of cameras
     "scaling": {
         "of": groups(selection.scaled, OTHERS),
         "input": {
-            "checks": checks(RECORDINGS, OF_GROUP),
-            "gaussian": of_each("gaussian.csv", accepted()),
+            "checks": checks(RECORDINGS, NOISE_OF_GROUP),
+            "gaussian": of_each("gaussian.csv", still()),
         },
         "output": {"figures": {"scaling": "Spread: over the number of cameras"}},
-        "params": {"caption": captions.SCALING, "rows": columns(*SUBSET, of=accepted())},
+        "params": {"caption": captions.SCALING, "rows": columns(*SUBSET, of=still())},
         "message": "spread over the number of cameras",
     },
     "compare": {
-        "of": groups(pairs),
+        "of": groups(pairs, ABOUT_NOISE),
         "input": {
             name: collect(
-                f"<results>/recordings/{{pair[{k}]}}/allan_masked.parquet", pair=accepted(pairs)
+                f"<results>/recordings/{{pair[{k}]}}/allan_masked.parquet", pair=still(pairs)
             )
             for k, name in enumerate(("new", "old"))
         },
@@ -82,13 +106,13 @@ COMPARISONS = {
         },
         "params": {
             "caption": captions.COMPARE,
-            "pairs": accepted(pairs),
+            "pairs": still(pairs),
             "compare": config["compare"],
         },
         "message": "comparison with the reference",
     },
     "trend": {
-        "of": groups(selection.over_dates),
+        "of": groups(selection.over_dates, ABOUT_NOISE),
         "input": {"allan": of_each("allan_masked.parquet", DATED)},
         "output": {
             "tables": {"csv": "trend.csv", "md": "trend.md"},
@@ -96,14 +120,14 @@ COMPARISONS = {
         },
         "params": {
             "caption": captions.TREND,
-            "series_over_dates": accepted(selection.series_over_dates),
+            "series_over_dates": still(selection.series_over_dates),
             "dates": column("date", of=DATED),
             "compare": config["compare"],
         },
         "message": "change over dates",
     },
     "coherence": {
-        "of": groups(selection.with_covariate),
+        "of": groups(selection.with_covariate, ABOUT_NOISE),
         "input": {
             "clean": of_each("clean.parquet", WITH_COVARIATE),
             "covariate": lambda wildcards: [
@@ -119,7 +143,7 @@ COMPARISONS = {
         "message": "noise against the covariate",
     },
     "places": {
-        "of": groups(selection.with_place),
+        "of": groups(selection.with_place, ABOUT_NOISE),
         "input": {
             "allan": of_each("allan_masked.parquet", WITH_PLACE),
             "clean": of_each("clean.parquet", WITH_PLACE),
@@ -132,11 +156,11 @@ COMPARISONS = {
         "message": "noise by place",
     },
     "bars": {
-        "of": groups(selection.with_bar),
+        "of": groups(query=ABOUT_BAR),
         "input": {
             "checks": checks(RECORDINGS, OF_GROUP),
-            "takes": of_each("bar.parquet", accepted(selection.with_bar)),
-            "verdicts": of_each("verdict.json", accepted(selection.without_bar)),
+            "takes": of_each("bar.parquet", BARS),
+            "verdicts": of_each("verdict.json", still()),
             # What else is known of the uncertainty of a length
             "monitors": lambda wildcards: [
                 f"{config['results']}/monitors/{name}/monitor.json"
@@ -167,9 +191,9 @@ COMPARISONS = {
         "message": "all passes of a bar",
     },
     "points": {
-        "of": groups(selection.with_points),
+        "of": groups(selection.with_points, ABOUT_NOISE),
         "input": {
-            "checks": checks(RECORDINGS, OF_GROUP),
+            "checks": checks(RECORDINGS, NOISE_OF_GROUP),
             "clean": of_each("clean.parquet", WITH_POINTS),
             "files": lambda wildcards: [
                 located(path) for row in WITH_POINTS(wildcards) for path in row.paths
@@ -190,7 +214,7 @@ COMPARISONS = {
         "message": "reference points",
     },
     "cameras": {
-        "of": groups(selection.subsets),
+        "of": groups(selection.subsets, ABOUT_NOISE),
         "input": {
             "raw": of_each("trajectories.parquet", SUBSETS),
             "covariance": of_each("covariance.csv", SUBSETS),
@@ -208,7 +232,7 @@ COMPARISONS = {
         },
         "params": {
             "caption": captions.CAMERAS,
-            "takes": accepted(selection.takes),
+            "takes": still(selection.takes),
             "rows": columns("recording", "camera_type", "camera_ids", of=SUBSETS),
             "cameras": config["cameras"],
             "mask_sigma": config["noise"]["mask_sigma"],
@@ -279,6 +303,7 @@ promise(
     figures=collect_outputs(rules.monitor.output, monitor=list(MONITORS)),
     tables=together(
         collect_outputs(rules.group_tables.output, group=groups()),
+        collect_outputs(rules.noise_tables.output, group=groups(query=ABOUT_NOISE)),
         *(
             collect_outputs(getattr(rules, name).output, group=of["of"])
             for name, of in COMPARISONS.items()

@@ -1,5 +1,6 @@
 # A recording is three jobs: clean, noise, verdict. Parquet between them is the cache: a changed
-# setting of the noise reads no recording, a changed caption fits no noise.
+# setting of the noise reads no recording, a changed caption fits no noise. Of a bar that is moved
+# there are two: take_bar, bar.
 
 CLEANED = [
     "<results>/recordings/{recording}/trajectories.parquet",
@@ -7,8 +8,16 @@ CLEANED = [
     "<results>/recordings/{recording}/outliers.csv",
 ]
 MEASURED_FILES = files(selection.paths)
-BAR = ("bar", "length_mm", "length_u_mm", "bar_pose")
 ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
+OF_BAR = ("bar", "length_mm", "length_u_mm", "bar_pose")
+BAR_TAKE = "<results>/recordings/{recording}/bar.parquet"
+READ_AS_BAR = {  # params of both rules
+    "code": source("take_bar.py"),
+    "entry": columns(*ENTRY),
+    "origin": columns("recording", "source", "twin", "date"),
+    "bar": columns(*OF_BAR),
+    "settings": settings("seed", "second_opinion", bar=["rigid_mm", "least_path_mm"]),
+}
 
 
 # A refusal is a result: this rule succeeds, check.json states the reason, and tables are empty.
@@ -25,7 +34,7 @@ checkpoint clean:
     benchmark:
         "<benchmarks>/clean/{recording}.tsv"
     wildcard_constraints:
-        recording=RECORDINGS.measured,
+        recording=RECORDINGS.pattern(source="measured", about="noise"),
     priority: 10
     resources:
         mem_mb=memory(4000, arrays=9),
@@ -37,14 +46,7 @@ checkpoint clean:
         paths=cell("paths"),
         entry=columns(*ENTRY, "sha256"),
         origin=columns("recording", "source", "twin", "pairs"),
-        bar=columns(*BAR),
-        settings=settings(
-            "hampel",
-            "still",
-            "second_opinion",
-            verdict=["horizon_s"],
-            bar=["rigid_mm", "least_path_mm"],
-        ),
+        settings=settings("hampel", "still", "second_opinion", verdict=["horizon_s"]),
     message:
         "{wildcards.recording}: reading, checking and cleaning"
     script:
@@ -63,7 +65,7 @@ rule clean_twin:
     benchmark:
         "<benchmarks>/clean/{recording}.tsv"
     wildcard_constraints:
-        recording=RECORDINGS.simulated,
+        recording=RECORDINGS.pattern(source="twin", about="noise"),
     resources:
         mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=2.5),
@@ -77,6 +79,86 @@ rule clean_twin:
         "{wildcards.recording}: simulating and cleaning"
     script:
         "../scripts/clean.py"
+
+
+# As `clean` of a bar that is moved. Its noise is no noise: nothing is cleaned or fitted.
+checkpoint take_bar:
+    input:
+        MEASURED_FILES,
+    output:
+        check="<results>/recordings/{recording}/check.json",
+        take=BAR_TAKE,
+    log:
+        "<logs>/take_bar/{recording}.log",
+    benchmark:
+        "<benchmarks>/take_bar/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.pattern(source="measured", about="bar"),
+    priority: 10
+    resources:
+        mem_mb=memory(2000, arrays=12),
+        runtime=minutes(30, seconds=2.5),
+    params:
+        **READ_AS_BAR,
+        contents=contents(selection.paths),
+        paths=cell("paths"),
+        sha256=cell("sha256"),
+    message:
+        "{wildcards.recording}: reading the bar"
+    script:
+        "../scripts/take_bar.py"
+
+
+rule take_bar_twin:
+    output:
+        truth="<results>/recordings/{recording}/truth.json",
+        take=BAR_TAKE,
+    log:
+        "<logs>/take_bar/{recording}.log",
+    benchmark:
+        "<benchmarks>/take_bar/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.pattern(source="twin", about="bar"),
+    resources:
+        mem_mb=memory(1000, arrays=12),
+        runtime=minutes(30, seconds=2.5),
+    params:
+        **READ_AS_BAR,
+        twin=twin_of(TWINS),
+    message:
+        "{wildcards.recording}: simulating a bar"
+    script:
+        "../scripts/take_bar.py"
+
+
+rule bar:
+    input:
+        take=BAR_TAKE,
+    output:
+        **figure_of_recording("bar", "bar: errors of a length that moves"),
+        json=of_recording("bar.json"),
+        csv=of_recording("bar.csv"),
+        places=of_recording("bar_places.csv"),
+        verdict=of_recording("verdict.json"),
+        filters=multiext("<results>/recordings/{recording}/", "noise_ros.yaml", "px4.params"),
+    log:
+        "<logs>/bar/{recording}.log",
+    benchmark:
+        "<benchmarks>/bar/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.pattern(about="bar"),
+    resources:
+        mem_mb=memory(1000, arrays=12),
+        runtime=minutes(30, seconds=3.0),
+    params:
+        code=source("bar.py"),
+        caption=captions.BAR,
+        row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
+        settings=settings("bar", "place"),
+    message:
+        "{wildcards.recording}: errors of a bar that is moved"
+    script:
+        "../scripts/bar.py"
 
 
 # Priority, because it is the longest job of a recording and should not run last and alone.
@@ -113,7 +195,6 @@ rule verdict:
     input:
         CLEANED,
         rules.noise.output,
-        bar=branch(of_row(has_bar), then=of_recording("bar.json")),
     output:
         report(
             "<results>/recordings/{recording}/verdict.svg",
@@ -201,28 +282,6 @@ FURTHER = {
         "params": {"caption": captions.PLACE, "place": config["place"]},
         "message": "noise by place",
     },
-    "bar": {
-        "input": {
-            "trajectories": CLEANED[0],
-            "files": branch(of_row(is_measured), then=MEASURED_FILES),
-        },
-        "output": {
-            "json": of_recording("bar.json"),
-            "csv": of_recording("bar.csv"),
-            "places": of_recording("bar_places.csv"),
-            "takes": of_recording("bar.parquet"),
-            **figure_of_recording("bar", "bar: errors of a length that moves"),
-        },
-        "params": {
-            "contents": contents(selection.paths),
-            "caption": captions.BAR,
-            "entry": columns(*ENTRY),
-            "named": columns("recording", "source", "twin", "date"),
-            "bar": columns(*BAR),
-            "settings": settings("bar", "place"),
-        },
-        "message": "errors of a bar that is moved",
-    },
 }
 
 for NAME, OF in FURTHER.items():
@@ -261,12 +320,14 @@ promise(
             CLEANED,
             rules.noise.output,
             rules.verdict.output,
-            recording=accepted(selection.names, EVERY),
+            recording=accepted(selection.names, ABOUT_NOISE),
+        ),
+        collect_outputs(
+            [BAR_TAKE], rules.bar.output, recording=accepted(selection.names, ABOUT_BAR)
         ),
     ),
     figures=together(
-        collect_outputs(rules.orientation.output, recording=accepted(turned, EVERY)),
-        collect_outputs(rules.place.output, recording=accepted(moved, EVERY)),
-        collect_outputs(rules.bar.output, recording=accepted(bars, EVERY)),
+        collect_outputs(rules.orientation.output, recording=accepted(turned, ABOUT_NOISE)),
+        collect_outputs(rules.place.output, recording=accepted(moved, ABOUT_NOISE)),
     ),
 )

@@ -9,8 +9,10 @@ rule pages:
         checks=checks(RECORDINGS) + checks(CALIBRATIONS),
         verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
         poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
-        cameras=collect("<results>/tables/{group}_cameras.json", group=groups(selection.subsets)),
-        changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs)),
+        cameras=collect(
+            "<results>/tables/{group}_cameras.json", group=groups(selection.subsets, ABOUT_NOISE)
+        ),
+        changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs, ABOUT_NOISE)),
         monitors=collect("<results>/monitors/{name}/monitor.json", name=MONITORS),
         claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
     output:
@@ -46,8 +48,8 @@ rule pages:
         summary=captions.SUMMARY,
         recordings=columns("recording", "group", of=EVERY_RECORDING),
         calibrations=columns("calibration", "setup", "group", "source", of=EVERY_CALIBRATION),
-        cameras=groups(selection.subsets),
-        compared=groups(pairs),
+        cameras=groups(selection.subsets, ABOUT_NOISE),
+        compared=groups(pairs, ABOUT_NOISE),
         subjects=subjects,
         papers=papers,
     message:
@@ -62,9 +64,11 @@ rule provenance:
         pages=rules.pages.output,  # whose inputs are all results
         tables=results_of("tables"),
         origins=together(
-            collect(
-                "<results>/recordings/{row.recording}/trajectories.parquet", row=EVERY_RECORDING
-            ),
+            lambda wildcards: [
+                f"{config['results']}/recordings/{row.name}/"
+                f"{'bar' if row.bar else 'trajectories'}.parquet"
+                for row in EVERY_RECORDING(wildcards)
+            ],
             collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
         ),
     output:

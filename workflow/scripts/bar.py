@@ -1,22 +1,18 @@
-"""Recording of a bar that is moved -> bar.json, bar.csv, bar_places.csv, its take, a figure."""
+"""bar.parquet of a bar that is moved -> bar.json, bar.csv, bar_places.csv, verdict.json, noise for
+filters, a figure."""
 
 from step import step
 
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.accuracy.asked import Asked
+    from mocap_metrology.common.files import write_json
     from mocap_metrology.present.accuracy.bar_document import bar_lines
+    from mocap_metrology.present.verdict.document import verdict_of_bar
     from mocap_metrology.recording.bar import write_bar
-    from mocap_metrology.recording.bar_take import read_bar
-    from mocap_metrology.recording.clean import Entry
-    from mocap_metrology.recording.results import Table
     from mocap_metrology.settings import Settings
 
-    given, settings = snakemake.params, Settings(**snakemake.params.settings)
-    asked, named = Asked(**given.bar), given.named
-    raw = Table.read(snakemake.input.trajectories) if named["twin"] else None
-    entry = Entry(list(snakemake.input.files), **given.entry)
-    reading = read_bar(entry, asked, settings, named, raw)
-    document = write_bar(reading, asked, settings, Path(snakemake.output.json).parent)
+    given, path = snakemake.params, Path(snakemake.input.take)
+    document = write_bar(path.parent, Settings(**given.settings))
+    write_json(snakemake.output.verdict, given.row | verdict_of_bar(document))
     log.info("%s", "\n".join(bar_lines(document)))

@@ -21,12 +21,7 @@ with step(snakemake) as log:
     else:
         entry = Entry(list(snakemake.input), **given.entry)
         try:
-            if given.bar["bar"]:
-                from mocap_metrology.accuracy.asked import Asked
-                from mocap_metrology.recording.bar_take import read_bar
-
-                read_bar(entry, Asked(**given.bar), settings, origin)
-            clean(entry, origin, settings, folder, moved=bool(given.bar["bar"]))
+            clean(entry, origin, settings, folder)
         except Exception as error:
             refusal = refusal_of(error, snakemake.log[0])
             log.info("%s", refusal)

@@ -1,4 +1,4 @@
-"""Tables of one group: its subsets, Gaussian model, outliers, Allan deviations, noise, verdicts."""
+"""Tables of one group: its subsets, its verdicts."""
 
 from step import step
 
@@ -6,10 +6,7 @@ with step(snakemake) as log:
     import json
     from pathlib import Path
 
-    import pandas as pd
-
-    from mocap_metrology.common.files import read_table, write_json
-    from mocap_metrology.noise.fit.estimates import read_noise
+    from mocap_metrology.common.files import write_json
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
     from mocap_metrology.present.groups.multiqc import multiqc
@@ -18,39 +15,16 @@ with step(snakemake) as log:
     from mocap_metrology.present.verdict import words
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
-    source = {row["recording"]: tables.source_of(row) for row in rows}
-    allan = dict(zip(source, map(read_table, snakemake.input.allan), strict=True))
-    lengths = {name: gather.length_s(origin) for name, (_, origin) in allan.items()}
+    found = [json.loads(Path(path).read_text("utf-8")) for path in snakemake.input.verdicts]
+    lengths = {one["recording"]: one["duration_s"] for one in found}
     of_rows = {row["recording"]: row for row in rows}
     sentence = " ".join(gather.sources(of_rows, lengths, paper=False))
     stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
-
-    def gathered(paths):
-        parts = []
-        for name, path in zip(source, paths, strict=True):
-            part = tables.read(path).drop(columns="recording", errors="ignore")
-            part.insert(0, "recording", name)
-            part.insert(1, "source", source[name])
-            parts.append(part)
-        return pd.concat(parts).to_dict("records")
 
     def write(kind, rows, title, caption):
         tables.write(f"{stem}_{kind}", rows, f"{group}: {title}", f"{caption} {sentence}")
 
     write("subsets", group_tables.subsets(rows), "recordings and cameras", group_tables.SUBSETS)
-    write("gaussian", gathered(snakemake.input.gaussian), "Gaussian model", captions.GAUSSIAN_TABLE)
-    write("outliers", gathered(snakemake.input.outliers), "outliers", captions.OUTLIER_TABLE)
-    summary = []
-    for name, path in zip(source, snakemake.input.outliers, strict=True):
-        expected = tables.read(path)["series"].tolist()
-        summary += group_tables.allan_summary(name, source[name], allan[name][0], expected)
-    write("allan", summary, "Allan deviations", captions.ALLAN_TABLE)
-    found = dict(zip(source, map(read_noise, snakemake.input.noise), strict=True))
-    noise = group_tables.noise_table(found, source)
-    caption = f"{group_tables.CAPTION} {sentence}"
-    text = group_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)
-    tables.write_with(f"{stem}_noise", noise, text, group_tables.COLUMNS)
-    found = [json.loads(Path(path).read_text("utf-8")) for path in snakemake.input.verdicts]
     summary = list(map(words.summary_row, found))
     write("summary", summary, "verdicts", captions.SUMMARY_TABLE)
     write_json(snakemake.output.multiqc, multiqc(group, summary))

@@ -4,7 +4,6 @@ log; figures of both, of the Allan deviations, of the trajectory, and of some fi
 from step import step
 
 with step(snakemake) as log:
-    import json
     from pathlib import Path
 
     from mocap_metrology.present.verdict.words import verdict_lines
@@ -13,8 +12,6 @@ with step(snakemake) as log:
     from mocap_metrology.recording.verdict import diagnose, verdict
     from mocap_metrology.settings import Settings
 
-    path = snakemake.input.get("bar")  # of a bar that is moved
-    bar = json.loads(Path(path).read_text(encoding="utf-8")) if path else None
     given, results = snakemake.params, Results(Path(snakemake.output.json).parent)
     settings = Settings(**given.settings)
     diagnosis = diagnose(results, settings)
@@ -22,7 +19,7 @@ with step(snakemake) as log:
         log.info("%s: %s: %s", one.severity, one.kind, one.words)
     figures.draw_diagnosis(diagnosis, results, settings)
     del diagnosis
-    document = verdict(results, given.row, settings, bar=bar)
+    document = verdict(results, given.row, settings)
     log.info("%s", "\n".join(verdict_lines(document)))
     figures.draw_verdict(document, results.folder)
     figures.draw_allan(results)

@@ -102,13 +102,19 @@ class Bar:
         """Smallest share of the frames of a take in which both ends were seen."""
         return min(float(take.known.mean()) for take in self.takes)
 
+    @property
+    def rms_mm(self) -> float:
+        """Largest rms of a class: beyond the quantile where some errors are gross."""
+        return max(one.statistics["rms"].value for one in self.classes)
+
     def word(self, settings: Settings) -> str:
         """`good`, `usable` or `bad` of the accuracy; `precise` without a certificate. Usable at
-        best where a bar was seen in fewer than LEAST_SEEN of the frames: the errors of the others
-        are not known."""
+        best where a bar was seen in fewer than LEAST_SEEN of the frames, as the errors of the
+        others are not known, and where gross errors make the rms larger than what is good."""
         if self.certificate is None:
             return PRECISE
-        if self.size_mm <= settings.good_mm and self.seen >= LEAST_SEEN:
+        whole = self.seen >= LEAST_SEEN and self.rms_mm <= settings.good_mm
+        if self.size_mm <= settings.good_mm and whole:
             return "good"
         return "usable" if self.size_mm <= settings.usable_mm else "bad"
 
@@ -169,17 +175,36 @@ def statistics(errors: Sequence[np.ndarray]) -> dict[str, Repeated]:
     return found
 
 
+def pass_scatter(found: Sequence[OfClass]) -> tuple[float, int]:
+    """Variance of the means of passes within classes, pooled, and its degrees of freedom."""
+    means = [np.array([float(np.nanmean(e)) for e in one.errors]) for one in found]
+    left = np.concatenate([own - own.mean() for own in means])
+    dof = left.size - len(found)
+    return (float((left**2).sum()) / dof if dof else 0.0), dof
+
+
 def _between(found: Sequence[OfClass]) -> Effects | None:
-    """Random effects of the means of classes, with the errors that these have."""
+    """Random effects of the means of classes; None where nothing shows how passes scatter.
+
+    Where each pass is in all classes, as of a bar that turns, its own offset is in none of their
+    differences: their errors are those of frames, or from FEWEST passes on what is left of class
+    and pass. Otherwise they are the scatter of the passes within classes, pooled.
+    """
     if len(found) < 2:
         return None
-    means, variances = [], []
-    for one in found:
-        passes = np.array([float(np.nanmean(e)) for e in one.errors])
-        inside = [float(np.nanvar(e)) / max(effective_number(e), 1.0) for e in one.errors]
-        variance = float(np.mean(inside)) / passes.size
-        if passes.size >= FEWEST:
-            variance = max(variance, float(passes.var(ddof=1)) / passes.size)
-        means.append(float(passes.mean()))
-        variances.append(max(variance, 1e-12))
-    return random_effects(means, variances)
+    means = [np.array([float(np.nanmean(e)) for e in one.errors]) for one in found]
+    frames = [
+        float(np.mean([np.nanvar(e) / max(effective_number(e), 1.0) for e in one.errors]))
+        for one in found
+    ]
+    if len({one.passes for one in found}) == 1:
+        table = np.array(means)
+        left = table - table.mean(axis=0) - table.mean(axis=1, keepdims=True) + table.mean()
+        dof = (table.shape[0] - 1) * (table.shape[1] - 1) if table.shape[1] >= FEWEST else 0
+        scatter = float((left**2).sum()) / dof if dof else 0.0
+    else:
+        scatter, dof = pass_scatter(found)
+        if dof < FEWEST - 1:
+            return None
+    variances = [max(scatter, v, 1e-12) / own.size for v, own in zip(frames, means, strict=True)]
+    return random_effects([own.mean() for own in means], variances, dof=dof or math.inf)

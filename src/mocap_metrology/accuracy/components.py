@@ -71,9 +71,11 @@ def random_effects(
     values: Sequence[float] | np.ndarray,
     variances: Sequence[float] | np.ndarray,
     confidence: float = 0.95,
+    dof: float = math.inf,
 ) -> Effects:
-    """Values (k,) and the variances (k,) > 0 of their errors."""
-    from scipy.special import chdtri, stdtrit
+    """Values (k,) and the variances (k,) > 0 of their errors, up to one factor of `dof` degrees of
+    freedom: Q / (k - 1) ~ F(k - 1, dof)."""
+    from scipy.special import chdtri, fdtri, stdtrit
 
     x, v = np.asarray(values, dtype=float), np.asarray(variances, dtype=float)
     k = x.size
@@ -86,7 +88,9 @@ def random_effects(
     se = math.sqrt(q / (k - 1) / float((1 / (v + between)).sum()))
     half = float(stdtrit(k - 1, (1 + confidence) / 2)) * se
     tails = ((1 - confidence) / 2, (1 + confidence) / 2)
-    ends = (math.sqrt(_solve(x, v, float(chdtri(k - 1, p)))) for p in tails)
+    known = math.isinf(dof)
+    limits = (chdtri(k - 1, p) if known else (k - 1) * fdtri(k - 1, dof, 1 - p) for p in tails)
+    ends = (math.sqrt(_solve(x, v, float(limit))) for limit in limits)
     return Effects(k, mean, se, mean - half, mean + half, math.sqrt(between), *ends)
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import Bar, OfClass
+from mocap_metrology.accuracy.bar import Bar, OfClass, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
 from mocap_metrology.accuracy.effective import effective_number
@@ -75,13 +75,19 @@ def findings_of(
 
 
 def _bias(bar: Bar) -> list[Finding]:
-    """Beyond the uncertainties of mean and certificate together, in quadrature."""
+    """Beyond the uncertainties of mean and certificate together, in quadrature. Of a class of one
+    or two passes the mean is at least as uncertain as passes of the others scatter."""
+    from scipy.special import stdtrit
+
     if bar.certificate is None:
         return []
-    found = []
+    found, (scatter, dof) = [], pass_scatter(bar.classes)
     for one in bar.classes:
-        mean = one.statistics["mean"]
-        half = math.hypot((mean.upper - mean.lower) / 2, NORMAL * bar.certificate.u_mm)
+        mean, k = one.statistics["mean"], len(one.passes)
+        half = (mean.upper - mean.lower) / 2
+        if k < FEWEST and dof:
+            half = max(half, float(stdtrit(dof, 0.975)) * math.sqrt(scatter / k))
+        half = math.hypot(half, NORMAL * bar.certificate.u_mm)
         if abs(mean.value) > half:
             found.append(
                 Finding("length_bias", one.name, mean.value, mean.value - half, mean.value + half)
@@ -107,13 +113,12 @@ def _direction(bar: Bar) -> list[Finding]:
 
 def _place(bar: Bar) -> list[Finding]:
     """Of classes whose surface is more than chance: its F for effective frames is beyond the
-    quantile SURE, and where there are several passes, it explains some of those that it was not
-    fitted to."""
+    quantile SURE, and it explains some of each part that it was not fitted to."""
     return [
         Finding("by_place", one.name, part.value, part.lower, part.upper)
         for one in bar.classes
         for part in [one.parts["place"]]
-        if part.value > 0 and _is_bent(one.parts) and not one.parts.place_share <= 0
+        if part.value > 0 and _is_bent(one.parts) and one.parts.predicts
     ]
 
 

@@ -20,6 +20,7 @@ from mocap_metrology.accuracy.robust import huber, robust_sd
 
 FLAT = 0.05  # of the largest extent: along an axis of less the surface does not bend
 FITTED = 10_000  # frames at most
+BLOCKS = 5  # of one pass
 
 
 @dataclass(frozen=True)
@@ -36,11 +37,13 @@ class Part:
 class Parts:
     """Of one class. parts: bias, pass, place, rest, frame; place_share: of the variance about the
     pass's mean that the surface of other dates, or of other passes, explains in what it was not
-    fitted to (NaN of one pass); rest: (n,) of each pass; n_eff: of the
-    rest; n_terms: of the surface."""
+    fitted to (NaN of one pass); predicts: whether it explains some in each of them, or in each of
+    BLOCKS parts of one pass; rest: (n,) of each pass; n_eff: of the rest; n_terms: of the
+    surface."""
 
     parts: tuple[Part, ...]
     place_share: float
+    predicts: bool
     rest: tuple[np.ndarray, ...]
     n_eff: float
     n_terms: int
@@ -70,7 +73,10 @@ def parts_of(
     between = random_effects(means, variance)
     passes = Part("pass", between.between, between.between_lower, between.between_upper)
     parts = (bias, passes, place, _together("rest", sd), _together("frame", frame))
-    return Parts(parts, _left_out(terms, centred, dates), rest, sum(worth), terms[0].shape[1])
+    left = _left_out(terms, centred, dates)
+    share = 1 - float(left[:, 1].sum() / left[:, 0].sum()) if len(errors) > 1 else math.nan
+    predicts = bool((left[:, 1] < left[:, 0]).all())
+    return Parts(parts, share, predicts, rest, sum(worth), terms[0].shape[1])
 
 
 def frame_variance(errors: np.ndarray) -> float:
@@ -113,18 +119,21 @@ def _fitted(terms: Sequence[np.ndarray], centred: Sequence[np.ndarray]) -> np.nd
 
 def _left_out(
     terms: Sequence[np.ndarray], centred: Sequence[np.ndarray], dates: Sequence[str]
-) -> float:
-    """Share of the robust variance about the pass's mean that surfaces of the others remove; by
-    dates where there are two or more."""
+) -> np.ndarray:
+    """(folds, 2) robust variances about the mean of what was left out, as it is and less the
+    surface of all others: dates where there are two or more, passes, or BLOCKS parts of one pass,
+    as a slow error of one pass looks like one of the place."""
     marks = list(dates) if len(set(dates)) > 1 and all(dates) else list(range(len(centred)))
-    if len(set(marks)) < 2:
-        return math.nan
-    before, after = [], []
-    for out in set(marks):
+    if len(centred) == 1:
+        known = np.array_split(np.flatnonzero(np.isfinite(centred[0])), BLOCKS)
+        terms, centred = [terms[0][own] for own in known], [centred[0][own] for own in known]
+        marks = list(range(BLOCKS))
+    found = []
+    for out in dict.fromkeys(marks):
         others = [k for k, mark in enumerate(marks) if mark != out]
         surface = _fitted([terms[k] for k in others], [centred[k] for k in others])
-        for k in (k for k, mark in enumerate(marks) if mark == out):
-            left = centred[k] - terms[k] @ surface
-            before.append(robust_sd(centred[k]) ** 2)
-            after.append(robust_sd(left - np.nanmean(left)) ** 2)
-    return 1 - float(np.mean(after) / np.mean(before)) if np.mean(before) > 0 else math.nan
+        pieces = [(centred[k], centred[k] - terms[k] @ surface)
+                  for k, mark in enumerate(marks) if mark == out]  # fmt: skip
+        squares = [[robust_sd(one - np.nanmean(one)) ** 2 for one in both] for both in pieces]
+        found.append(np.mean(squares, axis=0))
+    return np.array(found)

@@ -24,6 +24,8 @@ LEAST_POINTS, LEAST_WITH_LEVER = 5, 6
 LEAST_SEGMENT = 4  # points
 PARAMETERS = 7  # a segment adds: six of a rigid fit, and its place
 ON_A_LINE = 1e-2  # of the largest extent
+ALIKE = 1.25  # factor between the extents of places and reference
+MIRRORED = 0.25  # of the rms of a rigid fit that a mirrored one leaves
 
 
 @dataclass(frozen=True)
@@ -110,10 +112,12 @@ def residuals(points: Points, found: Fit) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """off_mm (n, 3): what each point is off by in a fit without it; scale_se, lever_se: standard
-    errors by the jackknife, sqrt((n - 1)/n sum (theta_k - mean)^2)."""
+    """off_mm (n, 3): what each point is off by in a fit without it; others_mm (n,): rms that such a
+    fit leaves; scale_se, lever_se: standard errors by the jackknife, sqrt((n - 1)/n sum (theta_k -
+    mean)^2)."""
 
     off_mm: np.ndarray
+    others_mm: np.ndarray
     scale_se: float
     lever_se: np.ndarray
 
@@ -121,11 +125,13 @@ class LeftOut:
 def left_out(points: Points, lever: bool, scale: bool) -> LeftOut:
     """All points one after the other."""
     n = len(points)
-    fits = [fit(points.only(np.arange(n) != k), lever, scale) for k in range(n)]
+    others = [points.only(np.arange(n) != k) for k in range(n)]
+    fits = [fit(own, lever, scale) for own in others]
+    left = np.array([rms(residuals(*both)) for both in zip(others, fits, strict=True)])
     off = np.concatenate([residuals(points.only([k]), one) for k, one in enumerate(fits)])
     values = np.array([[one.scale, *one.lever] for one in fits])
     se = np.sqrt((n - 1) * values.var(axis=0))
-    return LeftOut(off, float(se[0]), se[1:])
+    return LeftOut(off, left, float(se[0]), se[1:])
 
 
 def check(points: Points, group: str) -> None:
@@ -138,6 +144,18 @@ def check(points: Points, group: str) -> None:
         raise Refusal(
             f"{group}: the reference points are on a line; expected points that span a plane"
         )
+    a, b = (x - x.mean(axis=0) for x in (points.places, points.reference))
+    times = math.sqrt(float((b**2).sum() / (a**2).sum()))
+    if not 1 / ALIKE < times < ALIKE:
+        what = f"the reference points are {times:.3g} times as far apart as their recordings"
+        raise Refusal(f"{group}: {what}; expected mm, and which point belongs to which")
+    singular = np.linalg.svd(b.T @ a, compute_uv=False)
+    side, whole = np.sign(np.linalg.det(b.T @ a)), float((a**2).sum() + (b**2).sum())
+    turned, mirrored = (whole - 2 * float(singular @ [1, 1, k]) for k in (side, -side))
+    if mirrored < MIRRORED**2 * turned:
+        what = "the reference points are a mirror image of their recordings"
+        hint = "a frame that is right-handed, no axis reversed and no two columns exchanged"
+        raise Refusal(f"{group}: {what}; expected {hint}")
 
 
 def rms(vectors: np.ndarray) -> float:

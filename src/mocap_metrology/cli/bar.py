@@ -32,7 +32,8 @@ def check_bar(path: Path, folder: Path, options: argparse.Namespace) -> str:
         pair = " and ".join(reading.pair)
         results.tell(f"{pair}: {n} frames at {rate:g} Hz, {duration_words(n / rate)}")
         with results.replaced(folder, bar.FILES) as part:
-            document = bar.write_bar(reading, asked, SETTINGS, part)
+            bar.write_take(reading, asked, part / bar.TAKE)
+            document = bar.write_bar(part, SETTINGS)
     except Refusal as refusal:
         raise Refusal(advised(refusal)) from None
     lines = bar_lines(document)
@@ -47,7 +48,7 @@ def tell_together(folders: Sequence[Path]) -> None:
     """What takes of one bar show together, from three on with intervals."""
     if len(folders) < FEWEST:
         return
-    paths = [folder / "bar.parquet" for folder in folders]
+    paths = [folder / bar.TAKE for folder in folders]
     results.tell_result(
         line for one in bar.together(paths, SETTINGS) for line in ("", *bar_lines(one))
     )

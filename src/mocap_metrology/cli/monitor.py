@@ -250,8 +250,8 @@ def _entry(sheet: Sheet, line: Line) -> tuple[Entry, list[tuple[str, str]] | Non
 
 
 def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[str, Any]]:
-    """monitor_take.json of the takes of a monitor; made where it is missing, or is of other markers
-    or another wander. Without those that cannot be read."""
+    """monitor_take.json of the takes of a monitor; made where it is missing, or is of other files,
+    other markers or another wander. Without those that cannot be read."""
     takes, recordings = {}, sheet.folder / RESULTS / "recordings"
     for line in sheet.of(name):
         recording = line.cells["recording"]
@@ -260,6 +260,8 @@ def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[s
             found = read_take(folder)
             is_current = tuple(found["take"]["places_mm"]) == parts_of(line.cells["markers"])
             is_current &= found["wander_s"] == settings.monitor.wander_s
+            named = [Path(part).name for part in parts_of(line.cells["path"])]
+            is_current &= found["files"] == sorted(named)
         except (OSError, ValueError, KeyError):
             is_current = False
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,11 @@ import numpy as np
 
 from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
+from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.statement import Known
 from mocap_metrology.accuracy.take import Take
-from mocap_metrology.common.files import read_table, write_csv, write_json, write_table
+from mocap_metrology.common.files import read_table, write_csv, write_json, write_table, write_text
 from mocap_metrology.common.types import Row
 from mocap_metrology.present import tables
 from mocap_metrology.present.accuracy import bar_document as present
@@ -26,40 +27,30 @@ from mocap_metrology.present.accuracy.statement_page import save_page, statement
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.recording.recording_figures import source_words
 from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.sentence import render
+from mocap_metrology.present.verdict import filters
 from mocap_metrology.recording.bar_take import Reading
 from mocap_metrology.settings import Settings
 
 COLUMNS = ("length_mm", "x_mm", "y_mm", "z_mm", "along_x", "along_y", "along_z")
-FILES = ("bar.json", "bar.csv", "bar_places.csv", "bar.parquet", "bar.svg", "bar.png")
+TAKE = "bar.parquet"
+FILES = (
+    *("bar.json", "bar.csv", "bar_places.csv", TAKE, "bar.svg", "bar.png"),
+    *("noise_ros.yaml", "px4.params"),
+)
 
 
-def write_bar(
-    reading: Reading, asked: Asked, settings: Settings, folder: Path
-) -> Mapping[str, Any]:
-    """bar.json, bar.csv, bar_places.csv, bar.parquet and the figure; the contents of bar.json."""
-    take, origin = reading.take, reading.origin
-    bar = evaluate([take], asked.certificate, settings.bar)
-    pose = asked.pose
-    findings = findings_of(bar, reading.scale, pose_u_deg=pose.u_deg if pose else 0.0)
-    document: Row = {"recording": take.name, "source": origin["source"], "twin": origin["twin"]}
-    document |= present.bar_document(
-        bar, findings, settings.bar, reading.pair, reading.scale, reading.clusters, reading.warnings
-    )
-    write_csv(folder / "bar.csv", present.bar_rows(bar))
-    places = present.place_rows(bar, settings.place.cell_mm)
-    write_csv(folder / "bar_places.csv", places, present.PLACES)
-    kept = {key: origin[key] for key in ("recording", "source", "twin", "resolution_mm")}
-    kept |= {"date": take.date, "frame_rate_hz": take.frame_rate_hz, "pair": reading.pair}
+def write_take(reading: Reading, asked: Asked, path: Path) -> None:
+    """bar.parquet: a take frame by frame, and what else was read of it."""
+    take, pose = reading.take, asked.pose
+    kept = {**reading.origin, "date": take.date, "pair": reading.pair}
     kept |= {"length_mm": asked.length_mm, "length_u_mm": asked.length_u_mm}
     kept |= {"angle_bias_deg": None if math.isnan(take.angle_bias_deg) else take.angle_bias_deg}
+    kept |= {"pose_u_deg": pose.u_deg if pose else 0.0, "warnings": reading.warnings}
+    kept |= {"clusters": reading.clusters, "scale": reading.scale and asdict(reading.scale)}
     axes = zip(COLUMNS, (take.length_mm, *take.middle_mm, *take.direction), strict=True)
     angle = {} if take.angle_deg is None else {"angle_deg": take.angle_deg}
-    write_table(folder / "bar.parquet", dict(axes) | angle, kept)
-    title, source = f"{take.name}: length of the bar", f"Source: {source_words(origin)}."
-    save(bar_figure(bar, settings.place.cell_mm, settings.bar, title, source), folder / "bar")
-    write_json(folder / "bar.json", document)
-    written: Mapping[str, Any] = json.loads((folder / "bar.json").read_text(encoding="utf-8"))
-    return written
+    write_table(path, dict(axes) | angle, kept)
 
 
 def read_take(path: str | Path) -> tuple[Take, Mapping[str, Any]]:
@@ -81,6 +72,47 @@ def read_take(path: str | Path) -> tuple[Take, Mapping[str, Any]]:
     return take, origin
 
 
+def write_bar(folder: Path, settings: Settings) -> Mapping[str, Any]:
+    """Results of the take in the folder: bar.json, bar.csv, bar_places.csv, the figure, noise for
+    filters; the contents of bar.json."""
+    take, origin = read_take(folder / TAKE)
+    bar = evaluate([take], _certificate(origin), settings.bar)
+    scale = ScaleSlope(**origin["scale"]) if origin["scale"] else None
+    findings = findings_of(bar, scale, pose_u_deg=origin["pose_u_deg"])
+    told = origin["pair"], scale, origin["clusters"], origin["warnings"]
+    document: Row = {"recording": take.name, "source": origin["source"], "twin": origin["twin"]}
+    document |= {"frame_rate_hz": take.frame_rate_hz}
+    document |= {"duration_s": take.length_mm.size / take.frame_rate_hz}
+    document |= present.bar_document(bar, findings, settings.bar, *told)
+    write_csv(folder / "bar.csv", present.bar_rows(bar))
+    places = present.place_rows(bar, settings.place.cell_mm)
+    write_csv(folder / "bar_places.csv", places, present.PLACES)
+    title, source = f"{take.name}: length of the bar", f"Source: {source_words(origin)}."
+    save(bar_figure(bar, settings.place.cell_mm, settings.bar, title, source), folder / "bar")
+    _write_filters(folder, document, bar)
+    write_json(folder / "bar.json", document)
+    written: Mapping[str, Any] = json.loads((folder / "bar.json").read_text(encoding="utf-8"))
+    return written
+
+
+def _certificate(origin: Mapping[str, Any]) -> Certificate | None:
+    length = origin["length_mm"]
+    return None if length is None else Certificate(length, origin["length_u_mm"] or 0.0)
+
+
+def _write_filters(folder: Path, document: Row, bar: Bar) -> None:
+    """noise_ros.yaml, px4.params: the variance of the rest is that of both ends along the bar, of
+    which each axis of an end gets half."""
+    rest = max(one.parts["rest"].value for one in bar.classes) / math.sqrt(2)
+    middle = np.concatenate([take.middle_mm[:, take.known] for take in bar.takes], axis=1)
+    series = {f"{axis}{k}": {"frame_mm": rest} for axis in "xyz" for k in (1, 2)}
+    of = document | {"labels": document["pair"], "series": series}
+    of["horizon_s"] = document["duration_s"]
+    found = filters.covariances(of, np.array([middle.mean(axis=1)] * 2))
+    write_text(folder / "noise_ros.yaml", filters.ros_yaml(of, found, filters.OF_BAR))
+    write_text(folder / "px4.params", filters.px4_params(of, found))
+
+
 @dataclass(frozen=True)
 class Together:
     """All passes of one bar, and sources of the recordings by name; document: as bar.json."""
@@ -95,18 +127,26 @@ def passes_of(
     paths: Iterable[str | Path], settings: Settings, still_mm: float | None = None
 ) -> list[Together]:
     """The bars of some bar.parquet, those of most passes first: takes with one pair of markers and
-    one certificate are passes of one bar."""
+    one certificate are passes of one bar. The same files count once."""
     bars: dict[tuple[Any, ...], list[tuple[Take, Mapping[str, Any]]]] = {}
+    first: dict[tuple[Any, ...], str] = {}
+    twice: dict[tuple[Any, ...], list[str]] = {}
     for take, origin in map(read_take, paths):
-        key = (*origin["pair"], origin["length_mm"], origin["length_u_mm"])
+        key = (*sorted(origin["pair"]), origin["length_mm"], origin["length_u_mm"])
+        sums = tuple(segment["sha256"] for segment in origin["segments"])
+        known = first.setdefault((*key, *sums), take.name) if not origin["twin"] else take.name
+        if known != take.name:
+            said = render("bar.twice", name=take.name, known=known)
+            twice.setdefault(key, []).append(said)
+            continue
         bars.setdefault(key, []).append((take, origin))
     found = []
-    for (*pair, length, u), own in sorted(bars.items(), key=lambda one: -len(one[1])):
-        certificate = None if length is None else Certificate(length, u or 0.0)
-        bar = evaluate([take for take, _ in own], certificate, settings.bar)
+    for key, own in sorted(bars.items(), key=lambda one: -len(one[1])):
+        pair, told = own[0][1]["pair"], twice.get(key, ())
+        bar = evaluate([take for take, _ in own], _certificate(own[0][1]), settings.bar)
         findings = findings_of(bar, still_mm=still_mm)
         named: Row = {"recording": f"{len(own)} passes of {'-'.join(pair)}"}
-        document = named | present.bar_document(bar, findings, settings.bar, pair)
+        document = named | present.bar_document(bar, findings, settings.bar, pair, warnings=told)
         sources = {origin["recording"]: origin["source"] for _, origin in own}
         found.append(Together(bar, pair, sources, document))
     return found

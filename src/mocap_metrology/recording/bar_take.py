@@ -18,8 +18,7 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.io.labels import in_words, pair_of
 from mocap_metrology.io.read import bodies_of, orientation_of, points_by_kind
 from mocap_metrology.present.text.sentence import render
-from mocap_metrology.recording.clean import Entry, read, trajectories
-from mocap_metrology.recording.results import Table
+from mocap_metrology.recording.clean import Check, Entry, accepted, read, trajectories
 from mocap_metrology.settings import Settings
 
 AUTO = "auto"
@@ -27,7 +26,8 @@ AUTO = "auto"
 
 @dataclass(frozen=True)
 class Reading:
-    """One take, its two ends, the rigid clusters (of `auto`) and the scale along the way."""
+    """One take, its two ends, the rigid clusters (of `auto`) and the scale along the way; check:
+    contents of check.json of a recording that was measured."""
 
     take: Take
     pair: tuple[str, str]
@@ -35,6 +35,7 @@ class Reading:
     clusters: Sequence[Row] = ()
     scale: ScaleSlope | None = None
     warnings: Sequence[str] = ()
+    check: Check | None = None
 
 
 def read_bar(
@@ -42,15 +43,16 @@ def read_bar(
     asked: Asked,
     settings: Settings,
     named: Mapping[str, Any],
-    raw: Table | None = None,
 ) -> Reading:
-    """The take of a recording, or of a twin's trajectories `raw`; named: `recording`, `source`,
-    `twin`, `date`. Refuses what says nothing of a bar."""
-    pose = asked.pose
-    file = str(named["recording"]) if raw else Path(entry.paths[0]).name
-    if raw is None:
-        read_in = read(replace(entry, markers=_markers(entry, asked.bar, file)), False)
-        raw = trajectories(read_in, {**named, "pairs": None})
+    """The take of a recording; named: `recording`, `source`, `twin`, `date`. Refuses what says
+    nothing of a bar."""
+    pose, check = asked.pose, None
+    file = str(named["recording"]) if named.get("twin") else Path(entry.paths[0]).name
+    entry = replace(entry, markers=_markers(entry, asked.bar, file))
+    recording = read(entry, settings.second_opinion and not named.get("twin"))
+    if not named.get("twin"):
+        check = accepted(entry, recording, True, [])
+    raw = trajectories(recording, {**named, "pairs": None})
     labels, origin = list(raw.origin["labels"]), raw.origin
     position = np.array([values for _, values in raw.in_mm()]).reshape(len(labels), 3, -1)
 
@@ -81,7 +83,11 @@ def read_bar(
         {**asdict(one), "labels": [labels[k] for k in one.markers]} for one in clusters
     ]
     scale = scale_slope(position, clusters[0].markers) if clusters else None
-    return Reading(take, pair, origin, shown, scale, _warnings(take, pair, settings.bar.rigid_mm))
+    warnings = [
+        *(check["warnings"] if check else ()),
+        *_warnings(take, pair, settings.bar.rigid_mm),
+    ]
+    return Reading(take, pair, origin, shown, scale, warnings, check)
 
 
 def _warnings(take: Take, pair: tuple[str, str], rigid_mm: float) -> list[str]:

@@ -101,10 +101,9 @@ def examine(
     recording: Recording,
     settings: Settings,
     over: Over = in_turn,
-    moved: bool = False,
 ) -> tuple[Check, Movements]:
     """Contents of check.json of a recording that can be used, and how its markers move, by label
-    and axis; over: how coordinates are worked on; moved: on purpose, so it is no warning."""
+    and axis; over: how coordinates are worked on."""
     horizon_s = settings.verdict.horizon_s
     rate = recording.frame_rate_hz
     of_markers = movements(
@@ -116,24 +115,25 @@ def examine(
         over,
     )
     moving = most_moving(of_markers)
-    n_frames = recording.position_mm.shape[2]
-    duration = n_frames / rate
+    duration = recording.position_mm.shape[2] / rate
+    said = movement_words(moving, min(duration, horizon_s))
+    return accepted(entry, recording, bool(moving), said), of_markers
+
+
+def accepted(entry: Entry, recording: Recording, moving: bool, warnings: Sequence[str]) -> Check:
+    """check.json of a recording that can be used."""
     assumed = [UNIT_ASSUMED] if "assumed" in recording.unit_source else []
-    check: Check = {
+    return {
         "ok": True,
         "why": "",
-        "warnings": [
-            *assumed,
-            *([] if moved else movement_words(moving, min(duration, horizon_s))),
-        ],
+        "warnings": [*assumed, *warnings],
         "notes": list(recording.notes),
         "unit": recording.units,
         "unit_source": recording.unit_source,
-        "moving": bool(moving),
-        "n_frames": n_frames,
+        "moving": moving,
+        "n_frames": recording.position_mm.shape[2],
         "bodies": bodies_of(entry.paths[0], entry.markers, entry.column_names),
     }
-    return check, of_markers
 
 
 def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
@@ -178,14 +178,13 @@ def clean(
     *,
     tell: Callable[[Check, Recording], None] | None = None,
     progress: Progress = CALM,
-    moved: bool = False,
 ) -> Results:
     """Read, examine and clean a recording: check.json, trajectories.parquet, clean.parquet,
     outliers.csv.
 
     origin: `recording`, `source`, `twin`, `pairs`, of a twin also `form`; a twin needs no check.
-    tell: is called when the recording has been examined; moved: on purpose. Raises `Refusal` for a
-    recording that cannot be used; then nothing has been written.
+    tell: is called when the recording has been examined. Raises `Refusal` for a recording that
+    cannot be used; then nothing has been written.
     """
     results, over, is_twin = Results(folder), progress.over, bool(origin["twin"])
     recording = read(entry, settings.second_opinion and not is_twin)
@@ -194,7 +193,7 @@ def clean(
         log.warning("%s: labels exchanged in %d frames", " and ".join(one.labels), one.frames.sum())
     movements: Mapping[str, Mapping[str, Movement]] = {}
     if not is_twin:
-        check, movements = examine(entry, recording, settings, over, moved)
+        check, movements = examine(entry, recording, settings, over)
         files.write_json(folder / "check.json", check)
         if tell:
             tell(check, recording)
@@ -231,10 +230,15 @@ def exchanges(found: Sequence[Exchange]) -> list[Row]:
     ]
 
 
+def refused_in_sheet(refusal: Refusal) -> Check:
+    """check.json of a recording of a sheet that cannot be used."""
+    columns = 'write "accept" in column truncated of the sheet', "column unit of the sheet"
+    return refused(refusal, *columns)
+
+
 def refuse(refusal: Refusal, entry: Entry, origin: Metadata, folder: Path) -> None:
     """check.json of a recording that cannot be used, with the reason; tables without rows."""
-    columns = 'write "accept" in column truncated of the sheet', "column unit of the sheet"
-    files.write_json(folder / "check.json", refused(refusal, *columns))
+    files.write_json(folder / "check.json", refused_in_sheet(refusal))
     names = [f"{name}_mm" for name in coordinate_names(len(entry.markers))]
     frame = {"frame": np.empty(0, np.int32)}
     table = Table(frame | dict.fromkeys(names, np.empty(0, np.float32)), origin)

@@ -23,8 +23,8 @@ TAKE = "monitor_take.json"
 
 
 def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
-    """monitor_take.json of a cleaned recording: its numbers, checksums of its files, whether it
-    moves."""
+    """monitor_take.json of a cleaned recording: its numbers, names and checksums of its files,
+    whether it moves."""
     clean = results.clean
     origin, series = clean.origin, clean.coordinates
     labels, pairs = origin["labels"], clean.pairs
@@ -41,6 +41,7 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
     document = {
         "recording": origin["recording"],
         "source": origin["source"],
+        "files": sorted(segment["path"] for segment in origin["segments"]),
         "sha256": sums,
         "wander_s": settings.monitor.wander_s,
         "moving": bool(results.check.get("moving")),

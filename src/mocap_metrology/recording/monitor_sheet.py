@@ -43,7 +43,8 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
             continue
         day = _moment(date)
         if day is None:
-            faults.append(wrong("date", "the date of a take that is monitored"))
+            what = "the date of a take that is monitored, such as 2026-03-02 or 2026-03-02T08:15"
+            faults.append(wrong("date", what))
             continue
         last = before.get(name)
         if last is not None:

@@ -100,13 +100,14 @@ def write_points(
         np.hypot(one.noise_mm, known[row["point"]][1])
         for one, row in zip(recorded, rows, strict=True)
     ]
-    document, off = present.points_document(points, float(np.sqrt(np.mean(np.square(noise)))))
+    labels = [str(row["point"]) for row in rows]
+    size = float(np.sqrt(np.mean(np.square(noise))))
+    document, off = present.points_document(points, size, labels)
     named = [{key: row[key] for key in ("point", "recording", "source")} for row in rows]
     table = [one | more for one, more in zip(named, present.point_rows(points, off), strict=True)]
     source = tables.source_sentence({row["recording"]: row["source"] for row in rows})
     said = " ".join((captions.POINTS, *document["sentences"], source))
     write_json(path, {"group": group, **document})
     tables.write(path.with_suffix(".csv"), table, f"{group}: reference points", said)
-    labels = [str(row["point"]) for row in rows]
     title = f"{group}: {len(labels)} reference points"
     save(points_figure(points, off, labels, document["cuts"], title, source), figure)

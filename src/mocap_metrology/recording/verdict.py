@@ -24,7 +24,7 @@ from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 from mocap_metrology.present.text.sentence import Sentence
 from mocap_metrology.present.verdict import filters
-from mocap_metrology.present.verdict.document import of_bar, verdict_document
+from mocap_metrology.present.verdict.document import verdict_document
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results, Table, masked
 from mocap_metrology.settings import Settings
@@ -44,10 +44,8 @@ def verdict(
     named: Row,
     settings: Settings,
     progress: Progress = CALM,
-    bar: Mapping[str, Any] | None = None,
 ) -> Mapping[str, Any]:
-    """verdict.json of a diagnosed recording; returns its contents. named: what it begins with;
-    bar: contents of bar.json of one that is moved, which is then what is judged."""
+    """verdict.json of a diagnosed recording; returns its contents. named: what it begins with."""
     progress.step("verdict")
     raw, limits = results.raw, settings.verdict
     diagnosis = json.loads((results.folder / "diagnosis.json").read_text(encoding="utf-8"))
@@ -72,7 +70,7 @@ def verdict(
     document = named | verdict_document(assessed, raw.origin["source"])
     document |= {"warnings": list(results.check["warnings"])} | told
     path = results.folder / "verdict.json"
-    write_json(path, document if bar is None else document | of_bar(bar))
+    write_json(path, document)
     written: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     _write_filters(results, written)
     return written

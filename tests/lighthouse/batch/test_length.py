@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.lighthouse_recordings import real_flight
+from benchmarks.lighthouse_recordings import hand, real_flight
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch import problem
@@ -119,3 +119,17 @@ def test_a_known_length_shows_the_scale_of_a_deck(name: str) -> None:
         assert 25 < np.linalg.norm(off) < 35 < np.linalg.norm(sd[:3])
     else:
         assert np.linalg.norm(off) < 5 < np.linalg.norm(sd[:3]) < 12
+
+
+def test_a_moment_at_which_the_board_is_not_seen_is_noted() -> None:
+    made = hand(1)
+    hits, factories = made.hits, [station.factory for station in made.truth.stations]
+    hits = hits.take((hits.time_s < 3) | (hits.time_s > 3.5))
+    settings = CalibrationSettings(("batch",), ("factory",), variant="libsurvive")
+    for time_s, note in ((2.0, ""), (3.25, "known_length: the board is not seen at 3.25 s")):
+        length = KnownLength.between(
+            Place(diode=0, time_s=5.0), Place(diode=0, time_s=time_s), 0.2, 0.5
+        )
+        sensors = Sensors(lengths=(length,))
+        (pose,) = calibrate(hits, made.truth.board, factories, settings, sensors=sensors).estimates
+        assert pose.note == note

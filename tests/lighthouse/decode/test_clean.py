@@ -11,6 +11,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.decode.clean import (
     clean_hits,
+    neighbour_outliers,
     pose_outliers,
     still_outliers,
     sweep_outliers,
@@ -172,3 +173,25 @@ def test_no_hits() -> None:
     none = scene(flat_board(), np.random.default_rng(0), 0.0).take(np.zeros(0, int))
     kept, report = clean_hits(none, np.zeros((1, 3)))
     assert len(kept) == 0 and report == {"sweep": [0], "still": [0], "kept": [0]}
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.5, 1.5])
+def test_wrong_hits_of_collisions(speed: float) -> None:
+    """Of every second sweep three hits in five are lost and a tenth is of another station: of what
+    remains one in five, too many for a sweep alone. The turns before and after tell."""
+    rng = np.random.default_rng(3)
+    board = solid_board(rng)
+    hits = scene(board, rng, speed, seen=14)
+    hits = replace(hits, cycle=hits.cycle // 4)  # a turn has both planes
+    collide = hits.cycle % 2 == 1
+    draw = rng.uniform(size=len(hits))
+    wrong = collide & (draw > 0.9)
+    off = rng.choice([-1, 1], len(hits)) * rng.uniform(0.02, 0.1, len(hits))
+    kept = ~collide | (draw > 0.6)
+    mixed = replace(hits, angle_rad=hits.angle_rad + wrong * off).take(kept)
+    wrong = wrong[kept]
+    found = neighbour_outliers(mixed, board)
+    assert found[wrong].all()
+    assert found[~wrong].mean() < 0.002
+    alone = sweep_outliers(mixed, board)
+    assert alone[wrong].mean() < 0.6

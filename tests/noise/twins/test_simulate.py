@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from datetime import date, timedelta
 
 import numpy as np
 import pytest
@@ -299,3 +300,46 @@ def test_components_are_left_out_with_what_belongs_to_them():
         assert set(found) == left
         assert found.get("T_c1", 5.0) == (0.3 if "T_c2" in left else 5.0)
         assert bool(twin.notes) is (left != set(values))
+
+
+def test_days_of_a_facility() -> None:
+    """300 dates of one twin: place, length and jitter scatter from day to day as stated (standard
+    errors of 4 %), and what changes on a date stays changed. The same date gives the same bytes."""
+    change = {"since": "2026-03-01", "place_mm": [3, 0, 0], "length_mm": 1, "jitter": 4}
+    days = {"place_mm": 0.2, "length_mm": 0.1, "jitter": 0.1}
+    own = WHITE | {"duration_s": 4, "start_mm": [[0, 0, 0], [0, 500, 0]]}
+    before = recording_twin(own | {"days": days}, "t")
+    after = recording_twin(own | {"days": days | {"changes": [change]}}, "t")
+
+    def numbers(twin) -> np.ndarray:
+        found = []
+        for k in range(300):
+            day = date(2026, 3, 1) + timedelta(days=k)
+            made = simulate(replace(twin, date=f"{day.isoformat()}T10:00"))
+            mean = made.position_mm.mean(axis=2)
+            noise = np.diff(made.position_mm).std() / math.sqrt(2)
+            found.append([mean[:, 0].mean(), mean[1, 1] - mean[0, 1], math.log(noise)])
+        return np.array(found)
+
+    quiet, moved = numbers(before), numbers(after)
+    assert quiet.std(axis=0) == pytest.approx([0.2, 0.1, 0.1], rel=0.15)
+    assert np.median(moved - quiet, axis=0) == pytest.approx([3, 1, math.log(4)], abs=0.03)
+    creeping = {"since": "2026-03-01", "length_mm_per_day": 0.5}
+    late = recording_twin(own | {"days": {"changes": [creeping]}}, "t")
+    one, two = (simulate(replace(late, date="2026-03-21")).position_mm for _ in range(2))
+    assert one.tobytes() == two.tobytes()
+    assert np.linalg.norm(one[1] - one[0], axis=0).mean() == pytest.approx(510, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"since": "2026-03-01"}, "days.changes: {'since': '2026-03-01'}, expected a list such as"),
+        ([{"since": "March"}], "days.changes.since: 'March', expected a day such as 2026-03-16"),
+        ([{"since": "2026-03-01", "jitter": 0}], "days.changes.jitter: 0, expected a number > 0"),
+    ],
+)
+def test_what_is_no_change_is_refused(changes: object, expected: str) -> None:
+    with pytest.raises(Faults) as faults:
+        recording_twin(WHITE | {"days": {"changes": changes}}, "t")
+    assert expected in faults.value.lines[0]

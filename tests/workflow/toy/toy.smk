@@ -10,7 +10,7 @@ checkpoint clean:
     benchmark:
         "<benchmarks>/clean/{recording}.tsv"
     wildcard_constraints:
-        recording=RECORDINGS.measured,
+        recording=RECORDINGS.pattern(source="measured"),
     priority: 10
     params:
         code=source("toy.py"),
@@ -26,7 +26,7 @@ rule clean_twin:
     benchmark:
         "<benchmarks>/clean/{recording}.tsv"
     wildcard_constraints:
-        recording=RECORDINGS.simulated,
+        recording=RECORDINGS.pattern(source="twin"),
     params:
         code=source("toy.py"),
         twin=cell("twin"),

@@ -50,6 +50,7 @@ HALVES_M2 = (2**2 * CHI2_6, 5**2 * CHI2_6)
 HALVES_BATCH = (CHI2_6, 150.0)
 SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
 SIGMA_BATCH = ((10.0, 0.3), (30.0, 1.0))  # errors of board and optics included
+FAR_M = 4.0  # from the reference: farther, an error of the scale in mm may grow with the distance
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board
 
 
@@ -359,7 +360,9 @@ def uncertainty(chosen: PoseEstimate) -> Check:
         case, level = Case.UNCERTAINTY_UNKNOWN, "doubtful"
         return Check(name, case, mm, "mm", "finite", False, level, {"deg": deg})
     whole = chosen.estimator == "batch"
-    word, limit = worst(mm, deg, SIGMA_BATCH if whole else SIGMA)
+    far = max(float(np.linalg.norm(chosen.t_m)) / FAR_M, 1.0)
+    limits = [(far * mm, deg) for mm, deg in SIGMA_BATCH] if whole else SIGMA
+    word, limit = worst(mm, deg, limits)
     case, numbers = Case.UNCERTAINTY, {"deg": deg}
     if whole:
         share = _detail(chosen, "scale_share", 0.0)

@@ -10,6 +10,12 @@ noise, and L the information of the priors,
 
 (Box 1971, J. R. Stat. Soc. B 33, 171). The curvature by the stations' poses is far smaller and left
 out.
+
+The prior of the trajectory biases as well. It makes every turn smaller, and with it all that scales
+with the trajectory: distances of the stations, which angles do not show, and places of diodes. At
+the estimate the hits pull at the trajectory by as much as this prior, -g. So the prior has moved
+the other unknowns by what -g, of the hits, would: in the notation of `batch.solve`, C' A^-1 g is
+added to what the hits pull.
 """
 
 from __future__ import annotations
@@ -30,6 +36,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     Reduced,
     View,
     Weights,
+    by_bends,
     linearised,
     reduced,
 )
@@ -51,7 +58,8 @@ def bias_equations(
     more: Equations | None = None,
 ) -> Reduced:
     """Normal equations of a recording with d in place of its residuals: their solution y is the
-    bias of the global unknowns, and `trajectory_step(y)` that of the control points.
+    bias of the global unknowns, and `trajectory_step(y)` that of the control points; without that
+    of their own prior, which is all that is known where no hits are.
 
     factor: of A, as in `Reduced`; more: equations of other data, which pull nothing. One C
     stands for the hits of a sweep; d is 0 where it is too large for the second order.
@@ -67,7 +75,8 @@ def bias_equations(
     if more is not None:
         more = replace(more, g=np.zeros_like(more.g), g_inner=np.zeros_like(more.g_inner))
     sums = linearised(seen, trajectory, state, d, weight.hit, of, more, weight.held)
-    return reduced(sums, flat, noise)
+    part = reduced(sums, flat, noise)
+    return replace(part, h=part.h - by_bends(part, trajectory, noise))
 
 
 def _curvature(

@@ -32,7 +32,9 @@ from mocap_metrology.lighthouse.batch.problem import (
 )
 from mocap_metrology.lighthouse.batch.recording import Given, Recording, Sensed, recording, rough
 from mocap_metrology.lighthouse.batch.solve import (
+    Reduced,
     Sums,
+    by_bends,
     covariance_of,
     reduced,
     solved,
@@ -47,6 +49,7 @@ SAME_COST = 1.0  # likewise, of the costs of two models
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
 LEAST_DAMPING = 1e-9  # likewise, where errors that are shared leave some unknowns weak
 SMALL = 0.02  # of its standard deviation: a step that ends the search
+SMALL_ENOUGH = 0.1  # likewise, if it is the last that is allowed
 SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
 STALLED = 8  # steps of so small a gain one after the other end a search as well
 NEAR_S = 5e-4  # delays so near are linear
@@ -58,7 +61,8 @@ SIZED = ("depth", "place")  # groups whose size the recording shows
 class Joint:
     """An estimate. S: information of the global unknowns without priors; working, believed: prior
     standard deviations that it used, and that the recordings do not contradict; ups: as given;
-    misfit: by how much the pieces of the recordings differ, over what noise explains (variances).
+    misfit: by how much the pieces of the recordings differ, over what noise explains (variances);
+    others: what S has from other data than those, as measured lengths.
     """
 
     state: State
@@ -71,6 +75,7 @@ class Joint:
     rounds: int
     ups: np.ndarray | None = None
     misfit: float = 1.0
+    others: Floats | float = 0.0
 
     def sure(self, what: str) -> Joint:
         """Itself; refused, in the name of `what`, where the search did not converge."""
@@ -81,7 +86,13 @@ class Joint:
     @property
     def covariance(self) -> np.ndarray:
         """Of all global unknowns, in m and rad."""
-        return covariance_of(self.S, self.working, self.believed, self.misfit)
+        return covariance_of(self.S, self.working, self.believed, self.pull)
+
+    @property
+    def pull(self) -> Floats:
+        """Covariance of what the data pull at all unknowns: S, that of the recordings times their
+        misfit, which says nothing about a measured length."""
+        return self.S + (self.misfit - 1) * (self.S - self.others)
 
     def pose_covariance(self, station: int = 1) -> np.ndarray:
         """Covariance (6, 6) of t and the left rotation vector of a station in m and rad."""
@@ -182,7 +193,9 @@ class _Search:
         if self.share:
             self.damping, self.least_damping = FIRST_DAMPING, LEAST_DAMPING
         self.weighed = False  # the sensors' noise remains as it is
-        self.factors: list[np.ndarray] = []  # of the recordings' trajectories, in the last step
+        self.parts: list[Reduced] = []  # the recordings, in the last step
+        self.others: Floats | float = 0.0  # as in `Joint`, in the last step
+        self.last = False  # whether all priors are as large as they will be
         held = (of.group != GROUPS.index("pose")).all()
         self.same_cost = SMALL_GAIN if held else 0.0
 
@@ -194,12 +207,16 @@ class _Search:
             sums = self._linearise()
             before = self.state.values
             S, h, step, gain = self._step(sums)
-            stalled = stalled + 1 if self.refined and abs(gain) < SMALL_GAIN else 0
+            share = self._of_a_stall(gain)
+            stalled = stalled + share if share else 0
             if self.refined and (self._small(S, step, gain) or stalled >= STALLED):
                 converged, stalled = self.sized, 0
                 self.sized = True
                 if not converged:
                     self._size(S, h, before, sums)
+                    self.last = True
+        if not converged and self.last and abs(gain) < SAME_COST:
+            converged = self._size_of(S, step) < SMALL_ENOUGH
         return Joint(
             self.state,
             tuple(self.recordings),
@@ -210,6 +227,7 @@ class _Search:
             converged,
             rounds,
             self.ups,
+            others=self.others,
         )
 
     def without_bias(self, found: Joint) -> Joint:
@@ -227,10 +245,10 @@ class _Search:
                 one.weights(),
                 one.noise,
                 of,
-                factor,
+                part.factor,
                 one.more(of),
             )
-            for one, factor in zip(own, self.factors, strict=True)
+            for one, part in zip(own, self.parts, strict=True)
         ]
         M = found.S + np.diag(1 / found.working**2)
         y = -solved(M, np.sum([part.h for part in parts], axis=0))
@@ -273,7 +291,7 @@ class _Search:
                 one.renew(self.state)
                 own = one.sensors
             if self.refined:
-                hit, factor = one.noise.hit, self.factors[k]
+                hit, factor = one.noise.hit, self.parts[k].factor
                 noise = inertial.noise_of(own.windows, own.residual, own.noise, factor, hit)
             else:
                 noise = inertial.rough_noise(own.residual)
@@ -283,8 +301,19 @@ class _Search:
         """Whether a step, by which the cost fell by `gain`, is the last."""
         if self.same_cost:
             return abs(gain) < self.same_cost
+        return self._size_of(S, step) < SMALL
+
+    def _size_of(self, S: Floats, step: Floats) -> float:
+        """Of a step, over standard deviations."""
         information = S + np.diag(1 / self.working**2)
-        return float(np.sqrt(step @ information @ step / self.of.size)) < SMALL
+        return float(np.sqrt(step @ information @ step / self.of.size))
+
+    def _of_a_stall(self, gain: float) -> int:
+        """By how much a step of such a gain brings the search nearer to its end by `STALLED`: two
+        end it that gain nothing, or before the last search, which begins where this ends."""
+        if not self.refined or abs(gain) > (SMALL_GAIN if self.last else SAME_COST):
+            return 0
+        return 1 if self.last and abs(gain) > LEAST_GAIN else STALLED // 2
 
     def _cost(self) -> float:
         """Robust sum of squares, with those of the priors."""
@@ -309,16 +338,17 @@ class _Search:
                 reduced(own, one.trajectory, one.noise, damping)
                 for own, one in zip(sums, old, strict=True)
             ]
-            S = down + np.sum([part.S for part in parts], axis=0)
-            h = pull + np.sum([part.h for part in parts], axis=0)
-            for one, part in zip(old, parts, strict=True):
-                more = one.by_lengths(before, self.of, part)
-                S, h = S + more[0], h + more[1]
+            more = [
+                one.by_lengths(before, self.of, part) for one, part in zip(old, parts, strict=True)
+            ]
+            others = down + np.sum([own[0] for own in more], axis=0)
+            S = others + np.sum([part.S for part in parts], axis=0)
+            h = pull + np.sum([own.h for own in parts] + [own[1] for own in more], axis=0)
             M = S + np.diag(known)
             M[np.diag_indices(len(M))] *= 1 + damping
             step = -solved(M, h + known * before.values)
             if plain is None:
-                plain, self.factors = (S, h, step), [part.factor for part in parts]
+                plain, self.parts, self.others = (S, h, step), parts, others
             self.state = before.moved(step, self.of)
             for one, part, then in zip(self.recordings, parts, old, strict=True):
                 one.trajectory = then.trajectory
@@ -330,12 +360,14 @@ class _Search:
             damping = max(10 * damping, self.damping / 10, self.least_damping)
 
     def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:
-        """Noise, and priors of `SIZED` groups, as large as the recordings show; S and h at these
+        """Noise, and priors of `SIZED` groups, as large as the hits show; S and h at these
         values."""
         self.weighed = True
         if self.share:
             sums = [replace(one, share=None).sums(self.state, self.of) for one in self.recordings]
         self._renoised(sums)
+        for one, part in zip(self.recordings, self.parts, strict=True):
+            h = h + by_bends(part, one.trajectory, one.noise)
         for name in SIZED:
             own = self.of.group == GROUPS.index(name)
             if own.any():

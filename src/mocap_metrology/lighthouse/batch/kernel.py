@@ -4,9 +4,10 @@ A hit on diode d at time t has the residual e = C(R_s^T (p(t) + R(t) q_d - t_s))
 p and R from the cubic B-spline of `trajectory`, z the offset of the station's axis. Its derivative
 touches the four control points about t and some of the global unknowns. Where the normals n_d of
 the diodes are known, light of incidence i reaches a diode under a cover, of the refractive index
-1.5, as if it were at q_d + n_d (a + t (1 - cos i / sqrt(1.5^2 - sin^2 i))); a and t are unknowns,
-and what a turn of the board changes of the shift is not in the derivative. Hits of a sweep share
-one more error, an offset of variance sigma_c^2 that is integrated out: with weights w,
+1.5, as if it were at q_d + n_d (a + t (1 - cos i / sqrt(1.5^2 - sin^2 i))); a + t / 2, the shift
+at 50 deg, and t are unknowns, and what a turn of the board changes of the shift is not in the
+derivative. Hits of a sweep share one more error, an offset of variance sigma_c^2 that is
+integrated out: with weights w,
 
     V^-1 = diag(w) / sigma^2 - k w w^T / sigma^4,  k = 1 / (1 / sigma_c^2 + sum(w) / sigma^2),
 
@@ -32,6 +33,7 @@ POSE = 6  # unknowns of a control point, and of a station: position, rotation ve
 SPAN = 5 * POSE  # of a sweep: the control points of two neighbouring intervals
 LOCAL = 28  # most global unknowns of one hit
 ROOM = 43  # of the work of one hit
+HELD = 0.5  # of the factor of t: where the places of a board's file hold
 INDEX2 = 1.5**2  # of refraction, of the cover of a diode
 
 
@@ -209,7 +211,7 @@ def _globals(
     if cover >= 0:
         across = e[0] * normals[d, 0] + e[1] * normals[d, 1] + e[2] * normals[d, 2]
         at[n], value[n] = cover, across
-        at[n + 1], value[n + 1] = cover + 1, across * work[36]
+        at[n + 1], value[n + 1] = cover + 1, across * (work[36] - HELD)
         n += 2
     return n
 

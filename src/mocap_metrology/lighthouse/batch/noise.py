@@ -10,6 +10,7 @@ from mocap_metrology.lighthouse.batch.inverse import selected_inverse
 from mocap_metrology.lighthouse.batch.solve import Noise, Sums, known_of, reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 
+WRONG = 0.5  # of the weight of a sweep: below it is farther off than five standard deviations
 NOISE_ROUNDS = 2  # of its estimate beside other data
 RATIOS = (0.05, 20.0)  # of common to independent noise that are told from none and from only
 
@@ -24,8 +25,10 @@ def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
 
     p unknowns of the trajectory, less what other data determine of them; those of the border are
     few beside it and count as known. r of a sweep is divided by its weight in `Sums.held`; as much
-    of its offset as this leaves open counts as an unknown. The ratio is found by bounded search; 0
-    is tried, too.
+    of its offset as this leaves open counts as an unknown. The offset of a sweep that lost most of
+    its weight is one more unknown, with r infinite and no term in the second sum: by the limited
+    loss of `sweep_kernel.robust` alone a few wrong sweeps make the noise of all larger. The ratio
+    is found by bounded search; 0 is tried, too.
     """
     if sums.more is None:
         return _estimated_noise(sums, trajectory, start, 0.0)
@@ -45,14 +48,15 @@ def _by_more(sums: Sums, trajectory: Trajectory, noise: Noise) -> float:
 def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: float) -> Noise:
     bend, bend_g = known_of(trajectory, sums.more, start.hit)
     p = int((sums.band[0] > 0).sum())
-    free = max(sums.n_hits - p + by_more - float(np.sum(1 - sums.held)), 1)
+    wrong = sums.held < WRONG
+    free = max(sums.n_hits - p + by_more - float(np.sum(np.where(wrong, 1, 1 - sums.held))), 1)
     empty = np.zeros((sums.g.size, 0)), np.zeros((0, 0)), np.zeros(0)
     nothing = np.zeros((sums.begin.size, 0))
 
     def at(ratio: float) -> tuple[float, float]:
         band, g = sums.band + bend, sums.g + bend_g
         own = ratio / sums.held
-        factor = own / (1 + own * sums.weight)
+        factor = np.where(wrong, 1 / sums.weight, own / (1 + own * sums.weight))
         sweep_kernel.without_offsets(
             sums.begin,
             factor,
@@ -69,7 +73,7 @@ def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: 
         x = linalg.cho_solve_banded((L, True), g, check_finite=False)
         Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)
         log_det = 2 * float(np.log(L[0]).sum())
-        rest = float(np.log1p(own * sums.weight).sum())
+        rest = float(np.log1p((own * sums.weight)[~wrong]).sum())
         return free * np.log(Q) + rest + log_det, Q / free
 
     low, high = 2 * np.log(RATIOS)

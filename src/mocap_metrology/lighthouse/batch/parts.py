@@ -17,6 +17,7 @@ from mocap_metrology.lighthouse.batch.problem import GROUPS, NEARLY_KNOWN, Prior
 from mocap_metrology.lighthouse.batch.recording import Recording, rough
 from mocap_metrology.lighthouse.batch.solve import (
     Noise,
+    by_bends,
     linearised,
     reduced,
     solved,
@@ -113,7 +114,8 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
         hit, held = weight.hit[own], weight.held[chosen]
         sums = linearised(*at, one.residual[own], hit, of, one.more(of), held)
         without = reduced(sums, one.trajectory, noise)
-        pieces.append(Piece(without.S, without.h, count[k]))
+        h = without.h + by_bends(without, one.trajectory, noise)
+        pieces.append(Piece(without.S, h, count[k]))
     return pieces
 
 
@@ -212,7 +214,10 @@ def predicted(found: Joint, priors: Priors) -> list[list[Halves | None]]:
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
     state, of = found.state, found.of
-    parts = [reduced(one.sums(state, of), one.trajectory, one.noise) for one in found.recordings]
+    parts = []
+    for one in found.recordings:
+        own = reduced(one.sums(state, of), one.trajectory, one.noise)
+        parts.append(replace(own, h=own.h + by_bends(own, one.trajectory, one.noise)))
     S, h = sum(part.S for part in parts), sum(part.h for part in parts)
     zero = _of_one(found, priors)
     apart: list[list[Halves | None]] = []
@@ -252,7 +257,7 @@ def shared_errors(
     group, zero = np.array(GROUPS)[found.of.group], _of_one(found, priors)
     sd = np.where(np.isfinite(found.believed), found.believed, 0.0)
     sd = np.sqrt(np.maximum(sd**2 - zero**2, 0.0))
-    noise = found.misfit * M @ found.S @ M + (gain * zero**2) @ gain.T
+    noise = M @ found.pull @ M + (gain * zero**2) @ gain.T
     own = sd > 1e-6 * zero
     effect = (gain * sd)[np.ix_(rows, own)].T * units
     of_board = np.isin(group[own], ("scale", "place", "cover"))
@@ -277,7 +282,7 @@ def prior_p(found: Joint) -> float:
     M = solved(found.S + np.diag(known), np.eye(known.size))
     rows = np.ix_(own, own)
     by_prior = (np.eye(sd.size) - M[rows] * known[own]) * sd / sd[:, None]
-    C = by_prior @ by_prior.T + found.misfit * (M @ found.S @ M)[rows] / np.outer(sd, sd)
+    C = by_prior @ by_prior.T + (M @ found.pull @ M)[rows] / np.outer(sd, sd)
     size, axes = np.linalg.eigh((C + C.T) / 2)
     shown = np.sum((axes.T @ by_prior) ** 2, axis=1) > SHOWN
     white = axes[:, shown] / np.sqrt(size[shown])

@@ -10,7 +10,7 @@ prior, a normal distribution about the value of the board file, the factory cali
 | depth between both lasers | station | 10 mm |
 | scale of the board | | 1e-3, of a small one 0.3 mm over its largest extent |
 | place of a diode | diode, coordinate | 0.2 mm |
-| cover of the diodes: depth, thickness | | 0.4, 0.8 mm about -0.8, 1.6 mm |
+| cover of the diodes: shift at 50 deg, thickness | | 0.15, 0.8 mm about 0, 1.6 mm |
 | gravity | | none; its magnitude 0.03 m/s^2 about 9.81 |
 | gyroscope: bias | recording, axis | 0.1 rad/s |
 | accelerometer: bias | recording, axis | 0.3 m/s^2 |
@@ -34,7 +34,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mocap_metrology.lighthouse.batch.kernel import POSE
+from mocap_metrology.lighthouse.batch.kernel import HELD, POSE
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.rotor import (
@@ -59,7 +59,9 @@ ANY_GRAVITY = 100.0  # of a coordinate: for recordings that say nothing of it
 # Between the outermost diodes: decks of 33 mm were 0.5 to 1.3 % larger than their files.
 EFFECTIVE_M = 3e-4
 COVER_M = np.array([-0.8e-3, 1.6e-3])  # a and t of two kinds of trackers, within 0.06 mm
-COVER_SD_M = np.array([0.4e-3, 0.8e-3])  # no cover is two standard deviations off
+# Of a + HELD t and t. Places in the files of four objects hold at 46 to 60 deg of incidence, as of
+# bare diodes; no cover is two standard deviations of t off.
+COVER_SD_M = np.array([0.15e-3, 0.8e-3])
 NO_NORMALS = np.zeros((0, 3))
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for
 
@@ -244,7 +246,10 @@ class State:
             board += step[of.places : of.places + board.size].reshape(-1, 3)
         if of.gravity >= 0:
             gravity += step[of.gravity : of.gravity + 3]
-        cover = self.cover + step[of.cover : of.cover + 2] if of.cover >= 0 else self.cover
+        cover = self.cover
+        if of.cover >= 0:
+            held, thicker = step[of.cover : of.cover + 2]
+            cover = cover + np.array([held - HELD * thicker, thicker])
         values = self.values + step
         return State(R, t, rotors, offsets, board, gravity, values, self.normals, cover)
 

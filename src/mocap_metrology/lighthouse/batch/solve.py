@@ -316,6 +316,13 @@ def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0
     return Reduced((S + S.T) / 2, (h - cross.T @ A_g) / variance, L, A_C, A_g)
 
 
+def by_bends(part: Reduced, trajectory: Trajectory, noise: Noise) -> Floats:
+    """C' A^-1 g with g of the second differences alone: by how much less than the hits alone
+    these, and hits, pull at the global unknowns (`batch.bias`)."""
+    pull: Floats = part.A_C.T @ _bend(trajectory, noise.hit)[1] / noise.hit**2
+    return pull
+
+
 def bend_cost(trajectory: Trajectory) -> float:
     """Sum of the squared second differences over their variances."""
     _, g = _bend(trajectory, 1.0)
@@ -331,7 +338,7 @@ def solved(M: np.ndarray, y: np.ndarray) -> Floats:
 
 
 def covariance_of(
-    S: np.ndarray, working: np.ndarray, believed: np.ndarray, misfit: float = 1.0
+    S: np.ndarray, working: np.ndarray, believed: np.ndarray, pull: np.ndarray | None = None
 ) -> np.ndarray:
     """Covariance of y estimated with prior standard deviations `working` where `believed` are true:
     with L = diag(1 / working^2) and M = S + L,
@@ -339,12 +346,12 @@ def covariance_of(
         M^-1 (S + L diag(believed^2) L) M^-1,
 
     which is M^-1 where both are the same, and where working is 0 that of Schmidt (1966) for
-    quantities that are considered, not estimated. misfit: factor of the first S.
+    quantities that are considered, not estimated. pull: in place of the first S.
     """
     known = 1 / working**2
     inside = np.where(np.isfinite(believed), believed, 0.0) * known
     M = solved(S + np.diag(known), np.eye(known.size))
-    return M @ (misfit * S + np.diag(inside**2)) @ M
+    return M @ ((S if pull is None else pull) + np.diag(inside**2)) @ M
 
 
 def supported(

@@ -31,11 +31,12 @@ from mocap_metrology.lighthouse.batch.recording import Sensed
 from mocap_metrology.lighthouse.batch.residuals import residual_rows
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest
-from mocap_metrology.lighthouse.calibrate.fits import facing, fitted, if_they_agree
+from mocap_metrology.lighthouse.calibrate.fits import facing, fitted, grazing, if_they_agree
 from mocap_metrology.lighthouse.calibrate.network import Start, start, still_start
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
+from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import SLAVE, Measurements, Path, PoseEstimate
 
 __all__ = ["ESTIMATED", "NAME", "Scene", "Sensors", "by_batch", "joint", "solved", "start"]
@@ -140,15 +141,20 @@ def _details(found: Joint, names: Sequence[str]) -> dict[str, object]:
 
 
 def _weighed(scene: Scene, found: Joint, station: int) -> dict[str, object]:
-    """rms residual in urad of hits as they are weighed; share of the weight of all hits that is
-    lost; misfit of pieces as in `Joint`; probability by chance that estimates are so far from their
-    priors; and the share that the scale of the board has in the variance of the position."""
+    """rms residual in urad of hits as they are weighed; share of the weight of all hits on diodes
+    that light can reach that is lost; misfit of pieces as in `Joint`; probability by chance that
+    estimates are so far from their priors; and the share that the scale of the board has in the
+    variance of the position."""
     residual = np.concatenate([one.residual for one in found.recordings])
     weight = np.concatenate([one.total_weight() for one in found.recordings])
     total = residual.size
     if len(found.recordings) == 1:
-        used = np.unique(found.recordings[0].sweeps.hits.diode)
-        total = int(np.isin(scene.hits.diode, used).sum())
+        one = found.recordings[0]
+        used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode))
+        if scene.sensors.normals is not None:
+            normals = scene.sensors.normals
+            used &= ~grazing(scene.hits, one.trajectory, found.state, normals)
+        total = max(int(used.sum()), residual.size)
     return {
         "weighted_rms_urad": 1e6 * float(np.sqrt(weight @ residual**2 / weight.sum())),
         "weight_lost": 1 - float(weight.sum()) / total,
@@ -198,4 +204,12 @@ def joint(
         found = found.sure(scene.title)
         if not scene.known_pose:
             found = replace(found, misfit=misfit_of(found))
-    return found, note
+    return found, "; ".join(filter(None, (note, unseen(found, scene.sensors.lengths))))
+
+
+def unseen(found: Joint, lengths: Sequence[KnownLength]) -> str:
+    """A note on moments of known lengths at which no hit shows where the board is."""
+    hit_s = np.concatenate([one.sweeps.hits.time_s for one in found.recordings])
+    at = {p.time_s for own in lengths for p in own.places if p.station is None}
+    lost = [f"{t:g} s" for t in sorted(at) if np.abs(hit_s - t).min() > KNOT_S]
+    return f"known_length: the board is not seen at {', '.join(lost)}" if lost else ""

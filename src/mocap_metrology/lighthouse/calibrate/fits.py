@@ -201,14 +201,14 @@ def facing(
     uncovered = replace(scene, sensors=replace(scene.sensors, normals=None))
     found = fitted(uncovered, hits, trajectory, poses, sized=True)
     one = found.recordings[0]
-    kept = one.sweeps.hits.take(~grazing(one, found.state, normals))
+    hits = one.sweeps.hits
+    kept = hits.take(~grazing(hits, one.trajectory, found.state, normals))
     return kept, one.trajectory, poses_of(found)
 
 
-def grazing(one: Recording, state: State, normals: np.ndarray) -> np.ndarray:
+def grazing(hits: Hits, path: Trajectory, state: State, normals: np.ndarray) -> np.ndarray:
     """Whether light comes from beyond `GRAZING_RAD` of a diode's normal, where that is known."""
-    hits = one.sweeps.hits
-    R, p = one.trajectory.poses(hits.time_s)
+    R, p = path.poses(hits.time_s)
     normal = np.einsum("nij,nj->ni", R, normals[hits.diode])
     far = p + np.einsum("nij,nj->ni", R, state.board[hits.diode]) - state.t_m[hits.station]
     size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)

@@ -115,5 +115,5 @@ def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
     usual = np.maximum(of_group[group], np.median(off))
     wrong = off > np.maximum(least_rad, GATE * MAD_TO_SIGMA * usual)
     if (normals := scene.sensors.normals) is not None:
-        wrong |= grazing(one, found.state, normals)
+        wrong |= grazing(own, one.trajectory, found.state, normals)
     return one.sweeps.hits.take(~wrong)

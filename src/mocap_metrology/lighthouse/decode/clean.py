@@ -6,6 +6,8 @@ sweep has too few hits for perspective, which on a deep board leaves milliradian
 against the pose of the board that this sweep and the next tell of (`pose_outliers`): an azimuth
 sweep and the elevation sweep after it see one board, of six unknowns, and what it moves in the
 8.3 ms between them is mostly a shift along each axis, which only one of the two sweeps measures.
+Planes of
+the second generation are held against the turns before and after (`neighbour_outliers`).
 Over time a diode is tested against itself by the project's Hampel filter, where the board is still
 (`still_outliers`). Nothing is replaced: an outlier is dropped.
 """
@@ -29,6 +31,8 @@ STILL_RAD = 0.5e-3  # 1 mm at 2 m
 RESOLUTION_RAD = np.pi * 0.5e-6 * 60 * 2  # one sample of 2 MHz
 LEAST_PIVOT = 1e-15  # of the normal equations of a sweep: far below what one hit adds
 SINGULAR = 1e-6  # of the board's extent: thinner is flat
+FULL = 4  # hits of a sweep, and two a direction of the board: three more than unknowns
+NEAR, FARTHEST_RAD = 2, 0.5  # turns, and angles in them, that are one board's
 FEWEST_DIODES = 5  # diodes with both angles: one can be left out
 WRONG_DIODES = 2  # wrong diodes of one moment
 
@@ -76,8 +80,8 @@ def clean_hits(
 def clean_turn_hits(
     hits: Hits, board: np.ndarray, cleaning: Cleaning, resolution_rad: float
 ) -> tuple[Hits, dict[str, list[int]]]:
-    """`clean_hits` for the tilted planes of second-generation stations, without the test against a
-    pose.
+    """`clean_hits` for the tilted planes of second-generation stations: in place of the test
+    against a pose, one against the turns before and after (`neighbour_outliers`).
 
     A plane that is tilted by A out of the axis of its rotor at angle b meets (x, y, z) where
     x sin b - y cos b + z tan A = 0. With b = b_0 + d and x', y' turned by b_0 that is
@@ -85,7 +89,9 @@ def clean_turn_hits(
     within 0.1 rad. So angles are taken from the median of their sweep.
     """
     about = replace(hits, angle_rad=hits.angle_rad - sweep_medians(hits))
-    wrong = sweep_outliers(about, board, cleaning, perspective=1.0)
+    wrong = neighbour_outliers(hits, board, cleaning)
+    left = np.flatnonzero(~wrong)
+    wrong[left] = sweep_outliers(about.take(left), board, cleaning, perspective=1.0)
     passed = hits.take(~wrong)
     late = still_outliers(passed, cleaning, resolution_rad)
     kept = passed.take(~late)
@@ -129,6 +135,34 @@ def sweep_outliers(
             cleaning.gate_rad,
             cleaning.gate_mad,
             perspective,
+        )
+    return wrong
+
+
+def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
+    """Hits off their sweep and the two before and after it, of the same station and axis, by more
+    than max(gate_rad, gate_mad MAD); bool, (n,).
+
+    Where sweeps of two stations collide, most of their hits are lost and some of the others are of
+    the other station (with 16 stations up to one in four): a sweep alone does not tell which. n
+    turns from this sweep, tan(angle) = a0 + a.X + b n + c n^2, in the least sum of |residuals|; the
+    gate is widened by the square of the span of the sweep, which the affine part leaves.
+    """
+    order = np.lexsort((hits.cycle, hits.axis, hits.station))
+    wrong = np.zeros(len(hits), np.bool_)
+    if order.size:
+        cycle = hits.cycle[order].astype(np.int64)
+        laser = 2 * hits.station[order].astype(np.int64) + hits.axis[order]
+        new = (np.diff(laser, prepend=-1) != 0) | (np.diff(cycle, prepend=cycle[0]) != 0)
+        first = np.flatnonzero(new)
+        wrong[order] = _gate_turns(
+            hits.angle_rad[order],
+            _directions(board)[hits.diode[order]],
+            cycle[first],
+            laser[first],
+            np.append(first, order.size),
+            cleaning.gate_rad,
+            cleaning.gate_mad,
         )
     return wrong
 
@@ -253,11 +287,11 @@ def _gate_sweep(
     predicted = np.empty(n_hits)
     affine = design[:, :n_linear].copy()
     _least_absolute(affine, tangent, n_linear, residual, weight, predicted)
-    if n_hits < n_linear + n_directions + 3:
+    if n_hits < FULL + 2 * n_directions:
         gate_rad += perspective * (np.max(tangent) - np.min(tangent)) ** 2
     if n_hits == n_linear + 1:
         return np.full(n_hits, np.sum(np.abs(residual)) > 10 * gate_rad)
-    if n_hits < n_linear + n_directions + 3:
+    if n_hits < FULL + 2 * n_directions:
         design = affine
     else:
         for h in range(n_hits):
@@ -291,6 +325,51 @@ def _gate(
     return wrong
 
 
+@njit
+def _gate_turns(
+    angle: np.ndarray,
+    where: np.ndarray,
+    cycle: np.ndarray,
+    laser: np.ndarray,
+    first: np.ndarray,
+    gate_rad: float,
+    gate_mad: float,
+) -> np.ndarray:
+    """cycle, laser: of each sweep; first: where its hits begin, and the end."""
+    wrong = np.zeros(angle.size, np.bool_)
+    n = where.shape[1]
+    for sweep in range(cycle.size):
+        low, high = first[sweep], first[sweep + 1]
+        begin, end = sweep, sweep + 1
+        while (
+            begin and laser[begin - 1] == laser[sweep] and cycle[sweep] - cycle[begin - 1] <= NEAR
+        ):
+            begin -= 1
+        while end < cycle.size and laser[end] == laser[sweep] and cycle[end] - cycle[sweep] <= NEAR:
+            end += 1
+        own = low - first[begin]
+        near = slice(first[begin], first[end])
+        middle = np.median(angle[near])
+        tangent = np.tan(np.clip(angle[near] - middle, -FARTHEST_RAD, FARTHEST_RAD))
+        if tangent.size < 2 * (n + 3):
+            continue
+        design = np.ones((tangent.size, n + 3))
+        design[:, 1 : n + 1] = where[near]
+        for other in range(begin, end):
+            turns = float(cycle[other] - cycle[sweep])
+            rows = slice(first[other] - first[begin], first[other + 1] - first[begin])
+            design[rows, n + 1] = turns
+            design[rows, n + 2] = turns * turns
+        residual, weight = np.empty(tangent.size), np.ones(tangent.size)
+        predicted = np.empty(tangent.size)
+        _least_absolute(design, tangent, n + 3, residual, weight, predicted)
+        here = slice(own, own + high - low)
+        span = np.max(predicted[here]) - np.min(predicted[here])
+        limit = max(gate_rad + span * span, gate_mad * np.median(np.abs(residual)))
+        wrong[low:high] = np.abs(residual[here]) > limit
+    return wrong
+
+
 def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
     """Hits off the board pose of their moment by more than max(gate_rad, gate_mad MAD); bool, (n,).
 
@@ -300,7 +379,7 @@ def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> 
     the gate. Where the pose does not fit, each diode is left out in turn: it may be the one if the
     rest then fit.
     """
-    few = 1 + 2 * _directions(board).shape[1] + 3
+    few = FULL + 2 * _directions(board).shape[1]
     wrong = np.zeros(len(hits), np.bool_)
     for station in (0, 1):
         table, rows = _moments(hits, station, len(board), few)

@@ -11,8 +11,10 @@ other.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from datetime import date
 from pathlib import Path
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -72,6 +74,7 @@ def simulate(
     duration = twin.duration_s if duration_s is None else duration_s
     seed = twin.seed if seed is None else seed
     n = frames_of(twin.name, duration, twin.frame_rate_hz)
+    of_row, twin = twin.name, on_its_day(twin, seed)
     scratch = Scratch((2, 3, n), folder)
     position = scratch.values
     lines = _add_noise(scratch, twin, seed)
@@ -80,7 +83,7 @@ def simulate(
     for label, velocity in twin.drift_mm_per_h.items():
         for axis, v in enumerate(velocity):
             position[twin.labels.index(label), axis] += v * hours
-    truth = _origin(twin, seed, n) | {"sinusoids": lines}
+    truth = _origin(twin, seed, n) | {"twin": of_row, "sinusoids": lines}
     truth["crump"] = _add_crump(position, twin, seed)
     truth["outliers"] = _add_outliers(position, twin, seed)
     if twin.resolution_mm:
@@ -89,6 +92,27 @@ def simulate(
             coordinate *= twin.resolution_mm
     truth["gaps"] = _cut_gaps(position, twin, seed)
     return SimulatedRecording(twin.frame_rate_hz, position, truth)
+
+
+def on_its_day(twin: Twin, seed: int) -> Twin:
+    """A twin of a facility as it is on its date: place, distance and noise by the scatter from day
+    to day and the changes so far, and streams of random numbers of this date."""
+    if twin.days is None:
+        return twin
+    days, name = twin.days, f"{twin.name} {twin.date}"
+    *place, length, jitter = stream(name, seed, "day").standard_normal(5).tolist()
+    shift, factor = days.place_mm * np.array(place), float(np.exp(days.jitter * jitter))
+    length *= days.length_mm
+    for change in (one for one in days.changes if one.since <= twin.date[:10]):
+        past = date.fromisoformat(twin.date[:10]) - date.fromisoformat(change.since)
+        shift = shift + np.array(change.place_mm)
+        length += change.length_mm + change.length_mm_per_day * past.days
+        factor *= change.jitter
+    first, second = np.array(twin.start_mm)
+    along = (second - first) / np.linalg.norm(second - first)
+    half, scale = length / 2 * along, {c: factor * twin.scale.get(c, 1.0) for c in COORDINATES}
+    start: tuple[Any, Any] = tuple(first + shift - half), tuple(second + shift + half)
+    return replace(twin, name=name, start_mm=start, scale=scale)
 
 
 def _add_noise(scratch: Scratch, twin: Twin, seed: int) -> list[Row]:

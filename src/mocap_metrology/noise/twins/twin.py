@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass as plain_dataclass
 from dataclasses import replace
+from datetime import date
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf, model_validator
@@ -60,6 +61,19 @@ def _of_all_coordinates(value: object) -> object:
 def _possible(coefficients: dict[str, float]) -> dict[str, float]:
     NoiseModel.from_coefficients(coefficients)
     return coefficients
+
+
+def _day(value: object) -> object:
+    try:
+        return date.fromisoformat(str(value)).isoformat()
+    except ValueError:
+        raise Unfit("a day such as 2026-03-16", value) from None
+
+
+def _changes(value: object) -> object:
+    if not isinstance(value, list | tuple):
+        raise Unfit("a list such as [{since: 2026-03-16, place_mm: [1, 0, 0]}]", value)
+    return tuple(value)
 
 
 Place = Annotated[tuple[AnyNumber, AnyNumber, AnyNumber], list_of(3, "three numbers [x, y, z]")]
@@ -148,6 +162,37 @@ class Slow:
 
 
 @dataclass(frozen=True, config=ENTRY)
+class Change:
+    """What is otherwise at a facility from a day on."""
+
+    since: Annotated[str, BeforeValidator(_day)]
+    """First day, as 2026-03-16."""
+    place_mm: Place = (0.0, 0.0, 0.0)
+    """Both markers are moved by this."""
+    length_mm: AnyNumber = 0.0
+    """Their distance is longer by this."""
+    length_mm_per_day: AnyNumber = 0.0
+    """And by this with every day."""
+    jitter: Positive = 1.0
+    """Factor of all noise."""
+
+
+@dataclass(frozen=True, config=ENTRY)
+class Days:
+    """A facility over dates: standard deviations from day to day, and changes that stay. Rows of a
+    sheet with the same twin and other dates are its takes."""
+
+    place_mm: NonNegative = 0.1
+    """Of the place of both markers, along each axis."""
+    length_mm: NonNegative = 0.05
+    """Of their distance."""
+    jitter: NonNegative = 0.06
+    """Of the natural logarithm of a factor of all noise."""
+    changes: Annotated[tuple[Change, ...], BeforeValidator(_changes)] = ()
+    """A list of changes."""
+
+
+@dataclass(frozen=True, config=ENTRY)
 class Twin:
     """A simulated recording of two markers, drawn from noise coefficients; mm and s.
 
@@ -207,6 +252,9 @@ class Twin:
     """Occlusions."""
     slow: Slow | None = None
     """What it shares with other twins."""
+    days: Days | None = None
+    """What differs from take to take of a facility, by the date of the row."""
+    date: Annotated[str, MADE] = ""
     resolution_mm: Positive | None = None
     """Step to which coordinates are rounded."""
     notes: Annotated[tuple[str, ...], MADE] = ()

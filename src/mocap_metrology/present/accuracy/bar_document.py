@@ -14,7 +14,7 @@ from mocap_metrology.accuracy.findings import Finding
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.motion.place import LEAST_DIFFERENCES, by_place
 from mocap_metrology.present.tables import Record
-from mocap_metrology.present.text.numbers import significant
+from mocap_metrology.present.text.numbers import ARITHMETIC, significant
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.settings import Bar as Settings
 
@@ -38,6 +38,7 @@ def bar_document(
     document: Row = {
         "word": bar.word(settings),
         "size_mm": bar.size_mm,
+        "rms_mm": bar.rms_mm,
         "limits_mm": {"good": settings.good_mm, "usable": settings.usable_mm},
         "pair": list(pair),
         "certificate": asdict(certificate) if certificate else None,
@@ -93,10 +94,16 @@ def sentences(document: Record) -> list[str]:
     said = []
     if document["certificate"]:
         said += [render("bar.mean", c=c, **document["certificate"]) for c in document["classes"]]
-    said += [render(f"bar.{one['code']}", **one) for one in document["findings"]]
-    passes = min(len(one["passes"]) for one in document["classes"])
+    of_class = {one["class"]: len(one["passes"]) for one in document["classes"]}
+    said += [
+        render(f"bar.{one['code']}", **one, passes=of_class.get(one["series"], 0), fewest=FEWEST)
+        for one in document["findings"]
+    ]
+    passes = min(of_class.values())
     if document["scale"] and not any(f["code"] == "scale_slope" for f in document["findings"]):
         said.append(render("bar.no_slope", **document["scale"]))
+    if document["certificate"] and not document["certificate"]["u_mm"]:
+        said.append(render("bar.exact"))
     if passes < FEWEST:
         said.append(render("bar.few", passes=passes, fewest=FEWEST))
     return said
@@ -164,11 +171,13 @@ def noise_at_rest(verdicts: Iterable[Record]) -> float | None:
 
 
 def told(documents: Sequence[Record]) -> list[str]:
-    """Word, reason and sentences of some bars, each with its markers where they are several."""
+    """Word, reason, sentences and warnings of some bars, each with its markers where they are
+    several."""
     said = []
     for one in documents:
         name = f" on {' and '.join(one['pair'])}" if len(documents) > 1 else ""
         said += [f"Verdict{name}: {one['word']}. {one['reason']}", *one["sentences"]]
+        said += [f"Warning: {words}." for words in one["warnings"]]
     return said
 
 
@@ -176,7 +185,8 @@ def bar_lines(document: Record) -> list[str]:
     """What `check --bar` prints."""
     rows = [["", "passes", "frames", "n_eff", *STATISTICS]]
     for one in document["classes"]:
-        sizes = [significant(one["statistics_mm"][name]["value"]) for name in STATISTICS]
+        values = (one["statistics_mm"][name]["value"] for name in STATISTICS)
+        sizes = [significant(v if abs(v) > ARITHMETIC["mm"] else 0.0) for v in values]
         counts = [len(one["passes"]), one["n_frames"], f"{one['n_eff']:.0f}"]
         rows.append([one["class"], *map(str, counts), *sizes])
     width = [max(map(len, column)) for column in zip(*rows, strict=True)]

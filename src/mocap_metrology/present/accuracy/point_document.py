@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,15 @@ from mocap_metrology.present.text.sentence import render
 
 CLAIMED = 3.0  # standard errors from which a scale is claimed
 MISFIT = 10.0  # times the noise
+ALONE = 0.25  # of the rms of all points, which is left without a single one that is wrong
 
 
-def points_document(points: Points, noise_mm: float) -> tuple[dict[str, Any], np.ndarray]:
+def points_document(
+    points: Points, noise_mm: float, names: Sequence[str]
+) -> tuple[dict[str, Any], np.ndarray]:
     """Contents of <group>_points.json, and what the left-out points are off by (n, 3); noise_mm: of
-    reference and takes together. Of a frame that jumped, segments are fitted each for itself."""
+    reference and takes together; names: of the points. Of a frame that jumped, segments are fitted
+    each for itself."""
     lever = points.has_lever
     found, scaled = fit(points, lever, False), fit(points, lever, True)
     out, of_scale = left_out(points, lever, False), left_out(points, lever, True)
@@ -37,8 +42,13 @@ def points_document(points: Points, noise_mm: float) -> tuple[dict[str, Any], np
         "jumps_mm": list(changes.jumps_mm),
     }
     codes = ["frame_changed"] if changes.cuts else []
-    if not codes and document["left_out_rms_mm"] > MISFIT * noise_mm:
+    left_mm = changes.inside_mm if changes.cuts else document["left_out_rms_mm"]
+    if left_mm > MISFIT * noise_mm:
         codes.append("does_not_fit")
+    worst = int(np.argmin(out.others_mm))
+    alone = "does_not_fit" in codes and out.others_mm[worst] < ALONE * document["fit_rms_mm"]
+    document |= {"wrong_point": names[worst] if alone else None}
+    document |= {"others_mm": float(out.others_mm[worst])}
     codes += ["scale"] if abs(ppm) > CLAIMED * se else []
     document["findings"] = codes
     said = ["headline", *codes, *([] if "scale" in codes else ["no_scale"])]

@@ -49,6 +49,7 @@ def statement_document(bar: Bar, pair: Sequence[str], known: Known | None = None
         "where_m": {axis: [low, high] for axis, low, high in ends},
         "passes": [take.name for take in bar.takes],
         "dates": sorted({take.date for take in bar.takes if take.date}),
+        "undated": sum(not take.date for take in bar.takes),
         "has_drift": bool(known and known.drift) and not dated,
         "statements": [_row(*both) for both in zip(found, means, strict=True)],
     }
@@ -56,6 +57,7 @@ def statement_document(bar: Bar, pair: Sequence[str], known: Known | None = None
     open_ends = ["latency", "volume", "other_lengths"]
     open_ends += ["directions"] * bool(found) + ["other_days"] * (not covered)
     open_ends += ["absolute"] * (bar.certificate is None)
+    open_ends += ["exact"] * (bar.certificate is not None and not bar.certificate.u_mm)
     document["not_covered"] = [render(f"statement.{key}", **document) for key in open_ends]
     document["headline"] = _headline(document, max(len(one.passes) for one in bar.classes))
     if found:

@@ -19,7 +19,7 @@ BAND = "#1a809d"
 # Colour and marker of a word, in the order in which they are drawn
 LOOKS = {
     "learning": (plot.GREY, "o"),
-    "provisional": (plot.GREY, "o"),
+    "provisional": ("#5b7fc4", "o"),
     "pass": ("#0d2a6b", "o"),
     "note": ("#b7791f", "s"),
     "alert": ("#c2410c", "^"),
@@ -93,7 +93,7 @@ def _strip(axes: Axes, name: str, own: Columns) -> None:
             if (chosen := (word == name_) & of).any():
                 how: plot.Keywords = {"s": size, "marker": marker, "linewidths": 0.8, "zorder": 3}
                 axes.scatter(day[chosen], value[chosen], facecolor=face, edgecolor=colour, **how)
-    plot.panel_title(axes, plot.literal(name), f"now about {about:.1f} mm" if about else "")
+    plot.panel_title(axes, plot.literal(name), f"zero at {about:.1f} mm" if about else "")
     axes.set_ylabel(unit.symbol)
     if shown.size and np.ptp(shown) > 0:
         room = 0.08 * np.ptp(shown)

@@ -85,6 +85,7 @@ def document(history: History, sources: Sequence[str]) -> Row:
     days = len({history.rows[start + k].date[:10] for k in learnt})
     how = {"m": len(learnt) if word == "learning" else m, "days": days}
     how |= {"learnt": LEARNT, "settled": SETTLED}
+    how |= {"trend": any(one["code"] == "trend" for one in findings)}
     key = "back" if word == "alert" and wrong and not _beyond(judged) else word or "learning"
     first = render(f"monitor.{key}", since=min(dates, default=""), **how)
     reasons = [first, *(one.pop("words") for one in findings)]

@@ -115,7 +115,8 @@ def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str
     rows = zip(results.recordings, results.verdicts, strict=True)
     for name, group, verdict in ((r["recording"], r["group"], v) for r, v in rows):
         changed = [changes[name]] if name in changes else []
-        lines = [*words.sentences(verdict), *changed, words.mean_words(verdict)]
+        lines = [*words.sentences(verdict), *changed]
+        lines += [] if "bar" in verdict else [words.mean_words(verdict)]
         head, *cells = words.mean_table(verdict["series"])
         units = zip(head, MEAN_UNITS, strict=True)
         shown = [f"{quantity or 'series'}{unit}" for quantity, unit in units]

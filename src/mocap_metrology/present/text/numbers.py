@@ -112,11 +112,13 @@ def with_interval(
 
 def _to_one_place(unit: str, sigma: float, value: float, *ends: float) -> list[str]:
     """Value, ends and sigma in one unit or over one power of ten, to one place; what follows."""
-    factor, prefixed = _prefix(value, unit)
+    factor, prefixed = _prefix(max(abs(value), sigma) if ends else value, unit)
     power = 0 if unit or not value else int(f"{value:e}".partition("e")[2])
     power = 0 if SMALL <= power < LARGE else power
     scale = factor / 10.0**power
-    decimals = max(_decimals(sigma * scale), _decimals(value * scale) if ends else 0)
+    decimals = _decimals(sigma * scale)
+    if ends:
+        decimals = max(decimals, min(_decimals(value * scale), decimals + 1))
     values = [v * scale for v in (value, *ends)]
     texts = [f"{v:.{decimals if abs(v) < FAR else 0}f}".replace("-", MINUS) for v in values]
     behind = f"×{power_of_ten(power)}" if power else f" {prefixed}".rstrip()

@@ -51,13 +51,14 @@ def verdict_document(assessment: Assessment, source: str) -> Row:
     }
 
 
-def of_bar(bar: Record) -> Row:
-    """What replaces the numbers of noise in verdict.json where a bar is moved: bar, contents of
-    bar.json."""
+def verdict_of_bar(bar: Record) -> Row:
+    """What verdict.json has of a bar that is moved instead of noise; bar: contents of bar.json."""
     empty = {"series": "", "value": bar["size_mm"], "limit": bar["limits_mm"]["usable"]}
     decided = {"code": "bar", "quantity": "errors of a moving bar", "unit": "mm"}
     return {
+        **{key: bar[key] for key in ("source", "frame_rate_hz", "duration_s")},
         **{key: bar[key] for key in ("word", "reason", "warnings", "not_covered")},
+        **{"labels": bar["pair"], "horizon_s": None},
         **{"caps": [], "uncertainty": "", "series": {}, "sentences": [], "findings": []},
         "decided_by": decided | empty,
         "limits_mm": bar["limits_mm"],

@@ -52,8 +52,6 @@ KINDS = {
 CORRELATED = {kind.split()[1]: kind for kind in KINDS if kind.startswith("correlated")}
 DARK = ("periodic", CORRELATED["unclassed"], CORRELATED["long"])  # white text on them
 
-MOST_SAID = 2  # sentences on a bar
-
 
 @figure.styled()
 def verdict_figure(verdict: Record) -> figure.Picture:
@@ -63,9 +61,6 @@ def verdict_figure(verdict: Record) -> figure.Picture:
     verdict: contents of verdict.json.
     """
     series = verdict["series"]
-    if "bar" in verdict:
-        named = f"{verdict['recording']}: {verdict['word']}", "The figure of the bar shows more."
-        return figure.words_picture(" ".join(words.sentences(verdict)[:MOST_SAID]), *named)
     largest = sorted(series, key=lambda name: -(series[name]["frame_mm"] or 0.0))[:MOST_ROWS]
     names = [name for name in series if name in largest]
     kinds, checks = _kinds(verdict, names), _other_checks(verdict)

@@ -19,6 +19,11 @@ UNKNOWN_RAD2 = 1e6  # of an orientation that was not measured: no filter takes n
 # Floors of EKF2_EVP_NOISE and EKF2_EVA_NOISE [PX4-Autopilot, module.yaml of ekf2]
 FLOORS = {"EKF2_EVP_NOISE": (0.01, "m"), "EKF2_EVA_NOISE": (0.05, "rad")}
 FLOAT = 9  # MAV_PARAM_TYPE_REAL32
+OF_STILL = "Noise of one frame about the mean of horizon_s; no scale, distortion or latency."
+OF_BAR = (
+    "Noise of one frame of a moving bar, without what belongs to its place and pass; half of the "
+    "variance of its length for each end and axis."
+)
 # By marker, and of all markers as one body, None where that is unknown
 Covariances = tuple[dict[str, np.ndarray], np.ndarray | None]
 
@@ -45,8 +50,9 @@ def covariances(verdict: Mapping[str, Any], places_mm: np.ndarray) -> Covariance
     return found, body_covariance(1e-3 * places_mm[known], sigma[known])
 
 
-def ros_yaml(verdict: Mapping[str, Any], found: Covariances) -> str:
-    """noise_ros.yaml: `covariance` of geometry_msgs/PoseWithCovariance, row by row."""
+def ros_yaml(verdict: Mapping[str, Any], found: Covariances, what: str = OF_STILL) -> str:
+    """noise_ros.yaml: `covariance` of geometry_msgs/PoseWithCovariance, row by row; what: the
+    numbers are of, in words."""
 
     def numbers(covariance: np.ndarray) -> list[float]:
         return [float(f"{x:.6g}") for x in covariance.ravel()]
@@ -59,7 +65,7 @@ def ros_yaml(verdict: Mapping[str, Any], found: Covariances) -> str:
         "body": None if body is None else {"markers": list(markers), "covariance": numbers(body)},
     }
     remarks = [
-        "Noise of one frame about the mean of horizon_s; no scale, distortion or latency.",
+        what,
         "covariance: geometry_msgs/PoseWithCovariance, row by row: x, y, z (m^2), then rotations",
         f"about the fixed axes x, y, z (rad^2; {UNKNOWN_RAD2:g}: not measured).",
         "body: all markers as one rigid body, about their centre; null without three of them",

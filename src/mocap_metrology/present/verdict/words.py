@@ -48,7 +48,7 @@ def summary_row(verdict: Record) -> Row:
         "reference_for_10x_mm": verdict["reference_for_mm"]["10"],
         "dominating_noise": _greatest(worst["shares"]) if worst else "",
         "horizon_s": verdict["horizon_s"],
-        "n_findings": len(_warnings(verdict)),
+        "n_findings": len(verdict["bar"]["findings"] if "bar" in verdict else _warnings(verdict)),
     }
 
 

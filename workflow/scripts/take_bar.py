@@ -1,0 +1,34 @@
+"""Recording of a bar that is moved, measured or simulated -> bar.parquet; check.json states whether
+a measured one can be used, truth.json what a simulated one is made of."""
+
+from step import refusal_of, step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.accuracy.asked import Asked
+    from mocap_metrology.common.files import empty_folder, write_json, write_table
+    from mocap_metrology.recording.bar import write_take
+    from mocap_metrology.recording.bar_take import read_bar
+    from mocap_metrology.recording.clean import Entry, refused_in_sheet, simulated
+    from mocap_metrology.settings import Settings
+
+    given, path = snakemake.params, Path(snakemake.output.take)
+    origin, settings, asked = dict(given.origin), Settings(**given.settings), Asked(**given.bar)
+    if origin["twin"]:
+        (twin,) = given.twin.values()
+        with simulated(twin, settings.seed, path.parent) as made:
+            entry = Entry([str(made)], **given.entry)
+            write_take(read_bar(entry, asked, settings, origin), asked, path)
+    else:
+        entry = Entry(list(snakemake.input), **given.entry, sha256=given.sha256)
+        try:
+            reading = read_bar(entry, asked, settings, origin)
+            write_take(reading, asked, path)
+            write_json(snakemake.output.check, reading.check)
+        except Exception as error:
+            refusal = refusal_of(error, snakemake.log[0])
+            log.info("%s", refusal)
+            empty_folder(path.parent)  # results of an earlier input
+            write_json(snakemake.output.check, refused_in_sheet(refusal))
+            write_table(path, {"length_mm": []}, origin)

@@ -84,6 +84,7 @@ SAID = [
     ("bar.reversals", {"n": 2, "pair": ("A", "B")},
      "the bar points the other way from one frame to the next (2 of them): A and B "
      "exchange their labels, which leaves the length as it is"),
+    ("bar.twice", {"name": "x2", "known": "x1"}, "x2 is the same file as x1, and counts once"),
     ("bar.loose", {"pair": ("A", "B"), "spread": 2.5, "limit": 1.5},
      "the distance of A and B spreads by 2.5 mm, more than 1.5 mm (bar.rigid_mm): are both"
      " on one stiff object?"),

@@ -80,6 +80,13 @@ def test_passes_of_a_group(tmp_path: Path) -> None:
     other = of(tmp_path, Asked("A-B"), 4) / "bar.parquet"
     bars = passes_of([*paths, other], settings)
     assert [len(one.bar.takes) for one in bars] == [3, 1]
+    entry, copy = Entry([str(paths[0].with_name("bar.txt"))], []), tmp_path / "copy.parquet"
+    named = NAMED | {"recording": "copy", "date": "2026-03-04"}
+    backwards = Asked("B-A", 500.0, 0.05)
+    write_take(read_bar(entry, backwards, settings, named), backwards, copy)
+    (twice,) = passes_of([*paths, copy], settings)
+    assert [take.name for take in twice.bar.takes] == ["pass1", "pass2", "pass3"]
+    assert twice.document["warnings"] == ["copy is the same file as pass1, and counts once"]
     mean = bars[0].bar.every.statistics["mean"]
     assert mean.lower < 1.0 < mean.upper and mean.upper - mean.lower < 1.0
     at_rest = {"series": {"L": {"frame_mm": 0.1}}, "decided_by": {"code": "frame"}}

@@ -8,6 +8,7 @@ import pytest
 from mocap_workflow import calibration_twins, recording_twins
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.selection import on_its_date
+from mocap_workflow.startup import missing_markers
 from mocap_workflow.startup import recording_twins as used_twins
 
 from mocap_metrology.common.faults import Faults
@@ -70,6 +71,11 @@ def test_a_facility_over_dates_needs_dates() -> None:
     assert on_its_date(made, row).date == "2026-03-02T08:15"
     with pytest.raises(Faults, match='column date: ""; expected a date, as twin f has days'):
         used_twins({"r": row.model_copy(update={"date": None})}, document, 60.0)
+
+
+def test_a_bar_without_markers_is_for_its_step_to_read() -> None:
+    row = RecordingRow.model_construct(twin=None, bar="auto", markers=(), paths=("none.c3d",))
+    missing_markers([row])
 
 
 def test_other_cameras_than_the_sheet_says_are_a_line() -> None:

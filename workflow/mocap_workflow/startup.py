@@ -137,7 +137,7 @@ def missing_markers(rows: Iterable[RecordingRow]) -> None:
     wrong = {
         row.name: missing_marker(row.paths, row.markers, row.column_names)
         for row in rows
-        if not row.twin and not any(map(remote.in_s3, row.paths))
+        if row.markers and not row.twin and not any(map(remote.in_s3, row.paths))
     }
     told = 'recordings, recording "{}", column markers: {}'
     if faults := [told.format(name, why) for name, why in wrong.items() if why]:

@@ -27,6 +27,7 @@ from mocap_metrology.present.accuracy.statement_page import save_page, statement
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.recording.recording_figures import source_words
 from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.sentence import render
 from mocap_metrology.present.verdict import filters
 from mocap_metrology.recording.bar_take import Reading
 from mocap_metrology.settings import Settings
@@ -126,17 +127,26 @@ def passes_of(
     paths: Iterable[str | Path], settings: Settings, still_mm: float | None = None
 ) -> list[Together]:
     """The bars of some bar.parquet, those of most passes first: takes with one pair of markers and
-    one certificate are passes of one bar."""
+    one certificate are passes of one bar. The same files count once."""
     bars: dict[tuple[Any, ...], list[tuple[Take, Mapping[str, Any]]]] = {}
+    first: dict[tuple[Any, ...], str] = {}
+    twice: dict[tuple[Any, ...], list[str]] = {}
     for take, origin in map(read_take, paths):
-        key = (*origin["pair"], origin["length_mm"], origin["length_u_mm"])
+        key = (*sorted(origin["pair"]), origin["length_mm"], origin["length_u_mm"])
+        sums = tuple(segment["sha256"] for segment in origin["segments"])
+        known = first.setdefault((*key, *sums), take.name) if not origin["twin"] else take.name
+        if known != take.name:
+            said = render("bar.twice", name=take.name, known=known)
+            twice.setdefault(key, []).append(said)
+            continue
         bars.setdefault(key, []).append((take, origin))
     found = []
-    for (*pair, _, _), own in sorted(bars.items(), key=lambda one: -len(one[1])):
+    for key, own in sorted(bars.items(), key=lambda one: -len(one[1])):
+        pair, told = own[0][1]["pair"], twice.get(key, ())
         bar = evaluate([take for take, _ in own], _certificate(own[0][1]), settings.bar)
         findings = findings_of(bar, still_mm=still_mm)
         named: Row = {"recording": f"{len(own)} passes of {'-'.join(pair)}"}
-        document = named | present.bar_document(bar, findings, settings.bar, pair)
+        document = named | present.bar_document(bar, findings, settings.bar, pair, warnings=told)
         sources = {origin["recording"]: origin["source"] for _, origin in own}
         found.append(Together(bar, pair, sources, document))
     return found

@@ -171,11 +171,13 @@ def noise_at_rest(verdicts: Iterable[Record]) -> float | None:
 
 
 def told(documents: Sequence[Record]) -> list[str]:
-    """Word, reason and sentences of some bars, each with its markers where they are several."""
+    """Word, reason, sentences and warnings of some bars, each with its markers where they are
+    several."""
     said = []
     for one in documents:
         name = f" on {' and '.join(one['pair'])}" if len(documents) > 1 else ""
         said += [f"Verdict{name}: {one['word']}. {one['reason']}", *one["sentences"]]
+        said += [f"Warning: {words}." for words in one["warnings"]]
     return said
 
 

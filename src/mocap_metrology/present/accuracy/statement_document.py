@@ -49,6 +49,7 @@ def statement_document(bar: Bar, pair: Sequence[str], known: Known | None = None
         "where_m": {axis: [low, high] for axis, low, high in ends},
         "passes": [take.name for take in bar.takes],
         "dates": sorted({take.date for take in bar.takes if take.date}),
+        "undated": sum(not take.date for take in bar.takes),
         "has_drift": bool(known and known.drift) and not dated,
         "statements": [_row(*both) for both in zip(found, means, strict=True)],
     }

@@ -7,8 +7,9 @@ for 20 s, 20 urad of noise a hit and 15 of a sweep, a tenth of the hits lost. Ca
 else is wrong, so that the covariance is the Cramer-Rao bound; `real`: diodes 0.2 mm from their
 places, under covers, factory values known; `slow`: 0.15 mm, and besides diodes are seen 0.07 mm
 aside by the direction of the light, and 3 % of the hits are reflections; `unknown`: factory values
-drawn from the spread of real ones and not known. Ratios are root mean squares of normalised errors,
-so 1 is the bound; shares of six-dimensional ellipsoids that hold the true pose.
+drawn from the spread of real ones and not known; `drawn`: as `slow`, and scale and covers of the
+object are drawn from what `batch` takes them for beforehand. Ratios are root mean squares of
+normalised errors, so 1 is the bound; shares of six-dimensional ellipsoids that hold the true pose.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.batch.kernel import HELD
+from mocap_metrology.lighthouse.batch.problem import COVER_M, COVER_SD_M, Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
-from tests.lighthouse.batch.planes_scene import made
+from tests.lighthouse.batch.planes_scene import made, tracker
 
 CASES = {
     "light": {},
@@ -36,13 +38,24 @@ CASES = {
     },
     "unknown": {"known": False, "priors": Priors(phase_mrad=0.0)},
 }
+CASES["drawn"] = CASES["slow"] | {"place_mm": 0.2}
+
+
+def drawn(seed: int) -> dict[str, object]:
+    """Share by which an object is larger than its file, and its covers, from their priors."""
+    rng = np.random.default_rng([17, seed])
+    board, _ = tracker()
+    held, thickness = np.array([0.0, COVER_M[1]]) + COVER_SD_M * [1, 0.1] * rng.normal(size=2)
+    larger = float(Priors().of_board(board).board_scale * rng.normal())
+    return {"larger": larger, "cover": (held - HELD * thickness, thickness)}
 
 
 def study(n: int, case: str, runs: int, seconds: float) -> None:
     """One row of the table."""
     squares, ratios, millimetres, spent, hits = [], [], [], [], 0
     for seed in range(runs):
-        given = made(n, seed, seconds, **CASES[case])
+        more = drawn(seed) if case == "drawn" else {}
+        given = made(n, seed, seconds, **CASES[case] | more)
         begun = time.process_time()
         found, _ = joint(given.scene)
         spent.append(time.process_time() - begun)

@@ -115,14 +115,16 @@ def made(
     keep: Sequence[tuple[float, float]] | None = None,
     take: int = 0,
     board_seed: int = 5,
+    larger: float = 0.0,
 ) -> Made:
-    """place_mm: errors of the board file; slow_mm: as `uneven`; wrong: share of hits that are
-    reflections, 2 to 10 mrad off; bump_mm: of the last station, from its place; keep: when each
-    station sees the board, as shares; take: another recording before the same stations.
+    """place_mm: errors of the board file; larger: share by which the board is larger than it;
+    slow_mm: as `uneven`; wrong: share of hits that are reflections, 2 to 10 mrad off; bump_mm: of
+    the last station, from its place; keep: when each station sees the board, as shares; take:
+    another recording before the same stations.
     """
     rng = np.random.default_rng(seed)
     board, normals = tracker(seed=board_seed)
-    real = board + 1e-3 * place_mm * rng.normal(size=board.shape)
+    real = (1 + larger) * board + 1e-3 * place_mm * rng.normal(size=board.shape)
     stations, factories = room(n, seed), [factory(rng) for _ in range(n)]
     R, t = stations[-1]
     placed = [*stations[:-1], (R, t + 1e-3 * bump_mm * DIAGONAL)]

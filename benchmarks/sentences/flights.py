@@ -3,8 +3,8 @@
 Flights (`real_flight` of `benchmarks.lighthouse_recordings`): a deck of four diodes, 0.5 to 1.3 %
 larger than its file, 15 to 60 s, up to 2.7 m/s; a misfit of 400 to 600 urad in 20 to 50 % of the
 first third, gaps with wrong hits, 1 to 5 % of all sweeps wrong. A length is that between the
-stations, or between two places of a diode 2 m apart (or as far as it went) when both stations saw
-it, with a standard deviation of 5 mm. Factory values, lasers, and the deck but for its size are
+stations, or between two places of a diode 2 m apart (or as far as it went) after the first third,
+with a standard deviation of 5 mm. Factory values, lasers, and the deck but for its size are
 exactly as stated, which the estimate does not assume: its sigma is larger than the errors. Where
 all is drawn from the priors (phases, time zeros, depths of lasers, places of diodes, and the size
 in place of 0.5 to 1.3 %), it should be as large. Pieces are the first 8 s, the last 8 s, and both
@@ -97,7 +97,8 @@ def outcome(
 def lengths_of(flight: RealFlight, seed: int) -> tuple[KnownLength, KnownLength]:
     """Between the stations, and between two places of a diode; with an error."""
     truth, rng = flight.made.truth, np.random.default_rng([seed, 9])
-    time = np.linspace(0.4, flight.made.twin.duration_s - 0.4, 200)
+    end = flight.made.twin.duration_s
+    time = np.linspace(end / 3, end - 0.4, 200)
     for station in (0, 1):
         at = np.sort(flight.hits.time_s[flight.hits.station == station])
         time = time[np.searchsorted(at, time + SEEN_S) - np.searchsorted(at, time - SEEN_S) > MANY]

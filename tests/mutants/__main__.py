@@ -237,7 +237,8 @@ def stages(chosen: dict[str, float]) -> list[dict[str, float]]:
 
 
 def judge(path: Path, change: Change, stale: list[str], chosen: dict[str, float]) -> list[str]:
-    """What became of a mutant: killed, and by which test; stopped (no end in time); survived."""
+    """What became of a mutant: killed, and by which test; stopped (no end in time, or a crash);
+    survived."""
     source = path.read_text(encoding="utf-8")
     spare = START_S + (COMPILE_S if stale else 0.0)
 
@@ -256,7 +257,7 @@ def judge(path: Path, change: Change, stale: list[str], chosen: dict[str, float]
         found, end = forked(run, LONGEST_S)
     finally:
         path.write_text(source, encoding="utf-8")
-    return found[0] if found else ["stopped" if end < 0 else "killed", "import"]
+    return found[0] if found else ["stopped", ""] if end < 0 else ["killed", "import"]
 
 
 def table(title: str, mutants: list[dict[str, Any]]) -> str:

@@ -18,6 +18,7 @@ VICON = {"MANUFACTURER": {"COMPANY": "Vicon"}}
 TRIAL, FRAMES, SIZE = "TRIAL", "POINT:FRAMES", "file size"
 JUNK = bytes(range(1, 193))  # no telling where the data end
 WRAPPED = {"frames": 34465, "header": (1, 34465)}
+ONE_VALUE = {"ACTUAL_START_FIELD": [1.0], "ACTUAL_END_FIELD": [100_001.0]}  # and not two words
 AT_LIMIT = (
     "the declared frame count is at its 16-bit limit: frames are counted by the file size, so a"
     " cut-off end would not be detected"
@@ -46,6 +47,7 @@ COUNTS = [  # frames in the file, what it declares, where its count is from, rem
     (100_001, {"frames": 65535, "long_frames": 100_001}, "POINT:LONG_FRAMES", ""),
     (100_001, WRAPPED, SIZE, HAS_WRAPPED),
     (100_001, WRAPPED | {"trial": (1, 100_001)}, TRIAL, ""),
+    (100_001, WRAPPED | {"groups": {"TRIAL": ONE_VALUE}}, TRIAL, ""),
     (100_001, WRAPPED | {"long_frames": 100_001}, "POINT:LONG_FRAMES", ""),
     (100_001, {"frames": 100_001.0}, FRAMES, ""),
     (50, {"groups": VICON}, FRAMES, ""),

@@ -22,7 +22,7 @@ def test_round_trip(tmp_path, n):
     written[n // 2, 1] = np.nan
     path = tmp_path / "twin.c3d"
     chunks = (written[i : i + 10_007] for i in range(0, n, 10_007))
-    write_c3d(path, ["A", "B"], 119.88, chunks, n, description="a twin")
+    write_c3d(path, ["A", "B"], 119.88, chunks, n, description="twin" * 70)
     recording = read_recording([path], ["A", "B"])
     expected = written.transpose(1, 2, 0)
     assert np.array_equal(recording.position_mm, expected, equal_nan=True)
@@ -33,7 +33,7 @@ def test_round_trip(tmp_path, n):
     assert segment.second_opinion.startswith("agrees" if n <= 65_534 else "not asked")
     theirs = ezc3d.c3d(str(path))
     assert np.array_equal(theirs["data"]["points"][:3].transpose(1, 0, 2), expected, equal_nan=True)
-    assert theirs["parameters"]["TRIAL"]["DESCRIPTION"]["value"] == ["a twin"]
+    assert theirs["parameters"]["TRIAL"]["DESCRIPTION"]["value"] == ["twin" * 63 + "twi"]  # 255
     assert theirs["parameters"]["POINT"]["LABELS"]["value"] == ["A", "B"]
 
 

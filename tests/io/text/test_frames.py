@@ -165,3 +165,19 @@ def test_resolution(tmp_path, rounded_to, step):
     )
     assert recording.resolution_mm == pytest.approx(step)
     assert recording.resolution_kind == ("text" if rounded_to == 6 else "rounded")
+
+
+def test_resolution_of_six_significant_digits_and_of_float32(tmp_path):
+    """Nexus drops zeros: 1734.4 of 1734.40; a coordinate that never changes proves nothing."""
+    positions = np.round(np.random.default_rng(2).normal(1734, 0.1, (500, 1, 3)), 2)
+    positions[:, 0, 2] = 12
+    lines = nexus(("A",), 100, positions).splitlines()
+    lines[5:] = [
+        ",".join([f"{i + 1}", "0", *(f"{v:g}" for v in row[0])]) for i, row in enumerate(positions)
+    ]
+    recording = read(make(tmp_path, "a.csv", "\n".join(lines) + "\n"), ["A"])
+    assert recording.resolution_mm == pytest.approx(0.01)
+    single = np.random.default_rng(3).normal(-1.4, 1e-4, (500, 2, 3)).astype(np.float32)
+    recording = read(make(tmp_path, "a.trc", trc(LABELS, 100, single, "m", digits=24)))
+    assert recording.resolution_kind == "float32"
+    assert recording.resolution_mm == pytest.approx(1000 * 2.0**-23)  # spacing from 1 to 2

@@ -92,6 +92,17 @@ def test_what_markers_are_refused_for():
     shaken = seen()
     shaken[0, 1] += np.linspace(0, 100, 50)
     refused("marker M1 moves by", shaken)
+    swaying = np.sin(np.linspace(0, 12 * np.pi, 50, endpoint=False)) * 2**0.5  # 1 mm rms
+    for mm, name in ((6.0, "moves by 6.0 mm rms"), (4.0, None)):
+        shaken = seen()
+        shaken[0, 1] += mm * swaying
+        off = seen()
+        off[4:] += 1e3 * mm * 1e-3 * 2 * np.array([1, -1, 0, 0])[:, None, None] / 6**0.5
+        for positions in (shaken, off) if name else ():
+            refused(name if positions is shaken else "mm rms from the mount", positions)
+        if not name:
+            for positions in (shaken, off):
+                ref.reference_from_markers(positions, labels(), list(MOUNT), SLAVE, MOUNT)
     line = {k: np.array([0.03 * i, 0.0, 0.0]) for i, k in enumerate(MOUNT)}
     refused("on one line", mount=line)
 

@@ -71,6 +71,7 @@ def test_quantised_hits_of_another_generator() -> None:
         error = off(pose, own.R, own.t_m)
         assert np.abs(error[:3]).max() < 1.5 and np.abs(error[3:]).max() < 0.04
         assert pose.path is not None
+        assert pose.details["prior_p"] == 1.0  # nothing that is known beforehand is estimated
         R, t = scenes.pose_at(pose.path.time_s, seed, 0.4)
         assert np.abs(pose.path.t_m - t).max() < 4e-3  # ends of the spline included
         assert np.abs(rotation.log(pose.path.R @ np.swapaxes(R, 1, 2))).max() < 0.02

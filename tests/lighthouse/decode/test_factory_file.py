@@ -20,8 +20,9 @@ from mocap_metrology.lighthouse.records import Factory, Station
 COMPANION = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz.json"
 FACTORY = Factory(*(np.array([0.01 * k, -0.005 * k]) for k in range(1, 6)))
 MASTER = Station(
-    "master", 4152238579, "b", FACTORY, np.array([0.0, 0.6, 0.8]), 3, "", firmware=436, hardware=9
-)
+    "master", 4152238579, "b", FACTORY, np.array([0.0, 0.6, 0.8]), 3, "", firmware=436, hardware=9,
+    up_by_geometry=np.array([0.6, 0.0, 0.8]),
+)  # fmt: skip
 SLAVE = Station("slave", why="no calibration frame")
 
 
@@ -46,6 +47,7 @@ def test_there_and_back(tmp_path: Path) -> None:
     assert (master.id, master.mode, master.frames_found) == (4152238579, "b", 3)
     assert (master.firmware, master.hardware) == (436, 9)
     assert master.gravity.tolist() == MASTER.gravity.tolist()
+    assert master.up_by_geometry.tolist() == [0.6, 0.0, 0.8]
     for name in NAMES_OF[2]:
         assert getattr(master.factory, name).tolist() == getattr(FACTORY, name).tolist()
     filed = read_factory(tmp_path / "stations.json")
@@ -77,6 +79,7 @@ CASES = {
     "a number": ([{**GOOD, "factory": 3}], "factory is not an object"),
     "second generation": ([{**GOOD, "factory": LIGHTHOUSE_2}], "second-generation"),
     "gravity": ([{**GOOD, "gravity": [0, 0]}], "gravity is"),
+    "up": ([{**GOOD, "up_by_geometry": [0, 0, 1, 0]}], "up_by_geometry is"),
     "no values": ([stations_to_json([SLAVE])[0]], "no station has factory values"),
 }
 

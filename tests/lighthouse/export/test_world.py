@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.export.world import Calibrated, read_points, world_of
+from mocap_metrology.lighthouse.export.world import Calibrated, board_pose, read_points, world_of
 from mocap_metrology.lighthouse.records import Path as BoardPath
 from mocap_metrology.lighthouse.records import Station
 
@@ -125,6 +125,15 @@ def test_the_board_at_its_start_has_the_coordinates_of_its_file() -> None:
     room = BOARD @ R[0].T + t[0]
     seen = (room - MASTER[1]) @ MASTER[0]  # in the master's frame
     np.testing.assert_allclose(seen @ world.R.T + world.t_m, BOARD, atol=1e-9)
+
+
+def test_a_moment_is_in_the_middle_of_its_mean() -> None:
+    """While the board moves and turns uniformly: the mean is the pose in the middle."""
+    found, moment = calibrated(), MOVED_S + 0.5125
+    (R,), (t,) = in_master(*board_at(np.array([moment])))
+    mean = board_pose(found.path, moment)
+    np.testing.assert_allclose(mean[0], R, atol=1e-9)
+    np.testing.assert_allclose(mean[1], t, atol=1e-9)
 
 
 def points_file(folder: Path, off_m: float = 0.0) -> tuple[str, dict[str, np.ndarray]]:

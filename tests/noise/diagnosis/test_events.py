@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
-from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
+from mocap_metrology.noise.diagnosis.dynamic import _dispersion, dynamic_allan, scales
 from mocap_metrology.noise.diagnosis.events import (
     Event,
     pulses,
@@ -46,6 +46,17 @@ def loud_after(position, from_s, factor):
     steps = np.diff(position, axis=1)
     steps[:, first:] *= factor
     return np.concatenate([position[:, :1], position[:, :1] + np.cumsum(steps, axis=1)], axis=1)
+
+
+def test_degrees_of_freedom_of_a_window() -> None:
+    """(sum r)^2 / sum r^2 and max r / sum r of the eigenvalues r of its differences: n and 1/n of
+    white noise, 2 and 1/2 of a sinusoid; one and all where nothing moves, or nothing is known."""
+    rng, n = np.random.default_rng(2), 64
+    edf, kappa = _dispersion(rng.standard_normal((4000, n)))
+    assert edf == pytest.approx(n, rel=0.03) and kappa == pytest.approx(1 / n, rel=0.25)
+    wave = np.sin(2 * np.pi * 5 / n * np.arange(n) + rng.uniform(0, 7, (400, 1)))
+    assert _dispersion(wave) == pytest.approx((2, 0.5), rel=1e-6)
+    assert _dispersion(np.zeros((9, n))) == _dispersion(np.zeros((0, n))) == (1.0, 1.0)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -70,12 +70,16 @@ def test_one_disturbance_is_one_kind_of_finding(
     assert values == pytest.approx([value] * len(values), rel=0.05)
 
 
+@pytest.mark.parametrize("blue", [False, True])
 @pytest.mark.parametrize(
     ("f_0", "damping", "rms"), [(2.5, 0.08, 0.02), (6.0, 0.03, 0.01), (23.0, 0.01, 0.03)]
 )
-def test_frequency_damping_and_size_of_a_resonance(f_0: float, damping: float, rms: float) -> None:
-    """Within 3, 25 and 10 %, beside noise of the same size."""
-    values = oscillator(f_0, damping, rms, 5) + 0.02 * np.random.default_rng(6).standard_normal(N)
+def test_frequency_damping_and_size_of_a_resonance(
+    f_0: float, damping: float, rms: float, blue: bool
+) -> None:
+    """Within 3, 25 and 10 %, beside noise of the same size, white or the difference of white."""
+    noise = 0.02 * np.random.default_rng(6).standard_normal(N + 1)
+    values = oscillator(f_0, damping, rms, 5) + (np.diff(noise) if blue else noise[1:])
     found = resonance("x1", values, RATE, spectrum(values))
     assert found is not None
     assert found.f_hz == pytest.approx(f_0, rel=0.03)

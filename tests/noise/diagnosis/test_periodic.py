@@ -11,6 +11,7 @@ from mocap_metrology.noise.diagnosis.periodic import (
     first_maximum,
     series_lines,
 )
+from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.model.components import Sinusoid
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import simulate
@@ -54,12 +55,15 @@ def test_several_lines_and_harmonics():
 
 
 def test_the_interval_of_the_amplitude_covers():
-    """95 %: between 51 and 60 of 60 with probability 0.999."""
-    inside = 0
+    """95 %: between 51 and 60 of 60 with probability 0.999; frequencies scatter by their standard
+    error (of 60, within 30 % likewise)."""
+    inside, off = 0, []
     for seed in range(60):
         (one,) = found_in(noise(12_000, seed=seed) + wave(0.002, 9.3, 12_000))
         inside += one.lower < 0.002 < one.upper
+        off.append((one.line.f_0 - 9.3) / one.f_error)
     assert inside >= 51
+    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1, abs=0.3)
 
 
 def test_share_of_the_allan_variance_is_the_closed_form():
@@ -73,6 +77,51 @@ def test_share_of_the_allan_variance_is_the_closed_form():
     own = Sinusoid(0.004, 14.4).avar(m, RATE)
     assert one.share == pytest.approx(own / (own + 1e-4 / m), rel=0.05)
     assert one.tau_s == pytest.approx(3 / RATE)
+
+
+def test_welch_sees_a_strong_line_and_not_a_weak_one():
+    def psd(series, segment_s=600.0):
+        made = welch(series, RATE, segment_s)
+        n = np.full(made.f_hz.size, made.n_segments)
+        return {"f_hz": made.f_hz, "psd_mm2_hz": made.psd, "n_segments": n}
+
+    strong, weak = noise() + wave(0.003, 14.4), noise() + wave(0.0004, 14.4)
+    (one,) = found_in(strong, psd=psd(strong))
+    assert one.in_psd
+    # A Hann window's line stands A^2/2 over its noise bandwidth of 1.5 bins
+    segment = 600 / 4.5
+    assert one.snr_psd == pytest.approx(0.003**2 / 2 * segment / 1.5 / (1e-4 * 2 / RATE), rel=0.5)
+    assert all(not x.in_psd for x in found_in(weak, psd=psd(weak, 10.0)))
+
+
+@pytest.mark.parametrize("segments", [1, 20])
+def test_a_peak_of_noise_is_seldom_a_line_of_the_psd(segments):
+    """Three points of a spectrum of white noise reach so high by chance once in a thousand times;
+    of a mean of K segments (half-overlapping, worth K / 1.1) each has a gamma distribution."""
+    series = wave(0.03, 14.4, 2400) + noise(2400)
+    lines, duration = series_lines(series, RATE, 10)
+    rng, f = np.random.default_rng(8), np.arange(1, 600) * 0.1
+    shape, seen = segments if segments == 1 else segments / 1.1, 0
+    for _ in range(3000):
+        psd = {"f_hz": f, "psd_mm2_hz": rng.gamma(shape, size=f.size), "n_segments": [segments]}
+        (one,) = described("x1", lines, duration, RATE, series, psd=psd)
+        seen += one.in_psd
+    assert seen <= 9  # 3 are expected, ten with p = 0.001
+
+
+def test_gaps_neither_shrink_a_line_nor_make_one():
+    """Straight lines over the two of seconds would be bumps of some hundredths of a Hz."""
+    series = noise() + wave(0.004, 14.4)
+    series[10_000:14_000:40] = np.nan
+    series[30_000:31_000] = np.nan
+    series[50_000:50_700] = np.nan
+    lines, duration = series_lines(series, RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE))
+    assert duration == 600.0
+    (one,) = described("x1", lines, duration, RATE, series)
+    assert one.line.f_0 == pytest.approx(14.4, abs=0.01)
+    assert one.lower < 0.004 < one.upper
+    (one,) = found_in(series)
+    assert one.lower < 0.004 < one.upper
 
 
 def test_a_fan_that_is_switched_changes_its_amplitude() -> None:

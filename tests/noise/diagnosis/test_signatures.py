@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.sentences._kinds import gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
-from mocap_metrology.noise.diagnosis.shapes import pace
-from mocap_metrology.noise.diagnosis.signatures import LEAST_BLOCKS, Wander, shift_near, signature
+from mocap_metrology.noise.diagnosis.one_series import walk_decided
+from mocap_metrology.noise.diagnosis.shapes import pace, shapes
+from mocap_metrology.noise.diagnosis.signatures import (
+    LEAST_BLOCKS,
+    Wander,
+    _noises,
+    shift_near,
+    signature,
+)
 
 
 def noise(seed: int, n: int = N) -> np.ndarray:
@@ -28,6 +38,88 @@ def test_each_kind_is_named_and_nothing_else(case: str) -> None:
         assert said <= set(true), (said, found.possible)
         named += said == set(true)
     assert named >= 2
+
+
+def test_the_ends_of_a_shift_are_those_of_least_squares() -> None:
+    """Against every pair of ends: squares about the mean inside and the mean outside."""
+    n = 60
+    pairs = [(a, b) for a in range(1, n - 1) for b in range(a + 1, n)]
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        z = rng.standard_normal(n)
+        first = int(rng.integers(5, 50))
+        z[first : first + int(rng.integers(2, 7))] += 2.5
+        rest = [
+            z[a:b].var() * (b - a) + np.delete(z, slice(a, b)).var() * (n - b + a) for a, b in pairs
+        ]
+        found = [s for s in shapes(z, np.arange(n)) if s.kinds == {"shift"}]
+        assert pairs[int(np.argmin(rest))] in [s.at for s in found if len(s.columns) == 1]
+
+
+def test_the_size_of_a_shape_is_what_it_does() -> None:
+    """In mm: how far a curve goes, with the sign of its change; the height of a step. Of the
+    shape that fits best."""
+    t = np.arange(301.0)
+    for true, size in (
+        (0.2 * np.exp(-t / 150), -0.2 * (1 - np.exp(-300 / 150))),
+        (1e-6 * t**2, 1e-6 * 300**2),
+        (0.002 * np.minimum(t, 90), 0.18),
+        (-0.002 * np.maximum(t - 90, 0), -0.42),
+        (-0.3 * (t >= 120), -0.3),
+    ):
+        z = true + 1e-5 * np.random.default_rng(1).standard_normal(t.size)
+        rest = [(float(np.var(z - s.curve(z)[1])) * 1.001 ** len(s.columns), s.size(z))
+                for s in shapes(z, np.arange(t.size)) if s.kinds]  # fmt: skip
+        assert min(rest)[1] == pytest.approx(size, rel=0.02)
+    bends = [s for s in shapes(t, t) if "smooth" in s.kinds and s.searched]
+    assert [(len(s.columns), s.searched) for s in bends] == [
+        (2, 1),
+        (3, 2),
+        (4, 3),
+    ]  # one place each
+
+
+def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
+    """Of a Gauss-Markov process the means of blocks of 1/a correlation times have the covariances
+    2 (a - 1 + e^-a), (1 - e^-a)^2 and (1 - e^-a)^2 e^-a (over a^2) 0, 1 and 2 blocks apart. Of
+    their differences the first two over the variance, from the spectrum."""
+    n = 500
+    f = np.arange(1, n + 1) / (2 * (n + 1))
+    weight = 4 * np.sin(np.pi * f) ** 2
+    for T_c, spectra in zip((0.25, 1.0), ("fast", "correlated"), strict=True):
+        slow = _noises(weight, n)[spectra][0] - weight  # of one ratio to white noise
+        a = 1 / T_c
+        r = np.array(
+            [2 * (a - 1 + np.exp(-a)), *((1 - np.exp(-a)) ** 2 * np.exp(-a * np.arange(3)))]
+        )
+        variance = 2 * r[0] - 2 * r[1]
+        for lag, covariance in ((1, 2 * r[1] - r[0] - r[2]), (2, 2 * r[2] - r[1] - r[3])):
+            found = np.sum(slow * np.cos(2 * np.pi * f * lag)) / np.sum(slow)
+            assert found == pytest.approx(covariance / variance, abs=0.003)
+
+
+@pytest.mark.parametrize(
+    ("noise", "lowest", "kept"),
+    [
+        ("random_walk", [0.1], True),
+        ("random_walk", [0.1, 0.0], False),
+        ("random_walk", [math.nan], True),  # no interval
+        ("flicker", [0.1], False),
+        ("flicker", [], True),
+    ],
+)
+def test_a_noise_is_named_where_the_likelihood_allows_it(noise, lowest, kept) -> None:
+    """What is no longer named remains possible, beside what else is."""
+    rows = [
+        {"series": "x1", "estimator": "likelihood", "parameter": "h_-2", "lower_95": low}
+        for low in lowest
+    ]
+    rows += [{"series": "x2", "estimator": "likelihood", "parameter": "h_-2", "lower_95": 0.0}]
+    for possible in ((), ("drift",)):
+        wander = Wander((), noise, possible, 0.1, 0.01, 0.1)
+        decided = walk_decided(wander, rows, "x1")
+        assert decided.noise == (noise if kept else "")
+        assert decided.possible == (possible if kept else possible or ("noise",))
 
 
 def saw(rng: np.random.Generator) -> np.ndarray:
@@ -136,6 +228,10 @@ def test_times_and_sizes_of_changes_at_once() -> None:
     assert shift_near(300, 301, wanders) == ("x1", pytest.approx(0.06, abs=0.003), False)
     assert shift_near(320, 321, wanders) == ("x1", pytest.approx(-0.06, abs=0.003), True)
     assert shift_near(310, 312, wanders) is None
+    assert shift_near(304, 306, wanders) and not shift_near(307, 308, wanders)
+    for lasting_s in (8.0, 13.0):  # of less than 10 s it is movement
+        short = replace(lift, at_s=(300.5, 300.5 + lasting_s))
+        assert bool(shift_near(300, 301, {"x1": short})) is (lasting_s > 10)
 
 
 @pytest.mark.parametrize(

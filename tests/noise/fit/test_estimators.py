@@ -14,6 +14,8 @@ from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
 from mocap_metrology.noise.fit.estimates import (
     Components,
+    correlation_class,
+    limit_class,
     model_of,
     refused_rows,
     rows,
@@ -88,6 +90,13 @@ def test_rows_go_through_the_file_and_come_back_as_the_model(found, tmp_path):
     terms = [row for row in back if row["parameter"] == "T_c1"]
     assert {row["class"] for row in terms} <= {"short", "medium", "long", "unclassed", ""}
     assert terms[0]["unit"] == "s"
+    limits = [row for row in back if limit_class(row)]
+    assert {row["parameter"][:3] for row in limits} == {"q_c"} and {
+        row["status"] for row in limits
+    } == {"not_detected"}
+    for row in limits:  # "class medium: limit for every T_c from 1 to 10 s"
+        low, high = (float(word) for word in row["note"].split() if word[0].isdigit())
+        assert correlation_class(math.sqrt(low * high)) == limit_class(row)
 
 
 def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleaned):
@@ -106,6 +115,20 @@ def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleane
     assert tuple(columns) == PERIODOGRAM
     total = columns["dof"].sum()
     assert total == pytest.approx((N - 1) * (1 - np.isnan(masked).mean()))
+
+
+@pytest.mark.parametrize(("step", "hidden"), [(0.04, False), (0.4, True)])
+def test_steps_that_hide_the_noise_are_noted_at_the_white_level(cleaned, step, hidden):
+    """Noise of 0.1 mm, to which rounding adds step^2 / 12; steps of 0.4 mm are those of a slow
+    movement."""
+    rng, slow = np.random.default_rng(2), np.linspace(0, 5, 2000)
+    rounded = np.round((slow + 0.1 * rng.standard_normal(slow.size)) / step) * step
+    simple = Noise(estimators=("likelihood",), max_gauss_markov=0, sinusoid=False)
+    settings = NoiseSettings(simple)
+    (estimate,) = estimate_series(rounded, cleaned, RATE, settings, resolution=step).estimates
+    noted = {c.parameter for c in estimate.coefficients if "hides the noise" in c.note}
+    assert noted == ({"h_0"} if hidden else set())
+    assert ("hides the noise" in estimate.note) is hidden
 
 
 def test_one_estimator_may_fail_without_the_others(series):

@@ -146,3 +146,9 @@ def test_a_filter_takes_what_it_is_said_to() -> None:
     said.append(np.mean(raw["sigma_12"] - clean["sigma_12"]))
     assert np.mean(lost, axis=0) == pytest.approx(said, rel=0.2)
     assert said[2] > 4e-6
+
+
+def test_without_noise_nothing_moves() -> None:
+    still = twin_from_mapping({"coefficients": {"all": {"h_0": 0.0}}, "seed": 1}, "t")
+    found = pair_moments(still, 3, np.random.default_rng(1))
+    assert all(np.abs(found[k]).max() < 1e-100 for k in SIGMAS)

@@ -8,6 +8,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.curves import sinusoid_avar
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from tests.noise.model.textbook import density
 
@@ -260,3 +261,17 @@ def test_coefficients_that_make_no_model_are_refused(coefficients, words):
     with pytest.raises(Refusal) as refusal:
         NoiseModel.from_coefficients(coefficients)
     assert words in str(refusal.value)
+
+
+@pytest.mark.parametrize("form", ["sampled", "continuous"])
+@pytest.mark.parametrize("f_0", [0.7, 14.4, 59.0])
+def test_the_envelope_of_a_sinusoid_touches_its_allan_variance(f_0: float, form: str) -> None:
+    """Beyond six periods: nowhere below it, and within 1 % of its greatest values, which lie at odd
+    multiples of half a period. Below six periods it is the Allan variance itself."""
+    line, m = Sinusoid(0.02, f_0), np.arange(1, 40_000)
+    exact, drawn = line.avar(m, RATE, form), sinusoid_avar(line, m, RATE, form)
+    periods = m * f_0 / RATE
+    assert np.array_equal(drawn[periods <= 6], exact[periods <= 6])
+    far = periods > 6
+    assert np.all(exact[far] <= drawn[far] * (1 + 1e-9))
+    assert np.max(exact[far] / drawn[far]) == pytest.approx(1, abs=0.01)

@@ -259,6 +259,7 @@ def test_subsets_of_a_take_share_their_slow_noise_and_nothing_else():
         (T40 | {"drift_mm_per_h": {"Wand9": [0, 0, 1]}}, "unknown key 'Wand9'"),
         (T40 | {"drift_mm_per_h": {"Wand1": [0, 1]}}, "expected three numbers"),
         (T40 | {"without": ["q_c9"]}, "'q_c9', expected one of"),
+        (T40 | {"without": ["T_c1"]}, "'T_c1', expected one of"),  # goes with q_c1
         (T40 | {"scale": {"L": 2}}, "unknown key 'L'"),
         (T40 | {"form": "both"}, "form: 'both', expected sampled or continuous"),
         (T40 | {"slow": {"take": "T40"}}, "slow: below_hz is missing"),
@@ -273,7 +274,32 @@ def test_a_wrong_entry_is_refused_in_one_line(entry, words):
 
 def test_too_short_is_refused():
     with pytest.raises(Refusal, match="expected 16 frames at least"):
-        simulate(twin_from_mapping(WHITE), 0.1)
+        simulate(twin_from_mapping(WHITE), 15 / RATE)
+    assert simulate(twin_from_mapping(WHITE), 16 / RATE).position_mm.shape[-1] == 16
+
+
+def test_components_are_left_out_with_what_belongs_to_them():
+    values = {
+        "h_0": 1e-6,
+        "q_c1": 0.01,
+        "T_c1": 0.3,
+        "q_c2": 0.02,
+        "T_c2": 5.0,
+        "A_s": 0.1,
+        "f_0": 9,
+    }
+    entry = {"coefficients": {"all": values}, "seed": 1}
+    for more, left in (
+        ({"without": ["A_s"]}, {"h_0", "q_c1", "T_c1", "q_c2", "T_c2"}),
+        ({"without": ["q_c1", "h_0"]}, {"q_c1", "T_c1", "A_s", "f_0"}),  # counted anew
+        ({"without_T_c_below_s": 0.3}, set(values)),
+        ({"without_T_c_below_s": 0.5}, set(values) - {"q_c2", "T_c2"}),
+    ):
+        twin = twin_from_mapping(entry | more, "T9")
+        found = twin.models["y2"].coefficients()
+        assert set(found) == left
+        assert found.get("T_c1", 5.0) == (0.3 if "T_c2" in left else 5.0)
+        assert bool(twin.notes) is (left != set(values))
 
 
 def test_days_of_a_facility() -> None:

@@ -17,6 +17,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined
+from mocap_metrology.lighthouse.batch.length import added, equation
 from mocap_metrology.lighthouse.batch.parts import (
     halves,
     misfit_of,
@@ -29,6 +30,7 @@ from mocap_metrology.lighthouse.batch.parts import (
 from mocap_metrology.lighthouse.batch.problem import GROUPS, State
 from mocap_metrology.lighthouse.batch.recording import Sensed
 from mocap_metrology.lighthouse.batch.residuals import residual_rows
+from mocap_metrology.lighthouse.batch.solve import reduced
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest
 from mocap_metrology.lighthouse.calibrate.fits import facing, fitted, grazing, if_they_agree
@@ -36,7 +38,6 @@ from mocap_metrology.lighthouse.calibrate.network import Start, start, still_sta
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
-from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import SLAVE, Measurements, Path, PoseEstimate
 
 __all__ = ["ESTIMATED", "NAME", "Scene", "Sensors", "by_batch", "joint", "solved", "start"]
@@ -204,12 +205,20 @@ def joint(
         found = found.sure(scene.title)
         if not scene.known_pose:
             found = replace(found, misfit=misfit_of(found))
-    return found, "; ".join(filter(None, (note, unseen(found, scene.sensors.lengths))))
+    return found, "; ".join(filter(None, (note, less_certain(found))))
 
 
-def unseen(found: Joint, lengths: Sequence[KnownLength]) -> str:
-    """A note on moments of known lengths at which no hit shows where the board is."""
-    hit_s = np.concatenate([one.sweeps.hits.time_s for one in found.recordings])
-    at = {p.time_s for own in lengths for p in own.places if p.station is None}
-    lost = [f"{t:g} s" for t in sorted(at) if np.abs(hit_s - t).min() > KNOT_S]
-    return f"known_length: the board is not seen at {', '.join(lost)}" if lost else ""
+def less_certain(found: Joint) -> str:
+    """A note on known lengths to which the board's path at their moments, as where no hits show it,
+    adds more than their own standard deviation."""
+    notes = []
+    for one in found.recordings if any(one.lengths for one in found.recordings) else ():
+        part = reduced(one.sums(found.state, found.of), one.trajectory, one.noise)
+        for seen in one.lengths:
+            own = equation(seen, one.trajectory.control, found.state, found.of)
+            times = np.sqrt(added(own, part, one.noise)[2] / own.variance)
+            if times > 2:
+                at = ", ".join(f"{p.time_s:g} s" for p in seen.known.places if p.station is None)
+                why = f"{times:.0f} times less certain, as the place of the board is at {at}"
+                notes.append(f"known_length is {why}")
+    return "; ".join(notes)

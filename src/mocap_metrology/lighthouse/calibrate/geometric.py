@@ -78,9 +78,7 @@ def first_ranges(rays: np.ndarray, board: np.ndarray) -> list[np.ndarray]:
     image = (rays @ across.T) / (rays @ middle)[:, None]
     centred = board - board.mean(axis=0)
     plane = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
-    A = np.linalg.lstsq(
-        np.column_stack([plane, np.ones(len(plane))]), image - image.mean(axis=0), rcond=None
-    )[0][:2]
+    A = np.linalg.lstsq(np.column_stack([plane, np.ones(len(plane))]), image, rcond=None)[0][:2]
     U, s, _ = np.linalg.svd(A)
     tilt = math.sqrt(max(1.0 - (s[1] / s[0]) ** 2, 0.01))  # never the saddle between both
     depth = tilt * (plane @ U[:, 1])

@@ -60,7 +60,7 @@ class Export:
     @property
     def generation(self) -> int:
         """Of the stations."""
-        return max((station.generation for station in self.stations), default=1)
+        return max(station.generation for station in self.stations)
 
     @property
     def lines(self) -> list[str]:

@@ -119,7 +119,7 @@ class Share:
     """A kind of noise and its share of u^2; T_c_s of correlated noise, f_hz of a line, else NaN."""
 
     kind: str
-    share: float = 0.0
+    share: float
     T_c_s: float = math.nan
     f_hz: float = math.nan
 

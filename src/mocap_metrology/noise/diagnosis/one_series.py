@@ -67,7 +67,7 @@ class Examiner:
         rate, blank = self.rate_hz, without_frames(series, self.away)
         wander = signature(blank, rate)
         jumps = bool(wander and wander.jumps)
-        if wander and jumps:
+        if wander:
             blank = wander.without_jumps(blank, rate)
         model, spectrum = _model(self.noise, name), _rows(self.psd, name)
         if jumps or self.away.any():

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology import settings
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
@@ -24,6 +25,7 @@ from mocap_metrology.noise.diagnosis.software import Processed
 from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import STILL, Movement
 
+USUAL = settings.Diagnosis()
 MULTIPLES = 6  # of the frequency at which bursts recur, that are no cycle
 
 
@@ -36,14 +38,14 @@ class DiagnosisSettings:
     `movement`.
     """
 
-    false_alarm: float = 0.01
-    side_s: float = 300.0
-    spike_sigma: float = 6.0
-    cutoffs_hz: tuple[float, ...] = (6.0, 10.0)
-    notch_width_hz: float = 1.0
-    max_lines: int = 10
-    still_range_mm: float = 2.0
-    horizon_s: float = 3600.0
+    false_alarm: float = USUAL.false_alarm
+    side_s: float = USUAL.side_s
+    spike_sigma: float = USUAL.spike_sigma
+    cutoffs_hz: tuple[float, ...] = USUAL.cutoffs_hz
+    notch_width_hz: float = USUAL.notch_width_hz
+    max_lines: int = USUAL.max_lines
+    still_range_mm: float = settings.Still().range_mm
+    horizon_s: float = settings.Verdict().horizon_s
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mocap_metrology.noise.fit.spectral.line import level
 from mocap_metrology.noise.fit.spectral.lines import (
     find_lines,
     find_slow_lines,
@@ -53,9 +54,19 @@ def test_slow_line_is_found_against_the_density_of_its_noise():
     rng = np.random.default_rng(6)
     f_0 = 31.3 / (N * TAU0)
     series = rng.normal(size=N) + sine(0.2, f_0, 0.7)
-    lines = find_slow_lines(series, RATE, lambda f: np.full(f.size, 2 * TAU0))
+    lines = find_slow_lines(series, RATE, lambda f: np.full(f.size, 2 * TAU0), 9)
     assert len(lines) == 1
     assert np.isclose(lines[0].f_0, f_0, rtol=2e-3)
     assert np.isclose(lines[0].A_s, 0.2, atol=0.04)
     assert np.std(series - lines[0].wave(N, RATE)) < 1.01
-    assert find_slow_lines(rng.normal(size=N), RATE, lambda f: np.full(f.size, 2 * TAU0)) == []
+    assert find_slow_lines(rng.normal(size=N), RATE, lambda f: np.full(f.size, 2 * TAU0), 9) == []
+
+
+@pytest.mark.parametrize("slope", [-2, 0, 2])
+def test_the_level_is_that_of_the_noise(slope):
+    """Of coefficients with exponential distributions about a power law; a band of a quarter octave
+    has 20 of them at first."""
+    density = np.maximum(np.arange(40_000.0), 1) ** slope
+    power = density * np.random.default_rng(5).exponential(size=density.size)
+    off = np.log(level(power, np.arange(128, 40_000)) / density[128:])
+    assert np.abs(off).max() < 1 and np.sqrt(np.mean(off**2)) < 0.1 and abs(off.mean()) < 0.05

@@ -168,8 +168,8 @@ class Transform:
     def of(cls, series: np.ndarray, spacing_s: float) -> Transform:
         """Of a complete series (n,)."""
         n = series.size
-        width = min(END_FRAMES, n // 2)
-        slope = (series[-width:].mean() - series[:width].mean()) / max(n - width, 1)
+        width = END_FRAMES
+        slope = (series[-width:].mean() - series[:width].mean()) / (n - width)
         level = np.arange(n, dtype=np.float64)
         level *= -slope
         level += series
@@ -197,10 +197,10 @@ class Transform:
         n, spacing_s = self.n, self.spacing_s
         forward, backward = (_dirichlet(sign * f_0 * spacing_s - k / n, n) for sign in (1, -1))
         waves = np.stack([(forward + backward) / 2, (forward - backward) / 2j])
-        width = min(END_FRAMES, n // 2)
+        width = END_FRAMES
         angle = 2 * np.pi * f_0 * spacing_s * np.stack([np.arange(width), np.arange(n - width, n)])
         ends = np.stack([np.cos(angle), np.sin(angle)]).mean(axis=2)
-        slope = (ends[:, 1] - ends[:, 0]) / max(n - width, 1)
+        slope = (ends[:, 1] - ends[:, 0]) / (n - width)
         ramp = n / np.expm1(-2j * np.pi * k / n)
         return waves - slope[:, None] * ramp
 

@@ -77,7 +77,7 @@ def find_slow_lines(
     series: np.ndarray,
     frame_rate_hz: float,
     density: Callable[[np.ndarray], np.ndarray],
-    at_most: int = 40,
+    at_most: int,
 ) -> list[Line]:
     """Lines of 10 to 128 cycles in the recording, as `find_lines`; density: the noise spectrum,
     f -> unit^2/Hz, which medians of so few coefficients cannot resolve."""

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import f as distribution
 
 from .strict_c3d import Unreadable, Values, need
-from .strict_text import number, table_of
+from .strict_text import Once, number, once, table_of
 
 FACTORY = ("phase", "tilt", "curve", "gibphase", "gibmag")
 ROLES = ("master", "slave")
@@ -19,8 +19,9 @@ BLOCKS = 20  # of a recording, that its covariance comes from
 
 
 def parsed(raw: bytes) -> Any:
+    """A key stands once."""
     try:
-        return json.loads(raw.decode("utf-8-sig"))
+        return json.loads(raw.decode("utf-8-sig"), object_pairs_hook=once)
     except (ValueError, RecursionError):
         raise Unreadable from None
 
@@ -66,7 +67,7 @@ def stations(raw: bytes) -> Values:
 
 def crazyflie(raw: bytes) -> Values:
     try:
-        given = yaml.safe_load(raw.decode("utf-8-sig"))
+        given = yaml.load(raw.decode("utf-8-sig"), Once)
         need(given["type"] == "lighthouse_system_configuration" and given["systemType"] == 1)
         need(str(given["version"]) in ("1", "2"))
         calibs = given["calibs"]

@@ -275,7 +275,7 @@ def board(raw: bytes) -> Values:
 
 def pose(raw: bytes) -> Values:
     try:
-        given = json.loads(raw.decode("utf-8-sig"))
+        given = json.loads(raw.decode("utf-8-sig"), object_pairs_hook=once)
         R, t = np.array(given["R"], float), np.array(given["t_m"], float)
         ids = [given["stations"][role] for role in ("master", "slave")]
         ids = [int(one) if one is not None else None for one in ids]
@@ -305,6 +305,12 @@ def sheet(raw: bytes) -> Values:
     columns = ("recording", "path", "group", "unit", "comment", "camera_type")
     table = sorted([row.get(column, "") for column in columns] for row in found)
     return {"rows": table, "whole": found}
+
+
+def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A mapping of JSON, each key of which stands once."""
+    need(len(dict(pairs)) == len(pairs))
+    return dict(pairs)
 
 
 class Once(yaml.SafeLoader):

@@ -98,7 +98,7 @@ def test_a_bar_is_as_long_as_it_is(lab: Path) -> None:
     found = judged(lab, entry, Asked("T20-T21", LENGTH_MM, 0.1, told))
     (one,) = found["classes"]
     statistics = {name: value["value"] for name, value in one["statistics_mm"].items()}
-    assert found["word"] == "usable" and one["n_frames"] > 200
+    assert found["word"] == "good" and one["n_frames"] > 200
     assert abs(statistics["mean"]) < 1.0 and statistics["sd"] < 0.3
     assert found["stated"]["sd_mm"] < 1.0 and found["stated"]["within_2"] > 0.9
     assert found["clock"]["rms_ns"] < 100 and found["clock"]["stations_apart_ns"] < 100

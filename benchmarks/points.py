@@ -46,12 +46,8 @@ def main() -> None:
     n, seed = (int(word) for word in (*sys.argv[1:], "100", "1")[:2])
     print("points  body  distortion  false  found  within one point")
     for size, body, distortion in product((26, 12), (False, True), (2.0, 6.0, 12.0)):
-        rng, false, found, near = (
-            np.random.default_rng([seed, size, body, int(distortion)]),
-            0,
-            0,
-            0,
-        )
+        rng = np.random.default_rng([seed, size, body, int(distortion)])
+        false = found = near = 0
         for _ in range(n):
             points = drawn(rng, size, body, distortion)
             false += bool(frame_changes(points).cuts)

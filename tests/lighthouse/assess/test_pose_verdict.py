@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.assess.fit_checks import Case, expected_noise_urad
+from mocap_metrology.lighthouse.assess.fit_checks import Case, expected_noise_urad, uncertainty
 from mocap_metrology.lighthouse.assess.validation import Verdict, gravity_angle_deg, verdict
 from mocap_metrology.lighthouse.records import Factory, Halves, PoseEstimate, Station
 
@@ -203,3 +203,14 @@ def test_noise_to_expect_grows_with_the_steps_of_the_clock():
     """61 urad of jitter and, of two edges, pi/8.333 ms x step / sqrt(24): 38.5 urad at 2 MHz."""
     assert expected_noise_urad(0.5e-6) == pytest.approx(np.hypot(61, 38.5), abs=0.1)
     assert expected_noise_urad(1 / 48e6) == pytest.approx(61, abs=0.1)
+
+
+@pytest.mark.parametrize(("far_m", "mm", "level"), [
+    (2.0, 9.9, "good"), (2.0, 10.1, "usable"), (4.0, 10.1, "usable"),
+    (8.0, 19.9, "good"), (8.0, 20.1, "usable"), (8.0, 59.9, "usable"), (8.0, 60.1, "doubtful"),
+])  # fmt: skip
+def test_errors_of_a_far_station_may_grow_with_its_distance(far_m, mm, level):
+    """Errors of a scale are a share of the distance: 10 mm at 4 m are 20 mm at 8 m."""
+    C = np.diag([mm**2, 1, 1, 1e-4, 1e-4, 1e-4])
+    own = uncertainty(replace(POSE, estimator="batch", t_m=far_m * X, covariance=C))
+    assert own.level == level

@@ -361,7 +361,7 @@ def uncertainty(chosen: PoseEstimate) -> Check:
         return Check(name, case, mm, "mm", "finite", False, level, {"deg": deg})
     whole = chosen.estimator == "batch"
     far = max(float(np.linalg.norm(chosen.t_m)) / FAR_M, 1.0)
-    limits = [(far * mm, deg) for mm, deg in SIGMA_BATCH] if whole else SIGMA
+    limits = [(far * most, angle) for most, angle in SIGMA_BATCH] if whole else SIGMA
     word, limit = worst(mm, deg, limits)
     case, numbers = Case.UNCERTAINTY, {"deg": deg}
     if whole:

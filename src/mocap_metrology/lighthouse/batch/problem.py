@@ -59,8 +59,8 @@ ANY_GRAVITY = 100.0  # of a coordinate: for recordings that say nothing of it
 # Between the outermost diodes: decks of 33 mm were 0.5 to 1.3 % larger than their files.
 EFFECTIVE_M = 3e-4
 COVER_M = np.array([-0.8e-3, 1.6e-3])  # a and t of two kinds of trackers, within 0.06 mm
-# Of a + HELD t and t. Places in the files of four objects hold at 46 to 60 deg of incidence, as of
-# bare diodes; no cover is two standard deviations of t off.
+# Of a + HELD t and of t. Places in the files of four objects hold at 46 to 60 deg, where
+# a + t / 2 is -0.17 to 0.03 mm. Bare diodes, of which both are 0, are two standard deviations off.
 COVER_SD_M = np.array([0.15e-3, 0.8e-3])
 NO_NORMALS = np.zeros((0, 3))
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for

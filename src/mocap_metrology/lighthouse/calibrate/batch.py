@@ -10,7 +10,7 @@ stations agree; `fits` and `turns` say what is begun anew or left out.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -75,12 +75,12 @@ def all_solved(
         pieces = pieces_of(found, one) if still is None else []
         residuals = residual_rows(found, scene.hits, scene.names)
         path = _path(one.trajectory, one.sweeps.hits.time_s)
+        details = {**details_of(scene, found), "residuals": residuals}
         poses = []
         for k in range(1, len(scene.names)):
-            pose = pose_of(scene, found, stage, k)
+            pose = pose_of(scene, found, stage, details, k)
             pose = replace(
                 pose,
-                details={**(pose.details or {}), "residuals": residuals},
                 halves=halves(found, k, pieces) if still is None else None,
                 path=path,
                 note=note,
@@ -89,8 +89,12 @@ def all_solved(
     return poses, found
 
 
-def pose_of(scene: Scene, found: Joint, stage: str, station: int = SLAVE) -> PoseEstimate:
-    """A station's pose out of a joint estimate of one recording or of several."""
+def pose_of(
+    scene: Scene, found: Joint, stage: str, details: Mapping[str, object], station: int = SLAVE
+) -> PoseEstimate:
+    """A station's pose out of a joint estimate of one recording or of several; details: of all
+    stations, to which the share is added that the scale of the board has in the variance of the
+    position of this one."""
     units = COVARIANCE_UNITS
     board = digest(scene.board)
     noise, shared = shared_errors(found, scene.used_priors, units, board, station)
@@ -107,7 +111,7 @@ def pose_of(scene: Scene, found: Joint, stage: str, station: int = SLAVE) -> Pos
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
-        details=_details(found, scene.names) | _weighed(scene, found, station),
+        details={**details, "scale_share": scale_share(found, station)},
         station=scene.names[station],
     )
 
@@ -121,7 +125,12 @@ def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
     return Path(at, R, t_m, none, np.zeros(at.size, dtype=np.int64), none)
 
 
-def _details(found: Joint, names: Sequence[str]) -> dict[str, object]:
+def details_of(scene: Scene, found: Joint) -> dict[str, object]:
+    """Of a joint estimate: `_sizes` and `_weighed`."""
+    return _sizes(found, scene.names) | _weighed(scene, found)
+
+
+def _sizes(found: Joint, names: Sequence[str]) -> dict[str, object]:
     """Noise in urad, of a hit and of a sweep; offsets of the axes in urad, depths between lasers in
     mm, size of the errors of diodes' places that the recording does not contradict in mm; rms
     residual over the noise of a hit by station, axis and diode; and the sensors of the board."""
@@ -141,11 +150,10 @@ def _details(found: Joint, names: Sequence[str]) -> dict[str, object]:
     }
 
 
-def _weighed(scene: Scene, found: Joint, station: int) -> dict[str, object]:
+def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
     """rms residual in urad of hits as they are weighed; share of the weight of all hits on diodes
-    that light can reach that is lost; misfit of pieces as in `Joint`; probability by chance that
-    estimates are so far from their priors; and the share that the scale of the board has in the
-    variance of the position."""
+    that light can reach that is lost; misfit of pieces as in `Joint`; and probability by chance
+    that estimates are so far from their priors."""
     residual = np.concatenate([one.residual for one in found.recordings])
     weight = np.concatenate([one.total_weight() for one in found.recordings])
     total = residual.size
@@ -161,7 +169,6 @@ def _weighed(scene: Scene, found: Joint, station: int) -> dict[str, object]:
         "weight_lost": 1 - float(weight.sum()) / total,
         "misfit": found.misfit,
         "prior_p": prior_p(found),
-        "scale_share": scale_share(found, station),
     }
 
 
@@ -212,7 +219,7 @@ def less_certain(found: Joint) -> str:
     """A note on known lengths to which the board's path at their moments, as where no hits show it,
     adds more than their own standard deviation."""
     notes = []
-    for one in found.recordings if any(one.lengths for one in found.recordings) else ():
+    for one in (one for one in found.recordings if one.lengths):
         part = reduced(one.sums(found.state, found.of), one.trajectory, one.noise)
         for seen in one.lengths:
             own = equation(seen, one.trajectory.control, found.state, found.of)

@@ -25,7 +25,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
 from mocap_metrology.lighthouse.batch.recording import Given
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of
+from mocap_metrology.lighthouse.calibrate.batch import Scene, details_of, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.fits import poses_of
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
@@ -114,12 +114,14 @@ def by_setup(
     found, scene, ways = _by_variant(scene, scenes, pieces)
     with determined(scene.title):
         apart = predicted(found, scene.used_priors)
+        details = details_of(scene, found)
         poses, by_station = [], {}
         for k, name in enumerate(scene.names[1:], start=1):
             pairs = zip(pieces, apart[k - 1], strict=True)
             by_name = {piece.title: pair for piece, pair in pairs if pair is not None}
             worst = max(by_name.values(), key=lambda pair: pair.m2, default=None)
-            pose = widened(replace(pose_of(scene, found, "final", k), halves=worst), ways[k - 1])
+            pose = replace(pose_of(scene, found, "final", details, k), halves=worst)
+            pose = widened(pose, ways[k - 1])
             poses.append(replace(pose, seconds=time.perf_counter() - begun))
             by_station[name] = by_name
     network = network and replace(network, covariance=covariance_of_all(found, ways))

@@ -6,10 +6,9 @@ sweep has too few hits for perspective, which on a deep board leaves milliradian
 against the pose of the board that this sweep and the next tell of (`pose_outliers`): an azimuth
 sweep and the elevation sweep after it see one board, of six unknowns, and what it moves in the
 8.3 ms between them is mostly a shift along each axis, which only one of the two sweeps measures.
-Planes of
-the second generation are held against the turns before and after (`neighbour_outliers`).
-Over time a diode is tested against itself by the project's Hampel filter, where the board is still
-(`still_outliers`). Nothing is replaced: an outlier is dropped.
+In light of the second generation a hit is held against the turns before and after in place of a
+pose (`neighbour_outliers`). Over time a diode is tested against itself by the project's Hampel
+filter, where the board is still (`still_outliers`). Nothing is replaced: an outlier is dropped.
 """
 
 from __future__ import annotations
@@ -18,21 +17,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel
-from mocap_metrology.common.linear import solve
 from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.decode.gates import FULL, gate_sweeps, gate_turns
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.records import Hits, Measurements
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 STILL_RAD = 0.5e-3  # 1 mm at 2 m
 RESOLUTION_RAD = np.pi * 0.5e-6 * 60 * 2  # one sample of 2 MHz
-LEAST_PIVOT = 1e-15  # of the normal equations of a sweep: far below what one hit adds
 SINGULAR = 1e-6  # of the board's extent: thinner is flat
-FULL = 4  # hits of a sweep, and two a direction of the board: three more than unknowns
-NEAR, FARTHEST_RAD = 2, 0.5  # turns, and angles in them, that are one board's
 FEWEST_DIODES = 5  # diodes with both angles: one can be left out
 WRONG_DIODES = 2  # wrong diodes of one moment
 
@@ -128,7 +123,7 @@ def sweep_outliers(
     order, first = hits.by_sweep()
     wrong = np.zeros(len(hits), np.bool_)
     if order.size:
-        wrong[order] = _gate(
+        wrong[order] = gate_sweeps(
             np.tan(hits.angle_rad[order]),
             _directions(board)[hits.diode[order]],
             np.append(first, order.size),
@@ -155,7 +150,7 @@ def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL
         laser = 2 * hits.station[order].astype(np.int64) + hits.axis[order]
         new = (np.diff(laser, prepend=-1) != 0) | (np.diff(cycle, prepend=cycle[0]) != 0)
         first = np.flatnonzero(new)
-        wrong[order] = _gate_turns(
+        wrong[order] = gate_turns(
             hits.angle_rad[order],
             _directions(board)[hits.diode[order]],
             cycle[first],
@@ -214,160 +209,6 @@ def _still(table: np.ndarray, half_window: int) -> np.ndarray:
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * half_window + 1)
     middle = np.median(windows, axis=1, keepdims=True)
     return MAD_TO_SIGMA * np.median(np.abs(windows - middle), axis=1)
-
-
-@njit
-def _fit(design: np.ndarray, value: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Weighted least squares; returns the coefficients."""
-    n_hits, n = design.shape
-    normal = np.zeros((n, n))
-    right = np.zeros(n)
-    for h in range(n_hits):
-        for i in range(n):
-            wx = weight[h] * design[h, i]
-            right[i] += wx * value[h]
-            for j in range(i + 1):
-                normal[i, j] += wx * design[h, j]
-    for i in range(n):  # directions that these hits do not determine remain soluble
-        normal[i, i] += 1e-9 * (normal[i, i] + 1e-9)
-    solve(normal, right, LEAST_PIVOT, 0.0, LEAST_PIVOT)
-    return right
-
-
-@njit
-def _predict(
-    design: np.ndarray, tangent: np.ndarray, weight: np.ndarray, n_linear: int, out: np.ndarray
-) -> None:
-    """tan(angle) of the fitted model, into `out`; the columns past n_linear are made anew from it,
-    -tan(angle) X, so that a wrong hit bends none of its own columns."""
-    n_hits, n = design.shape
-    coefficients = _fit(design, tangent, weight)
-    for h in range(n_hits):
-        above = 0.0
-        below = 1.0
-        for i in range(n_linear):
-            above += design[h, i] * coefficients[i]
-        for i in range(n_linear, n):
-            below += design[h, i - n_linear + 1] * coefficients[i]
-        out[h] = above / min(max(below, 0.3), 3.0)
-        for i in range(n_linear, n):
-            design[h, i] = -out[h] * design[h, i - n_linear + 1]
-
-
-@njit
-def _least_absolute(
-    design: np.ndarray,
-    tangent: np.ndarray,
-    n_linear: int,
-    residual: np.ndarray,
-    weight: np.ndarray,
-    predicted: np.ndarray,
-) -> None:
-    """Iterated weights; leaves the residuals in rad, to first order."""
-    for _ in range(7):
-        _predict(design, tangent, weight, n_linear, predicted)
-        for h in range(tangent.size):
-            residual[h] = (tangent[h] - predicted[h]) / (1.0 + tangent[h] * tangent[h])
-            weight[h] = 1.0 / max(abs(residual[h]), 3e-5)
-
-
-@njit
-def _gate_sweep(
-    tangent: np.ndarray, where: np.ndarray, gate_rad: float, gate_mad: float, perspective: float
-) -> np.ndarray:
-    """Wrong hits of one sweep."""
-    n_hits, n_directions = where.shape
-    n_linear = 1 + n_directions
-    if n_hits <= n_linear:
-        return np.zeros(n_hits, np.bool_)
-    design = np.ones((n_hits, n_linear + n_directions))
-    design[:, 1:n_linear] = where
-    residual = np.empty(n_hits)
-    weight = np.ones(n_hits)
-    predicted = np.empty(n_hits)
-    affine = design[:, :n_linear].copy()
-    _least_absolute(affine, tangent, n_linear, residual, weight, predicted)
-    if n_hits < FULL + 2 * n_directions:
-        gate_rad += perspective * (np.max(tangent) - np.min(tangent)) ** 2
-    if n_hits == n_linear + 1:
-        return np.full(n_hits, np.sum(np.abs(residual)) > 10 * gate_rad)
-    if n_hits < FULL + 2 * n_directions:
-        design = affine
-    else:
-        for h in range(n_hits):
-            for i in range(n_directions):
-                design[h, n_linear + i] = -predicted[h] * where[h, i]
-        _least_absolute(design, tangent, n_linear, residual, weight, predicted)
-    for _ in range(2):  # least squares of those inside, which may let some back in
-        limit = max(gate_rad, gate_mad * np.median(np.abs(residual)))
-        for h in range(n_hits):
-            weight[h] = 1.0 if abs(residual[h]) <= limit else 1e-9
-        _predict(design, tangent, weight, n_linear, predicted)
-        residual = np.arctan(tangent) - np.arctan(predicted)
-    return np.abs(residual) > max(gate_rad, gate_mad * np.median(np.abs(residual)))
-
-
-@njit
-def _gate(
-    tangent: np.ndarray,
-    where: np.ndarray,
-    first: np.ndarray,
-    gate_rad: float,
-    gate_mad: float,
-    perspective: float,
-) -> np.ndarray:
-    wrong = np.zeros(tangent.size, np.bool_)
-    for sweep in range(first.size - 1):
-        low, high = first[sweep], first[sweep + 1]
-        wrong[low:high] = _gate_sweep(
-            tangent[low:high], where[low:high], gate_rad, gate_mad, perspective
-        )
-    return wrong
-
-
-@njit
-def _gate_turns(
-    angle: np.ndarray,
-    where: np.ndarray,
-    cycle: np.ndarray,
-    laser: np.ndarray,
-    first: np.ndarray,
-    gate_rad: float,
-    gate_mad: float,
-) -> np.ndarray:
-    """cycle, laser: of each sweep; first: where its hits begin, and the end."""
-    wrong = np.zeros(angle.size, np.bool_)
-    n = where.shape[1]
-    for sweep in range(cycle.size):
-        low, high = first[sweep], first[sweep + 1]
-        begin, end = sweep, sweep + 1
-        while (
-            begin and laser[begin - 1] == laser[sweep] and cycle[sweep] - cycle[begin - 1] <= NEAR
-        ):
-            begin -= 1
-        while end < cycle.size and laser[end] == laser[sweep] and cycle[end] - cycle[sweep] <= NEAR:
-            end += 1
-        own = low - first[begin]
-        near = slice(first[begin], first[end])
-        middle = np.median(angle[near])
-        tangent = np.tan(np.clip(angle[near] - middle, -FARTHEST_RAD, FARTHEST_RAD))
-        if tangent.size < 2 * (n + 3):
-            continue
-        design = np.ones((tangent.size, n + 3))
-        design[:, 1 : n + 1] = where[near]
-        for other in range(begin, end):
-            turns = float(cycle[other] - cycle[sweep])
-            rows = slice(first[other] - first[begin], first[other + 1] - first[begin])
-            design[rows, n + 1] = turns
-            design[rows, n + 2] = turns * turns
-        residual, weight = np.empty(tangent.size), np.ones(tangent.size)
-        predicted = np.empty(tangent.size)
-        _least_absolute(design, tangent, n + 3, residual, weight, predicted)
-        here = slice(own, own + high - low)
-        span = np.max(predicted[here]) - np.min(predicted[here])
-        limit = max(gate_rad + span * span, gate_mad * np.median(np.abs(residual)))
-        wrong[low:high] = np.abs(residual[here]) > limit
-    return wrong
 
 
 def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
@@ -451,5 +292,7 @@ def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray
 
 def warm_up() -> None:
     """Compile for float64."""
-    _gate(np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad, 0.0)
+    gate_sweeps(
+        np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad, 0.0
+    )
     hampel(np.arange(8.0), half_window=2)

@@ -60,7 +60,7 @@ ANY_GRAVITY = 100.0  # of a coordinate: for recordings that say nothing of it
 EFFECTIVE_M = 3e-4
 COVER_M = np.array([-0.8e-3, 1.6e-3])  # a and t of two kinds of trackers, within 0.06 mm
 # Of a + HELD t and of t. Places in the files of four objects hold at 46 to 60 deg, where
-# a + t / 2 is -0.17 to 0.03 mm. Bare diodes, of which both are 0, are two standard deviations off.
+# a + t / 2 is -0.16 to 0.04 mm. Bare diodes, of which both are 0, are two standard deviations off.
 COVER_SD_M = np.array([0.15e-3, 0.8e-3])
 NO_NORMALS = np.zeros((0, 3))
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for

@@ -201,7 +201,7 @@ class Sample:
     null: np.ndarray
 
 
-def gaussian_sample(series: np.ndarray, n_bins: int = 30, seed: int = 0) -> Sample:
+def gaussian_sample(series: np.ndarray, n_bins: int, seed: int = 0) -> Sample:
     """At most `SAMPLES` values of `series` (n,), and what Pearson's statistic would be, were it
     Gaussian: of `SURROGATES` series whose cosine coefficients are its own with random signs.
 
@@ -322,7 +322,7 @@ def gaussian_rows(
     labels: Sequence[str],
     pairs: Sequence[tuple[int, int]],
     frame_rate_hz: float,
-    n_bins: int = 30,
+    n_bins: int,
 ) -> list[Row]:
     """Rows of gaussian.csv from named series in mm: two a pair, along x and along the line.
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from sample_files import HOW, samples_folder
 
-from . import calibrations, doses, groups, light, recordings
+from . import calibrations, groups, recordings
 from .digest import Flat, changed
 
 STORED = Path(__file__).parent / "stored"
@@ -20,8 +20,6 @@ MADE: dict[str, Callable[[Path], Flat]] = {
     **{kind: partial(recordings.recording, kind) for kind in recordings.KINDS},
     **{name: lambda folder, f=f: f(folder=folder) for name, f in calibrations.CASES.items()},
     **groups.CASES,
-    **doses.CASES,
-    **light.CASES,
 }
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from . import doses, light
+from . import doses, light, words
 from .digest import changed
 from .test_frozen import stored
 
-MADE = doses.CASES | light.CASES
+MADE = doses.CASES | light.CASES | words.CASES
 
 
 @pytest.mark.parametrize("name", MADE)

@@ -77,10 +77,6 @@ def levels(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray
     return x * (1 + 0.5 * np.sin(2 * np.pi * t / 120)) * np.where(t < 200, 1.0, 1.6)
 
 
-def smoothed(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray:
-    return signal.sosfiltfilt(signal.butter(4, 12, fs=RATE, output="sos"), x)
-
-
 def repeated(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray:
     kept = np.maximum.accumulate(np.where(rng.random(t.size) < 0.08, 0, np.arange(t.size)))
     return x[:, kept]
@@ -139,7 +135,6 @@ KINDS: dict[str, tuple[Make, Callable[..., Path], float, float]] = {
     "lines": (lines, c3d, 0.02, 240),
     "slow": (slow, c3d, 0.02, 300),
     "levels": (levels, TABLE, 0.02, 240),
-    "smoothed": (smoothed, c3d, 0.05, 120),
     "repeated": (repeated, NDI, 0.03, 120),
     "filled": (filled, QUALISYS, 0.02, 120),
     "shaken": (shaken, c3d, 0.02, 240),

@@ -155,27 +155,6 @@ def values_drawn(axes) -> np.ndarray:
     return points[np.lexsort(points.T)]
 
 
-def test_every_coefficient_of_a_group_is_shown(tmp_path) -> None:
-    of, noise = family()
-    picture = coefficients_figure(of, noise, "g: power-law noise", "Source: n.", "More.")
-    assert "x1, y1, z1, x2, y2, z2, L." in picture.caption and picture.caption.endswith("More.")
-    table = table_of(noise)
-    for axes, alpha in zip(picture.body.axes, ALPHAS, strict=True):
-        own = table[table["parameter"] == f"h_{alpha}"]
-        if own["value"].notna().any():
-            expected = places(own, "value", sorted(NUMBERS))
-            assert np.allclose(values_drawn(axes), expected, rtol=1e-12), alpha
-        limits = places(own, "limit", sorted(NUMBERS))
-        assert np.allclose(drawn(axes, slots.LIMIT), limits, rtol=1e-12), alpha
-        bars = sum(len(lines.get_segments()) for lines in axes.collections)
-        assert bars == own["value"].notna().sum()
-    check_saved(picture, tmp_path / "f")
-    bottom = picture.body.axes[4]
-    assert [t.get_text() for t in bottom.get_xticklabels()] == ["2", "5", "10"]
-    assert bottom.get_xlabel() == "Number of cameras"
-    assert_texts_apart(picture)
-
-
 def test_every_correlated_term_of_a_group_is_shown_twice(tmp_path) -> None:
     of, noise = family("T40")
     picture = group_correlated(of, noise, "g: correlated noise", "n")

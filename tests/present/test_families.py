@@ -9,7 +9,7 @@ from noise_data import RATE, TAU0, assert_texts_apart
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers import subsets
 from mocap_metrology.present.groups.adev import family_figure, ratios, series_curves
-from mocap_metrology.present.groups.members import family_of, shown_series
+from mocap_metrology.present.groups.members import family_of
 from mocap_metrology.present.skurowski import allan_figures as paper
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -41,14 +41,6 @@ def test_recordings_are_told_apart_by_cameras_only_if_these_differ() -> None:
         assert len({look.colour for look in family.looks.values()}) == len(others)
     many = {f"R{k}": row(f"R{k}") for k in range(8)}
     assert family_of(many).looks == {}
-
-
-def test_series_with_a_panel() -> None:
-    names = [f"{axis}{k}" for k in (2, 3, 5, 7) for axis in "xyz"]
-    names += ["L", "L_2_5", "L_2_7", "L_3_5"]
-    shown, others = shown_series(names)
-    assert shown == [*names[:9], "L", "L_2_5", "L_2_7"]
-    assert others == ["x7", "y7", "z7", "L_3_5"]
 
 
 def test_a_family_shows_every_curve_and_its_ratio_to_the_smallest_subset(tmp_path) -> None:

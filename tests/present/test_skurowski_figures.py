@@ -138,14 +138,3 @@ def test_the_law_is_fitted_to_what_follows_it(tmp_path, power: int) -> None:
     assert sorted(points(axes, "*")[:, 1]) == pytest.approx(stars)
     assert len(points(axes, "_")) == 3  # of the only twin
     assert f"distance  −{power / 2:.2f} ± 0.00" in every_text(figure)
-
-
-def test_the_failing_camera_is_not_fitted_in_the_paper() -> None:
-    rows = sheet((10, 9, 4, 2), ("Vantage",))
-    numbers = gaussian(rows)
-    numbers["Vantage-10"] = dict.fromkeys(numbers["Vantage-10"], 9.0)
-    ones = [
-        gaussians.fits(subsets.spreads(rows, numbers, twins))["sigma_L_mm"].one
-        for twins in ({}, None)
-    ]
-    assert ones[0] == pytest.approx(0.3) and ones[1] > 0.5

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from mocap_metrology.noise.assess.recording import Inputs, _unnamed, assess_recording
 from mocap_metrology.noise.assess.spread import Share
-from mocap_metrology.noise.assess.uncertainty import Mean, SeriesNumbers, Span
+from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.text.numbers import with_unit
@@ -193,9 +193,3 @@ def test_kinds_of_noise_are_rows_and_bars() -> None:
     assert "1380 s" in every_text(picture) and "Times in the bars" in picture.caption
     assert {correlation_class(T_c) for T_c in (0.99, 9.99, 10.0, 100.0)} == set(CORRELATED)
     assert set(CORRELATED.values()) < set(KINDS)
-
-
-def test_document_holds_tidy_rows_of_the_kinds() -> None:
-    row = {"kind": "white", "share": 1.0, "class": "", "T_c_s": None, "f_hz": None}
-    assert contents()["series"]["y1"]["kinds"] == [row]
-    assert Mean(kinds=(Share("white", 1.0),)).shares == {"white": 1.0}

@@ -235,7 +235,9 @@ def stages(chosen: dict[str, float]) -> list[dict[str, float]]:
     return parts
 
 
-def judge(path: Path, change: Change, stale: list[str], chosen: dict[str, float]) -> list[str]:
+def judge(
+    path: Path, change: Change, stale: list[str], chosen: dict[str, float], longest_s: float
+) -> list[str]:
     """What became of a mutant: killed, and by which test; stopped (no end in time, or a crash);
     survived. Bytecode of all other files is there since the trace."""
     source, stamp = path.read_text(encoding="utf-8"), path.stat()
@@ -244,8 +246,9 @@ def judge(path: Path, change: Change, stale: list[str], chosen: dict[str, float]
     def run(send: Send) -> None:
         sys.dont_write_bytecode = True
         kernels(stale)
+        until = time.process_time() + longest_s + spare / 2
         for part in stages(chosen):
-            plugin = Chosen({test: spare + 3 * s for test, s in part.items()})
+            plugin = Chosen({test: spare + 3 * s for test, s in part.items()}, until)
             status = run_tests(sorted({t.partition("::")[0] for t in part}), plugin, "-x")
             if status not in (0, 5):  # 5: no test has this name any more
                 return send(["killed", plugin.failed])
@@ -295,12 +298,19 @@ class Reach:
     def tests(self, module: str, line: int, longest_s: float) -> dict[str, float]:
         """Tests that reach a line and their seconds, quickest first, as many as the time allows."""
         units = self.units.depending(module, line)
+        reached = {t for u in units for t in self.running[u]} or self.naming(Path(module).stem)
         chosen: dict[str, float] = {}
-        for test in sorted({t for u in units for t in self.running[u]}, key=self.weight):
+        for test in sorted(reached, key=self.weight):
             if sum(chosen.values()) + self.seconds[test] > longest_s:
                 break
             chosen[test] = self.seconds[test]
         return chosen
+
+    def naming(self, name: str) -> set[str]:
+        """Tests of files that name a module: some run it in processes of their own."""
+        files = {test.partition("::")[0] for test in self.seconds}
+        naming = {file for file in files if name in (TREE / file).read_text(encoding="utf-8")}
+        return {test for test in self.seconds if test.partition("::")[0] in naming}
 
     def stale(self, module: str, line: int) -> list[str]:
         """Patterns of files of numba's cache."""
@@ -333,7 +343,9 @@ def main() -> int:
         if change:
             chosen = reach.tests(module, change.line, arguments.longest)
             stale = reach.stale(module, change.line)
-            found = judge(SOURCES / module, change, stale, chosen) if chosen else ["survived", ""]
+            found = ["survived", ""]
+            if chosen:
+                found = judge(SOURCES / module, change, stale, chosen, arguments.longest)
         seconds = time.monotonic() - begin
         mutant |= {"outcome": found[0], "by": found[1], "tests": len(chosen), "seconds": seconds}
         stored.write_text(json.dumps(mutants, indent=1))

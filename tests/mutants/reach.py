@@ -236,10 +236,16 @@ def _either(one: bytes | bytearray, other: bytes | bytearray) -> bytes:
 
 class Chosen:
     """Plugin of pytest: runs chosen tests in their order, each within its limit of processor time;
-    an endless loop in compiled code ends the process."""
+    an endless loop in compiled code ends the process. No test begins after `until`, in processor
+    time of the process: a fixture that several tests share counts for the first of them alone."""
 
-    def __init__(self, limits: dict[str, float]) -> None:
-        self.limits, self.failed = limits, ""
+    def __init__(self, limits: dict[str, float], until: float) -> None:
+        self.limits, self.until, self.failed, self.late = limits, until, "", False
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item) -> bool | None:
+        self.late = self.late or time.process_time() > self.until
+        return True if self.late else None
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items) -> None:

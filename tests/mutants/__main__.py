@@ -314,7 +314,7 @@ class Reach:
 
     def stale(self, module: str, line: int) -> list[str]:
         """Patterns of files of numba's cache."""
-        units = self.units.depending(module, line)
+        units = self.units.depending(module, line) & self.units.kernels
         named = [(u.partition(":")[0], n) for u in units for n in self.units.names.get(u, [])]
         return [f"{Path(path).stem}.{name}-*" for path, name in named]
 

@@ -33,6 +33,7 @@ class Units:
         self.marked: list[str] = []
         self.users: dict[tuple[str, str], set[str]] = defaultdict(set)  # of (module, name)
         self.names: dict[str, list[str]] = {}  # that blind units give
+        self.kernels: set[str] = set()  # units that are compiled functions
         for path in sorted(package.rglob("*.py")):
             module = path.relative_to(package).as_posix()
             tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -53,6 +54,8 @@ class Units:
                 unit = f"{module}:{prefix}{names[0] if names else ''} line {node.lineno}"
                 first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
                 self.places[module].append((first, node.end_lineno or first, unit))
+                if isinstance(node, ast.FunctionDef):
+                    self.kernels.add(unit)
                 # What stands in a class is used through the class
                 self.names[unit] = [prefix.partition(".")[0]] if prefix else names
                 self._uses(ast.walk(node), unit, module, known)

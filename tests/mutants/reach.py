@@ -146,11 +146,14 @@ def _imported(tree: ast.Module, package: Path) -> dict[str, str]:
 
 
 class Trace:
-    """Plugin of pytest: notes of each test if it passes, its processor time and its statements."""
+    """Plugin of pytest: notes of each test if it passes, its processor time and its statements;
+    `shared`: the time of fixtures and cached functions that an earlier test paid, and which it
+    takes itself where it runs alone."""
 
     def __init__(self, package: Path, units: Units) -> None:
         self.seen = builtins.__reached__ = bytearray(len(units.marked))  # type: ignore[attr-defined]
-        self.fixtures: dict[Any, bytearray] = {}
+        self.fixtures: dict[Any, tuple[bytearray, float, str]] = {}
+        self.now, self.shared, self.emptied = "", 0.0, 0
         self.tests: dict[str, dict[str, Any]] = {}
         usual = SourceFileLoader.get_code
 
@@ -169,18 +172,27 @@ class Trace:
         """A decorator of `functools`, whose function counts as run where its result is used."""
 
         def of(function, decorate):
-            own = bytearray(len(self.seen))
+            own, paid = bytearray(len(self.seen)), {"s": 0.0, "by": "", "added": -1}
 
             @functools.wraps(function)
             def run(*args, **keys):
-                return self._run(own, function, args, keys)
+                begin = time.process_time()
+                try:
+                    return self._run(own, function, args, keys)
+                finally:
+                    paid.update(s=time.process_time() - begin, by=self.now)
 
             cached = decorate(run)
 
             @functools.wraps(function)
             def use(*args, **keys):
                 result = cached(*args, **keys)
-                self._add(own)
+                if paid["by"] != self.now:
+                    self.shared += paid["s"]
+                    paid["by"] = self.now
+                if paid["added"] != self.emptied:  # else they are there; some are called often
+                    self._add(own)
+                    paid["added"] = self.emptied
                 return result
 
             use.cache_clear, use.cache_info = cached.cache_clear, cached.cache_info
@@ -194,37 +206,45 @@ class Trace:
         return noting
 
     def _run(self, own: bytearray, function: Callable[..., Any], args: Any, keys: Any) -> Any:
-        before = bytes(self.seen)
-        self.seen[:] = bytes(len(before))
+        before = self._empty()
         try:
             return function(*args, **keys)
         finally:
             own[:] = _either(own, self.seen)
             self._add(before)
 
+    def _empty(self) -> bytes:
+        before = bytes(self.seen)
+        self.seen[:] = bytes(len(before))
+        self.emptied += 1
+        return before
+
     def _add(self, other: bytes | bytearray) -> None:
         self.seen[:] = _either(self.seen, other)
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_fixture_setup(self, fixturedef):
-        before = bytes(self.seen)
-        self.seen[:] = bytes(len(before))
+        before, begin = self._empty(), time.process_time()
         yield
-        self.fixtures[fixturedef] = bytearray(self.seen)
+        took = time.process_time() - begin
+        self.fixtures[fixturedef] = bytearray(self.seen), took, self.now
         self._add(before)
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_protocol(self, item):
-        self.seen[:] = bytes(len(self.seen))
-        begin = time.process_time()
+        self._empty()
+        self.now, self.shared, begin = item.nodeid, 0.0, time.process_time()
         yield
         self.tests[item.nodeid]["seconds"] = time.process_time() - begin
+        self.tests[item.nodeid]["shared"] = self.shared
         self.tests[item.nodeid]["statements"] = [k for k, one in enumerate(self.seen) if one]
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_teardown(self, item) -> None:
         for definition in item._request._fixture_defs.values():
-            self._add(self.fixtures.get(definition, b""))
+            seen, took, by = self.fixtures.get(definition, (b"", 0.0, self.now))
+            self._add(seen)
+            self.shared += took if by != self.now else 0.0
 
     def pytest_runtest_logreport(self, report) -> None:
         test = self.tests.setdefault(report.nodeid, {"passed": False})

@@ -246,7 +246,7 @@ def judge(
     def run(send: Send) -> None:
         sys.dont_write_bytecode = True
         kernels(stale)
-        until = time.process_time() + longest_s + spare / 2
+        until = time.process_time() + longest_s + spare - START_S / 2
         for part in stages(chosen):
             plugin = Chosen({test: spare + 3 * s for test, s in part.items()}, until)
             status = run_tests(sorted({t.partition("::")[0] for t in part}), plugin, "-x")

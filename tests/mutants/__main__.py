@@ -44,7 +44,8 @@ LIBRARIES = [
     *("scipy.signal", "scipy.optimize", "scipy.stats", "scipy.ndimage", "scipy.interpolate"),
     *("scipy.spatial.transform", "scipy.sparse.linalg", "matplotlib.pyplot", "markdown_it"),
 ]
-START_S, COMPILE_S = 10.0, 60.0  # more than thrice its usual time of a test: kernels anew
+# More than thrice its usual time a test may take; until the first one begins; kernels anew
+SPARE_S, START_S, COMPILE_S = 40.0, 5.0, 60.0
 LONGEST_S = 1200.0  # of a mutant, on a busy machine; none takes that long but one that waits
 FROZEN = 0.2  # weight of a second of tests/frozen, which notice more changes than other tests
 STAGES_S = (4.0, 16.0, 64.0)  # of tests: few files are imported before one fails
@@ -241,12 +242,13 @@ def judge(
     """What became of a mutant: killed, and by which test; stopped (no end in time, or a crash);
     survived. Bytecode of all other files is there since the trace."""
     source, stamp = path.read_text(encoding="utf-8"), path.stat()
-    spare = START_S + (COMPILE_S if stale else 0.0)
+    compile_s = COMPILE_S if stale else 0.0
+    spare = SPARE_S + compile_s
 
     def run(send: Send) -> None:
         sys.dont_write_bytecode = True
         kernels(stale)
-        until = time.process_time() + longest_s + spare - START_S / 2
+        until = time.process_time() + longest_s + START_S + compile_s
         for part in stages(chosen):
             plugin = Chosen({test: spare + 3 * s for test, s in part.items()}, until)
             status = run_tests(sorted({t.partition("::")[0] for t in part}), plugin, "-x")

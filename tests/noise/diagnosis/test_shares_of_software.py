@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.diagnosis.export import Bands
-from mocap_metrology.noise.diagnosis.software import variance_cycle, white_share
+from mocap_metrology.noise.diagnosis.software import running_median, variance_cycle, white_share
 
 RATE = 100.0
 F = np.geomspace(9.0, 48.0, 12)
@@ -78,3 +78,48 @@ def test_of_2000_differences_of_which_half_are_there() -> None:
     assert variance_cycle(values, RATE, 1e-4) == pytest.approx(20.0, abs=0.1)
     values[:3100] = np.nan
     assert variance_cycle(values, RATE, 1e-4) == 0.0
+
+
+def repeating(share: float, n: int = 4000, seed: int = 3) -> np.ndarray:
+    """Of n values so many repeat the one before; the others differ from it by 0.5 to 1.5."""
+    rng = np.random.default_rng(seed)
+    change = rng.choice([-1, 1], n) * rng.uniform(0.5, 1.5, n)
+    change[rng.permutation(n)[: round(share * n)]] = 0.0
+    return np.cumsum(change)
+
+
+@pytest.mark.parametrize(
+    ("share", "step", "n", "is_told"),
+    [
+        *((0.2, 0.0, 4000, False), (0.2, 0.04, 4000, False)),  # changes of 0.5 are steps
+        *((0.095, 0.0, 4000, False), (0.2, 0.0, 2400, False)),
+    ],
+)
+def test_values_that_repeat_by_the_steps_of_a_file_are_of_no_median(share, step, n, is_told):
+    axes = {axis: repeating(share, n, seed) for seed, axis in enumerate("xyz")}
+    assert bool(running_median(axes, step)) == is_told
+
+
+@pytest.mark.parametrize(
+    ("share", "step", "n", "is_told"),
+    [
+        *((0.2, 0.0, 4000, True), (0.2, 0.048, 4000, True), (0.2, 0.052, 4000, False)),
+        *((0.11, 0.0, 4000, True), (0.09, 0.0, 4000, False)),
+        *((0.2, 0.0, 2560, True), (0.2, 0.0, 2440, False)),  # 2000 changes at least
+    ],
+)
+def test_a_running_median_repeats_a_tenth_of_its_values(share, step, n, is_told) -> None:
+    """Beyond what the steps of the file do: one of at most a twentieth of the median change."""
+
+    def axis(seed: int) -> np.ndarray:
+        values = np.diff(repeating(share, n, seed), prepend=0.0)
+        size = np.random.default_rng(seed + 9).permutation(np.linspace(0.001, 2.0, n))
+        return np.cumsum(np.sign(values) * size)
+
+    axes = {name: axis(seed) for seed, name in enumerate("xyz")}
+    found = running_median(axes, step)
+    assert bool(found) == is_told
+    if found:
+        assert [one.series for one in found] == ["x", "y", "z"]
+        assert found[0].value == pytest.approx(share, abs=0.02)
+    assert not running_median(dict.fromkeys("xyz", axis(0)), step)  # they repeat together

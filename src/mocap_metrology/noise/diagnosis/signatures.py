@@ -214,9 +214,9 @@ def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray]:
     usual = np.median(count[count > 0]) if count.any() else math.inf
     there = np.flatnonzero(count >= 0.75 * usual)
     steps = np.diff(rows[there], axis=1)
-    squares = np.nanmean(steps * steps, axis=1) if steps.size else np.zeros(there.size)
-    loud = squares > LOUD * np.median(squares)
-    there = there if loud.mean() > LEFT_OUT else there[~loud]
+    steps = np.where(np.isfinite(steps), steps**2, 0.0).sum(axis=1) / count[there]
+    loud = steps > LOUD * np.median(steps) if there.size else np.zeros(0, bool)
+    there = there if loud.sum() > LEFT_OUT * there.size else there[~loud]
     return np.where(known, rows, 0.0).sum(axis=1)[there] / count[there], there
 
 

@@ -68,7 +68,6 @@ def copy_tree() -> None:
     beside = ROOT.parent / "shared/data"
     samples = os.environ.get("MOCAP_SAMPLES", beside if beside.is_dir() else ROOT / "samples")
     os.environ.update(alone | paths | {"MOCAP_SAMPLES": str(samples), "MPLBACKEND": "agg"})
-    sys.dont_write_bytecode = True
 
 
 def kernels(stale: Iterable[str] = ()) -> Any:
@@ -238,11 +237,12 @@ def stages(chosen: dict[str, float]) -> list[dict[str, float]]:
 
 def judge(path: Path, change: Change, stale: list[str], chosen: dict[str, float]) -> list[str]:
     """What became of a mutant: killed, and by which test; stopped (no end in time, or a crash);
-    survived."""
-    source = path.read_text(encoding="utf-8")
+    survived. Bytecode of all other files is there since the trace."""
+    source, stamp = path.read_text(encoding="utf-8"), path.stat()
     spare = START_S + (COMPILE_S if stale else 0.0)
 
     def run(send: Send) -> None:
+        sys.dont_write_bytecode = True
         kernels(stale)
         for part in stages(chosen):
             plugin = Chosen({test: spare + 3 * s for test, s in part.items()})
@@ -257,6 +257,7 @@ def judge(path: Path, change: Change, stale: list[str], chosen: dict[str, float]
         found, end = forked(run, LONGEST_S)
     finally:
         path.write_text(source, encoding="utf-8")
+        os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
     return found[0] if found else ["stopped", ""] if end < 0 else ["killed", "import"]
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figure_data import check_saved, every_text
+from figure_data import check, every_text
 from mocap_workflow.recording_twins import twin_from_mapping
 from noise_data import assert_texts_apart
 
@@ -91,7 +91,7 @@ def test_cut_out_leaves_the_deviation_without_a_shock(shaken, quiet) -> None:
 
 
 @pytest.mark.parametrize("other", [True, False])
-def test_the_figure(shaken, quiet, other, tmp_path) -> None:
+def test_the_figure(shaken, quiet, other) -> None:
     series, _ = shaken
     clean = {name: values.astype(np.float32) for name, values in series.items()}
     clean["x1"][int(121 * RATE)] += 1.0
@@ -103,5 +103,5 @@ def test_the_figure(shaken, quiet, other, tmp_path) -> None:
     texts = every_text(figure)
     assert "from 120.0 s" in figure.caption and " 1 of " in figure.caption
     assert ("(b) Q, without a shock" in texts) == other
-    check_saved(figure, tmp_path / "f")
+    check(figure)
     assert_texts_apart(figure)

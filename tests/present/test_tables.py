@@ -7,12 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mocap_metrology.noise.twins.published import published_gaussian
-from mocap_metrology.papers.gaussian_table import table_4
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import group_tables
-from mocap_metrology.present.skurowski import camera_tables
-from mocap_metrology.present.text import captions, coefficients, numbers
+from mocap_metrology.present.text import coefficients, numbers
 from mocap_metrology.present.text.numbers import with_interval, with_uncertainty, with_unit
 
 PLAIN = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
@@ -119,24 +116,6 @@ def test_what_is_written_reads_back() -> None:
 
 
 @pytest.mark.parametrize(
-    ("shift", "text"),
-    [
-        ((2.1512, 0.0512), "2.15 mm and 0.051°"),
-        ((0.0005, 0.0512), "0 mm and 0.051°"),
-        ((0.0009, 9e-6), "less than 0.001 mm and 0.00001°"),
-        ((0.001, 9e-6), "0.001 mm and 0°"),
-    ],
-)
-def test_poses_are_apart_or_the_same(shift: tuple, text: str) -> None:
-    assert numbers.apart(*shift) == text
-    assert numbers.is_same(*shift) == text.startswith("less")
-    assert numbers.span([0.03, 0.0300001], numbers.percent) == "3 %"
-    assert numbers.span([0.05, 0.03], numbers.percent) == "3 % to 5 %"
-    assert numbers.percent(-0.021, 2, sign=True) == "−2.1 %"
-    assert numbers.percent(0.021, 2, sign=True) == "+2.1 %"
-
-
-@pytest.mark.parametrize(
     ("given", "text"),
     [
         ((1 / 120,), "0.0083333"),
@@ -166,21 +145,6 @@ def test_numbers_to_read(given: tuple, text: str) -> None:
     assert tables.readable(*given) == text
 
 
-def test_table_4_is_shown_as_printed(root) -> None:
-    """Every number of S Table 4 with the digits of the file it was typed into, as many beside."""
-    lines = (root / "src/mocap_metrology/reference/gaussian_model_table4.csv").read_text("utf-8")
-    head, *rows = (line.split(",")[:-1] for line in lines.splitlines())
-    for kind, *printed in rows:
-        values = published_gaussian(kind)
-        beside = {"regenerated": 160.6, "residual": 1.5e-5}
-        shown = [{"quantity": name, "published": values[name]} | beside for name in head[1:]]
-        text = tables.markdown(shown, "T", "C").splitlines()[6:]
-        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
-        assert [row[1] for row in cells] == printed
-        assert {(row[2], row[3]) for row in cells} == {("160.6000", "1.50×10⁻⁵")}
-    assert tables.as_printed(1.4e-6) == "1.40×10⁻⁶"
-
-
 def test_rows_with_a_note_only_stand_beside_whole_ones_and_cells_are_escaped(tmp_path) -> None:
     """Of what was refused a table holds the reason, in a row of its own, wherever it comes."""
     rows = [{"recording": "a", "note": "x|_y"}, {"recording": "b", "value_mm": 1 / 3}]
@@ -194,18 +158,6 @@ def test_rows_with_a_note_only_stand_beside_whole_ones_and_cells_are_escaped(tmp
         assert "None" not in text and "x\\|\\_y" in text and "0.33333 " in text
     tables.write_with(tmp_path / "none.md", [], "No rows.", ("a", "b"))
     assert (tmp_path / "none.csv").read_text() == "a,b\n"
-
-
-def test_a_measured_recording_stands_before_a_twin_in_both_tables() -> None:
-    rows = {
-        name: {"recording": name, "twin": twin, "camera_type": "T40", "n_cameras": 10}
-        | {"camera_ids": [*range(10)], "comment": ""}
-        for name, twin in {"a": "T40-10", "b": None, "c": None}.items()
-    }
-    third = next(r for r in camera_tables.table_3(rows) if r["regenerated"])
-    fourth = table_4(rows, {"b": {"mu_1_mm": 1.0}}, {})[0]
-    assert (third["recording"], third["source"]) == ("b", "measured")
-    assert (fourth["recording"], fourth["source"], fourth["regenerated"]) == ("b", "measured", 1.0)
 
 
 def test_a_series_without_a_value_has_an_empty_row() -> None:
@@ -231,13 +183,3 @@ def test_the_length_of_twins_stands_where_they_are_named(sources, duration_s, te
     kinds = {"t": "twin", "m": "measured"}
     named = {name: kinds[kind] for name, kind in zip("ab", sources, strict=False)}
     assert tables.source_sentence(named, duration_s) == text
-
-
-def test_captions_are_lines_by_name_and_by_figure() -> None:
-    """Those of several figures follow one another, each with its number, a number also as text."""
-    assert captions.of_skurowski("1", "A1").startswith("Figure 1: Computed from the numbers")
-    assert " Figure A1: Overlapping Allan deviation of z1" in captions.of_skurowski(1, "A1")
-    assert captions.of_jansen(5) == f"Figure 5: {captions.JANSEN[5]}"
-    assert "\n" not in captions.CALIBRATION + captions.SKUROWSKI[11] + captions.CALIBRATION_EITHER
-    with pytest.raises(AttributeError, match="NO_SUCH"):
-        _ = captions.NO_SUCH

@@ -109,15 +109,15 @@ def test_trends_by_monte_carlo() -> None:
     months, few = 30.4375 * np.arange(20), np.repeat([3.0, 30.0], 10)
     for _ in range(1000):
         own = np.exp(0.3 * rng.standard_normal(6)) * np.sqrt(rng.chisquare(edf) / edf)
-        trend = adev_trend(days, 1.03 ** (days / 30.4375) * own, edf)
+        trend = adev_trend(days, 1.03 ** (days / 30.4375) * own, edf, 0.95)
         held += trend.lower < 1.03 < trend.upper
-        same = adev_trend(months, np.sqrt(rng.chisquare(few) / few), few)
+        same = adev_trend(months, np.sqrt(rng.chisquare(few) / few), few, 0.95)
         slopes.append(math.log(same.per_month))
     assert 0.935 <= held / 1000 <= 0.975
     assert abs(np.mean(slopes)) < 4 * np.std(slopes) / math.sqrt(1000)
     for few_days in (days[:2], 0 * days[:3]):
         with pytest.raises(Refusal, match="three or more"):
-            adev_trend(few_days, few_days + 1, few_days + 9)
+            adev_trend(few_days, few_days + 1, few_days + 9, 0.95)
 
 
 @pytest.mark.parametrize(("edf", "places"), [(60.0, 9), (4.0, 5)])

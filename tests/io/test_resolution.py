@@ -38,5 +38,6 @@ def test_a_step_counts_where_chance_is_below_a_billionth(near: int, far: int) ->
 def test_steps_of_any_size(stored, expected: float | None) -> None:
     """Noise of 0.02 mm, written in steps that are no round decimal."""
     noise = np.random.default_rng(4).normal(0, 0.02, (1, 3, 4000))
-    position = stored(noise + [[61.0], [-43.0], [88.0]]).astype(np.float32)
+    place = np.array([[61.0], [-43.0], [88.0]])
+    position = stored(noise + place).astype(np.float32)
     assert rounding_step_mm(position, 1.0) == (expected and pytest.approx(expected, rel=1e-3))

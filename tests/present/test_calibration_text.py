@@ -146,25 +146,18 @@ def test_the_document_has_the_sentences_at_its_places() -> None:
 
 def test_a_comparison_with_an_earlier_pose() -> None:
     mm, deg = np.array([20.0, 0, 0]), np.array([0, 0.02, 0])
-    assert comparison_words(Comparison(mm, deg, 50.0, 0.0004, True)) == (
-        "A station has moved: 20 mm and 0.02° from the earlier pose (probability by chance: "
-        "0.0004). The earlier calibration is no longer valid."
-    )
+    moved = comparison_words(Comparison(mm, deg, 50.0, 0.0004, True))
+    assert numbers_in(moved) == "20 mm, 0.02°, 0.0004" and "no longer valid" in moved
     tiny = Comparison(1e-13 * mm, 1e-13 * deg, 0.0, 1.0, False)
     assert ": less than 0.001 mm and 0.00001° from the earlier pose" in comparison_words(tiny)
     other = ("paper-lm", "kabsch", "ideal")
     ends = (0.0, 0.01), (3.25, 0.041)
     held = Comparison(mm / 10, deg, 3.0, 0.8, False, "difference", *ends)
-    assert comparison_words(held) == (
-        "No sign that a station moved: 2 mm and 0.02° from the earlier pose (probability by chance:"
-        " 0.8). 95 % intervals: 0 to 3.2 mm, 0.01 to 0.041°. The earlier calibration is still "
-        "valid."
-    )
+    said = comparison_words(held)
+    assert numbers_in(said) == "2 mm, 0.02°, 0.8, 95 %, 0, 3.2 mm, 0.01, 0.041°"
+    assert "still valid" in said
     note = "Station ids not compared."
     found = Comparison(mm, deg, math.nan, math.nan, False, other=other, note=note)
-    assert comparison_words(found) == (
-        "No sign that a station moved: 20 mm and 0.02° from the earlier pose (no covariance; a "
-        "station counts as moved beyond 20 mm or 0.5°). The difference exceeds 5 mm or 0.2°, so "
-        "the earlier calibration is not confirmed. Station ids not compared. Compared with another "
-        "estimate (paper-lm, kabsch, ideal)."
-    )
+    said = comparison_words(found)
+    assert numbers_in(said) == "20 mm, 0.02°, 20 mm, 0.5°, 5 mm, 0.2°"
+    assert "not confirmed" in said and note in said and "(paper-lm, kabsch, ideal)" in said

@@ -12,9 +12,11 @@ from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, Powe
 from mocap_metrology.noise.twins.published import printed_row, published_keys, published_row
 from mocap_metrology.papers import coefficient_tables as appendix
 from mocap_metrology.present.skurowski.appendix import (
+    CAPTION,
     table_a_markdown,
     white_level_sentence,
 )
+from mocap_metrology.present.text.numbers import significant
 
 KEY = ("camera_type", "n_cameras", "series", "parameter")
 
@@ -170,3 +172,13 @@ def test_white_levels_are_those_of_the_rows_and_counted(everything) -> None:
             "in 1 (T40-10 x1)."
         )
     assert white_level_sentence([levels[0] | {"recording": None}]).startswith("Of 0 series")
+
+
+def test_markdown_shows_every_printed_number(everything) -> None:
+    for rows in everything.values():
+        lines = table_a_markdown(rows, "Table", CAPTION).split("\n")
+        rows_ = [x.split("|")[3:-1] for x in lines if x.startswith("|") and "| published" in x]
+        cells = [cell.strip() for row in rows_ for cell in row if cell.strip()]
+        printed = [r["published"] for r in rows if r["published"] is not None]
+        assert Counter(cell.rstrip("†‡") for cell in cells) == Counter(map(significant, printed))
+        assert sum("†" in cell for cell in cells) == sum(r["supported"] is False for r in rows)

@@ -150,3 +150,14 @@ def test_figure_has_a_panel_for_each_question(tmp_path, subsets: dict) -> None:
     labels = [text.get_text() for text in of_rise.get_xticklabels()]
     assert [labels[round(x + 0.5)] for x in shaded] == ["15"]
     check_saved(picture, tmp_path / "cameras")
+
+
+def test_noisy_cameras_count_by_size_certainty_and_averaging_time() -> None:
+    base = {"tau_s": 0.01, "camera_noise_p": 9e-4}
+    cases = [("3;4", 2.0), ("4", 1.9), ("5", 1.5), ("6", None), ("7", 3.0), ("9", 1.6)]
+    rows = [base | {"added": added, "camera_noise": noise} for added, noise in cases]
+    rows[4]["camera_noise_p"] = 1e-3
+    rows += [rows[1] | {"tau_s": 0.1, "camera_noise": 2.2}]  # not clearly greater
+    rows += [rows[5] | {"tau_s": tau, "camera_noise": n} for tau, n in ((1.0, 2.1), (1.02, 9.0))]
+    loud = findings.noisy(rows, 1.5)
+    assert [(row["added"], row["camera_noise"]) for row in loud] == [("9", 2.1), ("4", 1.9)]

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
-from family_data import row as sheet_row
 from figure_data import check, check_saved, every_text
 from noise_data import assert_texts_apart, group, noise_rows
+from noise_data import row as sheet_row
 
 from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row

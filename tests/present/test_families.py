@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from family_data import M, drawn, published, row
 from figure_data import check
-from noise_data import RATE, TAU0, assert_texts_apart
+from noise_data import RATE, TAU0, M, assert_texts_apart, drawn, published, row
 
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers import subsets

@@ -7,9 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import group_tables
-from mocap_metrology.present.text import coefficients, numbers
+from mocap_metrology.present.text import captions, coefficients, numbers
 from mocap_metrology.present.text.numbers import with_interval, with_uncertainty, with_unit
 
 PLAIN = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
@@ -183,3 +184,27 @@ def test_the_length_of_twins_stands_where_they_are_named(sources, duration_s, te
     kinds = {"t": "twin", "m": "measured"}
     named = {name: kinds[kind] for name, kind in zip("ab", sources, strict=False)}
     assert tables.source_sentence(named, duration_s) == text
+
+
+def test_table_4_is_shown_as_printed(root) -> None:
+    """Every number of S Table 4 with the digits of the file it was typed into, as many beside."""
+    lines = (root / "src/mocap_metrology/reference/gaussian_model_table4.csv").read_text("utf-8")
+    head, *rows = (line.split(",")[:-1] for line in lines.splitlines())
+    for kind, *printed in rows:
+        values = published_gaussian(kind)
+        beside = {"regenerated": 160.6, "residual": 1.5e-5}
+        shown = [{"quantity": name, "published": values[name]} | beside for name in head[1:]]
+        text = tables.markdown(shown, "T", "C").splitlines()[6:]
+        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
+        assert [row[1] for row in cells] == printed
+        assert {(row[2], row[3]) for row in cells} == {("160.6000", "1.50×10⁻⁵")}
+    assert tables.as_printed(1.4e-6) == "1.40×10⁻⁶"
+
+
+def test_captions_of_several_figures_follow_one_another() -> None:
+    """Each with its number, a number also as text."""
+    assert captions.of_skurowski("1", "A1").startswith("Figure 1: Computed from the numbers")
+    assert " Figure A1: Overlapping Allan deviation of z1" in captions.of_skurowski(1, "A1")
+    assert captions.of_jansen(5) == f"Figure 5: {captions.JANSEN[5]}"
+    with pytest.raises(AttributeError, match="NO_SUCH"):
+        _ = captions.NO_SUCH

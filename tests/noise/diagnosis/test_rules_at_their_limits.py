@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.diagnosis.filtering import averaging, filters
-from mocap_metrology.noise.diagnosis.levels import Blocks, blocks, compare
+from mocap_metrology.noise.diagnosis.levels import Blocks, blocks, compare, trends
 from mocap_metrology.noise.diagnosis.outliers import medians_of_five
 from mocap_metrology.noise.diagnosis.periodic import mains_of
 from mocap_metrology.noise.diagnosis.software import processed
@@ -97,3 +97,15 @@ def test_medians_of_five_frames(n: int, gap: bool) -> None:
 
 def test_a_line_that_folds_to_one_hertz_may_be_mains() -> None:
     assert mains_of(1.0, 49.0, 0.0).f_hz == 50.0
+
+
+@pytest.mark.parametrize(("points", "is_told"), [(12, True), (11, False)])
+def test_a_trend_of_noise_has_twelve_points(points: int, is_told: bool) -> None:
+    """Means of ten blocks each; noise that grows tenfold."""
+    n = 10 * points
+    growing = np.geomspace(1, 10, 100 * n) * np.random.default_rng(6).standard_normal(100 * n)
+    found = trends({"x1": blocks(growing, 100.0)}, np.zeros(n, bool), [])
+    assert bool(found) == is_told
+    if found:
+        assert found[0].change == pytest.approx(9.0, rel=0.25)
+        assert found[0].direction == "rises" and found[0].matters

@@ -12,6 +12,7 @@ from mocap_metrology.common.hampel import hampel, white_level_kept
 from mocap_metrology.noise.gaussian.moments import (
     QUANTITIES,
     Cleaning,
+    _coherence,
     direction,
     expected_moments,
     expected_variance,
@@ -181,3 +182,12 @@ def test_fast_laws_are_their_integrals_up_to_half_the_frame_rate(alpha: int) -> 
     expected = 2e-7 * 60.0 ** (alpha + 1) / (alpha + 1)
     model = NoiseModel((PowerLaw(alpha, 2e-7),))
     assert expected_variance(model, 1e4, RATE) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(("distance", "expected"), [(0.5, 1.0), (10.0, -1.0), (3.0, 0.5)])
+def test_coherence_of_two_coordinates_is_clipped(distance: float, expected: float) -> None:
+    """(S1 + S2 - SL) / (2 sqrt(S1 S2)) of spectra 4 and 1, within -1 and 1, times the factor."""
+    made = twin(coherence_factor=0.5)
+    found = _coherence(made, np.array([[4.0], [1.0], [distance]]))
+    assert found.tolist() == pytest.approx([0.5 * expected])
+    assert _coherence(made, np.array([[4.0], [1.0]])).tolist() == [0.0]

@@ -38,7 +38,9 @@ FOLDER = ROOT / "build/mutants"
 TREE = FOLDER / "tree"
 SOURCES = TREE / f"src/{PACKAGE}"
 ROOMS = ["common", "io", "noise", "lighthouse"]
-TESTS = ["frozen", *ROOMS, "steps", "present", "cli"]  # what stands on the rooms sees them, too
+# What stands on the rooms sees them, too, and the manual has the defaults of what users give
+MANUAL = "workflow/test_document.py"
+TESTS = ["frozen", *ROOMS, "steps", "present", "cli", MANUAL]
 LIBRARIES = [
     *("numba", "pandas", "pyarrow.parquet", "pydantic", "ezc3d", "jinja2", "hypothesis", "yaml"),
     *("scipy.signal", "scipy.optimize", "scipy.stats", "scipy.ndimage", "scipy.interpolate"),
@@ -167,12 +169,17 @@ def traced_tests(units: Units, folders: list[str]) -> dict[str, dict[str, Any]]:
         moved = {k: at[name] for k, name in enumerate(known["marked"]) if name in at}
         for test in (test for file in files.values() for test in file["tests"].values()):
             test["statements"] = [moved[k] for k in test["statements"] if k in moved]
-    paths = sorted(p for name in folders for p in (TREE / "tests" / name).rglob("test_*.py"))
+    tests = TREE / "tests"
+    paths = sorted(
+        p for name in folders for p in [*(tests / name).rglob("test_*.py"), tests / name]
+    )
     now = {
-        p.relative_to(TREE).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in paths
+        p.relative_to(TREE).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest()
+        for p in paths
+        if p.is_file()
     }
     for folder in folders:
-        part = [name for name in now if name.split("/")[1] == folder]
+        part = [name for name in now if f"{name}/".startswith(f"tests/{folder}/")]
         part = [name for name in part if files.get(name, {}).get("sha256") != now[name]]
 
         def trace(send: Send, part: list[str] = part) -> None:
@@ -303,6 +310,8 @@ class Reach:
         first, as many as the time allows."""
         units = self.units.depending(module, line)
         reached = {t for u in units for t in self.running[u]} or self.naming(Path(module).stem)
+        if self.units.is_field(module, line):
+            reached |= {test for test in self.seconds if MANUAL in test}
         chosen: dict[str, float] = {}
         for test in sorted(reached, key=self.weight):
             if sum(map(self.seconds.__getitem__, chosen)) + self.seconds[test] > longest_s:

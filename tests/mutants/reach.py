@@ -82,6 +82,11 @@ class Units:
                 name = node.id if isinstance(node, ast.Name) else node.attr
                 self.users[known.get(name, module), name].add(unit)
 
+    def is_field(self, module: str, line: int) -> bool:
+        """Whether a line stands in the body of a class."""
+        here = [place for place in self.places[module] if place[0] <= line <= place[1]]
+        return any(self.names.get(unit) and "." in unit.partition(":")[2] for _, _, unit in here)
+
     def depending(self, module: str, line: int) -> set[str]:
         """The innermost unit on a line; of a blind one also all that use it, up to statements."""
         here = [place for place in self.places[module] if place[0] <= line <= place[1]]

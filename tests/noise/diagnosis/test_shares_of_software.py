@@ -103,7 +103,7 @@ def test_values_that_repeat_by_the_steps_of_a_file_are_of_no_median(share, step,
 @pytest.mark.parametrize(
     ("share", "step", "n", "is_told"),
     [
-        *((0.2, 0.0, 4000, True), (0.2, 0.048, 4000, True), (0.2, 0.052, 4000, False)),
+        *((0.2, 0.0, 4000, True), (0.2, 0.145, 4000, True), (0.2, 0.155, 4000, False)),
         *((0.11, 0.0, 4000, True), (0.09, 0.0, 4000, False)),
         *((0.2, 0.0, 2560, True), (0.2, 0.0, 2440, False)),  # 2000 changes at least
     ],
@@ -113,7 +113,7 @@ def test_a_running_median_repeats_a_tenth_of_its_values(share, step, n, is_told)
 
     def axis(seed: int) -> np.ndarray:
         values = np.diff(repeating(share, n, seed), prepend=0.0)
-        size = np.random.default_rng(seed + 9).permutation(np.linspace(0.001, 2.0, n))
+        size = np.random.default_rng(seed + 9).permutation(np.linspace(0.003, 6.0, n))
         return np.cumsum(np.sign(values) * size)
 
     axes = {name: axis(seed) for seed, name in enumerate("xyz")}

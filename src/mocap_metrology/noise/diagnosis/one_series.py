@@ -67,7 +67,10 @@ class Examiner:
         """A series by its name."""
         name, series = one
         rate, blank = self.rate_hz, without_frames(series, self.away)
-        wander, coarse = signature(blank, rate), hiding_step(blank, self.step_mm)
+        wander, coarse = (
+            signature(blank, rate),
+            hiding_step(blank, self.step_mm, name.startswith("L")),
+        )
         if wander:
             wander = wander.beyond(coarse)
         jumps = bool(wander and wander.jumps)
@@ -105,7 +108,7 @@ class Examiner:
         )
 
 
-def hiding_step(series: np.ndarray, step_mm: float) -> float:
+def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
     """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file;
     the values themselves may have a coarser one: no change is far below their median."""
     changes = np.abs(np.diff(middle(series)))
@@ -115,7 +118,7 @@ def hiding_step(series: np.ndarray, step_mm: float) -> float:
     own = float(np.quantile(changes, HIDDEN))
     step = max(step_mm, own if own > LEAST_CHANGE * np.median(changes) else 0.0)
     avar_1 = float(allan_variance(series, np.array([1])).variance[0])
-    return step if rounding_share(step, avar_1) > MOST else 0.0
+    return step if rounding_share(step, avar_1, distance) > MOST else 0.0
 
 
 def slowest_line(wander: Wander | None, n: int, rate_hz: float) -> float:

@@ -27,7 +27,7 @@ from .digest import Flat, flat
 NONE = Priors(0, 0, 0, 0, 0)
 THIRD = np.eye(3), np.array([0.3, -2.2, -0.4])
 FIRST: dict[str, dict[str, Any]] = {
-    "clean": {"noise_rad": 0.0},
+    "quiet": {"noise_rad": 2e-5},
     "noisy": {"noise_rad": 2e-4},
     "prior": {"priors": Priors()},
     "wrong hits": {"wrong": 0.04},

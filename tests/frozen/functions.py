@@ -96,7 +96,7 @@ FUNCTIONS: dict[str, Callable[[Floats], object]] = {
     "bands": lambda x: export.bands(x, RATE),
     "low pass": lambda x: export.low_pass("x1", lfilter([0.2], [1, -0.8], x), RATE, 0.01),
     "repeats": lambda x: repeats.repeats("A", [x, x[::-1], -x], 0.1),
-    "processed": lambda x: software.processed({"x1": (x[1:] + x[:-1]) / 2}, RATE, 0.0),
+    "processed": lambda x: software.processed({"x1": lfilter([0.05], [1, -0.95], x)}, RATE, 0.0),
     "running median": lambda x: software.running_median(
         {"x1": outliers.medians_of_five(x), "y1": x}, 0.0
     ),

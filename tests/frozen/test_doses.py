@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from . import doses, fits, functions, light, words
+from . import doses, estimates, fits, functions, light, words
 from .digest import changed
 from .test_frozen import stored
 
-MADE = doses.CASES | fits.CASES | functions.CASES | light.CASES | words.CASES
+MADE = doses.CASES | estimates.CASES | fits.CASES | functions.CASES | light.CASES | words.CASES
 
 
 @pytest.mark.parametrize("name", MADE)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan.confidence import noise_exponents
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.changes.compare import adev_trend, coherence
 from mocap_metrology.noise.changes.covariate import Covariate, together
@@ -136,3 +137,13 @@ def test_accepts_up_to_the_limit_and_refuses_beyond(name: str) -> None:
     accepted()
     with pytest.raises((Refusal, ValueError)):
         refused()
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+def test_the_exponents_of_noise_do_not_depend_on_where_a_marker_is(gaps: bool) -> None:
+    """Of 1 nm at 10 km, where sums of the positions themselves lose the noise in rounding."""
+    walk = WHITE + 0.05 * np.cumsum(np.random.default_rng(2).standard_normal(WHITE.size))
+    m = np.unique(np.geomspace(1, 120, 20).astype(int))
+    for x in (WHITE, walk):
+        own = np.where(np.arange(x.size) % 9 == 4, np.nan, x) if gaps else x
+        assert noise_exponents(1e7 + 1e-6 * own, m).tolist() == noise_exponents(own, m).tolist()

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from figure_data import check, check_saved, every_text
+from figure_data import check, every_text
 from noise_data import assert_texts_apart, group, noise_rows
 from noise_data import row as sheet_row
 
@@ -64,7 +64,7 @@ def places(own: pd.DataFrame, column: str, groups) -> np.ndarray:
 
 
 @pytest.mark.parametrize("logarithmic", [True, False])
-def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None:
+def test_colours_of_noise_show_every_number(rows, logarithmic) -> None:
     made = colour_figure(rows, "s", "n", logarithmic=logarithmic)
     grid = np.array(made.body.axes).reshape(5, 3)
     table = pd.DataFrame(rows)
@@ -92,7 +92,7 @@ def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None
         assert (above > 0) == (not logarithmic)
         limits = own.loc[own["likelihood_status"] == "not_detected", UPPER]
         assert np.allclose(drawn(axes, slots.LIMIT)[:, 1], np.sort(limits[limits <= top]))
-    check_saved(made, tmp_path / "f")
+    check(made)
     assert_texts_apart(made)
 
 

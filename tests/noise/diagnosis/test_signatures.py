@@ -251,6 +251,18 @@ def test_pace_of_a_curve(curve, expected: set[str]) -> None:
     assert pace(np.asarray(curve(np.linspace(0, 1, 600)), float)) == expected
 
 
+@pytest.mark.parametrize("constant_s", [20.0, 45.0])
+def test_a_shift_that_fades_ends_after_three_of_its_constants(constant_s: float) -> None:
+    """After which 95 % of it are over: exp(-3) = 5 %."""
+    t = np.arange(6000) / 10
+    since = t - 200
+    fading = 3.0 * (since > 0) * np.exp(-np.maximum(since, 0) / constant_s)
+    found = signature(fading + 0.05 * np.random.default_rng(3).standard_normal(t.size), 10.0)
+    assert found.kinds == ("shift",)
+    assert found.at_s[0] == pytest.approx(200, abs=1.5)
+    assert found.lasting_s == pytest.approx(3 * constant_s, rel=0.1)
+
+
 def test_a_walk_is_not_named_where_correlated_noise_may_be_it() -> None:
     """Noise correlated over a tenth of the recording is called a walk in 2 of 40 at most, and a
     walk in most (study of both: 0 and 77 %)."""

@@ -98,7 +98,7 @@ def resolution(
     return Resolution(series, step_mm, kind, math.sqrt(variance), 2 * tau0 * variance, noise, share)
 
 
-def rounding_share(step_mm: float, avar_1: float, distance: bool) -> float:
+def rounding_share(step_mm: float, avar_1: float, distance: bool = False) -> float:
     """Share of the Allan variance at one frame that rounding to steps makes; 1 of a constant."""
     if not avar_1 >= 0:
         return math.nan

@@ -11,9 +11,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 
 from mocap_metrology.lighthouse.batch import inertial
-from mocap_metrology.lighthouse.batch.estimate import Joint, estimate
+from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, rms_by
 from mocap_metrology.lighthouse.batch.problem import State
 from mocap_metrology.lighthouse.batch.recording import Given, Recording
@@ -26,7 +27,8 @@ GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice 
 RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over the median of all
 LOST_STRETCH = 3.0  # likewise, after that
-LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch: single wrong hits make none bad
+LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch
+FAR_OFF = 6.0  # likewise, over the median of the stretch
 MANY_DIODES = 8  # with fewer, one at a time is left out
 BAD_DIODE = 3.0  # likewise
 FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
@@ -42,12 +44,13 @@ def fitted(
     *,
     sized: bool = False,
     near: Joint | None = None,
+    rounds: int = ROUNDS,
 ) -> Joint:
-    """One estimate from there, whatever fits badly; sized, near: as in `estimate`."""
+    """One estimate from there, whatever fits badly; sized, near, rounds: as in `estimate`."""
     R, t = zip(*poses_of(near) if near else poses, strict=True)
     given = [Given(hits, trajectory, scene.sensors.inertial, scene.sensors.lengths)]
     how = scene.rotors, scene.board, scene.used_priors, scene.known_pose
-    return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near)
+    return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 
 
 def without_bad_diodes(
@@ -135,7 +138,7 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool
     themselves."""
     hits = found.recordings[0].sweeps.hits if hits is None else hits
     for _ in range(RENEWALS):
-        again = _bridged(found.recordings[0])
+        again = bridged_trajectory(found.recordings[0])
         if again is None:
             break
         then = fitted(scene, hits, again, poses_of(found), sized=sized)
@@ -166,14 +169,23 @@ def _bad_stretches(one: Recording, times: float) -> np.ndarray:
     """Which stretches between knots have an rms residual so many times the median of all; finer
     knots than `SHORTEST_S` are judged together."""
     each = max(round(SHORTEST_S / one.trajectory.knot_s), 1)
-    square = np.minimum(one.alone**2, LARGEST_RAD**2)
-    rms = np.repeat(rms_by(one.seen.who[:, 3] // each, square, FEWEST_HITS), each)
+    stretch = one.seen.who[:, 3] // each
+    square = bounded(one.alone, stretch) ** 2
+    rms = np.repeat(rms_by(stretch, square, FEWEST_HITS), each)
     with np.errstate(invalid="ignore"):
         bad: np.ndarray = rms > times * np.nanmedian(rms)
     return bad
 
 
-def _bridged(one: Recording) -> Trajectory | None:
+def bounded(off: np.ndarray, stretch: np.ndarray) -> np.ndarray:
+    """Sizes of residuals, at most `LARGEST_RAD` and `FAR_OFF` times what is usual of their stretch,
+    so that single wrong hits make none bad."""
+    usual = ndimage.median(np.abs(off), stretch, np.arange(stretch.max() + 1))[stretch]
+    sizes: np.ndarray = np.minimum(np.abs(off), np.minimum(LARGEST_RAD, FAR_OFF * usual))
+    return sizes
+
+
+def bridged_trajectory(one: Recording) -> Trajectory | None:
     """The trajectory through its good stretches only; None where all are good."""
     trajectory = one.trajectory
     stretch = one.seen.who[:, 3]

@@ -24,13 +24,13 @@ from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.calibrate.fits import (
     bad_diodes,
     bounded,
+    bridged,
     bridged_trajectory,
     fitted,
     grazing,
     if_they_agree,
     noted,
     poses_of,
-    renewed,
     without_bad_diodes,
 )
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
@@ -53,23 +53,19 @@ def well_fitted(
     """The estimate from there, and a note on what was left out."""
     if scene.generation != 2:
         return without_bad_diodes(scene, hits, trajectory, poses)
-    first = _followed(scene, hits, trajectory, poses)
-    good, near = _gated(scene, hits, first, COARSE_RAD), first.recordings[0].trajectory
-    few = _thinned(good, near)
     found, scene, why = if_they_agree(
-        scene, lambda own: renewed(own, few, near, poses_of(first), sized=True)
+        scene, lambda own: bridged(own, _followed(own, hits, trajectory, poses), sized=True)
     )
     out: list[int] = []
-    for least_rad in (COARSE_RAD, *RENEWALS * [FINE_RAD]):
-        good = _gated(scene, hits, found, least_rad)
-        good = good.take(~np.isin(good.diode, out))
-        trajectory = found.recordings[0].trajectory
-        found = fitted(scene, _thinned(good, trajectory), trajectory, near=found, sized=True)
+    for _ in range(RENEWALS + 1):
+        near = found.recordings[0].trajectory
+        good = _gated(scene, _thinned(hits, near), found, FINE_RAD, out)
+        found = fitted(scene, good, near, near=found, sized=True)
         worst = bad_diodes(found)
-        if not worst.size and least_rad == FINE_RAD:
+        if not worst.size:
             break
         out += worst.tolist()
-    good = good.take(~np.isin(good.diode, out))
+    good = _gated(scene, hits, found, FINE_RAD, out)
     return fitted(scene, good, found.recordings[0].trajectory, near=found), noted(out, why)
 
 
@@ -87,13 +83,14 @@ def _followed(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[
     found = fitted(bare, few, trajectory, poses, sized=True, rounds=ROUGH)
     if (again := bridged_trajectory(found.recordings[0])) is not None:
         found = fitted(bare, few, again, poses_of(found), sized=True, rounds=ROUGH)
-    good, trajectory = _gated(scene, hits, found, COARSE_RAD), found.recordings[0].trajectory
-    found = fitted(scene, _thinned(good, trajectory), trajectory, poses_of(found), sized=True)
+    good, trajectory = _gated(scene, few, found, COARSE_RAD), found.recordings[0].trajectory
+    found = fitted(scene, good, trajectory, poses_of(found), sized=True)
     while trajectory.knot_s > 2 * FINEST_S and not trajectory.still:
         trajectory = found.recordings[0].trajectory.halved()
+        good = _gated(scene, _thinned(hits, trajectory), found, COARSE_RAD)
         if len(good) < FEWEST * POSE * len(trajectory.control):
             break
-        then = fitted(scene, _thinned(good, trajectory), trajectory, near=found, sized=True)
+        then = fitted(scene, good, trajectory, near=found, sized=True)
         less = np.array(_left(then)) / _left(found)
         if not then.converged or (less > FOLLOWED).all():
             break
@@ -112,10 +109,14 @@ def _left(found: Joint) -> tuple[float, float]:
     return one.noise.hit**2 + one.noise.sweep**2, float(square.sum()) / free
 
 
-def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
-    """Without hits that an estimate shows to be reflections: farther off than least_rad and `GATE`
-    times what is usual, of all and of the station at that time, or on diodes that light cannot
-    reach. Where most hits of a station are off, it is the board that is not there."""
+def _gated(
+    scene: Scene, hits: Hits, found: Joint, least_rad: float, out: Sequence[int] = ()
+) -> Hits:
+    """Without hits of diodes that are out, and those that an estimate shows to be reflections:
+    farther off than least_rad and `GATE` times what is usual, of all and of the station at that
+    time, or on diodes that light cannot reach. Where most hits of a station are off, it is the
+    board that is not there."""
+    hits = hits.take(~np.isin(hits.diode, out)) if len(out) else hits
     one = recording(Given(hits, found.recordings[0].trajectory), found.state)
     off, own = np.abs(one.residual), one.sweeps.hits
     when = ((own.time_s - own.time_s.min()) / TOGETHER_S).astype(np.int64)
@@ -126,5 +127,3 @@ def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
     if (normals := scene.sensors.normals) is not None:
         wrong |= grazing(own, one.trajectory, found.state, normals)
     return one.sweeps.hits.take(~wrong)
-
-

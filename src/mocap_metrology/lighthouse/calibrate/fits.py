@@ -30,7 +30,7 @@ LOST_STRETCH = 3.0  # likewise, after that
 LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch
 FAR_OFF = 6.0  # likewise, over the median of the stretch
 MANY_DIODES = 8  # with fewer, one at a time is left out
-BAD_DIODE = 3.0  # likewise
+BAD_DIODE = 3.0  # its rms residual over the median of all
 FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
 SHORTEST_S = 0.025  # of a stretch
 FEWEST_HITS = 6  # of a stretch or diode that is judged
@@ -99,13 +99,13 @@ def refitted(scene: Scene, found: Joint) -> Joint:
     return replace(then, misfit=misfit_of(then))
 
 
-def bad_diodes(found: Joint) -> np.ndarray:
+def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
     """Diodes that fit far worse than the others, and at least half as badly as the worst, which is
-    the first: by their residual, or by how far from their place in the board file they would have
+    the first: by their residual, so many times the median of all, or by how far from their place in the board file they would have
     to be. One where few would remain, none of four."""
     one = found.recordings[0]
     z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
-    excess = z / (BAD_DIODE * max(np.nanmedian(z), one.tau_rad / one.noise.hit))
+    excess = z / (times * max(np.nanmedian(z), one.tau_rad / one.noise.hit))
     if found.of.places >= 0:
         own = slice(found.of.places, found.of.places + 3 * len(found.state.board))
         moved = (found.state.values[own] / found.of.sd[own]).reshape(-1, 3)[: z.size]

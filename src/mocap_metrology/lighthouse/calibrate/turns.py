@@ -45,6 +45,7 @@ COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better es
 GATE = 8.0  # likewise, over the robust spread
 TOGETHER_S = 0.1  # for what is usual of a station
 RENEWALS = 3  # of bad diodes, at most
+BAD_DIODE = 2.0  # its rms residual over the median of all; of good ones at most 1.5
 
 
 def well_fitted(
@@ -61,7 +62,7 @@ def well_fitted(
         near = found.recordings[0].trajectory
         good = _gated(scene, _thinned(hits, near), found, FINE_RAD, out)
         found = fitted(scene, good, near, near=found, sized=True)
-        worst = bad_diodes(found)
+        worst = bad_diodes(found, BAD_DIODE)
         if not worst.size:
             break
         out += worst.tolist()

@@ -101,8 +101,8 @@ def refitted(scene: Scene, found: Joint) -> Joint:
 
 def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
     """Diodes that fit far worse than the others, and at least half as badly as the worst, which is
-    the first: by their residual, so many times the median of all, or by how far from their place in the board file they would have
-    to be. One where few would remain, none of four."""
+    the first: by their residual, so many `times` the median of all, or by how far from their place
+    in the board file they would have to be. One where few would remain, none of four."""
     one = found.recordings[0]
     z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
     excess = z / (times * max(np.nanmedian(z), one.tau_rad / one.noise.hit))
@@ -138,7 +138,7 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool
     themselves."""
     hits = found.recordings[0].sweeps.hits if hits is None else hits
     for _ in range(RENEWALS):
-        again = bridged_trajectory(found.recordings[0])
+        again = bridged_trajectory(found.recordings[0], scene.generation == 2)
         if again is None:
             break
         then = fitted(scene, hits, again, poses_of(found), sized=sized)
@@ -146,8 +146,8 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool
             break
         found = then
     one = found.recordings[0]
-    bad = _bad_stretches(one, LOST_STRETCH)[one.seen.who[:, 3]]
     sweep, squares = one.sweeps.sweep, np.minimum(one.alone**2, LARGEST_RAD**2)
+    bad = _bad_stretches(one, squares, LOST_STRETCH)[one.seen.who[:, 3]]
     bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
     if not bad.any():
         return found
@@ -165,31 +165,38 @@ def _misfit(found: Joint) -> float:
     return float(np.mean(np.minimum(found.recordings[0].residual ** 2, 1e-6)))
 
 
-def _bad_stretches(one: Recording, times: float) -> np.ndarray:
-    """Which stretches between knots have an rms residual so many times the median of all; finer
-    knots than `SHORTEST_S` are judged together."""
-    each = max(round(SHORTEST_S / one.trajectory.knot_s), 1)
-    stretch = one.seen.who[:, 3] // each
-    square = bounded(one.alone, stretch) ** 2
-    rms = np.repeat(rms_by(stretch, square, FEWEST_HITS), each)
+def _bad_stretches(one: Recording, square: np.ndarray, times: float) -> np.ndarray:
+    """Which stretches between knots have an rms of residuals, given their squares, so many times
+    the median of all; finer knots than `SHORTEST_S` are judged together."""
+    each = _together(one)
+    rms = np.repeat(rms_by(one.seen.who[:, 3] // each, square, FEWEST_HITS), each)
     with np.errstate(invalid="ignore"):
         bad: np.ndarray = rms > times * np.nanmedian(rms)
     return bad
 
 
+def _together(one: Recording) -> int:
+    """How many stretches between knots are judged as one."""
+    return max(round(SHORTEST_S / one.trajectory.knot_s), 1)
+
+
 def bounded(off: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """Sizes of residuals, at most `LARGEST_RAD` and `FAR_OFF` times what is usual of their stretch,
-    so that single wrong hits make none bad."""
+    so that hits of which few are wrong make none bad."""
     usual = ndimage.median(np.abs(off), stretch, np.arange(stretch.max() + 1))[stretch]
     sizes: np.ndarray = np.minimum(np.abs(off), np.minimum(LARGEST_RAD, FAR_OFF * usual))
     return sizes
 
 
-def bridged_trajectory(one: Recording) -> Trajectory | None:
-    """The trajectory through its good stretches only; None where all are good."""
+def bridged_trajectory(one: Recording, few_wrong: bool) -> Trajectory | None:
+    """The trajectory through its good stretches only; None where all are good. few_wrong: whether
+    single hits may be, but no whole sweeps."""
     trajectory = one.trajectory
     stretch = one.seen.who[:, 3]
-    bad = _bad_stretches(one, BAD_STRETCH)
+    square = np.minimum(one.alone**2, LARGEST_RAD**2)
+    if few_wrong:
+        square = bounded(one.alone, stretch // _together(one)) ** 2
+    bad = _bad_stretches(one, square, BAD_STRETCH)
     if not bad.any() or bad.all():
         return None
     bad = np.convolve(bad, np.ones(5))[2:-2] > 0  # a spline's error reaches to its neighbours

@@ -82,7 +82,7 @@ def _followed(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[
     bare = replace(scene, sensors=replace(scene.sensors, normals=None))
     few = _thinned(hits, trajectory)
     found = fitted(bare, few, trajectory, poses, sized=True, rounds=ROUGH)
-    if (again := bridged_trajectory(found.recordings[0])) is not None:
+    if (again := bridged_trajectory(found.recordings[0], True)) is not None:
         found = fitted(bare, few, again, poses_of(found), sized=True, rounds=ROUGH)
     good, trajectory = _gated(scene, few, found, COARSE_RAD), found.recordings[0].trajectory
     found = fitted(scene, good, trajectory, poses_of(found), sized=True)

@@ -130,8 +130,8 @@ def estimate(
 
     rotors (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors
     are taken as they are, also of `SIZED`, and the bias remains; near: an estimate of the same
-    unknowns from other hits, where this begins; rounds: at most. Raises LinAlgError where the hits do not determine
-    the poses.
+    unknowns from other hits, where this begins; rounds: at most. Raises LinAlgError where the hits
+    do not determine the poses.
     """
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]

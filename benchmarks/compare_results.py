@@ -1,13 +1,12 @@
 """What a change did to every number: two folders of results, file by file.
 
-    python benchmarks/compare_results.py BEFORE AFTER [--relative 1e-12] [--except 'GLOB=1e-6']
+    python benchmarks/compare_results.py BEFORE AFTER [--relative 1e-12]
 
 Text (CSV, JSON, YAML, XML, Markdown, HTML, SVG) is cut into numbers and what stands between them:
 the numbers may differ by the relative tolerance, everything else must be the same. Parquet is
 compared column by column, gaps included, and its metadata too. Pictures (PNG) are compared by their
-bytes. Logs, run times and Snakemake's report, which differ at every run, are left out. `--except`
-names files that may differ by more, as those of an iterative fit may by its own stopping tolerance;
-each is listed with the largest difference seen. Status 1 where anything else differs or is missing.
+bytes. Logs, run times and Snakemake's report, which differ at every run, are left out. Files that
+differ are listed, those beyond tolerance first, with the largest difference; then the status is 1.
 
 Make both folders on one machine with one lock: other libraries, other sums.
 """
@@ -48,65 +47,25 @@ class Difference:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print what differs; 0 where nothing does beyond tolerance."""
-    parser = argparse.ArgumentParser(
-        description=(__doc__ or "").partition("\n")[0],
-        epilog="Without --relative, numbers must be equal to the last digit.",
-    )
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("before", type=Path, help="folder of results")
     parser.add_argument("after", type=Path, help="another, of the same sheets and settings")
     parser.add_argument("--relative", type=float, default=0.0, help="tolerance (default: 0)")
-    parser.add_argument(
-        "--except",
-        dest="exceptions",
-        action="append",
-        default=[],
-        metavar="GLOB=TOLERANCE",
-        help="files that may differ by more, as 'recordings/*/noise.csv=1e-6'",
-    )
     given = parser.parse_args(arguments)
     for folder in (given.before, given.after):
         if not folder.is_dir():
             parser.error(f"{folder}: no such folder; expected one of results")
-    exceptions = [_exception(text, parser) for text in given.exceptions]
     files = [names_of(given.before), names_of(given.after)]
     found = list(missing(*files))
     common = sorted(files[0] & files[1])
-    for k, name in enumerate(common):
-        _progress(k, len(common))
+    for name in common:
         found += differences(given.before / name, given.after / name, name)
-    beyond = _tell(found, given.relative, exceptions)
+    for one in sorted(found, key=lambda d: (-d.relative, d.file)):
+        how = "DIFFERS" if one.relative > given.relative else "within tolerance"
+        print(f"{how} {one.file}: {one.relative:.3g}, {one.where}")
     equal = set(common) - {one.file for one in found}
     print(f"{len(common)} files compared, {len(equal)} equal")
-    return 1 if beyond else 0
-
-
-def _exception(text: str, parser: argparse.ArgumentParser) -> tuple[str, float]:
-    pattern, _, tolerance = text.rpartition("=")
-    try:
-        return pattern, float(tolerance)
-    except ValueError:
-        parser.error(f"--except {text}: expected GLOB=TOLERANCE, as 'recordings/*/noise.csv=1e-6'")
-
-
-def _progress(done: int, of: int) -> None:
-    if sys.stderr.isatty() and done % 20 == 0:
-        print(f"\r{done} of {of} files", end="", file=sys.stderr, flush=True)
-
-
-def _tell(
-    found: Sequence[Difference], relative: float, exceptions: Sequence[tuple[str, float]]
-) -> int:
-    """Print every difference, those beyond tolerance first; return how many these are."""
-    beyond = []
-    for one in sorted(found, key=lambda d: (-d.relative, d.file)):
-        allowed = max([relative, *(t for glob, t in exceptions if fnmatch(one.file, glob))])
-        if one.relative > allowed:
-            beyond.append(one)
-            print(f"DIFFERS {one.file}: {one.relative:.3g}, {one.where}")
-    for one in found:
-        if one not in beyond:
-            print(f"within tolerance {one.file}: {one.relative:.3g}, {one.where}")
-    return len(beyond)
+    return int(any(one.relative > given.relative for one in found))
 
 
 def names_of(folder: Path) -> set[str]:

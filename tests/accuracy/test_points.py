@@ -78,9 +78,9 @@ def test_a_fit_is_that_of_least_squares(scale: bool) -> None:
 
 
 def test_jackknife_of_scale_and_lever() -> None:
-    """25 sets of 12 points with independent errors: two standard errors hold in 88 % at least."""
+    """12 sets of 12 points with independent errors: two standard errors hold in 88 % at least."""
     held = []
-    for seed in range(25):
+    for seed in range(12):
         points = drawn(np.random.default_rng(seed), 12, 3.0)
         found, out = fit(points, True, True), left_out(points, True, True)
         held.append(abs(found.scale) < 2.2 * out.scale_se)
@@ -97,10 +97,10 @@ def bent(rng: np.random.Generator, points: Points, size_mm: float) -> Points:
 
 
 def test_jumps_of_frames_and_none() -> None:
-    """40 sets of 20 points, smoothly distorted by 4 mm: no jump where there is none in 97 % at
+    """20 sets of 20 points, smoothly distorted by 4 mm: no jump where there is none in 97 % at
     least; one of 50 mm and 1 degree after point 9 in 85 %, within one point."""
     false, found = 0, 0
-    for seed in range(40):
+    for seed in range(20):
         rng = np.random.default_rng(seed)
         points = bent(rng, drawn(rng, 20, 1.0), 4.0)
         false += bool(frame_changes(points).cuts)
@@ -109,7 +109,7 @@ def test_jumps_of_frames_and_none() -> None:
         places[9:] += 50 * away / np.linalg.norm(away)
         cuts = frame_changes(Points(places, points.turns, points.reference)).cuts
         found += len(cuts) == 1 and abs(cuts[0] - 9) <= 1
-    assert false <= 1 and found >= 34
+    assert false <= 1 and found >= 17
 
 
 def test_too_few_points_and_a_line_are_refused() -> None:

@@ -11,15 +11,16 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow"), str(ROOT / "workflow/scripts")]
 
-from . import digest, groups  # noqa: E402
+from . import digest, groups, test_doses  # noqa: E402
 from .test_frozen import MADE, STORED, of_samples, stored  # noqa: E402
 
 logging.disable(logging.WARNING)
 STORED.mkdir(exist_ok=True)
-names = sys.argv[1:] or [*MADE, *groups.REAL]
+every = MADE | test_doses.MADE
+names = sys.argv[1:] or [*every, *groups.REAL]
 for name in names:
     with tempfile.TemporaryDirectory() as folder:
-        found = MADE[name](Path(folder)) if name in MADE else of_samples(name)
+        found = every[name](folder=Path(folder)) if name in every else of_samples(name)
     if found is None:
         print(f"{name}: left as it is, as the sample recordings are missing")
         continue

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy import ndimage, signal
+from scipy import signal
 
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.recording.clean import Entry, clean
@@ -77,17 +77,9 @@ def levels(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray
     return x * (1 + 0.5 * np.sin(2 * np.pi * t / 120)) * np.where(t < 200, 1.0, 1.6)
 
 
-def smoothed(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray:
-    return signal.sosfiltfilt(signal.butter(4, 12, fs=RATE, output="sos"), x)
-
-
 def repeated(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray:
     kept = np.maximum.accumulate(np.where(rng.random(t.size) < 0.08, 0, np.arange(t.size)))
     return x[:, kept]
-
-
-def median(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray:
-    return ndimage.median_filter(x, (1, 5))
 
 
 def filled(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -112,11 +104,6 @@ def exchanged(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndar
     x = x + start
     x[:3, there], x[3:, there] = x[3:, there].copy(), x[:3, there].copy()
     return x - start
-
-
-def resampled(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray:
-    at = np.arange(t.size) * 100 / 120
-    return np.array([np.interp(at, np.arange(t.size), row) for row in x])
 
 
 def coarse(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -148,13 +135,10 @@ KINDS: dict[str, tuple[Make, Callable[..., Path], float, float]] = {
     "lines": (lines, c3d, 0.02, 240),
     "slow": (slow, c3d, 0.02, 300),
     "levels": (levels, TABLE, 0.02, 240),
-    "smoothed": (smoothed, c3d, 0.05, 120),
     "repeated": (repeated, NDI, 0.03, 120),
-    "median": (median, c3d, 0.03, 120),
     "filled": (filled, QUALISYS, 0.02, 120),
     "shaken": (shaken, c3d, 0.02, 240),
     "exchanged": (exchanged, c3d, 0.03, 180),
-    "resampled": (resampled, TRC, 0.03, 120),
     "coarse": (coarse, c3d, 0.02, 120),
     "brief": (lambda rng, x, t: x, c3d, 0.1, 2),
 }

@@ -38,13 +38,16 @@ FOLDER = ROOT / "build/mutants"
 TREE = FOLDER / "tree"
 SOURCES = TREE / f"src/{PACKAGE}"
 ROOMS = ["common", "io", "noise", "lighthouse"]
-TESTS = ["frozen", *ROOMS, "steps", "present", "cli"]  # what stands on the rooms sees them, too
+# What stands on the rooms sees them, too, and the manual has the defaults of what users give
+MANUAL = "workflow/test_document.py"
+TESTS = ["frozen", *ROOMS, "steps", "present", "cli", MANUAL]
 LIBRARIES = [
     *("numba", "pandas", "pyarrow.parquet", "pydantic", "ezc3d", "jinja2", "hypothesis", "yaml"),
     *("scipy.signal", "scipy.optimize", "scipy.stats", "scipy.ndimage", "scipy.interpolate"),
     *("scipy.spatial.transform", "scipy.sparse.linalg", "matplotlib.pyplot", "markdown_it"),
 ]
-START_S, COMPILE_S = 10.0, 60.0  # more than thrice its usual time of a test: kernels anew
+# More than thrice its usual time a test may take; until the first one begins; kernels anew
+SPARE_S, START_S, COMPILE_S = 40.0, 5.0, 60.0
 LONGEST_S = 1200.0  # of a mutant, on a busy machine; none takes that long but one that waits
 FROZEN = 0.2  # weight of a second of tests/frozen, which notice more changes than other tests
 STAGES_S = (4.0, 16.0, 64.0)  # of tests: few files are imported before one fails
@@ -68,7 +71,6 @@ def copy_tree() -> None:
     beside = ROOT.parent / "shared/data"
     samples = os.environ.get("MOCAP_SAMPLES", beside if beside.is_dir() else ROOT / "samples")
     os.environ.update(alone | paths | {"MOCAP_SAMPLES": str(samples), "MPLBACKEND": "agg"})
-    sys.dont_write_bytecode = True
 
 
 def kernels(stale: Iterable[str] = ()) -> Any:
@@ -167,12 +169,17 @@ def traced_tests(units: Units, folders: list[str]) -> dict[str, dict[str, Any]]:
         moved = {k: at[name] for k, name in enumerate(known["marked"]) if name in at}
         for test in (test for file in files.values() for test in file["tests"].values()):
             test["statements"] = [moved[k] for k in test["statements"] if k in moved]
-    paths = sorted(p for name in folders for p in (TREE / "tests" / name).rglob("test_*.py"))
+    tests = TREE / "tests"
+    paths = sorted(
+        p for name in folders for p in [*(tests / name).rglob("test_*.py"), tests / name]
+    )
     now = {
-        p.relative_to(TREE).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in paths
+        p.relative_to(TREE).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest()
+        for p in paths
+        if p.is_file()
     }
     for folder in folders:
-        part = [name for name in now if name.split("/")[1] == folder]
+        part = [name for name in now if f"{name}/".startswith(f"tests/{folder}/")]
         part = [name for name in part if files.get(name, {}).get("sha256") != now[name]]
 
         def trace(send: Send, part: list[str] = part) -> None:
@@ -236,16 +243,21 @@ def stages(chosen: dict[str, float]) -> list[dict[str, float]]:
     return parts
 
 
-def judge(path: Path, change: Change, stale: list[str], chosen: dict[str, float]) -> list[str]:
+def judge(
+    path: Path, change: Change, stale: list[str], chosen: dict[str, float], longest_s: float
+) -> list[str]:
     """What became of a mutant: killed, and by which test; stopped (no end in time, or a crash);
-    survived."""
-    source = path.read_text(encoding="utf-8")
-    spare = START_S + (COMPILE_S if stale else 0.0)
+    survived. Bytecode of all other files is there since the trace."""
+    source, stamp = path.read_text(encoding="utf-8"), path.stat()
+    compile_s = COMPILE_S if stale else 0.0
+    spare = SPARE_S + compile_s
 
     def run(send: Send) -> None:
+        sys.dont_write_bytecode = True
         kernels(stale)
+        until = time.process_time() + longest_s + START_S + compile_s
         for part in stages(chosen):
-            plugin = Chosen({test: spare + 3 * s for test, s in part.items()})
+            plugin = Chosen({test: spare + 3 * s for test, s in part.items()}, until)
             status = run_tests(sorted({t.partition("::")[0] for t in part}), plugin, "-x")
             if status not in (0, 5):  # 5: no test has this name any more
                 return send(["killed", plugin.failed])
@@ -257,6 +269,7 @@ def judge(path: Path, change: Change, stale: list[str], chosen: dict[str, float]
         found, end = forked(run, LONGEST_S)
     finally:
         path.write_text(source, encoding="utf-8")
+        os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
     return found[0] if found else ["stopped", ""] if end < 0 else ["killed", "import"]
 
 
@@ -283,27 +296,38 @@ class Reach:
         self.units = Units(SOURCES)
         tests = traced_tests(self.units, folders)
         self.seconds = {test: value["seconds"] for test, value in tests.items()}
+        self.alone = {test: s + tests[test].get("shared", 0.0) for test, s in self.seconds.items()}
         self.running = defaultdict(list)
         for test, value in tests.items():
             for k in value["statements"]:
                 self.running[self.units.marked[k]].append(test)
 
     def weight(self, test: str) -> float:
-        return self.seconds[test] * (FROZEN if "/frozen/" in test else 1.0)
+        return self.alone[test] * (FROZEN if "/frozen/" in test else 1.0)
 
     def tests(self, module: str, line: int, longest_s: float) -> dict[str, float]:
-        """Tests that reach a line and their seconds, quickest first, as many as the time allows."""
+        """Tests that reach a line, and their seconds where they run alone, the quickest of these
+        first, as many as the time allows."""
         units = self.units.depending(module, line)
+        reached = {t for u in units for t in self.running[u]} or self.naming(Path(module).stem)
+        if self.units.is_field(module, line):
+            reached |= {test for test in self.seconds if MANUAL in test}
         chosen: dict[str, float] = {}
-        for test in sorted({t for u in units for t in self.running[u]}, key=self.weight):
-            if sum(chosen.values()) + self.seconds[test] > longest_s:
+        for test in sorted(reached, key=self.weight):
+            if sum(map(self.seconds.__getitem__, chosen)) + self.seconds[test] > longest_s:
                 break
-            chosen[test] = self.seconds[test]
+            chosen[test] = self.alone[test]
         return chosen
+
+    def naming(self, name: str) -> set[str]:
+        """Tests of files that name a module: some run it in processes of their own."""
+        files = {test.partition("::")[0] for test in self.seconds}
+        naming = {file for file in files if name in (TREE / file).read_text(encoding="utf-8")}
+        return {test for test in self.seconds if test.partition("::")[0] in naming}
 
     def stale(self, module: str, line: int) -> list[str]:
         """Patterns of files of numba's cache."""
-        units = self.units.depending(module, line)
+        units = self.units.depending(module, line) & self.units.kernels
         named = [(u.partition(":")[0], n) for u in units for n in self.units.names.get(u, [])]
         return [f"{Path(path).stem}.{name}-*" for path, name in named]
 
@@ -332,7 +356,9 @@ def main() -> int:
         if change:
             chosen = reach.tests(module, change.line, arguments.longest)
             stale = reach.stale(module, change.line)
-            found = judge(SOURCES / module, change, stale, chosen) if chosen else ["survived", ""]
+            found = ["survived", ""]
+            if chosen:
+                found = judge(SOURCES / module, change, stale, chosen, arguments.longest)
         seconds = time.monotonic() - begin
         mutant |= {"outcome": found[0], "by": found[1], "tests": len(chosen), "seconds": seconds}
         stored.write_text(json.dumps(mutants, indent=1))

@@ -33,6 +33,7 @@ class Units:
         self.marked: list[str] = []
         self.users: dict[tuple[str, str], set[str]] = defaultdict(set)  # of (module, name)
         self.names: dict[str, list[str]] = {}  # that blind units give
+        self.kernels: set[str] = set()  # units that are compiled functions
         for path in sorted(package.rglob("*.py")):
             module = path.relative_to(package).as_posix()
             tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -53,6 +54,8 @@ class Units:
                 unit = f"{module}:{prefix}{names[0] if names else ''} line {node.lineno}"
                 first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
                 self.places[module].append((first, node.end_lineno or first, unit))
+                if isinstance(node, ast.FunctionDef):
+                    self.kernels.add(unit)
                 # What stands in a class is used through the class
                 self.names[unit] = [prefix.partition(".")[0]] if prefix else names
                 self._uses(ast.walk(node), unit, module, known)
@@ -78,6 +81,11 @@ class Units:
             if isinstance(node, ast.Name | ast.Attribute):
                 name = node.id if isinstance(node, ast.Name) else node.attr
                 self.users[known.get(name, module), name].add(unit)
+
+    def is_field(self, module: str, line: int) -> bool:
+        """Whether a line stands in the body of a class."""
+        here = [place for place in self.places[module] if place[0] <= line <= place[1]]
+        return any(self.names.get(unit) and "." in unit.partition(":")[2] for _, _, unit in here)
 
     def depending(self, module: str, line: int) -> set[str]:
         """The innermost unit on a line; of a blind one also all that use it, up to statements."""
@@ -143,11 +151,14 @@ def _imported(tree: ast.Module, package: Path) -> dict[str, str]:
 
 
 class Trace:
-    """Plugin of pytest: notes of each test if it passes, its processor time and its statements."""
+    """Plugin of pytest: notes of each test if it passes, its processor time and its statements;
+    `shared`: the time of fixtures and cached functions that an earlier test paid, and which it
+    takes itself where it runs alone."""
 
     def __init__(self, package: Path, units: Units) -> None:
         self.seen = builtins.__reached__ = bytearray(len(units.marked))  # type: ignore[attr-defined]
-        self.fixtures: dict[Any, bytearray] = {}
+        self.fixtures: dict[Any, tuple[bytearray, float, str]] = {}
+        self.now, self.shared, self.emptied = "", 0.0, 0
         self.tests: dict[str, dict[str, Any]] = {}
         usual = SourceFileLoader.get_code
 
@@ -166,18 +177,27 @@ class Trace:
         """A decorator of `functools`, whose function counts as run where its result is used."""
 
         def of(function, decorate):
-            own = bytearray(len(self.seen))
+            own, paid = bytearray(len(self.seen)), {"s": 0.0, "by": "", "added": -1}
 
             @functools.wraps(function)
             def run(*args, **keys):
-                return self._run(own, function, args, keys)
+                begin = time.process_time()
+                try:
+                    return self._run(own, function, args, keys)
+                finally:
+                    paid.update(s=time.process_time() - begin, by=self.now)
 
             cached = decorate(run)
 
             @functools.wraps(function)
             def use(*args, **keys):
                 result = cached(*args, **keys)
-                self._add(own)
+                if paid["by"] != self.now:
+                    self.shared += paid["s"]
+                    paid["by"] = self.now
+                if paid["added"] != self.emptied:  # else they are there; some are called often
+                    self._add(own)
+                    paid["added"] = self.emptied
                 return result
 
             use.cache_clear, use.cache_info = cached.cache_clear, cached.cache_info
@@ -191,37 +211,45 @@ class Trace:
         return noting
 
     def _run(self, own: bytearray, function: Callable[..., Any], args: Any, keys: Any) -> Any:
-        before = bytes(self.seen)
-        self.seen[:] = bytes(len(before))
+        before = self._empty()
         try:
             return function(*args, **keys)
         finally:
             own[:] = _either(own, self.seen)
             self._add(before)
 
+    def _empty(self) -> bytes:
+        before = bytes(self.seen)
+        self.seen[:] = bytes(len(before))
+        self.emptied += 1
+        return before
+
     def _add(self, other: bytes | bytearray) -> None:
         self.seen[:] = _either(self.seen, other)
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_fixture_setup(self, fixturedef):
-        before = bytes(self.seen)
-        self.seen[:] = bytes(len(before))
+        before, begin = self._empty(), time.process_time()
         yield
-        self.fixtures[fixturedef] = bytearray(self.seen)
+        took = time.process_time() - begin
+        self.fixtures[fixturedef] = bytearray(self.seen), took, self.now
         self._add(before)
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_protocol(self, item):
-        self.seen[:] = bytes(len(self.seen))
-        begin = time.process_time()
+        self._empty()
+        self.now, self.shared, begin = item.nodeid, 0.0, time.process_time()
         yield
         self.tests[item.nodeid]["seconds"] = time.process_time() - begin
+        self.tests[item.nodeid]["shared"] = self.shared
         self.tests[item.nodeid]["statements"] = [k for k, one in enumerate(self.seen) if one]
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_teardown(self, item) -> None:
         for definition in item._request._fixture_defs.values():
-            self._add(self.fixtures.get(definition, b""))
+            seen, took, by = self.fixtures.get(definition, (b"", 0.0, self.now))
+            self._add(seen)
+            self.shared += took if by != self.now else 0.0
 
     def pytest_runtest_logreport(self, report) -> None:
         test = self.tests.setdefault(report.nodeid, {"passed": False})
@@ -236,10 +264,16 @@ def _either(one: bytes | bytearray, other: bytes | bytearray) -> bytes:
 
 class Chosen:
     """Plugin of pytest: runs chosen tests in their order, each within its limit of processor time;
-    an endless loop in compiled code ends the process."""
+    an endless loop in compiled code ends the process. No test begins after `until`, in processor
+    time of the process: a fixture that several tests share counts for the first of them alone."""
 
-    def __init__(self, limits: dict[str, float]) -> None:
-        self.limits, self.failed = limits, ""
+    def __init__(self, limits: dict[str, float], until: float) -> None:
+        self.limits, self.until, self.failed, self.late = limits, until, "", False
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item) -> bool | None:
+        self.late = self.late or time.process_time() > self.until
+        return True if self.late else None
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items) -> None:

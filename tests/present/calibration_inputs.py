@@ -50,34 +50,27 @@ def pose_entry(estimator: str, stage: str, optics: str, off_mm=(0.0, 0.0, 0.0)) 
     }
 
 
-def write_calibration(folder: Path, kind: str = "moving") -> dict[str, Path]:
-    """moving, static, static-no-path or failed; paths of the files by their names."""
-    folder.mkdir(parents=True, exist_ok=True)
+def write_calibration(folder: Path) -> dict[str, Path]:
+    """Paths of the files by their names."""
     board = flat_board()
     rows = ["x_m,y_m,z_m", *(",".join(map(repr, map(float, p))) for p in board)]
     (folder / "board.csv").write_text("\n".join(rows) + "\n")
-    time, R, p = paths()
-    if kind.startswith("static"):
-        R, p = R[np.full(time.size, 40)], np.repeat(p[40:41], time.size, axis=0)
     _write_sweeps(folder, board)
-    _write_poses(folder, kind, time, R, p)
-    _write_pose(folder, kind)
+    _write_poses(folder, *paths())
+    _write_pose(folder)
     return {key: folder / name for key, name in FILES.items()}
 
 
-def _write_poses(folder: Path, kind: str, time: np.ndarray, R: Rotation, p: np.ndarray) -> None:
-    columns: dict[str, list] = {}
-    rng = np.random.default_rng(7)
+def _write_poses(folder: Path, time: np.ndarray, R: Rotation, p: np.ndarray) -> None:
+    parts, n, rng = [], len(time), np.random.default_rng(7)
     for estimator, optics in (("paper-lm", "factory"), ("paper", "ideal")):
         for station in (0, 1):
-            at = slice(None) if station == 0 else slice(None, None, 1)
             own_R, own_p = (R, p) if station == 0 else (TURN.inv() * R, TURN.inv().apply(p - T_M))
             own_p = own_p + 1e-3 * rng.standard_normal(own_p.shape)
             q = own_R.as_quat()
-            if station == 1 and kind == "moving":  # one moment in the other minimum
+            if station == 1:  # one moment in the other minimum
                 q[100] = (own_R[100] * Rotation.from_euler("Z", 30, degrees=True)).as_quat()
-            n = len(time[at])
-            own = {
+            parts.append({
                 "estimator": np.full(n, estimator, dtype=object),
                 "optics": np.full(n, optics, dtype=object),
                 "station": np.full(n, station, dtype=np.int8),
@@ -87,23 +80,12 @@ def _write_poses(folder: Path, kind: str, time: np.ndarray, R: Rotation, p: np.n
                 "epsilon_rad2": np.full(n, 64 * (30e-6 + 10e-6 * station) ** 2),
                 "n_angles": np.full(n, 64, dtype=np.int32),
                 "ambiguity": np.full(n, np.nan),
-            }
-            for name, values in own.items():
-                columns.setdefault(name, []).append(values)
-    whole = {name: np.concatenate(values) for name, values in columns.items()}
-    none = kind in ("failed", "static-no-path")
-    write_table(folder / "poses.parquet", {} if none else whole, {})
+            })  # fmt: skip
+    whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    write_table(folder / "poses.parquet", whole, {})
 
 
-def _write_pose(folder: Path, kind: str) -> None:
-    poses = [
-        pose_entry("paper-lm", "static" if kind.startswith("static") else "final", "factory"),
-        pose_entry("paper", "kabsch", "ideal", (7.0, -3.0, 2.0)),
-    ]
-    verdict = {"word": "good", "reason": "All checks passed."}
-    if kind == "failed":
-        verdict = {"word": "failed", "reason": "slave: 0 moments with both angles; expected 20"}
-        poses = []
+def _write_pose(folder: Path) -> None:
     gamma, beta, alpha = TURN.as_euler("ZYX", degrees=True)
     reference = {
         "source": "truth",
@@ -113,12 +95,15 @@ def _write_pose(folder: Path, kind: str) -> None:
     stations = {"master": {"id": 1031, "mode": "b"}, "slave": {"id": None, "mode": "c"}}
     write_json(folder / "pose.json", {
         "stations": stations,
-        "chosen": 0 if poses else None,
-        "verdict": verdict,
+        "chosen": 0,
+        "verdict": {"word": "good", "reason": "All checks passed."},
         "checks": [],
         "convention": "",
-        "reference": reference if kind == "moving" else None,
-        "poses": poses,
+        "reference": reference,
+        "poses": [
+            pose_entry("paper-lm", "final", "factory"),
+            pose_entry("paper", "kabsch", "ideal", (7.0, -3.0, 2.0)),
+        ],
     })  # fmt: skip
     zero = {k: [0.0, 0.0] for k in ("phase", "tilt", "curve", "gibphase", "gibmag")}
     told = [

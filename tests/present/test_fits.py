@@ -179,14 +179,3 @@ def test_what_lies_under_the_noise_is_in_the_model_of_the_allan_deviation(slow, 
     assert np.allclose(drawn, np.sqrt(own.variance), rtol=5e-3)
     assert not lines(psd, color=INK, linewidth=1.0)
     assert np.allclose(lines(psd, linewidth=1.5)[0][1], 5e-5)
-    assert "of the data and of the model" in made.caption and "warm-up: " not in made.caption
-
-
-@pytest.mark.parametrize("share", [0.0, 0.3])
-def test_the_curve_knows_how_long_its_series_is(share) -> None:
-    rng, m = np.random.default_rng(1), np.array([1, 10, 100, 1000])
-    series = rng.normal(size=5000)
-    series[rng.random(5000) < share] = np.nan
-    columns = {"m": m, "n_terms": allan_variance(series, m).n_terms}
-    assert curves.recorded_s(columns, 100.0) == pytest.approx(50)
-    assert curves.recorded_s({k: v[:0] for k, v in columns.items()}, 100.0) == 0

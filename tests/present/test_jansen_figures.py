@@ -5,7 +5,7 @@ import pytest
 from calibration_inputs import CYCLE_S, FLASH_S, SLAVE_LATE_S, T_M, TURN, WIDTH_S
 
 from calibration_inputs import angle_of, write_calibration  # isort: skip
-from figure_data import check_saved, every_text
+from figure_data import check, check_saved, every_text
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import proj3d
 
@@ -63,7 +63,7 @@ def test_signal_has_the_times_put_in(calibration, figures):
     [((2.0, -0.7, 0.9), True), ((3.0, 0.3, -0.4), True), ((2.0, 1.7, 1.9), False),
      ((3.8, -1.6, -1.6), False)],
 )  # fmt: skip
-def test_angles_are_those_of_the_definition(point, stretch, tmp_path):
+def test_angles_are_those_of_the_definition(point, stretch):
     x, y, z = point
     drawn = space.angles_figure(np.array(point), "t", "s")
     spherical = np.arcsin(z / np.linalg.norm(point))
@@ -72,7 +72,7 @@ def test_angles_are_those_of_the_definition(point, stretch, tmp_path):
         shown = f"${name}$ = {np.degrees(value):+.2f}°".replace("-", "−")
         assert sum(text.startswith(shown) for text in every_text(drawn)) == 1
     assert ("times as long" in drawn.caption) == stretch
-    check_saved(drawn, tmp_path / "out")
+    check(drawn)
 
 
 def test_paths_and_pose_by_another_program(calibration, figures):

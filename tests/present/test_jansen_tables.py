@@ -98,14 +98,6 @@ def test_tables_i_and_ii_come_back_from_errors_of_that_mean_and_sd(records):
     assert cell(two, "Average", "gamma_deg")["regenerated"] == pytest.approx(0.52375, rel=1e-4)
 
 
-def test_one_recording_has_no_standard_deviation():
-    rows = jansen_table(2, [record("3", 1, np.ones(6))])
-    assert math.isnan(cell(rows, "3", "x_mm")["regenerated"])
-    assert math.isnan(cell(rows, "Average", "x_mm")["regenerated"])
-    assert cell(rows, "4", "x_mm")["source"] == "cited"
-    assert "fewer than two" in markdown(2, rows, [])
-
-
 def test_table_iii_keeps_both_noises_apart():
     errors = [np.full(6, 1.0), np.full(6, -2.0)]
     made = [record(f"sim-{s}", k, (s + 1) * errors[k]) for s in (1, 2) for k in (0, 1)]
@@ -152,20 +144,6 @@ def test_estimators_stand_side_by_side():
     assert not any(row[0] == "4" for row in tables[:6])  # without a calibration
 
 
-def test_few_calibrations_are_cautioned_by_the_law_of_their_sd(records):
-    """Of two normal errors, the SD over the true one is |N(0, 1)|: 95 % within 0.031 and 2.24."""
-    pair = [record("3", k, (k + 1) * np.ones(6)) for k in (0, 1)]
-    text = markdown(2, jansen_table(2, pair), [])
-    said = next(line for line in text.splitlines() if line.startswith("An SD of 2"))
-    low, high = float(said.split()[8]), float(said.split()[10])
-    drawn = np.random.default_rng(3).standard_normal((200_000, 2)).std(axis=1, ddof=1)
-    assert np.mean(drawn < low) == pytest.approx(0.025, abs=0.004)
-    assert np.mean(drawn > high) == pytest.approx(0.025, abs=0.004)
-    assert "An SD of" not in markdown(2, jansen_table(2, records), [])
-    three_each = [record("sim-1", k, (k + 1) * np.ones(6)) for k in range(3)]
-    assert "An SD of 3" in markdown(3, jansen_table_3(three_each), [])
-
-
 def test_calibrations_of_a_group():
     made = [
         record("lab", 1, [3.0, 4, 0, 0.3, 0, 0.4], source="measured"),
@@ -184,3 +162,19 @@ def test_calibrations_of_a_group():
     assert "5.00 mm, 0.500°" in text and "2.00 mm, 0.200°" in text and "300.0 400.0 0.0" in text
     assert "- lab-1: usable. Because it is 9° off." in text and "No sign that" in text
     assert "No calibrations." in calibration_markdown([], "Calibrations of lab")
+
+
+def test_few_calibrations_are_cautioned_by_the_law_of_their_sd(records):
+    """Of two normal errors, the SD over the true one is |N(0, 1)|: 95 % within 0.031 and 2.24."""
+    pair = [record("3", k, (k + 1) * np.ones(6)) for k in (0, 1)]
+    text = markdown(2, jansen_table(2, pair), [])
+    said = next(line for line in text.splitlines() if line.startswith("An SD of 2"))
+    low, high = float(said.split()[8]), float(said.split()[10])
+    drawn = np.random.default_rng(3).standard_normal((200_000, 2)).std(axis=1, ddof=1)
+    assert np.mean(drawn < low) == pytest.approx(0.025, abs=0.004)
+    assert np.mean(drawn > high) == pytest.approx(0.025, abs=0.004)
+    assert "An SD of" not in markdown(2, jansen_table(2, records), [])
+    three_each = [record("sim-1", k, (k + 1) * np.ones(6)) for k in range(3)]
+    assert "An SD of 3" in markdown(3, jansen_table_3(three_each), [])
+    one = jansen_table(2, [record("3", 1, np.ones(6))])
+    assert "fewer than two" in markdown(2, one, [])

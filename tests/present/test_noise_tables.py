@@ -11,17 +11,6 @@ from mocap_metrology.present.tables import write_with
 from mocap_metrology.present.text.numbers import with_interval
 
 
-def test_long_rows_are_those_of_noise_csv() -> None:
-    _, noise, _ = group([("T40", 10), ("Bonita", 2)])
-    rows = noise_table(noise, {"T40-10": "twin", "Bonita-2": "measured"})
-    given = [row for name in noise for row in noise[name]]
-    assert len(rows) == len(given) and tuple(rows[0]) == COLUMNS
-    for row, was in zip(rows, given, strict=True):
-        assert row["source"] == ("twin" if row["recording"] == "T40-10" else "measured")
-        for key in set(COLUMNS) - {"recording", "source"}:
-            assert row[key] is was[key]
-
-
 def test_markdown_has_a_block_a_recording(tmp_path) -> None:
     _, noise, _ = group([("T40", 10), ("Bonita", 2)])
     noise["empty"] = [row for row in noise["T40-10"] if row["estimator"] != DEFAULT][:3]

@@ -8,10 +8,8 @@ import pandas as pd
 import pytest
 
 from mocap_metrology.noise.twins.published import published_gaussian
-from mocap_metrology.papers.gaussian_table import table_4
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import group_tables
-from mocap_metrology.present.skurowski import camera_tables
 from mocap_metrology.present.text import captions, coefficients, numbers
 from mocap_metrology.present.text.numbers import with_interval, with_uncertainty, with_unit
 
@@ -48,58 +46,39 @@ def test_a_number_is_written(write, texts):
 
 
 @pytest.mark.parametrize(
-    ("given", "text"),
+    ("write", "texts"),
     [
-        ((0.0369, "Hz"), "0.0369 Hz"),
-        ((2500.0, "Hz"), "2.5 kHz"),
-        ((0.25, "°"), "0.25°"),
-        ((8.4e-12, "°"), "0°"),
-        ((360, "mm/h", 3, True), "+360 mm/h"),
-        ((-928_000, "mm/h", 3, True), "−928 m/h"),
-        ((8.4e-12, "mm/h", 3, True), "0 mm/h"),
+        (with_unit, {(0.0369, "Hz"): "0.0369 Hz", (2500.0, "Hz"): "2.5 kHz", (0.25, "°"): "0.25°",
+         (8.4e-12, "°"): "0°", (360, "mm/h", 3, True): "+360 mm/h",
+         (-928_000, "mm/h", 3, True): "−928 m/h", (8.4e-12, "mm/h", 3, True): "0 mm/h"}),
+        # GUM 7.2.6: two digits of the uncertainty; one unit, not nHz beside Hz
+        (with_uncertainty, {(14.4, 7.1e-7, "Hz"): "14.40000000 ± 0.00000071 Hz",
+         (0.0369, 0.00012, "Hz"): "0.03690 ± 0.00012 Hz", (3.0, 50.0, "Hz"): "3 ± 50 Hz",
+         (1234.5, 56.0, "Hz"): "1.234 ± 0.056 kHz", (3.0, 0.0996, "Hz"): "3.00 ± 0.10 Hz",
+         (0.0369, math.nan, "Hz"): "0.0369 Hz", (0.0369, 0.0): "0.0369",
+         (9.256e-7, 1.0e-9): "(9.256 ± 0.010)×10⁻⁷"}),
+        (with_interval, {(9.256e-7, 9.246e-7, 9.266e-7): "9.256 (9.246…9.266)×10⁻⁷",
+         (9.26e-7, 9.259e-7, 9.261e-7): "9.2600 (9.2590…9.2610)×10⁻⁷",
+         (0.026, 0.0255, 0.02641, "mm"): "26.00 (25.50…26.41) µm",
+         (0.0443, 0.021, 0.092): "0.044 (0.021…0.092)", (2.0, 2.0, 2.0): "2.00",
+         (1e-9, 0.0, 4e-5): "1.0 (0.0…40000)×10⁻⁹", (0.0, -0.5, 0.5): "0.00 (−0.50…0.50)",
+         (2020.0, 1990.0, 2050.0): "2020 (1990…2050)", (2.0, None, 3.0): "2.00",
+         (0.225, math.nan, 0.5): "0.225", (2.0, -math.inf, math.inf, "mm"): "2 mm",
+         (None, 1.0, 2.0): "", (math.nan, 1.0, 2.0): ""}),
+        # Four decimals may be too few; `tau_p_s` is no probability; a slope published as 0
+        (tables.readable, {(1 / 120,): "0.0083333", (160.58,): "160.58", (123456.7,): "123460",
+         (0.00012344,): "0.000123", (1.88359e-5,): "1.88×10⁻⁵", (2e6,): "2000000", (0.0,): "0",
+         (-math.inf,): "-inf", (math.nan,): "", (166.6, "mu_1_mm"): "166.6000",
+         (0.0005, "sigma_1_mm"): "0.0005", (0.00012344, "sigma_C_mm"): "0.000123",
+         (0.192, "rho_12"): "0.1920", (5.196016e-28, "chi2_p"): "< 10⁻⁶", (0.8628132, "p"): "0.863",
+         (1e-7, "tau_p_s"): "1.00×10⁻⁷", (-1.1e-14, "deviation_percent"): "0",
+         (-13.0417, "deviation_percent"): "-13", (278.152, "allowed_percent"): "278",
+         (2.975985e-18, "regenerated", 0.0): "0",
+         (6.600157, "regenerated", 2 * math.pi**2 / 3): "6.600157"}),
     ],
-)
-def test_units_have_prefixes_and_no_powers_of_ten(given: tuple, text: str) -> None:
-    assert with_unit(*given) == text
-
-
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [  # the rule of GUM 7.2.6
-        ((14.4, 7.1e-7, "Hz"), "14.40000000 ± 0.00000071 Hz"),  # one unit, not nHz beside Hz
-        ((0.0369, 0.00012, "Hz"), "0.03690 ± 0.00012 Hz"),
-        ((1234.5, 56.0, "Hz"), "1.234 ± 0.056 kHz"),
-        ((3.0, 50.0, "Hz"), "3 ± 50 Hz"),
-        ((3.0, 0.0996, "Hz"), "3.00 ± 0.10 Hz"),
-        ((0.0369, math.nan, "Hz"), "0.0369 Hz"),
-        ((0.0369, 0.0), "0.0369"),
-        ((9.256e-7, 1.0e-9), "(9.256 ± 0.010)×10⁻⁷"),
-    ],
-)
-def test_two_digits_of_an_uncertainty_and_the_value_to_the_same_place(given, text) -> None:
-    assert with_uncertainty(*given) == text
-
-
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        ((9.256e-7, 9.246e-7, 9.266e-7), "9.256 (9.246…9.266)×10⁻⁷"),
-        ((9.26e-7, 9.259e-7, 9.261e-7), "9.2600 (9.2590…9.2610)×10⁻⁷"),
-        ((0.026, 0.0255, 0.02641, "mm"), "26.00 (25.50…26.41) µm"),
-        ((0.0443, 0.021, 0.092), "0.044 (0.021…0.092)"),
-        ((1e-9, 0.0, 4e-5), "1.0 (0.0…40000)×10⁻⁹"),
-        ((2020.0, 1990.0, 2050.0), "2020 (1990…2050)"),
-        ((0.0, -0.5, 0.5), "0.00 (−0.50…0.50)"),
-        ((2.0, 2.0, 2.0), "2.00"),
-        ((2.0, None, 3.0), "2.00"),
-        ((0.225, math.nan, 0.5), "0.225"),
-        ((2.0, -math.inf, math.inf, "mm"), "2 mm"),
-        ((None, 1.0, 2.0), ""),
-        ((math.nan, 1.0, 2.0), ""),
-    ],
-)
-def test_a_value_and_its_interval_end_at_the_same_place(given, text):
-    assert with_interval(*given) == text
+)  # fmt: skip
+def test_a_number_is_written_with_its_unit_error_or_column(write, texts) -> None:
+    assert {given: write(*given) for given in texts} == texts
 
 
 def test_what_is_written_reads_back() -> None:
@@ -118,69 +97,6 @@ def test_what_is_written_reads_back() -> None:
             assert abs(part * scale - known) <= 0.051 * half or abs(part) >= 1e4
 
 
-@pytest.mark.parametrize(
-    ("shift", "text"),
-    [
-        ((2.1512, 0.0512), "2.15 mm and 0.051°"),
-        ((0.0005, 0.0512), "0 mm and 0.051°"),
-        ((0.0009, 9e-6), "less than 0.001 mm and 0.00001°"),
-        ((0.001, 9e-6), "0.001 mm and 0°"),
-    ],
-)
-def test_poses_are_apart_or_the_same(shift: tuple, text: str) -> None:
-    assert numbers.apart(*shift) == text
-    assert numbers.is_same(*shift) == text.startswith("less")
-    assert numbers.span([0.03, 0.0300001], numbers.percent) == "3 %"
-    assert numbers.span([0.05, 0.03], numbers.percent) == "3 % to 5 %"
-    assert numbers.percent(-0.021, 2, sign=True) == "−2.1 %"
-    assert numbers.percent(0.021, 2, sign=True) == "+2.1 %"
-
-
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        ((1 / 120,), "0.0083333"),
-        ((160.58,), "160.58"),
-        ((123456.7,), "123460"),
-        ((0.00012344,), "0.000123"),
-        ((1.88359e-5,), "1.88×10⁻⁵"),
-        ((2e6,), "2000000"),
-        ((0.0,), "0"),
-        ((-math.inf,), "-inf"),
-        ((math.nan,), ""),
-        ((166.6, "mu_1_mm"), "166.6000"),
-        ((0.0005, "sigma_1_mm"), "0.0005"),
-        ((0.00012344, "sigma_C_mm"), "0.000123"),  # four decimals are not enough
-        ((0.192, "rho_12"), "0.1920"),
-        ((5.196016e-28, "chi2_p"), "< 10⁻⁶"),
-        ((0.8628132, "p"), "0.863"),
-        ((1e-7, "tau_p_s"), "1.00×10⁻⁷"),  # no probability
-        ((-1.1e-14, "deviation_percent"), "0"),
-        ((-13.0417, "deviation_percent"), "-13"),
-        ((278.152, "allowed_percent"), "278"),
-        ((2.975985e-18, "regenerated", 0.0), "0"),  # a slope published as 0
-        ((6.600157, "regenerated", 2 * math.pi**2 / 3), "6.600157"),
-    ],
-)
-def test_numbers_to_read(given: tuple, text: str) -> None:
-    assert tables.readable(*given) == text
-
-
-def test_table_4_is_shown_as_printed(root) -> None:
-    """Every number of S Table 4 with the digits of the file it was typed into, as many beside."""
-    lines = (root / "src/mocap_metrology/reference/gaussian_model_table4.csv").read_text("utf-8")
-    head, *rows = (line.split(",")[:-1] for line in lines.splitlines())
-    for kind, *printed in rows:
-        values = published_gaussian(kind)
-        beside = {"regenerated": 160.6, "residual": 1.5e-5}
-        shown = [{"quantity": name, "published": values[name]} | beside for name in head[1:]]
-        text = tables.markdown(shown, "T", "C").splitlines()[6:]
-        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
-        assert [row[1] for row in cells] == printed
-        assert {(row[2], row[3]) for row in cells} == {("160.6000", "1.50×10⁻⁵")}
-    assert tables.as_printed(1.4e-6) == "1.40×10⁻⁶"
-
-
 def test_rows_with_a_note_only_stand_beside_whole_ones_and_cells_are_escaped(tmp_path) -> None:
     """Of what was refused a table holds the reason, in a row of its own, wherever it comes."""
     rows = [{"recording": "a", "note": "x|_y"}, {"recording": "b", "value_mm": 1 / 3}]
@@ -194,18 +110,6 @@ def test_rows_with_a_note_only_stand_beside_whole_ones_and_cells_are_escaped(tmp
         assert "None" not in text and "x\\|\\_y" in text and "0.33333 " in text
     tables.write_with(tmp_path / "none.md", [], "No rows.", ("a", "b"))
     assert (tmp_path / "none.csv").read_text() == "a,b\n"
-
-
-def test_a_measured_recording_stands_before_a_twin_in_both_tables() -> None:
-    rows = {
-        name: {"recording": name, "twin": twin, "camera_type": "T40", "n_cameras": 10}
-        | {"camera_ids": [*range(10)], "comment": ""}
-        for name, twin in {"a": "T40-10", "b": None, "c": None}.items()
-    }
-    third = next(r for r in camera_tables.table_3(rows) if r["regenerated"])
-    fourth = table_4(rows, {"b": {"mu_1_mm": 1.0}}, {})[0]
-    assert (third["recording"], third["source"]) == ("b", "measured")
-    assert (fourth["recording"], fourth["source"], fourth["regenerated"]) == ("b", "measured", 1.0)
 
 
 def test_a_series_without_a_value_has_an_empty_row() -> None:
@@ -233,11 +137,25 @@ def test_the_length_of_twins_stands_where_they_are_named(sources, duration_s, te
     assert tables.source_sentence(named, duration_s) == text
 
 
-def test_captions_are_lines_by_name_and_by_figure() -> None:
-    """Those of several figures follow one another, each with its number, a number also as text."""
+def test_table_4_is_shown_as_printed(root) -> None:
+    """Every number of S Table 4 with the digits of the file it was typed into, as many beside."""
+    lines = (root / "src/mocap_metrology/reference/gaussian_model_table4.csv").read_text("utf-8")
+    head, *rows = (line.split(",")[:-1] for line in lines.splitlines())
+    for kind, *printed in rows:
+        values = published_gaussian(kind)
+        beside = {"regenerated": 160.6, "residual": 1.5e-5}
+        shown = [{"quantity": name, "published": values[name]} | beside for name in head[1:]]
+        text = tables.markdown(shown, "T", "C").splitlines()[6:]
+        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
+        assert [row[1] for row in cells] == printed
+        assert {(row[2], row[3]) for row in cells} == {("160.6000", "1.50×10⁻⁵")}
+    assert tables.as_printed(1.4e-6) == "1.40×10⁻⁶"
+
+
+def test_captions_of_several_figures_follow_one_another() -> None:
+    """Each with its number, a number also as text."""
     assert captions.of_skurowski("1", "A1").startswith("Figure 1: Computed from the numbers")
     assert " Figure A1: Overlapping Allan deviation of z1" in captions.of_skurowski(1, "A1")
     assert captions.of_jansen(5) == f"Figure 5: {captions.JANSEN[5]}"
-    assert "\n" not in captions.CALIBRATION + captions.SKUROWSKI[11] + captions.CALIBRATION_EITHER
     with pytest.raises(AttributeError, match="NO_SUCH"):
         _ = captions.NO_SUCH

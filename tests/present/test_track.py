@@ -103,4 +103,3 @@ def test_at_rest_the_figure_shows_the_noise_of_the_angles() -> None:
     level = rounding.get_ydata() * np.sqrt(rounding.get_xdata() / tau[0])
     np.testing.assert_allclose(level, 188 / np.sqrt(24))
     assert not titled["(b) Angles at rest, elevation"].lines
-    assert picture.caption.startswith("The board at rest")

@@ -12,10 +12,9 @@ from matplotlib.axes import Axes
 
 from mocap_metrology.noise.assess.recording import Inputs, _unnamed, assess_recording
 from mocap_metrology.noise.assess.spread import Share
-from mocap_metrology.noise.assess.uncertainty import Mean, SeriesNumbers, Span
+from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.plot.figure import Picture
-from mocap_metrology.present.text.numbers import with_unit
 from mocap_metrology.present.verdict.document import verdict_document
 from mocap_metrology.present.verdict.figure import CORRELATED, KINDS, verdict_figure
 from mocap_metrology.present.verdict.words import mean_table, summary_row, verdict_lines
@@ -80,15 +79,6 @@ def test_row_and_lines_of_white_noise() -> None:
     lines = verdict_lines(verdict)
     assert lines[0] == "lab-1: usable"
     assert lines[1].startswith("One frame of y1 is uncertain by 0.1200 (0.1179…0.1211) mm about")
-    assert lines[1].endswith("; a recording of 2 min gives no information about an hour.")
-    assert "1 marker; at least 2 are needed: without a distance" in lines[2]
-    four, ten = (with_unit(row[f"reference_for_{k}x_mm"], "mm") for k in (4, 10))
-    assert lines[3:5] == [
-        "By its noise alone, suitable as a reference for devices with an uncertainty of at least "
-        f"{four} (4 times the upper end of its interval; 10 times: {ten}). Scale and distortion "
-        "of the volume are not included.",
-        "Marker: 1 = A.",
-    ]
     cells, means = [re.split(r"\s{2,}", x.strip()) for x in lines if x.startswith("  y1")]
     assert cells[:4] == ["y1", "0.120", "0.120", "0.0169"]
     assert cells[6:] == ["0.250, still falling at 0.250 s", "white 100 %"]
@@ -123,9 +113,6 @@ def test_why_there_is_no_model_is_said_once() -> None:
     assert text.count("too short: 700 samples, a noise model needs 1000") == 1
     assert text.casefold().count("no noise model") == 1
     assert "\nAll measured, not modelled." in text and "mostly" not in text
-    picture = verdict_figure(verdict)
-    assert "Share of the variance of one frame (%)" not in every_text(picture)
-    assert picture.caption.count("without a model") == 1
 
 
 def test_mean_of_all_frames() -> None:
@@ -136,11 +123,6 @@ def test_mean_of_all_frames() -> None:
     assert [mean["n_eff"], mean["u_mm"]] == pytest.approx([N, u], rel=1e-3)
     assert mean["k"] == pytest.approx(1.96, abs=0.01)
     assert mean["length_s"] == pytest.approx(N / RATE * (1.96 * u / 0.01) ** 2, rel=0.01)
-    assert (
-        "Mean of all frames, and the length in s for k u of 0.01 mm (type A; k = t(0.975) by the "
-        "effective degrees of freedom). Noise only: no accuracy can be stated. Not covered: scale "
-        "and distortion of the volume, what changes between recordings."
-    ) in verdict_lines(verdict)
     empty = contents(empty="y1")["series"]["y1"]["mean_of_all"]
     assert set(empty.values()) == {None}
     assert mean_table({"y1": {"mean_of_all": empty}})[1] == ["y1", *["-"] * 6]
@@ -155,9 +137,6 @@ def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:
     picture = verdict_figure(verdict)
     texts, left = every_text(picture), left_of(picture)
     assert [t.get_text() for t in left.get_yticklabels()] == list(verdict["series"])
-    assert any(
-        t.startswith("Deciding quantity: uncertainty of one frame. One frame") for t in texts
-    )
     assert [t.get_text() for t in left.texts if t.get_weight() == "bold"] == [verdict["word"]]
     (ring,) = [line for line in left.lines if line.get_label() == "decides the verdict"]
     name = verdict["decided_by"]["series"]
@@ -165,9 +144,6 @@ def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:
     assert round(ring.get_ydata()[0]) == list(verdict["series"]).index(name)
     (frames,) = [line for line in left.lines if line.get_label() == "one frame"]
     assert list(frames.get_xdata()) == [v["frame_mm"] for v in verdict["series"].values()]
-    assert "the verdict refers to one frame in the worst coordinate. Markers: 1 = RFT1, 2 = " in (
-        picture.caption
-    )
     (head,) = [line for line in verdict_lines(verdict) if "lowest ADEV" in line]
     assert set(re.split(r"\s{2,}", head.strip())[:5]) <= set(texts)
     check_saved(picture, tmp_path / "verdict")
@@ -193,9 +169,3 @@ def test_kinds_of_noise_are_rows_and_bars() -> None:
     assert "1380 s" in every_text(picture) and "Times in the bars" in picture.caption
     assert {correlation_class(T_c) for T_c in (0.99, 9.99, 10.0, 100.0)} == set(CORRELATED)
     assert set(CORRELATED.values()) < set(KINDS)
-
-
-def test_document_holds_tidy_rows_of_the_kinds() -> None:
-    row = {"kind": "white", "share": 1.0, "class": "", "T_c_s": None, "f_hz": None}
-    assert contents()["series"]["y1"]["kinds"] == [row]
-    assert Mean(kinds=(Share("white", 1.0),)).shares == {"white": 1.0}

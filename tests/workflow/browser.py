@@ -1,6 +1,5 @@
 """A headless Chromium spoken to over its DevTools pipe: what a page asks for, logs and shows."""
 
-import base64
 import contextlib
 import json
 import os
@@ -140,11 +139,6 @@ class Browser:
         """Size of the window, in CSS pixels."""
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", metrics, self.session)
-
-    def screenshot(self, path: Path) -> None:
-        """What is seen, as PNG."""
-        found = self.call("Page.captureScreenshot", {"format": "png"}, self.session)
-        path.write_bytes(base64.b64decode(found["data"]))
 
 
 @contextlib.contextmanager

@@ -8,10 +8,7 @@ from typing import Any
 
 import pytest
 import yaml
-from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.recordings import RecordingRow
-from mocap_workflow.rows import NAME, SheetRow
-from mocap_workflow.selection import any_of
+from mocap_workflow.rows import NAME
 from mocap_workflow.startup import configuration
 from snakemake.io import PeriodicityDetector
 
@@ -163,14 +160,6 @@ def test_a_name_is_refused_where_snakemake_sees_an_endless_recursion(name: str) 
     assert bool(re.fullmatch(NAME.pattern, name)) is not periodic
 
 
-@pytest.mark.parametrize(
-    ("kind", "columns"),
-    [(RecordingRow, ["recording", "group"]), (CalibrationRow, ["calibration", "setup", "group"])],
-)
-def test_every_wildcard_is_such_a_name(kind: type[SheetRow], columns: list[str]) -> None:
-    assert all(NAME in kind.model_fields[column].metadata for column in columns)
-
-
 @pytest.mark.parametrize("length", [201, 100_000])
 def test_a_name_too_long_is_refused_at_once(length: int) -> None:
     assert not re.fullmatch(NAME.pattern, ("abc" * length)[:length])
@@ -189,11 +178,3 @@ def test_pnp_without_opencv_is_refused_before_the_first_job(
     ]
     monkeypatch.setattr(pnp, "find_spec", lambda name: object())
     assert configuration(config, ROOT).lighthouse.estimators == ("paper-lm", "pnp")
-
-
-def test_names_become_patterns_of_themselves() -> None:
-    import re
-
-    pattern = any_of(["a.b", "a", "a.b"])
-    assert [bool(re.fullmatch(pattern, name)) for name in ("a.b", "a", "axb", "")] == [1, 1, 0, 0]
-    assert not re.fullmatch(any_of([]), "")

@@ -5,9 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import yaml
-from test_rules import rules
 
-SUBMITTED = {"clean", "take_bar", "sweeps", "claims", "jansen_study"}
 PROFILES = Path(__file__).resolve().parents[2] / "profiles"
 
 
@@ -27,11 +25,3 @@ def test_slurm_adds_to_ci() -> None:
     assert {key.partition("-")[0] for key in slurm.keys() - ci.keys()} <= {
         "cores", "executor", "groups", "jobs", "latency", "retries", "slurm"
     }  # fmt: skip
-
-
-def test_on_a_cluster_a_rule_is_grouped_local_or_worth_a_submission(root: Path) -> None:
-    """`SUBMITTED`: what the others wait for, and what takes longest of the rest."""
-    grouped, found = keys("slurm")["groups"], rules(root)
-    local = {name for name, body in found.items() if "    localrule: True\n" in body}
-    assert found.keys() == grouped.keys() | local | SUBMITTED
-    assert not local & grouped.keys()

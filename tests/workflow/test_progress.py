@@ -123,41 +123,29 @@ def record(text: str | None = None, level: int = logging.INFO, **fields: object)
     return made
 
 
-def test_what_snakemake_says_of_its_own_work_is_not_said(handler, capsys) -> None:
-    own = handler()
-    for text in ("Removing temporary output a.c3d.", "Updating checkpoint dependencies."):
-        own.emit(record(text))
-    own.emit(record("Job stats:", event=LogEvent.RUN_INFO, stats={"noise": 2, "total": 2}))
-    own.emit(record("unlock it", logging.ERROR, event=LogEvent.ERROR, exception="LockException"))
+PLAN = {"event": LogEvent.RUN_INFO, "stats": {"noise": 2, "total": 2}}
+LOCKED = {"event": LogEvent.ERROR, "exception": "LockException"}
+REMOVED, NOTHING = "Removing temporary output a.c3d.", "Nothing to be done (all are up to date)."
+
+
+@pytest.mark.parametrize(
+    ("given", "records", "said"),
+    [
+        ({}, [(REMOVED, {}), ("Job stats:", PLAN), ("unlock it", LOCKED)], ["2 jobs to do",
+         "unlock it", "0 jobs done in 10 s"]),
+        ({}, [(NOTHING, {})], ["Nothing to do: all results are up to date"]),
+        ({}, [("Building DAG of jobs...", {}), ("Unlocked it.", {})], ["Unlocked it."]),
+        ({"dryrun": True}, [(REMOVED, {})], [REMOVED]),
+    ],
+)  # fmt: skip
+def test_of_what_snakemake_says_what_people_need(handler, capsys, given, records, said) -> None:
+    own = handler(**given)
+    assert (not own.has_formatter and not own.has_filter) or not given
+    for text, fields in records:
+        level = logging.ERROR if "exception" in fields else logging.INFO
+        own.emit(record(text, level, **fields))
     own.close()
-    assert capsys.readouterr().err.splitlines() == [
-        "2 jobs to do",
-        "unlock it",
-        "0 jobs done in 10 s",
-    ]
-
-
-def test_nothing_to_do_is_said(handler, capsys) -> None:
-    own = handler()
-    own.emit(record("Nothing to be done (all requested files are present and up to date)."))
-    own.close()
-    assert capsys.readouterr().err == "Nothing to do: all results are up to date\n"
-
-
-def test_what_is_no_run_of_jobs_shows_what_snakemake_says(handler, capsys) -> None:
-    own = handler()
-    own.emit(record("Building DAG of jobs..."))
-    own.emit(record("Unlocked working directory."))
-    own.close()
-    assert capsys.readouterr().err == "Unlocked working directory.\n"
-
-
-def test_a_dry_run_shows_what_snakemake_shows(handler, capsys) -> None:
-    own = handler(dryrun=True)
-    assert not own.has_formatter and not own.has_filter
-    own.emit(record("Removing temporary output a.c3d."))
-    own.close()
-    assert capsys.readouterr().err == "Removing temporary output a.c3d.\n"
+    assert capsys.readouterr().err.splitlines() == said
 
 
 def test_a_job_that_was_killed_is_named_with_what_ended_it(handler, tmp_path: Path, capsys) -> None:

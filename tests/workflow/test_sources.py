@@ -1,7 +1,5 @@
 """The hash of a script's sources changes with any file that it imports, and with no other."""
 
-import ast
-import importlib
 import shutil
 from pathlib import Path
 
@@ -97,13 +95,3 @@ def test_the_package_is_that_of_the_workflow(tmp_path: Path, monkeypatch) -> Non
 def test_the_workflow_and_its_package_have_one_version() -> None:
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert f'version = "{sources.VERSION}"' in text
-
-
-def test_what_scripts_import_is_there() -> None:
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in SCRIPTS.glob("*.py")]
-    assert len(trees) > 15
-    for node in (node for tree in trees for node in ast.walk(tree)):
-        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("mocap_metrology"):
-            for alias in node.names:
-                if not hasattr(importlib.import_module(node.module), alias.name):
-                    importlib.import_module(f"{node.module}.{alias.name}")

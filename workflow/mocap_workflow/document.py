@@ -29,6 +29,7 @@ from mocap_workflow.rows import SheetRow
 ROOT = Path(__file__).resolve().parents[2]
 MANUAL = ROOT / "config/README.md"
 SCHEMAS = ROOT / "workflow/schemas"
+KEYS = ["| key | default | range | meaning |", "|---|---|---|---|"]
 TWINS: dict[str, type] = {
     "keys of twins of recordings": Twin,
     "keys of subsets of a take": TakeTwin,
@@ -72,7 +73,7 @@ def range_text(field: FieldInfo) -> str:
 
 def settings_table() -> list[str]:
     """Every key of config.yaml."""
-    lines = ["| key | default | range | meaning |", "|---|---|---|---|"]
+    lines = [*KEYS]
     for name, field in fields(Settings):
         default = "nothing" if field.default is None else f"`{value_text(field.default)}`"
         lines.append(f"| `{name}` | {default} | {range_text(field)} | {help_of(field)} |")
@@ -83,11 +84,6 @@ def columns_table(kind: type[SheetRow]) -> list[str]:
     """Every column of a sheet."""
     rows = [f"| `{name}` | {help_of(field)} |" for name, field in kind.columns().items()]
     return ["| column | what it holds |", "|---|---|", *rows]
-
-
-def keys_table(kind: type) -> list[str]:
-    """Every key of a twin."""
-    return ["| key | default | range | meaning |", "|---|---|---|---|", *_keys(kind, "")]
 
 
 def _keys(kind: type, prefix: str) -> Iterator[str]:
@@ -116,7 +112,7 @@ def blocks() -> dict[str, list[str]]:
         "settings": settings_table(),
         "columns of recordings.tsv": columns_table(RecordingRow),
         "columns of calibrations.tsv": columns_table(CalibrationRow),
-        **{name: keys_table(kind) for name, kind in TWINS.items()},
+        **{name: [*KEYS, *_keys(kind, "")] for name, kind in TWINS.items()},
     }
 
 

@@ -6,6 +6,14 @@ from mocap_metrology.calibration.tables import DECODED, NETWORK_TWIN, TWIN
 from mocap_workflow import report as reporting
 from mocap_workflow import selection
 
+
+
+def listed(path, category, label, **more):
+    """An output with its place in the report."""
+    where = {"caption": "../report/caption.rst", "category": category}
+    return report(path, **where, labels={"result": label}, **more)
+
+
 # Calibrations.
 
 OF_SETUP = f"{OF_GROUP} and setup == '{{setup}}'"
@@ -108,12 +116,8 @@ def tables(files):
 
 def figure_of_calibration(name, words):
     """SVG of the rule's calibration as output, with its label in the report."""
-    return report(
-        f"<results>/calibrations/{{calibration}}/{name}.svg",
-        caption="../report/caption.rst",
-        category="6 Calibrations",
-        labels={"result": f"{{calibration}}: {words}"},
-    )
+    path = f"<results>/calibrations/{{calibration}}/{name}.svg"
+    return listed(path, "6 Calibrations", f"{{calibration}}: {words}")
 
 
 def figures_of_calibration():
@@ -133,13 +137,8 @@ def of_recording(file):
 
 def figure_of_recording(name, label):
     """Its figure of this name as outputs, with the label that it has in the report."""
-    svg = report(
-        of_recording(f"{name}.svg"),
-        caption="../report/caption.rst",
-        category="5 Recordings",
-        subcategory="{recording}",
-        labels={"result": label},
-    )
+    svg = of_recording(f"{name}.svg")
+    svg = listed(svg, "5 Recordings", label, subcategory="{recording}")
     return {"svg": svg, "png": of_recording(f"{name}.png")}
 
 
@@ -161,13 +160,7 @@ def outputs_of_group(tables=None, figures=None, pages=()):
     for name, label in (figures or {}).items():
         key = "" if len(figures) == 1 else f"{name}_"
         stem = f"<results>/figures/{{group}}_{name}"
-        found[f"{key}svg"] = report(
-            f"{stem}.svg",
-            caption="../report/caption.rst",
-            category="4 Groups",
-            subcategory="{group}",
-            labels={"result": label},
-        )
+        found[f"{key}svg"] = listed(f"{stem}.svg", "4 Groups", label, subcategory="{group}")
         found[f"{key}png"] = f"{stem}.png"
     for name in pages:
         for ending in ("pdf", "png"):
@@ -180,12 +173,9 @@ def outputs_of_group(tables=None, figures=None, pages=()):
 
 def figure_of_skurowski(number):
     """SVG of a figure of the first paper."""
-    return report(
-        f"<results>/figures/skurowski_fig{number:02d}.svg",
-        caption="../report/caption.rst",
-        category="2 Skurowski & Pawlyta 2019",
-        labels={"result": f"Figure {number:2d}: {SKUROWSKI_FIGURES[number]}"},
-    )
+    path = f"<results>/figures/skurowski_fig{number:02d}.svg"
+    label = f"Figure {number:2d}: {SKUROWSKI_FIGURES[number]}"
+    return listed(path, "2 Skurowski & Pawlyta 2019", label)
 
 
 def entry(key):

@@ -273,11 +273,10 @@ rule monitor:
     input:
         takes=of_each("monitor_take.json", takes_of),
     output:
-        report(
+        listed(
             "<results>/monitors/{monitor}/chart.png",
-            caption="../report/caption.rst",
-            category="4 Groups",
-            labels={"result": "monitor {monitor}: its takes over time"},
+            "4 Groups",
+            "monitor {monitor}: its takes over time",
         ),
         "<results>/monitors/{monitor}/monitor.csv",
         json="<results>/monitors/{monitor}/monitor.json",

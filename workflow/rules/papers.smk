@@ -227,11 +227,10 @@ rule jansen:
     output:
         collect("<results>/tables/jansen_table{n}.{kind}", n=(1, 2, 3), kind=TABLE),
         [
-            report(
+            listed(
                 f"<results>/figures/jansen_fig{n:02d}.svg",
-                caption="../report/caption.rst",
-                category="3 Jansen et al. 2019",
-                labels={"result": f"Figure {n:2d}: {shows}"},
+                "3 Jansen et al. 2019",
+                f"Figure {n:2d}: {shows}",
             )
             for n, shows in JANSEN_FIGURES.items()
         ],

@@ -196,13 +196,7 @@ rule verdict:
         CLEANED,
         rules.noise.output,
     output:
-        report(
-            "<results>/recordings/{recording}/verdict.svg",
-            caption="../report/caption.rst",
-            category="5 Recordings",
-            subcategory="{recording}",
-            labels={"result": "verdict: uncertainties, limits, causes"},
-        ),
+        figure_of_recording("verdict", "verdict: uncertainties, limits, causes")["svg"],
         # On the page of the recording only: in the report they would be three quarters of it
         collect(
             "<results>/recordings/{{recording}}/{file}",

@@ -72,11 +72,10 @@ rule provenance:
             collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
         ),
     output:
-        page=report(
+        page=listed(
             "<results>/provenance.html",
-            caption="../report/caption.rst",
-            category="7 Provenance",
-            labels={"result": "Provenance: versions, seeds, checksums, run times"},
+            "7 Provenance",
+            "Provenance: versions, seeds, checksums, run times",
         ),
         json="<results>/provenance.json",
     log:

@@ -122,7 +122,8 @@ class Bar:
 def evaluate(takes: Sequence[Take], certificate: Certificate | None, settings: Settings) -> Bar:
     """All of some passes of one bar."""
     named = [classes(take, settings.classes_deg) for take in takes]
-    reference = certificate.length_mm if certificate else _mean_of(takes)
+    means = [np.nanmean(take.length_mm) for take in takes]
+    reference = certificate.length_mm if certificate else float(np.mean(means))
     found, kept = [], [np.zeros(names.size, bool) for names in named]
     for name in sorted({str(one) for names in named for one in np.unique(names) if one}):
         inside = [names == name for names in named]
@@ -139,10 +140,6 @@ def evaluate(takes: Sequence[Take], certificate: Certificate | None, settings: S
     return Bar(
         tuple(takes), certificate, reference, tuple(found), every, _between(found), turned
     )  # fmt: skip
-
-
-def _mean_of(takes: Sequence[Take]) -> float:
-    return float(np.mean([np.nanmean(take.length_mm) for take in takes]))
 
 
 def _of_class(

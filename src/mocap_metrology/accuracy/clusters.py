@@ -74,14 +74,11 @@ def _spread(apart: np.ndarray, cut_mm: float) -> float:
     known = np.isfinite(apart)
     values = np.sort(apart[known])
     low, middle, high = np.quantile(values, (0.025, 0.5, 0.975))
-    blocks = (part[own] for part, own in _in_parts(apart, known))
+    parts = (np.array_split(one, PARTS) for one in (apart, known))
+    blocks = (part[own] for part, own in zip(*parts, strict=True))
     off = max((abs(np.median(b) - middle) for b in blocks if b.size * 2 * PARTS >= apart.size),
               default=0.0)  # fmt: skip
     return float(max((high - low) / 4, off / 4))
-
-
-def _in_parts(*series: np.ndarray) -> zip[tuple[np.ndarray, ...]]:
-    return zip(*(np.array_split(one, PARTS) for one in series), strict=True)
 
 
 @dataclass(frozen=True)

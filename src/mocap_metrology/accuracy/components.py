@@ -31,11 +31,9 @@ class Repeated:
     next_upper: float = math.nan
 
 
-def repeated(
-    values: Sequence[float] | np.ndarray, positive: bool = False, confidence: float = 0.95
-) -> Repeated:
-    """mean +- t(k - 1) s / sqrt(k), the next value +- t(k - 1) s sqrt(1 + 1/k), of logarithms where
-    the statistic is `positive` and no value is 0. NaN values are left out."""
+def repeated(values: Sequence[float] | np.ndarray, positive: bool = False) -> Repeated:
+    """mean +- t(k - 1) s / sqrt(k), the next value +- t(k - 1) s sqrt(1 + 1/k), 95 % each; of
+    logarithms where the statistic is `positive` and no value is 0. NaN values are left out."""
     from scipy.special import stdtrit
 
     known = np.asarray(values, dtype=float)
@@ -46,7 +44,7 @@ def repeated(
     mean = x.mean() if k else math.nan
     half = math.nan
     if k >= FEWEST:
-        half = stdtrit(k - 1, (1 + confidence) / 2) * x.std(ddof=1) / math.sqrt(k)
+        half = stdtrit(k - 1, 0.975) * x.std(ddof=1) / math.sqrt(k)
     further = half * math.sqrt(k + 1)
     ends = np.array([mean, mean - half, mean + half, mean - further, mean + further])
     return Repeated(k, *(float(end) for end in (np.exp(ends) if logs else ends)))

@@ -65,13 +65,11 @@ def _autocovariance(centred: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.asarray(sums * n * taper / np.maximum(pairs, 1))
 
 
-def series_mean(
-    series: np.ndarray, confidence: float = 0.95, least: float = LEAST_EFFECTIVE
-) -> SeriesMean:
-    """Mean of (n,) correlated values, NaN in gaps: +- t(n_eff - 1) s / sqrt(n_eff), or t(9) of the
-    means of ten batches where that is wider; no interval where n_eff, or the number of independent
-    values by which the batch means scatter, 10 s^2 / s_b^2, is below `least`: a series of few
-    correlation times often hides that it is one."""
+def series_mean(series: np.ndarray) -> SeriesMean:
+    """Mean of (n,) correlated values, NaN in gaps, and its 95 % interval: +- t(n_eff - 1) s /
+    sqrt(n_eff), or t(9) of the means of ten batches where that is wider; none where n_eff, or the
+    number of independent values by which the batch means scatter, 10 s^2 / s_b^2, is below
+    `LEAST_EFFECTIVE`: a series of few correlation times often hides that it is one."""
     from scipy.special import stdtrit
 
     values = series[np.isfinite(series)]
@@ -79,13 +77,12 @@ def series_mean(
     mean = float(values.mean()) if n else math.nan
     sd = float(values.std(ddof=1)) if n > 1 else math.nan
     none = SeriesMean(n, n_eff, mean, sd, math.nan, math.nan)
-    if not n_eff >= max(least, 2.0) or n < 2 * BATCHES:
+    if not n_eff >= LEAST_EFFECTIVE or n < 2 * BATCHES:
         return none
     batches = values[: n // BATCHES * BATCHES].reshape(BATCHES, -1)
     spread = float(batches.mean(axis=1).std(ddof=1))
-    if spread > 0 and BATCHES * sd**2 < least * spread**2:
+    if spread > 0 and BATCHES * sd**2 < LEAST_EFFECTIVE * spread**2:
         return none
-    p = (1 + confidence) / 2
-    half = stdtrit(n_eff - 1, p) * sd / math.sqrt(n_eff)
-    half = max(float(half), float(stdtrit(BATCHES - 1, p)) * spread / math.sqrt(BATCHES))
+    half = stdtrit(n_eff - 1, 0.975) * sd / math.sqrt(n_eff)
+    half = max(float(half), float(stdtrit(BATCHES - 1, 0.975)) * spread / math.sqrt(BATCHES))
     return SeriesMean(n, n_eff, mean, sd, mean - half, mean + half)

@@ -13,19 +13,10 @@ from mocap_metrology.present.plot.figure import save
 
 
 def draw(folder: Path, name: str, twin: str | None) -> None:
-    """Stations, paths, residuals and pose: calibration; the tracked board: track."""
-    draw_calibration(folder, name, twin)
-    draw_track(folder, name, twin)
-
-
-def draw_calibration(folder: Path, name: str, twin: str | None) -> None:
-    """Stations, path of the board, disagreement, residuals, diodes."""
+    """calibration: stations, paths, residuals and pose; track: the tracked board, beside the noise
+    of the angles where it is known."""
     files = {key: str(folder / file) for key, file in TABLES.items()}
     save(calibration_figure(read_calibration(files, name, twin)), folder / "calibration")
-
-
-def draw_track(folder: Path, name: str, twin: str | None) -> None:
-    """The tracked board, beside the noise of the angles where it is known."""
     angles = folder / TABLES["allan"]
     noise = read_table(angles) if angles.exists() else ({}, {"rotors": []})
     save(track_figure(name, twin, *read_table(folder / TABLES["track"]), *noise), folder / "track")

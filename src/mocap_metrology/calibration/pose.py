@@ -57,13 +57,12 @@ def pose(
     settings: Lighthouse,
     allan: Allan | None,
     folder: Path,
-    over: Over = in_turn,
     beside: Sequence[tuple[Entry, Paths]] = (),
 ) -> Row:
     """Calibrate the stations by `DECODED`: `ESTIMATED`, and with `allan` the noise of the angles.
-    Returns the contents of pose.json. over: as in `calibrate`; beside: as in `write_poses`."""
+    Returns the contents of pose.json. beside: as in `write_poses`."""
     paths = sweeps.paths_in(TABLES, folder)
-    document = write_poses(entry, settings, {**paths, **given}, paths, over, beside)
+    document = write_poses(entry, settings, {**paths, **given}, paths, beside=beside)
     if allan is None:
         Path(paths["allan"]).unlink(missing_ok=True)  # of an earlier twin of this name
     else:

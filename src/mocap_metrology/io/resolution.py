@@ -13,6 +13,7 @@ from mocap_metrology.io.header import number
 
 STEPS_MM = (1, 0.5, 0.1, 0.05, 0.01, 0.005, 0.001, 0.0005, 0.0001)
 SAMPLE = 10_000  # values of each coordinate that are tested for rounding
+LEAST_SPACINGS = 16  # of float32, of a step of any size
 COARSER = 4.0  # of two steps that are nearly alike the decimals are named
 
 
@@ -77,7 +78,8 @@ def float_step_mm(position_mm: npt.NDArray[np.floating], mm_per_unit: float) -> 
 
 
 def rounding_step_mm(position_mm: npt.NDArray[np.floating], mm_per_unit: float) -> float | None:
-    """The coarsest of `STEPS_MM` that all sampled coordinates are multiples of, or None.
+    """The coarsest of `STEPS_MM` that all sampled coordinates are multiples of, else a step of any
+    other size (`_lattice_mm`), as that of half floats, or None.
 
     `position_mm` (n_points, 3, n_frames), NaN where invalid; of each coordinate the first 10,000
     valid values are tested, to within one float32 spacing of the stored number. A step counts as
@@ -95,8 +97,33 @@ def rounding_step_mm(position_mm: npt.NDArray[np.floating], mm_per_unit: float) 
     for step in STEPS_MM:
         if np.all(np.abs(distinct - step * np.round(distinct / step)) <= tolerance):
             odds = np.log10(np.minimum(1.0, 2 * chance / step)).sum()
-            return float(step) if odds < -9 else None
-    return None
+            found = _lattice_mm(values, mm_per_unit) or 0.0
+            return found if found > 1.5 * step else float(step) if odds < -9 else None
+    return _lattice_mm(values, mm_per_unit)
+
+
+def _lattice_mm(values: Sequence[npt.NDArray[np.float64]], mm_per_unit: float) -> float | None:
+    """The least difference of the different, sorted values of each coordinate, if all differences
+    are multiples of it, to within the spacing of float32 for each, and chance is ruled out, as
+    above; the largest of coordinates that show two. None if any coordinate has no such step."""
+    found, chance = [], 0.0
+    for axis in values:
+        steps = np.diff(axis)
+        if not steps.size:
+            continue
+        spacing = float(np.spacing(np.float32(np.abs(axis).max() / mm_per_unit))) * mm_per_unit
+        step = float(steps.min())
+        if step < LEAST_SPACINGS * spacing:
+            return None
+        often = np.rint(steps / step)
+        tolerance = (often + 1) * spacing
+        if np.any(np.abs(steps - often * step) > tolerance):
+            return None
+        odds = np.log10(np.minimum(1.0, 2 * tolerance / step))
+        chance += float(odds.sum() - odds[steps.argmin()])
+        if steps.size > 1:
+            found.append(float(steps.sum() / often.sum()))
+    return max(found) if chance < -9 else None
 
 
 def _first_values(series: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:

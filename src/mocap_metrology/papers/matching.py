@@ -31,13 +31,11 @@ def correlation_times(values: Mapping[str, float]) -> dict[int, float]:
     }
 
 
-def pair(
-    published: Mapping[int, float], fitted: Mapping[int, float], limit: float = LIMIT
-) -> dict[int, int]:
+def pair(published: Mapping[int, float], fitted: Mapping[int, float]) -> dict[int, int]:
     """Published number -> fitted number of the Gauss-Markov terms that belong together.
 
     Least sum of |ln(T_c / T_c')| over all assignments (Kuhn 1955), in which a term without a
-    partner costs as much as a pair that differs by the factor `limit`; so no pair differs by more,
+    partner costs as much as a pair that differs by the factor `LIMIT`; so no pair differs by more,
     and a good pair is not split into two poor ones.
     """
     from scipy.optimize import linear_sum_assignment
@@ -47,7 +45,7 @@ def pair(
     rows, columns = list(published), list(fitted)
     ours, theirs = np.log(list(published.values())), np.log(list(fitted.values()))
     distance = np.abs(ours[:, None] - theirs[None, :])
-    far = math.log(limit) * (1 + 1e-12)
+    far = math.log(LIMIT) * (1 + 1e-12)
     chosen = linear_sum_assignment(np.minimum(distance, far))
     return {
         rows[i]: columns[j]

@@ -108,6 +108,14 @@ class TestMarkers:
         rate = {"frame_rate_hz": 100.0} if new == "frame" else {}
         assert f"a.csv: {said}" in refusal(make(tmp_path, "a.csv", text), unit="mm", **rate)
 
+    def test_a_row_may_end_before_its_time(self, tmp_path):
+        rows = [f"{k}.0,2.0,{k}.5,{k / 100}" for k in range(20)]
+        for cells in (3, 2):
+            rows[7] = ",".join(["7.0", "2.0", "7.5"][:cells])
+            text = "\n".join(["A_x,A_y,A_z,time", *rows, ""])
+            said = "line 9, column 4: '' is not a number, expected a time"
+            assert said in refusal(make(tmp_path, "a.csv", text), ["A"], unit="mm")
+
     def test_constant_times_slow_times_cut_off(self, tmp_path):
         text = markers("{0}_{1}")
         zeros = "\n".join(  # as a spreadsheet has it

@@ -103,3 +103,13 @@ def test_a_choice_of_none_of_the_poses_is_refused(tmp_path, chosen):
     write_json(tmp_path / "pose.json", content([estimate()]) | {"chosen": chosen})
     with pytest.raises(Refusal, match="of 1 poses"):
         read_pose_json(tmp_path / "pose.json")
+
+
+def test_of_a_network_the_pose_of_the_first_station_that_has_one():
+    stations = {name: {"id": k} for k, name in enumerate("258")}
+    poses = [{"station": name, "stage": "final"} for name in ("5", "8", "8")]
+    given = {"stations": stations, "poses": poses, "reference": "2"}
+    assert chosen_pose({**given, "chosen": {"5": None, "8": 2}}) is poses[2]
+    assert chosen_pose({**given, "chosen": {"5": 0, "8": 1}}) is poses[0]
+    assert chosen_pose({**given, "chosen": {"5": None, "8": None}}) is None
+    assert chosen_pose({**given, "chosen": None}) is None

@@ -62,7 +62,7 @@ def same(station: Station, factory: Factory) -> bool:
 def test_frame_has_the_published_length_and_checksum() -> None:
     """LighthouseRedox: 33 bytes, padded, CRC32, a stuffing one after each 16 bits."""
     bits = encode_frame(Factory(), 0x4242089A, "b", unlock=7)
-    assert bits.size == frame_bits() == 358
+    assert bits.size == frame_bits(33) == 358
     assert bits[:18].tolist() == [0] * 17 + [1]
     words = bits[18:].reshape(-1, 17)
     assert (words[:, 16] == 1).all()

@@ -18,6 +18,7 @@ from mocap_metrology.noise.changes.compare import (
     ratios_to_mean,
     words_of,
 )
+from mocap_metrology.noise.changes.rows import curve_of, dated_curves, ratio_curves
 
 RATE, ONE = 100.0, np.array([1.0])
 TAUS = np.array([0.01, 0.1, 1.0, 10.0])
@@ -109,15 +110,15 @@ def test_trends_by_monte_carlo() -> None:
     months, few = 30.4375 * np.arange(20), np.repeat([3.0, 30.0], 10)
     for _ in range(1000):
         own = np.exp(0.3 * rng.standard_normal(6)) * np.sqrt(rng.chisquare(edf) / edf)
-        trend = adev_trend(days, 1.03 ** (days / 30.4375) * own, edf)
+        trend = adev_trend(days, 1.03 ** (days / 30.4375) * own, edf, 0.95)
         held += trend.lower < 1.03 < trend.upper
-        same = adev_trend(months, np.sqrt(rng.chisquare(few) / few), few)
+        same = adev_trend(months, np.sqrt(rng.chisquare(few) / few), few, 0.95)
         slopes.append(math.log(same.per_month))
     assert 0.935 <= held / 1000 <= 0.975
     assert abs(np.mean(slopes)) < 4 * np.std(slopes) / math.sqrt(1000)
     for few_days in (days[:2], 0 * days[:3]):
         with pytest.raises(Refusal, match="three or more"):
-            adev_trend(few_days, few_days + 1, few_days + 9)
+            adev_trend(few_days, few_days + 1, few_days + 9, 0.95)
 
 
 @pytest.mark.parametrize(("edf", "places"), [(60.0, 9), (4.0, 5)])
@@ -184,3 +185,47 @@ def test_unrelated_series_are_rarely_coherent(noise, n: int) -> None:
         found = coherence(noise(rng, n), noise(rng, n), 10.0, 0.05)
         false += bool((found.squared > found.threshold).any())
     assert 0.03 < false / 300 < 0.08
+
+
+def columns(adev_mm: np.ndarray, edf: np.ndarray, name: str = "x1") -> dict[str, np.ndarray]:
+    """Of two series, the other 0.1 mm throughout; mdev is left alone."""
+    n = adev_mm.size
+    return {
+        "series": np.repeat([name, name, "L"], n),
+        "estimator": np.repeat(["oadev", "mdev", "oadev"], n),
+        "tau_s": np.tile(np.geomspace(0.01, 1.0, n), 3),
+        "adev_mm": np.concatenate([adev_mm, 9 + 0 * adev_mm, 0.1 + 0 * adev_mm]),
+        "edf": np.tile(edf, 3).astype(float),
+    }
+
+
+def test_dated_curves_are_in_um_with_intervals_of_chi_squared() -> None:
+    taus = np.array([0.01, 0.1, 1.0, 10.0])
+    allan = {
+        "a": columns(np.full(9, 0.02), np.full(9, 40)),
+        "b": columns(np.full(9, 0.03), np.full(9, 20)),
+    }
+    found = dated_curves(["a", "b"], ["2026-01-02", "2026-02-02"], allan, ["x1", "L"], taus, 0.9)
+    assert found["tau_s"].tolist() == [0.01, 0.1, 1.0] * 4
+    own = found[found["series"] == "x1"]
+    assert own["adev"].tolist() == pytest.approx([20.0] * 3 + [30.0] * 3)
+    assert [d.month for d in own["date"]] == [1] * 3 + [2] * 3
+    for rows, edf in ((own[:3], 40), (own[3:], 20)):
+        for end, q in (("lower", 0.95), ("upper", 0.05)):
+            expected = rows["adev"] * math.sqrt(edf / stats.chi2.ppf(q, edf))
+            assert rows[end].tolist() == pytest.approx(expected.tolist())
+
+
+def test_curves_of_ratios_over_the_times_that_both_reach() -> None:
+    new, old = (columns(adev * np.ones(9), 40 * np.ones(9)) for adev in (0.03, 0.02))
+    old["tau_s"] = 3 * old["tau_s"]
+    found = ratio_curves(new, old, 0.9)
+    assert set(found["series"]) == {"x1", "L"}
+    own = found[found["series"] == "x1"]
+    assert (own["tau_s"].min(), own["tau_s"].max()) == pytest.approx((0.03, 1.0))
+    assert len(own) == 60
+    expected = adev_ratio(curve_of(new, "x1"), curve_of(old, "x1"), own["tau_s"].to_numpy(), 0.9)
+    assert own["value"].tolist() == pytest.approx(expected.value.tolist())
+    assert own["value"].median() == pytest.approx(1.5, rel=0.05)
+    old["tau_s"] = 200 * old["tau_s"]
+    assert ratio_curves(new, old, 0.9).empty

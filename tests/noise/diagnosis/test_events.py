@@ -211,3 +211,12 @@ def test_bursts_at_random_times_have_no_period() -> None:
             shaking = np.exp(-(((t - time) / 3) ** 2)) * np.sin(2 * np.pi * 3.1 * t)
             series += 0.08 * shaking
         assert np.isnan(pulses(series, rate, 0.0014))
+
+
+def test_gaps_that_recur_are_no_bursts() -> None:
+    """A marker that is lost for 1.5 s every 7 s, with noise that is the same all the time."""
+    rate, t = 50.0, np.arange(15_000) / 50
+    for seed in range(3):
+        series = np.random.default_rng([seed, 8]).normal(0, 0.02, t.size)
+        series[(t + seed) % 7 < 1.5] = np.nan
+        assert np.isnan(pulses(series, rate, 0.0014))

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.sentences._kinds import gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
-from mocap_metrology.noise.diagnosis.one_series import walk_decided
+from mocap_metrology.noise.diagnosis.one_series import hiding_step, walk_decided
 from mocap_metrology.noise.diagnosis.shapes import pace, shapes
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
@@ -249,3 +249,50 @@ def test_times_and_sizes_of_changes_at_once() -> None:
 )
 def test_pace_of_a_curve(curve, expected: set[str]) -> None:
     assert pace(np.asarray(curve(np.linspace(0, 1, 600)), float)) == expected
+
+
+@pytest.mark.parametrize("constant_s", [20.0, 45.0])
+def test_a_shift_that_fades_ends_after_three_of_its_constants(constant_s: float) -> None:
+    """After which 95 % of it are over: exp(-3) = 5 %."""
+    t = np.arange(6000) / 10
+    since = t - 200
+    fading = 3.0 * (since > 0) * np.exp(-np.maximum(since, 0) / constant_s)
+    found = signature(fading + 0.05 * np.random.default_rng(3).standard_normal(t.size), 10.0)
+    assert found.kinds == ("shift",)
+    assert found.at_s[0] == pytest.approx(200, abs=1.5)
+    assert found.lasting_s == pytest.approx(3 * constant_s, rel=0.1)
+
+
+def test_a_walk_is_not_named_where_correlated_noise_may_be_it() -> None:
+    """Noise correlated over a tenth of the recording is called a walk in 2 of 40 at most, and a
+    walk in most (study of both: 0 and 77 %)."""
+    n, rate = 6000, 10.0
+    named = {"walk": 0, "correlated": 0}
+    for seed in range(12):
+        rng = np.random.default_rng([seed, 3])
+        walk, own = np.cumsum(rng.normal(0, 0.0015, n)), gauss_markov(60.0, 0.04)(rng, n, rate)
+        for name, wandering in (("walk", walk), ("correlated", own)):
+            found = signature(wandering + rng.normal(0, 0.0063, n), rate)
+            named[name] += bool(found and found.noise == "random_walk")
+    assert named["walk"] >= 6 and named["correlated"] <= 1
+
+
+def test_what_steps_of_a_file_make_is_no_cycle() -> None:
+    """A drift of 0.4 mm in steps of 0.1 mm that noise of 0.02 mm does not dither ripples."""
+    t = np.arange(15_000) / 50
+    for seed in range(3):
+        rng = np.random.default_rng([seed, 7])
+        x = 0.1 * np.round((0.4 * t / t[-1] + rng.normal(0, 0.02, t.size) + rng.uniform()) / 0.1)
+        found = signature(x, 50.0)
+        assert found is not None and hiding_step(x, 0.0, distance=False) == pytest.approx(0.1)
+        left = found.beyond(0.1)
+        assert not set(left.kinds) - {"drift"} and (left.kinds or left.undecided)
+
+
+def test_blocks_of_loud_frames_are_no_wander() -> None:
+    """Noise whose size varies by exp(0.4 g), g normal and correlated over 2 s."""
+    for seed in range(4):
+        rng = np.random.default_rng([seed, 5])
+        size = np.exp(0.4 * gauss_markov(2.0, 1.0)(rng, 15_000, 50.0))
+        found = signature(0.02 * size * rng.standard_normal(15_000), 50.0)
+        assert found is not None and not found.possible

@@ -58,6 +58,14 @@ def test_correlation_time_of_an_autoregression(phi):
     assert correlation_time(series) == pytest.approx(0.5 + 0.9 * (expected - 0.5), rel=0.06)
 
 
+def test_correlation_time_of_a_few_samples_is_a_share_of_them() -> None:
+    """Not less than that of white noise, and not more than all of them; two samples do not tell."""
+    series = np.random.default_rng(2).standard_normal(60)
+    times = [correlation_time(series[:n]) for n in range(60)]
+    assert times[:3] == [0.5, 0.5, 0.5]
+    assert all(0.5 <= time <= max(n, 0.5) for n, time in enumerate(times))
+
+
 def white_and_slow(rng, white, T_c_s, share):
     """sqrt(1 - share) white + Gauss-Markov noise of that share of the variance, at 120 Hz."""
     phi = np.exp(-1 / (T_c_s * 120))

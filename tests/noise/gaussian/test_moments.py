@@ -12,7 +12,9 @@ from mocap_metrology.common.hampel import hampel, white_level_kept
 from mocap_metrology.noise.gaussian.moments import (
     QUANTITIES,
     Cleaning,
+    _coherence,
     direction,
+    expected_moments,
     expected_variance,
     mean_variance,
     pair_moments,
@@ -152,3 +154,40 @@ def test_without_noise_nothing_moves() -> None:
     still = twin_from_mapping({"coefficients": {"all": {"h_0": 0.0}}, "seed": 1}, "t")
     found = pair_moments(still, 3, np.random.default_rng(1))
     assert all(np.abs(found[k]).max() < 1e-100 for k in SIGMAS)
+
+
+@pytest.mark.parametrize("scale", [{}, {"x1": 1.3, "x2": 0.8}])
+def test_moments_of_a_twin_are_those_of_its_models(scale: dict[str, float]) -> None:
+    """The distance has the variance of its own model, and V(L) = V(x1) + V(x2) - 2 C(x1, x2)."""
+    made = twin(duration_s=3600, scale=scale)
+    found = expected_moments(made)
+    a, b = scale.get("x1", 1.0), scale.get("x2", 1.0)
+
+    def of(series: str) -> float:
+        return expected_variance(made.models[series], made.duration_s, made.frame_rate_hz)
+
+    v_1, v_2, v_L = of("x1"), of("x2"), of("L")
+    assert found["sigma_1"] == pytest.approx(a * math.sqrt(v_1))
+    assert found["sigma_2"] == pytest.approx(b * math.sqrt(v_2))
+    common = a * b * (v_1 + v_2 - v_L) / 2 * made.coherence_factor
+    assert found["sigma_12"] == pytest.approx(common)
+    assert found["sigma_L"] ** 2 == pytest.approx(a * a * v_1 + b * b * v_2 - 2 * common)
+    of_mean = mean_variance(made.models["x1"], made.duration_s, made.frame_rate_hz)
+    assert found["mu_1"] == pytest.approx(a * math.sqrt(of_mean))
+
+
+@pytest.mark.parametrize("alpha", [0, 1, 2])
+def test_fast_laws_are_their_integrals_up_to_half_the_frame_rate(alpha: int) -> None:
+    """Int_0^f_h h f^alpha df, of which a long mean takes nothing."""
+    expected = 2e-7 * 60.0 ** (alpha + 1) / (alpha + 1)
+    model = NoiseModel((PowerLaw(alpha, 2e-7),))
+    assert expected_variance(model, 1e4, RATE) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(("distance", "expected"), [(0.5, 1.0), (10.0, -1.0), (3.0, 0.5)])
+def test_coherence_of_two_coordinates_is_clipped(distance: float, expected: float) -> None:
+    """(S1 + S2 - SL) / (2 sqrt(S1 S2)) of spectra 4 and 1, within -1 and 1, times the factor."""
+    made = twin(coherence_factor=0.5)
+    found = _coherence(made, np.array([[4.0], [1.0], [distance]]))
+    assert found.tolist() == pytest.approx([0.5 * expected])
+    assert _coherence(made, np.array([[4.0], [1.0]])).tolist() == [0.0]

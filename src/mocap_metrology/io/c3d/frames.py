@@ -131,7 +131,7 @@ def _words(parameters: Parameters, name: str) -> tuple[int, int] | None:
 
 
 def count_frames(
-    declared: Declared, section: Section, frame_bytes: int, by_size: bool = True
+    declared: Declared, section: Section, frame_bytes: int, by_size: bool
 ) -> FrameCount | str:
     """The frame count, or why there is none.
 
@@ -253,7 +253,7 @@ def choose_frame_size(
     point_bytes: int,
     analog_bytes: Sequence[int],
     file: str,
-    accept_truncated: bool = False,
+    accept_truncated: bool,
 ) -> tuple[int, FrameCount]:
     """Bytes per frame and frame count, from the possible numbers of analog bytes per frame.
 

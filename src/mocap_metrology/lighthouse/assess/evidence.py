@@ -65,7 +65,7 @@ def residuals_urad(path: Path) -> np.ndarray:
     return np.asarray(1e6 * np.sqrt(path.epsilon / np.maximum(path.n_angles, 1)))
 
 
-def seen_shares(sweeps: Columns, n_diodes: int, n: int = 2) -> np.ndarray:
+def seen_shares(sweeps: Columns, n_diodes: int, n: int) -> np.ndarray:
     """Share of the sweeps of each of n stations that each diode saw, (n, diodes), of those that any
     diode saw."""
     shares = []

@@ -73,7 +73,7 @@ class Joint:
     believed: np.ndarray
     converged: bool
     rounds: int
-    ups: np.ndarray | None = None
+    ups: np.ndarray | None
     misfit: float = 1.0
     others: Floats | float = 0.0
 
@@ -98,7 +98,7 @@ class Joint:
         """Covariance (6, 6) of t and the left rotation vector of a station in m and rad."""
         return self.covariance[np.ix_(*2 * [self.pose(station)])]
 
-    def pose(self, station: int = 1) -> np.ndarray:
+    def pose(self, station: int) -> np.ndarray:
         """Rows of a station's pose among the unknowns."""
         return int(self.of.columns[station, 0, 0]) + np.arange(6)
 

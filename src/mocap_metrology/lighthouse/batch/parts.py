@@ -241,7 +241,7 @@ def _of_one(found: Joint, priors: Priors) -> Floats:
 
 
 def shared_errors(
-    found: Joint, priors: Priors, units: np.ndarray, board: str, station: int = 1
+    found: Joint, priors: Priors, units: np.ndarray, board: str, station: int
 ) -> tuple[Floats, SharedErrors]:
     """Covariance (6, 6) of a station's pose by what differs between recordings of the same
     hardware, and the errors that do not; with these it is the whole covariance.
@@ -309,7 +309,7 @@ def _strains(board: np.ndarray) -> Iterator[Floats]:
         yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()
 
 
-def scale_share(found: Joint, station: int = 1) -> float:
+def scale_share(found: Joint, station: int) -> float:
     """Share that the scale of the board has in the variance of a station's position."""
     if found.of.scale < 0:
         return 0.0

@@ -241,7 +241,7 @@ def _by_cost(cost: np.ndarray, columns: list[int], syndrome: int) -> Iterator[tu
         heapq.heappush(heap, (*moved, turned ^ columns[last]))
 
 
-def frame_bits(length: int = 33) -> int:
+def frame_bits(length: int) -> int:
     """Bits of a frame with a payload of `length` bytes: 18 + 17 (3 + ceil(length / 2))."""
     return len(SYNC) + 17 * (3 + (length + 1) // 2)
 

@@ -95,7 +95,7 @@ class NetworkTwin(Entry):
         )
 
 
-def simulate_network(twin: NetworkTwin, seed: int = 0) -> MadeTurns:
+def simulate_network(twin: NetworkTwin, seed: int) -> MadeTurns:
     """Draw the recording of a twin."""
     return simulate_turns(twin.turns(seed))
 

@@ -202,7 +202,7 @@ def _lit_sweeps(scene: _Scene) -> tuple[Hits, np.ndarray]:
 
 
 def sweep_width(
-    range_m: np.ndarray, aperture_m: float, cycle_s: float, beam_s: float = 0.0
+    range_m: np.ndarray, aperture_m: float, cycle_s: float, beam_s: float
 ) -> np.ndarray:
     """Seconds a sweep is on a diode: aperture / (range pi / cycle) + beam, 8 us for 3 mm at 1 m."""
     return aperture_m / (range_m * np.pi / cycle_s) + beam_s

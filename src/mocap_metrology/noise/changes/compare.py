@@ -171,7 +171,7 @@ class Trend:
 
 
 def adev_trend(
-    days: Sequence[float], adev: Sequence[float], edf: Sequence[float], confidence: float = 0.95
+    days: Sequence[float], adev: Sequence[float], edf: Sequence[float], confidence: float
 ) -> Trend:
     """Straight line through ln ADEV over time, weighted by the information of each recording.
 

@@ -12,9 +12,10 @@ of the window's n differences and ratio r to its mean,
 edf = (tr R)^2 / tr R^2, kappa = the greatest eigenvalue of R / tr R. The bound holds for every x,
 where a chi-squared distribution with edf degrees is too light in the far tail.
 
-Noise with heavier tails than a Gaussian's (of which `drawn_in` leaves little) is met by what
-the recording itself shows: half of its 24 parts hold a window beyond ln w + 0.37 by chance, w being
-the windows of a part, and no event lasts for half of a recording; x is divided by what they hold.
+Noise whose size varies all the time is met by the scatter of its windows. Noise with heavier tails
+than a Gaussian's (of which `drawn_in` leaves little) is met by what the recording itself shows:
+half of its 24 parts hold a window beyond ln w + 0.37 by chance, w being the windows of a part, and
+no event lasts for half of a recording; x is divided by what they hold.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ SPECTRA = 4096  # windows of a spectrum, at most
 PARTS = 24  # of a recording, whose greatest x describe the tail
 MEDIAN_OF_GREATEST = -math.log(math.log(2))  # of many exponential variables, less their ln number
 FAR, RARE = 2.0, 0.2  # times what chance reaches; share of the windows that bursts are
+VOLATILE = 0.5  # of the degrees of freedom of Gaussian noise, that the scatter of windows shows
 LEAST_SHARE = 0.5  # of a window's differences that must be there
 
 
@@ -224,14 +226,20 @@ def _running_median(avar: np.ndarray, size: int) -> np.ndarray:
 def _surprise(
     avar: np.ndarray, baseline: np.ndarray, share: np.ndarray, edf: float, kappa: float
 ) -> np.ndarray:
-    """x of the bound above; windows that scatter more than Gaussian noise would set edf."""
+    """x of the bound above; windows that scatter more than Gaussian noise would set edf, and if it
+    is far more, x is at most that of a log-normal ratio, as of noise whose size varies."""
+    from scipy.special import log_ndtr
+
     ratio = avar / np.maximum(baseline, np.finfo(float).tiny)
     scatter = spread(np.log(np.maximum(ratio, 1e-6)))
     seen = 2 / scatter**2 if scatter > 0 else edf
+    most = np.inf
+    if seen < VOLATILE * edf:
+        most = -log_ndtr(-np.log(np.maximum(ratio, 1e-6)) / scatter)
     if seen < edf:
         edf, kappa = seen, kappa * edf / seen
     a, b = 2 / np.sqrt(edf * np.maximum(share, 1e-3)), 2 * kappa / np.maximum(share, 1e-3)
     with np.errstate(invalid="ignore"):
         excess = np.maximum(ratio - 1, 0.0)
         root = (np.sqrt(a * a + 4 * b * excess) - a) / (2 * b)
-    return np.where(np.isfinite(root), root**2, 0.0)
+    return np.where(np.isfinite(root), np.minimum(root**2, most), 0.0)

@@ -29,6 +29,7 @@ RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that the
 LONGEST = 1 << 19
 PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED, PARTS = 0.05, 1200, 8, 4, 9.0, 32
 OCTAVES = 16
+SWINGS = 30.0  # times the median power around, of a line
 LOUD = 4.0  # standard errors that a minute is louder than usual
 MOST = 200  # events that are measured; more, and the recording is no still one
 
@@ -247,9 +248,11 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     count = series.size // length
     if count < LEAST_PULSES or not np.isfinite(series).any():
         return math.nan
-    values = bridged(series)
+    known, values = np.isfinite(series), bridged(series)
     values = values - uniform_filter1d(values, round(rate_hz) | 1)
-    power = resample_poly(values[: count * length] ** 2, 1, length)  # no line folds
+    squares = values**2
+    squares[~known] = squares[known].mean()  # gaps may recur, too
+    power = resample_poly(squares[: count * length], 1, length)  # no line folds
     power = np.minimum(power, CLIPPED * np.median(power))
     padded = 4 * count
     tapered = (power - power.mean()) * np.hanning(count)  # so that lines have no side lobes
@@ -273,7 +276,17 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     if below.size and below.max() > each[0][at == best][0]:
         return math.nan  # a slower cycle, of which this is a part
     near = np.arange(HARMONICS * (best - 1), HARMONICS * (best + 1) + 1)
-    return HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
+    period_s = HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
+    return math.nan if _swings(values, values.size / rate_hz / period_s / 2) else period_s
+
+
+def _swings(values: np.ndarray, cycles: float) -> bool:
+    """Whether (n,) values have a line of so many cycles: its square has twice as many."""
+    density = np.abs(np.fft.rfft(values * np.hanning(values.size))) ** 2
+    reach = max(round(0.05 * cycles), 3)
+    near = density[max(round(cycles) - reach, 1) : round(cycles) + reach + 1]
+    around = density[max(round(cycles) - 10 * reach, 1) : round(cycles) + 10 * reach + 1]
+    return bool(near.max() > SWINGS * np.median(around))
 
 
 def bout(

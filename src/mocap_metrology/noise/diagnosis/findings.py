@@ -22,7 +22,7 @@ from mocap_metrology.noise.series import AXES
 CODES = {
     "drift": ("mm/h", "slope of a straight line under the noise"),
     "warm_up": ("mm", "amplitude of an exponential approach, A_w; positive where it falls"),
-    "random_walk": ("mm^2 Hz", "h_-2"),
+    "random_walk": ("mm^2 Hz", "h_-2, over times up to a tenth of the recording"),
     "accelerating": ("mm", "movement that becomes faster, from start to end"),
     "creep": ("mm", "movement that becomes slower as the logarithm of time, from start to end"),
     "slowing": ("mm", "movement that becomes slower, of no known law, from start to end"),

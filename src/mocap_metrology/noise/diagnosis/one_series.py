@@ -11,12 +11,12 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.variance import allan_variance
-from mocap_metrology.noise.diagnosis.export import Resolution, resolution
+from mocap_metrology.noise.diagnosis.export import MOST, Resolution, resolution, rounding_share
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
-from mocap_metrology.noise.diagnosis.signatures import Wander, signature
+from mocap_metrology.noise.diagnosis.signatures import Wander, block_length, signature
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.gaps import filled
 from mocap_metrology.noise.fit.spectral.likelihood import (
@@ -29,6 +29,8 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 
 NOTCHES = 3  # of a series: its strongest lines
 SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
+LEAST_PERIOD = 8  # blocks, of a cycle that the signatures have
+HIDDEN, LEAST_CHANGE = 0.1, 0.3  # quantile of changes, and its share of their median, of steps
 Columns = Mapping[str, np.ndarray]
 Density = Callable[[np.ndarray], np.ndarray]
 
@@ -65,7 +67,12 @@ class Examiner:
         """A series by its name."""
         name, series = one
         rate, blank = self.rate_hz, without_frames(series, self.away)
-        wander = signature(blank, rate)
+        wander, coarse = (
+            signature(blank, rate),
+            hiding_step(blank, self.step_mm, name.startswith("L")),
+        )
+        if wander:
+            wander = wander.beyond(coarse)
         jumps = bool(wander and wander.jumps)
         if wander:
             blank = wander.without_jumps(blank, rate)
@@ -75,8 +82,8 @@ class Examiner:
             spectrum = _welch(blank, rate, self.welch)
         density = partial(model.psd, frame_rate_hz=rate) if model else None
         lines, filtered = self._lines_and_filters(name, blank, density, spectrum)
-        if jumps:
-            lines = [one for one in lines if one.line.f_0 > SLOW_HZ]
+        lowest = slowest_line(wander, series.size, rate)
+        lines = [one for one in lines if one.line.f_0 > lowest and one.line.A_s > coarse / 2]
         avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
         how = self.resolution_kind, avar_1, rate, name.startswith("L")
         step = resolution(name, self.step_mm, *how)
@@ -99,6 +106,27 @@ class Examiner:
             described(name, found, duration, rate, series, spectrum),
             tried(name, series, rate, among, density, sinusoids),
         )
+
+
+def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
+    """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file;
+    the values themselves may have a coarser one: no change is far below their median."""
+    changes = np.abs(np.diff(middle(series)))
+    changes = changes[changes > 0]
+    if not changes.size:
+        return step_mm
+    own = float(np.quantile(changes, HIDDEN))
+    step = max(step_mm, own if own > LEAST_CHANGE * np.median(changes) else 0.0)
+    avar_1 = float(allan_variance(series, np.array([1])).variance[0])
+    return step if rounding_share(step, avar_1, distance) > MOST else 0.0
+
+
+def slowest_line(wander: Wander | None, n: int, rate_hz: float) -> float:
+    """Frequency in Hz below which lines of n frames may be of the shape of their wander, where it
+    has any: what a change at once leaves, or periods that a cycle has."""
+    if wander is None or not (wander.jumps or wander.kinds or wander.undecided):
+        return 0.0
+    return SLOW_HZ if wander.jumps else rate_hz / (LEAST_PERIOD * block_length(n, rate_hz))
 
 
 def without_frames(series: np.ndarray, away: np.ndarray) -> np.ndarray:

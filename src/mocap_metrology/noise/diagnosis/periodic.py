@@ -202,7 +202,7 @@ def _harmonic(line: Line, lines: Sequence[Line], duration_s: float) -> tuple[int
     return None
 
 
-def mains_of(f_0: float, rate_hz: float, f_error: float = 0.0) -> Mains | None:
+def mains_of(f_0: float, rate_hz: float, f_error: float) -> Mains | None:
     """A frame rate cannot distinguish f from rate - f, rate + f, ...: mains and lamps that would
     show here, or None where none would."""
     for mains in MAINS:

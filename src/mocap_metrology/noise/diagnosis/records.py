@@ -153,6 +153,8 @@ def explained(found: Diagnosis) -> Diagnosis:
         near = (line.line.f_0 for line in found.lines if line.series == one.series)
         return all(abs(f_0 / one.f_hz - 1) > 2 * one.damping for f_0 in near)
 
+    if found.repeats:  # which no interpolation makes
+        found = replace(found, processed=[x for x in found.processed if x.code != "resampled"])
     codes = found.software
     if codes - {"smoothed"} or found.low_pass:  # which smooth
         found = replace(found, processed=[x for x in found.processed if x.code != "smoothed"])
@@ -166,6 +168,6 @@ def explained(found: Diagnosis) -> Diagnosis:
         movements={name: stands(name, one) for name, one in found.movements.items()},
         wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
         spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
-        repeats=[] if codes & {"resampled", "running_median"} else found.repeats,
+        repeats=[] if "running_median" in codes else found.repeats,
         resonances=[one for one in found.resonances if not software and other_than_lines(one)],
     )

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -37,6 +37,8 @@ from mocap_metrology.noise.diagnosis.shapes import AT_ONCE, PERIODS, Shape, on_l
 
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
+WALK = 1 / 3  # of every other noise, beside a random walk
+LOUD, LEFT_OUT = 4.0, 0.1  # times the usual variance of frames; share of such blocks, at most
 FOLDED = 20  # to each side, of the spectra of block means
 MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 BLOCK_S = 1.0  # at least: what is faster is no slow wander
@@ -97,6 +99,14 @@ class Wander:
         """Whether a coefficient of the noise model of this kind may be named."""
         return kind == self.noise or kind in self.kinds
 
+    def beyond(self, step_mm: float) -> Wander:
+        """Without what steps of a file may make of a straight line, or of nothing: shapes and
+        ranges of less than a step."""
+        kinds = self.kinds if abs(self.size_mm) > step_mm else self.kinds and ("drift",)
+        kinds = tuple(kind for kind in kinds if kind in self.kinds)
+        possible = self.possible if self.range_mm > step_mm else ()
+        return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
+
     def without_jumps(self, series: np.ndarray, frame_rate_hz: float) -> np.ndarray:
         """Values (n,) without the shape that changes at once; NaN in the blocks of its changes."""
         if self.curve is None or not self.jumps:
@@ -140,7 +150,7 @@ def shift_near(
 def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     """Kind of the slow wander of (n,) values in mm, NaN in gaps; None where there is too little to
     tell."""
-    length = max(round(BLOCK_S * frame_rate_hz), -(-series.size // MOST_BLOCKS), 1)
+    length = block_length(series.size, frame_rate_hz)
     z, k = _means(series, length)
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
         return None
@@ -160,7 +170,9 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     straight = any("drift" in kinds and "smooth" not in kinds for kinds, _ in near)
     sure = sure - (set() if straight else {"drift"}) if white else frozenset()
     sure -= set() if gaussian else {"shift"}  # which a few blocks of a heavy tail may be
-    noise = noise if slow and gaussian else ""
+    rival = min(value for other, value in noises.items() if other != noise)
+    sure_walk = noise != "random_walk" or rival > noises[noise] - 2 * math.log(WALK)
+    noise = noise if slow and gaussian and sure_walk else ""
     block_s = length / frame_rate_hz
     at = tuple(block_s * (k[int(a)] if shape.placed else a) for a in shape.at)
     if "cycle" in sure and (k[-1] - k[0]) * block_s < PERIODS * at[-1]:
@@ -168,13 +180,15 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     for named, part in PARTS.items():
         sure -= part if named in sure else set()
     jumps = shape.jumps(z) if sure & AT_ONCE else []
+    possible = tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds)))
+    possible = () if none else possible or (() if noise or not slow else ("noise",))
     tenth, short = max(z.size // 10, 1), max(z.size // 50, 1)
     first, last = z[:tenth], z[-tenth:]
     medians = [np.median(z[k : k + short]) for k in range(0, z.size, short)]
     return Wander(
         tuple(kind for kind in KINDS if kind in sure),
         noise,
-        () if none else tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds))),
+        possible,
         float(last.mean() - first.mean()),
         math.sqrt(_mean_variance(first) + _mean_variance(last)),
         float(np.ptp(medians)),
@@ -185,14 +199,24 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     )
 
 
+def block_length(size: int, frame_rate_hz: float) -> int:
+    """Frames of a block of so many frames."""
+    return max(round(BLOCK_S * frame_rate_hz), -(-size // MOST_BLOCKS), 1)
+
+
 def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray]:
     """Means (n,) of the blocks that are there, and their numbers; blocks of fewer than three
-    quarters of the usual number of samples are not."""
+    quarters of the usual number of samples are not, nor the few in which frames differ far more
+    from one to the next than they do usually."""
     rows = series[: series.size // length * length].reshape(-1, length)
     known = np.isfinite(rows)
     count = known.sum(axis=1)
     usual = np.median(count[count > 0]) if count.any() else math.inf
     there = np.flatnonzero(count >= 0.75 * usual)
+    steps = np.diff(rows[there], axis=1)
+    steps = np.where(np.isfinite(steps), steps**2, 0.0).sum(axis=1) / count[there]
+    loud = steps > LOUD * np.median(steps) if there.size else np.zeros(0, bool)
+    there = there if loud.sum() > LEFT_OUT * there.size else there[~loud]
     return np.where(known, rows, 0.0).sum(axis=1)[there] / count[there], there
 
 

@@ -26,6 +26,7 @@ from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.diagnosis.export import Bands, bands
 
 OCTAVES = 8  # bands of the spectrum below its end, two octaves
+MISFIT = 0.4  # of S in a band, that a / W + b is off by, at most
 NO_WHITE = 0.15  # of S at the end of the spectrum is b
 LONGEST = 1 << 17  # frames that are looked at
 LEAST = 2000  # frames, to tell anything of
@@ -81,6 +82,8 @@ def white_share(found: Bands, rate_hz: float, step_mm: float) -> float:
     rounding = 2 * step_mm**2 / 12 / rate_hz * math.log(2)
     if rounding > NO_WHITE * psd[-1]:
         return math.nan  # of what the steps hide nothing is known
+    if np.abs(terms @ [a, b] - 1).max() > MISFIT:
+        return math.nan  # of another filter
     total = a / steps[-1] + b
     return float(max(b - rounding, 0.0) / total)
 

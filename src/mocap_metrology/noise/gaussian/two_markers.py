@@ -155,7 +155,7 @@ def _along(line: np.ndarray, marker: Sequence[np.ndarray]) -> np.ndarray:
 def correlation_time(series: np.ndarray) -> float:
     """Integrated autocorrelation time of a series (n,), in valid samples: 1/2 + sum_k rho(k), which
     is half the two-sided spectrum at zero over the variance; at least 1/2. So a mean of N valid
-    samples scatters like one of N / (2 tau) independent ones.
+    samples scatters like one of N / (2 tau) independent ones. Two samples do not tell: 1/2.
 
     The spectrum at zero is taken from the lowest squared cosine coefficients (DCT-II, missing
     samples put at the mean): the first `LOWEST`, twice as many while those added do not differ from
@@ -166,7 +166,7 @@ def correlation_time(series: np.ndarray) -> float:
     """
     valid = np.isfinite(series)
     n_valid = np.count_nonzero(valid)
-    if n_valid < 2:
+    if n_valid < 3:
         return 0.5
     centre = series[valid].mean()
     filled = np.where(valid, series - centre, 0.0)
@@ -201,7 +201,7 @@ class Sample:
     null: np.ndarray
 
 
-def gaussian_sample(series: np.ndarray, n_bins: int = 30, seed: int = 0) -> Sample:
+def gaussian_sample(series: np.ndarray, n_bins: int, seed: int = 0) -> Sample:
     """At most `SAMPLES` values of `series` (n,), and what Pearson's statistic would be, were it
     Gaussian: of `SURROGATES` series whose cosine coefficients are its own with random signs.
 
@@ -322,7 +322,7 @@ def gaussian_rows(
     labels: Sequence[str],
     pairs: Sequence[tuple[int, int]],
     frame_rate_hz: float,
-    n_bins: int = 30,
+    n_bins: int,
 ) -> list[Row]:
     """Rows of gaussian.csv from named series in mm: two a pair, along x and along the line.
 

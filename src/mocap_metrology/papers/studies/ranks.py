@@ -27,10 +27,11 @@ class Interval(NamedTuple):
 NONE = Interval(math.nan, math.nan, math.nan)
 
 
-def median_interval(values: Floats, confidence: float = CONFIDENCE) -> Interval:
+def median_interval(values: Floats) -> Interval:
     """Median of n values, and the order statistics x_(k), x_(n+1-k) that contain the median of the
-    population with at least this probability, whatever its distribution: k is the largest with
-    P(B < k) <= (1 - confidence) / 2, B binomial (n, 1/2) [David & Nagaraja 2003, section 7.1].
+    population with a probability of at least `CONFIDENCE`, whatever its distribution: k is the
+    largest with P(B < k) <= (1 - CONFIDENCE) / 2, B binomial (n, 1/2) [David & Nagaraja 2003,
+    section 7.1].
 
     Fewer than six values have no such interval of 95 %.
     """
@@ -40,14 +41,14 @@ def median_interval(values: Floats, confidence: float = CONFIDENCE) -> Interval:
     if not n:
         return NONE
     ordered = np.sort(values)
-    k = int(binom.ppf((1 - confidence) / 2, n, 0.5))  # the smallest with P(B <= k) at least this
+    k = int(binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))  # the smallest with P(B <= k) at least this
     middle = float(np.median(ordered))
     if not k:
         return Interval(middle, math.nan, math.nan)
     return Interval(middle, float(ordered[k - 1]), float(ordered[n - k]))
 
 
-def rank_correlation(x: Floats, y: Floats, confidence: float = CONFIDENCE) -> Interval:
+def rank_correlation(x: Floats, y: Floats) -> Interval:
     """Spearman's rank correlation r of x (n,) and y (n,), ties with their mean rank.
 
     Interval: tanh(atanh r -+ z sqrt((1 + r^2 / 2) / (n - 3))) [Bonett & Wright 2000], with z the
@@ -64,5 +65,5 @@ def rank_correlation(x: Floats, y: Floats, confidence: float = CONFIDENCE) -> In
     r = float(np.clip(a @ b / size, -1.0, 1.0))
     if len(a) < FEWEST_PAIRS or abs(r) > 1 - 1e-12:
         return Interval(r, math.nan, math.nan)
-    half = norm.ppf((1 + confidence) / 2) * math.sqrt((1 + r**2 / 2) / (len(a) - 3))
+    half = norm.ppf((1 + CONFIDENCE) / 2) * math.sqrt((1 + r**2 / 2) / (len(a) - 3))
     return Interval(r, math.tanh(math.atanh(r) - half), math.tanh(math.atanh(r) + half))

@@ -56,7 +56,8 @@ def bar_document(
     }
     document["reason"] = reason(document)
     document["sentences"] = sentences(document)
-    document["warnings"] = [*warnings, *_little(document)]
+    little = [render("bar.seen", seen=bar.seen)] if bar.seen < LEAST_SEEN else []
+    document["warnings"] = [*warnings, *little]
     return document
 
 
@@ -107,10 +108,6 @@ def sentences(document: Record) -> list[str]:
     if passes < FEWEST:
         said.append(render("bar.few", passes=passes, fewest=FEWEST))
     return said
-
-
-def _little(document: Record) -> list[str]:
-    return [render("bar.seen", seen=document["seen"])] if document["seen"] < LEAST_SEEN else []
 
 
 def bar_rows(bar: Bar) -> list[Row]:

@@ -72,7 +72,7 @@ def camera_figure(
             strict=False,
         ):
             values = steps["value"]
-            plot.ratio_axis(axes, (min([0.8, *(values / 1.12)]), max([1.25, *(values * 1.12)])))
+            plot.log_axis(axes, "y", (min([0.8, *(values / 1.12)]), max([1.25, *(values * 1.12)])))
             _factor_panel(axes, steps[steps["camera_type"] == kind], bad, limit, nothing)
             axes.set_xlabel("Ids of the cameras" + " added" * (steps is changes))
     for axes in grid[-n_rows:, (len(levels) - 1) % MOST + 1 :].flat:

@@ -61,7 +61,7 @@ def compare_figure(
         plot.panel_title(row[0], f"{plot.short(one.recording)} / {plot.short(one.reference)}")
         row[0].set_ylabel("Ratio of\nAllan deviations")
         for axes, names in zip(row, panels.values(), strict=True):
-            plot.ratio_axis(axes, limits)
+            plot.log_axis(axes, "y", limits)
             axes.axhline(1, color=plot.INK, lw=0.6, zorder=1)
             axes.axhspan(1 / (1 + margin), 1 + margin, color=MARGIN, lw=0, zorder=0)
             for name, own in curves.groups_of(of_it[of_it["series"].isin(names)], "series"):

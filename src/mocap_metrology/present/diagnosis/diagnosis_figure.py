@@ -190,7 +190,7 @@ def _draw_sides(axes: Axes, sides: Sequence[Sides], compared: str) -> None:
     ends = table["lower"].min(), table["upper"].max()
     reach = 1.15 * max(abs(math.log(end)) for end in ends)
     reach = min(max(reach, math.log(1.02)), math.log(20))
-    figure.ratio_axis(axes, (math.exp(-reach), math.exp(reach)))
+    figure.log_axis(axes, "y", (math.exp(-reach), math.exp(reach)))
     axes.axhline(1.0, color=INK, lw=0.8)
     for word, (colour, marker, label) in COMPARED.items():
         rows = table[table["word"] == word]

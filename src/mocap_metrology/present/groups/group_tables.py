@@ -40,16 +40,14 @@ def noise_table(noise: Mapping[str, Sequence[Record]], sources: Mapping[str, str
     ]
 
 
-def noise_markdown(
-    rows: Sequence[Row], title: str, caption: str, estimator: str = DEFAULT_ESTIMATOR
-) -> str:
+def noise_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     """Markdown of `noise_table`: a block a recording, a column a series, by one estimator."""
-    lines = [f"# {title}", "", caption, f"Estimator: {estimator}.", ""]
+    lines = [f"# {title}", "", caption, f"Estimator: {DEFAULT_ESTIMATOR}.", ""]
     for name in dict.fromkeys(row["recording"] for row in rows):
         every = [row for row in rows if row["recording"] == name]
-        own = [row for row in every if row["estimator"] == estimator]
+        own = [row for row in every if row["estimator"] == DEFAULT_ESTIMATOR]
         lines += [f"## {name} ({every[0]['source']})", ""]
-        lines += [] if own else [f"No coefficients by {estimator}.", ""]
+        lines += [] if own else [f"No coefficients by {DEFAULT_ESTIMATOR}.", ""]
         reasons: dict[str, list[str]] = {}
         cells: dict[str, dict[str, Row]] = {}  # by series and parameter
         for row in own:

@@ -105,12 +105,12 @@ def unclipped(axes: Iterable[Axes3D]) -> None:
             artist.set(clip_on=False, in_layout=False)
 
 
-def arc(start: np.ndarray, turn: np.ndarray, n: int = 40) -> np.ndarray:
-    """Points (n, 3) that `start` passes on its way by the rotation matrix `turn`."""
+def arc(start: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Points (40, 3) that `start` passes on its way by the rotation matrix `turn`."""
     from scipy.spatial.transform import Rotation
 
     vector = Rotation.from_matrix(turn).as_rotvec()
-    steps = Rotation.from_rotvec(np.linspace(0, 1, n)[:, None] * vector)
+    steps = Rotation.from_rotvec(np.linspace(0, 1, 40)[:, None] * vector)
     return np.asarray(steps.apply(start))
 
 

@@ -82,11 +82,6 @@ def page(
     return site.render("subject.html", title, **shown, tables=tables, up=up)
 
 
-def paper_link(paper: str) -> dict[str, str]:
-    """From the page of a table to that of its paper."""
-    return {PAPERS[paper]: f"../{address('paper', paper)}"}
-
-
 def of_paper(claims: Iterable[Record], paper: str) -> list[Record]:
     """The rows of claims.csv that are of a paper (`skurowski`, `jansen`)."""
     return [row for row in claims if row["paper"] == LETTERS[paper]]

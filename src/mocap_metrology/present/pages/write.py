@@ -88,9 +88,13 @@ def table_pages(tables: Iterable[Path], papers: Sequence[str]) -> dict[str, str]
         name, csv = source.stem, source.with_suffix(".csv")
         short = comparison.of_file(csv) if csv.is_file() else None
         paper = comparison.paper_of(name)
-        up = details.paper_link(paper) if paper in papers else {}
+        up = (
+            {details.PAPERS[paper]: f"../{details.address('paper', paper)}"}
+            if paper in papers
+            else {}
+        )
         if (source.parents[1] / "figures" / f"{name}.pdf").is_file():
-            up = up | {"PDF": f"../figures/{name}.pdf"}
+            up["PDF"] = f"../figures/{name}.pdf"
         text = source.read_text(encoding="utf-8")
         pages[f"{name}.html"] = document.page(text, name, csv.is_file(), short, up)
     return pages

@@ -100,7 +100,6 @@ def curves_picture(
     band: str = "interval",
     *,
     looks: Looks | None = None,
-    limits: tuple[Limits, Limits] | None = None,
 ) -> plot.Picture:
     """The panels (title -> curves) on common axes, their slopes in the cell after the last one, a
     legend below.
@@ -111,7 +110,7 @@ def curves_picture(
     """
     columns = ["curve", "x", "y", "lower", "upper"]
     panels = panels or {"": pd.DataFrame(columns=columns, dtype=float)}
-    limits = limits or curve_limits(pd.concat(panels.values()))
+    limits = curve_limits(pd.concat(panels.values()))
     n_columns = 2 if len(panels) in (1, 3) else 3
     n_rows = -(-(len(panels) + 1) // n_columns)
     body = plot.new_figure(*texts[:2], 26.0 + n_rows * (58.0 if n_columns == 2 else 48.0))
@@ -129,15 +128,11 @@ def curves_picture(
     return plot.Picture(body, texts[2])
 
 
-def curve_limits(
-    curves: pd.DataFrame,
-    decades: tuple[float, float] = ALLAN_DECADES,
-    farthest_band: float = FARTHEST_BAND,
-) -> tuple[Limits, Limits]:
+def curve_limits(curves: pd.DataFrame) -> tuple[Limits, Limits]:
     """Limits of x and of y round all curves and their bands."""
     y = curves["y"]
-    bands = [curves[end].clip(y / farthest_band, y * farthest_band) for end in ("lower", "upper")]
-    return log_limits([curves["x"]]), log_limits([y, *bands], *decades)
+    bands = [curves[end].clip(y / FARTHEST_BAND, y * FARTHEST_BAND) for end in ("lower", "upper")]
+    return log_limits([curves["x"]]), log_limits([y, *bands], *ALLAN_DECADES)
 
 
 def label_outer(grid: np.ndarray, n_panels: int, labels: tuple[str, str]) -> None:

@@ -205,11 +205,6 @@ def log_label(value: float, written_out: bool) -> str:
     return power_of_ten(exponent) if digits == "1" else f"{digits}×{power_of_ten(exponent)}"
 
 
-def ratio_axis(axes: Axes, limits: tuple[float, float]) -> None:
-    """The y axis logarithmic, for ratios."""
-    log_axis(axes, "y", limits)
-
-
 def room_for(values: Sequence[float], close: float) -> list[float]:
     """Of ascending values those that have room for a label on a logarithmic axis, the largest
     first: no two with a ratio of `close` or more."""

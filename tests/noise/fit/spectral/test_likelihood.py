@@ -134,7 +134,7 @@ def test_upper_limit_holds_in_95_of_100():
         fit = choose(data, (-1, 0), 0)
         if -1 not in fit.spectrum.h:
             undetected += 1
-            held += law_limit(data, fit, -1) > 2e-7
+            held += law_limit(data, fit, -1, 0.0) > 2e-7
     assert undetected > 80
     assert 0.9 <= held / undetected <= 1.0
 

@@ -159,7 +159,7 @@ def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray, price: flo
     )
 
 
-def law_limit(likelihood: Likelihood, fit: Fit, alpha: int, price: float = 0.0) -> float:
+def law_limit(likelihood: Likelihood, fit: Fit, alpha: int, price: float) -> float:
     """`upper_limit` of h_alpha."""
     others = {a: h for a, h in fit.spectrum.h.items() if a != alpha}
     alone = replace(fit, spectrum=replace(fit.spectrum, h=others))

@@ -34,6 +34,7 @@ MEDIAN_FROM = 128  # below, a band of a quarter octave holds too few coefficient
 SLOW_SAMPLES = 1 << 13  # block means that show the frequencies below
 ONE_BAND = 3  # lines so near to each other (`_reach`) are one of finite width
 UNRESOLVED = 3.0  # coefficients: two lines within are one of finite width
+SLOW_NEAR = 16  # coefficients a side whose median shows that no model describes the noise
 MIRRORED = 8.0  # power over noise of a sideband's other side: exp(-8), three places
 REST = (3, 8, 24)  # coefficients a side in which one sinusoid must leave nothing
 REST_P = 1e-4  # probability that noise leaves so much there
@@ -80,7 +81,10 @@ def find_slow_lines(
     at_most: int,
 ) -> list[Line]:
     """Lines of 10 to 128 cycles in the recording, as `find_lines`; density: the noise spectrum,
-    f -> unit^2/Hz, which medians of so few coefficients cannot resolve."""
+    f -> unit^2/Hz, which medians of so few coefficients cannot resolve; where these are twice as
+    high all the same, no model describes the noise, and they count."""
+    from scipy.ndimage import median_filter
+
     tau0 = 1 / frame_rate_hz
     n = series.size
     step = max(n // SLOW_SAMPLES, 1)
@@ -91,8 +95,10 @@ def find_slow_lines(
     transform = Transform.of(means, tau0 * step)
     k = np.arange(FIRST_CYCLES, last + 1)
     noise = np.maximum(density(k / transform.duration_s), np.finfo(float).tiny)
-    least_gain = threshold(n)
-    search = _Search(transform, transform.power(), noise, noise, FIRST_CYCLES, True, least_gain)
+    least_gain, power = threshold(n), transform.power()
+    above = median_filter(power[k] / noise, 2 * SLOW_NEAR + 1) / np.log(2)
+    noise *= np.where(above > 2, above, 1.0)
+    search = _Search(transform, power, noise, noise, FIRST_CYCLES, True, least_gain)
     return [_of_means(line, step, tau0) for line in search.lines(at_most)]
 
 

@@ -1,36 +1,10 @@
-"""What every rule says of itself."""
+"""Memory and time that a job asks for."""
 
 import os
-import re
-import textwrap
 from pathlib import Path
 from types import SimpleNamespace
 
 from mocap_workflow.needs import Needs
-
-
-def rules(root) -> dict[str, str]:
-    """Text of each rule that runs a script, by name."""
-    texts = [path.read_text(encoding="utf-8") for path in (root / "workflow/rules").glob("*.smk")]
-    text = "\n".join(texts)
-    found = re.findall(r"^(?:rule|checkpoint) (\w+):\n((?: .*\n|\n(?= ))+)", text, re.M)
-    loops = r"^for NAME, OF in (\w+)\.items\(\):\n\n    rule:\n((?: .*\n|\n(?= ))+)"
-    for table, body in re.findall(loops, text, re.M):
-        entries = text.partition(f"\n{table} = {{\n")[2].partition("\n}\n")[0]
-        names = re.findall(r'^    "(\w+)": \{$', entries, re.M)
-        found += [(name, textwrap.indent(textwrap.dedent(body), "    ")) for name in names]
-    return {name: body for name, body in found if "script:" in body}
-
-
-def test_every_rule_says_what_it_needs_and_where_it_tells(root) -> None:
-    found = rules(root)
-    assert len(found) > 30
-    for name, body in found.items():
-        assert re.search(r"^ +mem_mb=memory\(\d+(, arrays=\d+)?\),$", body, re.M), name
-        assert re.search(r"^ +runtime=minutes\(\d+(, seconds=[\d.]+)?\),$", body, re.M), name
-        for directive in ("log", "benchmark", "message"):
-            assert f"    {directive}:\n" in body, (name, directive)
-        assert "threads:" not in body, f"{name}: one thread, so that --cores changes no byte"
 
 
 def test_memory_and_time_grow_with_a_recording(tmp_path: Path) -> None:

@@ -1,0 +1,106 @@
+"""Rows of sheets as text: what separates cells, what is no row, and every fault of one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from mocap_metrology.common.faults import Faults
+from mocap_metrology.common.sheets import delimiter, parts_of, read
+
+COLUMNS = ("name", "path", "note")
+
+
+def rows(folder: Path, text: str | bytes, **how: bool) -> list[tuple[int, list[str]]]:
+    path = folder / "s.tsv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return [(one.number, [*one.cells.values()]) for one in read(path, COLUMNS, ["name"], **how)]
+
+
+def faults(folder: Path, text: str | bytes) -> list[str]:
+    with pytest.raises(Faults) as refused:
+        rows(folder, text)
+    return [line.replace(f"{folder}/", "") for line in refused.value.lines]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("sep", ["\t", ";", ","])
+def test_rows_by_their_numbers_with_cells_left_out_empty(
+    tmp_path: Path, sep: str, end: str
+) -> None:
+    """Without comments, empty rows, blanks round cells, and empty columns at the end."""
+    lines = [
+        "# title",
+        f"name{sep}note{sep}{sep}",
+        "",
+        f" a {sep}b c{sep}{sep}",
+        f"{sep}{sep} {sep}",
+    ]
+    lines += [f'"x{sep}y"{sep}', "  # end", f"{sep}z"]
+    found = rows(tmp_path, "\ufeff" + end.join(lines) + end)
+    assert found == [(4, ["a", "", "b c"]), (6, [f"x{sep}y", "", ""]), (8, ["", "", "z"])]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", ["s.tsv: no header; expected columns name, path, note"]),
+        ("# only a word\n\t\n", ["s.tsv: no header; expected columns name, path, note"]),
+        ("name\n\xff", ["s.tsv, row 2: not UTF-8; expected UTF-8 text"]),
+        ("name|path\na|b", ["s.tsv: cells are separated by bars; expected tabs"]),
+        ("name path\na b", ["s.tsv: cells are separated by blanks; expected tabs"]),
+        ("path\nb", ["s.tsv: no column name; expected a header with it"]),
+        ("name\t\tpath\na", ["s.tsv: column 2 has no name; expected one in its header"]),
+        ("name\tname\na", ["s.tsv, column name: repeated; expected once"]),
+        ("name\tpath\na\tb\tc\nd", ["s.tsv, row 2: 3 cells; expected 2"]),
+        ("name\tpath\na\tb\t\nd", []),
+        (
+            "name,path\na,b,c\nd,e,f",
+            [
+                f's.tsv, row {k}: 3 cells; expected 2, and quotes round a cell with ","'
+                for k in (2, 3)
+            ],
+        ),
+        (
+            'name\tpath\na\t"b',
+            ["s.tsv, row 2: a quote without its closing quote; expected a pair"],
+        ),
+        (
+            "name\n" + "x" * 100_001,
+            ["s.tsv, row 2: 100001 letters; expected at most 100000 in a cell"],
+        ),
+        ("name\tpath\n" + "x" * 100_000 + "\tb", []),
+    ],
+)
+def test_faults(tmp_path: Path, text: str, said: list[str]) -> None:
+    raw = text.encode("latin-1")
+    assert (faults(tmp_path, raw) if said else rows(tmp_path, raw) and []) == said
+
+
+def test_what_is_no_text(tmp_path: Path) -> None:
+    for raw in (b"\xff\xfen\0", b"\xfe\xff\0n"):
+        assert faults(tmp_path, raw)[0].startswith("s.tsv: UTF-16; expected UTF-8")
+    for raw in (b"PK\3\4", b"name\0"):
+        assert faults(tmp_path, raw)[0].startswith("s.tsv: not a text file; expected UTF-8")
+    with pytest.raises(Faults, match="no such file; expected a sheet, or an empty value"):
+        read(tmp_path / "none.tsv", COLUMNS, ["name"])
+    with pytest.raises(Faults, match="expected a sheet"):
+        read(tmp_path, COLUMNS, ["name"])
+
+
+def test_other_columns_where_a_sheet_may_have_them(tmp_path: Path) -> None:
+    text = "name\tmore\na\tb"
+    assert rows(tmp_path, text, others=True) == [(2, ["a", "", "", "b"])]
+    assert faults(tmp_path, text)[0].startswith('s.tsv, column "more": unknown')
+
+
+def test_the_separator_is_what_separates_most_known_names() -> None:
+    assert delimiter('"name" ; path,note', COLUMNS) == ";"
+    assert delimiter("name,path;note,other", COLUMNS) == ","
+    assert delimiter("nothing", COLUMNS) == "\t"
+
+
+def test_parts_of_a_cell() -> None:
+    assert parts_of("a ; b;c d") == ("a", "b", "c d")
+    assert parts_of("") == ()

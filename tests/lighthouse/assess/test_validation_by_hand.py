@@ -1,0 +1,167 @@
+"""Checks of a pose against what else is known of it, of poses made by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2, rayleigh
+
+from mocap_metrology.lighthouse.assess import validation
+from mocap_metrology.lighthouse.assess.fit_checks import Case
+from mocap_metrology.lighthouse.calibrate.variants import Weighed
+from mocap_metrology.lighthouse.records import Factory, PoseEstimate, Station
+
+T = np.array([0.5, 2.0, -0.1])
+POSE = PoseEstimate("batch", "final", "factory", np.eye(3), T)
+STATIONS = [Station(role, factory=Factory(), frames_found=3) for role in ("master", "slave")]
+
+
+def turned(deg: float, axis: tuple[float, float, float] = (0, 0, 1.0)) -> np.ndarray:
+    return Rotation.from_rotvec(math.radians(deg) * np.array(axis)).as_matrix()
+
+
+def weighed(name: str, standing: str, mm: float = 0.0) -> Weighed:
+    return Weighed(name, standing, 60.0, 0.0, np.eye(3), np.add(T, [1e-3 * mm, 0, 0]))
+
+
+def test_the_rotor_model_that_was_taken_is_named_first_and_then_those_left_open() -> None:
+    sure = [weighed("a", "excluded"), weighed("b", "chosen"), weighed("c", "excluded")]
+    check = validation.rotor_model(POSE, sure)
+    assert (check.case, check.names, check.level) == (Case.ROTOR_CLEAR, ("b",), "good")
+    check = validation.rotor_model(POSE, [weighed("a", "open", 3.0), weighed("b", "chosen")])
+    assert (check.case, check.names, check.ok) == (Case.ROTOR_OPEN, ("b", "a"), False)
+    for unasked in ((POSE, []), (replace(POSE, optics="ideal"), sure)):
+        assert validation.rotor_model(*unasked).case == Case.ROTOR_UNASKED
+
+
+def test_factory_values_of_the_recording_of_a_file_and_none() -> None:
+    filed = [STATIONS[0], replace(STATIONS[1], frames_found=0)]
+    bare = [STATIONS[0], replace(STATIONS[1], factory=None, why="too short")]
+    for chosen, stations, case, level in (
+        (POSE, STATIONS, Case.FACTORY, "good"),
+        (POSE, filed, Case.FACTORY_FILE, "usable"),
+        (replace(POSE, optics="estimated"), bare, Case.ESTIMATED, "usable"),
+        (replace(POSE, optics="ideal"), bare, Case.IDEAL, "doubtful"),
+    ):
+        check = validation.factory(chosen, stations)
+        assert (check.case, check.level, check.ok) == (case, level, case == Case.FACTORY)
+        assert check.names == (("slave",) if case == Case.FACTORY_FILE else ())
+        assert check.why == ({"slave": "too short"} if stations is bare else {})
+
+
+def gravity(deg: float, optics: str = "factory") -> validation.Check:
+    """Of stations whose own ways up differ by an angle, seen from the pose."""
+    R = turned(40.0, (0.3, -0.5, 0.2))
+    up = np.array([0.2, 0.1, 0.9])
+    across = np.cross(up, [1.0, 0, 0])
+    tilt = Rotation.from_rotvec(math.radians(deg) * across / np.linalg.norm(across)).apply(up)
+    stations = [replace(STATIONS[0], gravity=up), replace(STATIONS[1], gravity=3 * R.T @ tilt)]
+    return validation.gravity(replace(POSE, R=R, optics=optics), stations)
+
+
+def test_ways_up_of_two_stations_differ_as_rayleigh_has_it() -> None:
+    """1.5 deg in each of two directions: one sound pair in 200, one in 1e9."""
+    first, second = (rayleigh.isf(p, scale=1.5) for p in (5e-3, 1e-9))
+    for deg, level in (
+        (0.0, "good"),
+        (0.999 * first, "good"),
+        (1.001 * first, "doubtful"),
+        (0.999 * second, "doubtful"),
+        (1.001 * second, "failed"),
+        (179.0, "failed"),
+    ):
+        check = gravity(deg)
+        assert check.value == pytest.approx(deg, abs=1e-6)
+        assert (check.level, check.ok) == (level, level == "good")
+        assert check.limit == pytest.approx(first if level == "good" else second)
+        assert check.case == (Case.GRAVITY if level == "good" else Case.GRAVITY_OFF)
+    assert gravity(20.0, "ideal").case == Case.GRAVITY_OFF_IDEAL
+    assert validation.gravity(POSE, STATIONS).case == Case.GRAVITY_UNKNOWN
+    none = [replace(one, gravity=np.zeros(3)) for one in STATIONS]
+    assert math.isnan(validation.gravity_angle_deg(np.eye(3), none))
+
+
+@pytest.mark.parametrize(
+    ("mm", "deg", "level"),
+    [
+        *((29.9, 1.99, "good"), (30.1, 0.0, "usable"), (0.0, 2.01, "usable")),
+        *((99.9, 4.99, "usable"), (100.1, 0.0, "doubtful"), (0.0, 5.01, "doubtful")),
+    ],
+)
+def test_against_a_reference(mm: float, deg: float, level: str) -> None:
+    errors = mm * np.array([0.6, 0, -0.8]), deg * np.array([0, 0.6, 0.8])
+    check = validation.against_reference(errors)
+    assert (check.level, check.value) == (level, pytest.approx(mm))
+    assert check.numbers["deg"] == pytest.approx(deg)
+    assert validation.against_reference(None).case == Case.REFERENCE_NONE
+
+
+def stages(mm: float, deg: float, covariance: np.ndarray | None) -> validation.Check:
+    other = replace(POSE, stage="kabsch", R=turned(deg), t_m=np.add(T, [0, 1e-3 * mm, 0]))
+    both = [replace(one, covariance=covariance) for one in (POSE, other)]
+    (check,) = validation.agreements(both[0], both)
+    assert (check.value, check.numbers["deg"]) == (pytest.approx(mm), pytest.approx(deg))
+    return check
+
+
+@pytest.mark.parametrize(
+    ("mm", "deg", "level"),
+    [
+        *((19.9, 0.49, "good"), (20.1, 0.0, "usable"), (0.0, 0.51, "usable")),
+        *((59.9, 1.99, "usable"), (60.1, 0.0, "doubtful"), (0.0, 2.01, "doubtful")),
+    ],
+)
+def test_stages_of_one_estimator_agree(mm: float, deg: float, level: str) -> None:
+    check = stages(mm, deg, None)
+    assert (check.level, check.case, check.ok) == (level, Case.STAGES, level == "good")
+
+
+def test_a_difference_that_the_covariances_allow_is_no_fault() -> None:
+    """d^T (2 C)^-1 d of six degrees of freedom, exceeded once in a thousand."""
+    limit = chi2.isf(1e-3, 6)
+    sd = 50.0 / math.sqrt(2 * limit)
+    C = np.diag([9.0, sd**2, 9.0, 1.0, 1.0, 1.0])
+    assert stages(49.99, 0.0, C).case == Case.STAGES_LOOSE
+    assert stages(50.01, 0.0, C).case == Case.STAGES
+    C[5, 5] = 3.0**2 / (2 * limit)
+    assert stages(0.0, 2.99, C).level == "good"
+    assert stages(0.0, 3.01, C).level == "doubtful"
+    unknown = stages(50.0, 0.0, C * np.nan)
+    assert (unknown.case, unknown.ok) == (Case.STAGES_UNKNOWN, None)
+
+
+def test_other_optics_of_the_same_stage() -> None:
+    near, far = (
+        replace(POSE, optics="ideal", t_m=np.add(T, [off, 0, 0])) for off in (0.499, 0.501)
+    )
+    assert [c.case for c in validation.agreements(POSE, [POSE, near])] == [Case.OPTICS]
+    assert [c.case for c in validation.agreements(POSE, [POSE, far])] == [Case.OPTICS_FAR]
+    wide = replace(POSE, optics="ideal", R=turned(10.1))
+    assert [c.level for c in validation.agreements(wide, [POSE])] == ["doubtful"]
+    others = [replace(near, estimator="paper-lm"), replace(near, optics="estimated")]
+    assert [*validation.agreements(POSE, others)] == []
+
+
+def test_the_verdict_of_several_stations_is_the_worst() -> None:
+    words = {"3": "good", "5": "doubtful", "7": "usable"}
+    verdicts = {name: validation.Verdict(word) for name, word in words.items()}
+    worst = validation.worst_of(verdicts, [])
+    assert (worst.word, worst.station, worst.words, worst.apart) == ("doubtful", "5", words, ())
+    good = {"3": validation.Verdict("good")}
+    assert validation.worst_of(good, []).word == "good"
+    assert validation.worst_of(good, ["no"]).word == "usable"
+
+
+def test_no_verdict_without_a_pose() -> None:
+    assert validation.verdict(None, [], STATIONS, why_none="dark").why_none == "dark"
+    for wrong in (replace(POSE, R=np.nan * np.eye(3)), replace(POSE, t_m=np.nan * T)):
+        assert validation.verdict(wrong, [wrong], STATIONS).word == "failed"
+    paper = replace(POSE, estimator="paper-lm", details=None)
+    batch = replace(POSE, details={"weight_lost": 0.5})
+    found = validation.verdict(paper, [paper, batch, replace(batch, optics="ideal")], STATIONS)
+    assert {c.case for c in found.checks} >= {Case.WEIGHT_LOST}
+    assert found.word == "doubtful"

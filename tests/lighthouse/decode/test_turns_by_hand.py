@@ -1,0 +1,81 @@
+"""Turns and hits of one second-generation station, of times made by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.lighthouse.decode.turns import Light, find_turn_hits, find_turns
+
+PERIOD_S = 949_000 / 48e6  # channel index 3
+Row = tuple[int, float]  # diode, rotor in rad
+
+
+def light(
+    hits: list[list[Row]], n: int = 20, ppm: float = 0.0, late: dict[int, float] | None = None
+):
+    """A station that turns n times; the hits of the first turns."""
+    period = PERIOD_S * (1 + 1e-6 * ppm)
+    begin = 0.01 + period * np.arange(n)
+    for turn, off in (late or {}).items():
+        begin[turn] += off
+    rows = [
+        (d, 0.01 + period * (k + a / (2 * np.pi))) for k, own in enumerate(hits) for d, a in own
+    ]
+    diode, time = np.array(rows).T if rows else np.empty((2, 0))
+    return Light(
+        begin_channel=np.full(n, 3, np.int8),
+        begin_s=begin,
+        begin_bit=np.arange(n, dtype=np.int8) % 2,
+        hit_channel=np.full(time.size, 3, np.int8),
+        hit_diode=diode.astype(np.int16),
+        hit_s=time,
+        n_diodes=6,
+        duration_s=n * period,
+        resolution_s=1 / 48e6,
+    )
+
+
+def test_angles_up_to_1_2_rad_from_each_plane() -> None:
+    """Planes are straight ahead at a third and two thirds of a turn."""
+    first, second = 2 * np.pi / 3, 4 * np.pi / 3
+    own = [(0, first - 1.19), (1, first - 1.21), (2, first), (3, second + 1.19), (4, second + 1.21)]
+    made = light([own, [(5, second - 0.5)]])
+    turns, _ = find_turns(made)
+    hits, report = find_turn_hits(made, turns)
+    assert hits.diode.tolist() == [0, 2, 3, 5]
+    assert hits.axis.tolist() == [0, 0, 1, 1]
+    assert hits.cycle.tolist() == [0, 0, 0, 1]
+    assert hits.angle_rad.tolist() == pytest.approx([-1.19, 0.0, 1.19, -0.5], abs=1e-6)
+    assert report["no_sweep"] == [0, 1, 0, 0, 1, 0]
+    assert report["hit"] == [1, 0, 1, 1, 0, 1]
+
+
+def test_of_two_hits_on_a_diode_the_one_nearer_to_the_others() -> None:
+    own = [(0, 2.0), (1, 2.01), (2, 2.02), (1, 2.3), (0, 4.0)]
+    hits, report = find_turn_hits(made := light([own]), find_turns(made)[0])
+    assert sorted(zip(hits.diode.tolist(), np.round(hits.angle_rad, 2).tolist(), strict=True)) == [
+        (0, -0.19), (0, -0.09), (1, -0.08), (2, -0.07)
+    ]  # fmt: skip
+    assert report["second_on_diode"] == [0, 1, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("n", "ppm", "is_used"),
+    [(12, 0, True), (11, 0, False), (20, 99, True), (20, 101, False), (20, -99, True)],
+)
+def test_a_station_has_twelve_begins_of_its_period(n: int, ppm: float, is_used: bool) -> None:
+    turns, notes = find_turns(light([], n, ppm))
+    assert len(turns) == is_used
+    if is_used:
+        assert turns[0].channel == 3
+        assert turns[0].clock.cycle_s == pytest.approx(PERIOD_S * (1 + 1e-6 * ppm), rel=1e-12)
+        assert turns[0].bit.tolist() == [k % 2 for k in range(n)]
+    else:
+        assert notes
+
+
+def test_begins_off_their_period_do_not_count() -> None:
+    (turns,), _ = find_turns(light([], 30, late={7: 3e-4, 20: -2e-4}))
+    assert turns.turn.tolist() == [k for k in range(30) if k not in (7, 20)]
+    assert turns.begin(np.array([7.0])) == pytest.approx(0.01 + 7 * PERIOD_S, abs=1e-7)

@@ -175,3 +175,52 @@ def breaks(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
     """A recording of three takes, each with a place of its own."""
     part = np.minimum((t / 100).astype(int), 2)
     return x + rng.normal(0, 0.05, (6, 3))[:, part]
+
+
+def five_digits(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    x = placed(x)
+    e = 10.0 ** (np.floor(np.log10(np.abs(x))) - 4)
+    return np.round(x / e) * e
+
+
+def centimetres(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return np.round(placed(x) / 10, 2) * 10
+
+
+def ticks(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """One frame is off every 10 s."""
+    x[0, 250::500] += 0.5
+    return x
+
+
+def edges_of_gaps(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    for s in rng.integers(50, t.size - 100, 25):
+        n = rng.integers(5, 60)
+        x[:3, s - 3 : s] += 0.3
+        x[:3, s + n : s + n + 3] -= 0.25
+        x[:3, s : s + n] = np.nan
+    return x
+
+
+def cut(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return np.clip(x, -0.03, 0.03)
+
+
+def blue(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return np.diff(np.hstack([x, x[:, :1]]), axis=1) * 0.7 + 0.3 * x
+
+
+def axes(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return x * np.array([[1], [5], [0.2], [1], [5], [0.2]])
+
+
+def drifted_gap(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    x += np.linspace(0, 0.2, t.size)
+    x[:3, (t > 100) & (t < 140)] = np.nan
+    return x
+
+
+def hampel_export(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    x = WHITE * rng.standard_t(3, x.shape) / 1.7
+    m = ndimage.median_filter(x, (1, 7))
+    return np.where(abs(x - m) > 0.05, m, x)

@@ -283,3 +283,64 @@ def unsteady(rng: Noise, t: np.ndarray) -> np.ndarray:
 def wheel(rng: Noise, t: np.ndarray) -> np.ndarray:
     """A cart that rolls by: the floor bends and comes back."""
     return sum(0.1 * np.exp(-(((t - at) / 6) ** 2)) for at in np.cumsum(rng.uniform(40, 120, 6)))
+
+
+def projector(rng: Noise, t: np.ndarray) -> np.ndarray:
+    return 0.03 * (1 + 0.8 * np.sin(2 * np.pi * 0.2 * t)) * np.sin(2 * np.pi * 17.4 * t)
+
+
+def heater(rng: Noise, t: np.ndarray) -> np.ndarray:
+    """Five seconds of heat every 70 s, which fades in 20 s."""
+    on = ((t + 30) % 70 < 5).astype(float)
+    s = (t[1] - t[0]) / 20
+    return 0.3 * signal.lfilter([s], [1, s - 1], on)
+
+
+def hanging_steps(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Another marker's y: three shifts that recover."""
+    for at in (60, 140, 230):
+        since = t - at - rng.uniform(0, 20)
+        x[4] += np.where(since > 0, 0.1 * np.exp(-np.maximum(since, 0) / 8), 0)
+    return x
+
+
+def antiphase(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    w = 0.04 * np.sin(2 * np.pi * 5.5 * t)
+    x[1] += w
+    x[4] -= w
+    return x
+
+
+def common(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return x + np.tile(0.015 * np.array([ou(rng, t, 8.0) for _ in range(3)]), (2, 1))
+
+
+def overshoot(rng: Noise, t: np.ndarray) -> np.ndarray:
+    return 0.3 * (np.exp(-t / 90) - np.exp(-t / 25))
+
+
+def louder_late(rng: Noise, t: np.ndarray) -> np.ndarray:
+    return 1 + 0.8 * np.expm1(t / t[-1] * 2) / np.expm1(2)
+
+
+def two_doors(rng: Noise, t: np.ndarray) -> np.ndarray:
+    a = t % 19
+    b = (t + 5) % 31
+    return 0.12 * np.exp(-a / 0.4) * np.sin(2 * np.pi * 5 * a) + 0.1 * np.exp(-b / 0.5) * np.sin(
+        2 * np.pi * 3.3 * b
+    )
+
+
+def tilt(rng: Noise, t: np.ndarray) -> np.ndarray:
+    """A tripod sinks: linear, and stops."""
+    return 0.15 * np.clip((t - 60) / 120, 0, 1)
+
+
+def gusts(rng: Noise, t: np.ndarray) -> np.ndarray:
+    """A tent's wall: bursts of low-frequency shaking."""
+    env = np.maximum(ou(rng, t, 12.0), 0)
+    return (
+        0.05
+        * env
+        * signal.lfilter([0.1], [1, -1.9 * np.cos(0.2), 0.9025], rng.standard_normal(t.size))
+    )

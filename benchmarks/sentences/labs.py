@@ -173,6 +173,27 @@ KINDS: dict[str, Kind] = {
     "1 Hz for 2 h": kind(lambda r, t, x: x, rate=1.0, seconds=7200.0),
     "0.5 um": kind(lambda r, t, x: x / 40),
     "constant": kind(lambda r, t, x: 0 * x, "", "resolution_limited", good=False),
+    "projector": kind(in_x1(lab.projector), "line", LOUD),
+    "heater": kind(in_x1(lab.heater), "cycle wander", "line recurring event moves"),
+    "shifts that recover": kind(
+        lab.hanging_steps, "wander shift event step", "event moves shift step"
+    ),
+    "five digits": kind(export.five_digits, "resolution_limited", "heavy_tails", places=False),
+    "hundredths of cm": kind(export.centimetres, "resolution_limited", "", places=False),
+    "ticks": kind(export.ticks, "", "heavy_tails recurring line"),
+    "antiphase": kind(lab.antiphase, "line"),
+    "edges of gaps": kind(export.edges_of_gaps, "", "event heavy_tails", good=False),
+    "cut off": kind(export.cut),
+    "common wander": kind(lab.common, "", "wander"),
+    "blue": kind(export.blue),
+    "axes unlike": kind(export.axes),
+    "overshoot": kind(in_x1(lab.overshoot), "wander warm_up", "moves"),
+    "drift and gap": kind(export.drifted_gap, "drift wander", ""),
+    "louder late": kind(lab.louder(lab.louder_late), "level_changes", "event heavy_tails"),
+    "outliers replaced": kind(export.hampel_export, "", "heavy_tails running_median repeated"),
+    "two doors": kind(in_x1(lab.two_doors), "event recurring", "line " + LOUD),
+    "tripod sinks": kind(in_x1(lab.tilt), "wander", "moves"),
+    "gusts": kind(in_x1(lab.gusts), "", "resonance " + LOUD),
 }
 
 

@@ -299,9 +299,13 @@ def bout(
     usual = float(np.median(known)) if known.size else math.nan
     starts = range(0, series.size - frames + 1, frames // 4)
     loud = []
-    for start in starts:
-        own = levels.between(start / rate_hz, (start + frames) / rate_hz).variance
-        if own.size > 1 and own.mean() - usual > LOUD * math.sqrt(mean_variance(own)):
+    for start in starts:  # not by `between`, which looks at all blocks each time
+        first = math.ceil((start / rate_hz - 1e-9) / levels.length_s)
+        last = math.floor(((start + frames) / rate_hz + 1e-9) / levels.length_s)
+        own = levels.variance[first:last]
+        own = own[np.isfinite(own)]
+        above = own.mean() - usual if own.size > 1 else 0.0
+        if above > 0 and above > LOUD * math.sqrt(mean_variance(own)):
             loud.append(start)
     chance /= max(len(loud), 1)
     found = {s: pulses(series[s : s + frames], rate_hz, chance) for s in loud}

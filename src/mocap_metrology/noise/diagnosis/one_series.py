@@ -30,6 +30,7 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 NOTCHES = 3  # of a series: its strongest lines
 SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
 LEAST_PERIOD = 8  # blocks, of a cycle that the signatures have
+SAMPLED = 1 << 17  # changes of frames that show steps
 HIDDEN, LEAST_CHANGE = 0.1, 0.3  # quantile of changes, and its share of their median, of steps
 Columns = Mapping[str, np.ndarray]
 Density = Callable[[np.ndarray], np.ndarray]
@@ -111,13 +112,12 @@ class Examiner:
 def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
     """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file;
     the values themselves may have a coarser one: no change is far below their median."""
-    changes = np.abs(np.diff(middle(series)))
+    changes = np.abs(np.diff(middle(series)[:SAMPLED]))
+    avar_1 = float(np.nanmean(changes**2)) / 2 if np.isfinite(changes).any() else math.nan
     changes = changes[changes > 0]
-    if not changes.size:
-        return step_mm
-    own = float(np.quantile(changes, HIDDEN))
-    step = max(step_mm, own if own > LEAST_CHANGE * np.median(changes) else 0.0)
-    avar_1 = float(allan_variance(series, np.array([1])).variance[0])
+    own = float(np.quantile(changes, HIDDEN)) if changes.size else 0.0
+    coarse = own > LEAST_CHANGE * float(np.median(changes)) if changes.size else False
+    step = max(step_mm, own if coarse else 0.0)
     return step if rounding_share(step, avar_1, distance) > MOST else 0.0
 
 

@@ -38,7 +38,9 @@ from mocap_metrology.noise.diagnosis.shapes import AT_ONCE, PERIODS, Shape, on_l
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
 WALK = 1 / 3  # of every other noise, beside a random walk
-LOUD, LEFT_OUT = 4.0, 0.1  # times the usual variance of frames; share of such blocks, at most
+LOUD, SURE = 2.0, 7.0  # times the usual variance of frames; standard errors beyond it, at least
+LEFT_OUT = 0.4  # of the blocks, at most
+LEAST_FRAMES = 8  # of a block, to know that variance
 FOLDED = 20  # to each side, of the spectra of block means
 MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 BLOCK_S = 1.0  # at least: what is faster is no slow wander
@@ -206,18 +208,23 @@ def block_length(size: int, frame_rate_hz: float) -> int:
 
 def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray]:
     """Means (n,) of the blocks that are there, and their numbers; blocks of fewer than three
-    quarters of the usual number of samples are not, nor the few in which frames differ far more
-    from one to the next than they do usually."""
+    quarters of the usual number of samples are not, nor those in which frames scatter far more
+    about a straight line than they do usually: of noise that is loud, or of a vibration."""
     rows = series[: series.size // length * length].reshape(-1, length)
     known = np.isfinite(rows)
     count = known.sum(axis=1)
     usual = np.median(count[count > 0]) if count.any() else math.inf
     there = np.flatnonzero(count >= 0.75 * usual)
-    steps = np.diff(rows[there], axis=1)
-    steps = np.where(np.isfinite(steps), steps**2, 0.0).sum(axis=1) / count[there]
-    loud = steps > LOUD * np.median(steps) if there.size else np.zeros(0, bool)
-    there = there if loud.sum() > LEFT_OUT * there.size else there[~loud]
-    return np.where(known, rows, 0.0).sum(axis=1)[there] / count[there], there
+    rest = np.where(known[there], rows[there], 0.0)
+    mean = rest.sum(axis=1) / count[there]
+    if length >= LEAST_FRAMES and there.size:
+        time = np.arange(length) - (length - 1) / 2
+        off = np.where(known[there], rest - mean[:, None], 0.0)
+        square = (off**2).sum(axis=1) - (off @ time) ** 2 / (time @ time)
+        quiet = square <= max(LOUD, 1 + SURE * math.sqrt(2 / length)) * np.median(square)
+        if quiet.mean() >= 1 - LEFT_OUT:
+            there, mean = there[quiet], mean[quiet]
+    return mean, there
 
 
 def _mean_variance(values: Floats) -> float:

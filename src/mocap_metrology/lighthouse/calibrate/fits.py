@@ -137,8 +137,9 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool
     and sweeps of those that remain far worse than others are left out, where they are so
     themselves."""
     hits = found.recordings[0].sweeps.hits if hits is None else hits
+    few_wrong = scene.generation == 2
     for _ in range(RENEWALS):
-        again = bridged_trajectory(found.recordings[0], scene.generation == 2)
+        again = bridged_trajectory(found.recordings[0], few_wrong)
         if again is None:
             break
         then = fitted(scene, hits, again, poses_of(found), sized=sized)
@@ -147,7 +148,7 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool
         found = then
     one = found.recordings[0]
     sweep, squares = one.sweeps.sweep, np.minimum(one.alone**2, LARGEST_RAD**2)
-    bad = _bad_stretches(one, squares, LOST_STRETCH)[one.seen.who[:, 3]]
+    bad = _bad_stretches(one, few_wrong, LOST_STRETCH)[one.seen.who[:, 3]]
     bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
     if not bad.any():
         return found
@@ -165,19 +166,17 @@ def _misfit(found: Joint) -> float:
     return float(np.mean(np.minimum(found.recordings[0].residual ** 2, 1e-6)))
 
 
-def _bad_stretches(one: Recording, square: np.ndarray, times: float) -> np.ndarray:
-    """Which stretches between knots have an rms of residuals, given their squares, so many times
-    the median of all; finer knots than `SHORTEST_S` are judged together."""
-    each = _together(one)
-    rms = np.repeat(rms_by(one.seen.who[:, 3] // each, square, FEWEST_HITS), each)
+def _bad_stretches(one: Recording, few_wrong: bool, times: float) -> np.ndarray:
+    """Which stretches between knots have an rms residual so many times the median of all; finer
+    knots than `SHORTEST_S` are judged together. few_wrong: whether single hits may be wrong, but no
+    whole sweeps."""
+    each = max(round(SHORTEST_S / one.trajectory.knot_s), 1)
+    stretch = one.seen.who[:, 3] // each
+    sizes = bounded(one.alone, stretch) if few_wrong else np.minimum(np.abs(one.alone), LARGEST_RAD)
+    rms = np.repeat(rms_by(stretch, sizes**2, FEWEST_HITS), each)
     with np.errstate(invalid="ignore"):
         bad: np.ndarray = rms > times * np.nanmedian(rms)
     return bad
-
-
-def _together(one: Recording) -> int:
-    """How many stretches between knots are judged as one."""
-    return max(round(SHORTEST_S / one.trajectory.knot_s), 1)
 
 
 def bounded(off: np.ndarray, stretch: np.ndarray) -> np.ndarray:
@@ -189,14 +188,11 @@ def bounded(off: np.ndarray, stretch: np.ndarray) -> np.ndarray:
 
 
 def bridged_trajectory(one: Recording, few_wrong: bool) -> Trajectory | None:
-    """The trajectory through its good stretches only; None where all are good. few_wrong: whether
-    single hits may be, but no whole sweeps."""
+    """The trajectory through its good stretches only; None where all are good. few_wrong: as of
+    `_bad_stretches`."""
     trajectory = one.trajectory
     stretch = one.seen.who[:, 3]
-    square = np.minimum(one.alone**2, LARGEST_RAD**2)
-    if few_wrong:
-        square = bounded(one.alone, stretch // _together(one)) ** 2
-    bad = _bad_stretches(one, square, BAD_STRETCH)
+    bad = _bad_stretches(one, few_wrong, BAD_STRETCH)
     if not bad.any() or bad.all():
         return None
     bad = np.convolve(bad, np.ones(5))[2:-2] > 0  # a spline's error reaches to its neighbours

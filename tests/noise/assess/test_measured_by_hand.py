@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
+from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.spread import spread
+from mocap_metrology.noise.assess.uncertainty import Span
+from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 
 X = np.array([0.0, 4, 0, 4, 0, 4, 1, 3, 1, 3, 1, 3, 90, 0, 0, 0, 0, 90])
@@ -100,3 +103,26 @@ def test_spread_of_white_noise_a_walk_and_a_sinusoid(n: int) -> None:
 
     expected = term.variance * (of_mean(n) - of_mean(N))
     assert spread(term, n, N, rate) == pytest.approx(expected)
+
+
+def test_a_walk_is_not_named_where_the_wander_is_of_another_kind() -> None:
+    """Of two series alike the one with a cycle among its findings has slow wander, the other a
+    random walk; its mean over all time is no number."""
+    rng, rate = np.random.default_rng(3), 20.0
+    rows, series = [], {}
+    for name in ("x1", "y1", "z1"):
+        values = 0.02 * rng.standard_normal(4000) + 4e-3 * np.cumsum(rng.standard_normal(4000))
+        series[name] = values
+        walk = 16e-6 * rate / (2 * math.pi**2)
+        for parameter, value in (("h_0", 8e-4 / rate), ("h_-2", walk)):
+            rows.append({"series": name, "estimator": "likelihood", "parameter": parameter,
+                         "value": value, "status": "ok"})  # fmt: skip
+    keys = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")
+    allan = {k: np.array([1.0]) for k in keys}
+    allan |= {"series": np.array(["x1"]), "estimator": np.array(["oadev"])}
+    inputs = Inputs(series.items(), ["A"], rows, allan, [], [Finding("cycle", "x1", 30.0)])
+    found = assess_recording(inputs, Span(rate, horizon_s=200.0)).series
+    kinds = {name: {one.kind for one in of.kinds} for name, of in found.items()}
+    assert "slow wander" in kinds["x1"] and "random walk" not in kinds["x1"]
+    for name in ("y1", "z1"):
+        assert "random walk" in kinds[name] and "slow wander" not in kinds[name]

@@ -296,3 +296,11 @@ def test_blocks_of_loud_frames_are_no_wander() -> None:
         size = np.exp(0.4 * gauss_markov(2.0, 1.0)(rng, 15_000, 50.0))
         found = signature(0.02 * size * rng.standard_normal(15_000), 50.0)
         assert found is not None and not found.possible
+
+
+def test_a_shift_that_is_not_over_ends_with_the_recording() -> None:
+    t = np.arange(6000) / 10
+    fading = 3.0 * (t > 400) * np.exp(-np.maximum(t - 400, 0) / 90)
+    found = signature(fading + 0.05 * np.random.default_rng(3).standard_normal(t.size), 10.0)
+    assert found.kinds == ("shift",)
+    assert found.at_s == pytest.approx((400, 599), abs=1.5)

@@ -124,13 +124,14 @@ def estimate(
     sized: bool = False,
     more: More | None = None,
     near: Joint | None = None,
+    rounds: int = ROUNDS,
 ) -> Joint:
     """Poses R, t of the stations in the master's frame and everything else, from near them.
 
     rotors (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors
     are taken as they are, also of `SIZED`, and the bias remains; near: an estimate of the same
-    unknowns from other hits, where this begins. Raises LinAlgError where the hits do not determine
-    the poses.
+    unknowns from other hits, where this begins; rounds: at most. Raises LinAlgError where the hits
+    do not determine the poses.
     """
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
@@ -155,7 +156,7 @@ def estimate(
     if ups is not None and by_ups and not any(there):
         state = replace(state, gravity=first_gravity(state, ups))
     search = _Search(of, state, own, sized, ups if by_ups else None)
-    found = search.run()
+    found = search.run(rounds)
     return found if sized else search.without_bias(found)
 
 

@@ -11,9 +11,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 
 from mocap_metrology.lighthouse.batch import inertial
-from mocap_metrology.lighthouse.batch.estimate import Joint, estimate
+from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, rms_by
 from mocap_metrology.lighthouse.batch.problem import State
 from mocap_metrology.lighthouse.batch.recording import Given, Recording
@@ -26,9 +27,10 @@ GRAZING_RAD = np.radians(75.0)  # of incidence: beyond it hits are off by twice 
 RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over the median of all
 LOST_STRETCH = 3.0  # likewise, after that
-LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch: single wrong hits make none bad
+LARGEST_RAD = 1e-3  # of a hit's residual in the rms of a stretch
+FAR_OFF = 6.0  # likewise, over the median of the stretch
 MANY_DIODES = 8  # with fewer, one at a time is left out
-BAD_DIODE = 3.0  # likewise
+BAD_DIODE = 3.0  # its rms residual over the median of all
 FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
 SHORTEST_S = 0.025  # of a stretch
 FEWEST_HITS = 6  # of a stretch or diode that is judged
@@ -42,12 +44,13 @@ def fitted(
     *,
     sized: bool = False,
     near: Joint | None = None,
+    rounds: int = ROUNDS,
 ) -> Joint:
-    """One estimate from there, whatever fits badly; sized, near: as in `estimate`."""
+    """One estimate from there, whatever fits badly; sized, near, rounds: as in `estimate`."""
     R, t = zip(*poses_of(near) if near else poses, strict=True)
     given = [Given(hits, trajectory, scene.sensors.inertial, scene.sensors.lengths)]
     how = scene.rotors, scene.board, scene.used_priors, scene.known_pose
-    return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near)
+    return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 
 
 def without_bad_diodes(
@@ -96,13 +99,13 @@ def refitted(scene: Scene, found: Joint) -> Joint:
     return replace(then, misfit=misfit_of(then))
 
 
-def bad_diodes(found: Joint) -> np.ndarray:
+def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
     """Diodes that fit far worse than the others, and at least half as badly as the worst, which is
-    the first: by their residual, or by how far from their place in the board file they would have
-    to be. One where few would remain, none of four."""
+    the first: by their residual, so many `times` the median of all, or by how far from their place
+    in the board file they would have to be. One where few would remain, none of four."""
     one = found.recordings[0]
     z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
-    excess = z / (BAD_DIODE * max(np.nanmedian(z), one.tau_rad / one.noise.hit))
+    excess = z / (times * max(np.nanmedian(z), one.tau_rad / one.noise.hit))
     if found.of.places >= 0:
         own = slice(found.of.places, found.of.places + 3 * len(found.state.board))
         moved = (found.state.values[own] / found.of.sd[own]).reshape(-1, 3)[: z.size]
@@ -135,7 +138,7 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool
     themselves."""
     hits = found.recordings[0].sweeps.hits if hits is None else hits
     for _ in range(RENEWALS):
-        again = _bridged(found.recordings[0])
+        again = bridged_trajectory(found.recordings[0], scene.generation == 2)
         if again is None:
             break
         then = fitted(scene, hits, again, poses_of(found), sized=sized)
@@ -143,8 +146,8 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool
             break
         found = then
     one = found.recordings[0]
-    bad = _bad_stretches(one, LOST_STRETCH)[one.seen.who[:, 3]]
     sweep, squares = one.sweeps.sweep, np.minimum(one.alone**2, LARGEST_RAD**2)
+    bad = _bad_stretches(one, squares, LOST_STRETCH)[one.seen.who[:, 3]]
     bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
     if not bad.any():
         return found
@@ -162,22 +165,38 @@ def _misfit(found: Joint) -> float:
     return float(np.mean(np.minimum(found.recordings[0].residual ** 2, 1e-6)))
 
 
-def _bad_stretches(one: Recording, times: float) -> np.ndarray:
-    """Which stretches between knots have an rms residual so many times the median of all; finer
-    knots than `SHORTEST_S` are judged together."""
-    each = max(round(SHORTEST_S / one.trajectory.knot_s), 1)
-    square = np.minimum(one.alone**2, LARGEST_RAD**2)
+def _bad_stretches(one: Recording, square: np.ndarray, times: float) -> np.ndarray:
+    """Which stretches between knots have an rms of residuals, given their squares, so many times
+    the median of all; finer knots than `SHORTEST_S` are judged together."""
+    each = _together(one)
     rms = np.repeat(rms_by(one.seen.who[:, 3] // each, square, FEWEST_HITS), each)
     with np.errstate(invalid="ignore"):
         bad: np.ndarray = rms > times * np.nanmedian(rms)
     return bad
 
 
-def _bridged(one: Recording) -> Trajectory | None:
-    """The trajectory through its good stretches only; None where all are good."""
+def _together(one: Recording) -> int:
+    """How many stretches between knots are judged as one."""
+    return max(round(SHORTEST_S / one.trajectory.knot_s), 1)
+
+
+def bounded(off: np.ndarray, stretch: np.ndarray) -> np.ndarray:
+    """Sizes of residuals, at most `LARGEST_RAD` and `FAR_OFF` times what is usual of their stretch,
+    so that hits of which few are wrong make none bad."""
+    usual = ndimage.median(np.abs(off), stretch, np.arange(stretch.max() + 1))[stretch]
+    sizes: np.ndarray = np.minimum(np.abs(off), np.minimum(LARGEST_RAD, FAR_OFF * usual))
+    return sizes
+
+
+def bridged_trajectory(one: Recording, few_wrong: bool) -> Trajectory | None:
+    """The trajectory through its good stretches only; None where all are good. few_wrong: whether
+    single hits may be, but no whole sweeps."""
     trajectory = one.trajectory
     stretch = one.seen.who[:, 3]
-    bad = _bad_stretches(one, BAD_STRETCH)
+    square = np.minimum(one.alone**2, LARGEST_RAD**2)
+    if few_wrong:
+        square = bounded(one.alone, stretch // _together(one)) ** 2
+    bad = _bad_stretches(one, square, BAD_STRETCH)
     if not bad.any() or bad.all():
         return None
     bad = np.convolve(bad, np.ones(5))[2:-2] > 0  # a spline's error reaches to its neighbours

@@ -20,11 +20,12 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.recording import Given, recording
-from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.calibrate.fits import (
-    LARGEST_RAD,
     bad_diodes,
+    bounded,
     bridged,
+    bridged_trajectory,
     fitted,
     grazing,
     if_they_agree,
@@ -36,13 +37,15 @@ from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.records import Hits
 
 FINEST_S = 0.011  # between knots
-FOLLOWED = 0.6, 0.8  # of the noise and of the mean square residual: finer knots follow no more
+FOLLOWED = 0.6, 0.7  # of the noise and of the mean square residual: finer knots follow no more
 ENOUGH, MANY = 5, 40_000  # hits an unknown of the trajectory; in all: fewer are all used
 FEWEST = 2.0  # likewise, of finer knots
+ROUGH = 6  # steps to the first estimate, which shows reflections
 COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better estimate
 GATE = 8.0  # likewise, over the robust spread
 TOGETHER_S = 0.1  # for what is usual of a station
 RENEWALS = 3  # of bad diodes, at most
+BAD_DIODE = 2.0  # its rms residual over the median of all; of good ones at most 1.5
 
 
 def well_fitted(
@@ -51,23 +54,19 @@ def well_fitted(
     """The estimate from there, and a note on what was left out."""
     if scene.generation != 2:
         return without_bad_diodes(scene, hits, trajectory, poses)
-    first = _followed(scene, hits, trajectory, poses)
-    good, near = _gated(scene, hits, first, COARSE_RAD), first.recordings[0].trajectory
-    few = _thinned(good, near)
     found, scene, why = if_they_agree(
-        scene, lambda own: fitted(own, few, near, poses_of(first), sized=True)
+        scene, lambda own: bridged(own, _followed(own, hits, trajectory, poses), sized=True)
     )
     out: list[int] = []
-    for least_rad in (COARSE_RAD, *RENEWALS * [FINE_RAD]):
-        good = _gated(scene, hits, found, least_rad)
-        good = good.take(~np.isin(good.diode, out))
-        trajectory = found.recordings[0].trajectory
-        found = fitted(scene, _thinned(good, trajectory), trajectory, near=found, sized=True)
-        worst = bad_diodes(found)
-        if not worst.size and least_rad == FINE_RAD:
+    for _ in range(RENEWALS + 1):
+        near = found.recordings[0].trajectory
+        good = _gated(scene, _thinned(hits, near), found, FINE_RAD, out)
+        found = fitted(scene, good, near, near=found, sized=True)
+        worst = bad_diodes(found, BAD_DIODE)
+        if not worst.size:
             break
         out += worst.tolist()
-    good = good.take(~np.isin(good.diode, out))
+    good = _gated(scene, hits, found, FINE_RAD, out)
     return fitted(scene, good, found.recordings[0].trajectory, near=found), noted(out, why)
 
 
@@ -79,34 +78,46 @@ def _thinned(hits: Hits, trajectory: Trajectory) -> Hits:
 
 
 def _followed(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
-    """A first estimate, by knots that follow the board, without the cover of diodes."""
-    scene = replace(scene, sensors=replace(scene.sensors, normals=None))
-    found = fitted(scene, _thinned(hits, trajectory), trajectory, poses, sized=True)
+    """A first estimate, by knots that follow the board."""
+    bare = replace(scene, sensors=replace(scene.sensors, normals=None))
+    few = _thinned(hits, trajectory)
+    found = fitted(bare, few, trajectory, poses, sized=True, rounds=ROUGH)
+    if (again := bridged_trajectory(found.recordings[0], True)) is not None:
+        found = fitted(bare, few, again, poses_of(found), sized=True, rounds=ROUGH)
+    good, trajectory = _gated(scene, few, found, COARSE_RAD), found.recordings[0].trajectory
+    found = fitted(scene, good, trajectory, poses_of(found), sized=True)
     while trajectory.knot_s > 2 * FINEST_S and not trajectory.still:
         trajectory = found.recordings[0].trajectory.halved()
-        if len(hits) < FEWEST * POSE * len(trajectory.control):
+        good = _gated(scene, _thinned(hits, trajectory), found, COARSE_RAD)
+        if len(good) < FEWEST * POSE * len(trajectory.control):
             break
-        then = fitted(scene, _thinned(hits, trajectory), trajectory, near=found, sized=True)
+        then = fitted(scene, good, trajectory, near=found, sized=True)
         less = np.array(_left(then)) / _left(found)
         if not then.converged or (less > FOLLOWED).all():
             break
         found = then
-    return bridged(scene, found, sized=True)
+    return found
 
 
 def _left(found: Joint) -> tuple[float, float]:
-    """Mean square residual in rad^2, of hits that fit, for each that determines nothing: by the
-    noise, which wrong hits do not touch, and of all, with stretches that are not followed."""
+    """Mean square residual in rad^2 for each hit that determines nothing: by the noise, which wrong
+    hits do not touch, and of all, with stretches that are not followed."""
     one = found.recordings[0]
-    square = float(np.minimum(one.residual**2, LARGEST_RAD**2).sum())
-    free = max(one.residual.size - one.trajectory.control.size, 1)
-    return one.noise.hit**2 + one.noise.sweep**2, square / free
+    time_s = one.sweeps.hits.time_s
+    stretch = ((time_s - time_s.min()) / KNOT_S).astype(np.int64)
+    square = bounded(one.residual, stretch) ** 2
+    free = max(square.size - one.trajectory.control.size, 1)
+    return one.noise.hit**2 + one.noise.sweep**2, float(square.sum()) / free
 
 
-def _gated(scene: Scene, hits: Hits, found: Joint, least_rad: float) -> Hits:
-    """Without hits that an estimate shows to be reflections: farther off than least_rad and `GATE`
-    times what is usual, of all and of the station at that time, or on diodes that light cannot
-    reach. Where most hits of a station are off, it is the board that is not there."""
+def _gated(
+    scene: Scene, hits: Hits, found: Joint, least_rad: float, out: Sequence[int] = ()
+) -> Hits:
+    """Without hits of diodes that are out, and those that an estimate shows to be reflections:
+    farther off than least_rad and `GATE` times what is usual, of all and of the station at that
+    time, or on diodes that light cannot reach. Where most hits of a station are off, it is the
+    board that is not there."""
+    hits = hits.take(~np.isin(hits.diode, out)) if len(out) else hits
     one = recording(Given(hits, found.recordings[0].trajectory), found.state)
     off, own = np.abs(one.residual), one.sweeps.hits
     when = ((own.time_s - own.time_s.min()) / TOGETHER_S).astype(np.int64)

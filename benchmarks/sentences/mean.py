@@ -1,6 +1,13 @@
 """The mean of all frames: independent frames and their interval, 15 min at 100 Hz.
 
-White noise of 0.02 mm and Gauss-Markov noise; truth by the sum over all lags.
+White noise of 0.02 mm and Gauss-Markov noise; truth by the sum over all lags. `bound`: the share
+within 20 % that the Cramer-Rao bound of the true family allows: 90 correlation times tell of the
+density at zero to 23 %. With 50 min both slow kinds would have 89 %.
+
+No design does better. Of forty recordings of both slow kinds, within 20 %: likelihood of the true
+family, from the true values, 42 % and 65 %; twenty batch means 42 % and 50 %; overlapping ones 40 %
+and 55 %; flat-top lag window of automatic width [Politis 2003] 47 % and 47 %; autoregression by AIC
+50 % and 23 %; periodogram at zero by a parabola [Heidelberger & Welch 1981] 35 % and 30 %.
 """
 
 from __future__ import annotations

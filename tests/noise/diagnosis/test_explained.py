@@ -120,3 +120,11 @@ def spectrum(values: np.ndarray) -> dict[str, np.ndarray]:
     density = welch(values, RATE)
     n = np.full(density.f_hz.size, density.n_segments)
     return {"f_hz": density.f_hz, "psd_mm2_hz": density.psd, "n_segments": n}
+
+
+def test_what_a_notch_leaves_is_no_resonance() -> None:
+    """White noise through a notch at half of Nyquist, forwards and backwards."""
+    b, a = signal.iirnotch(RATE / 4, 5, fs=RATE)
+    for seed in range(4):
+        values = signal.filtfilt(b, a, np.random.default_rng([seed, 2]).normal(0, 0.02, N))
+        assert resonance("x1", values, RATE, spectrum(values)) is None

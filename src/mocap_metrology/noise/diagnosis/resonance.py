@@ -36,6 +36,7 @@ STEADY = 0.5  # share of the mean square that its median is
 NARROWEST = 0.006  # damping; narrower, it may be a line that wanders
 HEIGHT = 1.0  # times the power laws at f_0, at least
 LEAST = 40.0  # of the deviance that R explains; chance: 28 at most in 80 series
+MISFIT = 10.0  # mean deviance of bands within an octave that are not described
 HANN = (4 / 9, 1 / 36)  # correlation of ordinates one and two bins apart [Welch 1967]
 
 
@@ -90,6 +91,9 @@ def resonance(
     if not _deviance(laws, psd, weight)[0] - with_it > LEAST:
         return None
     power = size[-1] * _oscillator(f, f_0, damping)
+    ratio, near = psd / (size[:-1] @ laws + power), np.abs(np.log2(f / f_0)) < 1
+    if float(np.mean(2 * weight * (ratio - 1 - np.log(ratio)), where=near)) > MISFIT:
+        return None
     base = float(np.interp(f_0, f, size[:-1] @ laws))
     inside = LOWEST_HZ <= f_0 <= HIGHEST * nyquist and NARROWEST <= damping < 0.99 * BROADEST
     if (

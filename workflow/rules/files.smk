@@ -7,7 +7,6 @@ from mocap_workflow import report as reporting
 from mocap_workflow import selection
 
 
-
 def listed(path, category, label, **more):
     """An output with its place in the report."""
     where = {"caption": "../report/caption.rst", "category": category}

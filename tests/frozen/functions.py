@@ -20,10 +20,10 @@ from mocap_metrology.noise.assess.measured import measured_spread, measured_with
 from mocap_metrology.noise.cameras.covariance import covariance_rows
 from mocap_metrology.noise.diagnosis import export, outliers, repeats, software
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan
-from mocap_metrology.noise.diagnosis.events import bout, pulses
 from mocap_metrology.noise.diagnosis.fills import innovation
 from mocap_metrology.noise.diagnosis.levels import blocks, trends
 from mocap_metrology.noise.diagnosis.periodic import series_lines
+from mocap_metrology.noise.diagnosis.recurring import bout, pulses
 from mocap_metrology.noise.diagnosis.resonance import resonance
 from mocap_metrology.noise.fit.spectral.lines import find_lines
 from mocap_metrology.noise.fit.spectral.periodogram import bins_of, edges

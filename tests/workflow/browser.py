@@ -33,6 +33,32 @@ os.execvp(sys.argv[3], sys.argv[3:])
 DOMAINS = ("Page", "Runtime", "Log", "Network")
 PATIENCE_S = 300  # seconds do, unless other work has the cores
 
+# Of the report that Snakemake writes, in JavaScript; where there is a %s, of a result's path
+READY = "document.querySelector('#app')?.innerText"
+SHOW = """(() => {
+  const result = results[%s];
+  const content = result.mime_type === "text/html" ? "html" : "img";
+  document.addEventListener("load", event => { window.loaded = event.target.src; }, true);
+  app.setView({content, contentPath: result.data_uri, resultPath: %s});
+})()"""
+SHOWN = """(() => {
+  const result = results[%s];
+  const html = result.mime_type === "text/html";
+  const shown = document.querySelector(html ? "iframe" : "#app div.p-3 > img");
+  const there = html ? window.loaded === result.data_uri : shown?.naturalWidth > 0;
+  return shown?.src === result.data_uri && there;
+})()"""
+# Left and top edge of the title in its page, as scrolled to the top, and its width
+TITLE = """(() => {
+  const title = document.querySelector(".prose h1"), page = title.closest(".overflow-auto");
+  page.scrollTo(0, 0);
+  const {left, top, right} = title.getBoundingClientRect();
+  return [left - page.getBoundingClientRect().left, top, right - left];
+})()"""
+ACTIVE_LINKS = """[...document.querySelectorAll("a, iframe, object, embed")].filter(element =>
+  /^(javascript|http)/.test(element.href || element.src || element.data)).length"""
+LINKS = "[...document.querySelectorAll('.mm a')].map(a => [a.textContent, a.getAttribute('href')])"
+
 
 class Browser:
     """One page; `requests`, `errors` and `dialogs` grow while it lives, those of its frames

@@ -4,60 +4,29 @@ of every format, and all that is refused."""
 import csv
 import html
 import json
-import os
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import laboratory as lab
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-import yaml
-from browser import NAMES, browser
+from browser import ACTIVE_LINKS, LINKS, NAMES, READY, SHOW, SHOWN, TITLE, browser
 from laboratory import ACTIVE
 from mocap_workflow import report
+from outcomes import chosen, contents, damage, exported, off, origin, pose, rows, said
 from running import command, environment, finished
 
 from mocap_metrology.calibration.sweeps import Entry, checked
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import error, to_angles
 from mocap_metrology.settings import Lighthouse
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
-def origin(path: Path) -> dict:
-    return json.loads(pq.read_schema(path).metadata[b"mocap_metrology"])
-
-
-def said(output: str, start: str) -> list[str]:
-    return [line for line in output.splitlines() if line.startswith(start)]
-
-
-def pose(results: Path, name: str) -> dict:
-    return json.loads((results / f"calibrations/{name}/pose.json").read_text())
-
-
-def chosen(results: Path, name: str) -> dict:
-    told = pose(results, name)
-    return told["poses"][told["chosen"]]
-
-
-def off(entry: dict) -> tuple[float, float]:
-    """Distance in mm and angle in deg from the reference."""
-    mm, deg = (np.linalg.norm(entry[key]) for key in ("errors_mm", "errors_deg"))
-    return float(mm), float(deg)
 
 
 # What is refused
@@ -161,32 +130,6 @@ def test_tables_of_groups_and_of_the_paper(run, root) -> None:
 
 # The command `check`, which runs the same steps
 
-# The file as it was given, and whether ezc3d was asked: the workflow asks before, in its check
-APART = ("source", "path", "second_opinion")
-
-
-def leaves(value: object, key: str = "") -> Iterator[tuple[str, object]]:
-    """Every number and word of a JSON document by its place."""
-    if isinstance(value, dict):
-        for name, item in value.items():
-            yield from leaves(item, f"{key}.{name}") if name not in APART else ()
-    elif isinstance(value, list):
-        for number, item in enumerate(value):
-            yield from leaves(item, f"{key}.{number}")
-    else:
-        yield key, value
-
-
-def contents(path: Path) -> object:
-    """What a file holds, comparable with `==`."""
-    if path.suffix == ".parquet":
-        columns, made = read_table(path)
-        return {k: list(map(repr, v)) for k, v in columns.items()}, dict(leaves(made))
-    if path.suffix in (".svg", ".png"):
-        return path.read_bytes()
-    text = path.read_text(encoding="utf-8")
-    return dict(leaves(json.loads(text))) if text.startswith(("{", "[")) else text
-
 
 def test_the_command_writes_what_the_workflow_does(run, tmp_path: Path) -> None:
     arguments = ("take.c3d", "--markers", "A", "B", "--output", str(tmp_path / "one"))
@@ -221,12 +164,6 @@ def test_a_station_that_moved_since_an_earlier_pose_is_told(run) -> None:
     assert against["moved"] is True
     assert against["difference_mm"] == pytest.approx([-lab.SHIFT_MM, 0, 0], abs=5)
     assert against["sentence"].startswith("A station has moved: ")
-
-
-def exported(results: Path, name: str) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """R and t of the stations in the file for a Crazyflie."""
-    found = yaml.safe_load((results / f"calibrations/{name}/crazyflie.yaml").read_text())
-    return {k: (np.array(g["rotation"]), np.array(g["origin"])) for k, g in found["geos"].items()}
 
 
 def test_exports_in_the_frame_of_measured_points(run) -> None:
@@ -344,32 +281,6 @@ def executable() -> str:
     return found
 
 
-READY = "document.querySelector('#app')?.innerText"
-SHOW = """(() => {
-  const result = results[%s];
-  const content = result.mime_type === "text/html" ? "html" : "img";
-  document.addEventListener("load", event => { window.loaded = event.target.src; }, true);
-  app.setView({content, contentPath: result.data_uri, resultPath: %s});
-})()"""
-SHOWN = """(() => {
-  const result = results[%s];
-  const html = result.mime_type === "text/html";
-  const shown = document.querySelector(html ? "iframe" : "#app div.p-3 > img");
-  const there = html ? window.loaded === result.data_uri : shown?.naturalWidth > 0;
-  return shown?.src === result.data_uri && there;
-})()"""
-# Left and top edge of the title in its page, as scrolled to the top, and its width
-TITLE = """(() => {
-  const title = document.querySelector(".prose h1"), page = title.closest(".overflow-auto");
-  page.scrollTo(0, 0);
-  const {left, top, right} = title.getBoundingClientRect();
-  return [left - page.getBoundingClientRect().left, top, right - left];
-})()"""
-ACTIVE_LINKS = """[...document.querySelectorAll("a, iframe, object, embed")].filter(element =>
-  /^(javascript|http)/.test(element.href || element.src || element.data)).length"""
-LINKS = "[...document.querySelectorAll('.mm a')].map(a => [a.textContent, a.getAttribute('href')])"
-
-
 def test_opens_without_error_or_network(made, executable, tmp_path) -> None:
     folder, said = made
     assert re.fullmatch(r"results/report\.html: \d+\.\d MB\n", said)
@@ -455,15 +366,6 @@ def test_pages_and_provenance(made) -> None:
         text = (results / name).read_text()
         assert str(folder) not in text, name
         assert str(ROOT) not in text, name
-
-
-def damage(path: Path) -> None:
-    """Turn one bit of the values, and leave the times of the file."""
-    times = path.stat()
-    raw = bytearray(path.read_bytes())
-    raw[len(raw) // 3] ^= 4
-    path.write_bytes(raw)
-    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
 
 
 def test_a_damaged_table_and_a_damaged_check_are_made_again(run, snakemake) -> None:

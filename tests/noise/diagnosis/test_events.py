@@ -5,14 +5,11 @@ import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.dynamic import _dispersion, dynamic_allan, scales
-from mocap_metrology.noise.diagnosis.events import (
-    Event,
-    pulses,
-    recurrence,
-)
+from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.levels import blocks, compare
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
+from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 

@@ -9,11 +9,9 @@ from typing import Literal
 
 import numpy as np
 
-from mocap_metrology.noise.allan.confidence import mean_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.levels import Blocks, Change, Sides, changes, compare
 from mocap_metrology.noise.diagnosis.outliers import spread
-from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 JOIN_S = 1.0  # alarms so close are one event
 CONTEXT_S = 10.0  # round an event: its level and noise
@@ -24,13 +22,6 @@ SIDES_MISS = 0.01  # probability that some series of an event is reported as cha
 # Shorter recordings decide nothing: an event in the middle needs its context on both sides
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
-RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that they may be off
-# Of bursts that always recur; frames that are looked at
-LONGEST = 1 << 19
-PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED, PARTS = 0.05, 1200, 8, 4, 9.0, 32
-OCTAVES = 16
-SWINGS = 30.0  # times the median power around, of a line
-LOUD = 4.0  # standard errors that a minute is louder than usual
 MOST = 200  # events that are measured; more, and the recording is no still one
 
 
@@ -215,123 +206,6 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
         return _Excursion(size, levels[1] - levels[0], None, None)
     at = (start + first + off[[0, -1]]) / rate_hz
     return _Excursion(size, float(levels[1] - levels[0]), float(at[0]), float(at[1] + 1 / rate_hz))
-
-
-def recurrence(found: Sequence[Event]) -> float:
-    """Period in s at which events recur, NaN where they do not: the median distance, of which all
-    distances are whole multiples within REGULAR, as some may not be seen. Of six events at random
-    times that is so in 0.03 %."""
-    times = np.array([event.time_s for event in found if event.kind == "burst"])
-    if times.size < RECURRING:
-        return math.nan
-    apart = np.diff(np.sort(times))
-    period = float(np.median(apart))
-    often = apart / period if period > 0 else np.full(1, 0.5)
-    whole = np.maximum(np.rint(often), 1)
-    period = float(apart.sum() / whole.sum())
-    return period if np.all(np.abs(apart / period - whole) < REGULAR) else math.nan
-
-
-def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
-    """Period in s of bursts that recur through the whole recording, which are no departure from
-    what the recording shows otherwise and so no events; NaN where there are none.
-
-    series: (n,) mm, NaN in gaps. Mean squares about a second's mean, of tenths of a second and
-    clipped, have lines at a frequency and at its multiples; a level that swings has one alone.
-    """
-    from scipy.ndimage import uniform_filter1d
-    from scipy.signal import resample_poly
-
-    start = max((series.size - LONGEST) // 2, 0)
-    series = series[start : start + LONGEST]
-    length = max(round(PULSE_S * rate_hz), 2)
-    count = series.size // length
-    if count < LEAST_PULSES or not np.isfinite(series).any():
-        return math.nan
-    known, values = np.isfinite(series), bridged(series)
-    values = values - uniform_filter1d(values, round(rate_hz) | 1)
-    squares = values**2
-    squares[~known] = squares[known].mean()  # gaps may recur, too
-    power = resample_poly(squares[: count * length], 1, length)  # no line folds
-    power = np.minimum(power, CLIPPED * np.median(power))
-    padded = 4 * count
-    tapered = (power - power.mean()) * np.hanning(count)  # so that lines have no side lobes
-    density = np.abs(np.fft.rfft(tapered, padded)) ** 2
-    parts = np.array_split(density, PARTS)
-    middle = (np.arange(PARTS) + 0.5) * density.size / PARTS
-    level = np.interp(np.arange(density.size), middle, [float(np.median(p)) for p in parts])
-    level = np.maximum(level, _level_near(density))
-    density = density / np.maximum(level / math.log(2), 1e-300)
-    at = np.arange(4 * LEAST_PERIODS, density.size // (HARMONICS + 1))
-    each = np.stack([_greatest_near(density, k * at, k) for k in range(1, HARMONICS + 1)])
-    strong = (each > math.log(padded / chance)).sum(axis=0) >= HARMONICS - 1
-    if not strong.any():
-        return math.nan
-    best = int(at[strong][np.argmax(each.sum(axis=0)[strong])])
-    for part in (2, 3):  # of a multiple the lowest frequency
-        slower = at[strong & (np.abs(part * at - best) <= HARMONICS * part)]
-        if slower.size:
-            best = int(slower[np.argmax(density[slower])])
-    below = density[3 : round(0.75 * best)]
-    if below.size and below.max() > each[0][at == best][0]:
-        return math.nan  # a slower cycle, of which this is a part
-    near = np.arange(HARMONICS * (best - 1), HARMONICS * (best + 1) + 1)
-    period_s = HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
-    return math.nan if _swings(values, values.size / rate_hz / period_s / 2) else period_s
-
-
-def _swings(values: np.ndarray, cycles: float) -> bool:
-    """Whether (n,) values have a line of so many cycles: its square has twice as many."""
-    density = np.abs(np.fft.rfft(values * np.hanning(values.size))) ** 2
-    reach = max(round(0.05 * cycles), 3)
-    near = density[max(round(cycles) - reach, 1) : round(cycles) + reach + 1]
-    around = density[max(round(cycles) - 10 * reach, 1) : round(cycles) + 10 * reach + 1]
-    return bool(near.max() > SWINGS * np.median(around))
-
-
-def bout(
-    series: np.ndarray, rate_hz: float, chance: float, levels: Blocks
-) -> tuple[float, float, float]:
-    """Period, begin and end in s of bursts that recur in a part of the recording, NaN where there
-    are none: in minutes in which the noise is surely louder than usual."""
-    frames = max(round(PULSE_S * rate_hz), 2) * LEAST_PULSES
-    known = levels.variance[np.isfinite(levels.variance)]
-    usual = float(np.median(known)) if known.size else math.nan
-    starts = range(0, series.size - frames + 1, frames // 4)
-    loud = []
-    for start in starts:  # not by `between`, which looks at all blocks each time
-        first = math.ceil((start / rate_hz - 1e-9) / levels.length_s)
-        last = math.floor(((start + frames) / rate_hz + 1e-9) / levels.length_s)
-        own = levels.variance[first:last]
-        own = own[np.isfinite(own)]
-        above = own.mean() - usual if own.size > 1 else 0.0
-        if above > 0 and above > LOUD * math.sqrt(mean_variance(own)):
-            loud.append(start)
-    chance /= max(len(loud), 1)
-    found = {s: pulses(series[s : s + frames], rate_hz, chance) for s in loud}
-    found = {start: period for start, period in found.items() if math.isfinite(period)}
-    if not found:
-        return math.nan, math.nan, math.nan
-    ends = min(found) / rate_hz, (max(found) + frames) / rate_hz
-    return float(np.median(list(found.values()))), *ends
-
-
-def _level_near(density: np.ndarray) -> np.ndarray:
-    """Medians over an octave about each frequency: bursts at any times have a level of their own at
-    the low ones."""
-    edges = np.unique(np.geomspace(4, density.size, 8 * OCTAVES).astype(int))
-    middles, medians = [], []
-    for low, high in zip(edges[:-8], edges[8:], strict=True):  # two thirds of an octave, or more
-        middles.append(math.sqrt(low * high))
-        medians.append(float(np.median(density[low:high])))
-    return np.interp(np.arange(density.size), middles, medians)
-
-
-def _greatest_near(density: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
-    from scipy.ndimage import maximum_filter1d
-
-    greatest: np.ndarray = maximum_filter1d(density, 2 * reach + 1)
-    return greatest[at]
 
 
 def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:

@@ -42,15 +42,13 @@ class Blocks:
     variance: np.ndarray
     length_s: float
 
-    @property
-    def start_s(self) -> np.ndarray:
-        return np.arange(self.mean.size) * self.length_s
-
     def between(self, start_s: float, stop_s: float, out_of: np.ndarray | None = None) -> Blocks:
         """Those that lie within, and not in `out_of` (k,)."""
-        keep = (self.start_s >= start_s - 1e-9) & (self.start_s + self.length_s <= stop_s + 1e-9)
-        keep &= np.isfinite(self.mean) & (True if out_of is None else ~out_of)
-        return Blocks(self.mean[keep], self.variance[keep], self.length_s)
+        first = max(math.ceil((start_s - 1e-9) / self.length_s), 0)
+        inside = slice(first, max(math.floor((stop_s + 1e-9) / self.length_s), first))
+        mean, variance = self.mean[inside], self.variance[inside]
+        keep = np.isfinite(mean) if out_of is None else np.isfinite(mean) & ~out_of[inside]
+        return Blocks(mean[keep], variance[keep], self.length_s)
 
     @property
     def sd(self) -> float:

@@ -68,12 +68,9 @@ class Examiner:
         """A series by its name."""
         name, series = one
         rate, blank = self.rate_hz, without_frames(series, self.away)
-        wander, coarse = (
-            signature(blank, rate),
-            hiding_step(blank, self.step_mm, name.startswith("L")),
-        )
-        if wander:
-            wander = wander.beyond(coarse)
+        coarse = hiding_step(blank, self.step_mm, name.startswith("L"))
+        wander = signature(blank, rate)
+        wander = wander and wander.beyond(coarse)
         jumps = bool(wander and wander.jumps)
         if wander:
             blank = wander.without_jumps(blank, rate)

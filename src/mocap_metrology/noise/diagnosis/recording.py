@@ -10,14 +10,7 @@ import numpy as np
 from mocap_metrology.common.large import Made, kept_if_small
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
-from mocap_metrology.noise.diagnosis.events import (
-    Event,
-    bout,
-    find_events,
-    inside_events,
-    pulses,
-    recurrence,
-)
+from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.export import (
     low_passes,
     wander,
@@ -37,6 +30,7 @@ from mocap_metrology.noise.diagnosis.records import (
     Recording,
     explained,
 )
+from mocap_metrology.noise.diagnosis.recurring import bout, pulses, recurrence
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.software import processed, running_median
 from mocap_metrology.noise.fit.estimates import NoiseRow

@@ -1,9 +1,11 @@
 """Fits of `batch` to hits of the second generation, which are many, of fast hands, and some wrong.
 
-Knots of the trajectory 50 ms apart follow no hand that shakes a controller (residuals of a real one
-1.3 mrad, with knots 12.5 ms apart 0.05), so they are halved while that makes the residuals smaller.
-Then hits leave that are reflections: those of diodes that light cannot reach, or grazes, where
-normals are known, and those far off where the board is. All this, and which diodes are bad, is
+A few steps show stretches of which the first poses are wrong: they begin anew from what is before
+and after, for where the board is thought elsewhere its own hits look like reflections, and the
+search hardly ends. Then reflections leave: hits of diodes that light cannot reach, or grazes, where
+normals are known, and those far off where the board is. Knots of the trajectory 50 ms apart follow
+no hand that shakes a controller (residuals of a real one 1.3 mrad, with knots 12.5 ms apart 0.05),
+so they are halved while that makes the residuals smaller. All this, and which diodes are bad, is
 found from as many turns as the trajectory needs; all of them count in the last fit.
 """
 

@@ -260,9 +260,10 @@ def excess_scatter(series: np.ndarray, m: np.ndarray, edf: np.ndarray) -> Floats
         if count < LEAST_PARTS:
             break
         parts = terms[: terms.size // count * count].reshape(count, -1).mean(axis=1)
-        scatter = mean_variance(parts) / parts.mean() ** 2
+        scatter = mean_variance(parts)
         if not scatter > 0:
             break
+        scatter /= parts.mean() ** 2
         of_edf = np.exp(np.interp(octave * math.log(2), np.log(m), np.log(edf)))
         excess = scatter * of_edf / 2
         at.append(octave * math.log(2))

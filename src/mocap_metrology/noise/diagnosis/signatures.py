@@ -104,8 +104,8 @@ class Wander:
     def beyond(self, step_mm: float) -> Wander:
         """Without what steps of a file may make of a straight line, or of nothing: shapes and
         ranges of less than a step."""
-        kinds = self.kinds if abs(self.size_mm) > step_mm else self.kinds and ("drift",)
-        kinds = tuple(kind for kind in kinds if kind in self.kinds)
+        larger = abs(self.size_mm) > step_mm
+        kinds = tuple(kind for kind in self.kinds if larger or kind == "drift")
         possible = self.possible if self.range_mm > step_mm else ()
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
 

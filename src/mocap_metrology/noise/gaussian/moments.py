@@ -175,8 +175,10 @@ def _quantities(found: np.ndarray, sign: float) -> dict[str, np.ndarray]:
     sigma_c = np.sqrt(np.maximum(v_1 + v_2 - 2 * v_12, 0.0))
     root_2 = math.sqrt(2)
     s_1, s_2, mu_e = np.sqrt(v_1), np.sqrt(v_2), sign * (mu_1 - mu_2)
+    with np.errstate(invalid="ignore"):  # 0 / 0 without noise
+        correlation = v_12 / (s_1 * s_2)
     columns = (
-        *(mu_1, s_1, mu_2, s_2, v_12, v_12 / (s_1 * s_2), mu_L),
+        *(mu_1, s_1, mu_2, s_2, v_12, correlation, mu_L),
         *(np.sqrt(np.maximum(v_L, 0.0)), mu_e),
         *(root_2 * s_1, root_2 * s_2, np.sqrt(v_1 + v_2), sigma_c),
     )

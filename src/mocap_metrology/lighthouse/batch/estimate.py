@@ -17,6 +17,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
+from mocap_metrology.lighthouse.batch.begins import pull_of_begins
 from mocap_metrology.lighthouse.batch.bias import bias_equations
 from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equations
 from mocap_metrology.lighthouse.batch.noise import estimated_noise
@@ -62,7 +63,8 @@ class Joint:
     """An estimate. S: information of the global unknowns without priors; working, believed: prior
     standard deviations that it used, and that the recordings do not contradict; ups: as given;
     misfit: by how much the pieces of the recordings differ, over what noise explains (variances);
-    others: what S has from other data than those, as measured lengths.
+    others: what S has from other data than those, as measured lengths; begins: as in
+    `batch.begins`.
     """
 
     state: State
@@ -76,6 +78,7 @@ class Joint:
     ups: np.ndarray | None
     misfit: float = 1.0
     others: Floats | float = 0.0
+    begins: Floats | float = 0.0
 
     def sure(self, what: str) -> Joint:
         """Itself; refused, in the name of `what`, where the search did not converge."""
@@ -91,8 +94,8 @@ class Joint:
     @property
     def pull(self) -> Floats:
         """Covariance of what the data pull at all unknowns: S, that of the recordings times their
-        misfit, which says nothing about a measured length."""
-        return self.S + (self.misfit - 1) * (self.S - self.others)
+        misfit, which says nothing about a measured length, and that of the begins of turns."""
+        return self.S + (self.misfit - 1) * (self.S - self.others) + self.begins
 
     def pose_covariance(self, station: int = 1) -> np.ndarray:
         """Covariance (6, 6) of t and the left rotation vector of a station in m and rad."""
@@ -229,6 +232,7 @@ class _Search:
             rounds,
             self.ups,
             others=self.others,
+            begins=sum(map(pull_of_begins, self.recordings, sums, self.parts)),
         )
 
     def without_bias(self, found: Joint) -> Joint:

@@ -48,7 +48,8 @@ def fitted(
 ) -> Joint:
     """One estimate from there, whatever fits badly; sized, near, rounds: as in `estimate`."""
     R, t = zip(*poses_of(near) if near else poses, strict=True)
-    given = [Given(hits, trajectory, scene.sensors.inertial, scene.sensors.lengths)]
+    its = scene.sensors
+    given = [Given(hits, trajectory, its.inertial, its.lengths, its.clocks)]
     how = scene.rotors, scene.board, scene.used_priors, scene.known_pose
     return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 

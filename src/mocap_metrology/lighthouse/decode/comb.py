@@ -180,13 +180,6 @@ def begin_of_cycles(flashes: Flashes, cycle: np.ndarray, resolution_s: float) ->
     return begin
 
 
-def wander(turn: np.ndarray, residual: np.ndarray, resolution_s: float) -> np.ndarray:
-    """Smooth curve through the residuals of a rotor at its turns, as in `begin_of_cycles`: zero
-    where a line is as good."""
-    half_window = _choose_half_window(turn, residual, resolution_s)
-    return residual * 0.0 if half_window is None else _curve(turn, residual, turn, half_window)
-
-
 def _choose_half_window(turn: np.ndarray, residual: np.ndarray, resolution_s: float) -> int | None:
     """Widest window whose error for the flash left out is within 3 % of the least; None: the line
     is as good, or what is left could be quantisation, which a curve must not follow."""

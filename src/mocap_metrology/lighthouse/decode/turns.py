@@ -17,8 +17,9 @@ import numpy as np
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
-from mocap_metrology.lighthouse.decode.comb import fit_clock, wander
-from mocap_metrology.lighthouse.records import Clock, Hits, Inertial, Pulses
+from mocap_metrology.lighthouse.decode.comb import fit_clock
+from mocap_metrology.lighthouse.decode.wander import wander
+from mocap_metrology.lighthouse.records import Hits, Inertial, Pulses, TurnClock
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 PERIOD_TICKS = (
@@ -63,7 +64,7 @@ class Turns:
     """Turns of a station: those with a begin, one each, rising."""
 
     channel: int
-    clock: Clock  # of turns
+    clock: TurnClock
     turn: np.ndarray  # from 0, missed ones counted
     wander_s: np.ndarray  # slow deviation from the clock
     bit: np.ndarray  # int8; -1 unknown
@@ -109,7 +110,9 @@ def _turns(channel: int, begin_s: Floats, bit: np.ndarray, resolution_s: float) 
     # A receiver that tells a begin with each plane tells it twice.
     known, first, which = np.unique(turn[used], return_index=True, return_inverse=True)
     mean = np.bincount(which, residual[used]) / np.bincount(which)
-    return Turns(int(channel), clock, known, wander(known, mean, resolution_s), bit[used][first])
+    slow, its = wander(known, mean, resolution_s)
+    of_turns = TurnClock(**vars(clock), **vars(its))
+    return Turns(int(channel), of_turns, known, slow, bit[used][first])
 
 
 def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, list[int]]]:

@@ -2,7 +2,7 @@
 
 A station has one rotor. Its light carries its place in the turn, from which a receiver computes
 when the turn began, but with 20 to 60 urad of noise: so a turn is timed by the line through many
-begins and the slow wander about it, never by a single one. Turns of two stations slide through each
+begins and the swing about it, never by a single one. Turns of two stations slide through each
 other.
 
 Periods by channel: crazyflie-firmware, `pulse_processor_v2.c`; angles of the planes likewise, and
@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
@@ -66,13 +67,23 @@ class Turns:
     channel: int
     clock: TurnClock
     turn: np.ndarray  # from 0, missed ones counted
-    wander_s: np.ndarray  # slow deviation from the clock
+    wander_s: np.ndarray  # deviation from the clock at all turns from the first to the last
     bit: np.ndarray  # int8; -1 unknown
 
-    def begin(self, turn: np.ndarray) -> np.ndarray:
-        """Begin of turns in seconds; between known turns the wander is a straight line."""
-        found: np.ndarray = self.clock.start(turn) + np.interp(turn, self.turn, self.wander_s)
-        return found
+    def place(self, time_s: Floats) -> tuple[np.ndarray, Floats]:
+        """Turn at these times, and angle of the rotor in it, rad.
+
+        The rotor swings, so what it is late by is taken at the time, not at the begin of its turn:
+        half a turn later it can be 0.1 us more.
+        """
+        clock, last = self.clock, self.turn[-1]
+        passed = (time_s - clock.epoch_s) / clock.cycle_s
+        late = np.zeros_like(passed)
+        if self.wander_s.size > 1:
+            curve = CubicSpline(np.arange(self.turn[0], last + 1), self.wander_s)
+            late = curve(np.clip(passed, self.turn[0], last))
+        turn = np.floor(passed).astype(np.int64)
+        return turn, 2 * np.pi * (passed - turn - late / clock.cycle_s)
 
 
 def find_turns(light: Light) -> tuple[list[Turns], list[str]]:
@@ -129,8 +140,7 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
     for index, one in enumerate(turns):
         own = np.flatnonzero(light.hit_channel == one.channel)
         time_s = light.hit_s[own]
-        turn[own] = np.floor((time_s - one.clock.epoch_s) / one.clock.cycle_s)
-        rotor = 2 * np.pi * (time_s - one.begin(turn[own])) / one.clock.cycle_s
+        turn[own], rotor = one.place(time_s)
         plane[own], good = _plane(rotor, time_s)
         angle[own] = rotor - PLANE_RAD[plane[own]]
         own = own[good & (np.abs(angle[own]) <= LARGEST_RAD)]

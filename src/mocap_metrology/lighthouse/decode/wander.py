@@ -78,17 +78,18 @@ class Wander:
 
 
 def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[Floats, Wander]:
-    """The wander in seconds at these rising turns, and what is known of it: none where it is below
-    the resolution."""
+    """The wander in seconds at all turns from the first to the last of these, which rise, and its
+    model; none where it is below the resolution."""
+    every = np.arange(turn[0], turn[-1] + 1)
     spread = MAD_TO_SIGMA * float(np.median(np.abs(residual_s)))
     if spread < 0.5 * resolution_s:
-        return np.zeros(turn.size), Wander()
+        return np.zeros(every.size), Wander()
     y, good = residual_s / spread, np.ones(turn.size, np.bool_)
     for _ in range(2):
         at = turn[good]
         found = _likeliest(at[:MOST], y[good][:MOST])
-        z = np.interp(turn, np.arange(at[0], at[-1] + 1), found.curve(at, y[good])[0])
-        off = np.abs(y - z)
+        z = np.interp(every, np.arange(at[0], at[-1] + 1), found.curve(at, y[good])[0])
+        off = np.abs(y - z[turn - turn[0]])
         good = off <= OUTLIER * MAD_TO_SIGMA * float(np.median(off))
         if good.all():
             break

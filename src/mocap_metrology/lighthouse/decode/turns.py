@@ -14,12 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
 from mocap_metrology.lighthouse.decode.comb import fit_clock
-from mocap_metrology.lighthouse.decode.wander import wander
+from mocap_metrology.lighthouse.decode.wander import Late, wander
 from mocap_metrology.lighthouse.records import Hits, Inertial, Pulses, TurnClock
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
@@ -67,7 +66,7 @@ class Turns:
     channel: int
     clock: TurnClock
     turn: np.ndarray  # from 0, missed ones counted
-    wander_s: np.ndarray  # deviation from the clock at all turns from the first to the last
+    late: Late  # off the clock
     bit: np.ndarray  # int8; -1 unknown
 
     def place(self, time_s: Floats) -> tuple[np.ndarray, Floats]:
@@ -76,14 +75,9 @@ class Turns:
         The rotor swings, so what it is late by is taken at the time, not at the begin of its turn:
         half a turn later it can be 0.1 us more.
         """
-        clock, last = self.clock, self.turn[-1]
-        passed = (time_s - clock.epoch_s) / clock.cycle_s
-        late = np.zeros_like(passed)
-        if self.wander_s.size > 1:
-            curve = CubicSpline(np.arange(self.turn[0], last + 1), self.wander_s)
-            late = curve(np.clip(passed, self.turn[0], last))
+        passed = (time_s - self.clock.epoch_s) / self.clock.cycle_s
         turn = np.floor(passed).astype(np.int64)
-        return turn, 2 * np.pi * (passed - turn - late / clock.cycle_s)
+        return turn, 2 * np.pi * (passed - turn - self.late(passed) / self.clock.cycle_s)
 
 
 def find_turns(light: Light) -> tuple[list[Turns], list[str]]:
@@ -121,9 +115,9 @@ def _turns(channel: int, begin_s: Floats, bit: np.ndarray, resolution_s: float) 
     # A receiver that tells a begin with each plane tells it twice.
     known, first, which = np.unique(turn[used], return_index=True, return_inverse=True)
     mean = np.bincount(which, residual[used]) / np.bincount(which)
-    slow, its = wander(known, mean, resolution_s)
+    late, its = wander(known, mean, resolution_s)
     of_turns = TurnClock(**vars(clock), **vars(its))
-    return Turns(int(channel), of_turns, known, slow, bit[used][first])
+    return Turns(int(channel), of_turns, known, late, bit[used][first])
 
 
 def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, list[int]]]:

@@ -15,10 +15,12 @@ s^2 (W + l D'D)^-1. All hits of some turns share it, so many of them do not make
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg, optimize
+from scipy.interpolate import CubicSpline
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
@@ -26,6 +28,8 @@ from mocap_metrology.common.types import Floats
 # Logits of r and of w / pi, log l: a swing, and a slow wander.
 STARTS = (3.0, -2.0, 2.0), (6.0, -6.0, 6.0)
 BOUNDS = (-4.0, 9.0), (-9.0, 0.0), (-5.0, 25.0)
+NONE = (9.0, -9.0, 25.0), (-4.0, -9.0, 25.0)  # another line, and the one there is
+LIKELIER = 15.0  # of -2 log likelihood: of three parameters by chance once in 500
 SETTLED = {"xatol": 0.02, "fatol": 0.2, "maxfev": 400}
 MOST = 6000  # turns from which all these are found
 MANY = 401  # turns, in the middle of which an error knows no end
@@ -77,29 +81,47 @@ class Wander:
         return linalg.cho_solve_banded((L, True), y), 2 * float(np.log(L[0]).sum())
 
 
-def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[Floats, Wander]:
-    """The wander in seconds at all turns from the first to the last of these, which rise, and its
-    model; none where it is below the resolution."""
+@dataclass(frozen=True)
+class Late:
+    """How late a rotor is in seconds, at all turns from `first` on."""
+
+    first: int
+    at_turns: Floats
+
+    def __call__(self, turn: Floats) -> Floats:
+        """At parts of turns, too: it swings on between two begins."""
+        every = self.first + np.arange(self.at_turns.size)
+        found: Floats = CubicSpline(every, self.at_turns)(np.clip(turn, every[0], every[-1]))
+        return found
+
+
+def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[Late, Wander]:
+    """How late a rotor is, by rising turns and what their begins are off the line, and the model of
+    it; not at all where that is below the resolution, or no likelier than the line."""
     every = np.arange(turn[0], turn[-1] + 1)
     spread = MAD_TO_SIGMA * float(np.median(np.abs(residual_s)))
+    none = Late(int(turn[0]), np.zeros(every.size)), Wander()
     if spread < 0.5 * resolution_s:
-        return np.zeros(every.size), Wander()
+        return none
     y, good = residual_s / spread, np.ones(turn.size, np.bool_)
     for _ in range(2):
         at = turn[good]
         found = _likeliest(at[:MOST], y[good][:MOST])
+        if found is None:
+            return none
         z = np.interp(every, np.arange(at[0], at[-1] + 1), found.curve(at, y[good])[0])
         off = np.abs(y - z[turn - turn[0]])
         good = off <= OUTLIER * MAD_TO_SIGMA * float(np.median(off))
         if good.all():
             break
-    return spread * z, replace(found, begin_s=spread * found.begin_s)
+    return Late(int(turn[0]), spread * z), replace(found, begin_s=spread * found.begin_s)
 
 
-def _likeliest(turn: np.ndarray, y: Floats) -> Wander:
+def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:
+    """None where the line is as likely."""
     free, span = turn.size - 2, int(turn[-1] - turn[0]) - 1
 
-    def of(x: Floats) -> tuple[float, Wander]:
+    def of(x: Sequence[float]) -> tuple[float, Wander]:
         r, w = 1 / (1 + np.exp(-x[0])), np.pi / (1 + np.exp(-x[1]))
         one = Wander(0.0, float(np.exp(x[2])), float(2 * r * np.cos(w)), float(r**2))
         _, square, log_det = one.curve(turn, y)
@@ -112,4 +134,5 @@ def _likeliest(turn: np.ndarray, y: Floats) -> Wander:
         )
         for start in STARTS
     ]
-    return of(min(tried, key=lambda one: one.fun).x)[1]
+    cost, found = of(min(tried, key=lambda one: one.fun).x)
+    return found if cost < min(of(one)[0] for one in NONE) - LIKELIER else None

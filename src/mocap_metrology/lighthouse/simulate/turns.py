@@ -1,7 +1,7 @@
 """A simulated recording of second-generation light: any number of stations, one object.
 
 The rotor of station s has made n turns at b + n T + z(n), z being how it swings. Its plane p meets
-a diode at the time t of n = k + (theta_p(x(t)) + 2 pi (1 + p) / 3) / 2 pi in turn k. Periods differ,
+a diode at the time t of n = k + (theta_p(x(t)) + 2 pi (1 + p) / 3) / 2 pi in turn k. Periods vary,
 so that the turns of two stations slide through each other; where two sweeps are on the object
 within `GROUP_S`, a receiver loses hits or gives them to the wrong station. Results are what a
 receiver reports, `Light` to be decoded like a recording's, or the lines of a libsurvive recording.

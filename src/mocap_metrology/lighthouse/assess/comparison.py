@@ -40,7 +40,6 @@ TOLERANCE_MM, TOLERANCE_DEG = 5.0, 0.2  # beyond, an earlier pose is not confirm
 LARGE_MM, LARGE_DEG = 20.0, 0.5  # where a covariance is missing
 CONFIDENCE = 0.95
 SOUND_M2 = 16.0  # largest squared distance between parts that 1 sound recording in 20 exceeds
-BASES = ("difference", "sum", "none")
 
 
 @dataclass(frozen=True)

@@ -184,7 +184,7 @@ class _Search:
         state: State,
         recordings: list[Recording],
         sized: bool,
-        ups: np.ndarray | None = None,
+        ups: np.ndarray | None,
     ):
         self.of, self.state, self.recordings, self.ups = of, state, recordings, ups
         self.working, self.believed = of.working.copy(), of.sd.copy()

@@ -309,8 +309,6 @@ def agreed_paths(
     board: np.ndarray,
     order: int,
     near: np.ndarray | None = None,
-    *,
-    roughly: bool = False,
 ) -> Agreed:
     """Board poses in the frames of both stations, the mirror decided by both; see `agree`."""
     master, slave = (
@@ -318,7 +316,7 @@ def agreed_paths(
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
     rotors = optics.rotors[0], optics.rotors[1]
-    return agree(master, slave, board, rotors, order, near, roughly)
+    return agree(master, slave, board, rotors, order, near)
 
 
 def warm_up() -> None:

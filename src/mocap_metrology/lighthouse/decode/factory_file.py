@@ -45,7 +45,6 @@ CHANNELS = 16  # of generation 2
 OPTIONAL = ("frames_found", "why", "firmware", "hardware")
 CRAZYFLIE_TYPE = "lighthouse_system_configuration"
 CRAZYFLIE_VERSIONS = ("1", "2")
-FIRST_GENERATION = 1
 
 
 def read_factory(path: str | Path) -> list[Station]:

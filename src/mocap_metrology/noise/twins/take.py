@@ -59,16 +59,14 @@ class Facility:
         return len(self.origins_mm)
 
 
-def random_facility(
-    rng: np.random.Generator, n: int, camera_type: str = "Vantage", groups: int = 4
-) -> Facility:
+def random_facility(rng: np.random.Generator, n: int, camera_type: str = "Vantage") -> Facility:
     """`n` cameras on a scaffold round the hall, 2 to 3 m high, aimed within 5 degrees of the wand.
 
-    They hang in `groups` places with about a metre between neighbours, which makes the noise of a
+    They hang in four places with about a metre between neighbours, which makes the noise of a
     subset depend on who is in it as much as S's coefficients do. The wand lies near the middle, up
     to 1.2 m above the floor, turned at random.
     """
-    place = rng.uniform(0, 1, groups)[rng.integers(groups, size=n)] + rng.normal(0, 0.03, n)
+    place = rng.uniform(0, 1, 4)[rng.integers(4, size=n)] + rng.normal(0, 0.03, n)
     origins = _on_scaffold(place, rng.uniform(2000, HALL_MM[2], n))
     middle = np.array([*rng.normal(0, 300, 2), rng.uniform(0, 1200)])
     turn = rng.uniform(0, 2 * np.pi)

@@ -234,9 +234,7 @@ def regression_figure(
     return fig.Picture(body, f"{SKUROWSKI[6]} {texts[1]}")
 
 
-def smooth_adev(
-    model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form = "continuous"
-) -> np.ndarray:
+def smooth_adev(model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form) -> np.ndarray:
     """Allan deviation, mm, at any m >= 1 (k,), to draw: of sampled power laws, which have one at
     whole m only, on straight lines between these in logarithms."""
     if form == "continuous":

@@ -264,7 +264,9 @@ promise(
             for file in BAR_OF_CALIBRATION.values()
         ),
         of_each(
-            "receiver.json", accepted_calibrations(selection.having("receiver"), EVERY), CALIBRATIONS
+            "receiver.json",
+            accepted_calibrations(selection.having("receiver"), EVERY),
+            CALIBRATIONS,
         ),
     ),
     tables=collect(

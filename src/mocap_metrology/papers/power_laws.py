@@ -9,6 +9,7 @@ import numpy as np
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model import scale_factors
+from mocap_metrology.noise.model.components import PowerLaw
 from mocap_metrology.noise.model.scale_factors import MU, PRINTED_D, printed_scale
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_power_laws
 
@@ -74,7 +75,7 @@ def _slopes(alpha: int, integrals: Integrals, simulated: np.ndarray) -> Iterator
 def _scales(alpha: int, integrals: Integrals, simulated: np.ndarray) -> Iterator[Row]:
     """K_alpha at every tau."""
     means, errors = scale_factors.mean_and_error(simulated)
-    points = scale_factors.camera_avar(alpha, FRAMES, FRAME_RATE_HZ) if alpha > 0 else None
+    points = PowerLaw(alpha, 1.0).avar(FRAMES, FRAME_RATE_HZ, "sampled") if alpha > 0 else None
     for k, tau in enumerate(TAU_S.tolist()):
         unit = tau ** MU[alpha]
         place = "K_alpha", tau, printed_scale(alpha, tau, F_H)

@@ -65,6 +65,13 @@ def clean_hits(
     wrong = sweep_outliers(hits, board, cleaning)
     left = np.flatnonzero(~wrong)
     wrong[left] = pose_outliers(hits.take(left), board, cleaning)
+    return _passed(hits, wrong, board, cleaning, resolution_rad)
+
+
+def _passed(
+    hits: Hits, wrong: np.ndarray, board: np.ndarray, cleaning: Cleaning, resolution_rad: float
+) -> tuple[Hits, dict[str, list[int]]]:
+    """Of hits that are not wrong those that pass the test over time, and the report."""
     passed = hits.take(~wrong)
     late = still_outliers(passed, cleaning, resolution_rad)
     kept = passed.take(~late)
@@ -87,11 +94,7 @@ def clean_turn_hits(
     wrong = neighbour_outliers(hits, board, cleaning)
     left = np.flatnonzero(~wrong)
     wrong[left] = sweep_outliers(about.take(left), board, cleaning, perspective=1.0)
-    passed = hits.take(~wrong)
-    late = still_outliers(passed, cleaning, resolution_rad)
-    kept = passed.take(~late)
-    parts = {"sweep": hits.diode[wrong], "still": passed.diode[late], "kept": kept.diode}
-    return kept, {k: np.bincount(d, minlength=len(board)).tolist() for k, d in parts.items()}
+    return _passed(hits, wrong, board, cleaning, resolution_rad)
 
 
 def sweep_medians(hits: Hits) -> np.ndarray:

@@ -153,7 +153,7 @@ def readable(value: float, name: str = "", published: float | None = None) -> st
     return f"{value:.{decimals}f}" if more else text
 
 
-def as_printed(value: float, name: str = "") -> str:
+def as_printed(value: float, name: str) -> str:
     """A published number with all its digits: three of a small coefficient, four decimals of what
     S Table 4 prints so."""
     if FOUR_DECIMALS.fullmatch(name):

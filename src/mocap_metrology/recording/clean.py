@@ -6,7 +6,7 @@ import logging
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
@@ -151,13 +151,13 @@ def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
 def simulated(twin: Twin | TakeTwin | BarTwin, seed: int, folder: Path) -> Iterator[Path]:
     """Path of the C3D file of a twin, which is removed in the end; truth.json in `folder`."""
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
-        path = Path(part) / "twin.c3d"
+        path, twin = Path(part) / "twin.c3d", replace(twin, seed=seed + twin.seed)
         if isinstance(twin, TakeTwin):
-            made = simulate_take(twin, seed=seed + twin.seed)
+            made = simulate_take(twin)
         elif isinstance(twin, BarTwin):
-            made = simulate_bar(twin, seed=seed + twin.seed)
+            made = simulate_bar(twin)
         else:
-            made = simulate(twin, seed=seed + twin.seed, folder=folder)
+            made = simulate(twin, folder=folder)
         n_frames, rate = made.position_mm.shape[2], made.frame_rate_hz
         log.info("%s: %d frames at %g Hz", twin.name, n_frames, rate)
         chunks = (

@@ -304,12 +304,7 @@ def _sample(
     return evidence(then.take(rows), own, master, board, rotors)
 
 
-def agreed_paths(
-    optics: Optics,
-    board: np.ndarray,
-    order: int,
-    near: np.ndarray | None = None,
-) -> Agreed:
+def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None) -> Agreed:
     """Board poses in the frames of both stations, the mirror decided by both; see `agree`."""
     master, slave = (
         minima(own, board, rotors)

@@ -137,7 +137,7 @@ def sweep_outliers(
     return wrong
 
 
-def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
+def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.ndarray:
     """Hits off their sweep and the two before and after it, of the same station and axis, by more
     than max(gate_rad, gate_mad MAD); bool, (n,).
 
@@ -173,9 +173,7 @@ def _directions(board: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(centred @ axes[used].T / (extent[0] / np.sqrt(len(board))))
 
 
-def still_outliers(
-    hits: Hits, cleaning: Cleaning = USUAL, resolution_rad: float = RESOLUTION_RAD
-) -> np.ndarray:
+def still_outliers(hits: Hits, cleaning: Cleaning, resolution_rad: float) -> np.ndarray:
     """Outliers of a diode's angle among its own in time, by station and axis; bool, (n,).
 
     Only where the board is still: the sliding robust spread of the sweeps' offsets (median over the
@@ -214,7 +212,7 @@ def _still(table: np.ndarray, half_window: int) -> np.ndarray:
     return MAD_TO_SIGMA * np.median(np.abs(windows - middle), axis=1)
 
 
-def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
+def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.ndarray:
     """Hits off the board pose of their moment by more than max(gate_rad, gate_mad MAD); bool, (n,).
 
     Of sweeps with fewer hits than `sweep_outliers` needs for perspective, 8, of a deep board 10. A

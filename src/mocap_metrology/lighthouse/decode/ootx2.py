@@ -83,10 +83,7 @@ def unpack(data: bytes, channel: int | None = None) -> Station:
 
 
 def encode_frame2(
-    factory: Factory,
-    id: int,
-    channel: int,
-    gravity_int8: tuple[int, int, int] = (0, 127, 0),
+    factory: Factory, id: int, channel: int, gravity_int8: tuple[int, int, int]
 ) -> np.ndarray:
     """Bits of one frame, uint8 (443,), to be sent over and over; reals are rounded to float16.
 

@@ -32,7 +32,7 @@ def printed_scale(alpha: int, tau: float, f_h: float) -> float:
     }[alpha]
 
 
-def integrated_avar(alpha: int, tau: float, f_h: float = math.inf) -> tuple[float, float]:
+def integrated_avar(alpha: int, tau: float, f_h: float) -> tuple[float, float]:
     """The integral above for h = 1, and a bound of its numerical error.
 
     With u = pi f tau it is 2 (pi tau)^(-alpha-1) Int_0^U u^(alpha-2) sin^4 u du, taken half period

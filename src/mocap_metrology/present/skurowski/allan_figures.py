@@ -188,8 +188,7 @@ def regression_figure(
     final: NoiseModel,
     frame_rate_hz: float,
     texts: tuple[str, str],
-    *,
-    form: Form = "continuous",
+    form: Form,
 ) -> fig.Picture:
     """S Figure 6: the Allan deviation, every start of annealing, the result after the ant colony
     (relative residuals, S Eq. 13) and ordinary least squares (Levenberg-Marquardt, no weights).

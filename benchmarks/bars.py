@@ -19,7 +19,7 @@ import numpy as np
 from mocap_metrology.accuracy.bar import STATISTICS, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import scale_slope
 from mocap_metrology.accuracy.components import repeated
-from mocap_metrology.accuracy.effective import series_mean
+from mocap_metrology.accuracy.effective import half_interval
 from mocap_metrology.accuracy.statement import ANY, statements
 from mocap_metrology.accuracy.take import take_of
 from mocap_metrology.accuracy.twin import BarErrors, BarTwin, Way, gauss_markov, simulate_bar
@@ -72,10 +72,8 @@ def passes_study(n: int) -> None:
 
 def _of_one(errors: np.ndarray) -> bool | None:
     """Whether the interval of a take's mean holds the expectation; None without an interval."""
-    found = series_mean(errors)
-    if np.isnan(found.lower):
-        return None
-    return bool(found.lower < 0 < found.upper)
+    half = half_interval(errors)
+    return None if np.isnan(half) else bool(abs(np.nanmean(errors)) < half)
 
 
 def scale_study(n: int) -> None:
@@ -118,9 +116,10 @@ def statement_study(rooms: int, dates: int = 5) -> None:
             for one in stated:
                 e = np.concatenate(named["all" if one.direction == ANY else one.direction].errors)
                 which = "any direction" if one.direction == ANY else "one direction"
-                held[which].append(one.holds(e))
+                left_mm = np.abs(e[np.isfinite(e)] + one.correction_mm)
                 noise = 1.96 * next(c.u for c in one.budget.components if c.name == "frame")
-                held["noise alone"].append(np.nanmean(np.abs(e + one.correction_mm) <= noise))
+                held[which].append(np.mean(left_mm <= one.budget.expanded))
+                held["noise alone"].append(np.mean(left_mm <= noise))
     for name, shares in held.items():
         print(f"{name}: {np.mean(shares):.1%} of the frames within, worst {np.min(shares):.0%}")
 

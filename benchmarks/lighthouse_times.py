@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.calibrate import jansen
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.fit import simplex
-from mocap_metrology.lighthouse.fit.board_pose import first_guesses
+from mocap_metrology.lighthouse.fit.board_pose import START_M, first_guesses
 from mocap_metrology.lighthouse.fit.simplex import BOARD
 from mocap_metrology.lighthouse.rotation import from_angles, to_angles
 from mocap_metrology.lighthouse.rotor import rotor_parameters
@@ -93,7 +93,7 @@ def simplex_beside_scipy(n: int = 10) -> tuple[float, float, float]:
     poses = [np.r_[4, rng.uniform(-1, 1, 2), rng.normal(0, 0.2, 2), np.pi] for _ in range(n)]
     seen = [angles(board @ from_angles(*x[3:]).T + x[:3], ideal) for x in poses]
     given = Measurements(np.arange(n) / 60, np.array(seen))
-    R, t = first_guesses(given, board)
+    R, t = first_guesses(given, board, START_M)
     starts = [np.r_[b, to_angles(a)] for a, b in zip(R, t, strict=True)]
 
     def cost(x: np.ndarray, measured: np.ndarray) -> float:

@@ -58,7 +58,7 @@ def shares(facilities: list[Facility], baseline: int, last: int) -> dict[str, fl
     return {
         "note": share(lambda one: one.unusual | one.drifting | one.beyond),
         "alert": share(lambda one: one.beyond),
-        "failure": share(lambda one: one.repeated),
+        "failure": share(lambda one: one.beyond & np.roll(one.beyond, 1)),
     }
 
 

@@ -47,7 +47,7 @@ def truth_of(row: tuple[str, int], limit: float) -> NoiseModel:
     return tellable(published_row(*row)[SERIES], FRAMES, RATE, limit).ordered()
 
 
-def tellable(model: NoiseModel, n: int, frame_rate_hz: float, limit: float = 1.0) -> NoiseModel:
+def tellable(model: NoiseModel, n: int, frame_rate_hz: float, limit: float) -> NoiseModel:
     """The model without the components that n samples cannot determine.
 
     The component of the greatest relative bound (of h, q_c or T_c) is removed while it exceeds

@@ -46,7 +46,7 @@ def read_samples(sheet: Path = SHEET) -> list[Sample]:
     return [Sample(**row) for row in rows]
 
 
-def fetch(sample: Sample, folder: Path, origin: str = ORIGIN, source: Path | None = None) -> bool:
+def fetch(sample: Sample, folder: Path, origin: str, source: Path | None) -> bool:
     """Put one sample into the folder; False if it was there. ValueError: the checksum differs."""
     from pooch import file_hash, get_logger, retrieve
 

@@ -94,7 +94,7 @@ def graph(results: Path, made: dict[str, Path], code: dict[str, Path]) -> list[E
         "description": "Every step from the recordings of the sheets to the pages, by Snakemake.",
         "instrument": {"@id": "Snakefile"},
         "agent": {"@id": "#agent"},
-        "object": references([*inputs, *configurations(others)]),
+        "object": references([*inputs, *(o for o in others if o["@id"].startswith("config/"))]),
         "result": references(files),
         "startTime": began(results).isoformat(timespec="seconds"),
         "endTime": ended.isoformat(timespec="seconds"),
@@ -162,10 +162,6 @@ def recording(number: int, given: Entity) -> Entity:
     what = f"{given['kind']}, {given['source']}{seed}"
     named = {"name": f"{given['name']}: {given['file'] or 'simulated'}", "description": what}
     return {"@id": f"#input-{number}", "@type": "CreativeWork"} | named | kept
-
-
-def configurations(files: list[Entity]) -> list[Entity]:
-    return [one for one in files if one["@id"].startswith("config/")]
 
 
 def file(name: str, path: Path) -> Entity:

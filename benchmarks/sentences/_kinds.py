@@ -79,7 +79,7 @@ def laplace(rng: np.random.Generator, n: int, rate_hz: float) -> np.ndarray:
     return rng.laplace(0, SIGMA / np.sqrt(2), n)
 
 
-def contaminated(share: float = 0.05, times: float = 5.0) -> Kind:
+def contaminated(share: float, times: float) -> Kind:
     def made(rng: np.random.Generator, n: int, rate_hz: float) -> np.ndarray:
         return SIGMA * rng.standard_normal(n) * np.where(rng.random(n) < share, times, 1)
 

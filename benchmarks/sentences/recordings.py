@@ -189,9 +189,9 @@ def told(x: np.ndarray, rate: float = RATE, step: float = 0.0) -> Diagnosed:
     frame = np.arange(x.shape[1], dtype=np.int32)
     raw = Table({"frame": frame} | columns, ORIGIN | own)
     settings = Settings(noise={"estimators": ("likelihood",)})
-    clean = cleaned(raw, settings.hampel).table
+    clean = cleaned(raw, settings.hampel)[0]
     allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan)
-    noise = noise_coefficients(raw, allan.columns, settings).rows
+    noise = noise_coefficients(raw, allan.columns, settings)[0]
     psd = spectra(clean.in_mm(), clean.origin, settings.psd)
     return diagnosed(raw, psd, noise, settings)
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from mocap_workflow.recording_twins import twin_from_mapping
@@ -87,7 +88,7 @@ def _bias(entry: dict, models: dict[str, NoiseModel], n: int) -> list[str]:
     places = [(s, int(s[1]) - 1, "xyz".index(s[0])) for s in ("x1", "y1", "z1", "x2", "y2", "z2")]
     found = np.empty((n, len(places), m.size))
     for run in range(n):
-        position = simulate(twin, TEN_MINUTES * TAU0, run).position_mm
+        position = simulate(replace(twin, seed=run), TEN_MINUTES * TAU0).position_mm
         for k, (series, marker, axis) in enumerate(places):
             expected = models[series].avar(m, RATE, "continuous")
             found[run, k] = allan_variance(position[marker, axis], m).variance / expected

@@ -108,7 +108,7 @@ def simulate(
     (`h_-2` ... `h_2`, `q_c1`, `T_c1`, ..., `A_s`, `f_0`): `position_mm`, `frame_rate_hz`."""
     models = dict.fromkeys(COORDINATES, NoiseModel.from_coefficients(coefficients))
     twin = Twin("simulated", seed, models, duration_s=duration_s, frame_rate_hz=rate_hz)
-    return twins.simulate(twin, seed=seed)
+    return twins.simulate(twin)
 
 
 def calibrate(dump: PathLike, board: PathLike, kind: str = "gpio-dump") -> PoseEstimate:

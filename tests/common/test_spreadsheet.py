@@ -3,6 +3,7 @@
 import csv
 import io
 from collections.abc import Callable
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ TABLES: dict[str, tuple[str, list[list], Callable[[Path], object]]] = {
     "covariate": ("time_s,room_C", [[k, 20 + 0.25 * k] for k in range(9)],
                   lambda path: np.stack(read_covariate(path)[1:])),
     "angles": ("station,axis,cycle,diode,time_s,angle_rad", HITS,
-               lambda path: (read_angles(path).time_s, read_angles(path).angle_rad)),
+               lambda path: attrgetter("time_s", "angle_rad")(read_angles(path)[0])),
 }  # fmt: skip
 
 

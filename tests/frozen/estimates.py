@@ -83,7 +83,7 @@ def paths(hits: Hits, board: np.ndarray) -> object:
     """By way of single board poses, whose mirror both stations decide."""
     given = tuple(well_posed(reconstruct(hits, k, len(board)), board) for k in (0, 1))
     optics = Optics("ideal", given, (rotor_parameters(), rotor_parameters()), "optical")
-    return agreed_paths(optics, board, 1)
+    return agreed_paths(optics, board, 1, None)
 
 
 def second(name: str, folder: Path | None = None) -> Flat:

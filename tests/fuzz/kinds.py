@@ -203,7 +203,7 @@ def of_lighthouse() -> Iterator[Kind]:
 
     def of_angles(path: Path) -> Values:
         chained(path, "angles-csv")
-        hits = read_angles(path)
+        hits, _ = read_angles(path)
         names = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
         return {"hits": np.stack([getattr(hits, name).astype(float) for name in names], axis=1)}
 

@@ -82,7 +82,7 @@ def test_colours_of_noise_show_every_number(rows, logarithmic) -> None:
         ):
             expected = places(own, column, groups)
             if logarithmic:
-                expected[expected[:, 1] < slots.FLOOR, 1] = slots.in_band()
+                expected[expected[:, 1] < slots.FLOOR, 1] = slots.in_band(slots.FLOOR)
                 expected = expected[np.lexsort(expected.T)]
             above += (expected[:, 1] > top).sum()
             shown = expected[expected[:, 1] <= top]

@@ -158,10 +158,10 @@ def test_calibrations_of_a_group():
     assert math.isnan(second["baseline_mm"]) and second["estimator"] is None
     made[0]["pose"] |= {"verdict": {"word": "usable", "reason": "Because it is 9° off."}}
     first = calibration_rows(made)[0]
-    text = calibration_markdown([first, second], "Calibrations of lab")
+    text = calibration_markdown([first, second], "Calibrations of lab", "")
     assert "5.00 mm, 0.500°" in text and "2.00 mm, 0.200°" in text and "300.0 400.0 0.0" in text
     assert "- lab-1: usable. Because it is 9° off." in text and "No sign that" in text
-    assert "No calibrations." in calibration_markdown([], "Calibrations of lab")
+    assert "No calibrations." in calibration_markdown([], "Calibrations of lab", "")
 
 
 def test_few_calibrations_are_cautioned_by_the_law_of_their_sd(records):

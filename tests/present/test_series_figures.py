@@ -23,7 +23,7 @@ def regression(n_starts: int = 10, n: int = 101):
     data = allan_arrays(model, n)
     ordinary = estimate(model, "a", 0.4, 99).model
     figure = regression_figure(
-        (data["tau_s"], data["adev_mm"]), starts, ordinary, model, RATE, ("s", "n")
+        (data["tau_s"], data["adev_mm"]), starts, ordinary, model, RATE, ("s", "n"), "continuous"
     )
     return figure, data, starts, ordinary, model
 

@@ -149,7 +149,7 @@ def test_table_4_is_shown_as_printed(root) -> None:
         cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
         assert [row[1] for row in cells] == printed
         assert {(row[2], row[3]) for row in cells} == {("160.6000", "1.50×10⁻⁵")}
-    assert tables.as_printed(1.4e-6) == "1.40×10⁻⁶"
+    assert tables.as_printed(1.4e-6, "h_0") == "1.40×10⁻⁶"
 
 
 def test_captions_of_several_figures_follow_one_another() -> None:

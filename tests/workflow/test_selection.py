@@ -51,7 +51,7 @@ def test_a_sheet_as_a_table_to_look_up_in() -> None:
         (selection.several, [recording("a"), recording("b")], ["a", "b"]),
         (selection.several, [recording("a")], []),
         (
-            selection.with_covariate,
+            selection.having("covariate"),
             [recording("a", covariate=None), recording("b", covariate="t.csv")],
             ["b"],
         ),

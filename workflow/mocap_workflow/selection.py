@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -101,25 +101,15 @@ def several(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
     return rows if len(rows) > 1 else []
 
 
-def with_covariate(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
-    """Recordings with something recorded beside them."""
-    return [row for row in rows if row.covariate]
+def having(column: str) -> Callable[[Iterable[OfSheet]], list[OfSheet]]:
+    """Recordings or calibrations with something in this column."""
+    return lambda rows: [row for row in rows if getattr(row, column)]
 
 
 def with_place(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
     """Recordings whose place in the volume has a name; none if it is the same for all."""
     found = [row for row in rows if row.place]
     return found if len({row.place for row in found}) > 1 else []
-
-
-def with_bar(rows: Iterable[OfSheet]) -> list[OfSheet]:
-    """Recordings of a bar that is moved, or calibrations with one."""
-    return [row for row in rows if row.bar]
-
-
-def with_receiver(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
-    """Calibrations whose receiver motion capture saw."""
-    return [row for row in rows if row.receiver]
 
 
 def with_points(rows: Sequence[RecordingRow]) -> list[RecordingRow]:

@@ -12,9 +12,10 @@ from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.entries import TwinsFile
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
+from mocap_metrology.common.sheets import read as read_sheet
 from mocap_metrology.io.read import missing_marker
 from mocap_metrology.noise.twins.take import TakeTwin
-from mocap_metrology.recording.monitor_sheet import read_monitors
+from mocap_metrology.recording import monitor_sheet
 from mocap_metrology.settings import Settings, checked
 from mocap_workflow import remote, rows
 from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
@@ -76,7 +77,10 @@ def sheets(
 
 def monitors(sheet: str | None) -> dict[str, list[Row]]:
     """Takes by monitored facility, in order of the rows of a sheet of recordings."""
-    return read_monitors(sheet, list(RecordingRow.columns()))
+    if sheet is None:
+        return {}
+    lines = read_sheet(sheet, list(RecordingRow.columns()), ["recording"])
+    return monitor_sheet.monitors(sheet, lines)
 
 
 def _all(read: Callable[[str], Any], names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:

@@ -260,11 +260,13 @@ promise(
         of_each("allan.parquet", accepted_calibrations(at_rest, EVERY), CALIBRATIONS),
         poses_of_setups(EVERY),
         *(
-            of_each(file, accepted_calibrations(selection.with_bar, EVERY), CALIBRATIONS)
+            of_each(file, accepted_calibrations(selection.having("bar"), EVERY), CALIBRATIONS)
             for file in BAR_OF_CALIBRATION.values()
         ),
         of_each(
-            "receiver.json", accepted_calibrations(selection.with_receiver, EVERY), CALIBRATIONS
+            "receiver.json",
+            accepted_calibrations(selection.having("receiver"), EVERY),
+            CALIBRATIONS,
         ),
     ),
     tables=collect(

@@ -55,7 +55,7 @@ rule noise_tables:
 
 POINT = ("column_names", "accept_truncated")
 DATED = still(selection.over_dates)
-WITH_COVARIATE = still(selection.with_covariate)
+WITH_COVARIATE = still(selection.having("covariate"))
 WITH_POINTS = still(selection.with_points)
 WITH_PLACE = still(selection.with_place)
 SUBSETS = still(selection.subsets)
@@ -127,7 +127,7 @@ COMPARISONS = {
         "message": "change over dates",
     },
     "coherence": {
-        "of": groups(selection.with_covariate, ABOUT_NOISE),
+        "of": groups(selection.having("covariate"), ABOUT_NOISE),
         "input": {
             "clean": of_each("clean.parquet", WITH_COVARIATE),
             "covariate": lambda wildcards: [

@@ -67,8 +67,8 @@ with step(snakemake) as log:
                 calibrate(hits, read_board(board), (None, None), simplex)
                 seconds = time.perf_counter() - begun
             R, t_m, _ = truth_of(truth)
-            for one in reconstruction_errors(hits, read_board(board), R, t_m):
-                found.setdefault(one.way, []).append((one.error_mm, one.error_deg))
+            for way, error in reconstruction_errors(hits, read_board(board), R, t_m).items():
+                found.setdefault(way, []).append(error)
         ways = {way: np.array(errors) for way, errors in found.items()}
         calibrations = Calibrations(records, motion, ways, seconds)
     kinds = sorted({row["source"] for row in given.recordings})

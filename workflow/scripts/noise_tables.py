@@ -9,13 +9,14 @@ with step(snakemake):
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.fit.estimates import read_noise
+    from mocap_metrology.papers.subsets import source_of
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.text import captions
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
-    source = {row["recording"]: tables.source_of(row) for row in rows}
+    source = {row["recording"]: source_of(row) for row in rows}
     allan = dict(zip(source, map(read_table, snakemake.input.allan), strict=True))
     lengths = {name: gather.length_s(origin) for name, (_, origin) in allan.items()}
     of_rows = {row["recording"]: row for row in rows}

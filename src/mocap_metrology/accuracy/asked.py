@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +13,10 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 
 @dataclass(frozen=True)
 class Pose:
-    """Quaternion x, y, z, w of body B in A, and its standard uncertainty."""
+    """Quaternion (4,), x, y, z, w, of body B in A, and its standard uncertainty."""
 
-    xyzw: tuple[float, ...]
+    quaternion: np.ndarray
     u_deg: float
-
-    @property
-    def quaternion(self) -> np.ndarray:
-        return np.array(self.xyzw)
 
 
 @dataclass(frozen=True)
@@ -47,9 +42,12 @@ class Asked:
             return None
         try:
             told = json.loads(self.bar_pose)
-            pose = Pose(tuple(map(float, told["quaternion_xyzw"])), float(told.get("u_deg", 0)))
-            if len(pose.xyzw) == 4 and abs(math.hypot(*pose.xyzw) - 1) < 1e-3 and pose.u_deg >= 0:
-                return pose
+            xyzw, u_deg = (
+                np.array([*map(float, told["quaternion_xyzw"])]),
+                float(told.get("u_deg", 0)),
+            )
+            if xyzw.size == 4 and abs(np.linalg.norm(xyzw) - 1) < 1e-3 and u_deg >= 0:
+                return Pose(xyzw, u_deg)
         except UNREADABLE:
             pass
         what = 'expected JSON such as {"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}'

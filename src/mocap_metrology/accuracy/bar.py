@@ -17,7 +17,7 @@ import numpy as np
 
 from mocap_metrology.accuracy.clusters import LEAST_FRAMES
 from mocap_metrology.accuracy.components import FEWEST, Effects, Repeated, random_effects, repeated
-from mocap_metrology.accuracy.effective import effective_number, series_mean
+from mocap_metrology.accuracy.effective import effective_number, half_interval
 from mocap_metrology.accuracy.parts import Parts, parts_of
 from mocap_metrology.accuracy.take import Take, classes
 from mocap_metrology.settings import Bar as Settings
@@ -164,9 +164,7 @@ def statistics(errors: Sequence[np.ndarray]) -> dict[str, Repeated]:
         for name, of in STATISTICS.items()
     }
     if len(passes) < FEWEST:
-        means = [series_mean(e) for e in errors]
-        halves = np.array([(m.upper - m.lower) / 2 for m in means])
-        half = float(np.sqrt((halves**2).sum())) / len(means)
+        half = math.hypot(*map(half_interval, errors)) / len(errors)
         mean = found["mean"].value
         found["mean"] = Repeated(len(passes), mean, mean - half, mean + half)
     return found

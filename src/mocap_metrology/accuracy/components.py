@@ -52,8 +52,8 @@ def repeated(values: Sequence[float] | np.ndarray, positive: bool = False) -> Re
 
 @dataclass(frozen=True)
 class Effects:
-    """Random effects of k groups: common mean, its standard error and interval; sd between groups
-    with its interval. NaN below two groups."""
+    """Random effects of k groups: common mean, its standard error and 95 % interval; sd between
+    groups with its interval. NaN below two groups."""
 
     k: int
     mean: float
@@ -68,7 +68,6 @@ class Effects:
 def random_effects(
     values: Sequence[float] | np.ndarray,
     variances: Sequence[float] | np.ndarray,
-    confidence: float = 0.95,
     dof: float = math.inf,
 ) -> Effects:
     """Values (k,) and the variances (k,) > 0 of their errors, up to one factor of `dof` degrees of
@@ -84,9 +83,8 @@ def random_effects(
     between = max(excess / (w.sum() - (w**2).sum() / w.sum()), 0.0)
     q, mean = _q(x, v, between)
     se = math.sqrt(q / (k - 1) / float((1 / (v + between)).sum()))
-    half = float(stdtrit(k - 1, (1 + confidence) / 2)) * se
-    tails = ((1 - confidence) / 2, (1 + confidence) / 2)
-    known = math.isinf(dof)
+    half = float(stdtrit(k - 1, 0.975)) * se
+    known, tails = math.isinf(dof), (0.025, 0.975)
     limits = (chdtri(k - 1, p) if known else (k - 1) * fdtri(k - 1, dof, 1 - p) for p in tails)
     ends = (math.sqrt(_solve(x, v, float(limit))) for limit in limits)
     return Effects(k, mean, se, mean - half, mean + half, math.sqrt(between), *ends)

@@ -10,7 +10,6 @@ the sequence ends with the first that is not positive, and none exceeds one befo
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,19 +17,6 @@ from mocap_metrology.common.transforms import irfft, rfft
 
 BATCHES = 10
 LEAST_EFFECTIVE = 25.0  # below it the interval of a mean holds in fewer than 90 % of takes
-
-
-@dataclass(frozen=True)
-class SeriesMean:
-    """Mean of a series with its interval; n values known, n_eff independent ones; sd: of one value
-    about the true mean; lower, upper: NaN where none can be given."""
-
-    n: int
-    n_eff: float
-    mean: float
-    sd: float
-    lower: float
-    upper: float
 
 
 def effective_number(series: np.ndarray) -> float:
@@ -65,24 +51,21 @@ def _autocovariance(centred: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.asarray(sums * n * taper / np.maximum(pairs, 1))
 
 
-def series_mean(series: np.ndarray) -> SeriesMean:
-    """Mean of (n,) correlated values, NaN in gaps, and its 95 % interval: +- t(n_eff - 1) s /
-    sqrt(n_eff), or t(9) of the means of ten batches where that is wider; none where n_eff, or the
+def half_interval(series: np.ndarray) -> float:
+    """Half the 95 % interval of the mean of (n,) correlated values, NaN in gaps: t(n_eff - 1) s /
+    sqrt(n_eff), or t(9) of the means of ten batches where that is wider; NaN where n_eff, or the
     number of independent values by which the batch means scatter, 10 s^2 / s_b^2, is below
     `LEAST_EFFECTIVE`: a series of few correlation times often hides that it is one."""
     from scipy.special import stdtrit
 
     values = series[np.isfinite(series)]
-    n, n_eff = values.size, effective_number(series)
-    mean = float(values.mean()) if n else math.nan
-    sd = float(values.std(ddof=1)) if n > 1 else math.nan
-    none = SeriesMean(n, n_eff, mean, sd, math.nan, math.nan)
-    if not n_eff >= LEAST_EFFECTIVE or n < 2 * BATCHES:
-        return none
-    batches = values[: n // BATCHES * BATCHES].reshape(BATCHES, -1)
+    n_eff = effective_number(series)
+    if not n_eff >= LEAST_EFFECTIVE:  # there are as many values or more
+        return math.nan
+    sd = float(values.std(ddof=1))
+    batches = values[: values.size // BATCHES * BATCHES].reshape(BATCHES, -1)
     spread = float(batches.mean(axis=1).std(ddof=1))
-    if spread > 0 and BATCHES * sd**2 < LEAST_EFFECTIVE * spread**2:
-        return none
-    half = stdtrit(n_eff - 1, 0.975) * sd / math.sqrt(n_eff)
-    half = max(float(half), float(stdtrit(BATCHES - 1, 0.975)) * spread / math.sqrt(BATCHES))
-    return SeriesMean(n, n_eff, mean, sd, mean - half, mean + half)
+    if BATCHES * sd**2 < LEAST_EFFECTIVE * spread**2:
+        return math.nan
+    half = float(stdtrit(n_eff - 1, 0.975)) * sd / math.sqrt(n_eff)
+    return max(half, float(stdtrit(BATCHES - 1, 0.975)) * spread / math.sqrt(BATCHES))

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import Bar, OfClass, pass_scatter
+from mocap_metrology.accuracy.bar import Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
 from mocap_metrology.accuracy.effective import effective_number
@@ -66,7 +66,8 @@ def findings_of(
         rest = max(one.parts["rest"].value for one in bar.classes)
         found.append(Finding("more_than_still", "", rest / still_mm))
     for one in bar.classes:
-        share = _spikes(one)
+        beyond = [np.abs(r - np.nanmedian(r)) > SPIKE * robust_sd(r) for r in one.parts.rest]
+        share = sum(int(b.sum()) for b in beyond) / one.n_frames
         if share > LEAST_SPIKES:
             found.append(Finding("spikes", one.name, share))
     if scale is not None and not scale.lower <= 0 <= scale.upper:
@@ -172,9 +173,3 @@ def _exponent(rest: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
     left = float(np.sum((y - y.mean() - slope * centred) ** 2)) / (SPEEDS - 2)
     variance = max(1.36 / worth, left) / float(centred @ centred)
     return slope, math.sqrt(variance)
-
-
-def _spikes(one: OfClass) -> float:
-    """Share of the frames of the rest beyond SPIKE robust sd of its pass."""
-    beyond = [np.abs(r - np.nanmedian(r)) > SPIKE * robust_sd(r) for r in one.parts.rest]
-    return sum(int(b.sum()) for b in beyond) / one.n_frames

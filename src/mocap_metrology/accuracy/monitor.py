@@ -90,10 +90,9 @@ class Chart:
     """Statistics of a series at each take, (n,) each; those before a take is judged are NaN.
 
     n_baseline, mean, scatter: takes of the baseline before this one, their mean, s_p; baseline: of
-    which takes it consists; tolerance; q: of the take against the baseline; high, low: CUSUM;
-    since: first value of the run of the larger one; shift: mean from there on minus that of the
-    baseline; learning; beyond: the
-    tolerance; repeated: as was the take before; unusual: by Q; drifting: by CUSUM and shift.
+    which takes it consists; tolerance; q: of the take against the baseline; cusum: the larger of
+    both sides; since: first value of its run; shift: mean from there on minus that of the
+    baseline; learning; beyond: the tolerance; unusual: by Q; drifting: by CUSUM and shift.
     """
 
     value: Floats
@@ -103,13 +102,11 @@ class Chart:
     scatter: Floats
     tolerance: Floats
     q: Floats
-    high: Floats
-    low: Floats
+    cusum: Floats
     since: np.ndarray
     shift: Floats
     learning: np.ndarray
     beyond: np.ndarray
-    repeated: np.ndarray
     unusual: np.ndarray
     drifting: np.ndarray
 
@@ -187,7 +184,7 @@ def chart(
     running = np.clip(_q(x, count, all_mean, all_spread), -CLIP, CLIP)
     high, since_high = _cusum(running)
     low, since_low = _cusum(-running)
-    since = np.where(high >= low, since_high, since_low)
+    cusum, since = np.maximum(high, low), np.where(high >= low, since_high, since_low)
     total = np.concatenate([[0.0], np.cumsum(x - x[:1].sum())])
     length = np.arange(x.size) + 1 - since
     recent = (total[1:] - total[since]) / length + x[:1].sum()
@@ -202,15 +199,13 @@ def chart(
         np.where(learning, np.nan, scatter),
         np.where(learning, np.nan, tolerance),
         q,
-        high,
-        low,
+        cusum,
         since,
         shift,
         learning,
         beyond,
-        beyond & np.concatenate([[False], beyond])[: x.size],
         np.abs(q) > limit.q,
-        (np.maximum(high, low) > limit.cusum) & (np.abs(shift) > tolerance / 2),
+        (cusum > limit.cusum) & (np.abs(shift) > tolerance / 2),
     )
 
 

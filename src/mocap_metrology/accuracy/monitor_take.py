@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from mocap_metrology.accuracy.monitor import ORDER, Chart, Watched, chart, limits, words
+from mocap_metrology.accuracy.monitor import Chart, Watched, chart, limits, words
 from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
@@ -103,16 +103,14 @@ def series_of(takes: Sequence[Take], how: Monitor) -> list[Series]:
     """All series of takes of the same markers and pairs."""
     every = np.ones(len(takes), dtype=bool)
     tolerance, scatter = how.tolerance, how.scatter
-    jitter = np.maximum([take.jitter_mm for take in takes], LEAST_JITTER_MM)
-    wander = np.array([take.wander_mm for take in takes]) ** (2 / 3)
+    jitter = np.maximum(_values(take.jitter_mm for take in takes), LEAST_JITTER_MM)
+    wander = _values(take.wander_mm for take in takes) ** (2 / 3)
     enough = np.array([take.wander_df >= LEAST_DF for take in takes])
     of_jitter = Watched(tolerance.jitter, scatter.jitter)
     of_wander = Watched(tolerance.wander, scatter.wander, relative=True)
     of_place = Watched(tolerance.place_mm, scatter.place_mm)
     of_length = Watched(tolerance.length_mm, scatter.length_mm)
-    lengths = {
-        name: np.array([take.lengths_mm[name] for take in takes]) for name in takes[0].lengths_mm
-    }
+    lengths = {n: _values(take.lengths_mm[n] for take in takes) for n in takes[0].lengths_mm}
     found = [
         Series("jitter", "jitter", np.log(jitter), every, of_jitter),
         Series("wander", "wander", wander, enough, of_wander),
@@ -120,6 +118,11 @@ def series_of(takes: Sequence[Take], how: Monitor) -> list[Series]:
         *(Series(f"length {n}", "length", v, every, of_length) for n, v in lengths.items()),
     ]
     return [one for one in found if np.isfinite(one.values).any()]
+
+
+def _values(numbers: Iterable[float | None]) -> Floats:
+    """NaN where JSON had no number."""
+    return np.array([*numbers], dtype=float)
 
 
 def _places(takes: Sequence[Take], frame: str) -> dict[str, Floats]:
@@ -159,6 +162,9 @@ class Judged:
     words: Sequence[tuple[str, int | None]]
 
 
+Stretches = Mapping[int, Sequence[Judged]]
+
+
 def judge(
     takes: Sequence[Take], days: Sequence[str], marked: Sequence[bool], how: Monitor
 ) -> list[Judged]:
@@ -177,40 +183,15 @@ def judge(
     return found
 
 
-@dataclass(frozen=True)
-class History:
-    """A facility: its takes in order, and each stretch of them from one restart to the next, by the
-    number of its first take; left_out: rows that were not used, and why."""
-
-    name: str
-    rows: Sequence[Row]
-    stretches: Mapping[int, Sequence[Judged]]
-    left_out: Mapping[str, str]
-
-    def words(self) -> list[str]:
-        """Word of each take: the worst of its series."""
-        said = [""] * len(self.rows)
-        for start, found in self.stretches.items():
-            for one in found:
-                for k, (word, _) in zip(one.at.tolist(), one.words, strict=True):
-                    said[start + k] = min(said[start + k], word, key=ORDER.index)
-        return said
-
-
-def history(
-    name: str,
-    rows: Sequence[Row],
-    takes: Sequence[Take],
-    how: Monitor,
-    left_out: Mapping[str, str] | None = None,
-) -> History:
-    """Charts of a facility from its takes, in order of time."""
+def stretches(rows: Sequence[Row], takes: Sequence[Take], how: Monitor) -> Stretches:
+    """Charts of a facility from its takes, in order of time: of each stretch of them from one
+    restart to the next, by the number of its first take."""
     starts = [k for k, row in enumerate(rows) if k == 0 or row.baseline == "restart"]
-    stretches = {}
+    found = {}
     for start, end in zip(starts, [*starts[1:], len(rows)], strict=False):
         own = rows[start:end]
         named = any(row.baseline == "yes" for row in own)
         marked = [named and row.baseline != "" for row in own]
         days = [row.date[:10] for row in own]
-        stretches[start] = judge(takes[start:end], days, marked, how)
-    return History(name, rows, stretches, left_out or {})
+        found[start] = judge(takes[start:end], days, marked, how)
+    return found

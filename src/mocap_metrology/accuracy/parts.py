@@ -9,7 +9,7 @@ the rest's variance by chance, which is subtracted. Frame to frame, part of the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,32 +24,22 @@ BLOCKS = 5  # of one pass
 
 
 @dataclass(frozen=True)
-class Part:
-    """Of the error, mm; lower, upper: its 95 % interval, NaN where there is none."""
-
-    name: str
-    value: float
-    lower: float = math.nan
-    upper: float = math.nan
-
-
-@dataclass(frozen=True)
 class Parts:
-    """Of one class. parts: bias, pass, place, rest, frame; place_share: of the variance about the
-    pass's mean that the surface of other dates, or of other passes, explains in what it was not
-    fitted to (NaN of one pass); predicts: whether it explains some in each of them, or in each of
+    """Of one class. sizes: of bias, pass, place, rest, frame in mm; place_share: of the variance
+    about the pass's mean that the surface of other dates, or of other passes, explains in what it
+    was not fitted to (NaN of one pass); predicts: whether it explains some in each, or in each of
     BLOCKS parts of one pass; rest: (n,) of each pass; n_eff: of the rest; n_terms: of the
     surface."""
 
-    parts: tuple[Part, ...]
+    sizes: Mapping[str, Repeated]
     place_share: float
     predicts: bool
     rest: tuple[np.ndarray, ...]
     n_eff: float
     n_terms: int
 
-    def __getitem__(self, name: str) -> Part:
-        return next(part for part in self.parts if part.name == name)
+    def __getitem__(self, name: str) -> Repeated:
+        return self.sizes[name]
 
 
 def parts_of(
@@ -65,28 +55,26 @@ def parts_of(
     chance = terms[0].shape[1] / sum(worth) * float(np.mean(sd**2))
     bent = np.array([np.nanvar(np.where(np.isnan(e), np.nan, s)) for e, s in
                      zip(errors, surfaces, strict=True)])  # fmt: skip
-    place = _together("place", np.sqrt(np.maximum(bent - chance, 0.0)))
-    frame = [math.sqrt(frame_variance(e)) for e in errors]
     means = [float(np.nanmean(e)) for e in errors]
-    bias = _together("bias", means, positive=False)
     variance = [max(float(np.nanvar(e)), 1e-30) / max(effective_number(e), 1.0) for e in errors]
     between = random_effects(means, variance)
-    passes = Part("pass", between.between, between.between_lower, between.between_upper)
-    parts = (bias, passes, place, _together("rest", sd), _together("frame", frame))
+    limits = between.between_lower, between.between_upper
+    sizes = {
+        "bias": repeated(means),
+        "pass": Repeated(len(means), between.between, *limits),
+        "place": repeated(np.sqrt(np.maximum(bent - chance, 0.0)), positive=True),
+        "rest": repeated(sd, positive=True),
+        "frame": repeated([math.sqrt(frame_variance(e)) for e in errors], positive=True),
+    }
     left = _left_out(terms, centred, dates)
     share = 1 - float(left[:, 1].sum() / left[:, 0].sum()) if len(errors) > 1 else math.nan
     predicts = bool((left[:, 1] < left[:, 0]).all())
-    return Parts(parts, share, predicts, rest, sum(worth), terms[0].shape[1])
+    return Parts(sizes, share, predicts, rest, sum(worth), terms[0].shape[1])
 
 
 def frame_variance(errors: np.ndarray) -> float:
     """Mean of (e_k+1 - e_k)^2 / 2 of errors (n,), NaN in gaps."""
     return float(np.nanmean(np.diff(errors) ** 2)) / 2
-
-
-def _together(name: str, values: Sequence[float] | np.ndarray, positive: bool = True) -> Part:
-    found: Repeated = repeated(values, positive)
-    return Part(name, found.value, found.lower, found.upper)
 
 
 def surface_terms(middles: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -110,28 +110,16 @@ def residuals(points: Points, found: Fit) -> np.ndarray:
     return np.asarray(points.reference - found.applied(points.places, points.turns))
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """off_mm (n, 3): what each point is off by in a fit without it; others_mm (n,): rms that such a
-    fit leaves; scale_se, lever_se: standard errors by the jackknife, sqrt((n - 1)/n sum (theta_k -
-    mean)^2)."""
-
-    off_mm: np.ndarray
-    others_mm: np.ndarray
-    scale_se: float
-    lever_se: np.ndarray
-
-
-def left_out(points: Points, lever: bool, scale: bool) -> LeftOut:
-    """All points one after the other."""
+def left_out(points: Points, lever: bool, scale: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n, 3) what each point is off by in a fit without it; (n,) rms that such a fit leaves; (4,)
+    standard errors of scale and lever by the jackknife, sqrt((n - 1)/n sum (theta_k - mean)^2)."""
     n = len(points)
     others = [points.only(np.arange(n) != k) for k in range(n)]
     fits = [fit(own, lever, scale) for own in others]
     left = np.array([rms(residuals(*both)) for both in zip(others, fits, strict=True)])
     off = np.concatenate([residuals(points.only([k]), one) for k, one in enumerate(fits)])
     values = np.array([[one.scale, *one.lever] for one in fits])
-    se = np.sqrt((n - 1) * values.var(axis=0))
-    return LeftOut(off, left, float(se[0]), se[1:])
+    return off, left, np.sqrt((n - 1) * values.var(axis=0))
 
 
 def check(points: Points, group: str) -> None:

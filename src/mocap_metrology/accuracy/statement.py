@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,15 +32,6 @@ BETWEEN = ("date", "pass")  # the first of them is of the means that the correct
 
 
 @dataclass(frozen=True)
-class Known:
-    """What is known otherwise. drift: of a monitor, None without one; scale: relative standard
-    uncertainty of the scale."""
-
-    drift: Component | None = None
-    scale: Component | None = None
-
-
-@dataclass(frozen=True)
 class Statement:
     """Of one direction, or of any. correction_mm: to be added to a measured length; n_dates: whose
     scatter is in the budget, 0 if that of passes is."""
@@ -51,20 +42,18 @@ class Statement:
     correction_mm: float
     budget: Budget
 
-    def holds(self, errors_mm: np.ndarray) -> float:
-        """Share of errors (n,) that lie within U after the correction."""
-        known = errors_mm[np.isfinite(errors_mm)]
-        return float(np.mean(np.abs(known + self.correction_mm) <= self.budget.expanded))
 
-
-def statements(bar: Bar, known: Known | None = None, averaged: float = 1) -> tuple[Statement, ...]:
+def statements(
+    bar: Bar, known: Sequence[Component] = (), averaged: float = 1
+) -> tuple[Statement, ...]:
     """Of each class of FEWEST passes or more, first of any of them; none where there is none.
-    averaged: frames of one place and pass of which a mean is stated."""
+    known: otherwise, `drift` by a monitor and `scale`, relative; averaged: frames of one place and
+    pass of which a mean is stated."""
     classes = [one for one in bar.classes if len(one.passes) >= FEWEST]
     own = [_of_passes(one, averaged) for one in classes]
     if not own:
         return ()
-    common = _common(bar, known or Known(), dated=all(one.n_dates for one in own))
+    common = _common(bar, known, dated=all(one.n_dates for one in own))
     if len(own) > 1:
         own = [_any(own), *own]
     return tuple(
@@ -129,13 +118,11 @@ def _any(own: Sequence[Statement]) -> Statement:
     return Statement(ANY, passes, dates, float(corrections.mean()), Budget(tuple(components)))
 
 
-def _common(bar: Bar, known: Known, dated: bool) -> list[Component]:
+def _common(bar: Bar, known: Sequence[Component], dated: bool) -> list[Component]:
     found = []
     if bar.certificate:
         found.append(Component("reference", "B", bar.certificate.u_mm))
-    if known.scale:
-        u = known.scale.u * bar.reference_mm
-        found.append(Component("scale", known.scale.kind, u, known.scale.dof))
+    found += [replace(one, u=one.u * bar.reference_mm) for one in known if one.name == "scale"]
     step = max(take.step_mm for take in bar.takes)
     found.append(Component("resolution", "B", step / math.sqrt(12)))
-    return [*found, known.drift] if known.drift and not dated else found
+    return found + [one for one in known if one.name == "drift" and not dated]

@@ -81,15 +81,14 @@ class BarTwin:
     """Names of the two markers in the file."""
 
 
-def simulate_bar(twin: BarTwin, seed: int | None = None) -> SimulatedRecording:
-    """A pass with `seed` (default: its own). Same twin and seed: same bytes."""
-    seed = twin.seed if seed is None else seed
+def simulate_bar(twin: BarTwin) -> SimulatedRecording:
+    """A pass. Same twin: same bytes."""
     bar, rate = twin.bar, twin.frame_rate_hz
     n = frames_of(twin.name, twin.duration_s, rate)
-    draw = stream("bar", seed, "path")
+    draw = stream("bar", twin.seed, "path")
     relative, middle = _path(bar.path, np.arange(n) / rate, draw.uniform(0, 2 * math.pi, 3))
     direction = _directions(bar.path.along, np.arange(n) / rate, draw.uniform(0, 2 * math.pi, 3))
-    drawn = stream("bar", seed, "errors")
+    drawn = stream("bar", twin.seed, "errors")
     offset = bar.pass_mm * float(drawn.standard_normal())
     error = bar.bias + offset + bar.surface * unit_surface(bar.room_seed, relative)
     error += bar.rest * gauss_markov(drawn, n, bar.correlation_s * rate)
@@ -99,7 +98,7 @@ def simulate_bar(twin: BarTwin, seed: int | None = None) -> SimulatedRecording:
     truth = {
         "twin": twin.name,
         "source": "simulated bar that is carried through a volume",
-        "seed": seed,
+        "seed": twin.seed,
         "form": twin.form,
         "frame_rate_hz": rate,
         "n_frames": n,

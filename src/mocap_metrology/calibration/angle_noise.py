@@ -64,12 +64,8 @@ def write_angle_noise(
         more["reason"] = UNKNOWN if still is None else MOVED
     elif not parts:
         more["reason"] = "no diode was hit in half of the sweeps"
-    columns = {_in_rad(name): values for name, values in joined(parts, ALLAN).items()}
+    columns = {name.replace("_mm", "_rad"): v for name, v in joined(parts, ALLAN).items()}
     write_table(path, columns, origin | more)
-
-
-def _in_rad(name: str) -> str:
-    return name.replace("_mm2", "_rad2").replace("_mm", "_rad")
 
 
 def _rotor(own: StillAngles, resolution_s: float | None) -> Row:

@@ -5,7 +5,7 @@ that is hardly moved is judged too: errors of the stations and the diodes are th
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import evaluate
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of
+from mocap_metrology.calibration.receiver import stated
 from mocap_metrology.calibration.sweeps import Entry, Paths, decoded, recorded
 from mocap_metrology.calibration.track import scene_before, stations_used
 from mocap_metrology.common import files
@@ -198,13 +199,8 @@ def _document(
     return document, bar_rows(judged)
 
 
-def _stated(error_mm: np.ndarray, sd_mm: np.ndarray, asked: Asked) -> Mapping[str, float]:
-    """Median standard deviation of a distance by the tracks, and how often its error, that of the
-    certificate included, is within one and two."""
+def _stated(error_mm: np.ndarray, sd_mm: np.ndarray, asked: Asked) -> Row:
+    """`stated` of a distance, of its error that of the certificate included."""
     known = np.isfinite(error_mm) & np.isfinite(sd_mm)
     sizes = np.abs(error_mm[known]) / np.hypot(sd_mm[known], asked.length_u_mm or 0.0)
-    return {
-        "sd_mm": float(np.median(sd_mm[known])) if known.any() else math.nan,
-        "within_1": float((sizes <= 1).mean()) if known.any() else math.nan,
-        "within_2": float((sizes <= 2).mean()) if known.any() else math.nan,
-    }
+    return stated(sd_mm[known], sizes)

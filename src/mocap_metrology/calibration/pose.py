@@ -25,6 +25,8 @@ from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import read_recording
+from mocap_metrology.io.recording import Recording
+from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess import reference
 from mocap_metrology.lighthouse.assess.network_reference import (
@@ -252,16 +254,22 @@ def reference_of(
     known = reference.read_mount(str(mount))
     if not master and not slave:  # a twin's: M1 ... on the master, S1 ... on the slave
         master, slave = ([label for label in known if label.startswith(one)] for one in "MS")
-    try:
-        found = read_recording([path], [*master, *slave], unit=entry.reference_unit)
-    except UnknownUnit as refusal:
-        raise Refusal(f"{refusal} (column reference_unit of the sheet)") from None
-    if found.unit_source == "assumed":
-        log.warning("%s names no unit, so its coordinates are assumed to be in mm", Path(path).name)
+    found = captured(path, [*master, *slave], entry.reference_unit, "reference_unit")
     said = f"markers in {Path(path).name}"
     return reference.reference_from_markers(
         found.position_mm, found.labels, master, slave, known, said
     )
+
+
+def captured(path: str, labels: Sequence[str], unit: Unit | None, column: str) -> Recording:
+    """Motion capture of some markers; unit: as the column states it, where the file names none."""
+    try:
+        found = read_recording([path], labels, unit=unit)
+    except UnknownUnit as refusal:
+        raise Refusal(f"{refusal} (column {column} of the sheet)") from None
+    if found.unit_source == "assumed":
+        log.warning("%s names no unit, so its coordinates are assumed to be in mm", Path(path).name)
+    return found
 
 
 def truths_of(path: str | None) -> dict[str, Reference] | None:

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.calibration.pose import calibration_settings, sensors_of
+from mocap_metrology.calibration.pose import calibration_settings, captured, sensors_of
 from mocap_metrology.calibration.sweeps import Entry, Paths, recorded
 from mocap_metrology.calibration.track import scene_before, stations_used
 from mocap_metrology.common import files
-from mocap_metrology.common.errors import Refusal, UnknownUnit
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats, Row
-from mocap_metrology.io.read import labels_of, read_recording
+from mocap_metrology.io.read import labels_of
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
@@ -60,12 +60,7 @@ def receiver(
 
 
 def _markers(path: str, labels: Sequence[str], unit: Unit | None) -> Markers:
-    try:
-        found = read_recording([path], labels or labels_of(path), unit=unit)
-    except UnknownUnit as refusal:
-        raise Refusal(f"{refusal} (column receiver_unit of the sheet)") from None
-    if found.unit_source == "assumed":
-        log.warning("%s names no unit, so its coordinates are assumed to be in mm", Path(path).name)
+    found = captured(path, labels or labels_of(path), unit, "receiver_unit")
     place_m = 1e-3 * np.asarray(found.position_mm, float)
     return Markers(found.labels, found.frame_rate_hz, place_m).cleaned()
 
@@ -175,17 +170,22 @@ def _difference(known: Calibrated, k: int, placed: Resected, place: int) -> Row:
 
 
 def _stated(columns: Mapping[str, np.ndarray], found: Match) -> Row:
-    """Median standard deviation of a coordinate by the track, and how often its error is within one
-    and two; what a motion of the whole path would explain is not in the errors."""
+    """`stated` of a coordinate; what a motion of the whole path would explain is not in the
+    errors."""
     at = np.searchsorted(columns["time_s"], found.time_s)
     sd = np.column_stack([columns[f"sd_{axis}"][at] for axis in AXES_OF_POSE[:3]])
     error = 1e3 * found.place_m.mean(axis=1) @ found.alignment.A
-    size = (np.abs(error) / sd)[np.isfinite(sd).all(axis=1)]
-    return {
-        "sd_mm": float(np.nanmedian(sd)),
-        "within_1": float((size <= 1).mean()) if size.size else math.nan,
-        "within_2": float((size <= 2).mean()) if size.size else math.nan,
-    }
+    known = np.isfinite(sd).all(axis=1)
+    return stated(sd[known], (np.abs(error) / sd)[known])
+
+
+def stated(sd_mm: np.ndarray, sizes: np.ndarray) -> Row:
+    """Median standard deviation by a track, and how often an error is within one and two; sizes: of
+    errors over theirs."""
+    if not sizes.size:
+        return dict.fromkeys(("sd_mm", "within_1", "within_2"), math.nan)
+    within = {f"within_{k}": float((sizes <= k).mean()) for k in (1, 2)}
+    return {"sd_mm": float(np.median(sd_mm)), **within}
 
 
 def _statistics(values: Floats) -> Row:

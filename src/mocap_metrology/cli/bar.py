@@ -50,5 +50,5 @@ def tell_together(folders: Sequence[Path]) -> None:
         return
     paths = [folder / bar.TAKE for folder in folders]
     results.tell_result(
-        line for one in bar.together(paths, SETTINGS) for line in ("", *bar_lines(one))
+        line for one in bar.passes_of(paths, SETTINGS) for line in ("", *bar_lines(one.document))
     )

@@ -33,13 +33,13 @@ import mocap_metrology
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
-def sources_hash(package: Path = PACKAGE) -> str:
-    """Hash of the names and contents of this file and all below `package` that import it."""
+def sources_hash() -> str:
+    """Hash of the names and contents of this file and all of the package that import it."""
     digest = hashlib.sha256(Path(__file__).read_bytes())
-    for path in sorted(package.rglob("*.py")):
+    for path in sorted(PACKAGE.rglob("*.py")):
         text = path.read_bytes()
         if b"common.compiled import njit" in text:
-            digest.update(path.relative_to(package).as_posix().encode() + b"\0" + text)
+            digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + text)
     return digest.hexdigest()[:16]
 
 

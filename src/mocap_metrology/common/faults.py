@@ -29,14 +29,14 @@ def stop(faults: Faults) -> NoReturn:
     sys.exit("\n".join(faults.lines))
 
 
-def shown(value: object, most: int = 80) -> str:
+def shown(value: object) -> str:
     """A value as the message shows it: text quoted, nothing called nothing, long things cut."""
     if value is None or value == "":
         return "nothing"
     if isinstance(value, bool):
         return "yes" if value else "no"
     text = f'"{value}"' if isinstance(value, str) else str(value)
-    return shortened(text, most)
+    return shortened(text, 80)
 
 
 def shortened(text: str, most: int = 300) -> str:
@@ -51,12 +51,12 @@ def meant(word: str, known: Iterable[str]) -> str | None:
     return folded[near[0]] if near else None
 
 
-def nearest(word: str, known: Iterable[str], most: int = 3) -> list[str]:
-    """The words to which the fewest edits lead (a letter inserted, removed, replaced, or two
-    neighbours exchanged), of those that resemble `word`."""
+def nearest(word: str, known: Iterable[str]) -> list[str]:
+    """Up to three words to which the fewest edits lead (a letter inserted, removed, replaced, or
+    two neighbours exchanged), of those that resemble `word`."""
     close = difflib.get_close_matches(word, list(known), n=10, cutoff=0.6)
     edits = {other: _edits(word, other) for other in close}
-    return [other for other in close if edits[other] == min(edits.values())][:most]
+    return [other for other in close if edits[other] == min(edits.values())][:3]
 
 
 def _edits(first: str, second: str) -> int:

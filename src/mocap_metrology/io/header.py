@@ -100,7 +100,7 @@ def regular_size(path: Path, expected: str) -> int:
     return status.st_size
 
 
-def other_kind(block: bytes, suffix: str = "") -> str | None:
+def other_kind(block: bytes, suffix: str) -> str | None:
     """What a file that begins with `block` is, if it is of a known kind that is not read here: by
     its contents, else by its suffix."""
     text = block.removeprefix(b"\xef\xbb\xbf").lstrip()

@@ -56,13 +56,13 @@ def error(R_est: np.ndarray, R_true: np.ndarray) -> np.ndarray:
     return log(R_est @ R_true.T)
 
 
-def mean(rotations: np.ndarray, rounds: int = 10) -> np.ndarray:
+def mean(rotations: np.ndarray) -> np.ndarray:
     """Robust mean of rotation matrices (n, 3, 3): least sum of angles (Weiszfeld on rotations)."""
     from scipy.spatial.transform import Rotation
 
     own = Rotation.from_matrix(rotations)
     middle = own.mean()
-    for _ in range(rounds):
+    for _ in range(10):
         v = (own * middle.inv()).as_rotvec()
         weight = 1 / np.maximum(np.linalg.norm(v, axis=1), 1e-6)
         step = weight @ v / weight.sum()

@@ -9,6 +9,7 @@ import numpy as np
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model import scale_factors
+from mocap_metrology.noise.model.components import PowerLaw
 from mocap_metrology.noise.model.scale_factors import MU, PRINTED_D, printed_scale
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_power_laws
 
@@ -28,7 +29,7 @@ NO_LIMIT = {
 Integrals = Mapping[float, np.ndarray]  # f_h -> (k, 2) Allan variances and bounds of their errors
 
 
-def table_1(repeats: int = REPEATS, samples: int = SAMPLES, seed: int = SEED) -> list[Row]:
+def table_1(repeats: int = REPEATS, samples: int = SAMPLES) -> list[Row]:
     """Rows of S Table 1, in long form: mu, the slope of the printed formula, K_alpha at three tau,
     and the 1.038 of D, each as printed, by integrals and by `repeats` simulations."""
     rows: list[Row] = []
@@ -39,7 +40,7 @@ def table_1(repeats: int = REPEATS, samples: int = SAMPLES, seed: int = SEED) ->
             f_h: np.array([scale_factors.integrated_avar(alpha, t, f_h) for t in TAU_S.tolist()])
             for f_h in limits
         }
-        rng = np.random.default_rng(np.random.SeedSequence([seed, alpha + 2]))
+        rng = np.random.default_rng(np.random.SeedSequence([SEED, alpha + 2]))
         simulated = scale_factors.simulated_avar(
             alpha, FRAMES, samples, FRAME_RATE_HZ, repeats, rng
         )
@@ -74,7 +75,7 @@ def _slopes(alpha: int, integrals: Integrals, simulated: np.ndarray) -> Iterator
 def _scales(alpha: int, integrals: Integrals, simulated: np.ndarray) -> Iterator[Row]:
     """K_alpha at every tau."""
     means, errors = scale_factors.mean_and_error(simulated)
-    points = scale_factors.camera_avar(alpha, FRAMES, FRAME_RATE_HZ) if alpha > 0 else None
+    points = PowerLaw(alpha, 1.0).avar(FRAMES, FRAME_RATE_HZ, "sampled") if alpha > 0 else None
     for k, tau in enumerate(TAU_S.tolist()):
         unit = tau ** MU[alpha]
         place = "K_alpha", tau, printed_scale(alpha, tau, F_H)

@@ -16,13 +16,11 @@ TIMES = 2.0  # shaken: so many times the usual square of a movement over LAG_S
 @dataclass(frozen=True)
 class Shock:
     """Frames `start` to `stop` (exclusive) round the strongest shake, half a window early;
-    `onset`: frame where it begins; `times`: its greatest mean square movement by the usual.
-    """
+    `onset`: frame where it begins."""
 
     start: int
     onset: int
     stop: int
-    times: float
 
 
 def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock | None:
@@ -51,7 +49,7 @@ def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock 
     start = int(calm[place - 1]) + 1 if place else 0
     stop = int(calm[place]) if place < calm.size else level.size
     onset = min(start + lag + window // 2, peak)
-    return Shock(start, onset, max(stop, start + 1) + lag, float(level[peak] / usual))
+    return Shock(start, onset, max(stop, start + 1) + lag)
 
 
 SIDE_S = 300.0  # S: "5 min periods before and after"

@@ -6,8 +6,7 @@ import numpy as np
 
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_keys, published_row
-
-TYPES = ("T40", "Bonita", "Vantage")
+from mocap_metrology.papers.subsets import NOT_FITTED, TYPES
 
 
 def white_level(model: NoiseModel) -> float:
@@ -27,7 +26,7 @@ def white_roots() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     the six coordinates; without Vantage's ten."""
     found = {}
     for kind in TYPES:
-        counts = sorted(n for k, n in published_keys() if k == kind and (k, n) != ("Vantage", 10))
+        counts = sorted(n for k, n in published_keys() if k == kind and (k, n) != NOT_FITTED)
         levels = [
             [white_level(model) for s, model in published_row(kind, n).items() if s != "L"]
             for n in counts

@@ -124,11 +124,6 @@ def source_sentence(sources: Mapping[str, str], duration_s: float | None = None)
     return f"Simulated (twins{length}): {', '.join(twins)}; the others are measured."
 
 
-def source_of(recording: Record | None) -> str:
-    """`twin`, `measured`, or `cited` where the published row has no recording."""
-    return "cited" if recording is None else "twin" if recording["twin"] else "measured"
-
-
 def readable(value: float, name: str = "", published: float | None = None) -> str:
     """A number of the column, or of the quantity, of that name, for a table to read.
 
@@ -158,7 +153,7 @@ def readable(value: float, name: str = "", published: float | None = None) -> st
     return f"{value:.{decimals}f}" if more else text
 
 
-def as_printed(value: float, name: str = "") -> str:
+def as_printed(value: float, name: str) -> str:
     """A published number with all its digits: three of a small coefficient, four decimals of what
     S Table 4 prints so."""
     if FOUR_DECIMALS.fullmatch(name):

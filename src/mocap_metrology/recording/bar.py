@@ -15,9 +15,9 @@ from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.findings import findings_of
-from mocap_metrology.accuracy.statement import Known
 from mocap_metrology.accuracy.take import Take
 from mocap_metrology.common.files import read_table, write_csv, write_json, write_table, write_text
+from mocap_metrology.common.gum import Component
 from mocap_metrology.common.types import Row
 from mocap_metrology.present import tables
 from mocap_metrology.present.accuracy import bar_document as present
@@ -152,11 +152,6 @@ def passes_of(
     return found
 
 
-def together(paths: Iterable[str | Path], settings: Settings) -> list[Row]:
-    """Contents of bar.json for each bar, of all its passes."""
-    return [one.document for one in passes_of(paths, settings)]
-
-
 def write_group(
     group: str,
     paths: Iterable[str | Path],
@@ -187,9 +182,11 @@ def write_group(
     return bars[0]
 
 
-def write_statement(group: str, one: Together, known: Known, path: Path, pdf: Path) -> None:
-    """Statement of uncertainty by a bar: tables beside the JSON file `path`, the page as `pdf` and
-    as PNG."""
+def write_statement(
+    group: str, one: Together, known: Sequence[Component], path: Path, pdf: Path
+) -> None:
+    """Statement of uncertainty by a bar and what is known otherwise: tables beside the JSON file
+    `path`, the page as `pdf` and as PNG."""
     document = statement.statement_document(one.bar, one.pair, known)
     of = tables.source_sentence(one.sources)
     said = "\n\n".join((statement.told(document), f"{captions.STATEMENT} {of}"))

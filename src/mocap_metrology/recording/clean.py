@@ -6,9 +6,9 @@ import logging
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import NamedTuple, NotRequired, TypedDict
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
@@ -151,13 +151,13 @@ def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
 def simulated(twin: Twin | TakeTwin | BarTwin, seed: int, folder: Path) -> Iterator[Path]:
     """Path of the C3D file of a twin, which is removed in the end; truth.json in `folder`."""
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
-        path = Path(part) / "twin.c3d"
+        path, twin = Path(part) / "twin.c3d", replace(twin, seed=seed + twin.seed)
         if isinstance(twin, TakeTwin):
-            made = simulate_take(twin, seed=seed + twin.seed)
+            made = simulate_take(twin)
         elif isinstance(twin, BarTwin):
-            made = simulate_bar(twin, seed=seed + twin.seed)
+            made = simulate_bar(twin)
         else:
-            made = simulate(twin, seed=seed + twin.seed, folder=folder)
+            made = simulate(twin, folder=folder)
         n_frames, rate = made.position_mm.shape[2], made.frame_rate_hz
         log.info("%s: %d frames at %g Hz", twin.name, n_frames, rate)
         chunks = (
@@ -210,9 +210,8 @@ def clean(
     else:
         results.raw = raw
         progress.later(raw.write, folder / "trajectories.parquet")
-        filtered = cleaned(raw, settings.hampel, over)
-        results.clean, report = filtered.table, filtered.report
-        progress.later(filtered.table.write, folder / "clean.parquet")
+        results.clean, report = cleaned(raw, settings.hampel, over)
+        progress.later(results.clean.write, folder / "clean.parquet")
     files.write_csv(folder / "outliers.csv", report, OUTLIERS)
     return results
 
@@ -283,29 +282,14 @@ def trajectories(recording: Recording, named: Metadata, over: Over = in_turn) ->
     return Table(columns | dict(zip(names, coordinates, strict=True)), origin, few_values)
 
 
-class CleanSeries(NamedTuple):
-    """name without unit; values (n,), outliers replaced; row of outliers.csv."""
-
-    name: str
-    values: np.ndarray
-    row: Row
-
-
-@dataclass(frozen=True)
-class Cleaned:
-    """table: of clean.parquet; report: rows of outliers.csv."""
-
-    table: Table
-    report: list[Row]
-
-
-def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> Cleaned:
-    """Every series, distances included, through the Hampel filter."""
+def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> tuple[Table, list[Row]]:
+    """Every series, distances included, through the Hampel filter: clean.parquet, and rows of
+    outliers.csv."""
     columns, report = {"frame": raw.frame}, []
     for name, values, row in _filtered(raw, settings, over):
         columns[f"{name}_mm"] = values
         report.append(row)
-    return Cleaned(Table(columns, _clean_origin(raw, settings)), report)
+    return Table(columns, _clean_origin(raw, settings)), report
 
 
 def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row]:
@@ -314,9 +298,9 @@ def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row
 
     def columns() -> Iterator[Series]:
         yield "frame", raw.frame
-        for one in _filtered(raw, settings, in_turn):
-            report.append(one.row)
-            yield f"{one.name}_mm", one.values
+        for name, values, row in _filtered(raw, settings, in_turn):
+            report.append(row)
+            yield f"{name}_mm", values
 
     files.write_series(path, columns(), _clean_origin(raw, settings))
     return report
@@ -331,8 +315,9 @@ def _half_window(raw: Table, settings: of.Hampel) -> int:
     return max(round(settings.half_window_s * raw.origin["frame_rate_hz"]), 1)
 
 
-def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[CleanSeries]:
-    """Every series; coordinates in their own type."""
+def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[tuple[str, np.ndarray, Row]]:
+    """Name without unit and cleaned values of every series, coordinates in their own type, and the
+    row of outliers.csv."""
     origin, half_window = raw.origin, _half_window(raw, settings)
     share_of_noise, kept = white_level_kept(settings.n_sigma, half_window, settings.action)
     if half_window < SHORT_WINDOW and settings.action != "off":
@@ -345,7 +330,7 @@ def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[CleanSeri
     given = raw.coordinates
     kind = next(iter(given.values())).dtype
 
-    def filtered(one: Series) -> CleanSeries:
+    def filtered(one: Series) -> tuple[str, np.ndarray, Row]:
         name, values = one
         result = hampel(
             values, half_window, settings.n_sigma, settings.action, origin["resolution_mm"]
@@ -365,7 +350,6 @@ def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[CleanSeri
             "resolution_mm": origin["resolution_mm"],
             "resolution_kind": origin["resolution_kind"],
         }
-        found = result.values.astype(kind if name in given else float)
-        return CleanSeries(name, found, row)
+        return name, result.values.astype(kind if name in given else float), row
 
     return over(filtered, raw.with_distances())

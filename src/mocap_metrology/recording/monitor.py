@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mocap_metrology.accuracy.monitor_row import Row
-from mocap_metrology.accuracy.monitor_take import Take, history, numbers
+from mocap_metrology.accuracy.monitor_take import Take, numbers, stretches
 from mocap_metrology.common.files import write_csv, write_json
 from mocap_metrology.noise.series import pair_name, position
 from mocap_metrology.present.monitors import words
@@ -84,10 +84,9 @@ def monitor(
             used.append(replace(row, baseline="restart") if begins else row)
             begins = False
     of = [takes[row.recording] for row in used]
-    numbers = [_take(one) for one in of]
-    found = history(name, used, numbers, settings.monitor, left_out)
-    rows_of_table, sources = words.table(found), [one["source"] for one in of]
-    document = words.document(found, sources)
+    found = stretches(used, [Take(**one["take"]) for one in of], settings.monitor)
+    rows_of_table = words.table(used, found)
+    document = words.document(name, used, found, left_out, [one["source"] for one in of])
     folder.mkdir(parents=True, exist_ok=True)
     write_csv(folder / "monitor.csv", rows_of_table, words.COLUMNS)
     n, said = len(used), document["word"] or "no word"
@@ -108,14 +107,3 @@ def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:
     sums = tuple(take["sha256"])
     known = first.setdefault(sums, take["recording"]) if sums else take["recording"]
     return "" if known == take["recording"] else f"it is the same file as {known}"
-
-
-def _take(document: Mapping[str, Any]) -> Take:
-    """The numbers; what JSON has no number for is NaN."""
-    own = dict(document["take"])
-    own["lengths_mm"] = {name: _known(value) for name, value in own["lengths_mm"].items()}
-    return Take(**own | {key: _known(own[key]) for key in ("jitter_mm", "wander_mm")})
-
-
-def _known(value: float | None) -> float:
-    return float("nan") if value is None else value

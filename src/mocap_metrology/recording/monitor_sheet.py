@@ -5,22 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from datetime import datetime
-from pathlib import Path
 
 from mocap_metrology.accuracy.monitor_row import Row
-from mocap_metrology.common import sheets
 from mocap_metrology.common.faults import Faults, shown
 from mocap_metrology.common.sheets import Line, parts_of
 
 # What takes share from one restart to the next
 ALIKE = ("markers", "pairs", "camera_type", "n_cameras", "camera_ids")
-
-
-def read_monitors(sheet: str | Path | None, columns: Sequence[str]) -> dict[str, list[Row]]:
-    """Takes by monitor; `Faults` where the sheet cannot be read, and as in `monitors`."""
-    if sheet is None:
-        return {}
-    return monitors(str(sheet), sheets.read(sheet, columns, ["recording"]))
 
 
 def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:

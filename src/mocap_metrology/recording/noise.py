@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from zlib import crc32
 
 import numpy as np
@@ -66,11 +65,12 @@ def noise(
     allan.write(folder / "allan.parquet")
     progress.step("noise model")
     outliers = known_outliers(filtered, settings)
-    tables = noise_coefficients(results.raw, allan.columns, settings, subset, over, outliers)
-    write_csv(folder / "noise.csv", tables.rows)
-    tables.periodogram.write(folder / "periodogram.parquet")
-    tables.allan.write(folder / "allan_masked.parquet")
-    results.allan_masked = tables.allan
+    rows, results.allan_masked, periodogram = noise_coefficients(
+        results.raw, allan.columns, settings, subset, over, outliers
+    )
+    write_csv(folder / "noise.csv", rows)
+    periodogram.write(folder / "periodogram.parquet")
+    results.allan_masked.write(folder / "allan_masked.parquet")
 
 
 def spectra(
@@ -138,16 +138,6 @@ def allan_deviations(
     return Table(joined(parts, ALLAN), origin)
 
 
-@dataclass(frozen=True)
-class NoiseTables:
-    """rows: of noise.csv; allan: Allan deviations of the masked series; periodogram: what the
-    likelihood was fitted to."""
-
-    rows: list[Row]
-    allan: Table
-    periodogram: Table
-
-
 def noise_coefficients(
     raw: Table,
     allan: Mapping[str, np.ndarray],
@@ -155,8 +145,9 @@ def noise_coefficients(
     subset: tuple[str, int] | None = None,
     over: Over = in_turn,
     outliers: Callable[[str, np.ndarray], np.ndarray | None] = lambda name, values: None,
-) -> NoiseTables:
-    """Coefficients of the noise of every series, by every estimator: noise.csv and what was fitted.
+) -> tuple[list[Row], Table, Table]:
+    """Coefficients of the noise of every series, by every estimator: rows of noise.csv, Allan
+    deviations of the masked series, and the periodograms to which the likelihood was fitted.
 
     raw: coordinates as recorded; allan: of the cleaned ones; subset: of the paper's tables, whose
     panels S's estimators then fit. outliers: `known_outliers`, which saves looking for the grosser
@@ -198,9 +189,8 @@ def noise_coefficients(
         log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
     origin = origin | settings.model_dump(include={"noise", "allan", "seed"})
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
-    return NoiseTables(
-        rows, Table(joined(curves, ALLAN), origin), Table(joined(periodograms, PERIODOGRAM), origin)
-    )
+    fitted = Table(joined(periodograms, PERIODOGRAM), origin)
+    return rows, Table(joined(curves, ALLAN), origin), fitted
 
 
 def _rows(name: str, found: SeriesNoise) -> list[Row]:

@@ -62,13 +62,6 @@ def test_written_and_read(tmp_path):
     assert pose["residual_rms_urad"] is None  # unknown, as JSON has no NaN
 
 
-def test_unknown_names_are_errors_of_the_caller():
-    with pytest.raises(ValueError, match="stage"):
-        content([estimate("first")])
-    with pytest.raises(ValueError, match="chosen is 1 of 1"):
-        pose_json([estimate()], STATIONS, 1, verdict(None, [], STATIONS))
-
-
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"stations": {"master": {"id": 1}}}'])
 def test_other_files_are_refused(tmp_path, text):
     (tmp_path / "pose.json").write_text(text)

@@ -8,6 +8,8 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.decode.clean import (
+    RESOLUTION_RAD,
+    USUAL,
     clean_hits,
     neighbour_outliers,
     pose_outliers,
@@ -96,11 +98,11 @@ def test_few_hits_of_a_solid_board(seen: int, missed: float) -> None:
     affine = sweep_outliers(hits, board)
     assert affine[wrong].mean() < 0.88
     passed = np.flatnonzero(~affine)
-    more = pose_outliers(hits.take(passed), board)
+    more = pose_outliers(hits.take(passed), board, USUAL)
     left = passed[~more]
     assert wrong[left].sum() <= missed * wrong.sum()
     assert (~wrong[left]).sum() > 0.96 * (~wrong).sum()
-    assert not pose_outliers(true, board).any()
+    assert not pose_outliers(true, board, USUAL).any()
 
 
 def test_hampel_where_the_board_is_still() -> None:
@@ -111,7 +113,7 @@ def test_hampel_where_the_board_is_still() -> None:
     wrong[rng.choice(len(hits), 200, replace=False)] = True
     hits = replace(hits, angle_rad=hits.angle_rad + np.where(wrong, 1.2e-3, 0))
     assert not sweep_outliers(hits, flat_board()).any()
-    found = still_outliers(hits)
+    found = still_outliers(hits, USUAL, RESOLUTION_RAD)
     assert found[wrong].all()
     assert np.mean(found[~wrong]) < 1e-3
     kept, report = clean_hits(hits, flat_board())
@@ -149,7 +151,7 @@ def test_wrong_hits_of_collisions(speed: float) -> None:
     kept = ~collide | (draw > 0.6)
     mixed = replace(hits, angle_rad=hits.angle_rad + wrong * off).take(kept)
     wrong = wrong[kept]
-    found = neighbour_outliers(mixed, board)
+    found = neighbour_outliers(mixed, board, USUAL)
     assert found[wrong].all()
     assert found[~wrong].mean() < 0.002
     alone = sweep_outliers(mixed, board)

@@ -91,7 +91,7 @@ def test_damaged_streams_give_the_truth_or_nothing() -> None:
     read = 0
     for _ in range(40):
         factory = a_factory(rng)
-        sent = np.roll(np.tile(encode_frame2(factory, 77, 5), 8), rng.integers(443))
+        sent = np.roll(np.tile(encode_frame2(factory, 77, 5, (0, 127, 0)), 8), rng.integers(443))
         lost, wrong = rng.uniform(0, 0.2), rng.choice([0.0, 0.03])
         station = decode_turns(turns_of(sent[: rng.integers(1000, 3000)], rng, lost, wrong))
         if station.factory is not None:
@@ -102,7 +102,7 @@ def test_damaged_streams_give_the_truth_or_nothing() -> None:
 
 def test_a_frame_of_another_channel_is_refused() -> None:
     rng = np.random.default_rng(6)
-    sent = np.tile(encode_frame2(a_factory(rng), 77, 6), 3)
+    sent = np.tile(encode_frame2(a_factory(rng), 77, 6, (0, 127, 0)), 3)
     station = decode_turns(turns_of(sent, rng, 0.0, 0.0))
     assert station.factory is None and "channel 0x86 in a frame of channel 5" in station.why
 

@@ -8,6 +8,7 @@ from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.fit.board_pose import (
     MIRRORED_RAD,
+    START_M,
     apart,
     by_levenberg_marquardt,
     by_nelder_mead,
@@ -80,7 +81,7 @@ def test_without_the_mirror_test_poses_are_in_the_wrong_minimum(monkeypatch) -> 
 def test_first_guess_of_j() -> None:
     """In the direction of the mean angles, 3 m away, upright, x axis towards the station."""
     given, _ = poses(20, BOARDS["flat"], seed=6, tilt=0.1)
-    R, t = first_guesses(given, BOARDS["flat"])
+    R, t = first_guesses(given, BOARDS["flat"], START_M)
     mean = np.nanmean(given.angles_rad, axis=1)
     np.testing.assert_allclose(np.arctan2(t[:, 1], t[:, 0]), mean[:, 0], atol=1e-12)
     np.testing.assert_allclose(np.arctan2(t[:, 2], t[:, 0]), mean[:, 1], atol=1e-12)

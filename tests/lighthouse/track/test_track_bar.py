@@ -1,5 +1,6 @@
 """Twins of a bar: two objects before the same stations, each with a clock of its own."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -74,12 +75,12 @@ def test_one_clock_in_the_other() -> None:
     assert np.abs(found(time_s) - time_s - 1.7).max() < 40e-6
     assert found.rms_s < 200e-9 and found.apart_s < 100e-9 and found.turns > 300
     with pytest.raises(Refusal, match="1 stations in common"):
-        clock_map(a.hits, b.hits, [(0, 0)])
+        clock_map(a.hits, b.hits, [(0, 0)], math.nan)
     with pytest.raises(Refusal, match="0 differences of the clocks"):
         clock_map(a.hits, b.hits, [(0, 0), (1, 1)], 2.5)
     made = on_a_bar(1, n=4)
     a, b = seen(made[0]), later(seen(made[1]), 1.7, 40)
-    alone = clock_map(a.hits, b.hits, [(k, k) for k in range(4)])
+    alone = clock_map(a.hits, b.hits, [(k, k) for k in range(4)], math.nan)
     assert np.abs(alone(time_s) - time_s - 1.7).max() < 40e-6
 
 

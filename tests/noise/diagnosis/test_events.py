@@ -23,8 +23,8 @@ FALSE_ALARM = 0.01
 def recorded(kind, seed, duration_s=600.0, **more):
     """Coordinates (6, n) of a twin of the published coefficients, and its truth."""
     published = {"camera_type": kind[0], "n_cameras": kind[1]}
-    twin = twin_from_mapping({"published": published, "seed": 1, **more}, f"{kind[0]}-{kind[1]}")
-    made = simulate(twin, duration_s, seed)
+    twin = twin_from_mapping({"published": published, "seed": seed, **more}, f"{kind[0]}-{kind[1]}")
+    made = simulate(twin, duration_s)
     return made.position_mm.reshape(6, -1), made.truth
 
 

@@ -10,19 +10,12 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.curves import sinusoid_avar
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
-from tests.noise.model.textbook import density
+from tests.noise.model.textbook import allan_variance, density
 
 RATE = 120.0
 TAU0 = 1 / RATE
 M = np.array([1, 2, 5, 30, 200, 1000])
 LENGTH = 1 << 20
-
-
-def allan_variance(y: np.ndarray, m: int) -> float:
-    """Overlapping Allan variance: half the mean square of differences of adjacent means."""
-    s = np.concatenate([[0.0], np.cumsum(y)])
-    d = s[2 * m :] - 2 * s[m:-m] + s[: -2 * m]
-    return float(d @ d) / d.size / (2 * m**2)
 
 
 def white(rng):

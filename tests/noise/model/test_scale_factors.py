@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.model.components import ALPHAS
+from mocap_metrology.noise.model.components import ALPHAS, PowerLaw
 from mocap_metrology.noise.model.scale_factors import (
     MU,
-    camera_avar,
     integrated_avar,
     mean_and_error,
     printed_scale,
@@ -25,7 +24,7 @@ TAU0 = 1 / RATE
 @pytest.mark.parametrize("alpha", [-2, -1, 0])
 @pytest.mark.parametrize("tau", [0.003, 1.0, 700.0])
 def test_unlimited_integral_is_the_printed_formula(alpha: int, tau: float) -> None:
-    value, bound = integrated_avar(alpha, tau)
+    value, bound = integrated_avar(alpha, tau, math.inf)
     printed = printed_scale(alpha, tau, F_H) * tau ** MU[alpha]
     assert abs(value - printed) < max(bound, 1e-12 * printed)
     assert bound < 1e-9 * printed
@@ -80,8 +79,8 @@ def test_a_camera_differs_by_the_known_factors() -> None:
     """Violet 2 ln 2 times; blue 3 gamma - ln 2 + pi^2/6 in place of 1.038 (facts of sampling)."""
     m = np.array([2000])
     tau = float(m[0] * TAU0)
-    violet = camera_avar(2, m, RATE)[0] * tau**2 / printed_scale(2, tau, F_H)
+    violet = PowerLaw(2, 1.0).avar(m, RATE, "sampled")[0] * tau**2 / printed_scale(2, tau, F_H)
     assert violet == pytest.approx(2 * math.log(2), rel=1e-3)
-    blue = camera_avar(1, m, RATE)[0] * 4 * math.pi**2 * tau**2
+    blue = PowerLaw(1, 1.0).avar(m, RATE, "sampled")[0] * 4 * math.pi**2 * tau**2
     constant = blue - 3 * math.log(2 * math.pi * F_H * tau)
     assert constant == pytest.approx(1.0385 + math.pi**2 / 6, abs=2e-3)

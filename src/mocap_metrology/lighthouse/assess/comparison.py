@@ -38,9 +38,7 @@ SIGNIFICANT = {"difference": 0.01, "sum": 1e-3}
 SMALLEST_MM, SMALLEST_DEG = 2.0, 0.05  # differences below do not matter, however significant
 TOLERANCE_MM, TOLERANCE_DEG = 5.0, 0.2  # beyond, an earlier pose is not confirmed
 LARGE_MM, LARGE_DEG = 20.0, 0.5  # where a covariance is missing
-CONFIDENCE = 0.95
 SOUND_M2 = 16.0  # largest squared distance between parts that 1 sound recording in 20 exceeds
-BASES = ("difference", "sum", "none")
 
 
 @dataclass(frozen=True)
@@ -138,7 +136,7 @@ def compare_with_earlier(
     else:
         moved = p < SIGNIFICANT[basis] and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
         own = slice(0, 3), slice(3, 6)
-        ends = [length_interval(off[k], covariance[k, k], CONFIDENCE) for k in own]
+        ends = [length_interval(off[k], covariance[k, k]) for k in own]
     lower, upper = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
     other = None if same else kind_of(old)
     return Comparison(mm, deg, chi2, p, moved, basis, lower, upper, other, note)

@@ -14,17 +14,11 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Check
-from mocap_metrology.lighthouse.assess.reference import (
-    Reference,
-    errors,
-)
+from mocap_metrology.lighthouse.assess.reference import Reference, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.calibrate.stages import Network
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
-ESTIMATORS = ("batch", "paper", "paper-tight", "paper-lm", "geometric", "pnp")
-STAGES = ("kabsch", "final", "static")
-OPTICS = ("ideal", "estimated", "factory")
 CONVENTION = (
     "Pose of the slave in the master's frame: p_master = R p_slave + t. A station looks along "
     "its x axis, y to its own left, z up; the master is the station whose flash comes first. R = "
@@ -141,12 +135,6 @@ def pose_json(
     also what a later calibration is compared by. With a reference, each pose has `errors_mm` and
     `errors_deg`.
     """
-    for pose in poses:
-        for field, known in (("estimator", ESTIMATORS), ("stage", STAGES), ("optics", OPTICS)):
-            if getattr(pose, field) not in known:
-                raise ValueError(f"{field} is {getattr(pose, field)!r}; expected one of {known}")
-    if chosen is not None and not 0 <= chosen < len(poses):
-        raise ValueError(f"chosen is {chosen} of {len(poses)} poses")
     entries = [_entry(pose, reference) for pose in poses]
     if chosen is not None:
         _add_for_later(entries[chosen], poses[chosen])

@@ -24,7 +24,7 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
-from mocap_metrology.lighthouse.decode.factory_file import crazyflie_poses, is_crazyflie
+from mocap_metrology.lighthouse.decode.factory_file import crazyflie_poses, finite, is_crazyflie
 from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.places import narrowness_m, read_places
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
@@ -83,26 +83,17 @@ def optical_origins(lasers_m: np.ndarray) -> np.ndarray:
     return np.stack([lasers[:, :, 0].mean(axis=1), lasers[:, 0, 1], lasers[:, 1, 2]], axis=1)
 
 
-@dataclass(frozen=True)
-class ReconstructionErrors:
-    """Lengths of the errors of one recording by one of J's ways of completing measurements (IV), in
-    mm and deg, at stage `final`."""
-
-    way: str
-    error_mm: float
-    error_deg: float
-
-
 def reconstruction_errors(
     hits: Hits, board: np.ndarray, true_rotation: np.ndarray, true_position_m: np.ndarray
-) -> list[ReconstructionErrors]:
-    """Pose of the slave by each of J's three ways, linear interpolation and ideal optics, against
-    the truth R (3, 3), t (3,) in m. By `paper-lm`, which finds the minimum of J's cost: his simplex
-    would add its own error. A way that is refused is left out."""
+) -> dict[str, tuple[float, float]]:
+    """Lengths of the errors of the slave's pose, mm and deg, by each of J's three ways of
+    completing measurements (IV), linear interpolation and ideal optics, against the truth R (3, 3),
+    t (3,) in m. By `paper-lm`, which finds the minimum of J's cost: his simplex would add its own
+    error. A way that is refused is left out."""
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
     from mocap_metrology.lighthouse.calibrate.reconstruction import METHODS
 
-    truth, found = Reference(true_rotation, true_position_m), []
+    truth, found = Reference(true_rotation, true_position_m), {}
     for way in METHODS:
         settings = CalibrationSettings(
             ("paper-lm",), ("ideal",), reconstruction=way, lm_interpolation="linear"
@@ -113,8 +104,7 @@ def reconstruction_errors(
             continue
         last = next(e for e in estimates if e.stage in ("final", "static"))
         offset, turn = errors(last.R, last.t_m, truth)
-        lengths = float(np.linalg.norm(offset)), float(np.linalg.norm(turn))
-        found.append(ReconstructionErrors(way, *lengths))
+        found[way] = float(np.linalg.norm(offset)), float(np.linalg.norm(turn))
     return found
 
 
@@ -176,23 +166,10 @@ def _of_libsurvive(path: str | Path, text: str) -> Row | None:
     return {"R": R, "t_m": t, "stations": {"master": ids[1], "slave": ids[0]}}
 
 
-def _numbers(
-    given: Mapping[str, object], key: str, shape: tuple[int, ...], name: str
-) -> np.ndarray:
-    try:
-        values = np.array(given[key], dtype=np.float64)
-    except UNREADABLE:
-        values = np.empty(0)
-    if values.shape != shape or not np.isfinite(values).all():
-        size = " x ".join(map(str, shape))
-        raise Refusal(f"{name}: {key} is {given[key]!r}; expected {size} finite numbers")
-    return values
-
-
 def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
     """Rotation (3, 3) of a pose file."""
     if "R" in given:
-        R = _numbers(given, "R", (3, 3), name)
+        R = finite(given["R"], (3, 3), f"{name}: R")
         off = float(np.abs(R @ R.T - np.eye(3)).max())
         if off > 1e-3 or np.linalg.det(R) < 0:
             kind = "a mirror image" if off <= 1e-3 else f"{off:.2g} off at most in R R^T"
@@ -201,7 +178,7 @@ def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
         return U @ Vt
     if "quaternion_xyzw" not in given:
         raise Refusal(f"{name}: no rotation; expected R (3 x 3) or quaternion_xyzw")
-    q = _numbers(given, "quaternion_xyzw", (4,), name)
+    q = finite(given["quaternion_xyzw"], (4,), f"{name}: quaternion_xyzw")
     if abs(np.linalg.norm(q) - 1) > 1e-2:
         raise Refusal(f"{name}: quaternion_xyzw has norm {np.linalg.norm(q):.4g}; expected 1")
     from scipy.spatial.transform import Rotation
@@ -214,7 +191,8 @@ def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:
     key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
     if key is None:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")
-    return _numbers(given, key, (3,), name) * (1e-3 if key == "translation_mm" else 1.0)
+    t = finite(given[key], (3,), f"{name}: {key}")
+    return t * (1e-3 if key == "translation_mm" else 1.0)
 
 
 def _baseline(given: Mapping[str, object], name: str) -> np.ndarray:

@@ -55,7 +55,7 @@ def bias_equations(
     noise: Noise,
     of: Layout,
     factor: np.ndarray,
-    more: Equations | None = None,
+    more: Equations | None,
 ) -> Reduced:
     """Normal equations of a recording with d in place of its residuals: their solution y is the
     bias of the global unknowns, and `trajectory_step(y)` that of the control points; without that

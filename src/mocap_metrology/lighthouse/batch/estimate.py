@@ -187,7 +187,7 @@ class _Search:
         state: State,
         recordings: list[Recording],
         sized: bool,
-        ups: np.ndarray | None = None,
+        ups: np.ndarray | None,
     ):
         self.of, self.state, self.recordings, self.ups = of, state, recordings, ups
         self.working, self.believed = of.working.copy(), of.sd.copy()

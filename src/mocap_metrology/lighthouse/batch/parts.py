@@ -25,7 +25,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     sweeps_of,
     weights,
 )
-from mocap_metrology.lighthouse.records import AXES, ROLES, Halves, SharedErrors
+from mocap_metrology.lighthouse.records import AXES, Halves, SharedErrors
 
 PIECES = 12  # of a recording, of one duration
 SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
@@ -329,7 +329,7 @@ def scale_share(found: Joint, station: int) -> float:
     return float(effect @ effect / np.trace(found.pose_covariance(station)[:3, :3]))
 
 
-def residual_ratios(one: Recording, names: Sequence[str] = ROLES) -> dict[str, dict[str, float]]:
+def residual_ratios(one: Recording, names: Sequence[str]) -> dict[str, dict[str, float]]:
     """Rms residual beyond the sweep's offset over the noise of a hit: by station, axis, diode;
     names: of the stations."""
     hits, z2 = one.sweeps.hits, (one.alone / one.noise.hit) ** 2

@@ -15,7 +15,7 @@ import numpy as np
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.parts import rms_by
 from mocap_metrology.lighthouse.batch.recording import Given, Recording, recording
-from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
+from mocap_metrology.lighthouse.records import AXES, Hits
 
 BINS = 12  # of angle and of time
 FEWEST_HITS = 6  # of a bin
@@ -24,7 +24,7 @@ DIGITS = 2  # of urad and deg
 Rows = list[dict[str, object]]
 
 
-def residual_rows(found: Joint, hits: Hits, names: Sequence[str] = ROLES) -> dict[str, Rows]:
+def residual_rows(found: Joint, hits: Hits, names: Sequence[str]) -> dict[str, Rows]:
     """Binned residuals of the first recording; hits: of the recording, also of excluded diodes;
     names: of the stations.
 

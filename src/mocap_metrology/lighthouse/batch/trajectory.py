@@ -105,7 +105,7 @@ class Trajectory:
         return near <= FARTHEST_S
 
 
-def trajectory_of(path: Path, begin_s: float, end_s: float, knot_s: float = KNOT_S) -> Trajectory:
+def trajectory_of(path: Path, begin_s: float, end_s: float) -> Trajectory:
     """From begin_s to end_s, through the poses of a path, sorted or not; some may be wrong.
 
     A node is the pose of its window that is nearest to all others (least sum of angles), and the
@@ -123,7 +123,7 @@ def trajectory_of(path: Path, begin_s: float, end_s: float, knot_s: float = KNOT
         node_R.append(own[angle.sum(axis=1).argmin()])
         node_s.append(np.mean(time[low:high]))
         node_t.append(np.median(t[low:high], axis=0))
-    return through(np.array(node_s), np.array(node_R), np.array(node_t), begin_s, end_s, knot_s)
+    return through(np.array(node_s), np.array(node_R), np.array(node_t), begin_s, end_s)
 
 
 def through(

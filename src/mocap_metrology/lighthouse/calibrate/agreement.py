@@ -304,21 +304,14 @@ def _sample(
     return evidence(then.take(rows), own, master, board, rotors)
 
 
-def agreed_paths(
-    optics: Optics,
-    board: np.ndarray,
-    order: int,
-    near: np.ndarray | None = None,
-    *,
-    roughly: bool = False,
-) -> Agreed:
+def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None) -> Agreed:
     """Board poses in the frames of both stations, the mirror decided by both; see `agree`."""
     master, slave = (
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
     rotors = optics.rotors[0], optics.rotors[1]
-    return agree(master, slave, board, rotors, order, near, roughly)
+    return agree(master, slave, board, rotors, order, near)
 
 
 def warm_up() -> None:

@@ -50,18 +50,14 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     while best not in found:
         near = stepped[best].recordings[0].trajectory
         found[best] = joint(of[best], near=(hits, near, poses_of(stepped[best])))
-        weighed = weighed_by(of, found[best][0])
+        weighed = weighed_stations(of, found[best][0])[0]
         best = next(one.variant for one in weighed if one.standing == "chosen")
     return weighed, found[best]
 
 
-def weighed_by(of: Mapping[str, Scene], found: Joint) -> list[Weighed]:
-    """All variants, from an estimate by one of them and with its noise; raises as `best_joint`."""
-    return weighed_stations(of, found)[0]
-
-
 def weighed_stations(of: Mapping[str, Scene], found: Joint) -> list[list[Weighed]]:
-    """As `weighed_by`, with the pose of each station but the first."""
+    """All variants of each station but the first, from an estimate by one of them and with its
+    noise; raises as `best_joint`."""
     fits: list[list[Fit]] = [[] for _ in found.state.R[1:]]
     for name, scene in of.items():
         what = f"{scene.title}, variant {name}"

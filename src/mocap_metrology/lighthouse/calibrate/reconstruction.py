@@ -51,8 +51,6 @@ def reconstruct(
     sweeps on either side, diode by diode where all four saw it, and takes both angles of all diodes
     at the middle of the sweep: within it the board moves on, which in the end turns its poses.
     """
-    if method not in METHODS:
-        raise ValueError(f"reconstruction is {method!r}; expected one of {', '.join(METHODS)}")
     sweeps = [_sweeps(hits, station, axis, n_diodes) for axis in (0, 1)]
     if method == "pairs":
         parts = [_pairs(sweeps)]

@@ -29,7 +29,6 @@ from mocap_metrology.lighthouse.rotation import mean
 JANSEN = ("paper", "paper-tight", "paper-lm")
 SIMPLEX = ("paper", "paper-tight")
 PEERS = ("pnp", "geometric")
-ESTIMATORS = (BATCH, *JANSEN, *PEERS)
 OPTICS = ("ideal", ESTIMATED, "factory")
 INTERPOLATIONS = {"linear": 1, "cubic": 3}  # degree of the polynomial
 FEWEST_POSES = 20  # moments of a station, and of both
@@ -123,12 +122,10 @@ def _peer(
         from mocap_metrology.lighthouse.calibrate import pnp
 
         R, t, cost = pnp.board_poses(own.angles_rad, board, settings.pnp_method)
-    elif estimator == "geometric":
+    else:
         from mocap_metrology.lighthouse.calibrate import geometric
 
         R, t, cost = geometric.board_poses(own.angles_rad, board)
-    else:
-        raise ValueError(f"estimator is {estimator!r}; expected one of {', '.join(ESTIMATORS)}")
     n_angles = 2 * own.seen.sum(axis=1)
     path = Path(own.time_s, R, t, cost, n_angles, np.full(len(own), np.nan))
     return path.take(np.isfinite(cost) & np.isfinite(t).all(axis=1))

@@ -99,12 +99,12 @@ def jackknife(values: np.ndarray) -> np.ndarray:
     return (len(values) - 1) / len(values) * d.T @ d
 
 
-def blocks_of(time_s: np.ndarray, n_blocks: int = BLOCKS) -> np.ndarray:
+def blocks_of(time_s: np.ndarray) -> np.ndarray:
     """Block of each time: equal stretches of the recording, numbered without gaps."""
     span = np.ptp(time_s) if time_s.size else 0.0
     if span == 0:
         return np.zeros(time_s.size, dtype=int)
-    block = np.minimum(((time_s - time_s.min()) / span * n_blocks).astype(int), n_blocks - 1)
+    block = np.minimum(((time_s - time_s.min()) / span * BLOCKS).astype(int), BLOCKS - 1)
     return np.unique(block, return_inverse=True)[1]
 
 

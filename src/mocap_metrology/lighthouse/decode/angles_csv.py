@@ -33,15 +33,7 @@ SWEEP_S = 1.2 * CYCLE_S  # all hits of a sweep lie within; logs round to 1 ms
 SPACING_S = (0.9 * CYCLE_S, 8.5 * CYCLE_S)  # of sweeps of one axis: each turn, or each other
 
 
-def read_angles(path: str | Path) -> Hits:
-    """Hits of first-generation stations, as `read_any_angles`."""
-    hits, channels = read_any_angles(path)
-    if channels:
-        raise Refusal(f"{Path(path).name}: of generation 2; expected first-generation stations")
-    return hits
-
-
-def read_any_angles(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
+def read_angles(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
     """Hits from a CSV, sorted by time, and the channel indices of the stations of a second
     generation, rising; a width that is not given is NaN.
 

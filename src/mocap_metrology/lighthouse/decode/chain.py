@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board
-from mocap_metrology.lighthouse.decode.angles_csv import read_any_angles, read_counts
+from mocap_metrology.lighthouse.decode.angles_csv import read_angles, read_counts
 from mocap_metrology.lighthouse.decode.clean import (
     RESOLUTION_RAD,
     Cleaning,
@@ -90,7 +90,7 @@ def decode(
         places = read_board(board)
         return decode_light(OF_LIGHT[kind](path), places, factory, cleaning, name)
     if kind == "angles-csv":
-        places, (hits, channels) = read_board(board), read_any_angles(path)
+        places, (hits, channels) = read_board(board), read_angles(path)
         if channels:
             return _of_angles(hits, channels, places, factory, cleaning, name)
         stations = [Station(role, why="a file of angles contains no flashes") for role in ROLES]

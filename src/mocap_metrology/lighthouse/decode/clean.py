@@ -65,6 +65,13 @@ def clean_hits(
     wrong = sweep_outliers(hits, board, cleaning)
     left = np.flatnonzero(~wrong)
     wrong[left] = pose_outliers(hits.take(left), board, cleaning)
+    return _passed(hits, wrong, board, cleaning, resolution_rad)
+
+
+def _passed(
+    hits: Hits, wrong: np.ndarray, board: np.ndarray, cleaning: Cleaning, resolution_rad: float
+) -> tuple[Hits, dict[str, list[int]]]:
+    """Of hits that are not wrong those that pass the test over time, and the report."""
     passed = hits.take(~wrong)
     late = still_outliers(passed, cleaning, resolution_rad)
     kept = passed.take(~late)
@@ -87,11 +94,7 @@ def clean_turn_hits(
     wrong = neighbour_outliers(hits, board, cleaning)
     left = np.flatnonzero(~wrong)
     wrong[left] = sweep_outliers(about.take(left), board, cleaning, perspective=1.0)
-    passed = hits.take(~wrong)
-    late = still_outliers(passed, cleaning, resolution_rad)
-    kept = passed.take(~late)
-    parts = {"sweep": hits.diode[wrong], "still": passed.diode[late], "kept": kept.diode}
-    return kept, {k: np.bincount(d, minlength=len(board)).tolist() for k, d in parts.items()}
+    return _passed(hits, wrong, board, cleaning, resolution_rad)
 
 
 def sweep_medians(hits: Hits) -> np.ndarray:
@@ -134,7 +137,7 @@ def sweep_outliers(
     return wrong
 
 
-def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
+def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.ndarray:
     """Hits off their sweep and the two before and after it, of the same station and axis, by more
     than max(gate_rad, gate_mad MAD); bool, (n,).
 
@@ -170,9 +173,7 @@ def _directions(board: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(centred @ axes[used].T / (extent[0] / np.sqrt(len(board))))
 
 
-def still_outliers(
-    hits: Hits, cleaning: Cleaning = USUAL, resolution_rad: float = RESOLUTION_RAD
-) -> np.ndarray:
+def still_outliers(hits: Hits, cleaning: Cleaning, resolution_rad: float) -> np.ndarray:
     """Outliers of a diode's angle among its own in time, by station and axis; bool, (n,).
 
     Only where the board is still: the sliding robust spread of the sweeps' offsets (median over the
@@ -211,7 +212,7 @@ def _still(table: np.ndarray, half_window: int) -> np.ndarray:
     return MAD_TO_SIGMA * np.median(np.abs(windows - middle), axis=1)
 
 
-def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning = USUAL) -> np.ndarray:
+def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.ndarray:
     """Hits off the board pose of their moment by more than max(gate_rad, gate_mad MAD); bool, (n,).
 
     Of sweeps with fewer hits than `sweep_outliers` needs for perspective, 8, of a deep board 10. A

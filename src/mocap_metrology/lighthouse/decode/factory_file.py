@@ -45,7 +45,6 @@ CHANNELS = 16  # of generation 2
 OPTIONAL = ("frames_found", "why", "firmware", "hardware")
 CRAZYFLIE_TYPE = "lighthouse_system_configuration"
 CRAZYFLIE_VERSIONS = ("1", "2")
-FIRST_GENERATION = 1
 
 
 def read_factory(path: str | Path) -> list[Station]:
@@ -157,15 +156,15 @@ def _station(entry: Mapping[str, Any], name: str) -> Station:
                 f"{name}, {role}: factory is not an object; expected phase, tilt, curve..."
             )
         values: dict[str, Any] = {
-            k: _numbers(factory.get(k), (2,), f"{name}, {role}: {k}") for k in NAMES_OF[generation]
+            k: finite(factory.get(k), (2,), f"{name}, {role}: {k}") for k in NAMES_OF[generation]
         }
         factory = Factory(**values, generation=generation)
         _check(factory, f"{name}, {role}")
     if gravity is not None:
-        gravity = _numbers(gravity, (3,), f"{name}, {role}: gravity")
+        gravity = finite(gravity, (3,), f"{name}, {role}: gravity")
     rest = {key: entry[key] for key in OPTIONAL if key in entry}
     if (up := entry.get("up_by_geometry")) is not None:
-        rest["up_by_geometry"] = _numbers(up, (3,), f"{name}, {role}: up_by_geometry")
+        rest["up_by_geometry"] = finite(up, (3,), f"{name}, {role}: up_by_geometry")
     if generation == 2:
         rest |= {"generation": 2, "channel": channel}
     return Station(role, id_, mode, factory, gravity, **rest)
@@ -178,7 +177,8 @@ def _check(factory: Factory, where: str) -> None:
         raise Refusal(f"{where}: {refusal}") from None
 
 
-def _numbers(value: object, shape: tuple[int, ...], where: str) -> np.ndarray:
+def finite(value: object, shape: tuple[int, ...], where: str) -> np.ndarray:
+    """Finite numbers of this shape; `Refusal` where the value is none."""
     try:
         numbers = np.array(value, dtype=np.float64)
     except UNREADABLE:
@@ -239,8 +239,8 @@ def _geometry(given: Mapping[str, Any], key: int, name: str) -> Geometry:
     geo = geos.get(key) if isinstance(geos, Mapping) else None
     if not isinstance(geo, Mapping):
         raise Refusal(f"{name}: no geos.{key}; expected origin and rotation of two stations")
-    t = _numbers(geo.get("origin"), (3,), f"{name}: geos.{key}.origin")
-    R = _numbers(geo.get("rotation"), (3, 3), f"{name}: geos.{key}.rotation")
+    t = finite(geo.get("origin"), (3,), f"{name}: geos.{key}.origin")
+    R = finite(geo.get("rotation"), (3, 3), f"{name}: geos.{key}.rotation")
     calib = calibs.get(key) if isinstance(calibs, Mapping) else None
     uid = calib.get("uid") if isinstance(calib, Mapping) else None
     return (uid or None) if type(uid) is int else None, R, t
@@ -306,7 +306,7 @@ def _pair(sweeps: list[object], value: str, where: str) -> np.ndarray:
         whole = isinstance(one, int) and not isinstance(one, bool)
         if not whole and not (isinstance(one, float) and np.isfinite(one)):
             raise Refusal(f"{where}.sweeps[{axis}].{value} is {one!r}; expected a number")
-    return _numbers(found, (2,), f"{where}.sweeps.{value}")
+    return finite(found, (2,), f"{where}.sweeps.{value}")
 
 
 def _value(given: object) -> object:

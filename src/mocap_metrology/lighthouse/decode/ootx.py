@@ -305,7 +305,6 @@ def encode_frame(
     firmware: int = 436,
     hardware: int = 9,
     unlock: int = 1,
-    faults: int = 0,
 ) -> np.ndarray:
     """Bits of one frame, uint8 (358,), to be sent over and over; reals are rounded to float16.
 
@@ -323,7 +322,7 @@ def encode_frame(
         *factory.gibphase,
         *factory.gibmag,
     )
-    return frame_of(data + bytes([MODES.index(mode), faults]))
+    return frame_of(data + bytes([MODES.index(mode), 0]))
 
 
 def frame_of(data: bytes) -> np.ndarray:

@@ -83,12 +83,7 @@ def unpack(data: bytes, channel: int | None = None) -> Station:
 
 
 def encode_frame2(
-    factory: Factory,
-    id: int,
-    channel: int,
-    gravity_int8: tuple[int, int, int] = (0, 127, 0),
-    firmware: int = 300,
-    hardware: int = 14,
+    factory: Factory, id: int, channel: int, gravity_int8: tuple[int, int, int]
 ) -> np.ndarray:
     """Bits of one frame, uint8 (443,), to be sent over and over; reals are rounded to float16.
 
@@ -96,12 +91,12 @@ def encode_frame2(
     """
     values: Mapping[str, np.ndarray] = vars(factory)
     data = LAYOUT.pack(
-        firmware << 6 | 8,
+        300 << 6 | 8,  # firmware and protocol
         id,
         *values["phase"],
         *values["tilt"],
         1,
-        hardware,
+        14,  # hardware
         *values["curve"],
         *gravity_int8,
         *values["gibphase"],

@@ -59,7 +59,7 @@ def _frames(board: np.ndarray) -> np.ndarray:
 
 
 def first_guesses(
-    measurements: Measurements, board: np.ndarray, distance_m: float = START_M
+    measurements: Measurements, board: np.ndarray, distance_m: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """P_0 of J: in the direction of the mean angles, at a distance, facing the station.
 

@@ -43,13 +43,13 @@ FIELD_RAD = 1.0  # of a station, to each side and up and down
 ROUNDS = 4  # of the time of a hit: each is 1e-3 of the one before
 
 
-def ball_board(n: int = 32, radius_m: float = 0.07) -> tuple[Floats, Floats]:
+def ball_board(n: int = 32) -> tuple[Floats, Floats]:
     """Diodes all over a flattened ball, and the directions in which they look; (n, 3) each."""
     height = 1 - (2 * np.arange(n) + 1) / n
     turn = np.pi * (1 + 5**0.5) * np.arange(n)
     flat = np.sqrt(1 - height**2)
     normals = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height])
-    return normals * [radius_m, radius_m, 0.7 * radius_m], normals
+    return normals * [0.07, 0.07, 0.049], normals
 
 
 def stations_around(

@@ -62,9 +62,7 @@ def _begins(hits: Hits) -> _Begins:
     return _Begins(turn, (hits.time_s - period * part)[first], float(period), float(epoch))
 
 
-def clock_map(
-    a: Hits, b: Hits, stations: Sequence[tuple[int, int]], expected_s: float = math.nan
-) -> ClockMap:
+def clock_map(a: Hits, b: Hits, stations: Sequence[tuple[int, int]], expected_s: float) -> ClockMap:
     """Of two objects; stations: their indices in the hits of either, of those that both name;
     expected_s: the offset by the computer's time, NaN where it is not known.
 

@@ -134,7 +134,7 @@ def assess_recording(
         duration,
         min(span.horizon_s, duration),
         len(inputs.labels),
-        missing_frames(inputs.outliers),
+        {r["series"]: 1 - float(r["n_valid"]) / float(r["n_frames"]) for r in inputs.outliers},
         excess_outliers(inputs.outliers),
         tuple(inputs.labels),
         span.horizon_s,
@@ -248,8 +248,3 @@ def _least_share(share: float, n: float) -> float:
         return math.nan
     scatter = math.sqrt(share * (1 - share) / n + CHANCE**2 / (4 * n**2))
     return (share + CHANCE**2 / (2 * n) - CHANCE * scatter) / (1 + CHANCE**2 / n)
-
-
-def missing_frames(rows: Sequence[OutlierRow]) -> dict[str, float]:
-    """By series of outliers.csv: share of frames without a sample."""
-    return {row["series"]: 1 - float(row["n_valid"]) / float(row["n_frames"]) for row in rows}

@@ -185,7 +185,14 @@ def assess_series(
         *(frame.uncertainty_mm, frame.lower_mm, frame.upper_mm),
         *least,
         adev_still_falls=still_falls,
-        means=tuple(_mean(series, fitted, T, span, floor, curve) for T in MEANS_S),
+        means=tuple(
+            Mean(
+                **vars(_uncertainty(series, fitted, span.frames(T), span, floor)),
+                duration_s=T,
+                adev_mm=_adev_at(curve, T),
+            )
+            for T in MEANS_S
+        ),
         kinds=frame.kinds,
         floor_mm=floor,
         drift_mm_per_h=moved.per_hour,
@@ -326,18 +333,6 @@ def _widened(of_noise: Spread, found: Measured, confidence: float) -> Spread:
         return of_noise
     low, high = found.interval(confidence)
     return replace(of_noise, lower=min(of_noise.lower, low), upper=max(of_noise.upper, high))
-
-
-def _mean(
-    series: np.ndarray,
-    fitted: Fitted,
-    duration_s: float,
-    span: Span,
-    floor: float,
-    curve: Mapping[str, np.ndarray],
-) -> Mean:
-    found = _uncertainty(series, fitted, span.frames(duration_s), span, floor)
-    return Mean(**vars(found), duration_s=duration_s, adev_mm=_adev_at(curve, duration_s))
 
 
 def _adev_at(curve: Mapping[str, np.ndarray], tau_s: float) -> float:

@@ -90,10 +90,8 @@ def _fishers(a: Curve, b: Curve, confidence: float) -> Ratio:
     return Ratio(a.tau_s, np.sqrt(ratio), np.sqrt(out[0]), np.sqrt(out[1]), np.minimum(out[2], 1))
 
 
-def ratios_to_mean(
-    curves: Sequence[Curve], tau_s: np.ndarray, confidence: float = 0.95
-) -> list[Ratio]:
-    """Each of K independent curves over the geometric mean of all, with intervals: no curve is
+def ratios_to_mean(curves: Sequence[Curve], tau_s: np.ndarray) -> list[Ratio]:
+    """Each of K independent curves over the geometric mean of all, with 95 % intervals: no curve is
     chosen by what it shows, as the quietest would be, so they hold what they say.
 
     s_i / mean = (s_i / m_i)^(1 - 1/K), where m_i, the geometric mean of the other curves, is
@@ -112,7 +110,7 @@ def ratios_to_mean(
     for i, one in enumerate(at):
         own = np.arange(len(at)) == i
         others = [_mean_curve(adev[k & ~own, j], edf[k & ~own, j]) for j, k in enumerate(known.T)]
-        ratio = _fishers(one, Curve(one.tau_s, *np.array(others).T), confidence)
+        ratio = _fishers(one, Curve(one.tau_s, *np.array(others).T), 0.95)
         power = 1 - 1 / np.maximum(count, 2)  # of one alone the ratio is NaN
         bounds = (ratio.lower**power, ratio.upper**power)
         value = np.where(np.isfinite(bounds[0]), one.adev / mean, np.nan)

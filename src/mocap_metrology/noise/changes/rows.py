@@ -137,7 +137,7 @@ def trend_rows(
     allan: Mapping[str, Columns],
     alpha: float,
     confidence: float,
-    coarse: Mapping[str, float] | None = None,
+    coarse: Mapping[str, float] | None,
 ) -> list[Row]:
     """One row a series and averaging time that three or more recordings of different days have.
     alpha is that of one series, over its averaging times; coarse as in `compare_rows`, of any."""

@@ -212,9 +212,7 @@ def published_estimate(truth: NoiseModel, n: int, frame_rate_hz: float) -> Estim
     return with_crlb(estimate, n, frame_rate_hz, truth.form)
 
 
-def with_crlb(
-    estimate: Estimate, n: int, frame_rate_hz: float, frames: Form = "sampled"
-) -> Estimate:
+def with_crlb(estimate: Estimate, n: int, frame_rate_hz: float, frames: Form) -> Estimate:
     """The estimate with the bounds of its own model, of frames of that form, where it has none of
     its own."""
     if all(np.isfinite(c.crlb) for c in estimate.coefficients if c.detected):

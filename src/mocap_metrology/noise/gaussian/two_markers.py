@@ -201,7 +201,7 @@ class Sample:
     null: np.ndarray
 
 
-def gaussian_sample(series: np.ndarray, n_bins: int, seed: int = 0) -> Sample:
+def gaussian_sample(series: np.ndarray, n_bins: int) -> Sample:
     """At most `SAMPLES` values of `series` (n,), and what Pearson's statistic would be, were it
     Gaussian: of `SURROGATES` series whose cosine coefficients are its own with random signs.
 
@@ -222,7 +222,7 @@ def gaussian_sample(series: np.ndarray, n_bins: int, seed: int = 0) -> Sample:
         return Sample(mean, spread, centred, step, 0, independent, np.empty(0))
     centred *= spread / centred.std()
     coefficients = dct(centred, norm="ortho")
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     null = np.empty(SURROGATES)
     for k in range(SURROGATES):
         signs = 2.0 * rng.integers(0, 2, coefficients.size, dtype=np.int8) - 1

@@ -292,10 +292,10 @@ class NoiseModel:
         return cls(tuple(parts), form)
 
 
-def check_form(form: object, where: str = "") -> Form:
+def check_form(form: object) -> Form:
     """The form, if it is one."""
     if form not in FORMS:
-        raise Refusal(f"{where}form {form!r}, expected {' or '.join(FORMS)}")
+        raise Refusal(f"form {form!r}, expected {' or '.join(FORMS)}")
     return "sampled" if form == "sampled" else "continuous"
 
 

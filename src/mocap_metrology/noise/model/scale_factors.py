@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from mocap_metrology.noise.allan.variance import allan_variance
-from mocap_metrology.noise.model.components import ALPHAS, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
 MU = {-2: 1, -1: 0, 0: -1, 1: -2, 2: -2}  # S Table 1
@@ -32,7 +32,7 @@ def printed_scale(alpha: int, tau: float, f_h: float) -> float:
     }[alpha]
 
 
-def integrated_avar(alpha: int, tau: float, f_h: float = math.inf) -> tuple[float, float]:
+def integrated_avar(alpha: int, tau: float, f_h: float) -> tuple[float, float]:
     """The integral above for h = 1, and a bound of its numerical error.
 
     With u = pi f tau it is 2 (pi tau)^(-alpha-1) Int_0^U u^(alpha-2) sin^4 u du, taken half period
@@ -42,8 +42,6 @@ def integrated_avar(alpha: int, tau: float, f_h: float = math.inf) -> tuple[floa
     from scipy.integrate import quad
 
     unlimited = math.isinf(f_h)
-    if unlimited and alpha > 0:
-        raise ValueError(f"alpha {alpha}: without a limit the Allan variance is infinite")
     end = 1000 * math.pi if unlimited else math.pi * f_h * tau
     edges = np.append(np.arange(0.0, end * (1 - 1e-12), math.pi), end)
     parts = [
@@ -102,10 +100,3 @@ def slope_and_error(tau: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     weights, mean = slope_weights(tau), values.mean(axis=0)
     scatter = (values / mean) @ weights
     return float(weights @ np.log(mean)), float(scatter.std(ddof=1) / math.sqrt(scatter.size))
-
-
-def camera_avar(alpha: int, m: np.ndarray, frame_rate_hz: float) -> np.ndarray:
-    """(k,) what point samples, one every tau0, have instead (`PowerLaw.avar`, sampled)."""
-    if alpha not in ALPHAS:
-        raise ValueError(f"alpha {alpha}, expected one of {ALPHAS}")
-    return PowerLaw(alpha, 1.0).avar(m, frame_rate_hz, "sampled")

@@ -130,7 +130,7 @@ def coherence(
 
 
 def clipped_bands(
-    models: Mapping[str, NoiseModel], frame_rate_hz: float, n: int, form: Form = "sampled"
+    models: Mapping[str, NoiseModel], frame_rate_hz: float, n: int, form: Form
 ) -> list[list[float]]:
     """Bands [f_lo, f_hi] in Hz within frame_rate/n ... Nyquist where |coherence| > 1 and the
     simulation clips it, so that the distance differs from its model there; edges to 1 %."""

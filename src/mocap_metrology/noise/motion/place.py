@@ -40,15 +40,14 @@ def by_place(
     middle_mm: Sequence[np.ndarray],
     distance_mm: np.ndarray,
     cell_mm: float,
-    confidence: float = 0.95,
     least: int = LEAST_DIFFERENCES,
 ) -> list[PlaceRow]:
     """One row a cube of `cell_mm` with at least `least` pairs of successive frames in it.
 
     middle_mm (3, n) of the pair, distance_mm (n,), float64; NaN are gaps. `sigma_mm` is the Allan
     deviation of L at one frame, from successive frames within the cell:
-    sqrt(sum (L_k+1 - L_k)^2 / (2 n)), with a chi-squared interval of `dof` = n `freedom(L)` degrees
-    of freedom. `deviation_mm` is the cell's mean L less that of all frames.
+    sqrt(sum (L_k+1 - L_k)^2 / (2 n)), with a 95 % chi-squared interval of `dof` = n `freedom(L)`
+    degrees of freedom. `deviation_mm` is the cell's mean L less that of all frames.
     """
     cells, number = _cells(middle_mm, distance_mm, cell_mm)
     known, n_cells = number >= 0, cells.shape[1]
@@ -69,7 +68,7 @@ def by_place(
     rows: list[PlaceRow] = []
     for k in np.flatnonzero(pairs >= least):
         variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
-        low, high = (dof / chi2.ppf((1 + s * confidence) / 2, dof) for s in (1, -1))
+        low, high = (dof / chi2.ppf(p, dof) for p in (0.975, 0.025))
         centre = (cells[:, k] + 0.5) * cell_mm
         rows.append(
             {

@@ -1,7 +1,7 @@
 """Simulated recordings ("twins") of two markers, from noise coefficients.
 
     twin = Twin("T40-10", 1, **vars(of_published("T40", 10)))
-    recording = simulate(twin)                       # nine hours, its own seed
+    recording = simulate(twin)                       # nine hours
     recording.position_mm                            # (2 markers, 3 axes, n frames)
 
 The Allan variance of every coordinate is its model's at every tau (`synthesis` says how), in the
@@ -61,46 +61,44 @@ def frames_of(name: str, duration_s: float, frame_rate_hz: float) -> int:
 def simulate(
     twin: Twin,
     duration_s: float | None = None,
-    seed: int | None = None,
     folder: str | Path | None = None,
 ) -> SimulatedRecording:
-    """Simulate `twin` for `duration_s` (default: its own) with `seed` (default: its own).
+    """Simulate `twin` for `duration_s` (default: its own).
 
     Noise starts at 0 in the first frame, so the recording starts at `twin.start_mm`; its means
-    differ from that by what the noise does. Same twin, duration and seed: same bytes (on one
+    differ from that by what the noise does. Same twin and duration: same bytes (on one
     build of numpy and scipy). folder: where a large recording waits while it is made. Raises
     `Refusal` for less than 16 frames.
     """
     duration = twin.duration_s if duration_s is None else duration_s
-    seed = twin.seed if seed is None else seed
     n = frames_of(twin.name, duration, twin.frame_rate_hz)
-    of_row, twin = twin.name, on_its_day(twin, seed)
+    of_row, twin = twin.name, on_its_day(twin)
     scratch = Scratch((2, 3, n), folder)
     position = scratch.values
-    lines = _add_noise(scratch, twin, seed)
+    lines = _add_noise(scratch, twin)
     position += np.asarray(twin.start_mm)[:, :, None]
     hours = np.arange(n) / (3600 * twin.frame_rate_hz)
     for label, velocity in twin.drift_mm_per_h.items():
         for axis, v in enumerate(velocity):
             position[twin.labels.index(label), axis] += v * hours
-    truth = _origin(twin, seed, n) | {"twin": of_row, "sinusoids": lines}
-    truth["crump"] = _add_crump(position, twin, seed)
-    truth["outliers"] = _add_outliers(position, twin, seed)
+    truth = _origin(twin, n) | {"twin": of_row, "sinusoids": lines}
+    truth["crump"] = _add_crump(position, twin)
+    truth["outliers"] = _add_outliers(position, twin)
     if twin.resolution_mm:
         for coordinate in position.reshape(-1, n):
             np.round(coordinate / twin.resolution_mm, out=coordinate)
             coordinate *= twin.resolution_mm
-    truth["gaps"] = _cut_gaps(position, twin, seed)
+    truth["gaps"] = _cut_gaps(position, twin)
     return SimulatedRecording(twin.frame_rate_hz, position, truth)
 
 
-def on_its_day(twin: Twin, seed: int) -> Twin:
+def on_its_day(twin: Twin) -> Twin:
     """A twin of a facility as it is on its date: place, distance and noise by the scatter from day
     to day and the changes so far, and streams of random numbers of this date."""
     if twin.days is None:
         return twin
     days, name = twin.days, f"{twin.name} {twin.date}"
-    *place, length, jitter = stream(name, seed, "day").standard_normal(5).tolist()
+    *place, length, jitter = stream(name, twin.seed, "day").standard_normal(5).tolist()
     shift, factor = days.place_mm * np.array(place), float(np.exp(days.jitter * jitter))
     length *= days.length_mm
     for change in (one for one in days.changes if one.since <= twin.date[:10]):
@@ -115,10 +113,10 @@ def on_its_day(twin: Twin, seed: int) -> Twin:
     return replace(twin, name=name, start_mm=start, scale=scale)
 
 
-def _add_noise(scratch: Scratch, twin: Twin, seed: int) -> list[Row]:
+def _add_noise(scratch: Scratch, twin: Twin) -> list[Row]:
     """Fill the scratch with noise that starts at 0; return the sinusoids that went in."""
     position, rate, slow = scratch.values, twin.frame_rate_hz, twin.slow
-    n, tau0 = position.shape[2], 1 / rate
+    n, tau0, seed = position.shape[2], 1 / rate, twin.seed
     for axis, letter in enumerate(AXES):
         first, second = (twin.models[f"{letter}{marker}"] for marker in (1, 2))
         cross = Cross(constant=twin.yz_coherence)
@@ -165,7 +163,7 @@ def _lines(twin: Twin, rng: np.random.Generator) -> list[tuple[str, str, float, 
     return lines
 
 
-def _origin(twin: Twin, seed: int, n: int) -> Row:
+def _origin(twin: Twin, n: int) -> Row:
     """What the recording was made from."""
     models = {s: m.scaled(twin.scale.get(s, 1.0)) for s, m in twin.models.items()}
     notes = list(twin.notes)
@@ -179,7 +177,7 @@ def _origin(twin: Twin, seed: int, n: int) -> Row:
     return {
         "twin": twin.name,
         "source": twin.source,
-        "seed": seed,
+        "seed": twin.seed,
         "form": twin.form,
         "frame_rate_hz": twin.frame_rate_hz,
         "n_frames": n,
@@ -198,11 +196,11 @@ def _origin(twin: Twin, seed: int, n: int) -> Row:
     }
 
 
-def _add_crump(position: np.ndarray, twin: Twin, seed: int) -> Row | None:
+def _add_crump(position: np.ndarray, twin: Twin) -> Row | None:
     crump, rate = twin.crump, twin.frame_rate_hz
     if crump is None:
         return None
-    rng = stream(twin.name, seed, "crump")
+    rng = stream(twin.name, twin.seed, "crump")
     weights = rng.uniform(0.5, 1.0, (2, 3)) * rng.choice([-1.0, 1.0], (2, 3))
     start_s = crump.start_s(position.shape[2] / rate)
     first = int(np.ceil(start_s * rate))
@@ -214,11 +212,11 @@ def _add_crump(position: np.ndarray, twin: Twin, seed: int) -> Row | None:
     return asdict(crump) | {"time_s": start_s, "weights": weights.tolist(), "frames": t.size}
 
 
-def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> Row:
+def _add_outliers(position: np.ndarray, twin: Twin) -> Row:
     outliers, n = twin.outliers, position.shape[2]
     if outliers is None:
         return {"frame": [], "marker": [], "axis": [], "amplitude_mm": []}
-    rng = stream(twin.name, seed, "outliers")
+    rng = stream(twin.name, twin.seed, "outliers")
     expected = outliers.per_hour * n / (3600 * twin.frame_rate_hz)
     count = min(n, int(rng.poisson(expected)))
     frame = np.sort(rng.choice(n, count, replace=False))
@@ -236,12 +234,12 @@ def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> Row:
     }
 
 
-def _cut_gaps(position: np.ndarray, twin: Twin, seed: int) -> dict[str, list[int | str]]:
+def _cut_gaps(position: np.ndarray, twin: Twin) -> dict[str, list[int | str]]:
     gaps, n, rate = twin.gaps, position.shape[2], twin.frame_rate_hz
     cut: dict[str, list[int | str]] = {"marker": [], "first_frame": [], "frames": []}
     if gaps is None:
         return cut
-    rng = stream(twin.name, seed, "gaps")
+    rng = stream(twin.name, twin.seed, "gaps")
     for marker, label in enumerate(twin.labels):
         count = int(rng.poisson(gaps.per_hour * n / (3600 * rate)))
         starts = np.sort(rng.integers(0, n, count))

@@ -59,16 +59,14 @@ class Facility:
         return len(self.origins_mm)
 
 
-def random_facility(
-    rng: np.random.Generator, n: int, camera_type: str = "Vantage", groups: int = 4
-) -> Facility:
+def random_facility(rng: np.random.Generator, n: int, camera_type: str = "Vantage") -> Facility:
     """`n` cameras on a scaffold round the hall, 2 to 3 m high, aimed within 5 degrees of the wand.
 
-    They hang in `groups` places with about a metre between neighbours, which makes the noise of a
+    They hang in four places with about a metre between neighbours, which makes the noise of a
     subset depend on who is in it as much as S's coefficients do. The wand lies near the middle, up
     to 1.2 m above the floor, turned at random.
     """
-    place = rng.uniform(0, 1, groups)[rng.integers(groups, size=n)] + rng.normal(0, 0.03, n)
+    place = rng.uniform(0, 1, 4)[rng.integers(4, size=n)] + rng.normal(0, 0.03, n)
     origins = _on_scaffold(place, rng.uniform(2000, HALL_MM[2], n))
     middle = np.array([*rng.normal(0, 300, 2), rng.uniform(0, 1200)])
     turn = rng.uniform(0, 2 * np.pi)
@@ -258,24 +256,23 @@ def motion(take: Take, labels: tuple[str, str], seed: int, rate_hz: float, n: in
     return path
 
 
-def simulate_take(twin: TakeTwin, seed: int | None = None) -> SimulatedRecording:
-    """Simulate `twin` with `seed` (default: its own). Same twin and seed: same bytes."""
-    seed = twin.seed if seed is None else seed
+def simulate_take(twin: TakeTwin) -> SimulatedRecording:
+    """Simulate `twin`. Same twin: same bytes."""
     n = frames_of(twin.name, twin.duration_s, twin.frame_rate_hz)
     hall, noise = facility(twin.take)
     subset = sorted(camera - 1 for camera in twin.camera_ids)
     gains = [gain_matrices(hall, marker, [subset])[0] for marker in (0, 1)]
-    position = motion(twin.take, twin.labels, seed, twin.frame_rate_hz, n)
+    position = motion(twin.take, twin.labels, twin.seed, twin.frame_rate_hz, n)
     for index in subset:
-        errors = centroid_errors(twin.take, seed, index + 1, n)
+        errors = centroid_errors(twin.take, twin.seed, index + 1, n)
         for marker, (gain, own) in enumerate(zip(gains, errors, strict=True)):
             position[marker] += gain[:, :, index] @ own
     position += hall.markers_mm[:, :, None]
-    truth = _truth(twin, seed, n, hall, noise)
+    truth = _truth(twin, n, hall, noise)
     return SimulatedRecording(twin.frame_rate_hz, position, truth)
 
 
-def _truth(twin: TakeTwin, seed: int, n: int, hall: Facility, noise_px: np.ndarray) -> Row:
+def _truth(twin: TakeTwin, n: int, hall: Facility, noise_px: np.ndarray) -> Row:
     """What the recording was made from; coefficients as of other twins."""
     take, subset = twin.take, [camera - 1 for camera in twin.camera_ids]
     coefficients = {}
@@ -291,7 +288,7 @@ def _truth(twin: TakeTwin, seed: int, n: int, hall: Facility, noise_px: np.ndarr
         "twin": twin.name,
         "source": f"simulated take of {take.cameras} {take.camera_type} cameras round a hall, "
         f"triangulated from {len(subset)}",
-        "seed": seed,
+        "seed": twin.seed,
         "form": "sampled",
         "frame_rate_hz": twin.frame_rate_hz,
         "n_frames": n,

@@ -88,7 +88,7 @@ def recordings_of(
     name: str,
     settings: Mapping[str, Any],
     seed: int,
-    report: Callable[[str], None] = lambda line: None,
+    report: Callable[[str], None],
 ) -> list[Row]:
     """A row for each simulated recording and method of a study.
 

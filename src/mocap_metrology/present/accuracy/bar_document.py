@@ -68,7 +68,10 @@ def _class(one: OfClass) -> Row:
         "n_frames": one.n_frames,
         "n_eff": one.n_eff,
         "statistics_mm": {name: asdict(value) for name, value in one.statistics.items()},
-        "parts_mm": {part.name: asdict(part) for part in one.parts.parts},
+        "parts_mm": {
+            name: {"name": name, "value": size.value, "lower": size.lower, "upper": size.upper}
+            for name, size in one.parts.sizes.items()
+        },
         "place_share": one.parts.place_share,
     }
 

@@ -24,16 +24,17 @@ def points_document(
     each for itself."""
     lever = points.has_lever
     found, scaled = fit(points, lever, False), fit(points, lever, True)
-    out, of_scale = left_out(points, lever, False), left_out(points, lever, True)
+    off, others, lever_se = left_out(points, lever, False)
+    off_scaled, _, of_scale = left_out(points, lever, True)
     changes = frame_changes(points)
-    ppm, se = 1e6 * scaled.scale, 1e6 * of_scale.scale_se
+    ppm, se = 1e6 * scaled.scale, 1e6 * float(of_scale[0])
     document: dict[str, Any] = {
         "n": len(points),
-        "left_out_rms_mm": rms(out.off_mm),
+        "left_out_rms_mm": rms(off),
         "fit_rms_mm": rms(residuals(points, found)),
-        "left_out_scaled_rms_mm": rms(of_scale.off_mm),
+        "left_out_scaled_rms_mm": rms(off_scaled),
         "lever_mm": found.lever if lever else None,
-        "lever_se_mm": out.lever_se if lever else None,
+        "lever_se_mm": lever_se[1:] if lever else None,
         "scale_ppm": ppm,
         "scale_se_ppm": se,
         "noise_mm": noise_mm,
@@ -45,15 +46,15 @@ def points_document(
     left_mm = changes.inside_mm if changes.cuts else document["left_out_rms_mm"]
     if left_mm > MISFIT * noise_mm:
         codes.append("does_not_fit")
-    worst = int(np.argmin(out.others_mm))
-    alone = "does_not_fit" in codes and out.others_mm[worst] < ALONE * document["fit_rms_mm"]
+    worst = int(np.argmin(others))
+    alone = "does_not_fit" in codes and others[worst] < ALONE * document["fit_rms_mm"]
     document |= {"wrong_point": names[worst] if alone else None}
-    document |= {"others_mm": float(out.others_mm[worst])}
+    document |= {"others_mm": float(others[worst])}
     codes += ["scale"] if abs(ppm) > CLAIMED * se else []
     document["findings"] = codes
     said = ["headline", *codes, *([] if "scale" in codes else ["no_scale"])]
     document["sentences"] = [render(f"points.{code}", **document) for code in said]
-    return document, out.off_mm
+    return document, off
 
 
 def point_rows(points: Points, off_mm: np.ndarray) -> list[Row]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.accuracy.bar import Bar
 from mocap_metrology.accuracy.components import FEWEST
-from mocap_metrology.accuracy.statement import Known, Statement, statements
+from mocap_metrology.accuracy.statement import Statement, statements
 from mocap_metrology.common.gum import Component
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text.sentence import render
@@ -23,19 +23,19 @@ def known_of(
     pair: Sequence[str],
     monitors: Sequence[Mapping[str, Any]] = (),
     points: Mapping[str, Any] | None = None,
-) -> Known:
+) -> list[Component]:
     """Out of contents of monitor.json, the largest scatter of the length of this pair, and of
     <group>_points.json the standard error of the scale."""
     names = {f"length {'-'.join(order)}" for order in (pair, pair[::-1])}
     series = [s for one in monitors for n, s in one.get("series", {}).items() if n in names]
     scatter = [(one["scatter"], one["dof"]) for one in series if "scatter" in one]
-    drift = Component("drift", "A", *max(scatter)) if scatter else None
-    se = (points or {}).get("scale_se_ppm")
-    scale = Component("scale", "A", 1e-6 * se, points["n"] - 1) if points and se else None
-    return Known(drift, scale)
+    known = [Component("drift", "A", *max(scatter))] if scatter else []
+    if points and (se := points.get("scale_se_ppm")):
+        known.append(Component("scale", "A", 1e-6 * se, points["n"] - 1))
+    return known
 
 
-def statement_document(bar: Bar, pair: Sequence[str], known: Known | None = None) -> Row:
+def statement_document(bar: Bar, pair: Sequence[str], known: Sequence[Component]) -> Row:
     """Contents of <group>_statement.json."""
     found = statements(bar, known)
     means = statements(bar, known, averaged=math.inf)
@@ -50,7 +50,7 @@ def statement_document(bar: Bar, pair: Sequence[str], known: Known | None = None
         "passes": [take.name for take in bar.takes],
         "dates": sorted({take.date for take in bar.takes if take.date}),
         "undated": sum(not take.date for take in bar.takes),
-        "has_drift": bool(known and known.drift) and not dated,
+        "has_drift": any(one.name == "drift" for one in known) and not dated,
         "statements": [_row(*both) for both in zip(found, means, strict=True)],
     }
     covered = dated or document["has_drift"]

@@ -119,7 +119,7 @@ class CalibrationFiles:
 
 
 def read_calibration(
-    files: Mapping[str, str | Path], name: str, twin: str | bool | None = None
+    files: Mapping[str, str | Path], name: str, twin: str | bool | None
 ) -> CalibrationFiles:
     """Read `pose`, `poses`, `sweeps`, `stations` and `board` of one calibration.
 

@@ -67,7 +67,7 @@ def _calibration_row(record: Record) -> Row:
     return row
 
 
-def calibration_markdown(rows: Sequence[Row], title: str, note: str = "") -> str:
+def calibration_markdown(rows: Sequence[Row], title: str, note: str) -> str:
     """Markdown of `calibration_rows`: the poses, then the reasons of the verdicts."""
     lines = [f"# {title}", "", f"{captions.CALIBRATION_TABLE} {note}".strip(), ""]
     if not rows:

@@ -35,7 +35,7 @@ def camera_figure(
     settings: Mapping[str, float],
     title: str,
     source: str,
-    remarks: str = "",
+    remarks: str,
 ) -> plot.Picture:
     """A column a camera type: (a) noise at one frame against the number of cameras, (b) how it
     changed with each addition, (c) the noise of each added camera, where it is known.

@@ -97,7 +97,7 @@ def family_figure(
     expected: Mapping[str, Sequence[str]],
     title: str,
     source: str,
-    remarks: str = "",
+    remarks: str,
     confidence: float | None = None,
 ) -> Picture:
     """Allan deviations of a family of recordings, as S Figures 8, 12 and 13.

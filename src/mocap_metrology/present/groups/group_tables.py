@@ -11,7 +11,8 @@ from mocap_metrology.noise.assess.uncertainty import lowest
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, limit_class, unit_key, unit_of
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
-from mocap_metrology.present.tables import Record, Row, aligned, source_of
+from mocap_metrology.papers.subsets import source_of
+from mocap_metrology.present.tables import Record, Row, aligned
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, significant, with_interval
 
 FROM_CSV = (

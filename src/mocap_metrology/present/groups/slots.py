@@ -128,7 +128,7 @@ def floor_axis(axes: Axes, marks: pd.DataFrame, floor: float = FLOOR) -> None:
     axes.axhspan(floor * 10**-BAND_DECADES, floor, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
 
 
-def in_band(floor: float = FLOOR) -> float:
+def in_band(floor: float) -> float:
     """Where smaller values than the floor are drawn: in the middle of the band below it."""
     return floor * float(10 ** (-BAND_DECADES / 2))
 

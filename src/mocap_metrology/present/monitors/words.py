@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.accuracy.monitor import LEARNT, ORDER, PRIOR_DF, SETTLED
-from mocap_metrology.accuracy.monitor_take import History, Judged
+from mocap_metrology.accuracy.monitor_row import Row as SheetRow
+from mocap_metrology.accuracy.monitor_take import Judged, Stretches
 from mocap_metrology.common.types import Row
 from mocap_metrology.present.text.numbers import mm, number, percent, with_unit
 from mocap_metrology.present.text.sentence import render
@@ -19,14 +20,13 @@ COLUMNS = (
 )
 
 
-def table(history: History) -> list[Row]:
+def table(takes: Sequence[SheetRow], stretches: Stretches) -> list[Row]:
     """Rows of monitor.csv: a series of a take each, in order of the takes."""
     rows: list[Row] = []
-    for start, found in history.stretches.items():
+    for start, found in stretches.items():
         columns = [_columns(one, start == 0) for one in found]
         n = len(columns[0]["value_mm"])
-        for k in range(n):
-            take = history.rows[start + k]
+        for k, take in enumerate(takes[start : start + n]):
             for own, one in zip(columns, found, strict=True):
                 named = {"recording": take.recording, "date": take.date, "series": one.series.name}
                 rows.append(named | {key: own[key][k] for key in COLUMNS[3:]})
@@ -51,7 +51,7 @@ def _columns(one: Judged, is_first: bool) -> dict[str, list[Any]]:
         "lower_mm": lower,
         "upper_mm": upper,
         "q": every(chart.q, np.nan),
-        "cusum": every(np.maximum(chart.high, chart.low), np.nan),
+        "cusum": every(chart.cusum, np.nan),
         "takes_of_baseline": every(chart.n_baseline, ""),
         "in_baseline": every(np.where(chart.baseline, "yes", ""), ""),
         "capable": every(np.where(known, np.where(chart.capable, "yes", "no"), ""), ""),
@@ -60,36 +60,45 @@ def _columns(one: Judged, is_first: bool) -> dict[str, list[Any]]:
     }
 
 
-def document(history: History, sources: Sequence[str]) -> Row:
+def document(
+    name: str,
+    takes: Sequence[SheetRow],
+    stretches: Stretches,
+    left_out: Mapping[str, str],
+    sources: Sequence[str],
+) -> Row:
     """Contents of monitor.json: whether the calibration is valid, word and reasons of the last
-    take, and the state of each series; sources: `twin` or `measured` of each take."""
-    left = [{"recording": name, "why": why} for name, why in history.left_out.items()]
+    take, and the state of each series; left_out: rows that were not used, and why; sources: `twin`
+    or `measured` of each take."""
+    left = [{"recording": recording, "why": why} for recording, why in left_out.items()]
     told = [render("monitor.left_out", **one) for one in left]
-    common: Row = {"monitor": history.name, "source": _source(sources), "left_out": left}
-    if not history.rows:
-        line = render("monitor.empty", name=history.name, reasons=told)
+    source = sources[0] if len(set(sources)) == 1 else "mixed" if sources else ""
+    common: Row = {"monitor": name, "source": source, "left_out": left}
+    if not takes:
+        line = render("monitor.empty", name=name, reasons=told)
         return common | {"valid": None, "word": "", "takes": 0, "reasons": told, "line": line}
-    start, found = max(history.stretches.items())
-    last = history.rows[-1]
-    at = len(history.rows) - 1 - start
+    start, found = max(stretches.items())
+    last = takes[-1]
+    at = len(takes) - 1 - start
     judged = [one for one in found if one.at.size and one.at[-1] == at]
     word = min((one.words[-1][0] for one in judged), key=ORDER.index, default="")
     # A series that this take says nothing about keeps what the take before said
     wrong = {one.series.name: failed for one in found if (failed := _failed(one)) is not None}
-    dates = [history.rows[start + first].date for first in wrong.values()]
+    dates = [takes[start + first].date for first in wrong.values()]
     m = max(int(one.chart.n_baseline[-1]) for one in judged) if judged else 0
     findings = [finding for one in judged for finding in _findings(one)]
     findings.sort(key=lambda one: one["code"] == "not_capable")  # last
     valid = None if word == "learning" else not wrong
-    learnt = _learnt(judged)
-    days = len({history.rows[start + k].date[:10] for k in learnt})
+    learnt = set().union(*(one.at[one.chart.baseline].tolist() for one in judged))
+    days = len({takes[start + k].date[:10] for k in learnt})
     how = {"m": len(learnt) if word == "learning" else m, "days": days}
     how |= {"learnt": LEARNT, "settled": SETTLED}
     how |= {"trend": any(one["code"] == "trend" for one in findings)}
-    key = "back" if word == "alert" and wrong and not _beyond(judged) else word or "learning"
+    beyond = any(one.chart.beyond[-1] for one in judged)
+    key = "back" if word == "alert" and wrong and not beyond else word or "learning"
     first = render(f"monitor.{key}", since=min(dates, default=""), **how)
     reasons = [first, *(one.pop("words") for one in findings)]
-    named = {"name": history.name, "recording": last.recording, "date": last.date}
+    named = {"name": name, "recording": last.recording, "date": last.date}
     return common | {
         "valid": valid,
         "word": word,
@@ -97,9 +106,9 @@ def document(history: History, sources: Sequence[str]) -> Row:
         "not_valid": list(wrong),
         "recording": last.recording,
         "date": last.date,
-        "takes": len(history.rows),
+        "takes": len(takes),
         "takes_of_baseline": m,
-        "restarted": history.rows[start].date,
+        "restarted": takes[start].date,
         "reasons": reasons,
         "series": {one.series.name: _state(one) for one in judged},
         "findings": findings,
@@ -113,33 +122,20 @@ def _failed(one: Judged) -> int | None:
     return None if since is None else int(one.at[since])
 
 
-def _beyond(judged: Sequence[Judged]) -> bool:
-    return any(one.chart.beyond[-1] for one in judged)
-
-
-def _learnt(judged: Sequence[Judged]) -> set[int]:
-    """Takes of the stretch that are in a baseline."""
-    return set().union(*(one.at[one.chart.baseline].tolist() for one in judged))
-
-
-def _source(sources: Sequence[str]) -> str:
-    return sources[0] if len(set(sources)) == 1 else "mixed" if sources else ""
-
-
-def _shares(one: Judged, k: int = -1) -> Mapping[str, float]:
+def _shares(one: Judged) -> Mapping[str, float]:
     """Changes against the mean of the baseline, in mm or as shares: of the take, of what is
     allowed on its side, of the mean since the CUSUM rose, of the tolerance and of the smallest one
     that can be watched; lower, upper: 95 % of the take's, by the scatter."""
     chart, series = one.chart, one.series
-    mean, m = chart.mean[k], max(int(chart.n_baseline[k]), 1)
-    own = chart.value[k] - mean
-    reach = 1.96 * chart.scatter[k] * np.sqrt(1 + 1 / m)
+    mean, m = chart.mean[-1], max(int(chart.n_baseline[-1]), 1)
+    own = chart.value[-1] - mean
+    reach = 1.96 * chart.scatter[-1] * np.sqrt(1 + 1 / m)
     sizes = {
         "take": own,
-        "room": np.copysign(chart.band[k], own),
-        "shift": chart.shift[k],
-        "tolerance": chart.tolerance[k],
-        "least": chart.watchable[k],
+        "room": np.copysign(chart.band[-1], own),
+        "shift": chart.shift[-1],
+        "tolerance": chart.tolerance[-1],
+        "least": chart.watchable[-1],
         "lower": own - reach,
         "upper": own + reach,
     }

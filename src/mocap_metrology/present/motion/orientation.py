@@ -28,7 +28,7 @@ def orientation_rows(
     source: str,
     allan: Mapping[str, np.ndarray],
     orientation: Orientation,
-    refused: str = "",
+    refused: str,
 ) -> list[Row]:
     """One row an axis: noise of one frame, smallest Allan deviation, and how rigid the body is.
 
@@ -67,7 +67,7 @@ def orientation_figure(
     orientation: Orientation,
     origin: Record,
     cluster: Sequence[str],
-    refused: str = "",
+    refused: str,
 ) -> Picture:
     """Allan deviation of the three components of the rotation vector, with intervals; or the words
     why there is none (`refused`)."""

@@ -97,7 +97,7 @@ def curves_picture(
     axis_labels: tuple[str, str],
     slopes: Sequence[tuple[float, str]],
     texts: tuple[str, str, str],
-    band: str = "interval",
+    band: str,
     *,
     looks: Looks | None = None,
 ) -> plot.Picture:
@@ -156,7 +156,7 @@ def draw_curves(
     axes: Axes,
     curves: pd.DataFrame,
     y_limits: Limits,
-    looks: Looks | None = None,
+    looks: Looks | None,
     band: str = "interval",
 ) -> None:
     """All curves of a panel, labelled for the legend; a family if they are too many to distinguish;

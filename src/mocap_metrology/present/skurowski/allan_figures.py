@@ -188,8 +188,7 @@ def regression_figure(
     final: NoiseModel,
     frame_rate_hz: float,
     texts: tuple[str, str],
-    *,
-    form: Form = "continuous",
+    form: Form,
 ) -> fig.Picture:
     """S Figure 6: the Allan deviation, every start of annealing, the result after the ant colony
     (relative residuals, S Eq. 13) and ordinary least squares (Levenberg-Marquardt, no weights).
@@ -234,9 +233,7 @@ def regression_figure(
     return fig.Picture(body, f"{SKUROWSKI[6]} {texts[1]}")
 
 
-def smooth_adev(
-    model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form = "continuous"
-) -> np.ndarray:
+def smooth_adev(model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form) -> np.ndarray:
     """Allan deviation, mm, at any m >= 1 (k,), to draw: of sampled power laws, which have one at
     whole m only, on straight lines between these in logarithms."""
     if form == "continuous":

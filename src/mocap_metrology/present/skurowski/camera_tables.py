@@ -13,8 +13,8 @@ from mocap_metrology.noise.twins.published import (
     published_subsets,
 )
 from mocap_metrology.papers.gaussian_table import REPEATS, related
-from mocap_metrology.papers.subsets import TYPES, standing_for
-from mocap_metrology.present.tables import Record, Row, source_of
+from mocap_metrology.papers.subsets import TYPES, source_of, standing_for
+from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text.numbers import significant
 
 TABLE_1_SHOWN = (

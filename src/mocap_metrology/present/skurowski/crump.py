@@ -39,21 +39,21 @@ class Shaken:
     frame_rate_hz: float
     min_coverage: float = 0.5
 
-    def curves(self, shock: Shock | None, series: str = "L") -> pd.DataFrame:
-        """Allan deviation of one series as recorded, after cleaning, and after cleaning without
+    def curves(self, shock: Shock | None) -> pd.DataFrame:
+        """Allan deviation of L as recorded, after cleaning, and after cleaning without
         the frames of the shock."""
-        cleaned = plot.adev_curves(self.allan, {series: CLEANED}, band=False)
+        cleaned = plot.adev_curves(self.allan, {"L": CLEANED}, band=False)
         cleaned = cleaned[cleaned["thin"] == ""]
-        own = (self.allan["series"] == series) & (self.allan["estimator"] == "oadev")
+        own = (self.allan["series"] == "L") & (self.allan["estimator"] == "oadev")
         m = self.allan["m"][own].astype(np.int64)
 
         def of(curve: str, values: np.ndarray) -> pd.DataFrame:
             found = allan_variance(values, m, min_coverage=self.min_coverage)
             return cleaned.assign(curve=curve, y=np.sqrt(found.variance))
 
-        curves = [of(RECORDED, self.raw[series]), cleaned]
+        curves = [of(RECORDED, self.raw["L"]), cleaned]
         if shock is not None:
-            cut = np.array(self.clean[series], dtype=np.float64)
+            cut = np.array(self.clean["L"], dtype=np.float64)
             cut[shock.start : shock.stop] = np.nan
             curves.append(of(CUT, cut))
         return pd.concat(curves, ignore_index=True)
@@ -83,7 +83,7 @@ class Shaken:
 
 @fig.styled()
 def crump_figure(
-    shaken: Shaken, other: tuple[str, Series] | None, source: str, remarks: str = ""
+    shaken: Shaken, other: tuple[str, Series] | None, source: str, remarks: str
 ) -> fig.Picture:
     """Marker 1 round the strongest shake of a recording, and the Allan deviation of the distance
     with and without it; other: label and columns of allan.parquet of a recording without one;

@@ -9,7 +9,8 @@ from dataclasses import replace
 from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_level_kept
 from mocap_metrology.noise.gaussian.moments import expected_moments
 from mocap_metrology.noise.twins.twin import Twin
-from mocap_metrology.present.tables import Record, Row, source_of
+from mocap_metrology.papers.subsets import source_of
+from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words
 

@@ -85,13 +85,12 @@ def colony(
 
 @dataclass(frozen=True)
 class AnnealingRun:
-    """The estimate; the model each annealing start ended in, in order, and its cost (Eq. 13).
+    """The estimate; the model each annealing start ended in, in order.
 
     colony_gain: cost of the best start over that of the colony's best point, at least 1."""
 
     estimate: Estimate
     starts: tuple[NoiseModel, ...]
-    starts_cost: tuple[float, ...]
     colony_gain: float
 
 
@@ -134,8 +133,7 @@ def annealing_run(
     if not settings.descent:
         note = f"the colony lowered the cost of the best start {gain:.4g} times; {estimate.note}"
         estimate = replace(estimate, note=note)
-    points, costs = zip(*ends, strict=True)
-    return AnnealingRun(estimate, tuple(map(problem.model, points)), costs, gain)
+    return AnnealingRun(estimate, tuple(problem.model(point) for point, _ in ends), gain)
 
 
 def _anneal(problem: Misfit, settings: Annealing, rng: np.random.Generator) -> np.ndarray:

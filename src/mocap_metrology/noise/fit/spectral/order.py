@@ -29,9 +29,7 @@ def penalty(criterion: str, n: float) -> Callable[[int], float]:
     return lambda p: p * math.log(n)
 
 
-def fit_order(
-    likelihood: Likelihood, mixture: Spectrum, terms: int, smaller: Fit | None = None
-) -> Fit:
+def fit_order(likelihood: Likelihood, mixture: Spectrum, terms: int, smaller: Fit | None) -> Fit:
     """Best fit of the mixture's power laws and `terms` Gauss-Markov components, of several starts.
 
     Starts: the components of the mixture (see `dictionary`), joined or split to the number wanted,

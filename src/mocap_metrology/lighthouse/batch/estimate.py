@@ -160,6 +160,15 @@ def estimate(
     return found if sized else search.without_bias(found)
 
 
+def completed(found: Joint) -> Joint:
+    """The estimate from there with noise and priors as large as the hits show, less its bias; found
+    took these as they are (`sized`)."""
+    parts = [replace(one) for one in found.recordings]
+    search = _Search(found.of, found.state, parts, sized=False, ups=found.ups)
+    search.refined, search.weighed = True, True
+    return search.without_bias(search.run())
+
+
 def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
     """The estimate for rotors (stations, 2, 13) of another model, from that of `found` and with its
     noise, so that the costs of several can be compared: to `SAME_COST`, or in so many steps. All

@@ -21,6 +21,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     linearised,
     reduced,
     solved,
+    stretch,
     sweeps_of,
     weights,
 )
@@ -110,11 +111,14 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
     for k in range(PIECES):
         chosen = piece == k
         own = chosen[one.sweeps.sweep]
-        at, of = (sweeps_of(one.seen, chosen), one.trajectory, found.state), found.of
+        seen, path, more = sweeps_of(one.seen, chosen), one.trajectory, one.more(found.of)
+        if more is None and chosen.any():
+            seen, path = stretch(seen, path)
         hit, held = weight.hit[own], weight.held[chosen]
-        sums = linearised(*at, one.residual[own], hit, of, one.more(of), held)
-        without = reduced(sums, one.trajectory, noise)
-        h = without.h + by_bends(without, one.trajectory, noise)
+        at = seen, path, found.state
+        sums = linearised(*at, one.residual[own], hit, found.of, more, held)
+        without = reduced(sums, path, noise)
+        h = without.h + by_bends(without, path, noise)
         pieces.append(Piece(without.S, h, count[k]))
     return pieces
 

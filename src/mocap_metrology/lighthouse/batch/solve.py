@@ -290,8 +290,11 @@ def known_of(
     return band, g
 
 
-def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0.0) -> Reduced:
-    """The trajectory eliminated; raises LinAlgError where it is not determined."""
+def reduced(
+    sums: Sums, trajectory: Trajectory, noise: Noise, damping: Floats | float = 0.0
+) -> Reduced:
+    """The trajectory eliminated, damping (6 K,) times the diagonal added; raises LinAlgError where
+    it is not determined."""
     variance = noise.hit**2
     band, g = known_of(trajectory, sums.more, noise.hit)
     band, g = sums.band + band, sums.g + g

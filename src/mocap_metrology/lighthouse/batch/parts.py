@@ -22,6 +22,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     linearised,
     reduced,
     solved,
+    stretch,
     sweeps_of,
     weights,
 )
@@ -112,11 +113,14 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
     for k in range(PIECES):
         chosen = piece == k
         own = chosen[one.sweeps.sweep]
-        seen, of = sweeps_of(one.seen, chosen), found.of
-        at = seen, one.trajectory, found.state, one.residual[own]
-        sums = linearised(*at, weight.hit[own], of, one.more(of), weight.held[chosen])
-        without = reduced(sums, one.trajectory, noise)
-        h = without.h + by_bends(without, one.trajectory, noise)
+        seen, path, more = sweeps_of(one.seen, chosen), one.trajectory, one.more(found.of)
+        if more is None and chosen.any():
+            seen, path = stretch(seen, path)
+        hit, held = weight.hit[own], weight.held[chosen]
+        at = seen, path, found.state
+        sums = linearised(*at, one.residual[own], hit, found.of, more, held)
+        without = reduced(sums, path, noise)
+        h = without.h + by_bends(without, path, noise)
         its = replace(one, sweeps=seen.sweeps, noise=noise)
         pull = without.S + pull_of_begins(its, sums, without)
         pieces.append(Piece(without.S, h, pull, count[k]))

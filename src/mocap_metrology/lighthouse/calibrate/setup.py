@@ -227,7 +227,7 @@ def _by_variant(
     while best not in found:
         found[best] = _together(of[best], scenes, pieces)
         if len(names) > 1:
-            ways = weighed_stations(of, found[best])
+            ways = weighed_stations(of, dict.fromkeys(of, found[best]))
             best = next(way.variant for way in ways[0] if way.standing == "chosen")
     joined = found[best]
     if scene.generation == 2:

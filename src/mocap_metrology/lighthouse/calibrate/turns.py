@@ -51,13 +51,18 @@ BAD_DIODE = 2.0  # its rms residual over the median of all; of good ones at most
 
 
 def well_fitted(
-    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+    scene: Scene,
+    hits: Hits,
+    trajectory: Trajectory,
+    poses: Sequence[Pose],
+    first: Joint | None = None,
 ) -> tuple[Joint, str]:
-    """The estimate from there, and a note on what was left out."""
+    """The estimate from there, and a note on what was left out; first: what `explored` returns of
+    stations of the first generation, where it was called before."""
     if scene.generation != 2:
-        return without_bad_diodes(scene, hits, trajectory, poses)
+        return without_bad_diodes(scene, hits, trajectory, poses, first)
     found, scene, why = if_they_agree(
-        scene, lambda own: bridged(own, _first(own, hits, trajectory, poses), sized=True)
+        scene, lambda own: bridged(own, _first(own, hits, trajectory, poses))
     )
     found, out = _without_bad(scene, hits, found)
     finer = _followed(scene, hits, found, out)

@@ -228,9 +228,9 @@ def predicted(found: Joint, priors: Priors) -> list[list[Halves | None]]:
     parts = []
     for one in found.recordings:
         sums = one.sums(state, of)
-        own = reduced(sums, one.trajectory, one.noise)
-        h = own.h + by_bends(own, one.trajectory, one.noise)
-        parts.append((own.S, h, own.S + pull_of_begins(one, sums, own)))
+        without = reduced(sums, one.trajectory, one.noise)
+        h = without.h + by_bends(without, one.trajectory, one.noise)
+        parts.append((without.S, h, without.S + pull_of_begins(one, sums, without)))
     S, h, pull = (np.sum(column, axis=0) for column in zip(*parts, strict=True))
     zero = _of_one(found, priors)
     apart: list[list[Halves | None]] = []

@@ -63,7 +63,8 @@ class Wander:
     def curve(self, turn: np.ndarray, y: Floats) -> tuple[Floats, float, float]:
         """z at all turns from the first to the last of these, where begins are y; the least of the
         sum; log det (W + l D'D)."""
-        all_y = np.bincount(turn - turn[0], y)
+        all_y = np.zeros(int(turn[-1] - turn[0]) + 1)
+        all_y[turn - turn[0]] = y
         z, log_det = self._solved(turn, all_y)
         off = z[2:] - self.swing * z[1:-1] + self.decay * z[:-2]
         square = np.sum((y - z[turn - turn[0]]) ** 2) + self.stiffness * np.sum(off**2)
@@ -100,15 +101,16 @@ def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[L
     it; not at all where that is below the resolution, or no likelier than the line."""
     every = np.arange(turn[0], turn[-1] + 1)
     spread = MAD_TO_SIGMA * float(np.median(np.abs(residual_s)))
-    none = Late(int(turn[0]), np.zeros(every.size)), Wander()
+    found, z = Wander(), np.zeros(every.size)
     if spread < 0.5 * resolution_s:
-        return none
+        return Late(int(turn[0]), z), found
     y, good = residual_s / spread, np.ones(turn.size, np.bool_)
     for _ in range(2):
         at = turn[good]
-        found = _likeliest(at[:MOST], y[good][:MOST])
-        if found is None:
-            return none
+        likeliest = _likeliest(at[:MOST], y[good][:MOST])
+        if likeliest is None:
+            return Late(int(turn[0]), 0 * z), Wander()
+        found = likeliest
         z = np.interp(every, np.arange(at[0], at[-1] + 1), found.curve(at, y[good])[0])
         off = np.abs(y - z[turn - turn[0]])
         good = off <= OUTLIER * MAD_TO_SIGMA * float(np.median(off))

@@ -100,8 +100,8 @@ def bar(seed: int, take: int, turn: tuple[float, float, float], **motion: object
 def _scene(made: MadeTurns) -> Scene:
     found, names = seen(made), ["0", "1"]
     how = "factory", made.factories, None, "libsurvive", Priors(phase_mrad=0.0)
-    normals = Sensors(normals=found.normals)
-    return Scene(found.hits, found.board, *how, sensors=normals, generation=2, names=names)
+    sensors = Sensors(normals=found.normals, clocks=tuple(found.clocks))
+    return Scene(found.hits, found.board, *how, sensors=sensors, generation=2, names=names)
 
 
 def bars(runs: int) -> None:

@@ -85,6 +85,21 @@ def several(rng: np.random.Generator) -> np.ndarray:
     return 0.03 * positions[np.searchsorted(ends, T, "right")]
 
 
+def sliding(rng: np.random.Generator) -> np.ndarray:
+    """At 3 um/s, and at rest, in turn, for 70 to 120 s each."""
+    ends = np.cumsum(rng.uniform(70, 120, 20))
+    return np.cumsum(np.where(np.searchsorted(ends, T, "right") % 2, 0.003, 0.0)) / RATE
+
+
+def half_recovering(rng: np.random.Generator) -> np.ndarray:
+    since = T - rng.uniform(200, 700)
+    return np.where(since > 0, 0.05 + 0.05 * np.exp(-np.maximum(since, 0) / 20), 0.0)
+
+
+def creep_and_step(rng: np.random.Generator) -> np.ndarray:
+    return 0.05 * np.log1p(T / 8) + 0.08 * (rng.uniform(200, 700) < T)
+
+
 def correlated(rng: np.random.Generator) -> np.ndarray:
     """Of 0.02 mm over 10 s."""
     return gauss_markov(10.0, 0.02)(rng, N, RATE)
@@ -118,17 +133,20 @@ KINDS: dict[str, tuple[Draw, tuple[str, ...], tuple[str, ...]]] = {  # true; wha
     "correlated over 10 s": (correlated, ("noise",), ()),
     "several levels": (several, ("levels",), ()),
     "fourth power of time": (lambda rng: 0.6 * (T / 900) ** 4, ("accelerating",), ()),
-    "square root of time": (lambda rng: 0.2 * np.sqrt(T / 900), ("creep",), ("slowing", "noise")),
+    "square root of time": (lambda rng: 0.2 * np.sqrt(T / 900), ("slowing",), ("noise",)),
     "three steps": (
         lambda rng: 0.04 * sum(rng.uniform(t, t + 150) < T for t in (100, 350, 600)),
         ("step",),
         ("drift",),
     ),
     "two steps": (staircase, ("step",), ()),
+    "step, of which half fades": (half_recovering, ("step",), ()),
+    "creep and step": (creep_and_step, ("creep", "step"), ()),
     # Of no kind in the library
     "bend": (bend, (), ()),
     "bump": (bump, (), ("shift",)),
     "cycles that become shorter": (chirp, (), ()),
+    "slides, and rests between": (sliding, (), ()),
 }
 
 

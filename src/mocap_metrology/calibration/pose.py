@@ -42,7 +42,7 @@ from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import ROLES, SLAVE, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.inertial import sensed
@@ -164,7 +164,8 @@ def write_poses(
 def _sensors(entry: Entry, settings: Lighthouse, given: Paths, read: sweeps.Recorded) -> Sensors:
     """What else a calibration uses."""
     lengths = sweeps.lengths_of(entry, given.get("points"), len(read.board), read.names)
-    return sensors_of(settings, read.stations, given.get("inertial"), lengths, read.normals)
+    how = given.get("inertial"), lengths, read.normals, read.clocks
+    return sensors_of(settings, read.stations, *how)
 
 
 def _of_others(
@@ -214,16 +215,17 @@ def sensors_of(
     inertial: str | None,
     lengths: tuple[KnownLength, ...] = (),
     normals: np.ndarray | None = None,
+    clocks: tuple[Clock | None, ...] = (),
 ) -> Sensors:
     """What a calibration uses besides hits, by the settings; inertial: path of inertial.parquet;
-    lengths, normals: as of `Sensors`."""
+    lengths, normals, clocks: as of `Sensors`."""
     series = ups = None
     if settings.inertial and inertial is not None:
         series = records.inertial_of(files.read_table(inertial)[0])
     if settings.gravity:
         unknown = np.full(3, np.nan)
         ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
-    return Sensors(series, ups, lengths, normals)
+    return Sensors(series, ups, lengths, normals, clocks)
 
 
 def priors_of(settings: Lighthouse) -> Priors:

@@ -108,6 +108,8 @@ def _scenes(
     for one in members:
         own, board = hits[one.name], every[one.name].board
         more = sensors_of(settings, stations, one.inertial, normals=every[one.name].normals)
+        clocks = dict(zip(every[one.name].names, every[one.name].clocks, strict=False))
+        more = replace(more, clocks=tuple(map(clocks.get, names)))
         lasers = how.lasers_m if generation == 1 else None
         scene = Scene(own, board, optics, factories, lasers, how.variant, how.priors, sensors=more)
         scenes[one.name] = replace(scene, generation=generation, names=names)

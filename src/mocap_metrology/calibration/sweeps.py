@@ -27,7 +27,7 @@ from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, stations_to_json
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
-from mocap_metrology.lighthouse.records import Factory, Hits, Station
+from mocap_metrology.lighthouse.records import Factory, Hits, Station, TurnClock
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
@@ -204,6 +204,11 @@ class Recorded:
     def generation(self) -> int:
         """Of the stations."""
         return self.stations[0].generation if self.stations else 1
+
+    @property
+    def clocks(self) -> tuple[TurnClock, ...]:
+        """Of stations of the second generation, where their light tells them."""
+        return tuple(TurnClock(**own) for own in self.origin["clocks"] if self.generation == 2)
 
     @property
     def seen(self) -> tuple[Hits, np.ndarray, list[Factory | None]]:

@@ -18,8 +18,9 @@ from mocap_metrology.lighthouse.decode.factory_file import (
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx2 import decode_turns, encode_frame2, unpack
 from mocap_metrology.lighthouse.decode.turns import Light, Turns, find_turns
+from mocap_metrology.lighthouse.decode.wander import Late
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
-from mocap_metrology.lighthouse.records import Clock, Factory, Station
+from mocap_metrology.lighthouse.records import Factory, Station, TurnClock
 
 NAMES = NAMES_OF[2]
 READ = {  # recording, object: channels with a readable frame; those of 12 s by vote alone
@@ -80,7 +81,8 @@ def turns_of(bits: np.ndarray, rng: np.random.Generator, lost: float, wrong: flo
     """Turns of channel 5 that carry these bits, some of them lost or misread."""
     kept = np.flatnonzero(rng.random(bits.size) >= lost)
     read = bits[kept] ^ (rng.random(kept.size) < wrong)
-    return Turns(5, Clock(0.0, 0.0196, 0.0), kept, kept * 0.0, read.astype(np.int8))
+    clock, late = TurnClock(0.0, 0.0196, 0.0, *np.zeros(4)), Late(0, np.zeros(2))
+    return Turns(5, clock, kept, late, read.astype(np.int8))
 
 
 def test_damaged_streams_give_the_truth_or_nothing() -> None:

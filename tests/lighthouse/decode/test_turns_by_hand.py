@@ -78,4 +78,5 @@ def test_a_station_has_twelve_begins_of_its_period(n: int, ppm: float, is_used: 
 def test_begins_off_their_period_do_not_count() -> None:
     (turns,), _ = find_turns(light([], 30, late={7: 3e-4, 20: -2e-4}))
     assert turns.turn.tolist() == [k for k in range(30) if k not in (7, 20)]
-    assert turns.begin(np.array([7.0])) == pytest.approx(0.01 + 7 * PERIOD_S, abs=1e-7)
+    turn, rotor = turns.place(np.array([0.01 + 7.25 * PERIOD_S]))
+    assert turn == 7 and rotor == pytest.approx(np.pi / 2, abs=2e-5)

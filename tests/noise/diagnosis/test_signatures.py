@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from benchmarks.sentences._kinds import gauss_markov
+from benchmarks.sentences._kinds import coloured, gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
 from mocap_metrology.noise.diagnosis.one_series import hiding_step, walk_decided
-from mocap_metrology.noise.diagnosis.shapes import pace, shapes
+from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, pace, shapes
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
     Wander,
@@ -73,10 +72,8 @@ def test_the_size_of_a_shape_is_what_it_does() -> None:
         assert min(rest)[1] == pytest.approx(size, rel=0.02)
     bends = [s for s in shapes(t, t) if "smooth" in s.kinds and s.searched]
     assert [(len(s.columns), s.searched) for s in bends] == [
-        (2, 1),
-        (3, 2),
-        (4, 3),
-    ]  # one place each
+        (places + 1, places) for places in range(1, MOST_BENDS + 1)
+    ]
 
 
 def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
@@ -87,7 +84,7 @@ def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
     f = np.arange(1, n + 1) / (2 * (n + 1))
     weight = 4 * np.sin(np.pi * f) ** 2
     for T_c, spectra in zip((0.25, 1.0), ("fast", "correlated"), strict=True):
-        slow = _noises(weight, n)[spectra][0] - weight  # of one ratio to white noise
+        slow = _noises(n)[spectra][0] - weight  # of one ratio to white noise
         a = 1 / T_c
         r = np.array(
             [2 * (a - 1 + np.exp(-a)), *((1 - np.exp(-a)) ** 2 * np.exp(-a * np.arange(3)))]
@@ -229,9 +226,32 @@ def test_times_and_sizes_of_changes_at_once() -> None:
     assert shift_near(320, 321, wanders) == ("x1", pytest.approx(-0.06, abs=0.003), True)
     assert shift_near(310, 312, wanders) is None
     assert shift_near(304, 306, wanders) and not shift_near(307, 308, wanders)
-    for lasting_s in (8.0, 13.0):  # of less than 10 s it is movement
-        short = replace(lift, at_s=(300.5, 300.5 + lasting_s))
-        assert bool(shift_near(300, 301, {"x1": short})) is (lasting_s > 10)
+    for lasting_s in (8, 13):  # of less than 10 s it is movement
+        short = signature(noise(12) + 0.06 * ((T > 300) & (300 + lasting_s > T)), RATE)
+        assert short is not None and ("shift" in short.kinds) is (lasting_s > 10)
+
+
+def test_a_step_beside_a_curve_and_after_missing_blocks() -> None:
+    """The curve has its own size; a step after missing blocks has the time at which they begin."""
+    at = 450.0
+    step = 0.08 * (at < T)
+    found = signature(0.05 * np.log1p(T / 8) + step + noise(13), RATE)
+    assert found is not None and found.kinds == ("creep", "step")
+    (jump,) = found.jumps
+    assert jump == pytest.approx((at, 0.08), abs=1.01)
+    assert found.size_of("step") == pytest.approx(0.08, abs=0.003)
+    crept = 0.05 * np.diff([np.log1p(T[part] / 8).mean() for part in np.split(np.arange(N), 10)])
+    assert found.size_of("creep") == pytest.approx(crept.sum(), abs=0.01)
+    missing = signature(np.where((at <= T) & (at + 5 > T), np.nan, step + noise(14)), RATE)
+    assert missing is not None and missing.jumps[0][0] == pytest.approx(at, abs=1.01)
+
+
+def test_noise_steeper_than_a_walk_is_none() -> None:
+    """Of density f^-3, which the sum of no other noises has."""
+    for seed in range(6):
+        slow = coloured(-3.0, 2e-6)(np.random.default_rng(seed), N, RATE)
+        found = signature(slow + noise(seed), RATE)
+        assert found is not None and found.noise in ("", "steep")
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,11 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
+from mocap_metrology.lighthouse.batch.begins import pull_of_begins
 from mocap_metrology.lighthouse.batch.bias import bias_equations
+from mocap_metrology.lighthouse.batch.damping import more_damping
 from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equations
+from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import (
     GROUPS,
@@ -47,6 +50,7 @@ SETTLED = 0.8  # of the spread of residuals one step before: from then on noise 
 LEAST_GAIN = 0.01  # of the cost, which is a chi squared
 SAME_COST = 1.0  # likewise, of the costs of two models
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
+LOCAL = 4  # steps that are damped where they fail before all is
 LEAST_DAMPING = 1e-9  # likewise, where errors that are shared leave some unknowns weak
 SMALL = 0.02  # of its standard deviation: a step that ends the search
 SMALL_ENOUGH = 0.1  # likewise, if it is the last that is allowed
@@ -62,7 +66,8 @@ class Joint:
     """An estimate. S: information of the global unknowns without priors; working, believed: prior
     standard deviations that it used, and that the recordings do not contradict; ups: as given;
     misfit: by how much the pieces of the recordings differ, over what noise explains (variances);
-    others: what S has from other data than those, as measured lengths.
+    others: what S has from other data than those, as measured lengths; begins: as in
+    `batch.begins`.
     """
 
     state: State
@@ -76,6 +81,7 @@ class Joint:
     ups: np.ndarray | None
     misfit: float = 1.0
     others: Floats | float = 0.0
+    begins: Floats | float = 0.0
 
     def sure(self, what: str) -> Joint:
         """Itself; refused, in the name of `what`, where the search did not converge."""
@@ -91,8 +97,8 @@ class Joint:
     @property
     def pull(self) -> Floats:
         """Covariance of what the data pull at all unknowns: S, that of the recordings times their
-        misfit, which says nothing about a measured length."""
-        return self.S + (self.misfit - 1) * (self.S - self.others)
+        misfit, which says nothing about a measured length, and that of the begins of turns."""
+        return self.S + (self.misfit - 1) * (self.S - self.others) + self.begins
 
     def pose_covariance(self, station: int = 1) -> np.ndarray:
         """Covariance (6, 6) of t and the left rotation vector of a station in m and rad."""
@@ -160,6 +166,15 @@ def estimate(
     return found if sized else search.without_bias(found)
 
 
+def completed(found: Joint) -> Joint:
+    """The estimate from there with noise and priors as large as the hits show, less its bias; found
+    took these as they are (`sized`)."""
+    parts = [replace(one) for one in found.recordings]
+    search = _Search(found.of, found.state, parts, sized=False, ups=found.ups)
+    search.refined, search.weighed = True, True
+    return search.without_bias(search.run())
+
+
 def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
     """The estimate for rotors (stations, 2, 13) of another model, from that of `found` and with its
     noise, so that the costs of several can be compared: to `SAME_COST`, or in so many steps. All
@@ -188,11 +203,12 @@ class _Search:
     ):
         self.of, self.state, self.recordings, self.ups = of, state, recordings, ups
         self.working, self.believed = of.working.copy(), of.sd.copy()
-        self.damping, self.refined, self.sized = 0.0, False, sized
-        self.least_damping = FIRST_DAMPING
+        self.refined, self.sized = False, sized
         self.share = bool(state.rotors[0, 0, GENERATION] == 2)  # of hits from one direction
-        if self.share:
-            self.damping, self.least_damping = FIRST_DAMPING, LEAST_DAMPING
+        self.least_damping = LEAST_DAMPING if self.share else FIRST_DAMPING
+        first = FIRST_DAMPING if self.share else 0.0
+        # Of each control point of the recordings, in the last step.
+        self.damping = [np.full(len(one.trajectory.control), first) for one in recordings]
         self.weighed = False  # the sensors' noise remains as it is
         self.parts: list[Reduced] = []  # the recordings, in the last step
         self.others: Floats | float = 0.0  # as in `Joint`, in the last step
@@ -229,6 +245,7 @@ class _Search:
             rounds,
             self.ups,
             others=self.others,
+            begins=sum(map(pull_of_begins, self.recordings, sums, self.parts)),
         )
 
     def without_bias(self, found: Joint) -> Joint:
@@ -328,16 +345,18 @@ class _Search:
         and by how much the cost falls.
 
         The step without damping shows whether the search has come to its end: a damped one is small
-        anywhere. It can fail even there, where few hits determine an end of a trajectory.
+        anywhere. It can fail even there, where few hits determine an end of a trajectory. So it is
+        damped where it fails, and all else, the global unknowns too, where that does not help.
         """
         before, old = self.state, [replace(one) for one in self.recordings]
         down, pull, _ = gravity_equations(self.state, self.of, self.ups)
-        cost, known, damping = self._cost(), 1 / self.working**2, 0.0
+        cost, known, tries = self._cost(), 1 / self.working**2, 0
+        damping = [np.zeros_like(own) for own in self.damping]
         plain: tuple[Floats, Floats, Floats] | None = None
         while True:
             parts = [
-                reduced(own, one.trajectory, one.noise, damping)
-                for own, one in zip(sums, old, strict=True)
+                reduced(own, one.trajectory, one.noise, np.repeat(its, POSE))
+                for own, one, its in zip(sums, old, damping, strict=True)
             ]
             more = [
                 one.by_lengths(before, self.of, part) for one, part in zip(old, parts, strict=True)
@@ -346,7 +365,7 @@ class _Search:
             S = others + np.sum([part.S for part in parts], axis=0)
             h = pull + np.sum([own.h for own in parts] + [own[1] for own in more], axis=0)
             M = S + np.diag(known)
-            M[np.diag_indices(len(M))] *= 1 + damping
+            M[np.diag_indices(len(M))] *= 1 + min(its.min() for its in damping)
             step = -solved(M, h + known * before.values)
             if plain is None:
                 plain, self.parts, self.others = (S, h, step), parts, others
@@ -354,11 +373,14 @@ class _Search:
             for one, part, then in zip(self.recordings, parts, old, strict=True):
                 one.trajectory = then.trajectory
                 one.move(part.trajectory_step(step), self.state)
-            after = self._cost()
-            if not self.refined or after <= cost + LEAST_GAIN or damping > LARGEST_DAMPING:
+            after, largest = self._cost(), max(its.max() for its in damping)
+            if not self.refined or after <= cost + LEAST_GAIN or largest > LARGEST_DAMPING:
                 self.damping = damping
                 return *plain, cost - after
-            damping = max(10 * damping, self.damping / 10, self.least_damping)
+            tries += 1
+            every = self.share or tries > LOCAL
+            least = [np.maximum(own / 10, self.least_damping) for own in self.damping]
+            damping = more_damping(damping, least, old, self.recordings, every)
 
     def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:
         """Noise, and priors of `SIZED` groups, as large as the hits show; S and h at these

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.stats import chi2, f
 
 from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.begins import pull_of_begins
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import GROUPS, NEARLY_KNOWN, Priors
@@ -21,6 +22,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     linearised,
     reduced,
     solved,
+    stretch,
     sweeps_of,
     weights,
 )
@@ -48,15 +50,16 @@ class _Part:
 
 @dataclass(frozen=True)
 class Piece:
-    """Normal equations S, h of a piece of a recording, its trajectory eliminated, and its sweeps by
-    station."""
+    """Normal equations S, h of a piece of a recording, its trajectory eliminated, the covariance
+    of h, and its sweeps by station."""
 
     S: Floats
     h: Floats
+    pull: Floats
     sweeps: np.ndarray
 
 
-def _part(found: Joint, S: Floats, h: Floats, station: int) -> _Part | None:
+def _part(found: Joint, S: Floats, h: Floats, pull: Floats, station: int) -> _Part | None:
     """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole, as
     that is by other data; None where these do not determine the pose of the station."""
     scale = found.of.group == GROUPS.index("scale")
@@ -72,7 +75,7 @@ def _part(found: Joint, S: Floats, h: Floats, station: int) -> _Part | None:
     if not 0 < variances[0] <= variances[-1] < UNDETERMINED:
         return None
     step = -M @ (h + known * np.where(scale, 0.0, found.state.values))
-    return _Part(step, M * known, M @ S @ M)
+    return _Part(step, M * known, M @ pull @ M)
 
 
 def others_of(found: Joint, station: int) -> np.ndarray:
@@ -110,12 +113,17 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
     for k in range(PIECES):
         chosen = piece == k
         own = chosen[one.sweeps.sweep]
-        at, of = (sweeps_of(one.seen, chosen), one.trajectory, found.state), found.of
+        seen, path, more = sweeps_of(one.seen, chosen), one.trajectory, one.more(found.of)
+        if more is None and chosen.any():
+            seen, path = stretch(seen, path)
         hit, held = weight.hit[own], weight.held[chosen]
-        sums = linearised(*at, one.residual[own], hit, of, one.more(of), held)
-        without = reduced(sums, one.trajectory, noise)
-        h = without.h + by_bends(without, one.trajectory, noise)
-        pieces.append(Piece(without.S, h, count[k]))
+        at = seen, path, found.state
+        sums = linearised(*at, one.residual[own], hit, found.of, more, held)
+        without = reduced(sums, path, noise)
+        h = without.h + by_bends(without, path, noise)
+        its = replace(one, sweeps=seen.sweeps, noise=noise)
+        pull = without.S + pull_of_begins(its, sums, without)
+        pieces.append(Piece(without.S, h, pull, count[k]))
     return pieces
 
 
@@ -133,9 +141,9 @@ def _scatter(
     for piece in pieces:
         if _fewest(piece.sweeps, station) < FEWEST_OF_PIECE:
             continue
-        size, axes = np.linalg.eigh(_scaled(piece.S[np.ix_(rows, rows)]))
+        size, axes = np.linalg.eigh(_scaled(piece.pull[np.ix_(rows, rows)]))
         clear = size > WEAK * size[-1]
-        pull = (piece.h + piece.S @ step)[rows] / np.sqrt(np.diag(piece.S)[rows])
+        pull = (piece.h + piece.S @ step)[rows] / np.sqrt(np.diag(piece.pull)[rows])
         total += float(np.sum((pull @ axes)[clear] ** 2 / size[clear]))
         freedom += int(clear.sum())
     return total, freedom
@@ -187,8 +195,11 @@ def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
         fewest = (_fewest(np.sum([p.sweeps for p in own], axis=0), station) for own in sides)
         if min(fewest) < FEWEST_SWEEPS:
             continue
-        S, h = ([np.sum([getattr(p, name) for p in own], axis=0) for own in sides] for name in "Sh")
-        a, b = (_part(found, S[i], h[i], station) for i in (0, 1))
+        S, h, pull = (
+            [np.sum([getattr(p, name) for p in own], axis=0) for own in sides]
+            for name in ("S", "h", "pull")
+        )
+        a, b = (_part(found, S[i], h[i], pull[i], station) for i in (0, 1))
         if a is None or b is None:
             continue
         apart[k] = _apart(found, a, b, same, station)
@@ -216,16 +227,18 @@ def predicted(found: Joint, priors: Priors) -> list[list[Halves | None]]:
     state, of = found.state, found.of
     parts = []
     for one in found.recordings:
-        own = reduced(one.sums(state, of), one.trajectory, one.noise)
-        parts.append(replace(own, h=own.h + by_bends(own, one.trajectory, one.noise)))
-    S, h = sum(part.S for part in parts), sum(part.h for part in parts)
+        sums = one.sums(state, of)
+        without = reduced(sums, one.trajectory, one.noise)
+        h = without.h + by_bends(without, one.trajectory, one.noise)
+        parts.append((without.S, h, without.S + pull_of_begins(one, sums, without)))
+    S, h, pull = (np.sum(column, axis=0) for column in zip(*parts, strict=True))
     zero = _of_one(found, priors)
     apart: list[list[Halves | None]] = []
     for station in range(1, len(state.R)):
         apart.append([])
         for own in parts:
-            alone = _part(found, own.S, own.h, station)
-            others = _part(found, S - own.S, h - own.h, station)
+            alone = _part(found, *own, station)
+            others = _part(found, S - own[0], h - own[1], pull - own[2], station)
             pair = None
             if alone is not None and others is not None:
                 pair = replace(_apart(found, alone, others, zero, station), recordings=True)

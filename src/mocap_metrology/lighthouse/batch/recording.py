@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.batch.solve import (
 )
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import Hits, Inertial
+from mocap_metrology.lighthouse.records import Clock, Hits, Inertial
 
 LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
 
@@ -36,12 +36,13 @@ LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
 @dataclass(frozen=True)
 class Given:
     """Of a recording: hits of all stations, a trajectory near the board's, sensors on it, and
-    lengths that were measured meanwhile."""
+    lengths that were measured meanwhile; clocks: of the stations."""
 
     hits: Hits
     trajectory: Trajectory
     inertial: Inertial | None = None
     lengths: tuple[KnownLength, ...] = ()
+    clocks: tuple[Clock | None, ...] = ()
 
     def windows(self) -> Windows | None:
         """What is used of its sensors."""
@@ -81,6 +82,7 @@ class Recording:
     lengths: tuple[LengthView, ...] = ()
     share: Floats | None = None  # of the hits, where they share errors by direction
     tau_rad: float = 0.0  # standard deviation of these
+    clocks: tuple[Clock | None, ...] = ()  # of the stations
 
     def move(self, step: Floats, state: State) -> None:
         """Add a step to the control points, and take other values of all else."""
@@ -161,7 +163,9 @@ def recording(given: Given, state: State) -> Recording:
     seen = view(sweeps, given.trajectory)
     off = residuals(seen, given.trajectory, state)
     lengths = tuple(LengthView.of(known, given.trajectory) for known in given.lengths)
-    return Recording(sweeps, given.trajectory, seen, Noise(np.inf, np.inf), off, lengths=lengths)
+    none, clocks = Noise(np.inf, np.inf), given.clocks
+    own = sweeps, given.trajectory, seen, none, off
+    return Recording(*own, lengths=lengths, clocks=clocks)
 
 
 def _spread(values: np.ndarray) -> float:

@@ -12,7 +12,7 @@ board have an S and h each, which are simply added.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
@@ -62,6 +62,14 @@ def sweeps_of(seen: View, chosen: np.ndarray) -> View:
     first = np.append(0, np.cumsum(np.diff(seen.sweeps.first)[chosen]))
     own = Sweeps(seen.sweeps.hits.take(hit), first)
     return View(own, seen.who[hit], seen.basis[hit], seen.turned[hit])
+
+
+def stretch(seen: View, trajectory: Trajectory) -> tuple[View, Trajectory]:
+    """Likewise through the control points alone that the hits touch: the others, of which only the
+    bends are known, go straight on at no cost."""
+    low, high = seen.who[:, 3].min(), seen.who[:, 3].max() + 4
+    own = replace(trajectory, control=trajectory.control[low:high])
+    return replace(seen, who=seen.who - np.array([0, 0, 0, low])), own
 
 
 def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
@@ -282,8 +290,11 @@ def known_of(
     return band, g
 
 
-def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0.0) -> Reduced:
-    """The trajectory eliminated; raises LinAlgError where it is not determined."""
+def reduced(
+    sums: Sums, trajectory: Trajectory, noise: Noise, damping: Floats | float = 0.0
+) -> Reduced:
+    """The trajectory eliminated, damping (6 K,) times the diagonal added; raises LinAlgError where
+    it is not determined."""
     variance = noise.hit**2
     band, g = known_of(trajectory, sums.more, noise.hit)
     band, g = sums.band + band, sums.g + g

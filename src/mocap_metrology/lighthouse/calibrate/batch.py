@@ -195,15 +195,16 @@ def joint(
     scene: Scene,
     still: Sequence[Measurements] | None = None,
     near: Start | None = None,
+    first: Joint | None = None,
 ) -> tuple[Joint, str]:
     """The joint estimate behind `by_batch`, and a note on what was left out; raises as that.
-    near: where it starts, if that is known."""
+    near: where it starts, if that is known; first: what `fits.explored` returned from there."""
     with determined(scene.title):
         if still is None:
             near = near or start(scene)
-            if scene.generation == 1:
+            if scene.generation == 1 and first is None:
                 near = facing(scene, *near)
-            found, note = well_fitted(scene, *near)
+            found, note = well_fitted(scene, *near, first)
         else:
             hits, trajectory, poses, note = still_start(scene, still)
             hits, trajectory, poses = facing(scene, hits, trajectory, poses)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import ndimage
 
 from mocap_metrology.lighthouse.batch import inertial
-from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint, estimate
+from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint, completed, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, rms_by
 from mocap_metrology.lighthouse.batch.problem import State
 from mocap_metrology.lighthouse.batch.recording import Given, Recording
@@ -48,25 +48,41 @@ def fitted(
 ) -> Joint:
     """One estimate from there, whatever fits badly; sized, near, rounds: as in `estimate`."""
     R, t = zip(*poses_of(near) if near else poses, strict=True)
-    given = [Given(hits, trajectory, scene.sensors.inertial, scene.sensors.lengths)]
+    its = scene.sensors
+    given = [Given(hits, trajectory, its.inertial, its.lengths, its.clocks)]
     how = scene.rotors, scene.board, scene.used_priors, scene.known_pose
     return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 
 
 def without_bad_diodes(
-    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+    scene: Scene,
+    hits: Hits,
+    trajectory: Trajectory,
+    poses: Sequence[Pose],
+    first: Joint | None = None,
 ) -> tuple[Joint, str]:
-    """The estimate without diodes whose hits the others contradict, and a note of these."""
-    out: list[int] = []
-    found, scene, why = if_they_agree(scene, lambda own: renewed(own, hits, trajectory, poses))
+    """The estimate without diodes whose hits the others contradict, and a note of these; first:
+    what `explored` returns, where it was called before."""
+
+    def estimate_of(own: Scene) -> Joint:
+        known = first if own is scene else None
+        return completed(known or explored(own, hits, trajectory, poses))
+
+    found, _, why = if_they_agree(scene, estimate_of)
+    out = np.setdiff1d(hits.diode, found.recordings[0].sweeps.hits.diode)
+    return found, noted(out.tolist(), why)
+
+
+def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
+    """The estimate by priors as they are, with its bias: `bridged`, and without diodes whose hits
+    the others contradict."""
     for _ in range(RENEWALS):
+        found = bridged(scene, fitted(scene, hits, trajectory, poses, sized=True), hits)
         worst = bad_diodes(found)[:1]
         if not worst.size:
-            break
+            return found
         hits = hits.take(hits.diode != worst)
-        found = renewed(scene, hits, trajectory, poses)
-        out += worst.tolist()
-    return found, noted(out, why)
+    return bridged(scene, fitted(scene, hits, trajectory, poses, sized=True), hits)
 
 
 def noted(out: Sequence[int], why: str) -> str:
@@ -119,30 +135,17 @@ def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
     return worst[:1] if n - worst.size < MANY_DIODES else worst
 
 
-def renewed(
-    scene: Scene,
-    hits: Hits,
-    trajectory: Trajectory,
-    poses: Sequence[Pose],
-    *,
-    sized: bool = False,
-) -> Joint:
-    """The estimate, `bridged`."""
-    found = fitted(scene, hits, trajectory, poses, sized=sized)
-    return bridged(scene, found, hits, sized=sized)
-
-
-def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool = False) -> Joint:
+def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
     """Stretches of an estimate that fit badly begin anew from their neighbours while that helps,
     and sweeps of those that remain far worse than others are left out, where they are so
-    themselves."""
+    themselves; by priors as they are."""
     hits = found.recordings[0].sweeps.hits if hits is None else hits
     few_wrong = scene.generation == 2
     for _ in range(RENEWALS):
         again = bridged_trajectory(found.recordings[0], few_wrong)
         if again is None:
             break
-        then = fitted(scene, hits, again, poses_of(found), sized=sized)
+        then = fitted(scene, hits, again, poses_of(found), sized=True)
         if not then.converged or _misfit(then) >= _misfit(found):
             break
         found = then
@@ -152,7 +155,7 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None, *, sized: bool
     bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
     if not bad.any():
         return found
-    then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, poses_of(found), sized=sized)
+    then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, poses_of(found), sized=True)
     return then if then.converged else found
 
 
@@ -210,15 +213,16 @@ def facing(
     scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
 ) -> tuple[Hits, Trajectory, list[Pose]]:
     """Without hits of diodes that light cannot reach, or grazes, where their normals are known:
-    those are reflections, or of an unknown cover. By a first estimate."""
+    those are reflections, or of an unknown cover. By a first estimate, and by one without most."""
     if (normals := scene.sensors.normals) is None:
         return hits, trajectory, list(poses)
     uncovered = replace(scene, sensors=replace(scene.sensors, normals=None))
-    found = fitted(uncovered, hits, trajectory, poses, sized=True)
-    one = found.recordings[0]
-    hits = one.sweeps.hits
-    kept = hits.take(~grazing(hits, one.trajectory, found.state, normals))
-    return kept, one.trajectory, poses_of(found)
+    for _ in range(2):
+        found = fitted(uncovered, hits, trajectory, poses, sized=True)
+        one, poses = found.recordings[0], poses_of(found)
+        hits, trajectory = one.sweeps.hits, one.trajectory
+        hits = hits.take(~grazing(hits, trajectory, found.state, normals))
+    return hits, trajectory, list(poses)
 
 
 def grazing(hits: Hits, path: Trajectory, state: State, normals: np.ndarray) -> np.ndarray:

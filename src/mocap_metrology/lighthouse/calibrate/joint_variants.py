@@ -20,7 +20,7 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
 from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, start
-from mocap_metrology.lighthouse.calibrate.fits import facing, poses_of, renewed
+from mocap_metrology.lighthouse.calibrate.fits import explored, facing
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
@@ -36,33 +36,35 @@ from mocap_metrology.lighthouse.calibrate.variants import (
 def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     """The ranking of all variants, and the joint estimate by the best of them with its note.
 
-    The variant that is best a step after a first fit is estimated in full, and all are fitted
-    from there; then that which is best now, if it is another.
+    The variant that is best a step after a first fit, which is by the fallback, is estimated in
+    full from there, and all are fitted; then that which is best now, if it is another. The noise is
+    that of the first fit, or of the full one by another variant.
     Raises `Refusal` where an estimate does not converge.
     """
     of = {name: replace(scene, variant=name) for name in NAMES}
     with determined(scene.title):
-        first = renewed(of[FALLBACK], *facing(of[FALLBACK], *start(of[FALLBACK])), sized=True)
-        hits = first.recordings[0].sweeps.hits
-        stepped = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES}
-    best = min(NAMES, key=lambda name: float(_cost(stepped[name]).sum()))
+        near = facing(of[FALLBACK], *start(of[FALLBACK]))
+        first = explored(of[FALLBACK], *near)
+        others = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES[1:]}
+    begun = {FALLBACK: first} | others
+    best = min(NAMES, key=lambda name: float(_cost(begun[name]).sum()))
     found: dict[str, tuple[Joint, str]] = {}
     while best not in found:
-        near = stepped[best].recordings[0].trajectory
-        found[best] = joint(of[best], near=(hits, near, poses_of(stepped[best])))
-        weighed = weighed_stations(of, found[best][0])[0]
+        found[best] = joint(of[best], near=near, first=begun[best])
+        known = begun if best == FALLBACK else dict.fromkeys(of, found[best][0])
+        weighed = weighed_stations(of, known)[0]
         best = next(one.variant for one in weighed if one.standing == "chosen")
     return weighed, found[best]
 
 
-def weighed_stations(of: Mapping[str, Scene], found: Joint) -> list[list[Weighed]]:
-    """All variants of each station but the first, from an estimate by one of them and with its
-    noise; raises as `best_joint`."""
-    fits: list[list[Fit]] = [[] for _ in found.state.R[1:]]
+def weighed_stations(of: Mapping[str, Scene], found: Mapping[str, Joint]) -> list[list[Weighed]]:
+    """All variants as the pose of each station but the first has them, each from an estimate with
+    the noise of the same fit; raises as `best_joint`."""
+    fits: list[list[Fit]] = [[] for _ in next(iter(found.values())).state.R[1:]]
     for name, scene in of.items():
         what = f"{scene.title}, variant {name}"
         with determined(what):
-            by_it = with_rotors(found, scene.rotors)
+            by_it = with_rotors(found[name], scene.rotors)
         for k, own in enumerate(fits, start=1):
             own.append(_fit(name, by_it.sure(what), k))
     return [weigh(own) for own in fits]

@@ -11,7 +11,14 @@ from mocap_metrology.lighthouse.batch.problem import More, Priors
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
-from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Inertial, Measurements
+from mocap_metrology.lighthouse.records import (
+    ROLES,
+    Clock,
+    Factory,
+    Hits,
+    Inertial,
+    Measurements,
+)
 from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
 
 NAME = "batch"
@@ -41,12 +48,14 @@ UNKNOWN_SD = np.stack(
 class Sensors:
     """Data that are used besides hits: gyroscope and accelerometer of the board, and the way up in
     the frame of each station (stations, 3), NaN where it is unknown; lengths that were measured in
-    the room; normals (n, 3) of the diodes, whose cover then is an unknown."""
+    the room; normals (n, 3) of the diodes, whose cover then is an unknown; clocks of the stations,
+    where the recording tells them."""
 
     inertial: Inertial | None = None
     ups: np.ndarray | None = None
     lengths: tuple[KnownLength, ...] = ()
     normals: np.ndarray | None = None
+    clocks: tuple[Clock | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -130,6 +139,7 @@ class Scene:
                 self.sensors,
                 ups=None if ups is None else ups[list(members)],
                 lengths=tuple(own.among(members) for own in self.sensors.lengths),
+                clocks=tuple(self.sensors.clocks[k] for k in members if self.sensors.clocks),
             ),
             names=[self.names[k] for k in members],
         )

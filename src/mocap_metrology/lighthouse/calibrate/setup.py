@@ -227,7 +227,7 @@ def _by_variant(
     while best not in found:
         found[best] = _together(of[best], scenes, pieces)
         if len(names) > 1:
-            ways = weighed_stations(of, found[best])
+            ways = weighed_stations(of, dict.fromkeys(of, found[best]))
             best = next(way.variant for way in ways[0] if way.standing == "chosen")
     joined = found[best]
     if scene.generation == 2:
@@ -249,7 +249,9 @@ def _together(scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[_Piece
         )
         series = None if one.sensors is None else one.sensors.windows.series
         lengths = tuple(length.known for length in one.lengths)
-        given.append(Given(hits, one.trajectory.seen_from(*frame), series, lengths))
+        clocks = dict(zip(piece.members, one.clocks, strict=False))
+        of_all = tuple(clocks.get(k) for k in range(len(scene.names)))
+        given.append(Given(hits, one.trajectory.seen_from(*frame), series, lengths, of_all))
     R, t = zip(*(poses[k] for k in range(len(scene.names))), strict=True)
     with determined(scene.title):
         how = scene.rotors, scene.board, scene.used_priors

@@ -138,11 +138,11 @@ def _best(
         return scene, given, []
     of = {name: replace(scene, variant=name) for name in OF_PLANES}
     try:
-        ways = weighed_stations(of, given[0])
+        ways = weighed_stations(of, dict.fromkeys(of, given[0]))
         best = next(way.variant for way in ways[0] if way.standing == "chosen")
         if best != scene.variant:
             given = refitted(of[best], given[0]), given[1]
-            ways = weighed_stations(of, given[0])
+            ways = weighed_stations(of, dict.fromkeys(of, given[0]))
     except Refusal:  # the other variant fits no better than not at all
         return scene, given, []
     return of[best], given, ways

@@ -51,14 +51,29 @@ BAD_DIODE = 2.0  # its rms residual over the median of all; of good ones at most
 
 
 def well_fitted(
-    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+    scene: Scene,
+    hits: Hits,
+    trajectory: Trajectory,
+    poses: Sequence[Pose],
+    first: Joint | None = None,
 ) -> tuple[Joint, str]:
-    """The estimate from there, and a note on what was left out."""
+    """The estimate from there, and a note on what was left out; first: what `explored` returns of
+    stations of the first generation, where it was called before."""
     if scene.generation != 2:
-        return without_bad_diodes(scene, hits, trajectory, poses)
+        return without_bad_diodes(scene, hits, trajectory, poses, first)
     found, scene, why = if_they_agree(
-        scene, lambda own: bridged(own, _followed(own, hits, trajectory, poses), sized=True)
+        scene, lambda own: bridged(own, _first(own, hits, trajectory, poses))
     )
+    found, out = _without_bad(scene, hits, found)
+    finer = _followed(scene, hits, found, out)
+    if finer is not found:  # where the board was not followed, good diodes can look bad
+        found, out = _without_bad(scene, hits, finer)
+    good = _gated(scene, hits, found, FINE_RAD, out)
+    return fitted(scene, good, found.recordings[0].trajectory, near=found), noted(out, why)
+
+
+def _without_bad(scene: Scene, hits: Hits, found: Joint) -> tuple[Joint, list[int]]:
+    """An estimate without diodes that the others contradict, and these."""
     out: list[int] = []
     for _ in range(RENEWALS + 1):
         near = found.recordings[0].trajectory
@@ -68,8 +83,7 @@ def well_fitted(
         if not worst.size:
             break
         out += worst.tolist()
-    good = _gated(scene, hits, found, FINE_RAD, out)
-    return fitted(scene, good, found.recordings[0].trajectory, near=found), noted(out, why)
+    return found, out
 
 
 def _thinned(hits: Hits, trajectory: Trajectory) -> Hits:
@@ -79,18 +93,23 @@ def _thinned(hits: Hits, trajectory: Trajectory) -> Hits:
     return hits if each == 1 else hits.take(hits.cycle % each == 0)
 
 
-def _followed(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
-    """A first estimate, by knots that follow the board."""
+def _first(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
+    """A first estimate, without what is far off."""
     bare = replace(scene, sensors=replace(scene.sensors, normals=None))
     few = _thinned(hits, trajectory)
     found = fitted(bare, few, trajectory, poses, sized=True, rounds=ROUGH)
     if (again := bridged_trajectory(found.recordings[0], True)) is not None:
         found = fitted(bare, few, again, poses_of(found), sized=True, rounds=ROUGH)
     good, trajectory = _gated(scene, few, found, COARSE_RAD), found.recordings[0].trajectory
-    found = fitted(scene, good, trajectory, poses_of(found), sized=True)
+    return fitted(scene, good, trajectory, poses_of(found), sized=True)
+
+
+def _followed(scene: Scene, hits: Hits, found: Joint, out: Sequence[int]) -> Joint:
+    """An estimate by knots that follow the board; itself where its own do."""
+    trajectory = found.recordings[0].trajectory
     while trajectory.knot_s > 2 * FINEST_S and not trajectory.still:
         trajectory = found.recordings[0].trajectory.halved()
-        good = _gated(scene, _thinned(hits, trajectory), found, COARSE_RAD)
+        good = _gated(scene, _thinned(hits, trajectory), found, COARSE_RAD, out)
         if len(good) < FEWEST * POSE * len(trajectory.control):
             break
         then = fitted(scene, good, trajectory, near=found, sized=True)

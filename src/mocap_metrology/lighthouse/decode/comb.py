@@ -13,6 +13,8 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.decode.wander import wander
 from mocap_metrology.lighthouse.records import Clock, Flashes
 from mocap_metrology.lighthouse.timing import CODE_0_S, CODE_STEP_S, CYCLE_S, SLAVE_OFFSET_S
 
@@ -22,7 +24,6 @@ EVENT_S = 42e-6  # late edges of dim diodes belong to the flash before; the othe
 BIN_S = 25e-6
 FEWEST_FLASHES = 12  # in a row, at which libsurvive believes a station; here in all
 MEDIAN_OF = 9  # flashes of one rotor
-HALF_WINDOWS = (2, 3, 5, 8, 13, 21, 34, 55, 89)  # turns to each side of a rotor
 # Codes without data bit, of a master's four cycles; a slave has the laser on where the master's is
 # off, and a station alone has it always on.
 TIME_SHARING = np.array([4, 5, 0, 1])
@@ -155,78 +156,29 @@ def drift(cycle: np.ndarray, residual: np.ndarray, at: np.ndarray) -> np.ndarray
     return result
 
 
-def begin_of_cycles(flashes: Flashes, cycle: np.ndarray, resolution_s: float) -> np.ndarray:
-    """When the given cycles of a station begin, seconds.
+def begin_of_cycles(
+    flashes: Flashes, cycle: np.ndarray, time_s: Floats, resolution_s: float
+) -> Floats:
+    """When the given cycles of a station begin, seconds, as its rotors are at these times in them.
 
-    The clock line; and where the rotors wander about it, by more than the resolution of the
-    recording can feign, a smooth curve through the flashes of each rotor. Each of the two rotors of
-    a station is held by a loop of its own, and its flashes follow it: in a real recording the line
-    leaves 0.6 and 1.2 us (0.2 and 0.5 mrad) that all diodes of a sweep share, the curve 0.06 us.
-    The curve is a local straight line (Cleveland 1979, uniform weights) over as many turns as
-    predict the flash left out best; even and odd cycles are the two rotors.
+    The clock line, and where the rotors wander about it (`decode.wander`), by more than the
+    resolution of the recording can feign, what they are late by. Each of the two rotors of a
+    station is held by a loop of its own, and its flashes follow it: in a real recording the line
+    leaves 1.4 to 2.2 us (0.5 to 0.8 mrad) that all diodes of a sweep share. Even and odd cycles are
+    the two rotors.
     """
-    cycle = np.asarray(cycle)
-    begin = flashes.clock.start(cycle)
+    clock = flashes.clock
+    begin = clock.start(cycle)
+    passed = (time_s - clock.epoch_s) / clock.cycle_s
     for rotor in (0, 1):
         own = flashes.cycle % 2 == rotor
         wanted = cycle % 2 == rotor
         if np.count_nonzero(own) < FEWEST_FLASHES or not wanted.any():
             continue
-        residual = flashes.time_s[own] - flashes.clock.start(flashes.cycle[own])
-        turn = flashes.cycle[own] // 2
-        half_window = _choose_half_window(turn, residual, resolution_s)
-        if half_window is not None:
-            begin[wanted] += _curve(turn, residual, cycle[wanted] // 2, half_window)
+        residual = flashes.time_s[own] - clock.start(flashes.cycle[own])
+        late, _ = wander(flashes.cycle[own] // 2, residual, resolution_s)
+        begin[wanted] += late((passed[wanted] - rotor) / 2)
     return begin
-
-
-def wander(turn: np.ndarray, residual: np.ndarray, resolution_s: float) -> np.ndarray:
-    """Smooth curve through the residuals of a rotor at its turns, as in `begin_of_cycles`: zero
-    where a line is as good."""
-    half_window = _choose_half_window(turn, residual, resolution_s)
-    return residual * 0.0 if half_window is None else _curve(turn, residual, turn, half_window)
-
-
-def _choose_half_window(turn: np.ndarray, residual: np.ndarray, resolution_s: float) -> int | None:
-    """Widest window whose error for the flash left out is within 3 % of the least; None: the line
-    is as good, or what is left could be quantisation, which a curve must not follow."""
-    spread = MAD_TO_SIGMA * float(np.median(np.abs(residual)))
-    if spread < 0.5 * resolution_s:
-        return None
-    errors = [spread]
-    for half_window in HALF_WINDOWS[::-1]:
-        left_out = residual - _curve(turn, residual, turn, half_window, leave_out=True)
-        errors.append(MAD_TO_SIGMA * float(np.median(np.abs(left_out))))
-    widest = int(np.argmax(np.array(errors) <= 1.03 * min(errors)))
-    return None if widest == 0 else HALF_WINDOWS[::-1][widest - 1]
-
-
-def _curve(
-    turn: np.ndarray,
-    residual: np.ndarray,
-    at: np.ndarray,
-    half_window: int,
-    leave_out: bool = False,
-) -> np.ndarray:
-    """Local straight line at the turns `at`, which when `leave_out` are those of the data."""
-    low = np.searchsorted(turn, at - half_window)
-    high = np.searchsorted(turn, at + half_window, side="right")
-
-    def inside(values: np.ndarray) -> np.ndarray:
-        total = np.concatenate([[0.0], np.cumsum(values)])
-        return total[high] - total[low]
-
-    x = (turn - turn[0]).astype(np.float64)
-    here = (at - turn[0]).astype(np.float64)
-    n, sx, sxx = inside(np.ones(turn.size)), inside(x), inside(x * x)
-    sy, sxy = inside(residual), inside(x * residual)
-    sxx, sx, sxy = sxx - 2 * here * sx + here**2 * n, sx - here * n, sxy - here * sy
-    if leave_out:
-        n, sy = n - 1, sy - residual
-    det = n * sxx - sx * sx
-    straight = (n >= 4) & (det > 1e-9)
-    mean = np.divide(sy, n, out=np.zeros(at.size), where=n > 0)
-    return np.divide(sxx * sy - sx * sxy, det, out=mean, where=straight)
 
 
 def steps_of(length_s: np.ndarray) -> np.ndarray:

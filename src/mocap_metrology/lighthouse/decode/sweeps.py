@@ -66,8 +66,7 @@ def _sweeps_of(
     chosen = _gate_width(chosen, cycle, pulses, fate)
     fate[chosen] = HIT
     cycle, code, middle = cycle[chosen], code[chosen], middle[chosen]
-    swept, which = np.unique(cycle, return_inverse=True)
-    begin = begin_of_cycles(flashes, swept, pulses.resolution_s)[which]
+    begin = begin_of_cycles(flashes, cycle, middle, pulses.resolution_s)
     return (
         np.full(chosen.size, flashes.station, np.int8),
         axis_of(code).astype(np.int8),

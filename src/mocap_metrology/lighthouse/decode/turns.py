@@ -2,7 +2,7 @@
 
 A station has one rotor. Its light carries its place in the turn, from which a receiver computes
 when the turn began, but with 20 to 60 urad of noise: so a turn is timed by the line through many
-begins and the slow wander about it, never by a single one. Turns of two stations slide through each
+begins and the swing about it, never by a single one. Turns of two stations slide through each
 other.
 
 Periods by channel: crazyflie-firmware, `pulse_processor_v2.c`; angles of the planes likewise, and
@@ -17,8 +17,9 @@ import numpy as np
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
-from mocap_metrology.lighthouse.decode.comb import fit_clock, wander
-from mocap_metrology.lighthouse.records import Clock, Hits, Inertial, Pulses
+from mocap_metrology.lighthouse.decode.comb import fit_clock
+from mocap_metrology.lighthouse.decode.wander import Late, wander
+from mocap_metrology.lighthouse.records import Hits, Inertial, Pulses, TurnClock
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 PERIOD_TICKS = (
@@ -63,15 +64,20 @@ class Turns:
     """Turns of a station: those with a begin, one each, rising."""
 
     channel: int
-    clock: Clock  # of turns
+    clock: TurnClock
     turn: np.ndarray  # from 0, missed ones counted
-    wander_s: np.ndarray  # slow deviation from the clock
+    late: Late  # off the clock
     bit: np.ndarray  # int8; -1 unknown
 
-    def begin(self, turn: np.ndarray) -> np.ndarray:
-        """Begin of turns in seconds; between known turns the wander is a straight line."""
-        found: np.ndarray = self.clock.start(turn) + np.interp(turn, self.turn, self.wander_s)
-        return found
+    def place(self, time_s: Floats) -> tuple[np.ndarray, Floats]:
+        """Turn at these times, and angle of the rotor in it, rad.
+
+        The rotor swings, so what it is late by is taken at the time, not at the begin of its turn:
+        half a turn later it can be 0.1 us more.
+        """
+        passed = (time_s - self.clock.epoch_s) / self.clock.cycle_s
+        turn = np.floor(passed).astype(np.int64)
+        return turn, 2 * np.pi * (passed - turn - self.late(passed) / self.clock.cycle_s)
 
 
 def find_turns(light: Light) -> tuple[list[Turns], list[str]]:
@@ -109,7 +115,9 @@ def _turns(channel: int, begin_s: Floats, bit: np.ndarray, resolution_s: float) 
     # A receiver that tells a begin with each plane tells it twice.
     known, first, which = np.unique(turn[used], return_index=True, return_inverse=True)
     mean = np.bincount(which, residual[used]) / np.bincount(which)
-    return Turns(int(channel), clock, known, wander(known, mean, resolution_s), bit[used][first])
+    late, its = wander(known, mean, resolution_s)
+    of_turns = TurnClock(**vars(clock), **vars(its))
+    return Turns(int(channel), of_turns, known, late, bit[used][first])
 
 
 def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, list[int]]]:
@@ -126,8 +134,7 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
     for index, one in enumerate(turns):
         own = np.flatnonzero(light.hit_channel == one.channel)
         time_s = light.hit_s[own]
-        turn[own] = np.floor((time_s - one.clock.epoch_s) / one.clock.cycle_s)
-        rotor = 2 * np.pi * (time_s - one.begin(turn[own])) / one.clock.cycle_s
+        turn[own], rotor = one.place(time_s)
         plane[own], good = _plane(rotor, time_s)
         angle[own] = rotor - PLANE_RAD[plane[own]]
         own = own[good & (np.abs(angle[own]) <= LARGEST_RAD)]

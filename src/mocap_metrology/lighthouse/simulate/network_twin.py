@@ -56,10 +56,10 @@ class NetworkTwin(Entry):
     """Noise of a sweep, the same for all diodes (SD)."""
     independent_urad: Annotated[float, Number(0, 1e4)] = 15.0
     """Noise of each hit (SD)."""
-    begin_ns: Annotated[float, Number(0, 1e4)] = 100.0
+    begin_ns: Annotated[float, Number(0, 1e4)] = 50.0
     """Noise of the begin of a turn as the receiver tells it (SD)."""
     wander_ns: Annotated[float, Number(0, 1e4)] = 250.0
-    """Slow wander of a rotor (rms)."""
+    """How far a rotor swings, with a period of 13 turns, before and behind its line (rms)."""
     place_mm: Annotated[float, Number(0, 10)] = 0.15
     """Errors of the board's file: of each coordinate of a diode (SD)."""
     cover: bool = True

@@ -1,20 +1,23 @@
 """A simulated recording of second-generation light: any number of stations, one object.
 
-Station s begins turn n at b + n T, plus a slow wander; its plane p meets a diode at the time t that
-solves t = begin + T (theta_p(x(t)) + 2 pi (1 + p) / 3) / 2 pi. Periods differ, so that the turns of
-two stations slide through each other; where two sweeps are on the object within `GROUP_S`, a
-receiver loses hits or gives them to the wrong station. Results are what a receiver reports, `Light`
-to be decoded like a recording's, or the lines of a libsurvive recording.
+The rotor of station s has made n turns at b + n T + z(n), z being how it swings. Its plane p meets
+a diode at the time t of n = k + (theta_p(x(t)) + 2 pi (1 + p) / 3) / 2 pi in turn k. Periods vary,
+so that the turns of two stations slide through each other; where two sweeps are on the object
+within `GROUP_S`, a receiver loses hits or gives them to the wrong station. Results are what a
+receiver reports, `Light` to be decoded like a recording's, or the lines of a libsurvive recording.
 """
 
 from __future__ import annotations
 
 import gzip
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
 
 from mocap_metrology.common.files import whole
 from mocap_metrology.common.types import Floats
@@ -30,7 +33,7 @@ from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 STATIONS, RECEIVER, NOISE, FAULTS = range(1, 5)  # streams of random numbers
 PERIOD_PPM = -3.0, 5.0  # mean and SD of a period about its nominal one
-WANDER_HZ = 0.03, 0.5  # of a rotor
+SWING = 13.0, 0.88  # turns, and what is left of it after one: of real rotors 12 to 15, 0.7 to 0.9
 GROUP_S = 170e-6  # hits within are one sweep to a receiver
 LOST, MIXED = 0.6, 0.1  # shares of the hits of two sweeps that collide
 REFRACTION = 1.5  # of the cover of a diode
@@ -98,8 +101,8 @@ class TurnsTwin:
     duration_s: float = 20.0
     common_urad: float = 15.0  # noise of a sweep
     independent_urad: float = 15.0  # of a hit
-    begin_ns: float = 100.0  # of a begin of a turn
-    wander_ns: float = 250.0  # rms of the wander of a rotor
+    begin_ns: float = 50.0  # of a begin of a turn as it is told: of real ones 15 to 120
+    wander_ns: float = 250.0  # rms of the swing of a rotor: of real ones 200 to 370
     clock_ppm: float = 2.0  # of the receiver
     place_mm: float = 0.15  # SD of each coordinate of a diode about the board's
     cover_mm: tuple[float, float] | None = None  # a, t: see `_seen_at`
@@ -138,13 +141,14 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
     begins, hits = [], []
     for s, channel in enumerate(twin.channels):
         begin_s, period_s = _begins(channel, twin.duration_s, rng)
-        wander = 1e-9 * twin.wander_ns * _wander(begin_s, rng)
-        told = begin_s + wander + 1e-9 * twin.begin_ns * noise.standard_normal(wander.size)
+        late = 1e-9 * twin.wander_ns * _swing(begin_s.size, rng)
+        told = begin_s + late + 1e-9 * twin.begin_ns * noise.standard_normal(late.size)
         frame = encode_frame2(factories[s], ids[s], channel, accel_of(twin.R[s].T @ twin.up))
-        bit = frame[(np.arange(wander.size) + rng.integers(frame.size)) % frame.size]
-        kept = noise.random(wander.size) >= twin.lost_begins
+        bit = frame[(np.arange(late.size) + rng.integers(frame.size)) % frame.size]
+        kept = noise.random(late.size) >= twin.lost_begins
         begins.append([np.full(kept.sum(), s), told[kept], bit[kept]])
-        hits.append(_hits(twin, s, begin_s + wander, period_s, factories[s], motion, places, noise))
+        rotor = Rotor(begin_s[0], period_s, CubicSpline(np.arange(late.size), late), late.size)
+        hits.append(_hits(twin, s, rotor, factories[s], motion, places, noise))
     station, diode, time_s, wrong = (np.concatenate(column) for column in zip(*hits, strict=True))
     if twin.collisions:
         faults = np.random.default_rng([twin.seed, FAULTS, twin.receiver, *again])
@@ -175,20 +179,38 @@ def _begins(channel: int, duration_s: float, rng: np.random.Generator) -> tuple[
     return np.arange(rng.uniform(-1, 0) * period, duration_s, period), float(period)
 
 
-def _wander(time_s: Floats, rng: np.random.Generator) -> Floats:
-    """Slow random function of rms 1."""
-    frequency = rng.uniform(*WANDER_HZ, 6)
-    phase = rng.uniform(0, 2 * np.pi, 6)
-    sines = np.sin(2 * np.pi * time_s[:, None] * frequency + phase)
-    total: Floats = sines.sum(axis=1) / 3**0.5
-    return total
+def _swing(n: int, rng: np.random.Generator) -> Floats:
+    """Autoregressive process of second order, of rms 1, at n turns."""
+    turns, decay = SWING
+    burn_in = round(10 / (1 - decay))
+    past = [1.0, -2 * decay * np.cos(2 * np.pi / turns), decay**2]
+    z = lfilter([1.0], past, rng.standard_normal(burn_in + n))[burn_in:]
+    variance = (1 + past[2]) / (1 - past[2]) / ((1 + past[2]) ** 2 - past[1] ** 2)
+    found: Floats = z / np.sqrt(variance)
+    return found
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """Of a station: turn n, or a part of one, is at begin_s + n period_s + late(n)."""
+
+    begin_s: float
+    period_s: float
+    late: Callable[[Floats], Floats]
+    turns: int
+
+    def time(self, turn: np.ndarray, angle: Floats) -> Floats:
+        """When it is at this angle of a turn."""
+        made = turn + angle / (2 * np.pi)
+        late = self.late(np.clip(made, 0, self.turns - 1))
+        found: Floats = self.begin_s + made * self.period_s + late
+        return found
 
 
 def _hits(
     twin: TurnsTwin,
     s: int,
-    begin_s: Floats,
-    period_s: float,
+    rotor: Rotor,
     factory: Factory,
     motion: Motion,
     places: Floats,
@@ -197,15 +219,15 @@ def _hits(
     """Station, diode, time of the hits of a station, and whether each is a reflection."""
     rows, n = parameters(factory, full=True), len(places)
     turn, plane, diode = (
-        x.ravel() for x in np.meshgrid(np.arange(begin_s.size), (0, 1), np.arange(n), indexing="ij")
+        x.ravel() for x in np.meshgrid(np.arange(rotor.turns), (0, 1), np.arange(n), indexing="ij")
     )
-    ahead, begin = PLANE_RAD[plane], begin_s[turn]
-    time_s = begin + period_s * ahead / (2 * np.pi)
+    ahead = PLANE_RAD[plane]
+    time_s = rotor.time(turn, ahead)
     for _ in range(ROUNDS):
         point, incidence = _seen_at(twin, s, time_s, diode, places, motion)
         angle = plane_angles(point, rows)[np.arange(plane.size), plane]
-        time_s = begin + period_s * (angle + ahead) / (2 * np.pi)
-    common = np.repeat(rng.standard_normal(2 * begin_s.size), n)
+        time_s = rotor.time(turn, angle + ahead)
+    common = np.repeat(rng.standard_normal(2 * rotor.turns), n)
     off = 1e-6 * (
         twin.common_urad * common + twin.independent_urad * rng.standard_normal(plane.size)
     )
@@ -220,7 +242,7 @@ def _hits(
     shift = rng.uniform(*REFLECTION_RAD, plane.size) * rng.choice([-1.0, 1.0], plane.size)
     off = off + np.where(reflected, shift, 0.0)
     kept = (direct & (rng.random(plane.size) >= twin.dropout)) | reflected
-    time_s = time_s + period_s * off / (2 * np.pi)
+    time_s = time_s + rotor.period_s * off / (2 * np.pi)
     return np.full(kept.sum(), s), diode[kept], time_s[kept], reflected[kept]
 
 

@@ -217,7 +217,7 @@ def _coarse(found: Diagnosis) -> list[Finding]:
 def _wanders(found: Diagnosis) -> list[Finding]:
     """Kinds of slow wander that the noise model has no coefficient of, and what is undecided."""
     return [
-        Finding(kind, name, one.at_s[-1] if kind == "cycle" else one.size_mm)
+        Finding(kind, name, one.at_s[-1] if kind == "cycle" else one.size_of(kind))
         for name, one in found.wanders.items()
         for kind in one.kinds
         if kind in CODES and kind not in CODE_OF.values()

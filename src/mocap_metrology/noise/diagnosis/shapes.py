@@ -13,13 +13,16 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 
 CONSTANTS = np.geomspace(0.005, 0.7, 20)  # of a warm-up, over the recording
+POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a straight line
 FINER = 8  # places a cycle of the search for one
 PLACE = 2  # parameters of a place in time, as it is searched among many
-SMOOTH, MOST_STEPS = (4, 8, 16, 32, 48), 8  # cosines of any other slow curve; steps
+SMOOTH = 4, 8, 16, 32, 48  # cosines of any other slow curve
+MOST_STEPS, MOST_BENDS = 8, 10
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
 SLOW = (0.3, 0.7)  # constants of the slower of two approaches, over the recording
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
-DWELL = 3.0  # blocks, of each of more than two levels
+DWELL = 3.0  # blocks, of each level
+LASTING = 0.2  # of what fades, that is left for good
 PARTS = 20  # of a curve, by whose steps it becomes faster or slower
 
 Columns = Callable[[float], Floats]
@@ -28,6 +31,7 @@ CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant
     "warm_up": lambda t, c: np.exp(-t / c),
     "accelerating": lambda t, c: np.exp((t - 1) / c),
     "creep": lambda t, c: np.log1p(15 * t / c),
+    "slowing": lambda t, c: t**c,
 }
 
 
@@ -75,7 +79,7 @@ class Shape:
         """Block and size of every change at once."""
         if not self.kinds & AT_ONCE:
             return []
-        if "fades" in self.kinds:  # a shift
+        if "fades" in self.kinds or (self.placed and len(self.at) == 1):  # beside a curve, too
             return [(int(self.at[0]), self.size(z))]
         steps = np.diff(self.curve(z)[1])
         found: list[tuple[int, float]] = []
@@ -89,7 +93,7 @@ class Shape:
 
 
 def on_line(shape: Shape, k: np.ndarray) -> Shape | None:
-    if not shape.kinds or shape.kinds & {"drift", "smooth", "accelerating"}:
+    if shape.kinds <= {"slowing"} or shape.kinds & {"drift", "smooth", "accelerating"}:
         return None
     both = np.vstack([_time(k), shape.columns])
     kinds = shape.kinds - {"slowing"} | {"drift"}
@@ -130,7 +134,8 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         yield _smooth(powers, z)
     for kind, curve in CURVES.items():
         for line in (False, True):
-            constant = _refined(z, t, partial(curve, t + 0.5), CONSTANTS, line)
+            among = POWERS if kind == "slowing" else CONSTANTS
+            constant = _refined(z, t, partial(curve, t + 0.5), among, line)
             kinds = {kind} if kind == "accelerating" else {kind, "slowing"}
             yield Shape(frozenset(kinds), curve(t + 0.5, constant)[None], 1)
     yield from _two_approaches(z, t)
@@ -173,6 +178,8 @@ def _refined(
         X = np.atleast_2d(columns(place))
         X = X - (X @ basis) @ basis.T
         b = X @ own
+        if len(X) == 1:
+            return -float(b[0] ** 2 / max(float(X[0] @ X[0]), 1e-300))
         return -float(b @ np.linalg.lstsq(X @ X.T, b, rcond=1e-9)[0])  # of the sum of squares
 
     best = int(np.argmin([rest(place) for place in grid]))
@@ -250,6 +257,8 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
     its trend, and the step of the largest difference, where noise wanders."""
     n = z.size
     t = np.arange(n)
+    apart = np.maximum(t - t[:, None], 1)
+    either = 1 / apart + 1 / (n - apart)  # of blocks inside and outside
     for own in (z - z.mean(), z - np.polyval(np.polyfit(time, z, 1), time)):
         total = np.concatenate([[0.0], np.cumsum(own)])
         at = np.arange(2, n - 1)
@@ -257,32 +266,33 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
         for begun in (at[np.argmax(gain)], 2 + np.argmax(np.abs(np.diff(own)[1:-1]))):
             for parts in ([t >= begun], [t == begun - 1, t >= begun], [t == begun, t > begun]):
                 columns = np.array(parts, float)  # two: of a block that it comes within
-                yield Shape(frozenset({"step"}), columns, PLACE, (float(begun),))
-        edges = np.unique(np.linspace(1, n - 1, min(n - 1, 120)).astype(int))
-        i, j = np.triu_indices(edges.size, 1)
-        a, b = edges[i], edges[j]
-        m = b - a
-        gain = (total[b] - total[a]) ** 2 * (1 / m + 1 / np.maximum(n - m, 1))
-        for best in np.argsort(gain)[-2:]:
-            first, last = _edges(total, int(a[best]), int(b[best]), n, n // 120 + 1)
-            inside = ((t >= first) & (t < last)).astype(float)
-            ends = [t == place for place in (first - 1, first, last - 1, last)]
-            for columns in (inside[None], np.vstack([inside, *ends])):  # blocks that it ends within
-                places = float(first), float(last)
-                main = -len(columns)
-                yield Shape(frozenset({"shift"}), columns, 2 * PLACE, places, main)
+                shape = Shape(frozenset({"step"}), columns, PLACE, (float(begun),))
+                first, *rest = shape.curve(z)[0]
+                if all(0 <= first * size <= size**2 for size in rest):  # else a spike
+                    yield shape
+        gain = np.triu((total[:n] - total[:n, None]) ** 2 * either, 1)
+        first, last = np.unravel_index(int(np.argmax(gain[1:])), gain[1:].shape) + np.array([1, 0])
+        inside = ((t >= first) & (t < last)).astype(float)
+        ends = [t == place for place in (first - 1, first, last - 1, last)]
+        for columns in (inside[None], np.vstack([inside, *ends])):  # blocks that it ends within
+            places = float(first), float(last)
+            yield Shape(frozenset({"shift"}), columns, 2 * PLACE, places, -len(columns))
 
 
 def _bends(z: Floats, t: Floats) -> Iterator[Shape]:
-    """Straight lines that meet at one to three places, each searched beside those before it."""
-    columns, places = np.array([np.ones(t.size), t]), np.linspace(-0.48, 0.48, 97)
-    hinges = np.maximum(t - places[:, None], 0.0)
-    for _ in range(3):
-        basis, _ = np.linalg.qr(columns.T)
-        own = hinges - (hinges @ basis) @ basis.T
-        gain = (own @ z) ** 2 / np.maximum((own**2).sum(axis=1), 1e-9)
-        columns = np.vstack([columns, hinges[int(np.argmax(gain))]])
-        yield _smooth(columns[1:], z, len(columns) - 2)
+    """Straight lines that meet at some places, each searched beside those before it."""
+    hinges = np.maximum(t - np.linspace(-0.48, 0.48, 97)[:, None], 0.0)
+    columns = np.array([np.ones(t.size), t])
+    for count in range(1, MOST_BENDS + 1):
+        columns = np.vstack([columns, np.zeros(t.size)])
+        again = range(2, count + 2) if count == MOST_BENDS else ()  # each beside all others
+        for place in (count + 1, *again):
+            columns[place] = 0.0
+            basis, _ = np.linalg.qr(np.delete(columns, place, axis=0).T)
+            own = hinges - (hinges @ basis) @ basis.T
+            gain = (own @ z) ** 2 / np.maximum((own**2).sum(axis=1), 1e-9)
+            columns[place] = hinges[int(np.argmax(gain))]
+        yield _smooth(columns[1:], z, count)
 
 
 def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator[Shape]:
@@ -312,31 +322,19 @@ def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator
         yield Shape(kinds | {kind}, columns[1:], PLACE * count, places, main, fixed - 1)
 
 
-def _edges(total: Floats, a: int, b: int, n: int, reach: int) -> tuple[int, int]:
-    i = np.arange(max(a - reach, 1), a + reach + 1)[:, None]
-    j = np.arange(b - reach, min(b + reach, n - 1) + 1)[None]
-    m = np.maximum(j - i, 1)
-    gain = np.where(j > i, (total[j] - total[i]) ** 2 * (1 / m + 1 / np.maximum(n - m, 1)), 0.0)
-    at = np.unravel_index(int(np.argmax(gain)), gain.shape)
-    return int(i[at[0], 0]), int(j[0, at[1]])
-
-
 def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
-    """Shifts at once that fade, by matched filters of some time constants."""
+    """Shifts at once that fade, wholly or in part, by matched filters of some time constants."""
+    from scipy.signal import lfilter
+
     n = z.size
     t = np.arange(n)
     own = z - np.median(z)
     gains = []
     for constant in np.geomspace(3, n / 5, 10):
         decay = math.exp(-1 / constant)
-        left = np.arange(n, 0, -1)
-        energy = (1 - decay ** (2 * left)) / (1 - decay**2)
-        passed, value = np.empty(n), 0.0
-        for place in range(n - 1, -1, -1):
-            value = own[place] + decay * value
-            passed[place] = value
-        best = int(np.argmax((passed**2 / energy)[1:])) + 1
-        gains.append((float(np.max((passed**2 / energy)[1:])), best))
+        energy = (1 - decay ** (2 * np.arange(n, 0, -1))) / (1 - decay**2)
+        gain = lfilter([1.0], [1.0, -decay], own[::-1])[::-1] ** 2 / energy
+        gains.append((float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1))
     start = max(gains)[1]
     for best in range(max(start - 1, 1), min(start + 2, n - 1)):
 
@@ -345,12 +343,14 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
 
         first = (t == best).astype(float)[None]  # a block that the shift begins within
         grid = np.geomspace(1, n / 5, 16)
-        constant = _refined(z, _time(k), fading, grid, line=False, beside=first)
-        both, places = (
-            np.vstack([first, fading(constant)]),
-            (float(best), min(best + 3 * constant, n - 1.0)),
-        )
-        yield Shape(frozenset({"shift", "fades"}), both, PLACE + 1, places)
+        for kind, beside in (("shift", first), ("step", np.vstack([t >= best, first]))):
+            constant = _refined(z, _time(k), fading, grid, line=False, beside=beside)
+            places = (float(best), min(best + 3 * constant, n - 1.0))[: 3 - len(beside)]
+            columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
+            shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
+            lasting, *_, faded = shape.curve(z)[0]
+            if kind == "shift" or abs(lasting) > LASTING * abs(faded):
+                yield shape
 
 
 def _levels(z: Floats) -> Iterator[Shape]:
@@ -375,7 +375,7 @@ def _levels(z: Floats) -> Iterator[Shape]:
         each = np.bincount(state) / np.maximum(np.bincount(state[changes], minlength=count), 1)
         if switches < SWITCHES or np.unique(state).size < count:
             return
-        if count > 2 and each.min() < DWELL:  # blocks on the way from one level to another
+        if each.min() < DWELL:  # blocks on the way from one level to another, or loud ones
             return
         kinds, dwell = {"levels"} | ({"two_levels"} if count == 2 else set()), n / (switches + 1)
         columns = (state == np.arange(1, count)[:, None]).astype(float)

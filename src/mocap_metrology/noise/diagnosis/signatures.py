@@ -2,13 +2,14 @@
 
 Block means z of a series (1000 at most) are explained by a shape and a noise, in one small library:
 
-* shapes: none, line, warm-up (exponential approach), creep (logarithm of time), exponential
-  departure, cycle, step, temporary shift, two to four levels; each also on a straight line; and any
-  other: powers, up to 48 half cosines, and up to eight steps, so that a curve which none of the
-  former describes is not taken for noise. Curves that go one way ever faster (`accelerating`) or
-  ever more slowly (`slowing`) are this, whatever their law;
+* shapes: none, line, warm-up (exponential approach), creep (logarithm of time), power of time,
+  exponential departure, cycle, step, temporary shift, either with recovery, two to four levels;
+  most also on a straight line; and any other: powers, up to 48 half cosines, ten bends of a
+  straight line and eight steps, so that a curve which none of the former describes is not taken for
+  noise. Curves that go one way ever faster (`accelerating`) or ever more slowly (`slowing`) are
+  this, whatever their law;
 * noises: white; with a random walk, flicker, or a Gauss-Markov term of at most a tenth of the
-  recording; with one of a quarter of a block, which is no slow wander.
+  recording; with one of a quarter of a block, which is no slow wander; a steeper one, f^-3, alone.
 
 Differences d of neighbouring block means have, for all these noises, a covariance that the discrete
 sine transform makes diagonal, but for the ends of the recording: at f_k = k / 2 (n + 1) cycles a
@@ -29,6 +30,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,6 +61,7 @@ PARTS = {  # what a kind has in it, that is no kind of its own beside it
     "two_levels": {"levels"},
 }
 FAST = ("white", "fast")  # noises that are none of slow wander
+OTHER = {"smooth", "steps"}  # shapes of no kind; a line beside them is part of them
 LASTING_S = 10.0  # of a shift; a shorter one is movement
 NEAR_S = 5.0  # from an event to the step or shift that it is an end of
 
@@ -109,6 +112,11 @@ class Wander:
         possible = self.possible if self.range_mm > step_mm else ()
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
 
+    def size_of(self, kind: str) -> float:
+        """Of a curve beside a change at once what is left of all movement; of others size_mm."""
+        alone = kind in AT_ONCE or not self.jumps
+        return self.size_mm if alone else self.net_mm - sum(size for _, size in self.jumps)
+
     def without_jumps(self, series: np.ndarray, frame_rate_hz: float) -> np.ndarray:
         """Values (n,) without the shape that changes at once; NaN in the blocks of its changes."""
         if self.curve is None or not self.jumps:
@@ -117,7 +125,8 @@ class Wander:
         rest = series - np.interp(time, *self.curve)
         block_s = float(np.diff(self.curve[0]).min())
         for at, _ in self.jumps:
-            rest[np.abs(time - at) <= block_s] = np.nan
+            after = self.curve[0][np.searchsorted(self.curve[0], at)] + block_s / 2
+            rest[(at - block_s <= time) & (time <= after)] = np.nan
         return rest
 
     def jump_near(self, begin_s: float, end_s: float) -> tuple[float, float] | None:
@@ -139,7 +148,7 @@ def shift_near(
     near = {
         name: jump
         for name, one in wanders.items()
-        if set(one.kinds) & AT_ONCE and one.lasting_s >= LASTING_S
+        if set(one.kinds) & AT_ONCE
         if (jump := one.jump_near(begin_s, end_s))
     }
     name = max(near, key=lambda k: (not k.startswith("L"), abs(near[k][1])), default=None)
@@ -169,14 +178,16 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     slow = all(noise not in FAST for _, noise in near)
     slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
     _, shape = min(best.values(), key=lambda own: own[0])
-    straight = any("drift" in kinds and "smooth" not in kinds for kinds, _ in near)
+    straight = any("drift" in kinds and not kinds & OTHER for kinds, _ in near)
     sure = sure - (set() if straight else {"drift"}) if white else frozenset()
-    sure -= set() if gaussian else {"shift"}  # which a few blocks of a heavy tail may be
     rival = min(value for other, value in noises.items() if other != noise)
     sure_walk = noise != "random_walk" or rival > noises[noise] - 2 * math.log(WALK)
     noise = noise if slow and gaussian and sure_walk else ""
     block_s = length / frame_rate_hz
-    at = tuple(block_s * (k[int(a)] if shape.placed else a) for a in shape.at)
+    begun = np.append(k[0], k[:-1] + 1)  # after missing blocks: where these begin
+    at = tuple(block_s * (begun[int(a)] if shape.placed else a) for a in shape.at)
+    if not gaussian or ("shift" in shape.kinds and at[1] - at[0] < LASTING_S):
+        sure -= {"shift"}  # which a few blocks of a heavy tail may be
     if "cycle" in sure and (k[-1] - k[0]) * block_s < PERIODS * at[-1]:
         sure, noise = sure - {"cycle", "drift"}, ""  # what is beside it may be of its form
     for named, part in PARTS.items():
@@ -196,7 +207,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         float(np.ptp(medians)),
         shape.size(z),
         at,
-        tuple((float(k[place]) * block_s, size) for place, size in jumps),
+        tuple((float(begun[place]) * block_s, size) for place, size in jumps),
         np.array([(k + 0.5) * block_s, shape.curve(z)[1]]) if jumps else None,
     )
 
@@ -240,20 +251,26 @@ def _fits(
     from scipy.fft import dst
 
     n = z.size - 1
-    weight = 4 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
     y = dst(np.diff(z), type=1, norm="ortho")
+    kept = {}
+    for noise, spectra in _noises(n).items():  # a shape leaves less to the noise
+        alone = _bic(y, np.zeros((0, n)), 1 / spectra, np.log(spectra).sum(axis=1))
+        kept[noise] = spectra[: int(np.argmin(alone)) + 2]
     every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
     found: dict[tuple[frozenset[str], str], tuple[float, Shape]] = {}
-    transformed = [dst(np.diff(one.columns), type=1, norm="ortho", axis=1) for one in every]
     best = math.inf, y[None], y
-    for noise, spectra in _noises(weight, n).items():
-        alone = _bic(y, np.zeros((0, n)), spectra, 0)[1]
-        use = spectra[: alone + 2]  # a shape leaves less to the noise
-        for shape, columns in zip(every, transformed, strict=True):
-            p = len(columns) + shape.searched + (noise != "white")
-            value, at = _bic(y, columns, use, p)
-            best = min(best, (value, columns, use[at]), key=lambda one: one[0])
-            key = shape.kinds, noise
+    stacked, ends = np.concatenate(list(kept.values())), np.cumsum([*map(len, kept.values())])
+    inverse, logs = 1 / stacked, np.log(stacked).sum(axis=1)
+    logs[ends[0] :] += math.log(n)  # another parameter than that of white noise
+    for shape in every:
+        columns = dst(np.diff(shape.columns), type=1, norm="ortho", axis=1)
+        values = _bic(y, columns, inverse, logs) + (len(columns) + shape.searched) * math.log(n)
+        for noise, end in zip(kept, ends, strict=True):
+            at = end - len(kept[noise]) + int(np.argmin(values[end - len(kept[noise]) : end]))
+            value, key = float(values[at]), (shape.kinds, noise)
+            if noise == "steep" and shape.kinds:  # it hides the misfit of any curve
+                continue
+            best = min(best, (value, columns, stacked[at]), key=lambda one: one[0])
             if key not in found or value < found[key][0]:
                 found[key] = value, shape
     return found, _described(y, *best[1:])
@@ -274,8 +291,10 @@ def _described(y: Floats, X: Floats, spectrum: Floats) -> tuple[bool, bool]:
     return bool(white), bool(white and excess < GAUSSIAN)
 
 
-def _noises(weight: Floats, n: int) -> Mapping[str, Floats]:
-    """(m, n) spectra of differences, by noise."""
+@lru_cache(maxsize=2)
+def _noises(n: int) -> Mapping[str, Floats]:
+    """(m, n) spectra of differences, by noise, white noise first."""
+    weight = 4 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
     f = np.arange(1, n + 1)[:, None] / (2 * (n + 1)) + np.arange(-FOLDED, FOLDED + 1)
     share = np.sinc(f) ** 2
 
@@ -285,6 +304,7 @@ def _noises(weight: Floats, n: int) -> Mapping[str, Floats]:
 
     walk = weight + RATIOS[:, None] * (1 - weight / 6)
     flicker = weight + RATIOS[:, None] * folded(1 / np.abs(f))
+    steep = weight + RATIOS[::2, None] * folded(1 / np.abs(f) ** 3)
 
     def correlated(T_c: float) -> list[Floats]:  # in blocks
         one = folded(1 / (1 + (2 * np.pi * f * T_c) ** 2))
@@ -296,22 +316,19 @@ def _noises(weight: Floats, n: int) -> Mapping[str, Floats]:
         "fast": np.array(correlated(0.25)),
         "random_walk": walk,
         "flicker": flicker,
+        "steep": steep,
         "correlated": np.array(slow),
     }
 
 
-def _bic(y: Floats, X: Floats, spectra: Floats, p: float) -> tuple[float, int]:
-    """The least over the spectra, and which."""
+def _bic(y: Floats, X: Floats, inverse: Floats, logs: Floats) -> Floats:
+    """(m,) of spectra, of which the inverse (m, n) and the sum of logarithms (m,) are given, less
+    the price of the parameters."""
     n = y.size
-    inverse = 1 / spectra
     rest = inverse @ (y * y)
     if len(X):
         A = (inverse @ (X[:, None] * X).reshape(-1, n).T).reshape(-1, len(X), len(X))
         b = inverse @ (X * y).T
         A[:, np.arange(len(X)), np.arange(len(X))] *= 1 + 1e-10
         rest = rest - (b * np.linalg.solve(A, b[..., None])[..., 0]).sum(axis=1)
-    values = (
-        np.log(spectra).sum(axis=1) + n * np.log(np.maximum(rest, 1e-300) / n) + p * math.log(n)
-    )
-    at = int(np.argmin(values))
-    return float(values[at]), at
+    return logs + n * np.log(np.maximum(rest, 1e-300) / n)

@@ -1,0 +1,97 @@
+"""Wander of a rotor: against dense algebra, by Monte Carlo, of begins that are off or missing."""
+
+import numpy as np
+import pytest
+
+from mocap_metrology.lighthouse.decode.wander import Wander, wander
+
+SWING = 2 * 0.88 * np.cos(2 * np.pi / 13), 0.88**2  # of real stations
+
+
+def begins(n: int, seed: int, noise_s: float = 4e-8) -> tuple[np.ndarray, np.ndarray]:
+    """A swing of some 250 ns, and begins with noise."""
+    rng = np.random.default_rng(seed)
+    z = np.zeros(n + 100)
+    for t in range(2, z.size):
+        z[t] = SWING[0] * z[t - 1] - SWING[1] * z[t - 2] + 7e-8 * rng.standard_normal()
+    return z[100:], z[100:] + noise_s * rng.standard_normal(n)
+
+
+def test_curve_and_its_error_are_those_of_dense_algebra() -> None:
+    n, one = 40, Wander(2.0, 3.0, *SWING)
+    turn = np.delete(np.arange(n), [7, 8, 30]) + 100
+    y = np.random.default_rng(1).standard_normal(turn.size)
+    D = np.zeros((n - 2, n))
+    for k in range(n - 2):
+        D[k, k : k + 3] = SWING[1], -SWING[0], 1
+    W = np.zeros(n)
+    W[turn - 100] = 1
+    M = np.diag(W) + 3.0 * D.T @ D
+    every = np.zeros(n)
+    every[turn - 100] = y
+    z, square, log_det = one.curve(turn, y)
+    np.testing.assert_allclose(z, np.linalg.solve(M, every), rtol=1e-9, atol=1e-12)
+    assert log_det == pytest.approx(np.linalg.slogdet(M)[1])
+    off = y - z[turn - 100]
+    assert square == pytest.approx(off @ off + 3.0 * np.sum((D @ z) ** 2))
+    pull = np.random.default_rng(2).standard_normal((turn.size, 3))
+    at = np.zeros((n, 3))
+    at[turn - 100] = pull
+    expected = 4.0 * at.T @ np.linalg.solve(M, at)
+    np.testing.assert_allclose(one.error_of(pull, turn), expected, rtol=1e-9)
+
+
+def test_errors_of_the_curve_are_as_stated() -> None:
+    """Of 60 stations; a mean of its error over 100 turns has the stated standard deviation, within
+    25 %, and the noise of a begin is found."""
+    off, stated, noise, raw = [], [], [], []
+    for seed in range(60):
+        true, told = begins(400, seed)
+        turn = np.arange(400)
+        late, its = wander(turn, told, 1e-9)
+        z = late(turn)
+        off.append(np.mean((z - true)[150:250]))
+        stated.append(its.error_of(np.full((100, 1), 0.01), turn[150:250])[0, 0])
+        noise.append(its.begin_s)
+        raw.append(np.std(z - true))
+    assert np.std(off) == pytest.approx(np.sqrt(np.mean(stated)), rel=0.25)
+    assert np.mean(noise) == pytest.approx(4e-8, rel=0.1)
+    assert np.mean(raw) < 0.8 * 4e-8  # the begins themselves are 40 ns off
+
+
+def test_slow_wander_is_smoothed_over_more_turns() -> None:
+    turn, rng = np.arange(1000), np.random.default_rng(3)
+    true = 3e-7 * np.sin(2 * np.pi * turn / 150)
+    late, _ = wander(turn, true + 1e-7 * rng.standard_normal(1000), 1e-9)
+    assert np.std(late(turn) - true) < 0.25e-7
+
+
+def test_begins_that_are_off_or_missing() -> None:
+    true, told = begins(600, 5)
+    told = told.copy()
+    told[[50, 300, 301]] += 2e-6, -3e-6, 1.5e-6
+    turn = np.delete(np.arange(600), np.arange(200, 210))
+    z = wander(turn, told[turn], 1e-9)[0](turn)
+    assert np.std((z - true[turn])[[50, 290, 291]]) < 1.5e-7
+    assert np.std(z - true[turn]) < 0.9 * 4e-8
+
+
+def test_what_the_clock_cannot_show_is_no_wander() -> None:
+    turn = np.arange(300)
+    late, its = wander(turn, 2e-9 * np.sin(turn), 20e-9)
+    assert not late.at_turns.any() and its == Wander()
+
+
+def test_noise_alone_is_no_wander() -> None:
+    rng = np.random.default_rng(8)
+    found = [wander(np.arange(400), 1e-7 * rng.standard_normal(400), 1e-9)[1] for _ in range(20)]
+    assert sum(one != Wander() for one in found) <= 1
+
+
+def test_between_turns_the_rotor_swings_on() -> None:
+    """A swing of 13 turns, known to 1 ns: the straight line between two turns is 9 ns off."""
+    turn, rng = np.arange(400), np.random.default_rng(9)
+    swing = 2.5e-7 * np.sin(2 * np.pi * turn / 13)
+    late, _ = wander(turn, swing + 1e-9 * rng.standard_normal(400), 1e-10)
+    at = turn[20:-20] + 0.4
+    assert np.abs(late(at) - 2.5e-7 * np.sin(2 * np.pi * at / 13)).max() < 5e-9

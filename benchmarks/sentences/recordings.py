@@ -15,6 +15,7 @@ import numpy as np
 from scipy import ndimage, signal
 from scipy.interpolate import CubicSpline
 
+from mocap_metrology.common.parallel import in_turn
 from mocap_metrology.noise.diagnosis.fills import filled_frames
 from mocap_metrology.noise.motion.exchange import put_right
 from mocap_metrology.recording.clean import cleaned, exchanges
@@ -190,8 +191,8 @@ def told(x: np.ndarray, rate: float = RATE, step: float = 0.0) -> Diagnosed:
     raw = Table({"frame": frame} | columns, ORIGIN | own)
     settings = Settings(noise={"estimators": ("likelihood",)})
     clean = cleaned(raw, settings.hampel)[0]
-    allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan)
-    noise = noise_coefficients(raw, allan.columns, settings)[0]
+    allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan, in_turn)
+    noise = noise_coefficients(raw, allan.columns, settings, None, in_turn, lambda *_: None)[0]
     psd = spectra(clean.in_mm(), clean.origin, settings.psd)
     return diagnosed(raw, psd, noise, settings)
 

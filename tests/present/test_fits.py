@@ -33,7 +33,7 @@ def figure(model=MODEL_Z1, others=OTHERS, title="t", **changed):
     }
     data = {"allan": allan_arrays(model), "periodogram": periodogram_arrays(model)}
     data |= {"estimates": estimates} | changed
-    return fit_figure(title, *data.values(), RATE, title), data
+    return fit_figure(title, *data.values(), RATE, title, "", 0.683), data
 
 
 def panels(made, letters):

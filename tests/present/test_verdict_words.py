@@ -10,6 +10,7 @@ import pytest
 from figure_data import check_saved, every_text
 from matplotlib.axes import Axes
 
+from mocap_metrology.common.parallel import in_turn
 from mocap_metrology.noise.assess.recording import Inputs, _unnamed, assess_recording
 from mocap_metrology.noise.assess.spread import Share
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span
@@ -18,6 +19,7 @@ from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.verdict.document import verdict_document
 from mocap_metrology.present.verdict.figure import CORRELATED, KINDS, verdict_figure
 from mocap_metrology.present.verdict.words import mean_table, summary_row, verdict_lines
+from mocap_metrology.settings import Verdict as Limits
 
 RATE, N = 50.0, 6000  # 2 min
 SIGMA = {"x1": 0.02, "y1": 0.12, "z1": 0.03}
@@ -44,7 +46,7 @@ def contents(
     curve = {k: np.array([0.5, 0.25]) for k in columns} | {"edf": np.array([40.0, 10.0])}
     allan = {"series": np.array(["y1"] * 2), "estimator": np.array(["oadev"] * 2), **curve}
     inputs = Inputs(series, ["A"] * n_markers, noise, allan, [])
-    document = verdict_document(assess_recording(inputs, Span(RATE)), "measured")
+    document = verdict_document(assess_recording(inputs, Span(RATE), Limits(), in_turn), "measured")
     document = {"recording": "lab-1", "group": "lab", "twin": None, **document}
     return nulled(document | {"warnings": ["marker A moves"], "sentences": SENTENCES})
 

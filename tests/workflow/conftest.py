@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import laboratory
 import pytest
+from browser import NAMES
 from running import command, environment
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,6 +21,15 @@ sys.path.insert(0, str(ROOT / "workflow"))
 READ = "recordings/(take|active)/|calibrations/(measured|twin)/"
 
 Snakemake = Callable[..., subprocess.CompletedProcess]
+
+
+@pytest.fixture(scope="session")
+def executable() -> str:
+    """A browser."""
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    if found is None:
+        pytest.skip("no Chromium or Chrome in PATH")
+    return found
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,6 @@ import csv
 import html
 import json
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +13,7 @@ import laboratory as lab
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from browser import ACTIVE_LINKS, LINKS, NAMES, READY, SHOW, SHOWN, TITLE, browser
+from browser import ACTIVE_LINKS, LINKS, READY, SHOW, SHOWN, TITLE, browser
 from laboratory import ACTIVE
 from mocap_workflow import report
 from outcomes import chosen, contents, damage, exported, off, origin, pose, rows, said
@@ -271,14 +270,6 @@ def made(run) -> tuple[Path, str]:
     written = write_report(run.folder, *PLAIN, *run.arguments)
     assert written.returncode == 0, written.stdout
     return run.folder, written.stdout
-
-
-@pytest.fixture(scope="module")
-def executable() -> str:
-    found = next(filter(None, map(shutil.which, NAMES)), None)
-    if found is None:
-        pytest.skip("no Chromium or Chrome in PATH")
-    return found
 
 
 def test_opens_without_error_or_network(made, executable, tmp_path) -> None:

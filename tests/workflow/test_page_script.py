@@ -1,10 +1,9 @@
 """Pages in a browser: tables sort and are searched, figures zoom, nothing is wider than a phone."""
 
 import base64
-import shutil
 
 import pytest
-from browser import NAMES, browser
+from browser import browser
 from matplotlib.figure import Figure as Drawing
 
 from mocap_metrology.present.pages import details, document, summary
@@ -28,14 +27,6 @@ GAPS = """[...document.querySelectorAll(".cards sub, .cards sup")].map(index => 
   return Math.abs(own.left - ends.right) + (own.top > ends.bottom || own.bottom < ends.top) * 100;
 })"""
 VALUES = ("9.26×10⁻⁷", "−5.20", "", "13\u202f195", "< 0.3", "2.5 (2.1…2.9)", "–", "7", "12")
-
-
-@pytest.fixture(scope="module")
-def executable():
-    found = next(filter(None, map(shutil.which, NAMES)), None)
-    if found is None:
-        pytest.skip("no Chromium or Chrome in PATH")
-    return found
 
 
 def test_a_table_sorts_by_number_and_name_and_is_searched(executable, tmp_path) -> None:

@@ -114,8 +114,6 @@ def njit(function: F | None = None, **options: Unpack[Options]) -> F | Callable[
     Every compiled function of the project goes through here, helpers included. The cache is not an
     option: numba would keep machine code whose helpers have since been edited.
     """
-    if "cache" in options:
-        raise TypeError("njit takes no `cache`: the project's own rule decides")
     compiler: Callable[[F], F] = numba.njit(  # type: ignore[assignment]  # it returns a Dispatcher
         cache=CACHE is not None, nogil=True, error_model="numpy", **options
     )

@@ -17,7 +17,6 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 
 MAD_TO_SIGMA = 1.4826  # 1 / Phi^-1(3/4): the MAD of a Gaussian times this is its sigma
-ACTIONS = ("replace", "mask", "off")
 SHORT_WINDOW = 15  # frames to each side; below, the MAD scatters too much to be a scale
 
 
@@ -63,8 +62,6 @@ def hampel(
     On clean Gaussian noise a 3-sigma filter with 241 samples replaces 0.34 % of the samples and
     leaves 0.966 of the white level (see `white_level_kept`).
     """
-    if action not in ACTIONS:
-        raise Refusal(f"hampel: action {action!r}; expected one of {', '.join(ACTIONS)}")
     if half_window < 1 or not n_sigma > 0:
         raise Refusal(
             f"hampel: half window {half_window}, n_sigma {n_sigma}; expected >= 1 and > 0"

@@ -114,7 +114,7 @@ def gaussian_model(clean: Table, settings: of.Gaussian) -> tuple[list[Row], list
 
 
 def allan_deviations(
-    series: Iterable[Series], origin: Metadata, settings: of.Allan, over: Over = in_turn
+    series: Iterable[Series], origin: Metadata, settings: of.Allan, over: Over
 ) -> Table:
     """Allan deviations, with intervals, of series cleaned as in S: allan.parquet."""
     rate, given = origin["frame_rate_hz"], origin["hampel"]
@@ -142,9 +142,9 @@ def noise_coefficients(
     raw: Table,
     allan: Mapping[str, np.ndarray],
     settings: Settings,
-    subset: tuple[str, int] | None = None,
-    over: Over = in_turn,
-    outliers: Callable[[str, np.ndarray], np.ndarray | None] = lambda name, values: None,
+    subset: tuple[str, int] | None,
+    over: Over,
+    outliers: Callable[[str, np.ndarray], np.ndarray | None],
 ) -> tuple[list[Row], Table, Table]:
     """Coefficients of the noise of every series, by every estimator: rows of noise.csv, Allan
     deviations of the masked series, and the periodograms to which the likelihood was fitted.

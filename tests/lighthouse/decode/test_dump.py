@@ -131,15 +131,6 @@ def test_sixteen_bits(words: np.ndarray, mask: int) -> None:
         pulses_of_words(halves.view("<u4"))
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [({"active_level": 2}, "expected 0 or 1"), ({"sample_rate_hz": 0}, "expected a positive rate")],
-)
-def test_settings_of_no_dump(words: np.ndarray, settings: dict, message: str) -> None:
-    with pytest.raises(Refusal, match=message):
-        pulses_of_words(words, **settings)
-
-
 def hits_of(words: np.ndarray) -> Hits:
     pulses = pulses_of_words(words)
     return find_hits(pulses, find_flashes(pulses))[0]

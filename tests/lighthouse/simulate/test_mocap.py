@@ -16,7 +16,8 @@ TWIN = {
 
 
 def recorded(**changes):
-    return simulate_mounts(twin_from_mapping({**TWIN, **changes}))
+    twin = twin_from_mapping({**TWIN, **changes})
+    return simulate_mounts(twin, twin.seed)
 
 
 def relative_pose(recording):

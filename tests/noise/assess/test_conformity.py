@@ -10,6 +10,7 @@ import pytest
 from scipy.stats import binomtest, norm
 
 from mocap_metrology.common.hampel import hampel, white_level_kept
+from mocap_metrology.common.parallel import in_turn
 from mocap_metrology.noise.assess.checks import Code, Facts
 from mocap_metrology.noise.assess.recording import (
     Assessment,
@@ -118,7 +119,7 @@ def test_without_numbers() -> None:
         (few, FACTS, Code.FEW_SAMPLES),
         (few, gaps, Code.MISSING),
     ):
-        found = verdict({"x1": series, "y1": series}, facts)
+        found = verdict({"x1": series, "y1": series}, facts, Limits())
         assert (found.word, found.decided_by.code) == ("bad", code)
         assert math.isnan(found.reference_for_mm["10"])
     assert (found.decided_by.series, found.decided_by.value) == ("x1", 0.614)
@@ -137,7 +138,9 @@ def test_without_numbers() -> None:
 def test_what_is_left_where_a_marker_moves(moves, distance_mm, distance, still) -> None:
     far = replace(FINE, frame_mm=693.0, frame_lower_mm=503.0, status="misfit")
     series = {"x1": FINE, "y2": far, "L": replace(FINE, frame_mm=distance_mm)}
-    found = verdict(series, replace(FACTS, labels=("Head", "RFT1"), **finding("moves", **moves)))
+    found = verdict(
+        series, replace(FACTS, labels=("Head", "RFT1"), **finding("moves", **moves)), Limits()
+    )
     decided = found.decided_by
     assert (found.word, decided.code, decided.series, decided.value) == (
         *("bad", Code.MOVES),
@@ -206,7 +209,10 @@ def assessed(twin: Twin, span: Span = SPAN) -> Assessment:
     moves = {k: movement(v, 120.0, 2.0, span.horizon_s) for k, v in all_series(raw, [(1, 2)])}
     findings = [Finding("moves", k, v.size_mm) for k, v in moves.items() if v.moves]
     return assess_recording(
-        Inputs(series.items(), twin.labels, noise, allan, outliers, findings), span
+        Inputs(series.items(), twin.labels, noise, allan, outliers, findings),
+        span,
+        Limits(),
+        in_turn,
     )
 
 

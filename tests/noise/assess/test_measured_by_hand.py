@@ -7,12 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from mocap_metrology.common.parallel import in_turn
 from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.spread import spread
 from mocap_metrology.noise.assess.uncertainty import Span
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
+from mocap_metrology.settings import Verdict as Limits
 
 X = np.array([0.0, 4, 0, 4, 0, 4, 1, 3, 1, 3, 1, 3, 90, 0, 0, 0, 0, 90])
 
@@ -121,7 +123,7 @@ def test_a_walk_is_not_named_where_the_wander_is_of_another_kind() -> None:
     allan = {k: np.array([1.0]) for k in keys}
     allan |= {"series": np.array(["x1"]), "estimator": np.array(["oadev"])}
     inputs = Inputs(series.items(), ["A"], rows, allan, [], [Finding("cycle", "x1", 30.0)])
-    found = assess_recording(inputs, Span(rate, horizon_s=200.0)).series
+    found = assess_recording(inputs, Span(rate, horizon_s=200.0), Limits(), in_turn).series
     kinds = {name: {one.kind for one in of.kinds} for name, of in found.items()}
     assert "slow wander" in kinds["x1"] and "random walk" not in kinds["x1"]
     for name in ("y1", "z1"):

@@ -67,10 +67,6 @@ def pulses_of_words(
 
     Pulses on at the first or last sample are dropped.
     """
-    if active_level not in (0, 1):
-        raise Refusal(f"{name}: active_level {active_level}; expected 0 or 1")
-    if not sample_rate_hz > 0:
-        raise Refusal(f"{name}: sample_rate_hz {sample_rate_hz}; expected a positive rate")
     duration_s = words.size / sample_rate_hz
     if not SHORTEST_S <= duration_s <= LONGEST_S:
         raise Refusal(

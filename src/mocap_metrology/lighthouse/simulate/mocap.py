@@ -50,13 +50,13 @@ class MountRecording:
     mounts: tuple[Mount, ...]
 
 
-def simulate_mounts(twin: LighthouseTwin, seed: int | None = None) -> MountRecording:
-    """Markers of both stations over `mocap_frames`; `seed` replaces the twin's own.
+def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
+    """Markers of both stations over `mocap_frames`.
 
     The frame of the motion-capture system is drawn for each recording. A mount that is turned by
     `mount_error_deg`, about an axis of its own, is so in all recordings of the setup.
     """
-    rng = np.random.default_rng([twin.seed if seed is None else seed, MOCAP])
+    rng = np.random.default_rng([seed, MOCAP])
     R_world, t_world = exp(rng.normal(size=3) * 2), rng.uniform(-3, 3, 3)
     of_setup = np.random.default_rng([zlib.crc32(twin.setup.encode()), MOCAP])
     mounts, places = [], []

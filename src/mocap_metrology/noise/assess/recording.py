@@ -23,7 +23,7 @@ from typing import TypedDict, cast
 import numpy as np
 
 from mocap_metrology.common.files import read_csv
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import Over
 from mocap_metrology.noise.assess import checks
 from mocap_metrology.noise.assess.checks import (
     COORDINATE,
@@ -112,12 +112,9 @@ class Assessment:
     series: Mapping[str, SeriesNumbers]
 
 
-def assess_recording(
-    inputs: Inputs, span: Span, limits: Limits | None = None, over: Over = in_turn
-) -> Assessment:
+def assess_recording(inputs: Inputs, span: Span, limits: Limits, over: Over) -> Assessment:
     """Numbers of every series and the verdict. Of a recording of less than a minute no drift per
     hour is told, though the verdict goes by what it was."""
-    limits = limits or Limits()
 
     def assessed(one: tuple[str, np.ndarray]) -> tuple[str, SeriesNumbers, int]:
         name, values = one
@@ -164,14 +161,13 @@ def _unnamed(numbers: SeriesNumbers) -> SeriesNumbers:
     return replace(numbers, kinds=renamed(numbers.kinds), means=means)
 
 
-def verdict(series: Series, facts: Facts, limits: Limits | None = None) -> Verdict:
+def verdict(series: Series, facts: Facts, limits: Limits) -> Verdict:
     """Verdict on numbers of every series (`assess.uncertainty`), keyed by name.
 
     Coordinates decide, distances do not: their noise is that of two coordinates. Movement is told
     first: an uncertainty of what moves is none, and nothing may be held against it. Before it what
     leaves nothing to judge by: a recording that is too short, or gaps.
     """
-    limits = limits or Limits()
     coordinates = {k: v for k, v in series.items() if COORDINATE.fullmatch(k)}
     main = checks.uncertainty(checks.measured(coordinates, facts), facts, limits)
     found = _checks(series, coordinates, facts, limits, main)

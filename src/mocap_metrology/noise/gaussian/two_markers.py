@@ -34,23 +34,22 @@ class Density(NamedTuple):
     bandwidth: float
 
 
-def kernel_density(series: np.ndarray, bandwidth: float | None = None) -> Density:
+def kernel_density(series: np.ndarray) -> Density:
     """Gaussian kernel estimate of a series (n,), gaps left out [Silverman 1986].
 
-    bandwidth: SD of the kernel, by default Silverman's 0.9 min(s, IQR/1.349) n^(-1/5) of all n
-    valid samples. (They are not independent: bumps are where that recording has been.) Samples are
-    counted in bins of an eighth of it, and the counts smoothed. Empty for fewer than two values.
+    SD of the kernel: Silverman's 0.9 min(s, IQR/1.349) n^(-1/5) of all n valid samples. (They are
+    not independent: bumps are where that recording has been.) Samples are counted in bins of an
+    eighth of it, and the counts smoothed. Empty for fewer than two values.
     """
     from scipy.ndimage import gaussian_filter1d
 
     valid = np.asarray(series, float)[np.isfinite(series)]
     if valid.size < 2 or not np.ptp(valid) > 0:
         return Density(np.empty(0), np.empty(0), 0.0)
-    if bandwidth is None:
-        low, high = np.quantile(valid, [0.25, 0.75])
-        spread = float(valid.std(ddof=1))
-        robust = float(high - low) / 1.349
-        bandwidth = 0.9 * (min(spread, robust) if robust > 0 else spread) * valid.size**-0.2
+    low, high = np.quantile(valid, [0.25, 0.75])
+    spread = float(valid.std(ddof=1))
+    robust = float(high - low) / 1.349
+    bandwidth = 0.9 * (min(spread, robust) if robust > 0 else spread) * valid.size**-0.2
     step = bandwidth / PER_BANDWIDTH
     start = valid.min() - BEYOND * bandwidth
     size = int(np.ceil((valid.max() + BEYOND * bandwidth - start) / step)) + 1

@@ -95,9 +95,9 @@ def fit_figure(
     periodogram: Mapping[str, np.ndarray],
     estimates: Mapping[str, Sequence[of.NoiseRow]],
     frame_rate_hz: float,
-    source: str = "",
-    remarks: str = "",
-    confidence: float = 0.683,
+    source: str,
+    remarks: str,
+    confidence: float,
 ) -> plot.Picture:
     """Figure of one series: data, fitted model and its components, residuals below; then what other
     estimators found.

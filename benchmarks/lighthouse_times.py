@@ -73,6 +73,9 @@ def steps(name: str, folder: Path) -> list[tuple[str, float]]:
     ]
     scene = Scene(found.hits, found.board, "ideal", factories, None, "libsurvive", Priors())
     rows.append(("cleaned sweeps to pose, batch", cpu(lambda: by_batch(scene))))
+    unknown = jansen.CalibrationSettings(estimators=("batch",), optics=("factory",))
+    by_all = cpu(lambda: jansen.calibrate(found.hits, found.board, factories, unknown))
+    rows.append(("calibration, batch, variant of the rotor model unknown", by_all))
     lm = cpu(calibrated("paper-lm"))
     rows.append(("calibration, paper-lm", lm))
     others = ("paper", "paper-tight", "pnp", "geometric")

@@ -3,14 +3,18 @@ derivatives, closed forms and Monte Carlo."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.batch import solve
+from mocap_metrology.lighthouse.batch.damping import more_damping
 from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
+from mocap_metrology.lighthouse.batch.recording import Recording
 from mocap_metrology.lighthouse.batch.solve import Noise
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
 from mocap_metrology.lighthouse.board import flat_board
@@ -205,6 +209,40 @@ def test_the_prior_of_the_trajectory_pulls_at_what_scales_with_it_and_hits_do_no
     whole = larger @ part.h
     assert abs(whole) > 10
     assert abs(larger @ (part.h + solve.by_bends(part, trajectory, noise))) < 0.1 * abs(whole)
+
+
+def test_a_piece_is_the_same_along_its_own_stretch_of_the_trajectory() -> None:
+    """Control points that no hit touches go straight on, which costs nothing."""
+    seen, trajectory, state, of = begun(Priors())
+    begin = seen.begin
+    seen = solve.sweeps_of(seen, (begin > 1) & (begin < 5))
+    rng, noise, found = np.random.default_rng(7), Noise(3e-5, 5e-5), []
+    off = 1e-4 * rng.normal(size=len(seen.sweeps.hits))
+    for own, path in ((seen, trajectory), solve.stretch(seen, trajectory)):
+        sums = solve.linearised(own, path, state, off, np.ones(off.size), of)
+        part = solve.reduced(sums, path, noise)
+        found.append((part.S, part.h + solve.by_bends(part, path, noise)))
+    assert len(path.control) < len(trajectory.control)
+    unit = 1 / np.sqrt(np.diag(found[0][0]).clip(1e-30))
+    np.testing.assert_allclose(*(np.outer(unit, unit) * S for S, _ in found), atol=1e-5)
+    np.testing.assert_allclose(*(unit * h for _, h in found), atol=1e-4)
+
+
+def test_a_step_is_damped_where_it_fails() -> None:
+    """Only the control points of sweeps whose cost rose; all of them, where none did or by wish."""
+    seen, trajectory, _, _ = begun(Priors())
+    off = np.zeros(len(seen.sweeps.hits))
+    one = Recording(seen.sweeps, trajectory, seen, Noise(3e-5, 5e-5), off)
+    begin, n = seen.begin, len(trajectory.control)
+    worse = replace(one, residual=np.where((begin == 4)[seen.sweeps.sweep], 3e-4, 0.0))
+    damping, least = [np.full(n, 0.5)], [np.full(n, 1e-2)]
+    for after, everywhere in ((worse, False), (worse, True), (one, False)):
+        (own,) = more_damping(damping, least, [one], [after], everywhere)
+        where = np.flatnonzero(own == 5.0)
+        assert (own[np.setdiff1d(np.arange(n), where)] == 0.5).all()
+        assert where.tolist() == list(
+            range(4, 9) if after is worse and not everywhere else range(n)
+        )
 
 
 def test_wrong_sweeps_do_not_make_the_noise_of_all_larger() -> None:

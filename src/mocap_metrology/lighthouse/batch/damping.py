@@ -11,7 +11,7 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
 from mocap_metrology.lighthouse.batch.recording import Recording
 
-RISE = 0.01  # of the cost, which is a chi squared
+RISE, SHARE = 0.01, 0.03  # of the cost, which is a chi squared; of the largest rise
 REACH = np.ones(SPAN // POSE)  # control points of a sweep
 
 
@@ -23,7 +23,7 @@ def more_damping(
     everywhere: bool,
 ) -> list[Floats]:
     """Ten times as much for control points of stretches in which a step raised the cost of the
-    sweeps, at least so much; for all, where no stretch has, or everywhere.
+    sweeps most, at least so much; for all, where no stretch has, or everywhere.
 
     damping, least (control points,): of each recording, times the diagonal.
     """
@@ -31,7 +31,8 @@ def more_damping(
         np.bincount(own.seen.begin, then.weights().cost - own.weights().cost, its.size)
         for own, then, its in zip(before, after, damping, strict=True)
     ]
-    worse = [np.convolve(rise > RISE, REACH)[: rise.size] > 0 for rise in rises]
+    much = max(RISE, SHARE * max(float(rise.max()) for rise in rises))
+    worse = [np.convolve(rise > much, REACH)[: rise.size] > 0 for rise in rises]
     everywhere |= not any(own.any() for own in worse)
     return [
         np.where(own | everywhere, np.maximum(10 * its, low), its)

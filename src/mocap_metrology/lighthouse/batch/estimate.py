@@ -49,9 +49,9 @@ ROUNDS = 60  # steps at most
 SETTLED = 0.8  # of the spread of residuals one step before: from then on noise is estimated
 LEAST_GAIN = 0.01  # of the cost, which is a chi squared
 SAME_COST = 1.0  # likewise, of the costs of two models
-FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
-LOCAL = 4  # steps that are damped where they fail before all is
-LEAST_DAMPING = 1e-9  # likewise, where errors that are shared leave some unknowns weak
+FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e6  # of the diagonal
+LOCAL = 8  # steps that are damped where they fail before all is
+WEAK_DAMPING = 1e-4, 1e-9  # first and least, where errors that are shared leave unknowns weak
 SMALL = 0.02  # of its standard deviation: a step that ends the search
 SMALL_ENOUGH = 0.1  # likewise, if it is the last that is allowed
 SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
@@ -205,8 +205,7 @@ class _Search:
         self.working, self.believed = of.working.copy(), of.sd.copy()
         self.refined, self.sized = False, sized
         self.share = bool(state.rotors[0, 0, GENERATION] == 2)  # of hits from one direction
-        self.least_damping = LEAST_DAMPING if self.share else FIRST_DAMPING
-        first = FIRST_DAMPING if self.share else 0.0
+        first, self.least_damping = WEAK_DAMPING if self.share else (0.0, FIRST_DAMPING)
         # Of each control point of the recordings, in the last step.
         self.damping = [np.full(len(one.trajectory.control), first) for one in recordings]
         self.weighed = False  # the sensors' noise remains as it is

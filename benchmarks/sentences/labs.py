@@ -200,8 +200,8 @@ KINDS: dict[str, Kind] = {
     "loud for a minute": kind(lab.loud_minute, "event level_changes", LOUD),
     "steeper than a walk": kind(of_noise(coloured(-3.0, WHITE / 2e3), 1.0), "", "wander"),
     "Savitzky-Golay of 51": kind(export.of_51, "low_pass"),
-    "wavelet": kind(export.wavelet, "", "heavy_tails"),
-    "coordinates held": kind(export.held_alone, "", "repeated heavy_tails"),
+    "wavelet": kind(export.wavelet, "repeated", "heavy_tails"),
+    "coordinates held": kind(export.held_alone, "repeated", "heavy_tails"),
 }
 
 

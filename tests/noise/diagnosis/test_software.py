@@ -84,7 +84,7 @@ KINDS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
     "Savitzky-Golay": (lambda x: signal.savgol_filter(x, 21, 3), "low_pass"),
     "repeated": (held, "repeated"),
     "repeated, each coordinate for itself": (held_alone, "repeated"),
-    "wavelet": (wavelet, ""),
+    "wavelet": (wavelet, "repeated"),
     "white": (lambda x: x, ""),
     "mains": (mains, ""),
     "every second frame louder": (flashes, ""),

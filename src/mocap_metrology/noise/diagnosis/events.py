@@ -16,6 +16,7 @@ from mocap_metrology.noise.diagnosis.outliers import spread
 JOIN_S = 1.0  # alarms so close are one event
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
+FAR = 15.0  # standard deviations that no louder noise is off
 LIKE_NOISE = 0.75  # of the whiteness beside it, from which an excursion is louder noise
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
@@ -211,7 +212,7 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     if not off.size:
         return _Excursion(size, levels[1] - levels[0], None, None)
     at = (start + first + off[[0, -1]]) / rate_hz
-    ends = float(at[0]), float(at[1] + 1 / rate_hz)
+    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > FAR * noise
     return _Excursion(size, float(levels[1] - levels[0]), *ends, moved)
 
 

@@ -178,6 +178,6 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
         movements={name: stands(name, one) for name, one in found.movements.items()},
         wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
         spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
-        repeats=[] if "running_median" in codes else found.repeats,
+        repeats=[] if codes & {"running_median", "repeated"} else found.repeats,
         resonances=[one for one in found.resonances if not software and other_than_lines(one)],
     )

@@ -10,7 +10,7 @@ variance of the second differences is periodic in time, with the old frame rate 
 
 Running median. Successive medians are often the same sample: one coordinate repeats its value
 where the others do not, far more often than the steps of the file let it, and other samples next to
-each other are alike. (Values that are held, or compressed by wavelets, are not alike.)
+each other are alike. (Values that are held, or compressed by wavelets, are not: `repeated`.)
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ HIDDEN = 0.05  # chance of a repeat by the steps of the file, at most
 @dataclass(frozen=True)
 class Processed:
     """code: `smoothed` (value: white share of the density at the end of the spectrum), `resampled`
-    (value: Hz, at which the variance of the frames varies), `running_median` (value: share of the
-    values that repeat the one before)."""
+    (value: Hz, at which the variance of the frames varies), `running_median` and `repeated` (value:
+    share of the values that repeat the one before)."""
 
     code: str
     series: str
@@ -138,7 +138,7 @@ def running_median(
             return []
         step = max(step_mm, float(np.quantile(np.abs(change), 0.005)))
         in_turn = np.mean(change[1:] * change[:-1]) / np.mean(change**2)
-        if step > HIDDEN * np.median(np.abs(change)) or in_turn < HELD:
+        if step > HIDDEN * np.median(np.abs(change)):
             return []
-        told.append(Processed("running_median", name, share))
+        told.append(Processed("repeated" if in_turn < HELD else "running_median", name, share))
     return told

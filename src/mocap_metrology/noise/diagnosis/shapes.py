@@ -329,8 +329,9 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         energy = (1 - decay ** (2 * np.arange(n, 0, -1))) / (1 - decay**2)
         gain = lfilter([1.0], [1.0, -decay], own[::-1])[::-1] ** 2 / energy
         gains.append((float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1))
-    start = max(gains)[1]
-    for best in range(max(start - 1, 1), min(start + 2, n - 1)):
+    start, jump = max(gains)[1], int(np.argmax(np.abs(np.diff(z))))
+    among = {start - 1, start, start + 1, jump, jump + 1} & set(range(1, n - 1))
+    for best in sorted(among):
 
         def fading(constant: float, begin: int = best) -> Floats:
             return np.where(t >= begin, np.exp(-np.maximum(k - k[begin], 0) / constant), 0.0)[None]

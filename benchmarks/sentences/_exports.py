@@ -224,3 +224,25 @@ def hampel_export(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
     x = WHITE * rng.standard_t(3, x.shape) / 1.7
     m = ndimage.median_filter(x, (1, 7))
     return np.where(abs(x - m) > 0.05, m, x)
+
+
+def of_51(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return signal.savgol_filter(x, 51, 3)
+
+
+def held_alone(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Every coordinate repeats a fifth of its values, at times of its own."""
+    kept = np.where(rng.random(x.shape) < 0.2, 0, np.arange(t.size))
+    return np.take_along_axis(x, np.maximum.accumulate(kept, axis=1), axis=1)
+
+
+def wavelet(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Haar's, four levels, coefficients drawn in by 1.5 sd."""
+    if x.shape[1] <= t.size // 16 + 1:
+        return x
+    a, b = x[:, : x.shape[1] // 2 * 2 : 2], x[:, 1::2]
+    detail = (a - b) / np.sqrt(2)
+    detail = np.sign(detail) * np.maximum(np.abs(detail) - 1.5 * WHITE, 0)
+    mean = wavelet(rng, t, (a + b) / np.sqrt(2))
+    detail = detail[:, : mean.shape[1]]
+    return np.stack([mean + detail, mean - detail], axis=2).reshape(len(x), -1) / np.sqrt(2)

@@ -336,6 +336,29 @@ def tilt(rng: Noise, t: np.ndarray) -> np.ndarray:
     return 0.15 * np.clip((t - 60) / 120, 0, 1)
 
 
+def wild_clock(rng: Noise, t: np.ndarray) -> np.ndarray:
+    return 0.05 * np.sin(2 * np.pi * 3.1 * (t + 2e-3 * rng.standard_t(2.2, t.size)))
+
+
+def slides(rng: Noise, t: np.ndarray) -> np.ndarray:
+    """At 3 um/s, and at rest, in turn."""
+    ends = np.cumsum(rng.uniform(25, 50, 20))
+    return np.cumsum(np.where(np.searchsorted(ends, t, "right") % 2, 0.0, 0.003)) * (t[1] - t[0])
+
+
+def kicked(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """All markers shift; half of it fades."""
+    since = t - rng.uniform(90, 210)
+    left = np.where(since > 0, 0.1 + 0.1 * np.exp(-np.maximum(since, 0) / 20), 0)
+    return x + np.tile([[1.0], [0.5], [-0.3]], (2, 1)) * left
+
+
+def loud_minute(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    since = t - rng.uniform(60, 180)
+    x[1] *= np.where((since > 0) & (since < 60), 2, 1)
+    return x
+
+
 def gusts(rng: Noise, t: np.ndarray) -> np.ndarray:
     """A tent's wall: bursts of low-frequency shaking."""
     env = np.maximum(ou(rng, t, 12.0), 0)

@@ -194,6 +194,14 @@ KINDS: dict[str, Kind] = {
     "two doors": kind(in_x1(lab.two_doors), "event recurring", "line " + LOUD),
     "tripod sinks": kind(in_x1(lab.tilt), "wander", "moves"),
     "gusts": kind(in_x1(lab.gusts), "", "resonance " + LOUD),
+    "line, clock of heavy tails": kind(in_x1(lab.wild_clock), "line", "heavy_tails"),
+    "slides, and rests between": kind(in_x1(lab.slides), "wander", "moves drift"),
+    "kicked": kind(lab.kicked, "step event wander", "event moves wander"),
+    "loud for a minute": kind(lab.loud_minute, "event level_changes", LOUD),
+    "steeper than a walk": kind(of_noise(coloured(-3.0, WHITE / 2e3), 1.0), "", "wander"),
+    "Savitzky-Golay of 51": kind(export.of_51, "low_pass"),
+    "wavelet": kind(export.wavelet, "repeated", "heavy_tails"),
+    "coordinates held": kind(export.held_alone, "repeated", "heavy_tails"),
 }
 
 

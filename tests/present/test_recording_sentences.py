@@ -140,6 +140,7 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     ({"processed": [Processed("resampled", k, 20.0) for k in ("x1", "y1")]}, "resampled.frames",
      True, "x1, y1, 20 Hz, 80, 20 Hz"),
     ({"processed": [Processed("running_median", "x1", 0.4)]}, "running_median.frames", True, "x1"),
+    ({"processed": [Processed("repeated", "x1", 0.4)]}, "repeated.frames", True, "x1"),
     ({"trends": [Trend("x1", -0.3, -0.4, -0.2, -0.3, 0.0), Trend("y1", -0.2, -0.4, -0.1, -0.2, 0)]},
      "level.noise", True, "x1, y1, 30 %, x1, 95 %, −40 %, −20 %"),
     ({"trends": [Trend("x1", 0.0, -0.01, 0.01, -0.2, 0.1)]}, "level.noise", True,

@@ -41,14 +41,30 @@ def switch(x: np.ndarray) -> None:
     x[0] += 0.04 * (T // 20 % 2)
 
 
+def shaker(x: np.ndarray) -> None:
+    """Which folds to a cycle of 10 s in means of a second."""
+    x[:3] += 0.3 * np.sin(2 * np.pi * 7.1 * T)
+
+
 def mount(x: np.ndarray) -> None:
     x += np.tile([[1.0], [0.5], [0.2]], (2, 1)) * oscillator(6.0, 0.03, 0.03, 7)
+
+
+def lobes(x: np.ndarray) -> None:
+    """A filter whose stop band is bands, and whose ends are loud."""
+    x[:] = signal.savgol_filter(x, 51, 3)
+
+
+def steep(x: np.ndarray) -> None:
+    x[:] = signal.sosfiltfilt(signal.butter(2, 1.5, fs=RATE, output="sos"), x)
+    x[:, 0] += 0.05
 
 
 @pytest.mark.parametrize(
     ("disturb", "code", "value"),
     [(fan, "line", 17.3), (positions, "levels", 0.09), (doors, "recurring", 30.0),
-     (switch, "two_levels", 0.04), (mount, "resonance", 6.0)],
+     (switch, "two_levels", 0.04), (mount, "resonance", 6.0), (shaker, "line", 7.1),
+     (lobes, "low_pass", 2.53), (steep, "low_pass", 1.5)],
 )  # fmt: skip
 def test_one_disturbance_is_one_kind_of_finding(
     disturb: Callable[[np.ndarray], None], code: str, value: float

@@ -58,6 +58,24 @@ def correlated(x: np.ndarray) -> np.ndarray:
     return x + signal.lfilter([0.05], [1, -0.9], x[::-1])
 
 
+def held_alone(x: np.ndarray) -> np.ndarray:
+    """Every coordinate repeats a fifth of its values, at times of its own."""
+    some = np.random.default_rng(2).random(x.shape) < 0.2
+    kept = np.maximum.accumulate(np.where(some, 0, np.arange(x.shape[1])), axis=1)
+    return np.take_along_axis(x, kept, axis=1)
+
+
+def wavelet(x: np.ndarray) -> np.ndarray:
+    """Haar's, four levels, coefficients drawn in by 0.03 mm."""
+    if x.shape[1] <= N // 16:
+        return x
+    a, b = x[:, ::2], x[:, 1::2]
+    detail = (a - b) / np.sqrt(2)
+    detail = np.sign(detail) * np.maximum(np.abs(detail) - 0.03, 0)
+    mean = wavelet((a + b) / np.sqrt(2))
+    return np.stack([mean + detail, mean - detail], axis=2).reshape(len(x), -1) / np.sqrt(2)
+
+
 KINDS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
     "Kalman": (kalman, "smoothed"),
     "one-euro": (one_euro, "smoothed"),
@@ -65,6 +83,8 @@ KINDS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
     "median of five": (lambda x: ndimage.median_filter(x, (1, 5)), "running_median"),
     "Savitzky-Golay": (lambda x: signal.savgol_filter(x, 21, 3), "low_pass"),
     "repeated": (held, "repeated"),
+    "repeated, each coordinate for itself": (held_alone, "repeated"),
+    "wavelet": (wavelet, "repeated"),
     "white": (lambda x: x, ""),
     "mains": (mains, ""),
     "every second frame louder": (flashes, ""),

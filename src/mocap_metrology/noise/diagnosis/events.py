@@ -16,6 +16,8 @@ from mocap_metrology.noise.diagnosis.outliers import spread
 JOIN_S = 1.0  # alarms so close are one event
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
+FAR = 15.0  # standard deviations that no louder noise is off
+LIKE_NOISE = 0.75  # of the whiteness beside it, from which an excursion is louder noise
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
 SIDES_MISS = 0.01  # probability that some series of an event is reported as changed and is not
@@ -43,7 +45,8 @@ class Event:
     most significant first. size_mm: largest excursion of a coordinate, `largest`; nan for a level.
     shift_mm: where that coordinate was after less where it was before. p: probability of anything
     so unlikely in the whole recording, at most. ratio: of the dynamic Allan variance to that of the
-    noise, at tau_s. sides: of every series. of: number of bursts in the recording."""
+    noise, at tau_s. sides: of every series. of: number of bursts in the recording. moved: whether
+    any excursion is less white than the noise, which else was loud."""
 
     time_s: float
     duration_s: float
@@ -57,6 +60,7 @@ class Event:
     tau_s: float
     sides: tuple[Sides, ...] = ()
     of: int = 1
+    moved: bool = True
 
     @property
     def stop_s(self) -> float:
@@ -169,7 +173,7 @@ def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) 
     return Event(
         start, stop - start, "burst", tuple(order), largest, sized[largest].size,
         sized[largest].shift, min(1.0, n_tests * math.exp(-min(surest.x, 700))), surest.ratio,
-        surest.tau_s,
+        surest.tau_s, moved=any(m.moved for m in moved.values()),
     )  # fmt: skip
 
 
@@ -179,6 +183,7 @@ class _Excursion:
     shift: float
     first_s: float | None
     last_s: float | None
+    moved: bool = False
 
 
 def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excursion:
@@ -190,6 +195,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     far = round(CONTEXT_S * rate_hz)
     start = max(first - far, 0)
     near = values[start : last + far].astype(float)
+    alone = np.r_[near[: first - start], near[last - start :]]
+    moved = _whiteness(near[first - start : last - start]) < LIKE_NOISE * _whiteness(alone)
     near = np.convolve(near, np.full(width, 1 / width), "same") if near.size >= width else near
     first, last = first - start, last - start
     sides = [near[width:first], near[last:-width]]
@@ -205,7 +212,14 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     if not off.size:
         return _Excursion(size, levels[1] - levels[0], None, None)
     at = (start + first + off[[0, -1]]) / rate_hz
-    return _Excursion(size, float(levels[1] - levels[0]), float(at[0]), float(at[1] + 1 / rate_hz))
+    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > FAR * noise
+    return _Excursion(size, float(levels[1] - levels[0]), *ends, moved)
+
+
+def _whiteness(values: np.ndarray) -> float:
+    """Variance of the steps over twice that of (n,) values: 1 of white noise [von Neumann 1941]."""
+    known = values[np.isfinite(values)]
+    return float(np.var(np.diff(known)) / max(2 * np.var(known), 1e-300)) if known.size > 1 else 0.0
 
 
 def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:

@@ -35,7 +35,7 @@ CODES = {
     "moves": ("mm", "movement that the noise does not explain, within the horizon"),
     "low_pass": ("Hz", "cutoff of a low-pass filter that ran before the export"),
     "gap_filled": ("", "share of the frames that an interpolation filled"),
-    "repeated": ("", "share of the frames that repeat the position of the frame before"),
+    "repeated": ("", "share of the frames, or values of a coordinate, that repeat the one before"),
     "exchanged": ("", "share of the frames with the label of another marker; put right"),
     "smoothed": ("", "white share of the density at the end of the spectrum, where there is none"),
     "resampled": ("Hz", "frequency at which the variance of interpolated frames varies"),

@@ -370,12 +370,13 @@ def _contrasts(g: np.ndarray, reach: int) -> list[tuple[int, float]]:
     scale, dof = _scatter(g)
     if not scale > 0:
         return []
-    found = []
-    for at in range(LEAST_POINTS, g.size - LEAST_POINTS + 1):
-        sides = g[max(at - reach, 0) : at], g[at : at + reach]
-        before, after = (side[np.isfinite(side)] for side in sides)
-        if min(before.size, after.size) >= LEAST_POINTS:
-            error = 1.2533 * scale * math.sqrt(1 / before.size + 1 / after.size)
-            off = abs(float(np.median(after) - np.median(before)))
-            found.append((at, 2 * float(stdtr(dof, -off / error))))
-    return found
+    at = np.arange(LEAST_POINTS, g.size - LEAST_POINTS + 1)
+    padded = np.pad(g, reach, constant_values=np.nan)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, reach)
+    sides = windows[at], windows[at + reach]
+    count = [np.isfinite(side).sum(axis=1) for side in sides]
+    known = np.minimum(*count) >= LEAST_POINTS
+    before, after = (np.nanmedian(side[known], axis=1) for side in sides)
+    error = 1.2533 * scale * np.sqrt(1 / count[0][known] + 1 / count[1][known])
+    p = 2 * stdtr(dof, -np.abs(after - before) / error)
+    return list(zip(at[known].tolist(), p.tolist(), strict=True))

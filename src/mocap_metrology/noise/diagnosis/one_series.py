@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.export import MOST, Resolution, resolution, rounding_share
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
@@ -70,26 +69,29 @@ class Examiner:
         rate, blank = self.rate_hz, without_frames(series, self.away)
         coarse = hiding_step(blank, self.step_mm, name.startswith("L"))
         wander = signature(blank, rate)
-        wander = wander and wander.beyond(coarse)
         jumps = bool(wander and wander.jumps)
         if wander:
             blank = wander.without_jumps(blank, rate)
         model, spectrum = _model(self.noise, name), _rows(self.psd, name)
         if jumps or self.away.any():
             model = _refitted(blank, series, rate, model)
-            spectrum = _welch(blank, rate, self.welch)
         density = partial(model.psd, frame_rate_hz=rate) if model else None
+        if density and 0 < np.isnan(blank).mean() <= MOST_GAPS:
+            spectrum = _welch(_gapless(blank, density, rate), rate, self.welch)
+        elif jumps or self.away.any():
+            spectrum = _welch(blank, rate, self.welch)
         lines, filtered = self._lines_and_filters(name, blank, density, spectrum)
         lowest = slowest_line(wander, series.size, rate)
         lines = [one for one in lines if one.line.f_0 > lowest and one.line.A_s > coarse / 2]
-        avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
+        folded = left_in_means(lines, block_length(series.size, rate), rate)
+        wander = wander and wander.beyond(max(coarse, folded))
+        steps = np.diff(blank)
+        steps = steps[np.isfinite(steps)]
+        avar_1 = float(np.mean(steps**2)) / 2 if steps.size else math.nan
         how = self.resolution_kind, avar_1, rate, name.startswith("L")
         step = resolution(name, self.step_mm, *how)
-        whole = spectrum
-        if density and 0 < np.isnan(blank).mean() <= MOST_GAPS:
-            whole = _welch(_gapless(blank, density, rate), rate, self.welch)
         at_hz = [line.line.f_0 for line in lines]
-        broad = resonance(name, blank, rate, whole, at_hz) if whole else None
+        broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None
         return Examined(name, spectrum, lines, filtered, step, wander, broad)
 
     def _lines_and_filters(
@@ -116,6 +118,16 @@ def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
     coarse = own > LEAST_CHANGE * float(np.median(changes)) if changes.size else False
     step = max(step_mm, own if coarse else 0.0)
     return step if rounding_share(step, avar_1, distance) > MOST else 0.0
+
+
+def left_in_means(lines: Sequence[Found], length: int, rate_hz: float) -> float:
+    """What lines leave in means of `length` frames, mm, at most: A |sin(pi f l tau0) / (l sin(pi f
+    tau0))| to both sides, at the lower, middle and upper frequency of those that are faster."""
+    total = 0.0
+    for one in (x.line for x in lines if x.line.f_0 * length > rate_hz / 2):
+        f = (one.f_0 + one.width_f * np.array([-1, 0, 1])) / rate_hz
+        total += 2 * one.A_s * float(np.abs(np.sinc(length * f) / np.sinc(f)).max())
+    return total
 
 
 def slowest_line(wander: Wander | None, n: int, rate_hz: float) -> float:

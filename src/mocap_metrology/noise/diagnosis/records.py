@@ -127,11 +127,13 @@ class Diagnosis:
         return bool(self.low_pass) or "running_median" in self.software
 
 
-def explained(found: Diagnosis) -> Diagnosis:
+def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of
     level that are switches between positions, or a line that comes and goes; cycles that are
-    multiples of recurring bursts; isolated and repeated frames, and broad peaks, that software
-    made."""
+    multiples of recurring bursts; isolated and repeated frames, broad peaks, bands above the cutoff
+    of a filter (its lobes) and bursts at its ends, that software made."""
+    cutoffs = {one.series: one.cutoff_hz for one in found.low_pass if one.cutoff_hz > 0}
+    end_s = 1 / min(cutoffs.values(), default=math.inf)
     switching = {name: one for name, one in found.wanders.items() if "levels" in one.of}
     changing = {one.series for one in found.lines if one.amplitude}
 
@@ -142,6 +144,8 @@ def explained(found: Diagnosis) -> Diagnosis:
     def is_explained(event: Event) -> bool:
         if event.kind == "level":
             return {side.series for side in event.sides if side.changed} <= changing
+        if event.stop_s < end_s or event.time_s > duration_s - end_s:
+            return True
         return any(one.jump_near(event.time_s, event.stop_s) for one in switching.values())
 
     def other_than_bursts(name: str, one: Wander) -> bool:
@@ -163,11 +167,17 @@ def explained(found: Diagnosis) -> Diagnosis:
     return replace(
         found,
         events=[one for one in found.events if not is_explained(one)],
+        lines=[
+            one
+            for one in found.lines
+            if one.line.f_0 <= cutoffs.get(one.series, math.inf)
+            or (one.in_adev and not one.line.wide)
+        ],
         recurring={k: period for k, period in found.recurring.items() if k not in switching},
         trends=[one for one in found.trends if one.series not in changing],
         movements={name: stands(name, one) for name, one in found.movements.items()},
         wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
         spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
-        repeats=[] if "running_median" in codes else found.repeats,
+        repeats=[] if codes & {"running_median", "repeated"} else found.repeats,
         resonances=[one for one in found.resonances if not software and other_than_lines(one)],
     )

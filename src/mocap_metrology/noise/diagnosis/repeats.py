@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.noise.diagnosis.fills import Rule
+from mocap_metrology.noise.diagnosis.filtering import middle
 from mocap_metrology.noise.series import distance, pair_name, position
 
 LEAST_CHANGES = 16  # of frames, to know what a marker does from one to the next
@@ -103,8 +104,9 @@ def solved_pairs(
     only: a body that moves keeps its distances, however they are measured.
     """
     found = {}
+    near = {name: middle(v) for name, v in coordinates.items() if not name.startswith("L")}
     for first, second in pairs:
-        a, b = position(coordinates, first), position(coordinates, second)
+        a, b = position(near, first), position(near, second)
         with np.errstate(invalid="ignore"):
             along = np.nanmean(b - a, axis=1) if np.isfinite(a + b).any() else np.zeros(3)
         size = float(np.linalg.norm(along))

@@ -202,20 +202,14 @@ def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
 
 def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:
     """A curve and a step, in turn, each beside the other."""
-    at = np.arange(2, z.size - 1)
     for kind in ("warm_up", "creep"):
-        curve = partial(CURVES[kind], t + 0.5)
-        constant = _refined(z, t, curve, CONSTANTS, False)
-        for _ in range(3):
-            X = np.array([np.ones(z.size), curve(constant)]).T
-            basis, _ = np.linalg.qr(X)
-            sums = np.cumsum(basis[::-1], axis=0)[::-1][at]  # of each column, from a place on
-            own = np.cumsum((z - basis @ (basis.T @ z))[::-1])[::-1][at]
-            best = int(at[np.argmax(own**2 / np.maximum(z.size - at - (sums**2).sum(1), 1e-9))])
-            step = (np.arange(z.size) >= best).astype(float)[None]
+        curve, step = partial(CURVES[kind], t + 0.5), None
+        for _ in range(4):
             constant = _refined(z, t, curve, CONSTANTS, False, step)
-        columns = np.vstack([curve(constant), step])
-        yield Shape(frozenset({kind, "step"}), columns, 1 + PLACE, (float(best),))
+            beside = np.array([np.ones(z.size), curve(constant)])
+            found = next(_several_steps(z, beside, frozenset({kind})))
+            step = found.columns[-1:]
+        yield replace(found, searched=1 + PLACE, line=0)
 
 
 def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
@@ -335,8 +329,9 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         energy = (1 - decay ** (2 * np.arange(n, 0, -1))) / (1 - decay**2)
         gain = lfilter([1.0], [1.0, -decay], own[::-1])[::-1] ** 2 / energy
         gains.append((float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1))
-    start = max(gains)[1]
-    for best in range(max(start - 1, 1), min(start + 2, n - 1)):
+    start, jump = max(gains)[1], int(np.argmax(np.abs(np.diff(z))))
+    among = {start - 1, start, start + 1, jump, jump + 1} & set(range(1, n - 1))
+    for best in sorted(among):
 
         def fading(constant: float, begin: int = best) -> Floats:
             return np.where(t >= begin, np.exp(-np.maximum(k - k[begin], 0) / constant), 0.0)[None]

@@ -105,11 +105,11 @@ class Wander:
         return kind == self.noise or kind in self.kinds
 
     def beyond(self, step_mm: float) -> Wander:
-        """Without what steps of a file may make of a straight line, or of nothing: shapes and
+        """Without what steps of a file may make of a straight line, or lines of nothing: shapes and
         ranges of less than a step."""
         larger = abs(self.size_mm) > step_mm
         kinds = tuple(kind for kind in self.kinds if larger or kind == "drift")
-        possible = self.possible if self.range_mm > step_mm else ()
+        possible = self.possible if self.range_mm > step_mm and (kinds or not self.kinds) else ()
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
 
     def size_of(self, kind: str) -> float:

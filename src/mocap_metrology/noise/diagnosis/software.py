@@ -9,7 +9,8 @@ Resampled. Interpolated frames scatter less the farther they are from a measured
 variance of the second differences is periodic in time, with the old frame rate against the new.
 
 Running median. Successive medians are often the same sample: one coordinate repeats its value
-where the others do not, far more often than the steps of the file let it.
+where the others do not, far more often than the steps of the file let it, and other samples next to
+each other are alike. (Values that are held, or compressed by wavelets, are not: `repeated`.)
 """
 
 from __future__ import annotations
@@ -35,14 +36,15 @@ CHANCE = 1e-4  # that any series of a sound recording is called resampled
 DEEP = 0.15  # of the variance, that its cycle is at least
 SLOWEST = 0.02  # of the frame rate
 REPEATED = 0.1  # of the values, from which a median ran; of five white samples it is 0.43
+HELD = -0.4  # correlation of changes in turn: -1/3 behind a median of white noise, -1/2 if held
 HIDDEN = 0.05  # chance of a repeat by the steps of the file, at most
 
 
 @dataclass(frozen=True)
 class Processed:
     """code: `smoothed` (value: white share of the density at the end of the spectrum), `resampled`
-    (value: Hz, at which the variance of the frames varies), `running_median` (value: share of the
-    values that repeat the one before)."""
+    (value: Hz, at which the variance of the frames varies), `running_median` and `repeated` (value:
+    share of the values that repeat the one before)."""
 
     code: str
     series: str
@@ -130,12 +132,13 @@ def running_median(
         share = float(np.count_nonzero(same[name] & ~together)) / max(together.size, 1)
         if share < REPEATED:
             return []
-        change = np.abs(np.diff(axis.astype(np.float64)))
-        change = change[change > 0]
+        change = np.diff(axis.astype(np.float64))
+        change = change[np.abs(change) > 0]
         if change.size < LEAST:
             return []
-        step = max(step_mm, float(np.quantile(change, 0.005)))
-        if step > HIDDEN * np.median(change):
+        step = max(step_mm, float(np.quantile(np.abs(change), 0.005)))
+        in_turn = np.mean(change[1:] * change[:-1]) / np.mean(change**2)
+        if step > HIDDEN * np.median(np.abs(change)):
             return []
-        told.append(Processed("running_median", name, share))
+        told.append(Processed("repeated" if in_turn < HELD else "running_median", name, share))
     return told

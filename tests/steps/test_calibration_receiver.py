@@ -37,9 +37,9 @@ LEVERS_M = np.array([[0.0, 0.03, 0.09], [0.04, -0.03, 0.07], [-0.05, -0.02, 0.08
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three stations and an object with three markers, seen by motion capture too."""
     folder = tmp_path_factory.mktemp("receiver")
-    R, t, middle, up = stations_around(3, np.random.default_rng(6))
+    R, t, middle, up = stations_around(3, np.random.default_rng(7))
     motion = MotionTwin(centre_m=tuple(middle), speed_m_s=0.6, extent_m=0.6, wobble_deg=15)
-    twin = TurnsTwin(6, R, t, (1, 4, 9), motion, duration_s=5.0, up=up, cover_mm=(-0.8, 1.6))
+    twin = TurnsTwin(7, R, t, (1, 4, 9), motion, duration_s=5.0, up=up, cover_mm=(-0.8, 1.6))
     made = simulate_turns(twin)
     write_rec(folder / "a.rec.gz", made)
     known = zip(twin.channels, made.ids, made.factories, strict=True)

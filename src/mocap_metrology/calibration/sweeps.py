@@ -27,13 +27,16 @@ from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, stations_to_json
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
-from mocap_metrology.lighthouse.records import Factory, Hits, Station, TurnClock
+from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Station, TurnClock
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.motion import motion_of
-from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin, truth_json
-from mocap_metrology.lighthouse.simulate.turns import simulate_turns
+from mocap_metrology.lighthouse.simulate.network_twin import (
+    NetworkTwin,
+    simulate_network,
+    truth_json,
+)
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
 
@@ -114,7 +117,7 @@ def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, De
 
 
 def lengths_of(
-    entry: Entry, points: str | None, n_diodes: int, names: Sequence[str]
+    entry: Entry, points: str | None, n_diodes: int, names: Sequence[str] = ROLES
 ) -> tuple[KnownLength, ...]:
     """The length that a row states; points: file of those in the room, if it names one; names: of
     the stations. Raises `Refusal` for one that cannot be used."""
@@ -252,7 +255,7 @@ def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
 def network_twin(twin: NetworkTwin, seed: int, settings: Lighthouse, paths: Paths) -> Decoded:
     """Simulate a twin of the second generation and decode its light; writes what a lab would have
     beside it, `paths` named twin_board and truth."""
-    made = simulate_turns(twin.turns(seed))
+    made = simulate_network(twin, seed)
     write_board(paths["twin_board"], made.twin.board, made.twin.normals)
     files.write_json(paths["truth"], truth_json(made))
     return decode_light(made.light, made.twin.board, None, _cleaning(settings), "twin")

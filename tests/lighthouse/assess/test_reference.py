@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.assess import reference as ref
+from mocap_metrology.lighthouse.records import Station
 
 MOUNT = {
     "M1": np.array([0.05, 0.06, 0.05]),
@@ -176,7 +177,9 @@ def test_a_pose_file_that_is_no_json(tmp_path, text):
 
 def test_ids():
     def check(a, b, ids=(11, 12)):
-        return ref.check_same_ids(ids, (a, b), "reference", "the recording")
+        return ref.check_ids(
+            ref.Reference(TRUE, T, ids), [Station("master", a), Station("slave", b)]
+        )
 
     assert check(11, 12) == ""
     with pytest.raises(Refusal, match=r"swapped.*invert the pose"):

@@ -109,6 +109,8 @@ def test_refusals():
         pnp.board_poses(angles, FLAT, "epnp")
     with pytest.raises(Refusal, match="ippe: the board is not flat"):
         pnp.board_poses(angles, ROUGH, "ippe")
+    with pytest.raises(Refusal, match="expected one of auto"):
+        pnp.board_poses(angles, FLAT, "p3p")
 
 
 def test_without_opencv_the_line_to_type_is_told(monkeypatch):

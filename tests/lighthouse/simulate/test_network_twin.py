@@ -12,8 +12,7 @@ from mocap_metrology.calibration.pose import simulate
 from mocap_metrology.calibration.sweeps import Entry
 from mocap_metrology.common.entries import TwinsFile
 from mocap_metrology.common.faults import Faults
-from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
-from mocap_metrology.lighthouse.simulate.turns import simulate_turns
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin, simulate_network
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
 
@@ -46,7 +45,7 @@ def test_a_number_of_stations_makes_a_twin_of_the_second_generation() -> None:
 
 
 def test_recordings_of_a_setup_share_stations_and_object_alone() -> None:
-    first, second, other = (simulate_turns(twin(name).turns(seed)) for name, seed in
+    first, second, other = (simulate_network(twin(name), seed) for name, seed in
                             (("a", 0), ("b", 0), ("a", 1)))  # fmt: skip
     for name in ("ids", "places"):
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
@@ -55,7 +54,7 @@ def test_recordings_of_a_setup_share_stations_and_object_alone() -> None:
     at = np.linspace(0, 20, 50)
     apart = first.motion.poses(at)[1] - second.motion.poses(at)[1]
     assert np.linalg.norm(apart, axis=1).min() > 0 and apart.std() > 0.05
-    again = simulate_turns(twin("a").turns(0))
+    again = simulate_network(twin("a"), 0)
     np.testing.assert_array_equal(first.light.hit_s, again.light.hit_s)
 
 

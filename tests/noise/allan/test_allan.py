@@ -5,6 +5,7 @@ import gzip
 import numpy as np
 import pytest
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.variance import ESTIMATORS, allan_variance, averaging_factors
 
 
@@ -157,3 +158,10 @@ def test_averaging_factors():
     assert ratio.max() / ratio.min() < 1.05  # evenly spaced once rounding no longer matters
     np.testing.assert_array_equal(averaging_factors(29), np.arange(1, 10))
     assert averaging_factors(2).tolist() == [1]
+
+
+def test_refusals():
+    with pytest.raises(Refusal, match="estimator 'adev'"):
+        allan_variance(np.zeros(9), np.array([1]), "adev")
+    with pytest.raises(Refusal, match=">= 1"):
+        allan_variance(np.zeros(9), np.array([0]))

@@ -27,7 +27,7 @@ from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 from mocap_metrology.lighthouse.decode.factory_file import crazyflie_poses, finite, is_crazyflie
 from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.places import narrowness_m, read_places
-from mocap_metrology.lighthouse.records import ROLES, Hits
+from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 
 LARGEST_RESIDUAL_MM = 5.0
 LARGEST_MOTION_MM = 5.0  # standard deviation of a marker that ought to be at rest
@@ -106,6 +106,16 @@ def reconstruction_errors(
         offset, turn = errors(last.R, last.t_m, truth)
         found[way] = float(np.linalg.norm(offset)), float(np.linalg.norm(turn))
     return found
+
+
+def check_ids(reference: Reference, stations: Sequence[Station]) -> str:
+    """Refuse a reference of other stations, or of these with master and slave swapped.
+
+    stations: master first. Returns a sentence where an id is unknown and nothing can be checked,
+    else an empty string.
+    """
+    own = (stations[0].id, stations[1].id)
+    return check_same_ids(reference.ids, own, "reference", "the recording")
 
 
 def pose_reference(path: str | Path) -> Reference:

@@ -18,7 +18,7 @@ from mocap_metrology.lighthouse.assess.pose_file import (
     pose_json,
     read_pose_json,
 )
-from mocap_metrology.lighthouse.assess.reference import Reference, check_same_ids, errors
+from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict, worst_of
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
 from mocap_metrology.lighthouse.records import MASTER, Path, PoseEstimate, Station
@@ -82,10 +82,7 @@ def summary(
     index = chosen(found.estimates)
     best = None if index is None else found.estimates[index]
     why = list(found.why)
-    note = ""
-    if reference is not None:
-        own = stations[0].id, stations[1].id
-        note = check_same_ids(reference.ids, own, "reference", "the recording")
+    note = check_ids(reference, stations) if reference is not None else ""
     span, board_rms, places = None, None, 0.0
     both = None if best is None else found.paths_of(best)
     if both is not None:

@@ -19,6 +19,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 
+METHODS = ("auto", "epnp", "ippe", "sqpnp")
 FLAT = 1e-3  # thickness of a flat board over its width
 CAMERA = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # station axes -> camera axes
 
@@ -73,6 +74,8 @@ def board_poses(
     Returns R (n, 3, 3), t (n, 3) in m, and cost (n,), the sum of squared angle errors in rad^2; NaN
     where fewer than four diodes are seen or none of the solutions lies before the station.
     """
+    if method not in METHODS:
+        raise Refusal(f"pnp: method is {method!r}; expected one of {', '.join(METHODS)}")
     flat = is_flat(board)
     chosen = ("ippe" if flat else "epnp") if method == "auto" else method
     if chosen == "ippe":

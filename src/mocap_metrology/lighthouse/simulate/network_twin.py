@@ -13,6 +13,7 @@ from mocap_metrology.common.entries import Entry, Number, Text, Whole, one_of
 from mocap_metrology.lighthouse.simulate.turns import (
     MadeTurns,
     TurnsTwin,
+    simulate_turns,
     stations_around,
 )
 from mocap_metrology.lighthouse.simulate.twin import PATTERNS, MotionTwin
@@ -92,6 +93,11 @@ class NetworkTwin(Entry):
             up=up,
             **self.model_dump(include=OF_TURNS),
         )
+
+
+def simulate_network(twin: NetworkTwin, seed: int) -> MadeTurns:
+    """Draw the recording of a twin."""
+    return simulate_turns(twin.turns(seed))
 
 
 def truth_json(made: MadeTurns) -> dict[str, object]:

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.sums import full, gapped
 
 ESTIMATORS = ("oadev", "mdev", "hdev")
@@ -71,8 +72,12 @@ def allan_variance(
     The mean is removed first, else the running sum loses digits. Without gaps this is the textbook
     estimator (agrees with allantools to 1e-13).
     """
+    if estimator not in ESTIMATORS:
+        raise Refusal(f"Allan variance: estimator {estimator!r}; expected {', '.join(ESTIMATORS)}")
     series = np.ascontiguousarray(series, dtype=np.float64)
     m = np.ascontiguousarray(m, dtype=np.int64)
+    if m.size and m.min() < 1:
+        raise Refusal(f"Allan variance: averaging factor {m.min()}; expected whole numbers >= 1")
     # An mdev term spans 3m - 1 samples, the others a whole number of windows
     n_full = np.maximum(series.size - ORDER[estimator] * m + 1 + (estimator == "mdev"), 0)
     valid = np.isfinite(series)

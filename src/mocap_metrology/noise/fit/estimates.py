@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypedDict, cast
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.components import (
@@ -17,6 +18,7 @@ from mocap_metrology.noise.model.components import (
     GaussMarkov,
     NoiseModel,
     PowerLaw,
+    check_form,
 )
 from mocap_metrology.noise.model.deterministic import UNITS as DETERMINISTIC_UNITS
 from mocap_metrology.noise.model.deterministic import Deterministic
@@ -42,6 +44,9 @@ class Components:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "alphas", tuple(sorted(self.alphas)))
+        once = len(set(self.alphas)) == len(self.alphas)
+        if not (set(self.alphas) <= set(ALPHAS) and once and self.gauss_markov >= 0):
+            raise Refusal(f"{self}, expected alphas out of {ALPHAS}, each once; gauss_markov >= 0")
 
     @classmethod
     def of(cls, model: NoiseModel) -> Components:
@@ -201,7 +206,7 @@ def _detected(noise_rows: Iterable[NoiseRow]) -> dict[str, float]:
 def model_of(noise_rows: Sequence[NoiseRow]) -> NoiseModel:
     """The fitted noise out of rows of noise.csv of one series and estimator (see `rows`), in the
     form that was fitted; what is no noise: `deterministic_of`."""
-    forms = (form for r in noise_rows for form in FORMS if form == r.get("model"))
+    forms = (check_form(r["model"]) for r in noise_rows if r.get("model") in FORMS)
     return _noise_of(_detected(noise_rows), next(forms, "sampled"))
 
 

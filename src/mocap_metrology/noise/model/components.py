@@ -53,6 +53,7 @@ class PowerLaw:
     h: float
 
     def __post_init__(self) -> None:
+        _require(self.alpha in ALPHAS, f"power law: alpha {self.alpha}, expected one of {ALPHAS}")
         _require(0 <= self.h < math.inf, f"h_{self.alpha} = {self.h}, expected a number >= 0")
 
     def psd(
@@ -211,6 +212,10 @@ class NoiseModel:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "components", tuple(self.components))
+        check_form(self.form)
+        alphas = [c.alpha for c in self.components if isinstance(c, PowerLaw)]
+        _require(len(alphas) == len(set(alphas)), "noise model: one power law an alpha at most")
+        _require(len(self.lines) <= 1, "noise model: one sinusoid at most")
 
     @property
     def lines(self) -> tuple[Sinusoid, ...]:
@@ -225,14 +230,14 @@ class NoiseModel:
     def psd(self, f: np.ndarray, frame_rate_hz: float, form: Form | None = None) -> np.ndarray:
         """One-sided spectrum of frames that are points (`sampled`) or averages over the frame
         period (`continuous`), mm^2/Hz, at 0 < f <= 1/(2 tau0); without the sinusoid."""
-        form = form or self.form
+        form = check_form(form or self.form)
         f = np.asarray(f, float)
         gain = four_sin2(f, frame_rate_hz)
         return sum((c.psd(f, frame_rate_hz, gain, form) for c in self.broadband), np.zeros_like(f))
 
     def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form | None = None) -> np.ndarray:
         """Allan variance, mm^2, at tau = m tau0 (m whole numbers >= 1, any shape)."""
-        form = form or self.form
+        form = check_form(form or self.form)
         m = np.asarray(m, float)
         return sum((c.avar(m, frame_rate_hz, form) for c in self.components), np.zeros_like(m))
 
@@ -285,6 +290,13 @@ class NoiseModel:
             width = values.get("width_f", 0.0)
             parts.append(Sinusoid(first, second, width) if line else GaussMarkov(first, second))
         return cls(tuple(parts), form)
+
+
+def check_form(form: object) -> Form:
+    """The form, if it is one."""
+    if form not in FORMS:
+        raise Refusal(f"form {form!r}, expected {' or '.join(FORMS)}")
+    return "sampled" if form == "sampled" else "continuous"
 
 
 def _require(condition: bool, message: str) -> None:

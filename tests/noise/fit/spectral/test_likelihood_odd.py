@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
+from mocap_metrology.noise.fit.spectral.order import penalty
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
@@ -101,3 +104,12 @@ def test_what_the_model_cannot_describe_is_a_misfit(odd):
         assert c.status in ("misfit", "at_bound", "not_converged", "not_detected")
         assert np.isnan(c.upper_95) or c.detected
     assert "misfit" not in {c.status for c in likelihood(series, RATE).estimate.coefficients}
+
+
+def test_wrong_settings_are_refused():
+    with pytest.raises(Refusal, match="criterion 'AIC', expected one of bic, aicc"):
+        penalty("AIC", 100.0)
+    with pytest.raises(Refusal, match="expected alphas out of"):
+        Components((3,))
+    with pytest.raises(Refusal, match="no component to fit"):
+        likelihood(drawn(1, 1 << 14), RATE, Components((), 0))

@@ -32,6 +32,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch import solve
+from mocap_metrology.lighthouse.batch import view as views
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors, layout
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, joint
@@ -52,7 +53,7 @@ UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
 REAL = {"common_urad": 53.0, "independent_urad": 30.0, "flash_rise_us": 0.6}
 # Of a hit at 2 MHz: 42.5 urad by two edges whose errors are related (37 to 45 by distance; 38 if
 # they were independent), with jitter 52.
-IDEAL_NOISE, REAL_NOISE = solve.Noise(42.5e-6, 0.0), solve.Noise(52e-6, 53e-6)
+IDEAL_NOISE, REAL_NOISE = views.Noise(42.5e-6, 0.0), views.Noise(52e-6, 53e-6)
 EXACT, ZEROS = Priors(0, 0, 0, 0, 0), Priors(0.15, 0, 0, 0, 0)
 DECK = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
 
@@ -123,7 +124,7 @@ class Case:
     """What is drawn for a setup and recording; its noise; the bound's priors, the estimate's."""
 
     made: Callable[[int, int], Made]
-    noise: solve.Noise
+    noise: views.Noise
     bound: Priors
     priors: Priors
     optics: str = "factory"
@@ -206,7 +207,7 @@ def decoded(made: Made, board: np.ndarray, folder: Path) -> Decoded:
     return decode(dump, "gpio-dump", file)
 
 
-def bound(found: Joint, priors: Priors, noise: solve.Noise) -> np.ndarray:
+def bound(found: Joint, priors: Priors, noise: views.Noise) -> np.ndarray:
     """Cramer-Rao bound (6, 6) of the pose at what was found."""
     one, of = found.recordings[0], layout(2, len(found.state.board), priors)
     ones = np.ones(one.residual.size)

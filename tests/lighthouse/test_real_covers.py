@@ -15,7 +15,7 @@ from mocap_metrology.lighthouse.assess.summary import Summary, summary
 from mocap_metrology.lighthouse.batch import problem
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import COVER_M, Priors, by_sweep
-from mocap_metrology.lighthouse.batch.solve import residuals, view
+from mocap_metrology.lighthouse.batch.view import residuals, view
 from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, joint
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles

@@ -25,9 +25,10 @@ from mocap_metrology.lighthouse.board import COLUMNS, NORMALS, read_board, read_
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light, dropped_share
 from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, stations_to_json
+from mocap_metrology.lighthouse.decode.wander import TurnClock
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
-from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Station, TurnClock
+from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts

@@ -57,16 +57,6 @@ class Clock:
 
 
 @dataclass(frozen=True)
-class TurnClock(Clock):
-    """Likewise of turns of the second generation, with `decode.wander.Wander` of their begins."""
-
-    begin_s: float
-    stiffness: float
-    swing: float
-    decay: float
-
-
-@dataclass(frozen=True)
 class Flashes:
     """Flashes of one station, one a cycle at most; cycles of both stations carry one numbering."""
 

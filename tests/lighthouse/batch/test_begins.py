@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.calibrate.batch import joint
-from mocap_metrology.lighthouse.decode.wander import Wander
-from mocap_metrology.lighthouse.records import TurnClock
+from mocap_metrology.lighthouse.decode.wander import TurnClock, Wander
 from tests.lighthouse.batch.planes_scene import TICKS, Made, made
 from tests.lighthouse.batch.test_planes_batch import errors, squared
 

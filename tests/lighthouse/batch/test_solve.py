@@ -11,12 +11,13 @@ from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.batch import solve
+from mocap_metrology.lighthouse.batch import view as views
 from mocap_metrology.lighthouse.batch.damping import more_damping
 from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
 from mocap_metrology.lighthouse.batch.recording import Recording
-from mocap_metrology.lighthouse.batch.solve import Noise
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
+from mocap_metrology.lighthouse.batch.view import Noise
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.records import Factory, Hits
 from mocap_metrology.lighthouse.rotation import from_angles
@@ -47,7 +48,7 @@ def some_hits(n: int = 400) -> Hits:
     return Hits(station, axis, cycle, diode.astype(np.int16), time, angle, np.full(n, 4e-6))
 
 
-def begun(priors: Priors) -> tuple[solve.View, Trajectory, State, Layout]:
+def begun(priors: Priors) -> tuple[views.View, Trajectory, State, Layout]:
     rng = np.random.default_rng(4)
     board = flat_board(4, 2)
     of = layout(2, len(board), priors)
@@ -59,7 +60,7 @@ def begun(priors: Priors) -> tuple[solve.View, Trajectory, State, Layout]:
     node_t = np.column_stack([3 + node_s, np.sin(5 * node_s), 0.1 * node_s])
     trajectory = through(node_s, node_R, node_t, 0.0, 0.41)
     trajectory = trajectory.moved(0.02 * rng.normal(size=trajectory.control.size))
-    return solve.view(by_sweep(some_hits()), trajectory), trajectory, state, of
+    return views.view(by_sweep(some_hits()), trajectory), trajectory, state, of
 
 
 def test_basis_is_that_of_scipy() -> None:
@@ -76,20 +77,20 @@ def test_basis_is_that_of_scipy() -> None:
 
 
 def numerical_jacobian(
-    seen: solve.View, trajectory: Trajectory, state: State, of: Layout
+    seen: views.View, trajectory: Trajectory, state: State, of: Layout
 ) -> np.ndarray:
     """Derivatives (hits, control points + globals) by central differences."""
     columns, eps = [], 1e-6
     for k in range(trajectory.control.size):
         unit = np.zeros(trajectory.control.size)
         unit[k] = eps
-        high = solve.residuals(seen, trajectory.moved(unit), state)
-        columns.append((high - solve.residuals(seen, trajectory.moved(-unit), state)) / (2 * eps))
+        high = views.residuals(seen, trajectory.moved(unit), state)
+        columns.append((high - views.residuals(seen, trajectory.moved(-unit), state)) / (2 * eps))
     for k in range(of.size):
         unit = np.zeros(of.size)
         unit[k] = eps
-        high = solve.residuals(seen, trajectory, state.moved(unit, of))
-        low = solve.residuals(seen, trajectory, state.moved(-unit, of))
+        high = views.residuals(seen, trajectory, state.moved(unit, of))
+        low = views.residuals(seen, trajectory, state.moved(-unit, of))
         columns.append((high - low) / (2 * eps))
     return np.array(columns).T
 
@@ -106,7 +107,7 @@ def dense(band: np.ndarray) -> np.ndarray:
 def test_sums_are_those_of_numerical_derivatives(priors: Priors) -> None:
     seen, trajectory, state, of = begun(priors)
     rng = np.random.default_rng(5)
-    e = solve.residuals(seen, trajectory, state)
+    e = views.residuals(seen, trajectory, state)
     w = rng.uniform(0.1, 1, e.size)
     sums = solve.linearised(seen, trajectory, state, e, w, of)
     J = numerical_jacobian(seen, trajectory, state, of)
@@ -215,10 +216,10 @@ def test_a_piece_is_the_same_along_its_own_stretch_of_the_trajectory() -> None:
     """Control points that no hit touches go straight on, which costs nothing."""
     seen, trajectory, state, of = begun(Priors())
     begin = seen.begin
-    seen = solve.sweeps_of(seen, (begin > 1) & (begin < 5))
+    seen = views.sweeps_of(seen, (begin > 1) & (begin < 5))
     rng, noise, found = np.random.default_rng(7), Noise(3e-5, 5e-5), []
     off = 1e-4 * rng.normal(size=len(seen.sweeps.hits))
-    for own, path in ((seen, trajectory), solve.stretch(seen, trajectory)):
+    for own, path in ((seen, trajectory), views.stretch(seen, trajectory)):
         sums = solve.linearised(own, path, state, off, np.ones(off.size), of)
         part = solve.reduced(sums, path, noise)
         found.append((part.S, part.h + solve.by_bends(part, path, noise)))
@@ -255,7 +256,7 @@ def test_wrong_sweeps_do_not_make_the_noise_of_all_larger() -> None:
         wrong = rng.choice(n, max(n // 25, 1), replace=False)
         shift[wrong] += rng.choice([-1, 1], wrong.size) * rng.uniform(1e-3, 5e-2, wrong.size)
         off = 30e-6 * rng.normal(size=len(seen.sweeps.hits)) + shift[seen.sweeps.sweep]
-        own = solve.weights(seen, off, noise)
+        own = views.weights(seen, off, noise)
         sums = solve.linearised(seen, trajectory, state, off, own.hit, of, held=own.held)
         found.append(estimated_noise(sums, trajectory, noise))
     means = [np.mean([getattr(one, k) for one in found]) for k in ("hit", "sweep")]

@@ -18,9 +18,9 @@ from mocap_metrology.lighthouse.decode.factory_file import (
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx2 import decode_turns, encode_frame2, unpack
 from mocap_metrology.lighthouse.decode.turns import Light, Turns, find_turns
-from mocap_metrology.lighthouse.decode.wander import Late
+from mocap_metrology.lighthouse.decode.wander import Late, TurnClock
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
-from mocap_metrology.lighthouse.records import Factory, Station, TurnClock
+from mocap_metrology.lighthouse.records import Factory, Station
 
 NAMES = NAMES_OF[2]
 READ = {  # recording, object: channels with a readable frame; those of 12 s by vote alone

@@ -16,8 +16,7 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
 from mocap_metrology.lighthouse.batch.recording import Recording
 from mocap_metrology.lighthouse.batch.solve import Reduced, Sums
-from mocap_metrology.lighthouse.decode.wander import Wander
-from mocap_metrology.lighthouse.records import TurnClock
+from mocap_metrology.lighthouse.decode.wander import TurnClock
 
 
 def pull_of_begins(one: Recording, sums: Sums, part: Reduced) -> Floats:
@@ -35,9 +34,8 @@ def pull_of_begins(one: Recording, sums: Sums, part: Reduced) -> Floats:
         for j in range(SPAN):
             row = np.minimum(low + j, last)  # beyond the last, `of_sweep` is 0
             pull = pull - sums.of_sweep[own, j, None] * part.A_C[row]
-        wander = Wander(clock.begin_s, clock.stiffness, clock.swing, clock.decay)
         rad_per_s = 2 * np.pi / clock.cycle_s
         pull *= rad_per_s * open_[own, None] / noise.hit**2
-        twice = min(wander.variance, (noise.sweep / rad_per_s) ** 2)
-        total += wander.error_of(pull, turn[own]) - twice * pull.T @ pull
+        twice = min(clock.variance, (noise.sweep / rad_per_s) ** 2)
+        total += clock.error_of(pull, turn[own]) - twice * pull.T @ pull
     return total

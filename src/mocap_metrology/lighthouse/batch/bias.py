@@ -30,17 +30,9 @@ from mocap_metrology.lighthouse.batch import kernel
 from mocap_metrology.lighthouse.batch.inverse import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import Layout, State
-from mocap_metrology.lighthouse.batch.solve import (
-    Equations,
-    Noise,
-    Reduced,
-    View,
-    Weights,
-    by_bends,
-    linearised,
-    reduced,
-)
+from mocap_metrology.lighthouse.batch.solve import Equations, Reduced, by_bends, linearised, reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.batch.view import Noise, View, Weights
 
 SIGNS = hadamard(8)[:, 1 : 1 + POSE]
 UNSURE_RAD = 0.3  # of a rotation, as beside a gap: beyond it the second order does not suffice

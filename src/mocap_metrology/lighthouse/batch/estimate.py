@@ -67,7 +67,7 @@ class Joint:
     standard deviations that it used, and that the recordings do not contradict; ups: as given;
     misfit: by how much the pieces of the recordings differ, over what noise explains (variances);
     others: what S has from other data than those, as measured lengths; begins: as in
-    `batch.begins`.
+    `batch.begins`, of an estimate that is not `sized`.
     """
 
     state: State
@@ -217,7 +217,7 @@ class _Search:
 
     def run(self, most: int = ROUNDS) -> Joint:
         """Steps until they are small, once with the first priors and once with those found."""
-        converged, rounds, stalled = False, 0, 0
+        converged, rounds, stalled, final = False, 0, 0, not self.sized
         while not converged and rounds < most:
             rounds += 1
             sums = self._linearise()
@@ -244,7 +244,7 @@ class _Search:
             rounds,
             self.ups,
             others=self.others,
-            begins=sum(map(pull_of_begins, self.recordings, sums, self.parts)),
+            begins=sum(map(pull_of_begins, self.recordings, sums, self.parts)) if final else 0.0,
         )
 
     def without_bias(self, found: Joint) -> Joint:

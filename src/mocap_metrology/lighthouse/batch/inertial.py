@@ -26,8 +26,9 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.inverse import selected_inverse
 from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, right_jacobians, rotated
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2, INERTIAL_SD, Layout, State
-from mocap_metrology.lighthouse.batch.solve import LIMIT, Equations
+from mocap_metrology.lighthouse.batch.solve import Equations
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, cubic
+from mocap_metrology.lighthouse.batch.view import LIMIT
 from mocap_metrology.lighthouse.records import Inertial
 from mocap_metrology.lighthouse.rotation import exp, log
 

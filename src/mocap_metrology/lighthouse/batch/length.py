@@ -20,8 +20,9 @@ from scipy import linalg
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobians
 from mocap_metrology.lighthouse.batch.problem import Layout, State
-from mocap_metrology.lighthouse.batch.solve import Noise, Reduced
+from mocap_metrology.lighthouse.batch.solve import Reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.batch.view import Noise
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.rotation import exp
 

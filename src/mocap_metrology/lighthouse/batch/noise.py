@@ -7,8 +7,9 @@ from scipy import linalg, optimize
 
 from mocap_metrology.lighthouse.batch import sweep_kernel
 from mocap_metrology.lighthouse.batch.inverse import selected_inverse
-from mocap_metrology.lighthouse.batch.solve import Noise, Sums, known_of, reduced
+from mocap_metrology.lighthouse.batch.solve import Sums, known_of, reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.batch.view import Noise
 
 WRONG = 0.5  # of the weight of a sweep: below it is farther off than five standard deviations
 NOISE_ROUNDS = 2  # of its estimate beside other data

@@ -16,16 +16,8 @@ from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import GROUPS, NEARLY_KNOWN, Priors
 from mocap_metrology.lighthouse.batch.recording import Recording, rough
-from mocap_metrology.lighthouse.batch.solve import (
-    Noise,
-    by_bends,
-    linearised,
-    reduced,
-    solved,
-    stretch,
-    sweeps_of,
-    weights,
-)
+from mocap_metrology.lighthouse.batch.solve import by_bends, linearised, reduced, solved
+from mocap_metrology.lighthouse.batch.view import Noise, stretch, sweeps_of, weights
 from mocap_metrology.lighthouse.records import AXES, Halves, SharedErrors
 
 PIECES = 12  # of a recording, of one duration

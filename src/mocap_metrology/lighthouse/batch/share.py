@@ -21,8 +21,8 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import State
-from mocap_metrology.lighthouse.batch.solve import View
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.batch.view import View
 from mocap_metrology.lighthouse.rotation import exp
 
 CELL = 0.2  # of the direction, a unit vector in the board's axes: 11 deg

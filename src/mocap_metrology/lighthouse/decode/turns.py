@@ -18,8 +18,8 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
 from mocap_metrology.lighthouse.decode.comb import fit_clock
-from mocap_metrology.lighthouse.decode.wander import Late, wander
-from mocap_metrology.lighthouse.records import Hits, Inertial, Pulses, TurnClock
+from mocap_metrology.lighthouse.decode.wander import Late, TurnClock, wander
+from mocap_metrology.lighthouse.records import Hits, Inertial, Pulses
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 PERIOD_TICKS = (

@@ -24,6 +24,7 @@ from scipy.interpolate import CubicSpline
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.records import Clock
 
 # Logits of r and of w / pi, log l: a swing, and a slow wander.
 STARTS = (3.0, -2.0, 2.0), (6.0, -6.0, 6.0)
@@ -80,6 +81,11 @@ class Wander:
         band[0, turn - turn[0]] += 1
         L = linalg.cholesky_banded(band, lower=True)
         return linalg.cho_solve_banded((L, True), y), 2 * float(np.log(L[0]).sum())
+
+
+@dataclass(frozen=True)
+class TurnClock(Wander, Clock):
+    """Line through the begins of turns of a station, and their wander about it."""
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ for 20 s, 20 urad of noise a hit and 15 of a sweep, a tenth of the hits lost. Ca
 else is wrong, so that the covariance is the Cramer-Rao bound; `real`: diodes 0.2 mm from their
 places, under covers, factory values known; `slow`: 0.15 mm, and besides diodes are seen 0.07 mm
 aside by the direction of the light, and 3 % of the hits are reflections; `unknown`: factory values
-drawn from the spread of real ones and not known; `drawn`: as `slow`, and scale and covers of the
-object are drawn from what `batch` takes them for beforehand. Ratios are root mean squares of
+drawn from the spread of real ones and not known; `drawn`: as `slow`, and scale, cover, places and
+time zeros are drawn from what `batch` takes them for beforehand. Ratios are root mean squares of
 normalised errors, so 1 is the bound; shares of six-dimensional ellipsoids that hold the true pose.
 """
 
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -24,7 +25,8 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.kernel import HELD
 from mocap_metrology.lighthouse.batch.problem import COVER_M, COVER_SD_M, Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
-from tests.lighthouse.batch.planes_scene import made, tracker
+from mocap_metrology.lighthouse.calibrate.scene import Scene
+from tests.lighthouse.batch.planes_scene import made
 
 CASES = {
     "light": {},
@@ -41,23 +43,32 @@ CASES = {
 CASES["drawn"] = CASES["slow"] | {"place_mm": 0.2}
 
 
-def drawn(seed: int) -> dict[str, object]:
-    """Share by which an object is larger than its file, and its covers, from their priors."""
-    rng = np.random.default_rng([17, seed])
-    board, _ = tracker()
+def drawn(rng: np.random.Generator, priors: Priors) -> tuple[float, tuple[float, float]]:
+    """Share by which an object is larger than its file, and its cover a, t in m, from priors."""
     held, thickness = np.array([0.0, COVER_M[1]]) + COVER_SD_M * [1, 0.1] * rng.normal(size=2)
-    larger = float(Priors().of_board(board).board_scale * rng.normal())
-    return {"larger": larger, "cover": (held - HELD * thickness, thickness)}
+    return float(priors.board_scale * rng.normal()), (held - HELD * thickness, thickness)
+
+
+def with_zeros(scene: Scene, rng: np.random.Generator) -> Scene:
+    """With a time zero of each station and plane from its prior."""
+    hits, priors = scene.hits, scene.used_priors
+    zeros = priors.time_zero_rad * rng.normal(size=(len(scene.names), 2))
+    return replace(
+        scene, hits=replace(hits, angle_rad=hits.angle_rad + zeros[hits.station, hits.axis])
+    )
 
 
 def study(n: int, case: str, runs: int, seconds: float) -> None:
     """One row of the table."""
     squares, ratios, millimetres, spent, hits = [], [], [], [], 0
     for seed in range(runs):
-        more = drawn(seed) if case == "drawn" else {}
+        rng, more = np.random.default_rng([17, seed]), {}
+        if case == "drawn":
+            more = dict(zip(("larger", "cover"), drawn(rng, Priors()), strict=True))
         given = made(n, seed, seconds, **CASES[case] | more)
+        scene = with_zeros(given.scene, rng) if case == "drawn" else given.scene
         begun = time.process_time()
-        found, _ = joint(given.scene)
+        found, _ = joint(scene)
         spent.append(time.process_time() - begun)
         hits = len(given.scene.hits)
         for k, (R, t) in enumerate(given.poses[1:], start=1):

@@ -42,7 +42,7 @@ FIRST: dict[str, dict[str, Any]] = {
 SECOND: dict[str, dict[str, Any]] = {
     "turns": {},
     "turns with wrong hits": {"wrong": 0.05},
-    "turns with a cover": {"cover": (-0.8, 1.5)},
+    "turns with a cover": {"cover": (-0.8e-3, 1.5e-3)},
     "turns of ideal planes": {"ideal": True},
 }
 

@@ -177,11 +177,13 @@ def watch(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Check all files; a table of several in the end. 0 if each has a verdict."""
-    paths = list(_recordings(options))
+    once: dict[Path, Path] = {}
+    for path in _recordings(options):
+        once.setdefault(path.resolve(), path)
+    paths = list(once.values())
     options.brief = len(paths) > 1 or paths[0] != Path(options.files[0]).expanduser()
     rows = []
-    for number, path in enumerate(paths, start=1):
-        folder = results.folder_of(path)
+    for number, (path, folder) in enumerate(results.folders_of(paths), start=1):
         if options.brief:
             print(f"\n{number}/{len(paths)} {path}", file=sys.stderr, flush=True)
         if options.output:

@@ -17,8 +17,10 @@ from mocap_metrology.io.units import LengthUnit
 LONGEST_LINE = 1 << 20  # bytes; 30,000 markers
 BOM = b"\xef\xbb\xbf"
 BLANKS = " \t"
-NULLS = ("", "NULL", "null", "NaN", "nan", "NAN", "-nan", "-nan(ind)", "nan(ind)")
-NULLS += ("NA", "N/A", "#N/A", "None")
+NULLS = (
+    *("", "NULL", "null", "None", "NA", "N/A", "#N/A"),
+    *("NaN", "nan", "NAN", "-nan", "-nan(ind)", "nan(ind)"),
+)
 BODY = "is a body: its position and orientation are solved from its markers, not measured"
 
 Triple = tuple[int, int, int]

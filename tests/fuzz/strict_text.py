@@ -323,7 +323,8 @@ class Once(yaml.SafeLoader):
 
 
 def configuration(raw: bytes) -> Values:
-    """Leaves by dotted name; text that is a number is one. A key stands once."""
+    """Leaves by dotted name; text that is a number is one. A key stands once, a BOM first."""
+    need(b"\xef\xbb\xbf" not in raw[3:])
     try:
         found = yaml.load(raw.decode("utf-8"), Once)
     except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError):

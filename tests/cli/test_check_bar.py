@@ -60,6 +60,28 @@ def test_three_files_are_passes_and_have_intervals(passes: list[str], capsys) ->
     assert "lengths are too short on average" in text and "Record 3 passes" not in text
 
 
+def test_files_of_one_name_are_passes_of_their_own(passes: list[str], capsys) -> None:
+    """One that is given twice is checked once."""
+    for k, name in enumerate(passes):
+        Path(f"day{k}").mkdir()
+        Path(name).rename(f"day{k}/wand.c3d")
+    arguments = ["day0", "day1/wand.c3d", "day2/wand.c3d", "day1/../day0/wand.c3d"]
+    assert main.main(["check", *arguments, "--bar", "auto"]) == 0
+    text = capsys.readouterr().out
+    assert "3 passes of Wand-A-Wand-B: " in text
+    lengths = [
+        json.loads(Path(f"results/check/day{k}-wand.c3d/bar.json").read_text())["reference_mm"]
+        for k in range(3)
+    ]
+    assert len(set(lengths)) == 3
+
+
+def test_a_wrong_certificate_leaves_the_figure_whole(passes: list[str], recwarn) -> None:
+    """Limits beyond its axes are not drawn: their text would leave no room."""
+    assert main.main(["check", passes[0], "--bar", "auto", "--length", "510"]) == 0
+    assert not [str(one.message) for one in recwarn if "layout" in str(one.message)]
+
+
 def test_without_a_certificate_nothing_is_called_accurate(passes: list[str], capsys) -> None:
     assert main.main(["check", passes[0], "--bar", "auto"]) == 0
     text = capsys.readouterr().out

@@ -1,5 +1,6 @@
 """`mocap-metrology check`: one file without a sheet, from the choice of markers to the verdict."""
 
+import gzip
 import json
 import os
 import signal
@@ -88,14 +89,18 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
     Path("file").touch()
     rows = "\n".join(f"{k / 100},1000.5,2000.5,3000.25" for k in range(20)) + "\n"
     Path("nameless.csv").write_text(rows)
+    Path("take.csv.gz").write_bytes(gzip.compress(rows.encode()))
     Path("cut.c3d").write_bytes(take.read_bytes()[:-20_000])
     position = np.random.default_rng(3).normal(0, 1e-5, (500, 1, 3)) + 0.1
     write_c3d(Path("metres.c3d"), ["A"], 50.0, [position], 500)
     unit = " (--unit m or mm, in make UNIT=m or mm)"
     name = take.name
     cases = {
-        ("nameless.csv",): f"nameless.csv: line 1 has numbers without names: {HOW}; {READ}, here"
-        ' --columns "t x y z", in make NAMES="t x y z"',
+        ("nameless.csv",): f"nameless.csv: line 1 has numbers without names: {HOW}, here"
+        f' --columns "t x y z", in make NAMES="t x y z"; {READ}',
+        (
+            "take.csv.gz",
+        ): f"take.csv.gz: is not a C3D file: it looks like a gzip archive (unpack it); {READ}",
         ("nameless.csv", "--columns", "t A_x A_y A_z"): "nameless.csv: no column names the unit of"
         f" its coordinates: state it, m or mm{unit}",
         ("none.c3d",): "none.c3d: no such file; expected a recording, as take.c3d",

@@ -42,6 +42,11 @@ def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, cap
     write_dump(tmp_path / "dump.bin", simulated.pulses)
     write_board(str(tmp_path / "board.csv"), simulated.truth.board)
     files = [str(tmp_path / name) for name in ("dump.bin", "board.csv", "one")]
+    with_table = ["check", files[0], "--board", files[1], "--output", files[2]]
+    assert main.main([*with_table, "--reference", files[1]]) == 1
+    said = "board.csv: cannot be read as JSON"
+    assert capsys.readouterr().err.splitlines()[-1].startswith(said)
+    assert not (tmp_path / "one").exists()
     assert main.main(["check", files[0], "--board", files[1], "--output", files[2]]) == 1
     verdict, *_, last = printed[0].out.splitlines()
     assert verdict.startswith("dump: ")

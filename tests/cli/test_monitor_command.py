@@ -106,6 +106,7 @@ def test_what_is_refused_changes_nothing(
         (copy, ("--date", "5 March"), 'column date: "5 March"; expected the date'),
         (other, late, "no marker 'A'"),
         (other, (*late, "--markers", "C", "D"), 'column markers: "C;D"; expected "A;B"'),
+        (other, (*late, "--monitor", "../x"), 'column monitor: "../x"; expected letters'),
         (moving, late, "moving.c3d: its markers move"),
         (tmp_path / "none.c3d", late, "no such file"),
     ):
@@ -166,6 +167,10 @@ def test_a_sheet_that_was_edited(
     assert run(write_take(tmp_path / "t5.c3d", 5), "--date", "2026-03-05") == 1
     assert 'column date: "2026-03-01"; expected 2026-03-03 or later' in capsys.readouterr().err
     assert sheet.read_bytes() == swapped.encode()
+    sheet.write_bytes((twice := text + text.splitlines()[-1] + "\r\n").encode())
+    assert run(tmp_path / "t5.c3d", "--date", "2026-03-05") == 1
+    assert 'column recording: "t3"; expected another name than row 4' in capsys.readouterr().err
+    assert sheet.read_bytes() == twice.encode()
 
 
 def test_a_take_without_its_results_is_read_again(tmp_path: Path, run: Run) -> None:
@@ -185,10 +190,14 @@ def test_settings_of_the_folder(
 ) -> None:
     folder = tmp_path / "hall"
     folder.mkdir()
-    (folder / "config.yaml").write_text("monitor: {tolerance: {place_m: 1}}\n")
     path = write_take(tmp_path / "t1.c3d", 1)
-    assert run(path, "--date", "2026-03-01") == 1
-    assert "config, key monitor.tolerance.place_m: unknown" in capsys.readouterr().err
+    for text, said in (
+        (b"monitor: {tolerance: {place_m: 1}}\n", "config, key monitor.tolerance.place_m: unknown"),
+        (b"\xff\xfe", "no readable YAML: 'utf-8' codec can't decode"),
+    ):
+        (folder / "config.yaml").write_bytes(text)
+        assert run(path, "--date", "2026-03-01") == 1
+        assert f"hall/config.yaml: {said}" in capsys.readouterr().err
     (folder / "config.yaml").write_text("monitor: {tolerance: {place_mm: 5}}\n")
     grown(tmp_path, run, 5)
     assert run(write_take(tmp_path / "t7.c3d", 7, shift=2), "--date", "2026-03-07") == 0

@@ -17,7 +17,7 @@ import yaml
 from .strict_c3d import MM, Unreadable, Values, need
 
 DECIMAL = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-NONE = ("", "NULL", "null", "NaN", "nan", "NAN")
+NONE = ("", "NULL", "null", "NaN", "nan", "NAN", "NA", "N/A", "None", "-nan")
 TICKS = 48_000_000
 
 
@@ -36,7 +36,7 @@ def lines_of(raw: bytes) -> list[str]:
 
 
 def number(cell: str) -> float:
-    cell = cell.strip(" \t")
+    cell = re.sub(r'^"([^"]*)"$', r"\1", cell.strip(" \t")).strip(" \t")
     if cell in NONE:
         return math.nan
     if re.fullmatch(r"[+-]?inf(inity)?", cell, re.I):
@@ -323,7 +323,8 @@ class Once(yaml.SafeLoader):
 
 
 def configuration(raw: bytes) -> Values:
-    """Leaves by dotted name; text that is a number is one. A key stands once."""
+    """Leaves by dotted name; text that is a number is one. A key stands once, a BOM first."""
+    need(b"\xef\xbb\xbf" not in raw[3:])
     try:
         found = yaml.load(raw.decode("utf-8"), Once)
     except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError):

@@ -124,7 +124,7 @@ def test_lines_before_the_numbers_of_a_table(tmp_path) -> None:
     names, rows = "time,A_x_mm,A_y_mm,A_z_mm\n", "0,100,200,300\n1,101,201,301\n"
     for head, said in (
         ("# c\n" * 58, ""),
-        ("# c\n" * 59, "has no frames: no row of three or more numbers in its first lines"),
+        ("# c\n" * 59, "no row of three or more numbers in its first lines; line 60 is"),
         ("a,b,c,d\n" * 4, "5 lines before its numbers, which are not understood"),
         (f"#{'c' * (2**20 - 3)}\n", ""),
         (f"#{'c' * (2**20 - 2)}\n", "line 1 is longer than 1048576 bytes"),
@@ -144,5 +144,5 @@ def test_a_rate_that_is_stated_may_differ_by_a_tenth_of_a_per_cent(tmp_path, per
         if is_read:
             assert read_recording([path], ["A"], rate).frame_rate_hz == rate
         else:
-            said = f"column frame_rate_hz states {rate:g} Hz; they may differ by 0.1 %"
+            said = f"{rate:g} Hz is stated; they may differ by 0.1 %"
             assert refusal(path, ["A"], frame_rate_hz=rate).endswith(said)

@@ -17,7 +17,7 @@ from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.exports import FORMATS
-from mocap_metrology.calibration.pose import write_poses
+from mocap_metrology.calibration.pose import reference_of, write_poses
 from mocap_metrology.calibration.receiver import receiver
 from mocap_metrology.calibration.sweeps import Entry, checked, write_decoded
 from mocap_metrology.calibration.tables import BAR, RECEIVER, TABLES
@@ -63,6 +63,8 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
         )
         for words in (*check["notes"], *check["warnings"]):
             tell(words)
+        generation = 2 if check.get("generation") == 2 else 1
+        reference_of(entry, options.reference, None, generation)  # refused before the poses
         names = ("check.json", *TABLES.values(), *BAR.values(), *RECEIVER.values(), *PICTURES)
         # The second process ends first, also after a failure: it would create the folder again
         with replaced(folder, names) as part, second:

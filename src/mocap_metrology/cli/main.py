@@ -24,7 +24,7 @@ from mocap_metrology.lighthouse import RECORDING_FORMATS
 
 TEXTS = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
-DUMPS = (".bin", ".dump", ".rec", ".gz")
+DUMPS = (".bin", ".dump", ".rec", ".rec.gz")
 INTERRUPTED = 130  # the shell's number for it
 
 
@@ -177,11 +177,13 @@ def watch(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Check all files; a table of several in the end. 0 if each has a verdict."""
-    paths = list(_recordings(options))
+    once: dict[Path, Path] = {}
+    for path in _recordings(options):
+        once.setdefault(path.resolve(), path)
+    paths = list(once.values())
     options.brief = len(paths) > 1 or paths[0] != Path(options.files[0]).expanduser()
     rows = []
-    for number, path in enumerate(paths, start=1):
-        folder = results.folder_of(path)
+    for number, (path, folder) in enumerate(results.folders_of(paths), start=1):
         if options.brief:
             print(f"\n{number}/{len(paths)} {path}", file=sys.stderr, flush=True)
         if options.output:
@@ -206,7 +208,8 @@ def _recordings(options: argparse.Namespace) -> Iterator[Path]:
         if not path.is_dir():
             yield path
             continue
-        inside = sorted(p for p in path.iterdir() if p.suffix.lower() in _suffixes(options))
+        endings = tuple(_suffixes(options))
+        inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(endings))
         if not inside:
             print(f"{text}: no recording in this folder", file=sys.stderr)
         yield from inside or [path]
@@ -230,7 +233,7 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
         print(f"{printable(path.name)}: reading", file=sys.stderr, flush=True)
         if not is_file(path):
             raise Refusal(f"{path}: is not a file; expected a recording, as take.c3d")
-        if path.suffix.lower() in DUMPS and not options.board:
+        if path.name.lower().endswith(DUMPS) and not options.board:
             what = "a dump needs --board board.csv, the places of its photodiodes"
             raise Refusal(f"{path.name}: {what}")
         return _verdict(path, folder, options)

@@ -51,8 +51,8 @@ def add_take(options: argparse.Namespace) -> int:
         with _alone(folder):
             document = _added(Sheet(folder), path, options, _settings(folder))
     except OSError as error:
-        why = f"{error.strerror or error}"
-        raise Refusal(f"{folder}: {why}; the take was not added, and nothing changed") from None
+        why = f"{error.filename or folder}: {error.strerror or error}"
+        raise Refusal(f"{why}; the take was not added, and nothing changed") from None
     name = document["monitor"]
     chart = folder / RESULTS / "monitors" / name / "chart.png"
     with suppress(BrokenPipeError):  # as of `| head -1`; the take is added all the same
@@ -64,13 +64,13 @@ def _settings(folder: Path) -> Settings:
     """Of config.yaml in the folder, where there is one; what it lacks has its default."""
     own = Settings(noise=Noise(estimators=("likelihood",)))
     try:
-        text = (folder / CONFIG).read_text(encoding="utf-8")
+        raw = (folder / CONFIG).read_bytes()
     except FileNotFoundError:
         return own
     try:
-        found = checked(load_yaml(text) or {}, whole=False)
+        found = checked(load_yaml(raw.decode("utf-8")) or {}, whole=False)
     except Faults as faults:
-        raise Refusal("; ".join(faults.lines)) from None
+        raise Refusal("; ".join(f"{folder / CONFIG}: {line}" for line in faults.lines)) from None
     except ValueError as error:
         raise Refusal(f"{folder / CONFIG}: no readable YAML: {error}") from None
     return found.model_copy(update={"noise": own.noise})

@@ -17,7 +17,7 @@ from mocap_metrology.cli import results
 from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.io.labels import find_points, in_words
 from mocap_metrology.io.read import Kind, labels_of, points_by_kind
-from mocap_metrology.io.recording import Recording
+from mocap_metrology.io.recording import GIVE_RATE, Recording
 from mocap_metrology.io.text.table import HOW
 from mocap_metrology.noise.gaussian.two_markers import median_drift
 from mocap_metrology.present.text.numbers import duration_words, mm
@@ -102,12 +102,12 @@ def _entry(path: Path, options: argparse.Namespace) -> Entry:
 
 def advised(refusal: Refusal) -> str:
     """The refusal, and what to write on the command line."""
-    rate = ", here --rate 100, in make RATE=100" if "column frame_rate_hz" in str(refusal) else ""
+    rate = ", here --rate 100, in make RATE=100"
     truncated = "add --accept-truncated, in make TRUNCATED=accept"
     unit = "--unit m or mm, in make UNIT=m or mm"
     why = clean.refused(refusal, truncated, unit)["why"]
-    names = ', here --columns "t x y z", in make NAMES="t x y z"' if HOW in why else ""
-    return f"{why}{rate}{names}"
+    names = ', here --columns "t x y z", in make NAMES="t x y z"'
+    return why.replace(GIVE_RATE, GIVE_RATE + rate).replace(HOW, HOW + names)
 
 
 def chosen(entry: Entry, limit_mm: float) -> tuple[list[str], str]:

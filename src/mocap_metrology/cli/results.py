@@ -8,7 +8,7 @@ import shutil
 import sys
 import traceback
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -34,15 +34,32 @@ def name_of(path: Path) -> str:
     """A name for a recording: `My file (2).c3d` is `My-file-2`. What is too long, or has no letter
     or digit of ASCII, is distinguished by a hash."""
     name = re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem).strip("-.")
-    digest = hashlib.sha256(path.stem.encode("utf-8", "surrogateescape")).hexdigest()[:6]
+    digest = _digest(path.stem)
     if not re.search(r"[A-Za-z0-9]", name):
         return f"recording-{digest}"
     return name if len(name) <= LONGEST else f"{name[:12].rstrip('-._')}-{digest}"
 
 
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:6]
+
+
 def folder_of(path: Path) -> Path:
     """Folder of results unless another one is requested: `take.c3d` beside `take.trc`."""
     return Path("results/check") / f"{name_of(path)}{path.suffix.lower()}"
+
+
+def folders_of(paths: Sequence[Path]) -> list[tuple[Path, Path]]:
+    """Files with their folders of results: `monday-take.c3d` where files of several folders have
+    one name, and a hash where this is one name, too."""
+    own = [folder_of(path) for path in paths]
+    for name in (lambda path: path.parent.name, lambda path: _digest(str(path))):
+        longer = [path.with_name(f"{name(path.resolve())}-{path.name}") for path in paths]
+        own = [
+            folder_of(path) if own.count(folder) > 1 else folder
+            for path, folder in zip(longer, own, strict=True)
+        ]
+    return list(zip(paths, own, strict=True))
 
 
 @contextmanager

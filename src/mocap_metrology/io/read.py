@@ -1,10 +1,10 @@
 """Read recordings of any format: positions, labels, orientations of bodies.
 
-The suffix of the path gives the format (`FORMATS`), for `.csv` also what the file begins with.
+The suffix of the path gives the format (`FORMATS`), of a text also what it begins with (`_layout`).
 
 To add a text format, write a module in `text` with a function `layout(path)`, which reads the
 header into a `Layout` and refuses what is none, and add its suffix to `FORMATS` as
-`text_format(layout)`; where the suffix is taken, let one function choose, as `_csv_layout` does.
+`text_format(layout)`; where the suffix is taken, let `_layout` choose.
 Frame numbers, times, gaps, zeros, decimals and segments are then treated as for all others. Another
 binary format needs its own `Format`: a header as `recording.Header` describes it, and a reader that
 gives `recording.assemble` a `SegmentReader` for each file, as `c3d.read` does.
@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Literal
 
@@ -36,6 +37,11 @@ from mocap_metrology.io.text.read import read_text
 from mocap_metrology.io.units import Unit
 
 Orientations = npt.NDArray[np.float64]
+WHAT = (
+    "an export of motion capture (Motive, Nexus, Qualisys, First Principles, TRC), a text of poses"
+    " or columns with names"
+)
+HEAD = 20  # lines that show what a text is
 
 
 @dataclass(frozen=True)
@@ -81,46 +87,32 @@ def _readable(path: Path) -> Iterator[None]:
         raise Refusal(f"{path.name}: cannot be read: {error.strerror or error}") from error
 
 
-def _csv_layout(path: Path) -> Layout:
-    """Motive by the names in line 1, Nexus by its section Trajectories, First Principles by its
-    first line; else columns with names."""
-    check_text(path, "a CSV export (Motive, Nexus, First Principles) or columns with names")
-    first = next((line.text for line in lines(path) if line.text.strip()), "").lstrip('"')
+def _layout(path: Path) -> Layout:
+    """Motive, First Principles and TRC by their first line, Qualisys by a field that counts, Nexus
+    by its section Trajectories; else poses or columns with names."""
+    check_text(path, WHAT)
+    head = [line.text for line in islice(lines(path), HEAD) if line.text.strip()]
+    first = head[0].lstrip('"') if head else ""
     if first.startswith(motive.START):
         return motive.layout(path)
     if first.startswith(first_principles.START):
         return first_principles.layout(path)
-    if nexus.section(path) is not None:
+    if first.startswith(trc.START):
+        return trc.layout(path)
+    if any(text.startswith("NO_OF_") for text in head):
+        return qualisys.layout(path)
+    if first.strip(' \t,;"') in nexus.OTHERS or nexus.section(path) is not None:
         return nexus.layout(path)
     nexus.refuse_old(path)
-    return table.layout(path)
-
-
-def _tsv_layout(path: Path) -> Layout:
-    """First Principles by its first line, Qualisys by a name in capitals, else columns with
-    names."""
-    check_text(path, "a TSV export (Qualisys, First Principles) or columns with names")
-    cells = next(line for line in lines(path) if line.text.strip()).cells("\t")
-    if cells[0].startswith(first_principles.START):
-        return first_principles.layout(path)
-    if qualisys.FIELD.fullmatch(cells[0]):
-        return qualisys.layout(path)
-    return table.layout(path)
-
-
-def _txt_layout(path: Path) -> Layout:
-    """Poses, or columns with names; an old Vicon export is named."""
-    check_text(path, poses.WHAT)
-    nexus.refuse_old(path)
-    return poses.layout(path)
+    return poses.layout(path) if path.suffix.lower() == ".txt" else table.layout(path)
 
 
 C3D = Format(inspect, read_c3d)
 FORMATS = {
     ".trc": text_format(trc.layout),
-    ".csv": text_format(_csv_layout),
-    ".tsv": text_format(_tsv_layout),
-    ".txt": text_format(_txt_layout),
+    ".csv": text_format(_layout),
+    ".tsv": text_format(_layout),
+    ".txt": text_format(_layout),
     ".tum": text_format(table.layout),
     ".xls": text_format(first_principles.layout),
     ".n3d": Format(n3d.header, n3d.read_n3d),

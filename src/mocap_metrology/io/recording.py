@@ -22,6 +22,7 @@ from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.resolution import Resolution, coarsest
 from mocap_metrology.io.units import LengthUnit
 
+GIVE_RATE = "give it in column frame_rate_hz"
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
 
 Array = npt.NDArray[np.floating]
@@ -166,12 +167,12 @@ def frame_rate(first: Header, given: float | None) -> float:
         raise Refusal(f"{first.name}: frame_rate_hz is {given}, expected a positive number")
     if given is None:
         if first.frame_rate_hz == 0:
-            raise Refusal(f"{first.name}: has no frame rate; give it in column frame_rate_hz")
+            raise Refusal(f"{first.name}: has no frame rate; {GIVE_RATE}")
         return first.frame_rate_hz
     if first.frame_rate_hz and not math.isclose(given, first.frame_rate_hz, rel_tol=1e-3):
         raise Refusal(
-            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, column frame_rate_hz "
-            f"states {given:g} Hz; they may differ by 0.1 %"
+            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, {given:g} Hz is stated;"
+            " they may differ by 0.1 %"
         )
     return float(given)
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from datetime import datetime
 
 from mocap_metrology.accuracy.monitor_row import Row
+from mocap_metrology.common.entries import NAME
 from mocap_metrology.common.faults import Faults, shown
 from mocap_metrology.common.sheets import Line, parts_of
 
@@ -16,9 +17,11 @@ ALIKE = ("markers", "pairs", "camera_type", "n_cameras", "camera_ids")
 
 def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
     """Takes by monitor, in order of the rows. `Faults` names rows without a date or out of order,
-    of other markers, pairs or cameras than the take before, and a baseline without a monitor."""
+    of other markers, pairs or cameras than the take before, names that are no folder's or stand
+    twice, and a baseline without a monitor."""
     found: dict[str, list[Row]] = {}
     before: dict[str, Line] = {}
+    names: dict[str, int] = {}
     faults = []
     for line in lines:
         cells = line.cells
@@ -32,6 +35,14 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
             if baseline:
                 faults.append(wrong("baseline", "nothing, as column monitor is empty"))
             continue
+        faults += [
+            wrong(column, "letters, digits and _ - . alone")
+            for column in ("recording", "monitor")  # folders of results
+            if not NAME.fullmatch(cells[column])
+        ]
+        number = names.setdefault(cells["recording"].casefold(), line.number)
+        if number != line.number:
+            faults.append(wrong("recording", f"another name than row {number}"))
         day = _moment(date)
         if day is None:
             what = "the date of a take that is monitored, such as 2026-03-02 or 2026-03-02T08:15"

@@ -53,7 +53,8 @@ class TestMarkers:
     @pytest.mark.parametrize(
         "head",
         ["Frame,A,,,B,,\n,X,Y,Z,X,Y,Z", ",A,A,A,B,B,B\nFrame,X,Y,Z,X,Y,Z\n,mm,mm,mm,mm,mm,mm",
-         "sep=,\nFrame,A_x,A_y,A_z,B_x,B_y,B_z", "# exported today\nFrame,A x,A y,A z,B x,B y,B z"],
+         "sep=,\nFrame,A_x,A_y,A_z,B_x,B_y,B_z", "# exported today\nFrame,A x,A y,A z,B x,B y,B z",
+         "Frame,A.X,A.Y,A.Z,B.X,B.Y,B.Z\n,(mm),(mm),(mm),(mm),(mm),(mm)"],
     )  # fmt: skip
     def test_rows_of_a_header(self, tmp_path, head):
         values = np.c_[np.arange(N), TAKE.reshape(N, -1)]
@@ -93,6 +94,11 @@ class TestMarkers:
             ("B_z", "A_z", "line 1: columns 4 and 7 are both 'A_z'"),
             ("B_z", "time", "line 1: columns 1 and 7 are both 'time'"),
             ("time", "by hand\ntime", "line 1 is not understood before a table"),
+            ("A_x,A_y,A_z,B_x,B_y,B_z", "gyr_x,gyr_y,gyr_z,x_dot,y_dot,z_dot",
+             "line 1: no columns x, y, z of a marker"),
+            ("A_x,A_y,A_z,B_x,B_y,B_z", "A_x [in],A_y [in],A_z [in],b,c,d",
+             "line 1: no columns x, y, z of a marker in time, A_x [in], A_y [in], A_z [in], b, c,"
+             " d; units are mm, cm, m"),
             ("B_z", "B_q", "line 1: 'B' has the columns x, y, but not z"),
             (",B_z", "", "line 1: 6 names of columns, but 7 cells in line 2"),
             ("time,A_x,A_y,A_z,B_x,B_y,B_z\n", "", "line 1 has numbers without names"),
@@ -102,11 +108,40 @@ class TestMarkers:
             ("time", "frame", "line 3: expected a whole frame number, 0.01"),
             ("\n0.050000,", "\nfive,", "line 7, column 1: 'five' is not a number, expected a time"),
         ],
-    )
+    )  # fmt: skip
     def test_refused(self, tmp_path, old, new, said):
         text = markers("{0}_{1}").replace(old, new, 1)
         rate = {"frame_rate_hz": 100.0} if new == "frame" else {}
         assert f"a.csv: {said}" in refusal(make(tmp_path, "a.csv", text), unit="mm", **rate)
+
+    @pytest.mark.parametrize(
+        ("change", "unit"),
+        [
+            (lambda lines: [",".join(f'"{c}"' for c in line.split(",")) for line in lines], "s"),
+            (lambda lines: [f",{line}" for line in lines], "s"),
+            (lambda lines: [f'"{k or ""}",{line}' for k, line in enumerate(lines)], "s"),
+            (lambda lines: [line.replace("time", "Time [milliseconds]") for line in lines], "ms"),
+            (lambda lines: [line.replace(",", ", NA,", 1) for line in lines], "s"),
+        ],
+        ids=["all quoted", "blank column", "row names of R", "milliseconds", "NA"],
+    )
+    def test_as_other_programs_write(self, tmp_path, change, unit):
+        values = np.c_[TIME * (1000 if unit == "ms" else 1), TAKE.reshape(N, -1)]
+        names = ",".join(["time", *(f"{label}_{axis}" for label in LABELS for axis in "xyz")])
+        text = "\n".join([*change(table(names, values).splitlines()), ""])
+        recording = read(make(tmp_path, "a.csv", text), unit="mm")
+        assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
+        assert recording.frame_rate_hz == 100 and recording.n_gap_frames == 0
+
+    def test_commas_in_numbers(self, tmp_path):
+        """Reasons that name them: decimal commas between commas, a point where others have one."""
+        text = markers("{0}_{1}")
+        commas = text.replace(".", ",")
+        said = "7 names of columns, but 14 cells in line 2; are these decimal commas?"
+        assert said in refusal(make(tmp_path, "a.csv", commas), unit="mm")
+        mixed = text.replace(",", ";").replace(".", ",").replace("100,", "100.", 1)
+        said = "has a point where other numbers have a comma"
+        assert said in refusal(make(tmp_path, "a.csv", mixed), unit="mm")
 
     def test_a_row_may_end_before_its_time(self, tmp_path):
         rows = [f"{k}.0,2.0,{k}.5,{k / 100}" for k in range(20)]

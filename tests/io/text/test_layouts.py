@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
+from text_files import LABELS, make, motive, nexus, qualisys, read, refusal, still, trc
 
 from mocap_metrology.io.read import labels_of
 
@@ -22,6 +22,18 @@ def test_zeros_are_a_gap_where_the_format_says_so(tmp_path):
     assert np.isnan(as_gap.position_mm[0, :, 4]).all() and as_gap.n_invalid[0]["zero"] == 1
     taken = same(read(make(tmp_path, "a.trc", trc(LABELS, 100, take))), take.transpose(1, 2, 0))
     assert taken.notes == ("a.trc: A: x = y = z = 0 in 1 frames, treated as measured",)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "tsv", "txt"])
+def test_the_format_is_told_by_the_content(tmp_path, suffix):
+    for text in (
+        trc(LABELS, 100, TAKE),
+        motive(LABELS, 100, TAKE),
+        motive(LABELS, 100, TAKE).replace(",", ";").replace(".", ","),
+        nexus(LABELS, 100, TAKE),
+        "\n\n" + qualisys(LABELS, 100, TAKE, digits=5),
+    ):
+        assert same(read(make(tmp_path, f"a.{suffix}", text))).frame_rate_hz == 100
 
 
 class TestTrc:
@@ -124,6 +136,8 @@ class TestNexus:
         for end in ("", after, ",,,,,,,\r\n" + after):
             text = nexus(("S:A", "S:B"), 100, TAKE, before=self.BEFORE + "\r\n", after=end)
             same(read(make(tmp_path, "a.csv", text)))
+        twice = make(tmp_path, "b.csv", text + "\r\n" + nexus(LABELS, 100, TAKE + 1))
+        assert "begins another section Trajectories" in refusal(twice, ("S:A",))
 
     def test_semicolons_velocities_counts(self, tmp_path):
         text = (

@@ -17,7 +17,7 @@ from text_files import (
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import READ
-from mocap_metrology.io.read import labels_of
+from mocap_metrology.io.read import WHAT, labels_of
 from mocap_metrology.io.text.table import HOW
 
 NO_RATE = "has no frame rate; give it in column frame_rate_hz"
@@ -60,7 +60,8 @@ HEADERS = [
      "MARKER_NAMES is missing or empty, so no marker has a label"),
     ("a.tsv", "FREQUENCY\t100", "FREQUENCY\tEXT", NO_RATE),
     ("a.tsv", "FRAMES\t20", "FRAMES\t25", "cut off: 20 of the 25 frames that NO_OF_FRAMES states"),
-    ("n.csv", "Trajectories", "Devices", "5" + NEITHER),
+    ("n.csv", "Trajectories", "Devices",
+     "is not a Vicon Nexus export (CSV) of markers: it has no section Trajectories"),
     ("n.csv", "\r\n100\r\n", "\r\n\r\n", NO_RATE),
     ("n.csv", ",,A,,,B", ",,A, left,,,B", "line 3: 'left' in cell 4 stands over Y" + SHIFTED),
     ("n.csv", ",,A,,,B", ",,A,,, left,,,B",
@@ -82,16 +83,14 @@ def test_headers(tmp_path, name, old, new, why):
 @pytest.mark.parametrize("name", PLAIN)
 class TestRows:
     def test_a_row(self, tmp_path, name):
-        """No number, in quotes or not; cells too many, or too few of a marker; line ends inside."""
+        """No number; cells too many, or too few of a marker; line ends inside."""
         mark, line = "\t" if name[-3] == "t" else ",", FIRST_ROW[name] + 4
         cells = row(name, 5).rstrip(mark).split(mark)
         hint = "; are these decimal commas?" if mark == "," else ""
-        quoted, ended = [
-            [*cells[:3], text, *cells[4:]] for text in (f'"{cells[3]}"', f"{cells[3]}\r")
-        ]
+        half, ended = [[*cells[:3], text, *cells[4:]] for text in (f'"{cells[3]}', f"{cells[3]}\r")]
         for new, said in (
             ([*cells[:4], "n/a", *cells[5:]], f"line {line}, column 5: 'n/a' is not a number"),
-            (quoted, f"line {line}, column 4: '{quoted[3]}' is not a number"),
+            (half, f"line {line}, column 4: '{half[3]}' is not a number"),
             (ended, f"line {line} has a carriage return inside"),
             ([*cells, "7", "8"], f"line {line} has 10 cells, expected 8{hint}"),
             ([*cells, *["7"] * 100], f"line {line} has 108 cells, expected 8{hint}"),
@@ -126,12 +125,7 @@ class TestRows:
         assert said.startswith(f"{name}: ") and "100 Hz" in said and "90 Hz" in said
 
     def test_other_files(self, tmp_path, name):
-        expected = {
-            "a.trc": "a TRC file",
-            "a.tsv": "a TSV export (Qualisys, First Principles) or columns with names",
-        }
-        others = "a CSV export (Motive, Nexus, First Principles) or columns with names"
-        what = expected.get(name, others)
+        what = "a TRC file" if name == "a.trc" else WHAT
         for content, why in (
             (b"", f"is empty, expected {what}"),
             (b"\r\n \r\n", f"contains only white space, expected {what}"),

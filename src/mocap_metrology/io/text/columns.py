@@ -21,6 +21,7 @@ MARKER_LABEL = "marker"
 FRAME = re.compile(r"(frame|sample|index)([ _]?(#|no\.?|nr\.?|number))?|#|field #", re.I)
 TIME = re.compile(r"%?time|time[ _]?stamps?|elapsed[ _]time|t|secs?|seconds", re.I)
 SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+SECONDS |= {"msec": 1e-3, "milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([a-zA-Z].*?|)\s*[\])]")
 LENGTH = re.compile(r"(.*\b[xyzXYZ]|.*_[xyzXYZ])[_ ](mm|cm|m)")
 DURATION = re.compile(r"(t|time|time_?stamp)_(s|ms|us|ns)", re.I)
@@ -38,8 +39,9 @@ PART = re.compile(
 )
 TURN = re.compile(rf"(?:^|[ _.:-])(?:{OF_TURN})(?=$|[ _.:-])", re.I)
 OTHER = re.compile(
-    r"(?:^|[ _.:-])(?:v|vel|velocity|acc|accel|acceleration|gyro|mag|omega|force|moment|torque|"
-    r"angles?|euler|rpy|twist|linear|angular|rot|rotation|sd|std|sigma|cov)(?=$|[ _.:-])",
+    r"(?:^|[ _.:-])(?:v|vel|velocity|acc|accel|acceleration|accelerometer|gyro?|gyroscope|mag|"
+    r"magnetometer|omega|force|moment|torque|angles?|euler|rpy|twist|linear|angular|rot|rotation|"
+    r"dot|sd|std|sigma|cov)(?=$|[ _.:-])",
     re.I,
 )
 NO_UNIT = "no column names the unit of its coordinates: state it, m or mm"

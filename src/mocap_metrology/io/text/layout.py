@@ -17,7 +17,10 @@ from mocap_metrology.io.units import LengthUnit
 LONGEST_LINE = 1 << 20  # bytes; 30,000 markers
 BOM = b"\xef\xbb\xbf"
 BLANKS = " \t"
-NULLS = ("", "NULL", "null", "NaN", "nan", "NAN", "-nan(ind)", "nan(ind)", "#N/A")
+NULLS = (
+    *("", "NULL", "null", "None", "NA", "N/A", "#N/A"),
+    *("NaN", "nan", "NAN", "-nan", "-nan(ind)", "nan(ind)"),
+)
 BODY = "is a body: its position and orientation are solved from its markers, not measured"
 
 Triple = tuple[int, int, int]
@@ -154,7 +157,8 @@ def check_text(path: Path, expected: str, read: str = READ) -> None:
     size = regular_size(path, expected)
     with path.open("rb") as stream:
         block = stream.read(4096)
-    if block[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    half_empty = len(block) > 3 and any(block[:200:2]) != any(block[1:200:2])  # as of Latin letters
+    if half_empty or block[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise Refusal(f"{path.name}: is UTF-16 text, expected UTF-8: save it as UTF-8")
     refuse_other(path, block, expected, read)
     if any(byte < 32 and byte not in b"\t\r\n\f" for byte in block):

@@ -11,6 +11,7 @@ solved from its markers.
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,7 +61,8 @@ AXES_NOTE = "axes as in the file; by default, Y points up in Motive"
 def layout(path: Path) -> Layout:
     """Read the header of a Motive CSV file; refuses what is none or contradicts itself."""
     check_text(path, WHAT)
-    fields, rows, first = _header(path)
+    delimiter = _delimiter(path)
+    fields, rows, first = _header(path, delimiter)
     written = fields.get("Length Units", "")
     labels, columns, remarks, rotations = _positions(
         _columns(rows, path.name), fields.get("Rotation Type", ""), path.name
@@ -75,7 +77,7 @@ def layout(path: Path) -> Layout:
         columns=columns,
         frame_rate_hz=rates[0] or rates[1],
         unit=read_unit([written], "Length Units", path.name) if written else unknown(NO_UNIT),
-        delimiter=",",
+        delimiter=delimiter,
         data_line=first.number,
         data_offset=first.start,
         n_columns=len(rows[-1]),
@@ -91,7 +93,14 @@ def layout(path: Path) -> Layout:
     )
 
 
-def _header(path: Path) -> tuple[dict[str, str], list[list[str]], Line]:
+def _delimiter(path: Path) -> str:
+    """What follows the first name; a spreadsheet may have saved it with semicolons or tabs."""
+    first = next((line.text for line in lines(path) if line.text.strip()), "")
+    found = re.match(rf'"?(?:{"|".join(START)})"?([,;\t])', first)
+    return found[1] if found else ","
+
+
+def _header(path: Path, delimiter: str) -> tuple[dict[str, str], list[list[str]], Line]:
     """What line 1 says, rows on the columns down to `Frame, Time ...`, the first line of numbers.
 
     Names and notes may be quoted, and notes then go on over several lines.
@@ -99,7 +108,7 @@ def _header(path: Path) -> tuple[dict[str, str], list[list[str]], Line]:
     fields: dict[str, str] = {}
     rows: list[list[str]] = []
     following = lines(path)
-    for cells in _records(following, path.name):
+    for cells in _records(following, delimiter, path.name):
         if not any(cells):
             continue
         if not fields:
@@ -121,10 +130,11 @@ def _header(path: Path) -> tuple[dict[str, str], list[list[str]], Line]:
     return fields, rows, first
 
 
-def _records(following: Iterator[Line], file: str) -> Iterator[list[str]]:
+def _records(following: Iterator[Line], delimiter: str, file: str) -> Iterator[list[str]]:
     """Cells of each record, for which no more lines are taken than it has."""
     try:
-        for cells in csv.reader(f"{without_padding(line.text, ',')}\n" for line in following):
+        texts = (f"{without_padding(line.text, delimiter)}\n" for line in following)
+        for cells in csv.reader(texts, delimiter=delimiter):
             yield [cell.strip() for cell in cells]
     except csv.Error as error:
         raise Refusal(f"{file}: its header cannot be split into cells: {error}") from None

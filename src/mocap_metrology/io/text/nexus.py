@@ -29,18 +29,20 @@ from mocap_metrology.io.units import read_unit
 
 WHAT = "a Vicon Nexus export (CSV)"
 SECTION = b"Trajectories"
+OTHERS = ("Devices", "Model Outputs", "Joints", "Segments", "Events", "Force Plates")
 OLD_SECTION = b"TRAJECTORIES"
 OLD_RATE = re.compile(r"\s*[0-9.]+[\s,;]*Hz", re.I)
 INNER = re.compile("[YZ]'*")  # titles of columns over which no label stands
 
 
-def section(path: Path, name: bytes = SECTION) -> tuple[int, int] | None:
-    """Byte and number (from 1) of the line `Trajectories`; None where there is none."""
+def section(path: Path, name: bytes = SECTION, start: int = 0) -> tuple[int, int] | None:
+    """Byte and number (from 1) of the line `Trajectories` from byte `start` on; None where there is
+    none."""
     with (
         path.open("rb") as stream,
         mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
     ):
-        at = content.find(name)
+        at = content.find(name, start)
         while at >= 0:
             front, end = content[max(at - 4, 0) : at], content.find(b"\n", at)
             rest = content[at + len(name) : end if end >= 0 else len(content)]
@@ -80,7 +82,9 @@ def layout(path: Path) -> Layout:
     check_text(path, WHAT)
     place = section(path)
     if place is None:
-        raise Refusal(f"{path.name}: is not {WHAT}: it has no section Trajectories")
+        raise Refusal(f"{path.name}: is not {WHAT} of markers: it has no section Trajectories")
+    if again := section(path, start=place[0] + 1):
+        raise Refusal(f"{path.name}: line {again[1]} begins another section Trajectories")
     head = list(itertools.islice(lines(path, *place), 6))
     if len(head) < 5:
         raise Refusal(f"{path.name}: cut off: within the head of the section Trajectories")

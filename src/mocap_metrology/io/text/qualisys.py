@@ -93,10 +93,10 @@ def _header(path: Path) -> tuple[dict[str, list[str]], list[str], Line]:
     for line in lines(path):
         cells = line.cells("\t")
         filled = [cell for cell in cells if cell]
-        if not fields and (not filled or not FIELD.fullmatch(filled[0])):
-            break
         if not line.text.strip("\r\n "):
             continue
+        if not fields and (not filled or not FIELD.fullmatch(filled[0])):
+            break
         measured = bool(filled) and (number(filled[0]) is not None or filled[0] in NULLS)
         named_field = filled and not measured and FIELD.fullmatch(cells[0])
         if named_field and not titles and cells[0] not in fields:

@@ -121,15 +121,23 @@ def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tupl
 
 
 def _unblanked(layout: Layout, block: bytes) -> bytes:
-    """Nothing but blanks in a cell or line is nothing; runs that separate become one space, and a
-    line end that was changed twice one line end."""
+    """Nothing but blanks in a cell or line is nothing; runs that separate become one space, a line
+    end that was changed twice one line end, and a number in quotes a number."""
+    mark = layout.delimiter.encode()
     if b"\r\r" in block:
         block = re.sub(rb"\r+\n", b"\n", block)
     if layout.delimiter == " ":
-        return re.sub(rb"(?m)^ | (?=\r?$)", b"", re.sub(rb"[ \t]{2,}|\t", b" ", block))
-    ends = (layout.delimiter.encode(), b"\r", b"\n")
-    if any(bytes([blank]) + end in block for blank in _blanks(layout).encode() for end in ends):
-        return _stripped(layout, block)
+        block = re.sub(rb"(?m)^ | (?=\r?$)", b"", re.sub(rb"[ \t]{2,}|\t", b" ", block))
+    elif any(
+        bytes([blank]) + end in block
+        for blank in _blanks(layout).encode()
+        for end in (mark, b"\r", b"\n")
+    ):
+        block = _stripped(layout, block)
+    if b'"' in block:
+        block = re.sub(
+            rb'(?<![^\n%b])"([^"\n%b]*)"(?=[\r\n%b])' % (mark, mark, mark), rb"\1", block
+        )
     return block
 
 
@@ -286,12 +294,14 @@ def _wrong_cell(
             said = f"has {len(cells)} cells, expected {layout.n_columns}{hint}"
             return Refusal(f"{layout.name}: line {line.number} {said}")
         for column in sorted(wanted):
-            cell = cells[column] if column < len(cells) else ""
+            cell = re.sub('^"(.*)"$', r"\1", cells[column]) if column < len(cells) else ""
             plain = cell.replace(",", ".", 1) if point == "," and "." not in cell else cell
-            fits = not (point == "," and "." in cell)
-            if cell in NULLS or (fits and (NUMBER.fullmatch(plain) or INFINITE.fullmatch(plain))):
+            fits = NUMBER.fullmatch(plain) or INFINITE.fullmatch(plain)
+            mixed = point == "," and "." in cell
+            if cell in NULLS or (fits and not mixed):
                 continue
-            what = f"{cell[:30]!r} is not a number"
+            why = "has a point where other numbers have a comma" if fits else "is not a number"
+            what = f"{cell[:30]!r} {why}"
             return Refusal(f"{layout.name}: line {line.number}, column {column + 1}: {what}")
     return Refusal(f"{layout.name}: from line {first} on: {error.splitlines()[0][:200]}")
 

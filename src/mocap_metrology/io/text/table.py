@@ -18,7 +18,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import READ, number
-from mocap_metrology.io.text.columns import SECONDS, Columns, find_columns
+from mocap_metrology.io.text.columns import BRACKETS, SECONDS, Columns, find_columns
 from mocap_metrology.io.text.layout import (
     NULLS,
     Layout,
@@ -68,22 +68,26 @@ def layout(path: Path, stated: str | None = None) -> Layout:
     if not names:
         raise NoTable(f"{path.name}: line {first.number} has numbers without names: {HOW}")
     if len(names) != len(cells) and not (len(names) == len(cells) - 1 and not cells[-1]):
+        commas = delimiter == "," and sum(map(bool, cells)) > len(names)
         raise NoTable(
             f"{where}: {len(names)} names of columns, but {len(cells)} cells in line {first.number}"
+            + "; are these decimal commas?" * commas
         )
     rows = [line.cells(delimiter) for line in islice(_rows(path, first), ROWS)]
     if len(rows) > 1 and len(rows[-1]) < len(names):  # cut off, as is found when it is read
         rows.pop()
-    if not names[0]:  # what a table of pandas is indexed by
-        whole = all(number(row[0]) == int(number(row[0]) or 0) for row in rows)
-        names = ["frame" if whole else "time", *names[1:]]
+    index = [number(row[0]) for row in rows]
+    if not names[0] and None not in index:  # what a table of pandas is indexed by
+        own = "frame" if all(value == int(value or 0) for value in index) else "time"
+        names = [own if own not in names else "", *names[1:]]
     told, notes = _frequency(head), []
     if told and stated is None and names == SWAPPED:
         names = MEANT
         notes.append("its header names the quaternion w j i k, its writer means w i j k")
     found = find_columns(names, where)
     if found is None:
-        raise NoTable(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}")
+        units = "; units are mm, cm, m" if any(BRACKETS.fullmatch(name) for name in names) else ""
+        raise NoTable(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}{units}")
     measured = _rate(path, first, found, names, rows) if found.time is not None else 0.0
     if told and not measured:
         notes.append(REQUESTED.format(told))
@@ -119,7 +123,8 @@ def _head(path: Path) -> tuple[list[Line], Line, str]:
                 return head, line, delimiter
         if line.text.strip(" \t,;") and not line.text.startswith("sep="):  # Excel's
             head.append(line)
-    raise NoTable(f"{path.name}: has no frames: no row of three or more numbers in its first lines")
+    last = f"line {head[-1].number} is {head[-1].text[:40]!r}" if head else "they are empty"
+    raise NoTable(f"{path.name}: no row of three or more numbers in its first lines; {last}")
 
 
 def _rows(path: Path, first: Line) -> Iterator[Line]:
@@ -173,6 +178,7 @@ def _titles(rows: list[list[str]]) -> list[str]:
             else:
                 names[k] = names[k] or over
     names[0] = index[0] or names[0]
+    units = [unit.strip("[]()") for unit in units]
     names = [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=True)]
     while names and not names[-1]:
         names.pop()
@@ -211,8 +217,9 @@ def _rate(
     frames = np.maximum(np.round(steps / np.median(steps)), 1).sum()
     hz = float(f"{frames / (time[-1] - time[0]):.6g}")
     if hz < SLOWEST_HZ and not re.search(r"[\[(_]\s*s", names[place]):
+        meant = next((u for u in ("ms", "us", "ns") if hz >= SLOWEST_HZ * SECONDS[u]), "s")
         raise Refusal(
             f"{path.name}: its times in s would be a frame rate of {hz:g} Hz: name their unit, as"
-            f" in {names[place]}_ms or {names[place]}_s"
+            f" in {names[place]}_{meant} or {names[place]}_s"
         )
     return hz

@@ -32,6 +32,7 @@ from mocap_metrology.io.text.layout import (
 from mocap_metrology.io.units import read_unit
 
 WHAT = "a TRC file"
+START = "PathFileType"
 TITLES = re.compile(r"(frame.*|time.*|#|s|sec.*|[xyz]\d*)", re.I)
 MATLAB = "times"
 
@@ -40,12 +41,12 @@ def layout(path: Path) -> Layout:
     """Read the header of a TRC file; refuses what is none or contradicts itself."""
     check_text(path, WHAT)
     head = list(itertools.islice(lines(path), 8))
-    if not head[0].text.startswith("PathFileType"):
+    if not head[0].text.startswith(START):
         start = head[0].text[:30]
         raise Refusal(f"{path.name}: is not {WHAT}: line 1 is {start!r}, not PathFileType ...")
     if len(head) < 5:
         raise Refusal(f"{path.name}: cut off: {len(head)} lines, the header alone has 5")
-    delimiter = head[0].text.removeprefix("PathFileType")[:1]
+    delimiter = head[0].text.removeprefix(START)[:1]
     delimiter = delimiter if delimiter in (",", ";") else "\t"
     fields = _fields(head[1], head[2], delimiter, path.name)
     first = _data(head, delimiter, path.name)

@@ -24,7 +24,7 @@ HEIGHT_MM, ROW_MM = 112.0, 9.0
 POINTS = 400  # of a cumulative curve
 MAPS, CELLS = 4, 16  # at most
 LEAST_FRAMES = 5  # of a square
-WIDE = 1.2  # of a way, beyond which maps stand below each other
+ROOM_MM, AROUND_MM = (75.0, 70.0), (14.0, 14.0)  # of all maps; of each for labels and title
 PARTS = {  # of the mean square: colour, and whether the letters on it are white
     "bias": ("#0d2a6b", True),
     "pass": ("#5b7fc4", True),
@@ -84,15 +84,19 @@ def _cumulative(axes: Axes, bar: Bar, settings: Settings, still_mm: float | None
     largest = max(float(curve.max()) for curve in sizes)
     least = min(float(np.interp(0.9, share, curve)) for curve in sizes)
     if bar.certificate:
-        for limit, word in ((settings.good_mm, "good"), (settings.usable_mm, "usable")):
+        largest = max(largest, 1.2 * settings.usable_mm)
+        least = min(least, settings.usable_mm / 1.2)
+    least = max(least, 1e-3 * largest)
+    limits = ((settings.good_mm, "good"), (settings.usable_mm, "usable")) if bar.certificate else ()
+    for limit, word in limits:
+        if limit > least:  # text beyond the axes would leave no room for them
             axes.axvline(limit, color=plot.GREY, ls=":", lw=0.8)
             how: plot.Keywords = {"xycoords": ("data", "axes fraction"), "rotation": 90}
             how |= {"xytext": (-1, 3), "textcoords": "offset points", "ha": "right"}
             how |= {"fontsize": plot.SMALL_PT, "color": plot.GREY}
             axes.annotate(word, (limit, 0.0), bbox={"color": "white", "pad": 0.5}, **how)
-        largest = max(largest, 1.2 * settings.usable_mm)
     axes.axhline(0.05, color=plot.FAINT, lw=0.8, zorder=0)
-    plot.log_axes(axes, ((max(least, 1e-3 * largest), 1.2 * largest), (1e-3, 1.0)))
+    plot.log_axes(axes, ((least, 1.2 * largest), (1e-3, 1.0)))
     axes.set_yticks([1, 0.5, 0.1, 0.05, 0.01, 0.001], ["100 %", "50", "10", "5", "1", "0.1"])
     axes.set_xlabel("error of the length (mm)" if bar.certificate else "length − its mean (mm)")
     axes.set_ylabel("frames with a larger error")
@@ -100,8 +104,8 @@ def _cumulative(axes: Axes, bar: Bar, settings: Settings, still_mm: float | None
 
 
 def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
-    """A map of each class on the plane in which the places extend most, in CELLS squares at most;
-    below each other where the way is long."""
+    """A map of each class on the plane in which the places extend most, in CELLS squares at
+    most."""
     middles = np.concatenate([m for one in bar.classes for m in one.middles], axis=1)
     known = middles[:, np.isfinite(middles).all(axis=0)]
     extent = np.ptp(known, axis=1)
@@ -115,7 +119,7 @@ def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
         axes.axis("off")
         plot.say(axes, "too few frames in any cube for a map")
         return [axes]
-    flat = 1 if extent[across] > WIDE * extent[up] or len(shown) == 1 else 2
+    flat = _columns(len(shown), float(extent[across] / max(extent[up], cell)))
     ends = [((own.min() - cell) / 1000, (own.max() + cell) / 1000) for own in known]
     panels = parent.subplots(-(-len(shown) // flat), flat, squeeze=False)
     reach = max(abs(_number(row, "error_mm")) for row in rows) or 1.0
@@ -126,11 +130,22 @@ def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
         axes.set(aspect="equal", xlim=ends[across], ylim=ends[up])
         axes.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
         axes.label_outer()
-        plot.panel_title(axes, name)
+        plot.panel_title(axes, name if flat == 1 else name.replace(", ", ",\n"))
     for axes in panels.flat[len(shown) :]:
         axes.axis("off")
     parent.colorbar(drawn, ax=list(panels.flat), label="mean error (mm)", shrink=0.8)
     return list(panels.flat[: len(shown)])
+
+
+def _columns(n: int, wide: float) -> int:
+    """In how many columns n maps of this ratio of width and height are largest."""
+
+    def width(columns: int) -> float:
+        rows = -(-n // columns)
+        own = [ROOM_MM[0] / columns - AROUND_MM[0], ROOM_MM[1] / rows - AROUND_MM[1]]
+        return min(own[0], wide * own[1])
+
+    return max((1, 2), key=width)
 
 
 def _squares(

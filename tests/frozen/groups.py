@@ -34,8 +34,9 @@ from .digest import Flat, flat, of_folder
 from .recordings import SETTINGS, START, WITH_S, steps
 
 
-def taken(names: dict[str, dict], folder: Path, **changes: object) -> None:
-    """Twins through the steps of a recording, each in a folder of its name."""
+def taken(names: dict[str, dict], folder: Path, judged: set[str], **changes: object) -> None:
+    """Twins through the steps of a recording, each in a folder of its name; those whose folder no
+    case reads as a whole are not judged."""
     twins = load_twins(str(ROOT / "config/twins.yaml"))
     defaults = twins["defaults"]["recording"]
     for name, own in names.items():
@@ -43,13 +44,14 @@ def taken(names: dict[str, dict], folder: Path, **changes: object) -> None:
         with simulated(twin, 0, folder) as path:
             entry = Entry([str(path)], twin.labels)
             how = WITH_S if name == next(iter(names)) else SETTINGS
-            steps(folder / name, entry, {"recording": name, "source": "simulated"}, how)
+            origin = {"recording": name, "source": "simulated"}
+            steps(folder / name, entry, origin, how, name in judged)
 
 
 def cameras(folder: Path) -> Flat:
     """Subsets of the cameras of one take, one of which fails."""
     names = [f"hall-{n}" for n in (6, 7, 8)]
-    taken({name: {} for name in names}, folder, duration_s=40)
+    taken({name: {} for name in names}, folder, {"hall-6"}, duration_s=40)
     twins = load_twins(str(ROOT / "config/twins.yaml"))["twins"]
     ids = {name: twins[name]["camera_ids"] for name in names}
     take = Take({n: folder / n / "trajectories.parquet" for n in names}, 6.0, 1.0)
@@ -64,7 +66,7 @@ def cameras(folder: Path) -> Flat:
 def changes(folder: Path) -> Flat:
     """Recordings of S's twins against each other: pairs, dates, places, a covariate."""
     kinds = {"T40-10": {}, "Bonita-6": {}, "T40-10-crump": {}, "outliers": {}}
-    taken(kinds | {"rounded": {}}, folder, duration_s=100)
+    taken(kinds | {"rounded": {}}, folder, {"T40-10", "outliers"}, duration_s=100)
     allan = {name: read_table(folder / name / "allan_masked.parquet") for name in [*kinds]}
     columns, origins = ({n: pair[k] for n, pair in allan.items()} for k in (0, 1))
     first = columns["T40-10"]

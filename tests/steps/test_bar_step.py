@@ -26,6 +26,7 @@ from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings
 
 RATE, NAMED = 50.0, {"source": "measured", "twin": None}
+CERTIFIED = Asked("A-B", 500.0, 0.05)
 TURNED = Rotation.from_rotvec([0.0, 0.0, np.radians(1.0)])
 
 
@@ -44,15 +45,22 @@ def write_bodies(path: Path, seed: int, angle_deg: float = 0.2) -> Path:
 
 
 def of(folder: Path, asked: Asked, seed: int) -> Path:
-    """Results of a pass in a folder of its name."""
+    """A pass in a folder of its name."""
     name = f"pass{seed}"
     made = folder / "recordings" / name
     made.mkdir(parents=True)
     entry = Entry([str(write_bodies(made / "bar.txt", seed))], [])
     named = NAMED | {"recording": name, "date": "2026-03-01T10:00"}
     write_take(read_bar(entry, asked, Settings(), named), asked, made / "bar.parquet")
-    write_bar(made, Settings())
-    return made
+    return made / "bar.parquet"
+
+
+@pytest.fixture(scope="module")
+def passes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Path]]:
+    """Three of a bar with a certificate, and of one without."""
+    folder = tmp_path_factory.mktemp("passes")
+    asked = {"certified": (CERTIFIED, (1, 2, 3)), "free": (Asked("A-B"), (4, 5, 6))}
+    return {name: [of(folder, bar, k) for k in seeds] for name, (bar, seeds) in asked.items()}
 
 
 @pytest.mark.parametrize("stated", [True, False])
@@ -60,7 +68,8 @@ def test_angles_of_bodies(tmp_path: Path, stated: bool) -> None:
     """About their own mean: the mean size of a vector of three normal parts, 1.596 sd. Against a
     stated rotation that is 1 degree off: `angle_bias`."""
     pose = json.dumps({"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.05}) if stated else None
-    made = of(tmp_path, Asked("A-B", 500.0, 0.05, pose), 1)
+    made = of(tmp_path, Asked("A-B", 500.0, 0.05, pose), 1).parent
+    write_bar(made, Settings())
     found = json.loads((made / "bar.json").read_text())
     mean = found["angles_deg"]["mean"]["value"]
     biases = [f["value"] for f in found["findings"] if f["code"] == "angle_bias"]
@@ -72,13 +81,11 @@ def test_angles_of_bodies(tmp_path: Path, stated: bool) -> None:
     assert [row["quantity"] for row in rows] == ["length_mm", "angle_deg"]
 
 
-def test_passes_of_a_group(tmp_path: Path) -> None:
+def test_passes_of_a_group(tmp_path: Path, passes: dict[str, list[Path]]) -> None:
     """Intervals from three passes on; two bars of other certificates stay apart; the noise at rest
     beside them."""
-    settings, asked = Settings(), Asked("A-B", 500.0, 0.05)
-    paths = [of(tmp_path, asked, seed) / "bar.parquet" for seed in (1, 2, 3)]
-    other = of(tmp_path, Asked("A-B"), 4) / "bar.parquet"
-    bars = passes_of([*paths, other], settings)
+    settings, paths = Settings(), passes["certified"]
+    bars = passes_of([*paths, passes["free"][0]], settings)
     assert [len(one.bar.takes) for one in bars] == [3, 1]
     entry, copy = Entry([str(paths[0].with_name("bar.txt"))], []), tmp_path / "copy.parquet"
     named = NAMED | {"recording": "copy", "date": "2026-03-04"}
@@ -101,10 +108,10 @@ def test_passes_of_a_group(tmp_path: Path) -> None:
     assert (tmp_path / "g.png").exists()
 
 
-def test_statement_of_a_group(tmp_path: Path) -> None:
+def test_statement_of_a_group(tmp_path: Path, passes: dict[str, list[Path]]) -> None:
     """One page, the same bytes twice; with what a monitor and reference points know. Two passes
     state nothing; a bar without a certificate is precise, not accurate."""
-    paths = [of(tmp_path, Asked("A-B", 500.0, 0.05), seed) / "bar.parquet" for seed in (1, 2, 3)]
+    paths = passes["certified"]
     monitors = [{"series": {"length B-A": {"scatter": 0.4, "dof": 12}, "length A-C": {}}}]
     known = known_of(["A", "B"], monitors, {"n": 10, "scale_se_ppm": 300.0})
     (bar,) = passes_of(paths, Settings())
@@ -126,8 +133,7 @@ def test_statement_of_a_group(tmp_path: Path) -> None:
     (few,) = passes_of(paths[:2], Settings())
     write_statement("lab", few, known_of(["A", "B"]), tmp_path / "f.json", tmp_path / "f.pdf")
     assert "No uncertainty can be stated: 2 passes" in (tmp_path / "f.md").read_text()
-    free = [of(tmp_path, Asked("A-B"), seed) / "bar.parquet" for seed in (4, 5, 6)]
-    (bar,) = passes_of(free, Settings())
+    (bar,) = passes_of(passes["free"], Settings())
     write_statement("lab", bar, known_of(["A", "B"]), tmp_path / "p.json", tmp_path / "p.pdf")
     text = (tmp_path / "p.md").read_text()
     assert "Precise to" in text and "No accuracy can be stated" in text

@@ -16,34 +16,26 @@ from mocap_metrology.common.faults import Faults
 
 
 def test_both_entries_list_the_same_jobs_and_quick_outlives_other_settings(
-    toy: Path, root: Path, snakemake
+    toy: Path, root: Path, tmp_path_factory: pytest.TempPathFactory, snakemake
 ) -> None:
-    expected = {"clean": 3, "gate": 1}
+    """The outer one from a folder without configuration, which gets the project's. No rows are
+    nothing to do."""
+    expected, elsewhere = {"clean": 3, "gate": 1}, tmp_path_factory.mktemp("elsewhere")
+    (elsewhere / "profiles").symlink_to(toy / "profiles")
     (toy / "config/quick.yaml").write_text((root / "config/quick.yaml").read_text())
     with (toy / "workflow/Snakefile").open("a") as stream:
         stream.write('\nprint("duration", config["duration_s"], config["hampel"])\n')
+    entry = ("-s", str(toy / "Snakefile"))
     quick = ("--profile", "profiles/quick", "--config", "hampel={action: mask}")
-    top, inner = side_by_side(
-        lambda: snakemake(toy, "-n"),
+    top, inner, nothing = side_by_side(
+        lambda: snakemake(elsewhere, "-n", *entry),
         lambda: snakemake(toy, "-n", "-s", "workflow/Snakefile", *quick),
+        lambda: snakemake(elsewhere, *entry, "--cores", "1", "--config", "recordings="),
     )
     assert planned(top.stdout) == expected | {"default": 1}, top.stdout
     assert planned(inner.stdout) == expected | {"all": 1}, inner.stdout
     hampel = {"half_window_s": 1.0, "n_sigma": 3.0, "action": "mask"}
     assert f"duration 600.0 {hampel}" in inner.stdout, inner.stdout
-
-
-def test_no_rows_are_nothing_to_do_and_a_folder_without_configuration_gets_the_projects(
-    toy: Path, tmp_path_factory: pytest.TempPathFactory, snakemake
-) -> None:
-    elsewhere = tmp_path_factory.mktemp("elsewhere")
-    (elsewhere / "profiles").symlink_to(toy / "profiles")
-    entry = ("-s", str(toy / "Snakefile"))
-    empty = ("--cores", "1", "--config", "recordings=")
-    done, nothing = side_by_side(
-        lambda: snakemake(elsewhere, "-n", *entry), lambda: snakemake(elsewhere, *entry, *empty)
-    )
-    assert planned(done.stdout)["clean"] == 3, done.stdout
     assert nothing.returncode == 0
     assert finished(nothing.stdout) == {"default": 1}
     assert not (elsewhere / "results").exists()

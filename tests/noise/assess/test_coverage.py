@@ -1,5 +1,6 @@
 """Expected and measured spread of means: closed forms, covariances written out, Monte Carlo."""
 
+import functools
 import math
 
 import numpy as np
@@ -29,16 +30,23 @@ COMPONENTS = (
 CURVE = {k: np.array([]) for k in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")}
 
 
+NYQUIST, FINE = 0.5 / TAU0, 1 << 17
+EDGES = np.geomspace(1e-9, 40 * NYQUIST / FINE, 20001)
+F_HZ = np.append((EDGES[1:] + EDGES[:-1]) / 2, (np.arange(40, FINE) + 0.5) / FINE * NYQUIST)
+DF_HZ = np.append(np.diff(EDGES), np.full(FINE - 40, NYQUIST / FINE))
+
+
+@functools.cache
+def lagged(k: int) -> np.ndarray:
+    """1 - cos 2 pi f k tau0"""
+    return 2 * np.sin(np.pi * F_HZ * k * TAU0) ** 2
+
+
 def written_out(component: PowerLaw | GaussMarkov, n: int, N: int, form: Form) -> float:
     """Mean over the N/n stretches of Var(mean of n - mean of N) = -sum w_i w_j D(i - j): weights
     that add up to 0, D(k) = Int S(f) (1 - cos 2 pi f k tau0) df the variogram."""
-    nyquist, fine = 0.5 / TAU0, 1 << 17
-    f = (np.arange(fine) + 0.5) / fine * nyquist
-    edges = np.geomspace(1e-9, 40 * nyquist / fine, 20001)
-    slow = (edges[1:] + edges[:-1]) / 2
-    f, df = np.append(slow, f[40:]), np.append(np.diff(edges), np.full(fine - 40, nyquist / fine))
-    power = component.psd(f, RATE, form=form) * df
-    variogram = [2 * power @ np.sin(np.pi * f * k * TAU0) ** 2 for k in range(N)]
+    power = component.psd(F_HZ, RATE, form=form) * DF_HZ
+    variogram = [power @ lagged(k) for k in range(N)]
     D = np.array(variogram)[np.abs(np.subtract.outer(np.arange(N), np.arange(N)))]
     weights = np.repeat(np.eye(N // n), n, axis=1) / n - 1 / N
     return float(np.mean([-(w @ D @ w) for w in weights]))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from mocap_metrology.lighthouse.records import PoseEstimate
 from mocap_metrology.lighthouse.timing import CYCLE_S
@@ -321,7 +321,7 @@ def places_urad(places_m: float, range_m: float, n_diodes: int) -> float:
     """rms of angles that errors of the diodes' places, of so large a standard deviation, make
     beside a board pose at a range, one time in a thousand."""
     freedom = max(2 * n_diodes - 6, 1)
-    return 1e6 * places_m / range_m * math.sqrt(float(chi2.isf(1e-3, freedom)) / freedom)
+    return 1e6 * places_m / range_m * math.sqrt(float(chdtri(freedom, 1e-3)) / freedom)
 
 
 def board_poses(board_rms_urad: float | None, noise: float, by_places: float = 0.0) -> Check:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement, product
 
 import numpy as np
-from scipy.stats import chi2, f
+from scipy.special import chdtrc, chdtri, fdtrc
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.begins import pull_of_begins
@@ -162,7 +162,7 @@ def misfit_of(found: Joint) -> float:
     for pieces, station in product(every, range(1, n)):
         own = _scatter(pieces, found, station, step)
         total, freedom = total + own[0], freedom + own[1]
-    if freedom <= 0 or total < chi2.isf(BY_CHANCE, freedom):
+    if freedom <= 0 or total < chdtri(freedom, BY_CHANCE):
         return 1.0
     return total / freedom
 
@@ -202,7 +202,7 @@ def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
         rest, freedom = (sum(column) for column in zip(*own, strict=True))
         if freedom > 2 * POSE:
             rest = max(rest / (freedom - 2 * POSE), 1.0)
-            ratios.append(float(f.sf(apart[k].m2 / POSE / rest, POSE, freedom - 2 * POSE)))
+            ratios.append(float(fdtrc(POSE, freedom - 2 * POSE, apart[k].m2 / POSE / rest)))
     at = [apart[k] for k in (round(PIECES * split) for split in SPLITS) if k in apart]
     if not at:
         return None
@@ -294,13 +294,13 @@ def prior_p(found: Joint) -> float:
     if not shown.any():
         return 1.0
     off = white.T @ (found.state.values[own] / sd)
-    p = [float(chi2.sf(off @ off, off.size))]
+    p = [float(chdtrc(off.size, off @ off))]
     if found.of.places >= 0:
         first = int(np.count_nonzero(own[: found.of.places]))
         places = slice(first, first + found.state.board.size)
         for strain in _strains(found.state.board):
             made = white.T @ by_prior[:, places] @ (strain / sd[places])
-            p.append(float(chi2.sf((made @ off) ** 2 / (made @ made), 1)))
+            p.append(float(chdtrc(1, (made @ off) ** 2 / (made @ made))))
     return min(1.0, len(p) * min(p))
 
 

@@ -5,18 +5,15 @@ Every field is a key of the file of twins, with its range, default and meaning.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from mocap_metrology.common.entries import Entry, Number, Text, Whole, one_of
-from mocap_metrology.lighthouse.simulate.turns import (
-    MadeTurns,
-    TurnsTwin,
-    simulate_turns,
-    stations_around,
-)
 from mocap_metrology.lighthouse.simulate.twin import PATTERNS, MotionTwin
+
+if TYPE_CHECKING:  # scipy and numba, which who reads a file of twins does not need
+    from mocap_metrology.lighthouse.simulate.turns import MadeTurns, TurnsTwin
 
 COVER_MM = (-0.8, 1.6)
 OF_MOTION = {"pattern", "speed_m_s", "extent_m", "wobble_deg"}  # keys as of `MotionTwin`
@@ -78,6 +75,8 @@ class NetworkTwin(Entry):
 
     def turns(self, seed: int) -> TurnsTwin:
         """Stations, object and motion; seed: added to both seeds."""
+        from mocap_metrology.lighthouse.simulate.turns import TurnsTwin, stations_around
+
         room, own = seed + self.room_seed, seed + self.seed
         R, t, middle, up = stations_around(self.stations, np.random.default_rng(room))
         centre = middle + self.places_m * np.random.default_rng([own, PLACES]).standard_normal(3)
@@ -97,6 +96,8 @@ class NetworkTwin(Entry):
 
 def simulate_network(twin: NetworkTwin, seed: int) -> MadeTurns:
     """Draw the recording of a twin."""
+    from mocap_metrology.lighthouse.simulate.turns import simulate_turns
+
     return simulate_turns(twin.turns(seed))
 
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import TypedDict
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from mocap_metrology.common.transforms import irfft, rfft
 
@@ -68,7 +68,7 @@ def by_place(
     rows: list[PlaceRow] = []
     for k in np.flatnonzero(pairs >= least):
         variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
-        low, high = (dof / chi2.ppf(p, dof) for p in (0.975, 0.025))
+        low, high = (dof / chdtri(dof, p) for p in (0.025, 0.975))
         centre = (cells[:, k] + 0.5) * cell_mm
         rows.append(
             {
@@ -149,10 +149,10 @@ def evenness(rows: list[PlaceRow]) -> dict[str, float]:
     if not (variance > 0).all():
         return {"p": math.nan, "worst_over_best": math.inf, "bend_mm": bend}
     pooled = (dof * variance).sum() / dof.sum()
-    statistic = dof.sum() * math.log(pooled) - (dof * np.log(variance)).sum()
+    statistic = max(dof.sum() * math.log(pooled) - (dof * np.log(variance)).sum(), 0.0)
     shrink = 1 + ((1 / dof).sum() - 1 / dof.sum()) / (3 * (dof.size - 1))
     return {
-        "p": float(chi2.sf(statistic / shrink, dof.size - 1)),
+        "p": float(chdtrc(dof.size - 1, statistic / shrink)),
         "worst_over_best": math.sqrt(variance.max() / variance.min()),
         "bend_mm": bend,
     }

@@ -111,12 +111,12 @@ def _counted(n: int, noun: str) -> str:
 
 def _caution(counts: Sequence[int]) -> list[str]:
     """Uncertainty of an SD from so few calibrations; nothing if J has as few."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
     n = min((count for count in counts if count > 1), default=RECORDINGS)
     if n >= RECORDINGS:
         return []
-    low, high = (math.sqrt(chi2.ppf(p, n - 1) / (n - 1)) for p in (0.025, 0.975))
+    low, high = (math.sqrt(chdtri(n - 1, p) / (n - 1)) for p in (0.975, 0.025))
     return [captions.JANSEN_CAUTION.format(n=n, of_paper=RECORDINGS, low=low, high=high), ""]
 
 

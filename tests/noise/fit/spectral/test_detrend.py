@@ -5,11 +5,11 @@ import pytest
 from scipy.fft import dct
 
 from mocap_metrology.noise.allan.variance import allan_variance
-from mocap_metrology.noise.fit.spectral.detrend import line_column, warm_up_column
+from mocap_metrology.noise.fit.spectral.detrend import Designs
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.periodogram import Stretch, periodogram
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
-from mocap_metrology.noise.model.deterministic import Deterministic
+from mocap_metrology.noise.model.deterministic import HOUR, Deterministic
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 RATE, N = 100.0, 60_000
@@ -32,13 +32,13 @@ def test_columns_are_the_cosine_transforms_of_line_and_exponential(start):
     n = 5001
     t = (start + np.arange(n)) * TAU0
     for x, column in (
-        (t, lambda slow: line_column(slow, RATE)),
-        (np.exp(-t / 11), lambda slow: warm_up_column(slow, RATE, 11.0)),
-        (np.exp(-t / 0.5), lambda slow: warm_up_column(slow, RATE, 0.5)),
+        (t / HOUR, lambda of: of.line),
+        (np.exp(-t / 11), lambda of: of.warm_up(11.0)),
+        (np.exp(-t / 0.5), lambda of: of.warm_up(np.array([2.0, 0.5]))[1]),
     ):
-        slow = periodogram([Stretch(x, start=start)], RATE).slow
-        expected = np.sqrt(2 * TAU0) * dct(x, norm="ortho")[slow.k]
-        assert np.allclose(column(slow), expected, atol=1e-9 * np.abs(expected).max())
+        designs = Designs(periodogram([Stretch(x, start=start)], RATE))
+        expected = np.sqrt(2 * TAU0) * dct(x, norm="ortho")[designs.slow.k]
+        assert np.allclose(column(designs), expected, atol=1e-9 * np.abs(expected).max())
 
 
 def test_a_line_is_a_drift_and_no_random_walk():

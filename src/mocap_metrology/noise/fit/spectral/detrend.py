@@ -70,69 +70,64 @@ class Alternative:
     offset: float
 
 
-def line_column(slow: Slow, frame_rate_hz: float) -> np.ndarray:
-    """(M,) slow coefficients of x(t) = t, t in s: of odd k alone."""
-    tau0 = 1 / frame_rate_hz
-    half = np.pi * slow.k / (2 * slow.n)
-    unit = -tau0 * np.cos(half) / (2 * np.sin(half) ** 2)
-    return np.where(slow.k % 2 == 1, unit, 0.0) * np.sqrt(4 * tau0 / slow.n)
-
-
-def warm_up_column(slow: Slow, frame_rate_hz: float, T_w: float) -> np.ndarray:
-    """(M,) slow coefficients of x(t) = exp(-t / T_w)."""
-    tau0 = 1 / frame_rate_hz
-    half = np.pi * slow.k / (2 * slow.n)
-    a = tau0 / T_w
-    sign = np.where(slow.k % 2 == 1, -1.0, 1.0)
-    below = math.expm1(-a) ** 2 + 4 * math.exp(-a) * np.sin(half) ** 2
-    unit = -math.expm1(-a) * (1 - sign * np.exp(-a * slow.n)) * np.cos(half) / below
-    return unit * np.exp(-slow.start_s / T_w) * np.sqrt(4 * tau0 / slow.n)
-
-
 class LeastSquares(NamedTuple):
-    """Coefficients (p,), covariance (p, p), and by how much they lower the sum of squares."""
+    """Coefficients (..., p), covariance (..., p, p), and by how much they lower the sum of squares
+    (...,)."""
 
     values: np.ndarray
     covariance: np.ndarray
-    gain: float
+    gain: np.ndarray
 
 
 class Designs:
     """Columns of every kind over the slow coefficients of one recording, computed once.
 
-    bounds: of the T_w that are searched, s; grid: of T_w. weight: (M,), 1/variance of the
-    coefficients.
+    bounds: of the T_w that are searched, s; grid: of T_w; line: (M,) slow coefficients of t, t in
+    hours. weight: (M,), 1/variance of the coefficients.
     """
 
     def __init__(self, data: Periodogram) -> None:
-        self.slow, self.frame_rate_hz = slow_of(data), data.bins.frame_rate_hz
-        tau0 = 1 / self.frame_rate_hz
-        span = float(np.max(self.slow.start_s + self.slow.n * tau0))
-        self.bounds = min(max(SHORTEST * span, LEAST_FRAMES * tau0), span / 2), span
-        self.line = line_column(self.slow, self.frame_rate_hz) / HOUR
+        self.slow, self._tau0 = slow_of(data), 1 / data.bins.frame_rate_hz
+        span = float(np.max(self.slow.start_s + self.slow.n * self._tau0))
+        self.bounds = min(max(SHORTEST * span, LEAST_FRAMES * self._tau0), span / 2), span
+        half, odd = np.pi * self.slow.k / (2 * self.slow.n), self.slow.k % 2 == 1
+        self._cos = np.cos(half) * np.sqrt(4 * self._tau0 / self.slow.n)
+        self._four_sin2, self._sign = 4 * np.sin(half) ** 2, np.where(odd, 1.0, -1.0)
+        self.line = np.where(odd, -2 * self._tau0 / HOUR * self._cos / self._four_sin2, 0.0)
         self.grid = np.geomspace(*self.bounds, GRID)
-        self._warm_ups = [self.warm_up(T_w) for T_w in self.grid]
+        self._warm_ups = self.warm_up(self.grid)
 
-    def warm_up(self, T_w: float) -> np.ndarray:
-        """(M,) of A_w = 1."""
-        return warm_up_column(self.slow, self.frame_rate_hz, T_w)
+    def warm_up(self, T_w: float | np.ndarray) -> np.ndarray:
+        """(M,) slow coefficients of exp(-t / T_w), of A_w = 1; of some T_w (g,) they are (g, M)."""
+        rate = 1 / np.asarray(T_w)[..., None]
+        a = self._tau0 * rate
+        below = np.expm1(-a) ** 2 + np.exp(-a) * self._four_sin2
+        ends = (1 + self._sign * np.exp(-a * self.slow.n)) * np.exp(-rate * self.slow.start_s)
+        return -np.expm1(-a) * ends * self._cos / below
 
     def _fit(self, columns: np.ndarray, weight: np.ndarray) -> LeastSquares:
-        normal = (columns * weight) @ columns.T
-        scale = 1 / np.sqrt(np.diag(normal))
-        covariance = np.linalg.pinv(normal * scale * scale[:, None], hermitian=True) * scale
-        covariance *= scale[:, None]
-        right = (columns * weight) @ self.slow.value
-        values = covariance @ right
-        return LeastSquares(values, covariance, float(right @ values))
+        """columns: (..., p, M)"""
+        weighted = columns * weight
+        normal = weighted @ np.swapaxes(columns, -1, -2)
+        scale = 1 / np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
+        scale = scale[..., None] * scale[..., None, :]
+        covariance = np.linalg.pinv(normal * scale, hermitian=True) * scale
+        right = weighted @ self.slow.value
+        values = (covariance @ right[..., None])[..., 0]
+        return LeastSquares(values, covariance, np.sum(right * values, axis=-1))
 
     def _linear(self, kind: str, warm_up: np.ndarray) -> np.ndarray:
-        """(p, M) of what is linear: drift and A_w."""
-        return np.stack([self.line, warm_up] if "drift" in KINDS[kind] else [warm_up])
+        """(..., p, M) of what is linear: drift and A_w."""
+        parts = [self.line, warm_up] if "drift" in KINDS[kind] else [warm_up]
+        return np.stack(np.broadcast_arrays(*parts), axis=-2)
 
-    def linear(self, kind: str, weight: np.ndarray, T_w: float) -> LeastSquares:
+    def linear(self, kind: str, weight: np.ndarray, T_w: float | np.ndarray) -> LeastSquares:
         """Drift and A_w with T_w known."""
         return self._fit(self._linear(kind, self.warm_up(T_w)), weight)
+
+    def over_grid(self, kind: str, weight: np.ndarray) -> LeastSquares:
+        """Drift and A_w for each T_w of the grid."""
+        return self._fit(self._linear(kind, self._warm_ups), weight)
 
     def part(self, kind: str, weight: np.ndarray) -> Part:
         """The part of this kind by least squares."""
@@ -148,15 +143,15 @@ class Designs:
     def _best_T_w(self, kind: str, weight: np.ndarray) -> float:
         from scipy.optimize import minimize_scalar
 
-        gains = [self._fit(self._linear(kind, w), weight).gain for w in self._warm_ups]
+        gains = self.over_grid(kind, weight).gain
         at = int(np.argmax(gains))
         ends = np.log(self.grid[[max(at - 1, 0), min(at + 1, GRID - 1)]])
         lowest = minimize_scalar(
-            lambda log: -self.linear(kind, weight, math.exp(log)).gain,
+            lambda log: -float(self.linear(kind, weight, math.exp(log)).gain),
             bounds=tuple(ends),
             method="bounded",
         )
-        best = (-lowest.fun, math.exp(lowest.x)), (gains[at], float(self.grid[at]))
+        best = (-lowest.fun, math.exp(lowest.x)), (float(gains[at]), float(self.grid[at]))
         return max(best)[1]
 
     def derivatives(self, kind: str, values: Deterministic) -> np.ndarray:

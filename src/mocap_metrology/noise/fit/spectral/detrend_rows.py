@@ -131,10 +131,10 @@ def _distributions(
             yield likely / total, np.array([part.values.drift]), np.sqrt(np.diag(part.covariance))
             continue
         logs, shares, step = _places(part, designs, weight)
-        for log, share in zip(logs, shares, strict=True):
-            fit = designs.linear(kind, weight, math.exp(log))
-            sd = np.append(np.sqrt(np.diag(fit.covariance)), step / 2)
-            yield likely / total * share, np.append(fit.values, log), sd
+        fits = designs.linear(kind, weight, np.exp(logs))
+        for k, log in enumerate(logs):
+            sd = np.append(np.sqrt(np.diag(fits.covariance[k])), step / 2)
+            yield likely / total * shares[k], np.append(fits.values[k], log), sd
 
 
 def _places(
@@ -145,7 +145,7 @@ def _places(
     middle, low, high = (math.log(T) for T in (part.values.T_w, *designs.bounds))
     ends = max(middle - REACH * spread, low), min(middle + REACH * spread, high)
     logs = np.linspace(*ends, PLACES)
-    gains = np.array([designs.linear(part.kind, weight, math.exp(log)).gain for log in logs])
+    gains = designs.linear(part.kind, weight, np.exp(logs)).gain
     shares = np.exp((gains - gains.max()) / 2)
     keep = shares > LEAST_WEIGHT
     return logs[keep], shares[keep] / shares[keep].sum(), (ends[1] - ends[0]) / (PLACES - 1)
@@ -169,11 +169,12 @@ def _drift_limit(
 def _warm_up_limit(
     kind: str, noises: Sequence[tuple[float, np.ndarray]], designs: Designs
 ) -> Coefficient:
-    limits, longest = [], LONGEST * designs.bounds[1]
-    for T_w in designs.grid[designs.grid <= longest]:
-        fits = [(share, designs.linear(kind, weight, T_w)) for share, weight in noises]
+    longest = LONGEST * designs.bounds[1]
+    fits = [(share, designs.over_grid(kind, weight)) for share, weight in noises]
+    limits = []
+    for k in np.flatnonzero(designs.grid <= longest):
         rows = [
-            (share, abs(float(fit.values[-1])), math.sqrt(fit.covariance[-1, -1]))
+            (share, abs(float(fit.values[k, -1])), math.sqrt(fit.covariance[k, -1, -1]))
             for share, fit in fits
         ]
         limits.append(quantile(rows, 0.95))

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.distance import pdist
 from scipy.stats import chi2
 
 from mocap_metrology.common.errors import Refusal
@@ -17,7 +16,7 @@ from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.network import islands, look, shared_moments, start
 from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.records import Path
-from tests.lighthouse.batch.planes_scene import Made, made, motion, room, tracker
+from tests.lighthouse.batch.planes_scene import Made, made, motion, room
 
 COVER_M = (-0.75e-3, 1.55e-3)
 TURNED = np.diag([1.0, -1.0, -1.0])
@@ -63,19 +62,6 @@ def test_errors_of_board_cover_and_factory_values_are_in_the_covariance(known: b
         total += squared(found, off := errors(found, given))
         freedom += off.size
     assert total < chi2.ppf(0.995, freedom)
-
-
-def test_the_size_of_a_deck_is_less_certain_than_that_of_a_measured_object() -> None:
-    """By 0.3 mm, and as uncertain is the distance of the stations; of an object whose diodes look
-    all ways by what is stated."""
-    board, normals = tracker()
-    sd, up = 3e-4 / pdist(board).max(), np.tile([0.0, 0.0, 1.0], (len(board), 1))
-    ways = [Priors().of_board(board, own).board_scale for own in (None, up, normals)]
-    assert ways == pytest.approx([sd, sd, 1e-3])
-    found, _ = joint(made(2, 3, 2.0, priors=Priors(0, 0, 0, 1e-3, 0)).scene)
-    t = found.state.t_m[1]
-    variance = t @ found.pose_covariance()[:3, :3] @ t / (t @ t) ** 2
-    assert np.sqrt(variance) == pytest.approx(sd, rel=0.02)
 
 
 def test_factory_values_known_unknown_and_neglected() -> None:

@@ -75,8 +75,8 @@ def test_the_covers_are_those_of_second_generation_recordings(
 
 
 def test_both_objects_agree_within_their_covariances(both: dict[str, Decoded]) -> None:
-    """45 mm and 0.5 deg apart without covers (p 0.17), 65 mm and 0.9 deg with them (p 0.16)."""
-    for covers, shift, p in ((False, (45, 0.5), 0.17), (True, (65, 0.94), 0.16)):
+    """45 mm and 0.5 deg apart without covers (p 0.17), 66 mm and 0.9 deg with them (p 0.23)."""
+    for covers, shift, p in ((False, (45, 0.5), 0.17), (True, (66, 0.93), 0.23)):
         found: dict[str, Summary] = {}
         for name, own in both.items():
             factories = [station.factory for station in own.stations]

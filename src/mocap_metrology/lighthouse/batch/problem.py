@@ -8,9 +8,9 @@ prior, a normal distribution about the value of the board file, the factory cali
 | time zero | station and axis | 0.15 us (57 urad): flashes rise late, by diodes differently |
 | phase | station and axis | 1 mrad: together with the time zero one offset |
 | depth between both lasers | station | 10 mm |
-| scale of the board | | 1e-3, of a small deck 0.3 mm over its largest extent |
+| scale of the board | | 1e-3, of a small one 0.3 mm over its largest extent |
 | place of a diode | diode, coordinate | 0.2 mm |
-| cover of the diodes: shift at 50 deg, thickness | | 0.1, 0.8 mm about 0, 1.6 mm |
+| cover of the diodes: shift at 50 deg, thickness | | 0.15, 0.8 mm about 0, 1.6 mm |
 | gravity | | none; its magnitude 0.03 m/s^2 about 9.81 |
 | gyroscope: bias | recording, axis | 0.1 rad/s |
 | accelerometer: bias | recording, axis | 0.3 m/s^2 |
@@ -56,14 +56,12 @@ GROUPS = ("pose", "depth", "offset", "intrinsic", "scale", "place", "gravity", "
 INERTIAL_SD = np.repeat([0.1, 0.3, 1e-2, np.radians(2.0), 3e-3, 3e-3], [3, 3, 1, 3, 3, 1])
 GRAVITY_M_S2 = 9.81
 ANY_GRAVITY = 100.0  # of a coordinate: for recordings that say nothing of it
-# Between the outermost diodes: decks of 33 mm were 0.5 to 1.3 % larger than their files. A bar of
-# 268 mm between two trackers, with their covers, was 0.03 to 0.1 % off.
+# Between the outermost diodes: decks of 33 mm were 0.5 to 1.3 % larger than their files.
 EFFECTIVE_M = 3e-4
-ONE_WAY = 0.95  # length of the mean of normals: beyond it, a cover says nothing of the size
 COVER_M = np.array([-0.8e-3, 1.6e-3])  # a and t of two kinds of trackers, within 0.06 mm
-# Of a + HELD t and of t. The first is -0.14 to -0.02 mm of five objects, each within 0.08 mm,
-# with nothing known beforehand. Bare diodes, of which both are 0, are two standard deviations off.
-COVER_SD_M = np.array([0.1e-3, 0.8e-3])
+# Of a + HELD t and of t. Places in the files of four objects hold at 46 to 60 deg, where
+# a + t / 2 is -0.16 to 0.04 mm. Bare diodes, of which both are 0, are two standard deviations off.
+COVER_SD_M = np.array([0.15e-3, 0.8e-3])
 NO_NORMALS = np.zeros((0, 3))
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for
 
@@ -86,12 +84,10 @@ class Priors:
         errors."""
         return replace(self, phase_mrad=37.0, tilt_mrad=5.0, curve_mrad=5.0, gib_mrad=9.0)
 
-    def of_board(self, board: np.ndarray, normals: np.ndarray | None = None) -> Priors:
-        """With the scale of a board (n, 3) in m. Of a small deck, places of diodes as light sees
-        them are less well known than its size; not of an object whose diodes look in directions
-        (n, 3) of their own, which was measured and whose cover is an unknown."""
-        deck = normals is None or np.linalg.norm(normals.mean(axis=0)) > ONE_WAY
-        if not (self.board_scale > 0 and deck):
+    def of_board(self, board: np.ndarray) -> Priors:
+        """With the scale of a board (n, 3) in m: of a small one, places of diodes as light sees
+        them are less well known than its size."""
+        if not self.board_scale > 0:
             return self
         apart = np.linalg.norm(board[:, None] - board, axis=2).max()
         return replace(self, board_scale=max(self.board_scale, EFFECTIVE_M / float(apart)))

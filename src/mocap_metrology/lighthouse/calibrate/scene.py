@@ -150,14 +150,14 @@ class Scene:
         ones only the spread of real rotors is known."""
         priors = self.priors
         if self.generation == 2:
-            return priors.of_board(self.board, self.sensors.normals)
+            return priors.of_board(self.board)
         if self.optics == ESTIMATED:
             priors = priors.of_unknown_rotors()
         if self.optics == "ideal":
             priors = replace(priors, phase_mrad=0.0)
         if self.optics == "ideal" or self.lasers_m is not None:
             priors = replace(priors, laser_depth_mm=0.0)
-        return priors.of_board(self.board, self.sensors.normals)
+        return priors.of_board(self.board)
 
     def seen(self, measured: Sequence[Measurements]) -> Optics:
         """Measurements as the optics see them; where these are estimated, it starts from ideal, of

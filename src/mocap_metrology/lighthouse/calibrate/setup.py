@@ -143,7 +143,7 @@ def _of_all_boards(
     known = any(one is not None for one in normals)
     none = [np.zeros_like(own.board) for own in every]  # a diode without a normal has no cover
     given = [a if b is None else b for a, b in zip(none, normals, strict=True)]
-    scale = max(own.used_priors.board_scale for own in every)
+    scale = max(own.priors.of_board(own.board).board_scale for own in every)
     scene = replace(
         scene,
         board=np.concatenate([own.board for own in every]),

@@ -199,7 +199,7 @@ def test_a_verdict_that_nobody_reads_or_that_has_other_letters_is_no_crash(tmp_p
     code += "results.tell_result(['1 \\xb5m']); results.tell_result(['2'])"
     reader, writer = os.pipe()
     os.close(reader)
-    for stdout, printed in ((writer, None), (subprocess.PIPE, "1 ?m\n2\n")):
+    for stdout, printed in ((writer, None), (subprocess.PIPE, "1 \\xb5m\n2\n")):
         done = subprocess.run(
             [sys.executable, "-c", code],
             stdout=stdout,

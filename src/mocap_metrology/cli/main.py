@@ -101,7 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.update({f"{pool}_NUM_THREADS": "1" for pool in THREADS})
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # what its encoding lacks, as a micro sign
-            stream.reconfigure(errors="replace")
+            stream.reconfigure(errors="backslashreplace")
     try:
         return int(options.run(options))
     except KeyboardInterrupt:

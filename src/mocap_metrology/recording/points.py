@@ -71,7 +71,8 @@ def read_reference(path: str | Path) -> dict[str, tuple[np.ndarray, float]]:
         try:
             place = np.array([spreadsheet.number(row[axis]) for axis in COLUMNS[1:]])
             u = spreadsheet.number(row.get("u_mm") or "0")
-            if not (row["point"] and np.isfinite(place).all() and 0 <= u < np.inf):
+            is_named = row["point"] and row["point"].isprintable()
+            if not (is_named and np.isfinite(place).all() and 0 <= u < np.inf):
                 raise ValueError
         except (KeyError, ValueError):
             said = ",".join(cells)[:80]

@@ -1,5 +1,6 @@
 """`mocap-metrology check`: one file without a sheet, from the choice of markers to the verdict."""
 
+import errno
 import gzip
 import json
 import os
@@ -183,6 +184,35 @@ def test_what_crashed_is_said_and_where_its_traceback_is(take: Path, monkeypatch
     ]
     assert "in broken" in Path("out/crash.log").read_text()
 
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("mocap_metrology.recording.clean.examine", full)
+    assert main.main(["check", take.name, "--markers", "Head", "--output", "full"]) == 1
+    said = "full: No space left on device; no results were written"
+    assert capsys.readouterr().err.splitlines()[-1] == said and not Path("full").exists()
+
+
+def test_a_verdict_that_nobody_reads_or_that_has_other_letters_is_no_crash(tmp_path: Path) -> None:
+    """As of `| head -1`, and where the encoding of the terminal has no micro sign."""
+    code = "from mocap_metrology.cli import main, results; main.main(['check', 'none.c3d']);"
+    code += "results.tell_result(['1 \\xb5m']); results.tell_result(['2'])"
+    reader, writer = os.pipe()
+    os.close(reader)
+    for stdout, printed in ((writer, None), (subprocess.PIPE, "1 \\xb5m\n2\n")):
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            stdout=stdout,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=True,
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        )
+        assert done.stdout == printed
+        assert done.stderr == "none.c3d: no such file; expected a recording, as take.c3d\n"
+    os.close(writer)
+
 
 def test_results_are_replaced_whole_or_not_at_all(tmp_path: Path) -> None:
     before = dict.fromkeys(("a.csv", "b.csv", "mine.txt"), "old")
@@ -196,6 +226,9 @@ def test_results_are_replaced_whole_or_not_at_all(tmp_path: Path) -> None:
         (part / "a.csv").write_text("new")
     after = {p.name: p.read_text() for p in tmp_path.iterdir()}
     assert after == {"a.csv": "new", "mine.txt": "old"}
+    (killed := tmp_path / ".part-0123456789ab").mkdir()
+    with results.replaced(tmp_path, ()) as other, results.replaced(tmp_path, ()):
+        assert other.exists() and not killed.exists()
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from mocap_metrology.lighthouse.assess.comparison import compare_with_earlier
 from mocap_metrology.lighthouse.assess.pose_file import chosen_pose, read_pose_json
 from mocap_metrology.lighthouse.assess.reference import pose_reference, read_mount
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
+from mocap_metrology.recording.points import read_reference
 
 from . import mutate, strict_beside, strict_text
 from .kind import Kind
@@ -126,7 +127,7 @@ def of_poses(folder: Path) -> Iterator[Kind]:
 
 
 def of_tables() -> Iterator[Kind]:
-    """A mount, and a covariate of either delimiter."""
+    """A mount, reference points, and a covariate of either delimiter."""
     rng = np.random.default_rng(5)
     places = rng.normal(0, 0.1, (5, 3))
     lines = [f"M{k},{x:.4f},{y:.4f},{z:.4f}" for k, (x, y, z) in enumerate(places, start=1)]
@@ -136,7 +137,17 @@ def of_tables() -> Iterator[Kind]:
         found = read_mount(path)
         return {"labels": list(found), "places": np.array(list(found.values()))}
 
-    yield Kind("lighthouse mount", "mount.csv", mount, read, strict_beside.mount, mutate.text)
+    strict = partial(strict_beside.places, name="label", unit="m", least=3)
+    yield Kind("lighthouse mount", "mount.csv", mount, read, strict, mutate.text)
+
+    def points(path: Path) -> Values:
+        found = read_reference(path)
+        return {"labels": list(found), "places": np.array([place for place, _ in found.values()])}
+
+    head = b"point,x_mm,y_mm,z_mm"
+    strict = partial(strict_beside.places, name="point", unit="mm", least=0)
+    yield Kind("points", "a.csv", mount.replace(b"label,x_m,y_m,z_m", head), points, strict,
+               mutate.text)  # fmt: skip
     values = rng.normal(21, 0.5, 60)
 
     def covariate(path: Path) -> Values:

@@ -8,6 +8,7 @@ Rng = np.random.Generator
 Damage = Callable[[bytearray, Rng], None]
 
 NUMBERS = (b"1e999", b"-1", b"nan", b"inf", b"", b"0", b"1e12", b"1,5", b"0x10", b"9" * 400)
+NUMBERS += (b"NA", b"None", b'"1.5"', b'"1.5', b'"1,5"', b"-nan", b"#REF!")
 JUNK = (
     "\0",
     "\x1b[2J",

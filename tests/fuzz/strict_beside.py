@@ -145,11 +145,13 @@ def reference(raw: bytes) -> Values:
     return {"R": R, "t_m": t, "ids": ids}
 
 
-def mount(raw: bytes) -> Values:
-    columns = ("x_m", "y_m", "z_m")
-    rows = table_of(raw, ("label", *columns))
-    labels = [row["label"].strip() for row in rows]
-    need(all(labels) and len(set(labels)) == len(labels) and len(labels) > 2)
+def places(raw: bytes, name: str, unit: str, least: int) -> Values:
+    """Of a mount, or of reference points, whose columns stand in any order."""
+    columns = tuple(f"{axis}_{unit}" for axis in "xyz")
+    rows = table_of(raw, (name, *columns), exact=name == "label")
+    need(all(row[column].strip() for row in rows for column in columns))
+    labels = [row[name].strip() for row in rows]
+    need(all(labels) and len(set(labels)) == len(labels) >= least)
     return {"labels": labels, "places": np.array([[number(r[c]) for c in columns] for r in rows])}
 
 

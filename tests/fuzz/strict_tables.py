@@ -30,7 +30,10 @@ def first_principles(raw: bytes, labels: Sequence[str]) -> Values:
     rows = [line.split("\t") for line in lines[5:] if line.strip()]
     every, rows = _in_order(lines[4].rstrip("\t").split("\t")[1:], rows)
     rows = [["" if _missing(cell) else cell for cell in row] for row in rows]
-    rate, mm = number(said.get("Frequency", "")), unit_mm(said.get("Units", ""))
+    rate, mm = (
+        number(said.get("Frequency", "").replace(",", ".", 1)),
+        unit_mm(said.get("Units", "")),
+    )
     found = series(rows, labels, every, rate, mm, True, False)
     return counted(found, len(rows), whole(said["Number of frames"]))
 

@@ -126,8 +126,9 @@ def motive(raw: bytes, labels: Sequence[str]) -> Values:
     need(first[0] == "Format Version" and "Length Units" in said)
     at = next((i for i, line in enumerate(lines) if line.lower().startswith("frame,")), 0)
     need(4 < at < 20 and not any(line.count('"') % 2 for line in lines[:at]))
-    head = {line.split(",")[1]: line.split(",") for line in lines[1:at] if line.count(",") > 1}
-    need({"Type", "Name", ""} <= set(head))
+    above = [line.split(",") for line in lines[1:at] if line.count(",") > 1]
+    head = {cells[1]: cells for cells in above}
+    need({"Type", "Name", ""} <= set(head) and len(head) == len(above))
     axes = lines[at].split(",")
     k = (len(axes) - 2) // 3
     need(axes[2:] == ["X", "Y", "Z"] * k)

@@ -64,11 +64,27 @@ def test_another_unit_and_a_left_handed_frame_are_refused(change: np.ndarray, wo
         ("point,x_mm,y_mm,z_mm\nP,1,2,nan\n", "line 2"),
         ("point,x_mm,y_mm,z_mm\nP,1,2,3\nP,1,2,3\n", "point P stands twice"),
         ("", "columns nothing; expected point"),
+        ("point,x_mm,y_mm,z_mm\n\xc4,1,2,3\n", "cannot be read"),
+        ("point,x_mm,y_mm,z_mm\nP,1,2,3,4\n", "line 2 has 5 cells, expected 4"),
+        ("point,x_mm,y_mm,z_mm,x_mm\nP,1,2,3,4\n", "columns point, x_mm, y_mm, z_mm, x_mm"),
+        ("point,x_mm,y_mm,z_mm\n,1,2,3\n", "line 2"),
+        ("point,x_mm,y_mm,z_mm\nP,1,2," + 200_000 * "3", "field larger than field limit"),
     ],
 )
 def test_what_is_no_reference_is_refused(tmp_path: Path, text: str, words: str) -> None:
     path = tmp_path / "ref.csv"
-    path.write_text(text)
+    path.write_bytes(text.encode("latin-1"))
     with pytest.raises(Refusal) as refused:
         read_reference(path)
     assert words in str(refused.value) and str(refused.value).startswith("ref.csv")
+
+
+def test_a_reference_as_a_spreadsheet_saves_it(tmp_path: Path) -> None:
+    """Decimal commas between semicolons, blank lines, blanks round names."""
+    path = tmp_path / "ref.csv"
+    path.write_text("point; x_mm;y_mm;z_mm;u_mm\nP ;1,5;2;3;0,1\n;;;;\n\nQ;4;5;6;\n")
+    found = read_reference(path)
+    assert {name: [*place, u] for name, (place, u) in found.items()} == {
+        "P": [1.5, 2, 3, 0.1],
+        "Q": [4, 5, 6, 0],
+    }

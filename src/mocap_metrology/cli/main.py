@@ -7,7 +7,9 @@ What is heavy is imported after the first line is on the terminal.
 from __future__ import annotations
 
 import argparse
+import errno
 import gc
+import io
 import os
 import sys
 import tomllib
@@ -18,13 +20,14 @@ from pathlib import Path
 from typing import Any
 
 from mocap_metrology.cli import results
-from mocap_metrology.common.errors import Refusal, printable
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.paths import exists, is_file
 from mocap_metrology.lighthouse import RECORDING_FORMATS
 
 TEXTS = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
 DUMPS = (".bin", ".dump", ".rec", ".rec.gz")
+FULL = (errno.ENOSPC, errno.EDQUOT)
 INTERRUPTED = 130  # the shell's number for it
 
 
@@ -96,6 +99,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 command.error(f"--{name} {why}")
     # One thread a library, as in the workflow: the digits of a sum depend on it
     os.environ.update({f"{pool}_NUM_THREADS": "1" for pool in THREADS})
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # what its encoding lacks, as a micro sign
+            stream.reconfigure(errors="backslashreplace")
     try:
         return int(options.run(options))
     except KeyboardInterrupt:
@@ -161,7 +167,7 @@ def watch(options: argparse.Namespace) -> int:
     """Add a take to the folder of a facility; 1 if it was refused."""
     options.markers = [m for text in options.markers for m in text.split(";") if m.strip()]
     folder, name = Path(options.folder).expanduser(), Path(options.file).name
-    print(f"{printable(name)}: reading", file=sys.stderr, flush=True)
+    results.tell(f"{name}: reading")
     from mocap_metrology.cli.monitor import add_take
     from mocap_metrology.common.faults import Faults
 
@@ -230,7 +236,7 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
     try:
         if not exists(path):
             raise Refusal(f"{path}: no such file; expected a recording, as take.c3d")
-        print(f"{printable(path.name)}: reading", file=sys.stderr, flush=True)
+        results.tell(f"{path.name}: reading")
         if not is_file(path):
             raise Refusal(f"{path}: is not a file; expected a recording, as take.c3d")
         if path.name.lower().endswith(DUMPS) and not options.board:
@@ -240,8 +246,11 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
     except Refusal as refusal:
         print(refusal, file=sys.stderr)
     except Exception as error:
-        crash = results.write_crash(error, folder, path.name)
-        print(f"{crash}\nNo results were written", file=sys.stderr)
+        if isinstance(error, OSError) and error.errno in FULL:
+            print(f"{folder}: {os.strerror(error.errno)}; no results were written", file=sys.stderr)
+        else:
+            crash = results.write_crash(error, folder, path.name)
+            print(f"{crash}\nNo results were written", file=sys.stderr)
     return results.NONE
 
 

@@ -55,8 +55,7 @@ def add_take(options: argparse.Namespace) -> int:
         raise Refusal(f"{why}; the take was not added, and nothing changed") from None
     name = document["monitor"]
     chart = folder / RESULTS / "monitors" / name / "chart.png"
-    with suppress(BrokenPipeError):  # as of `| head -1`; the take is added all the same
-        results.tell_result([document["line"], f"Chart: {chart}"])
+    results.tell_result([document["line"], f"Chart: {chart}"])
     return STATUS.get(str(document["word"]), 0)
 
 
@@ -186,7 +185,9 @@ def _alone(folder: Path) -> Iterator[None]:
 @contextmanager
 def _part(folder: Path) -> Iterator[Path]:
     """A folder to work in, which is removed in the end."""
-    part = folder / f".part-{uuid.uuid4().hex[:12]}"
+    for other in folder.glob(f"{results.PART}*"):  # of a killed command: there is one at a time
+        shutil.rmtree(other, ignore_errors=True)
+    part = folder / f"{results.PART}{uuid.uuid4().hex[:12]}"
     try:
         part.mkdir(parents=True)
         yield part

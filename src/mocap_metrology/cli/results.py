@@ -3,31 +3,40 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
 import sys
 import traceback
 import uuid
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal, one_line, printable
-from mocap_metrology.common.paths import exists
+from mocap_metrology.common.paths import exists, is_abandoned, locked
 
 CRASH = "crash.log"
+PART = ".part-"
 LONGEST = 60  # letters of a name, for titles
 NONE = "no verdict"
 
 
 def tell(words: str) -> None:
     """A line on what is being done, beside the verdict on standard output."""
-    print(printable(words), file=sys.stderr, flush=True)
+    with suppress(BrokenPipeError):
+        print(printable(words), file=sys.stderr, flush=True)
 
 
 def tell_result(lines: Iterable[str]) -> None:
-    """Lines of the verdict on standard output."""
-    print("\n".join(map(printable, lines)), flush=True)
+    """Lines of the verdict on standard output. Results are there all the same where nobody takes
+    them, as of `| head -1`."""
+    try:
+        print("\n".join(map(printable, lines)), flush=True)
+    except BrokenPipeError:
+        sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
+    except OSError as error:
+        tell(f"standard output: {error.strerror or error}")
 
 
 def name_of(path: Path) -> str:
@@ -65,24 +74,29 @@ def folders_of(paths: Sequence[Path]) -> list[tuple[Path, Path]]:
 @contextmanager
 def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
     """A new folder to write to; on success its files replace those called `names` in `folder`,
-    on failure it is removed and the folder remains unchanged."""
-    part = folder / f".part-{uuid.uuid4().hex[:12]}"
+    on failure it is removed and the folder remains unchanged. Those of killed commands go."""
+    part = folder / f"{PART}{uuid.uuid4().hex[:12]}"
     created = next((p for p in (*reversed(folder.parents), folder) if not exists(p)), part)
-    try:
-        part.mkdir(parents=True)
-    except OSError as error:
-        why = error.strerror or error
-        raise Refusal(f"{folder}: {why}; expected a folder to write to") from None
-    try:
-        yield part
-        for name in (*names, CRASH):
-            (folder / name).unlink(missing_ok=True)
-        for path in part.iterdir():
-            path.replace(folder / path.name)
-        created = part
-    finally:
-        # After Ctrl-C a thread may still write into it
-        shutil.rmtree(created, ignore_errors=True)
+    with ExitStack() as held:
+        try:
+            with locked(folder):
+                for other in filter(is_abandoned, folder.glob(f"{PART}{'[0-9a-f]' * 12}")):
+                    shutil.rmtree(other, ignore_errors=True)
+                part.mkdir(parents=True)
+                held.enter_context(locked(part))
+        except OSError as error:
+            why = error.strerror or error
+            raise Refusal(f"{folder}: {why}; expected a folder to write to") from None
+        try:
+            yield part
+            for name in (*names, CRASH):
+                (folder / name).unlink(missing_ok=True)
+            for path in part.iterdir():
+                path.replace(folder / path.name)
+            created = part
+        finally:
+            # After Ctrl-C a thread may still write into it
+            shutil.rmtree(created, ignore_errors=True)
 
 
 def write_crash(error: BaseException, folder: Path, name: str) -> str:

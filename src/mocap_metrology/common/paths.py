@@ -41,6 +41,16 @@ def locked(folder: Path) -> Iterator[None]:
         yield
 
 
+def is_abandoned(folder: Path) -> bool:
+    """Whether no process holds the lock of a folder (`locked`), as far as there are locks."""
+    with ExitStack() as held, suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        held.callback(os.close, opened)
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return True
+    return False
+
+
 def of_windows(path: str | Path) -> str:
     """How a path of Windows is written in WSL or with slashes; empty for any other."""
     text = str(path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.accuracy.points import Points, check
+from mocap_metrology.common import spreadsheet
+from mocap_metrology.common.documents import text_of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.io.read import bodies_of, orientation_of
@@ -52,26 +53,33 @@ def seen(clean: str | Path, paths: Sequence[str], row: Mapping[str, Any]) -> See
 
 def read_reference(path: str | Path) -> dict[str, tuple[np.ndarray, float]]:
     """Place (3,) and standard uncertainty (0 without a column u_mm) of each point of a CSV file."""
-    name = Path(path).name
-    with Path(path).open(encoding="utf-8-sig", newline="") as file:
-        rows = csv.DictReader(file)
-        if not set(COLUMNS) <= set(rows.fieldnames or ()):
-            given = ", ".join(rows.fieldnames or ()) or "nothing"
-            raise Refusal(f"{name}: columns {given}; expected {', '.join(COLUMNS)}[, u_mm]")
-        found: dict[str, tuple[np.ndarray, float]] = {}
-        for row in rows:
-            try:
-                place = np.array([float(row[axis]) for axis in COLUMNS[1:]])
-                u = float(row.get("u_mm") or 0.0)
-                if not (np.isfinite(place).all() and 0 <= u < np.inf):
-                    raise ValueError
-            except (TypeError, ValueError):
-                raise Refusal(
-                    f"{name}, line {rows.line_num}: {row}; expected numbers of mm"
-                ) from None
-            if row["point"] in found:
-                raise Refusal(f"{name}: point {row['point']} stands twice; expected each once")
-            found[row["point"]] = place, u
+    name, columns = Path(path).name, f"{', '.join(COLUMNS)}[, u_mm]"
+    text = text_of(path, f"a CSV {columns}")
+    try:
+        rows = spreadsheet.rows(text)
+    except ValueError as error:
+        raise Refusal(f"{name}: {error}; expected a CSV {columns}") from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    if any(header.count(column) != 1 for column in COLUMNS) or header.count("u_mm") > 1:
+        raise Refusal(f"{name}: columns {', '.join(header) or 'nothing'}; expected {columns}")
+    spreadsheet.check_width(rows, name)
+    found: dict[str, tuple[np.ndarray, float]] = {}
+    for line, cells in enumerate(rows[1:], start=2):
+        row = {key: cell.strip() for key, cell in zip(header, cells, strict=False)}
+        if not any(row.values()):
+            continue
+        try:
+            place = np.array([spreadsheet.number(row[axis]) for axis in COLUMNS[1:]])
+            u = spreadsheet.number(row.get("u_mm") or "0")
+            is_named = row["point"] and row["point"].isprintable()
+            if not (is_named and np.isfinite(place).all() and 0 <= u < np.inf):
+                raise ValueError
+        except (KeyError, ValueError):
+            said = ",".join(cells)[:80]
+            raise Refusal(f"{name}, line {line}: {said}; expected numbers of mm") from None
+        if row["point"] in found:
+            raise Refusal(f"{name}: point {row['point']} stands twice; expected each once")
+        found[row["point"]] = place, u
     return found
 
 

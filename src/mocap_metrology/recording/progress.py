@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import TextIO, TypeVar
 
@@ -96,5 +97,6 @@ class Shown(Progress, logging.Handler):
 
     def _write(self, text: str) -> None:
         again = self.stream.isatty()
-        self.stream.write(f"\r\x1b[K{text}" if again else f"{text}\n")
-        self.stream.flush()
+        with suppress(BrokenPipeError):  # nobody listens any more
+            self.stream.write(f"\r\x1b[K{text}" if again else f"{text}\n")
+            self.stream.flush()

@@ -57,7 +57,13 @@ def cost() -> Callable[[Callable[[], Any], Callable[[], Any]], float]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest files come first, then the others that call Snakemake: what ends last is then
-    short, and two workers end together."""
+    """The longest files come first, then folders with long ones: what ends last is then short, and
+    two workers end together."""
     longest = ("test_laboratory.py", "test_frozen.py")
-    items.sort(key=lambda i: (i.path.name not in longest, "workflow" not in i.path.parts))
+    folders = ("workflow", "steps", "lighthouse", "noise")
+
+    def place(item: pytest.Item) -> tuple[bool, int]:
+        own = [k for k, name in enumerate(folders) if name in item.path.parts]
+        return item.path.name not in longest, own[0] if own else len(folders)
+
+    items.sort(key=place)

@@ -16,10 +16,8 @@ def test_covariance_of_simulated_fits():
     centred = PLACES - PLACES.mean(axis=0)
     seen = centred + SIGMA * rng.standard_normal((20_000, 4, 3))
     moved = seen.mean(axis=1)
-    turned = [
-        Rotation.align_vectors(one - mean, centred)[0].as_rotvec()
-        for one, mean in zip(seen, moved, strict=True)
-    ]
+    U, _, Vt = np.linalg.svd(np.einsum("nki,kj->nij", seen - moved[:, None], centred))
+    turned = Rotation.from_matrix(U @ Vt).as_rotvec()
     sampled = np.cov(np.hstack([moved, turned]).T)
     expected = body_covariance(PLACES, SIGMA)
     sd = np.sqrt(np.diag(expected))

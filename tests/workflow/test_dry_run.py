@@ -41,24 +41,6 @@ def test_both_entries_list_the_same_jobs_and_quick_outlives_other_settings(
     assert not (elsewhere / "results").exists()
 
 
-def test_wrong_input_is_lines_and_status_1(toy: Path, snakemake) -> None:
-    (toy / "config/mine.tsv").write_text(
-        "recording\tpath\tmarkers\tgroup\na\tno.c3d\tA\tg\nb\tsimulate:U\t\tg\n"
-    )
-    (toy / "config/dumps.tsv").write_text("calibration\tsetup\n")
-    named = ("recordings=config/mine.tsv", "calibrations=config/dumps.tsv")
-    sheets = snakemake(toy, "-n", "--config", *named)
-    assert sheets.returncode == 1
-    assert sheets.stdout.splitlines()[-3:] == [
-        'config/mine.tsv, row 2 (recording "a"), column path: "no.c3d"; '
-        "expected a file (config/no.c3d does not exist)",
-        'config/mine.tsv, row 3 (recording "b"), column path: "simulate:U"; '
-        "expected simulate: and a twin of the file of twins (unknown; expected one of T)",
-        "config/dumps.tsv: no column group, path, format; expected a header with it",
-    ]
-    assert "Traceback" not in sheets.stdout
-
-
 def test_a_marker_that_the_file_lacks_is_refused_before_anything_runs(
     folder: Path, root: Path
 ) -> None:

@@ -7,7 +7,6 @@ import pty
 import re
 import select
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -22,11 +21,6 @@ from snakemake_interface_logger_plugins.common import LogEvent
 from snakemake_logger_plugin_mocap import LogHandler
 from snakemake_logger_plugin_mocap.failures import why_failed
 from snakemake_logger_plugin_mocap.progress import Lines, Run, duration
-
-OF_SNAKEMAKE = (  # what a person has no use for
-    *("RuleException", "CalledProcessError", "WorkflowError", ".snakemake/scripts", "Level 25"),
-    *("Removing temporary output", "Updating checkpoint", "Error in rule", "Traceback"),
-)
 
 
 class Clock:
@@ -176,34 +170,13 @@ def test_a_crash_has_its_place_and_a_refusal_its_words(tmp_path: Path) -> None:
     assert why_failed("fit A", tmp_path / "none.log")[0] == "fit A ended: without a message"
 
 
-def started(root: Path, toy: Path, *arguments: str) -> list[str]:
-    """As `make` runs it, with the project's own profile."""
-    return [sys.executable, str(root / "workflow/run.py"), "--cores", "2", *arguments]
-
-
-def test_refusals_are_said_once_and_last(root: Path, toy: Path) -> None:
-    """Two rows of four, behind what there is to say of the others."""
-    for name, what in (("a", "is bad"), ("b", "is bad"), ("c", "moves")):
-        (toy / f"config/{name}.c3d").write_text(f"{name} {what}\n")
-    how = {"cwd": toy, "env": environment(), "stderr": subprocess.STDOUT, "text": True}
-    call = started(root, toy, "tables")
-    done = subprocess.run(call, stdout=subprocess.PIPE, check=False, timeout=900, **how)
-    lines = done.stdout.splitlines()
-    assert done.returncode == 1
-    assert lines[-3] == "warning: recording c: marker A moves"
-    assert lines[-2:] == [f"recording {name} refused: it is bad" for name in "ab"]
-    assert done.stdout.count("it is bad") == 2
-    assert not [words for words in OF_SNAKEMAKE if words in done.stdout]
-    assert "Level 25" not in (toy / "results/logs/gate/tables.log").read_text()
-
-
 def test_ctrl_c_ends_all_in_one_line(root: Path, toy: Path) -> None:
     """Typed on a terminal, which sends it to the jobs, too."""
     (toy / "config/a.c3d").write_text("a waits: wait\n")
     process, terminal = pty.fork()
     if process == 0:
         os.chdir(toy)
-        call = started(root, toy, "tables")
+        call = [sys.executable, str(root / "workflow/run.py"), "--cores", "2", "tables"]
         os.execve(call[0], call, environment())
     told, until = b"", time.monotonic() + 600
     typed = -1

@@ -146,7 +146,8 @@ def start(toy: Path) -> subprocess.Popen:
 
 
 def test_kill_and_run_again_twice_at_once(toy: Path) -> None:
-    """One of the two goes on and clears the lock, too; where a setting is wrong nothing is."""
+    """One of the two goes on and clears the lock, too. Where sheets are wrong nothing is: they are
+    lines and status 1."""
     (toy / "config/a.c3d").write_text("a waits: wait\n")
     first, locks = start(toy), toy / ".snakemake/locks"
     try:
@@ -158,8 +159,21 @@ def test_kill_and_run_again_twice_at_once(toy: Path) -> None:
         first.wait()
     assert list(locks.glob("*"))
     how = {"cwd": toy, "env": environment(), "stderr": subprocess.PIPE, "text": True}
-    wrong = subprocess.run([*START, "--config", "hampel=0"], check=False, timeout=900, **how)
-    assert wrong.returncode == 1 and "hampel" in wrong.stderr and list(locks.glob("*"))
+    (toy / "config/mine.tsv").write_text(
+        "recording\tpath\tmarkers\tgroup\na\tno.c3d\tA\tg\nb\tsimulate:U\t\tg\n"
+    )
+    (toy / "config/dumps.tsv").write_text("calibration\tsetup\n")
+    named = ("--config", "recordings=config/mine.tsv", "calibrations=config/dumps.tsv")
+    wrong = subprocess.run([*START, *named], check=False, timeout=900, **how)
+    assert wrong.returncode == 1 and list(locks.glob("*"))
+    assert wrong.stderr.splitlines()[-3:] == [
+        'config/mine.tsv, row 2 (recording "a"), column path: "no.c3d"; '
+        "expected a file (config/no.c3d does not exist)",
+        'config/mine.tsv, row 3 (recording "b"), column path: "simulate:U"; '
+        "expected simulate: and a twin of the file of twins (unknown; expected one of T)",
+        "config/dumps.tsv: no column group, path, format; expected a header with it",
+    ]
+    assert "Traceback" not in wrong.stderr
     both = [subprocess.Popen(START, stdout=subprocess.DEVNULL, **how) for _ in range(2)]
     end = time.monotonic() + 600
     while all(run.poll() is None for run in both) and time.monotonic() < end:

@@ -33,7 +33,7 @@ FILES = {
 
 def hashes(root: Path) -> list[str]:
     """Of a script that reads, and of one that draws."""
-    for cached in (sources.content, sources.imported, sources.files_of):
+    for cached in (sources.content, sources.data_in, sources.imported, sources.files_of):
         cached.cache_clear()
     source = Sources(root / "scripts", root / "package", root / "lock.txt")
     return [source("clean.py")(None), source("draw.py")(None)]

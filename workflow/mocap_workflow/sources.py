@@ -37,7 +37,8 @@ class Sources:
     def digest(self, script: str) -> str:
         """See `__call__`."""
         total = hashlib.sha256()
-        for file in sorted({*self.reached(script), *self._data("reference"), self.lock}):
+        every = {*self.reached(script), *data_in(self.package / "reference"), self.lock}
+        for file in sorted(every, key=str):
             if file.is_file():
                 total.update(f"{file.name}\0{content(file)}\0".encode())
         return total.hexdigest()[:16]
@@ -50,22 +51,18 @@ class Sources:
             path = waiting.pop()
             if path not in seen:
                 seen.add(path)
-                waiting += [
-                    file
-                    for name in imported(path)
-                    for file in files_of(name, self.scripts, self.package)
-                ]
-        folders = {path.parent.relative_to(self.package) for path in seen if self._is_ours(path)}
+                waiting += imported(path, self.scripts, self.package) - seen
+        folders = {path.parent for path in seen}
+        folders = {folder for folder in folders if self.package in (folder, *folder.parents)}
         folders |= {one.with_name(READ_BY[one.name]) for one in folders if one.name in READ_BY}
-        return seen.union(*map(self._data, folders))
+        return seen.union(*map(data_in, folders))
 
-    def _is_ours(self, path: Path) -> bool:
-        return self.package in path.parents
 
-    def _data(self, folder: Path | str) -> set[Path]:
-        """Files in a folder of the package that are no modules."""
-        files = (self.package / folder).glob("*.*")
-        return {file for file in files if file.is_file() and not file.suffix.startswith(".py")}
+@cache
+def data_in(folder: Path) -> set[Path]:
+    """Files in a folder that are no modules."""
+    files = folder.glob("*.*")
+    return {file for file in files if file.is_file() and not file.suffix.startswith(".py")}
 
 
 @cache
@@ -81,12 +78,12 @@ def files_of(module: str, scripts: Path, package: Path) -> list[Path]:
 
 
 @cache
-def imported(path: Path) -> set[str]:
-    """Names of all modules that a file may import, in functions too."""
-    names = set()
+def imported(path: Path, scripts: Path, package: Path) -> set[Path]:
+    """Files of all modules that a file may import, in functions too."""
+    names: set[str] = set()
     for module, several, one in IMPORT.findall(path.read_text(encoding="utf-8")):
         names |= {one} if one else {f"{module}.{name}" for name in re.findall(r"\w+", several)}
-    return names
+    return {file for name in names for file in files_of(name, scripts, package)}
 
 
 @cache

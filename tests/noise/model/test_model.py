@@ -156,7 +156,7 @@ def test_spectrum_integrates_to_the_variance_and_is_the_folded_one(T_c):
 def test_white_integrates_to_its_variance_and_random_walk_is_folded():
     f = (np.arange(1000) + 0.5) * 0.06
     assert PowerLaw(0, 3.0).psd(f, RATE).sum() * 0.06 == pytest.approx(3.0 / (2 * TAU0))
-    aliases = np.arange(-20_000, 20_001)[:, None] * 120.0
+    f, aliases = f[::40], np.arange(-20_000, 20_001)[:, None] * 120.0
     rest = 2 / (120 * 20_000.5 * 120)
     folded = (1 / (f + aliases) ** 2).sum(0) + rest
     assert PowerLaw(-2, 1.0).psd(f, RATE) == pytest.approx(folded, rel=1e-9)

@@ -76,10 +76,10 @@ class Dynamic:
     x: np.ndarray
 
 
-def scales(rate_hz: float, longest_s: float = LONGEST_S) -> list[Scale]:
-    """m = 1, 2, 4, ... frames up to `longest_s`."""
+def scales(rate_hz: float) -> list[Scale]:
+    """m = 1, 2, 4, ... frames up to `LONGEST_S`."""
     found, m = [], 1
-    while m == 1 or m <= longest_s * rate_hz:
+    while m == 1 or m <= LONGEST_S * rate_hz:
         step = max(m // STEPS, 1)
         frames = max(WINDOW_S * rate_hz, WINDOW_TAUS * m, WINDOW_FRAMES)
         found.append(Scale(m, step, 2 * math.ceil(frames / (2 * step))))
@@ -92,7 +92,6 @@ def dynamic_allan(
     rate_hz: float,
     resolution: float = 0.0,
     baseline_s: float = 300.0,
-    among: list[Scale] | None = None,
 ) -> list[Dynamic]:
     """Of (n,) series, NaN in gaps, at all `scales` that have enough windows.
 
@@ -107,7 +106,7 @@ def dynamic_allan(
     sums = running_sum(bridged(series) - series[valid].mean(dtype=np.float64))
     gone = None if whole else running_sum(~valid)
     found = []
-    for scale in among or scales(rate_hz):
+    for scale in scales(rate_hz):
         differences, known = _differences(sums, gone, scale)
         rows = _rows(differences, known, scale)
         squares = _squares(differences, known)

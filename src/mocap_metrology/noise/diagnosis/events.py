@@ -237,7 +237,7 @@ def with_sides(
     found: Mapping[str, Blocks],
     out_of: np.ndarray,
     side_s: float,
-    levels_s: Sequence[float] = (),
+    levels_s: Sequence[float],
 ) -> Event:
     """The event with every series compared before and after, at most side_s on each side and up to
     the next of `levels_s`, times at which the level changes."""
@@ -280,13 +280,13 @@ def find_events(
     for change in changes(dict(levels), out_of, side_s, false_alarm / 2):
         near = 3 * side_s / 10
         if not any(e.time_s - near <= change.time_s <= e.stop_s + near for e in found):
-            found.append(_level(change, found, side_s))
+            found.append(_level(change))
     levels_s = [event.time_s for event in found if event.kind == "level"]
     found = [with_sides(event, levels, out_of, side_s, levels_s) for event in found]
     return sorted(found, key=lambda e: e.time_s)
 
 
-def _level(change: Change, found: Sequence[Event], side_s: float) -> Event:
+def _level(change: Change) -> Event:
     nan = math.nan
     return Event(
         change.time_s, 0.0, "level", (change.series,), change.series, nan, nan, change.p, nan, nan

@@ -20,7 +20,7 @@ from typing import Final, Literal
 import numpy as np
 
 from mocap_metrology.common.linear import non_negative
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import Over
 from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
 
 # Rounded
@@ -98,7 +98,7 @@ def resolution(
     return Resolution(series, step_mm, kind, math.sqrt(variance), 2 * tau0 * variance, noise, share)
 
 
-def rounding_share(step_mm: float, avar_1: float, distance: bool = False) -> float:
+def rounding_share(step_mm: float, avar_1: float, distance: bool) -> float:
     """Share of the Allan variance at one frame that rounding to steps makes; 1 of a constant."""
     if not avar_1 >= 0:
         return math.nan
@@ -208,7 +208,7 @@ def low_pass(
 
 
 def low_passes(
-    series: Mapping[str, np.ndarray], rate_hz: float, resolution_mm: float, over: Over = in_turn
+    series: Mapping[str, np.ndarray], rate_hz: float, resolution_mm: float, over: Over
 ) -> list[LowPass]:
     """Of still series, where most of their coordinates agree: an export filters all of them. over:
     how series are worked on."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -36,6 +37,11 @@ def cases(series: Sequence[str] = COORDINATES) -> Iterator[tuple[Key, str]]:
     return ((key, name) for key in SUBSETS for name in series)
 
 
+@cache
+def _published(key: Key) -> dict[str, NoiseModel]:
+    return published.published_row(*key)
+
+
 @dataclass(frozen=True)
 class Published:
     """S's tables; Allan deviations are those of the models in Tables A1-A3, in continuous time as
@@ -49,7 +55,7 @@ class Published:
         return np.inf
 
     def coefficients(self, key: Key, series: str) -> dict[str, float]:
-        return published.published_row(*key)[series].coefficients()
+        return _published(key)[series].coefficients()
 
     estimates = coefficients
 

@@ -225,14 +225,12 @@ def _wanders(found: Diagnosis) -> list[Finding]:
 
 
 def _named(row: NoiseRow, wanders: Mapping[str, Wander]) -> bool:
-    """Whether no other kind of wander explains what a coefficient stands for."""
+    """Whether no other kind of wander explains what a coefficient stands for, as far as known."""
     one = wanders.get(row["series"])
-    return one is None or one.allows(CODE_OF.get(row["parameter"], ""))
+    return one is not None and one.allows(CODE_OF.get(row["parameter"], ""))
 
 
-def model_findings(
-    noise_rows: Iterable[NoiseRow], wanders: Mapping[str, Wander] | None = None
-) -> list[Finding]:
+def model_findings(noise_rows: Iterable[NoiseRow], wanders: Mapping[str, Wander]) -> list[Finding]:
     """`drift`, `warm_up` and `random_walk` of every series, with 95 % intervals. noise_rows: of
     noise.csv, of any series; what was not detected, or is a misfit, is none, and nor is what may be
     nothing (see `_may_be_nothing`), or of another kind by its signature (`wanders`)."""
@@ -243,7 +241,7 @@ def model_findings(
         and row["parameter"] in CODE_OF
         and row["status"] in USABLE
         and not _may_be_nothing(row)
-        and _named(row, wanders or {})
+        and _named(row, wanders)
     ]
 
 
@@ -264,7 +262,7 @@ def _may_be_nothing(row: NoiseRow) -> bool:
 
 
 def deterministic_parts(
-    noise_rows: Sequence[NoiseRow], wanders: Mapping[str, Wander] | None = None
+    noise_rows: Sequence[NoiseRow], wanders: Mapping[str, Wander]
 ) -> dict[str, Deterministic]:
     """The deterministic part of every series that has one, less what may be nothing, or of another
     kind by its signature."""
@@ -274,7 +272,7 @@ def deterministic_parts(
         if r["estimator"] == DEFAULT_ESTIMATOR
         and r["status"] in USABLE
         and not _may_be_nothing(r)
-        and (r["parameter"] not in ("drift", "A_w") or _named(r, wanders or {}))
+        and (r["parameter"] not in ("drift", "A_w") or _named(r, wanders))
     ]
     names = dict.fromkeys(r["series"] for r in own)
     parts = {name: deterministic_of([r for r in own if r["series"] == name]) for name in names}

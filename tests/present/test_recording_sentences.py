@@ -58,6 +58,9 @@ def of(seconds: float, **more: Any) -> Recording:
     return replace(RECORDING, coordinates=coordinates, **more)
 
 
+NAMED = {"wanders": dict.fromkeys(("x1", "y1"), Wander(("drift", "warm_up"), "", (), *MOVED))}
+
+
 def wander(kind: str, size: float = 0.06, *at_s: float) -> dict[str, Any]:
     kinds = (kind,) if kind else ()
     jumps = {"step": [(t, size) for t in at_s], "shift": [*zip(at_s, (size, -size), strict=False)]}
@@ -116,9 +119,9 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
      "x1, L"),
     ([row("x1", "h_0", 1.0, "refused", "too short"), row("y1", "h_0", 1.0, "refused", "gaps")],
      "misfit.refused", True, "x1, y1"),
-    ([row("x1", "A_w", 0.22), row("x1", "T_w", 360.0), row("y1", "A_w", -0.1), row("y1", "T_w",
-     360.0)], "warm_up.model", True, "0.202 mm, 15 min, x1, 6 min"),
-    ([row("x1", "drift", 0.5), row("y1", "drift", -1.2)], "drift.model", False,
+    (([row("x1", "A_w", 0.22), row("x1", "T_w", 360.0), row("y1", "A_w", -0.1), row("y1", "T_w",
+     360.0)], NAMED), "warm_up.model", True, "0.202 mm, 15 min, x1, 6 min"),
+    (([row("x1", "drift", 0.5), row("y1", "drift", -1.2)], NAMED), "drift.model", False,
      "−1.2 mm/h, y1, 0.3 mm"),
     ({"drifts": DRIFTS, **wander("cycle", 0.03, 200.0)}, "drift.slow", False,
      "9 s, 0.4 mm, x1, 15 min, −1.2 mm/h, −50 µm, 1.96 µm"),

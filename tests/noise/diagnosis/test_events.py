@@ -233,3 +233,18 @@ def test_gaps_that_recur_are_no_bursts() -> None:
         series = np.random.default_rng([seed, 8]).normal(0, 0.02, t.size)
         series[(t + seed) % 7 < 1.5] = np.nan
         assert np.isnan(pulses(series, rate, 0.0014))
+
+
+def test_a_step_moves_and_several_knocks_are_told_apart() -> None:
+    """A step of 5 standard deviations is no louder noise; three frames off, four times in 5 s, are
+    no movement of 5 s."""
+    rng = np.random.default_rng(5)
+    position = rng.normal(0, 0.02, (6, 7200))
+    position[1, 3600:] += 0.1
+    (event,) = events_of(position)
+    assert event.moved and event.stays and event.time_s == pytest.approx(30, abs=0.1)
+    position = rng.normal(0, 0.02, (6, 7200))
+    for second in (30.0, 31.3, 33.0, 34.9):
+        position[:3, round(second * RATE) :][:, :3] += 0.5
+    (event,) = events_of(position)
+    assert event.often and event.duration_s == pytest.approx(4.9, abs=0.1)

@@ -109,19 +109,30 @@ def test_a_peak_of_noise_is_seldom_a_line_of_the_psd(segments):
     assert seen <= 9  # 3 are expected, ten with p = 0.001
 
 
-def test_gaps_neither_shrink_a_line_nor_make_one():
-    """Straight lines over the two of seconds would be bumps of some hundredths of a Hz."""
-    series = noise() + wave(0.004, 14.4)
+def test_the_slowest_of_many_lines_is_found_too():
+    """A square wave of 0.11 Hz, 66 periods: 4 a / pi at odd multiples, the strongest ten."""
+    lines, _ = series_lines(
+        noise() + 0.02 * np.sign(wave(1.0, 0.11)), RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE)
+    )
+    assert [x.f_0 for x in lines] == pytest.approx(0.11 * np.arange(1, 20, 2), abs=1e-3)
+    assert lines[0].A_s == pytest.approx(0.08 / np.pi, rel=0.02)
+
+
+@pytest.mark.parametrize("amplitude", [0.004, 0.04])
+def test_gaps_neither_shrink_a_line_nor_make_one(amplitude: float):
+    """Straight lines over the two of seconds would be bumps of some hundredths of a Hz; a strong
+    line that is missing there would have sidebands."""
+    series = noise() + wave(amplitude, 14.4)
     series[10_000:14_000:40] = np.nan
     series[30_000:31_000] = np.nan
     series[50_000:50_700] = np.nan
     lines, duration = series_lines(series, RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE))
     assert duration == 600.0
     (one,) = described("x1", lines, duration, RATE, series)
-    assert one.line.f_0 == pytest.approx(14.4, abs=0.01)
-    assert one.lower < 0.004 < one.upper
+    assert one.line.f_0 == pytest.approx(14.4, abs=0.01) and not one.line.wide
+    assert one.lower < amplitude < one.upper
     (one,) = found_in(series)
-    assert one.lower < 0.004 < one.upper
+    assert one.lower < amplitude < one.upper
 
 
 def test_a_fan_that_is_switched_changes_its_amplitude() -> None:

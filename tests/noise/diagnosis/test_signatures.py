@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from benchmarks.sentences._kinds import coloured, gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
 from mocap_metrology.noise.diagnosis.one_series import hiding_step, walk_decided
-from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, pace, shapes
+from mocap_metrology.noise.diagnosis.shape import pace
+from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, shapes
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
     Wander,
@@ -195,9 +197,26 @@ def test_gaps_leave_the_kind_and_a_short_recording_has_none() -> None:
     series[20_000:24_000] = np.nan
     found = signature(series, RATE)
     assert found is not None and found.kinds == ("warm_up",)
-    assert signature(series[: (LEAST_BLOCKS - 1) * 100], RATE) is None
+    assert signature(series[: LEAST_BLOCKS - 1], RATE) is None
     assert signature(np.full(N, np.nan), RATE) is None
     assert signature(np.zeros(N), RATE) is None
+
+
+def test_a_step_in_a_short_recording_is_no_warm_up() -> None:
+    """In 40 s blocks are of 0.4 s."""
+    found = signature(noise(11)[:4000] + 0.05 * (T[:4000] > 21.3), RATE)
+    assert found is not None and found.kinds == ("step",)
+    assert found.jumps[0] == pytest.approx((21.3, 0.05), abs=0.4)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_clicks_that_fade_are_no_two_levels(seed: int) -> None:
+    """At random times, every 25 s on average."""
+    rng = np.random.default_rng(seed)
+    since = T - np.cumsum(rng.exponential(25, 100))[:, None]
+    clicks = np.where(since > 0, np.exp(-np.maximum(since, 0) / 3), 0).sum(axis=0)
+    found = signature(noise(12 + seed) + 0.12 * clicks, RATE)
+    assert found is not None and not found.of & {"levels", "step", "shift"}
 
 
 def test_a_coefficient_is_named_by_its_own_kind_alone() -> None:
@@ -246,10 +265,11 @@ def test_a_step_beside_a_curve_and_after_missing_blocks() -> None:
     assert missing is not None and missing.jumps[0][0] == pytest.approx(at, abs=1.01)
 
 
-def test_noise_steeper_than_a_walk_is_none() -> None:
-    """Of density f^-3, which the sum of no other noises has."""
+@pytest.mark.parametrize(("exponent", "size"), [(-2.5, 2e-4), (-3.0, 2e-6)])
+def test_noise_steeper_than_a_walk_is_none(exponent: float, size: float) -> None:
+    """Of a density that the sum of no other noises has."""
     for seed in range(6):
-        slow = coloured(-3.0, 2e-6)(np.random.default_rng(seed), N, RATE)
+        slow = coloured(exponent, size)(np.random.default_rng(seed), N, RATE)
         found = signature(slow + noise(seed), RATE)
         assert found is not None and found.noise in ("", "steep")
 
@@ -316,6 +336,16 @@ def test_blocks_of_loud_frames_are_no_wander() -> None:
         size = np.exp(0.4 * gauss_markov(2.0, 1.0)(rng, 15_000, 50.0))
         found = signature(0.02 * size * rng.standard_normal(15_000), 50.0)
         assert found is not None and not found.possible
+
+
+def test_gusts_are_no_wander() -> None:
+    """Of a wall that swings at 1.6 Hz, whose means over a second are loud in some."""
+    for seed in range(6):
+        rng = np.random.default_rng([seed, 8])
+        shaking = signal.lfilter([0.1], [1, -1.9 * np.cos(0.2), 0.9025], rng.normal(size=15_000))
+        gust = np.maximum(gauss_markov(12.0, 0.05)(rng, 15_000, 50.0), 0)
+        found = signature(gust * shaking + noise(seed, 15_000), 50.0)
+        assert found is not None and not found.possible and not found.kinds
 
 
 def test_a_shift_that_is_not_over_ends_with_the_recording() -> None:

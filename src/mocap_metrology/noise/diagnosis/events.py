@@ -14,6 +14,7 @@ from mocap_metrology.noise.diagnosis.levels import Blocks, Change, Sides, change
 from mocap_metrology.noise.diagnosis.outliers import spread
 
 JOIN_S = 1.0  # alarms so close are one event
+REST_S = 0.5  # between excursions, at least
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
 FAR = 15.0  # standard deviations that no louder noise is off
@@ -46,7 +47,8 @@ class Event:
     shift_mm: where that coordinate was after less where it was before. p: probability of anything
     so unlikely in the whole recording, at most. ratio: of the dynamic Allan variance to that of the
     noise, at tau_s. sides: of every series. of: number of bursts in the recording. moved: whether
-    any excursion is less white than the noise, which else was loud."""
+    any excursion is less white than the noise, which else was loud. often: whether it is several
+    excursions, at rest between them for most of the time."""
 
     time_s: float
     duration_s: float
@@ -61,6 +63,7 @@ class Event:
     sides: tuple[Sides, ...] = ()
     of: int = 1
     moved: bool = True
+    often: bool = False
 
     @property
     def stop_s(self) -> float:
@@ -174,6 +177,7 @@ def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) 
         start, stop - start, "burst", tuple(order), largest, sized[largest].size,
         sized[largest].shift, min(1.0, n_tests * math.exp(-min(surest.x, 700))), surest.ratio,
         surest.tau_s, moved=any(m.moved for m in moved.values()),
+        often=(stop - start) / 2 < min(m.rest_s for m in moved.values()) < math.inf,
     )  # fmt: skip
 
 
@@ -184,6 +188,7 @@ class _Excursion:
     first_s: float | None
     last_s: float | None
     moved: bool = False
+    rest_s: float = math.inf
 
 
 def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excursion:
@@ -195,8 +200,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     far = round(CONTEXT_S * rate_hz)
     start = max(first - far, 0)
     near = values[start : last + far].astype(float)
-    alone = np.r_[near[: first - start], near[last - start :]]
-    moved = _whiteness(near[first - start : last - start]) < LIKE_NOISE * _whiteness(alone)
+    within, *alone = near[first - start : last - start], near[: first - start], near[last - start :]
+    moved = _whiteness(within) < LIKE_NOISE * _whiteness(*alone)
     near = np.convolve(near, np.full(width, 1 / width), "same") if near.size >= width else near
     first, last = first - start, last - start
     sides = [near[width:first], near[last:-width]]
@@ -213,13 +218,17 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
         return _Excursion(size, levels[1] - levels[0], None, None)
     at = (start + first + off[[0, -1]]) / rate_hz
     ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > FAR * noise
-    return _Excursion(size, float(levels[1] - levels[0]), *ends, moved)
+    rests = np.diff(off) / rate_hz
+    rest_s = float(rests[rests > REST_S].sum())
+    return _Excursion(size, float(levels[1] - levels[0]), *ends, moved, rest_s)
 
 
-def _whiteness(values: np.ndarray) -> float:
-    """Variance of the steps over twice that of (n,) values: 1 of white noise [von Neumann 1941]."""
-    known = values[np.isfinite(values)]
-    return float(np.var(np.diff(known)) / max(2 * np.var(known), 1e-300)) if known.size > 1 else 0.0
+def _whiteness(*parts: np.ndarray) -> float:
+    """Squares of the steps over twice those of values (n,) about the mean of their part: 1 of white
+    noise [von Neumann 1941]."""
+    known = [part[np.isfinite(part)] for part in parts if np.isfinite(part).any()]
+    steps = sum(float(np.sum(np.diff(part) ** 2)) for part in known)
+    return steps / max(2 * sum(part.size * float(part.var()) for part in known), 1e-300)
 
 
 def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:

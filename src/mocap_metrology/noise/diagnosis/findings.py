@@ -225,9 +225,9 @@ def _wanders(found: Diagnosis) -> list[Finding]:
 
 
 def _named(row: NoiseRow, wanders: Mapping[str, Wander]) -> bool:
-    """Whether no other kind of wander explains what a coefficient stands for."""
+    """Whether no other kind of wander explains what a coefficient stands for, as far as known."""
     one = wanders.get(row["series"])
-    return one is None or one.allows(CODE_OF.get(row["parameter"], ""))
+    return one is not None and one.allows(CODE_OF.get(row["parameter"], ""))
 
 
 def model_findings(noise_rows: Iterable[NoiseRow], wanders: Mapping[str, Wander]) -> list[Finding]:

@@ -14,6 +14,7 @@ from mocap_metrology.noise.fit.spectral.lines import (
     Line,
     find_lines,
     find_slow_lines,
+    line_again,
     threshold,
     waves,
 )
@@ -120,20 +121,29 @@ def series_lines(
     if not parts:
         return [], 0.0
     longest = max(parts, key=lambda p: p.stop - p.start)
+    own = series[longest]
+    measured = float(np.isfinite(own).mean())
+
+    def whole(values: np.ndarray) -> np.ndarray:
+        if density:
+            return filled(values, density, frame_rate_hz, np.random.default_rng(0))
+        return bridged(values)
+
+    full = whole(own)
+    found = find_lines(full, frame_rate_hz, at_most)
+    if found and measured < 1:  # a line that is missing in gaps is less, and has sidebands
+        found = [line_again(full, frame_rate_hz, replace(x, band_hz=None)) for x in found]
+        found = [replace(x, A_s=x.A_s / measured) for x in found]
+        lines = waves(found, own.size, frame_rate_hz)
+        full = whole(own - lines) + lines
+        found = find_lines(full, frame_rate_hz, at_most)
     if density:
-        whole = filled(series[longest], density, frame_rate_hz, np.random.default_rng(0))
-    else:
-        whole = bridged(series[longest])
-    found = find_lines(whole, frame_rate_hz, at_most)
-    measured = float(np.isfinite(series[longest]).mean())  # bridges have nothing of a fast line
-    found = [replace(x, A_s=x.A_s / measured, A_error=x.A_error / measured) for x in found]
-    if density and len(found) < at_most:
-        bare = waves(found, whole.size, frame_rate_hz)
-        np.subtract(whole, bare, out=bare)
-        found += find_slow_lines(bare, frame_rate_hz, density, at_most - len(found))
-    least = threshold(whole.size) + 2 * math.log(n_series)
+        bare = waves(found, full.size, frame_rate_hz)
+        np.subtract(full, bare, out=bare)
+        found += find_slow_lines(bare, frame_rate_hz, density, at_most)
+    least = threshold(full.size) + 2 * math.log(n_series)
     found = [line for line in found if line.gain > least]
-    return sorted(found, key=lambda line: -line.gain), whole.size * tau0
+    return sorted(found, key=lambda line: -line.gain)[:at_most], full.size * tau0
 
 
 def described(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
+from mocap_metrology.noise.diagnosis.shape import Shape, pace, time_of
 
 CONSTANTS = np.geomspace(0.005, 0.7, 20)  # of a warm-up, over the recording
 POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a straight line
@@ -18,15 +19,14 @@ FINER = 8  # places a cycle of the search for one
 PLACE = 2  # parameters of a place in time, as it is searched among many
 SMOOTH = 4, 8, 16, 32, 48  # cosines of any other slow curve
 MOST_STEPS, MOST_BENDS = 8, 10
+FADINGS, MOST_FADING = 5, 16  # time constants of shifts that fade alike; such shifts, at most
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
 SLOW = (0.3, 0.7)  # constants of the slower of two approaches, over the recording
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
 DWELL = 3.0  # blocks, of each level
 LASTING = 0.2  # of what fades, that is left for good
-PARTS = 20  # of a curve, by whose steps it becomes faster or slower
 
 Columns = Callable[[float], Floats]
-AT_ONCE = frozenset({"step", "shift", "steps", "two_levels", "levels"})
 CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant over the recording
     "warm_up": lambda t, c: np.exp(-t / c),
     "accelerating": lambda t, c: np.exp((t - 1) / c),
@@ -35,99 +35,10 @@ CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant
 }
 
 
-@dataclass(frozen=True)
-class Shape:
-    """A fit to block means, (n,).
-
-    kinds: what it is; columns (p, n), of which the first `line` are a straight line; searched:
-    parameters beside the coefficients; at: its places, period or dwell, in blocks; main: the column
-    (counted from the end) whose coefficient is the size.
-    """
-
-    kinds: frozenset[str]
-    columns: Floats
-    searched: float = 0
-    at: tuple[float, ...] = ()
-    main: int = -1
-    line: int = 0
-
-    @property
-    def placed(self) -> bool:
-        """Whether `at` are places, not a period or a dwell."""
-        return bool(self.kinds & {"step", "shift", "steps"})
-
-    def curve(self, z: Floats) -> tuple[Floats, Floats]:
-        """Least-squares coefficients (p,), and the fitted curve (n,) without constant and line."""
-        X = np.vstack([np.ones(z.size), self.columns])
-        solved = np.asarray(np.linalg.lstsq(X.T, z, rcond=None)[0][1:], np.float64)
-        return solved, solved[self.line :] @ self.columns[self.line :]
-
-    def size(self, z: Floats) -> float:
-        """Amplitude of a cycle; of other shapes the coefficient of `main`, or of a smooth curve the
-        range, with the sign of its change."""
-        if not len(self.columns):
-            return math.nan
-        solved, curve = self.curve(z)
-        if "cycle" in self.kinds:
-            return float(np.hypot(*solved[-2:]))
-        if self.kinds & AT_ONCE:
-            return float(solved[self.main])
-        change = curve[-1] - curve[0]
-        return float(np.ptp(curve) * np.sign(change if change else solved[-1]))
-
-    def jumps(self, z: Floats) -> list[tuple[int, float]]:
-        """Block and size of every change at once."""
-        if not self.kinds & AT_ONCE:
-            return []
-        if "fades" in self.kinds or (self.placed and len(self.at) == 1):  # beside a curve, too
-            return [(int(self.at[0]), self.size(z))]
-        steps = np.diff(self.curve(z)[1])
-        found: list[tuple[int, float]] = []
-        for place in np.flatnonzero(np.abs(steps) > 1e-9 * np.abs(steps).max(initial=0)).tolist():
-            if found and place - found[-1][0] <= 2:  # within the blocks that it takes
-                found[-1] = place, found[-1][1] + float(steps[place])
-            else:
-                found.append((place, float(steps[place])))
-        least = max((abs(size) for _, size in found), default=0.0) / 10
-        return [(place + 1, size) for place, size in found if abs(size) > least]
-
-
-def on_line(shape: Shape, k: np.ndarray) -> Shape | None:
-    if shape.kinds <= {"slowing"} or shape.kinds & {"drift", "smooth", "accelerating"}:
-        return None
-    both = np.vstack([_time(k), shape.columns])
-    kinds = shape.kinds - {"slowing"} | {"drift"}
-    return replace(shape, kinds=kinds, columns=both, line=1)
-
-
-def pace(curve: Floats) -> frozenset[str]:
-    """`accelerating` of a curve that goes one way, ever faster; `slowing`, ever more slowly;
-    `drift`, about as fast everywhere; else none. By the steps between the means of its parts, of
-    which none may be most of the way."""
-    steps = np.diff([part.mean() for part in np.array_split(curve, PARTS)])
-    way = steps.sum()
-    share = steps / way if way else np.zeros(steps.size)
-    third = steps.size // 3
-    if share.min() < -0.01 or share.max() > 0.4:
-        return frozenset()
-    if share.min() > 0.5 / steps.size and share.max() < 1.5 / steps.size:
-        return frozenset({"drift"})
-    for kind, ordered in (("accelerating", share), ("slowing", share[::-1])):
-        falls = -np.minimum(np.diff(ordered), 0.0).sum()
-        if ordered[-third:].sum() > 2 * ordered[:third].sum() and falls < 0.1 * np.ptp(ordered):
-            return frozenset({kind})
-    return frozenset()
-
-
-def _time(k: np.ndarray) -> Floats:
-    """(n,) from -1/2 to 1/2, of blocks with these numbers."""
-    return np.asarray((k - k[0]) / (k[-1] - k[0]) - 0.5)
-
-
 def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     """The library, of blocks with the numbers k (n,), some of which may be missing; places are
     among those that are there. Of searched shapes those that fit best by least squares."""
-    n, t = z.size, _time(k)
+    n, t = z.size, time_of(k)
     yield Shape(frozenset(), np.zeros((0, n)))
     yield Shape(frozenset({"drift"}), t[None])
     for powers in (np.array([t, t**2]), np.array([t, t**2, t**3])):
@@ -143,6 +54,7 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     yield from _cycles(z, k)
     yield from _steps(z, t)
     yield from _recoveries(z, k)
+    yield from _several_recoveries(z, k)
     yield from _levels(z)
     for count in SMOOTH:
         waves = np.cos(np.pi * np.arange(1, count + 1)[:, None] * (t + 0.5))
@@ -216,7 +128,7 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     """Of 3/4 to n/8 cycles the best, alone and beside a warm-up."""
     from scipy.fft import rfft
 
-    n, t = int(k[-1] - k[0]), _time(k)
+    n, t = int(k[-1] - k[0]), time_of(k)
     time = t + 0.5
     places = np.arange(n) / FINER  # of the zero-padded transform
     among = (places >= 0.75) & (places < max(n / 8, 4))
@@ -317,18 +229,11 @@ def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator
 
 
 def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
-    """Shifts at once that fade, wholly or in part, by matched filters of some time constants."""
-    from scipy.signal import lfilter
-
+    """Shifts at once that fade, wholly or in part."""
     n = z.size
     t = np.arange(n)
     own = z - np.median(z)
-    gains = []
-    for constant in np.geomspace(3, n / 5, 10):
-        decay = math.exp(-1 / constant)
-        energy = (1 - decay ** (2 * np.arange(n, 0, -1))) / (1 - decay**2)
-        gain = lfilter([1.0], [1.0, -decay], own[::-1])[::-1] ** 2 / energy
-        gains.append((float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1))
+    gains = [_fading_at(own, constant) for constant in np.geomspace(3, n / 5, 10)]
     start, jump = max(gains)[1], int(np.argmax(np.abs(np.diff(z))))
     among = {start - 1, start, start + 1, jump, jump + 1} & set(range(1, n - 1))
     for best in sorted(among):
@@ -339,13 +244,38 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         first = (t == best).astype(float)[None]  # a block that the shift begins within
         grid = np.geomspace(1, n / 5, 16)
         for kind, beside in (("shift", first), ("step", np.vstack([t >= best, first]))):
-            constant = _refined(z, _time(k), fading, grid, line=False, beside=beside)
+            constant = _refined(z, time_of(k), fading, grid, line=False, beside=beside)
             places = (float(best), min(best + 3 * constant, n - 1.0))[: 3 - len(beside)]
             columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
             shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
             lasting, *_, faded = shape.curve(z)[0]
             if kind == "shift" or abs(lasting) > LASTING * abs(faded):
                 yield shape
+
+
+def _fading_at(own: Floats, constant: float) -> tuple[float, int]:
+    """What an exponential that begins at once takes of the squares of (n,) values, at most, and at
+    which block: a matched filter."""
+    from scipy.signal import lfilter
+
+    decay = math.exp(-1 / constant)
+    energy = (1 - decay ** (2 * np.arange(own.size, 0, -1))) / (1 - decay**2)
+    gain = lfilter([1.0], [1.0, -decay], own[::-1])[::-1] ** 2 / energy
+    return float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1
+
+
+def _several_recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
+    """Some shifts that fade alike, each where it leaves least beside those before it."""
+    n = z.size
+    for constant in np.geomspace(1, n / 10, FADINGS):
+        columns, fits = np.ones((1, n)), []
+        for count in range(MOST_FADING + 1):
+            own = z - columns.T @ np.linalg.lstsq(columns.T, z, rcond=None)[0]
+            fits.append(n * math.log(float(own @ own)) + (1 + PLACE) * count * math.log(n))
+            since = k - k[_fading_at(own, constant)[1]]
+            columns = np.vstack([columns, np.exp(-np.maximum(since, 0) / constant) * (since >= 0)])
+        if (best := int(np.argmin(fits))) > 1:  # one is a shift
+            yield Shape(frozenset({"recoveries"}), columns[1 : best + 1], 1 + PLACE * best)
 
 
 def _levels(z: Floats) -> Iterator[Shape]:

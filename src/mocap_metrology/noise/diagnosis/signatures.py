@@ -9,7 +9,8 @@ Block means z of a series (1000 at most) are explained by a shape and a noise, i
   noise. Curves that go one way ever faster (`accelerating`) or ever more slowly (`slowing`) are
   this, whatever their law;
 * noises: white; with a random walk, flicker, or a Gauss-Markov term of at most a tenth of the
-  recording; with one of a quarter of a block, which is no slow wander; a steeper one, f^-3, alone.
+  recording; with one of a quarter of a block, which is no slow wander; steeper ones, f^-2.5 and
+  f^-3, alone.
 
 Differences d of neighbouring block means have, for all these noises, a covariance that the discrete
 sine transform makes diagonal, but for the ends of the recording: at f_k = k / 2 (n + 1) cycles a
@@ -35,18 +36,20 @@ from functools import lru_cache
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.diagnosis.shapes import AT_ONCE, PERIODS, Shape, on_line, shapes
+from mocap_metrology.noise.diagnosis.shape import AT_ONCE, Shape, on_line
+from mocap_metrology.noise.diagnosis.shapes import PERIODS, shapes
 
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
 WALK = 1 / 3  # of every other noise, beside a random walk
 LOUD, SURE = 2.0, 7.0  # times the usual variance of frames; standard errors beyond it, at least
-LEFT_OUT = 0.4  # of the blocks, at most
+LEFT_OUT, OFTEN = 0.4, 0.05  # of the blocks, at most; from which others may be loud, too
 LEAST_FRAMES = 8  # of a block, to know that variance
 FOLDED = 20  # to each side, of the spectra of block means
 MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
-BLOCK_S = 1.0  # at least: what is faster is no slow wander
+FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
+STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
 SHARES = 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
@@ -61,7 +64,7 @@ PARTS = {  # what a kind has in it, that is no kind of its own beside it
     "two_levels": {"levels"},
 }
 FAST = ("white", "fast")  # noises that are none of slow wander
-OTHER = {"smooth", "steps"}  # shapes of no kind; a line beside them is part of them
+OTHER = {"smooth", "steps", "recoveries"}  # shapes of no kind; a line beside them is part of them
 LASTING_S = 10.0  # of a shift; a shorter one is movement
 NEAR_S = 5.0  # from an event to the step or shift that it is an end of
 
@@ -112,10 +115,14 @@ class Wander:
         possible = self.possible if self.range_mm > step_mm and (kinds or not self.kinds) else ()
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
 
+    @property
+    def moved_mm(self) -> float:
+        """`net_mm` without the changes at once."""
+        return self.net_mm - sum(size for _, size in self.jumps)
+
     def size_of(self, kind: str) -> float:
         """Of a curve beside a change at once what is left of all movement; of others size_mm."""
-        alone = kind in AT_ONCE or not self.jumps
-        return self.size_mm if alone else self.net_mm - sum(size for _, size in self.jumps)
+        return self.size_mm if kind in AT_ONCE or not self.jumps else self.moved_mm
 
     def without_jumps(self, series: np.ndarray, frame_rate_hz: float) -> np.ndarray:
         """Values (n,) without the shape that changes at once; NaN in the blocks of its changes."""
@@ -162,14 +169,14 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     """Kind of the slow wander of (n,) values in mm, NaN in gaps; None where there is too little to
     tell."""
     length = block_length(series.size, frame_rate_hz)
-    z, k = _means(series, length)
+    z, k, loud = _means(series, length)
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
         return None
     z = z - np.median(z)
     best, (white, gaussian) = _fits(z, k)
     least = min(value for value, _ in best.values())
     excluded = least - 2 * math.log(LEVEL)
-    none = min(best[frozenset(), noise][0] for noise in FAST) < least - 2 * math.log(NOTHING)
+    none = _nothing(best) or (loud > OFTEN and _nothing(_fits(_scores(z), k)[0]))
     near = [key for key, (value, _) in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
@@ -188,6 +195,8 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     at = tuple(block_s * (begun[int(a)] if shape.placed else a) for a in shape.at)
     if not gaussian or ("shift" in shape.kinds and at[1] - at[0] < LASTING_S):
         sure -= {"shift"}  # which a few blocks of a heavy tail may be
+    if not gaussian and all(noise not in FAST for _, noise in near):
+        sure -= AT_ONCE  # which what it consists of may be, if it adds up
     if "cycle" in sure and (k[-1] - k[0]) * block_s < PERIODS * at[-1]:
         sure, noise = sure - {"cycle", "drift"}, ""  # what is beside it may be of its form
     for named, part in PARTS.items():
@@ -214,13 +223,15 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
 
 def block_length(size: int, frame_rate_hz: float) -> int:
     """Frames of a block of so many frames."""
-    return max(round(BLOCK_S * frame_rate_hz), -(-size // MOST_BLOCKS), 1)
+    usual = min(round(BLOCK_S * frame_rate_hz), size // FEW_BLOCKS)
+    return max(usual, -(-size // MOST_BLOCKS), 1)
 
 
-def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray]:
+def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray, float]:
     """Means (n,) of the blocks that are there, and their numbers; blocks of fewer than three
     quarters of the usual number of samples are not, nor those in which frames scatter far more
-    about a straight line than they do usually: of noise that is loud, or of a vibration."""
+    about a straight line than they do usually: of noise that is loud, or of a vibration. And the
+    share of these."""
     rows = series[: series.size // length * length].reshape(-1, length)
     known = np.isfinite(rows)
     count = known.sum(axis=1)
@@ -235,7 +246,8 @@ def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray]:
         quiet = square <= max(LOUD, 1 + SURE * math.sqrt(2 / length)) * np.median(square)
         if quiet.mean() >= 1 - LEFT_OUT:
             there, mean = there[quiet], mean[quiet]
-    return mean, there
+        return mean, there, float(1 - quiet.mean())
+    return mean, there, 0.0
 
 
 def _mean_variance(values: Floats) -> float:
@@ -264,12 +276,12 @@ def _fits(
     logs[ends[0] :] += math.log(n)  # another parameter than that of white noise
     for shape in every:
         columns = dst(np.diff(shape.columns), type=1, norm="ortho", axis=1)
-        values = _bic(y, columns, inverse, logs) + (len(columns) + shape.searched) * math.log(n)
-        for noise, end in zip(kept, ends, strict=True):
+        last = -1 if shape.kinds else None  # steep noise hides the misfit of any curve
+        values = _bic(y, columns, inverse[: ends[-2]] if last else inverse, logs)
+        values += (len(columns) + shape.searched) * math.log(n)
+        for noise, end in list(zip(kept, ends, strict=True))[:last]:
             at = end - len(kept[noise]) + int(np.argmin(values[end - len(kept[noise]) : end]))
             value, key = float(values[at]), (shape.kinds, noise)
-            if noise == "steep" and shape.kinds:  # it hides the misfit of any curve
-                continue
             best = min(best, (value, columns, stacked[at]), key=lambda one: one[0])
             if key not in found or value < found[key][0]:
                 found[key] = value, shape
@@ -291,6 +303,19 @@ def _described(y: Floats, X: Floats, spectrum: Floats) -> tuple[bool, bool]:
     return bool(white), bool(white and excess < GAUSSIAN)
 
 
+def _scores(z: Floats) -> Floats:
+    """Of (n,) values the Gaussian ones of the same ranks: some that are loud are not far there."""
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri((np.argsort(np.argsort(z)) + 1) / (z.size + 1)))
+
+
+def _nothing(best: Mapping[tuple[frozenset[str], str], tuple[float, Shape]]) -> bool:
+    """Whether noise that is none of slow wander may be all."""
+    least = min(value for value, _ in best.values())
+    return min(best[frozenset(), noise][0] for noise in FAST) < least - 2 * math.log(NOTHING)
+
+
 @lru_cache(maxsize=2)
 def _noises(n: int) -> Mapping[str, Floats]:
     """(m, n) spectra of differences, by noise, white noise first."""
@@ -304,7 +329,7 @@ def _noises(n: int) -> Mapping[str, Floats]:
 
     walk = weight + RATIOS[:, None] * (1 - weight / 6)
     flicker = weight + RATIOS[:, None] * folded(1 / np.abs(f))
-    steep = weight + RATIOS[::2, None] * folded(1 / np.abs(f) ** 3)
+    steep = [weight + r * folded(1 / np.abs(f) ** a) for a in STEEP for r in RATIOS[::2]]
 
     def correlated(T_c: float) -> list[Floats]:  # in blocks
         one = folded(1 / (1 + (2 * np.pi * f * T_c) ** 2))
@@ -316,8 +341,8 @@ def _noises(n: int) -> Mapping[str, Floats]:
         "fast": np.array(correlated(0.25)),
         "random_walk": walk,
         "flicker": flicker,
-        "steep": steep,
         "correlated": np.array(slow),
+        "steep": np.array(steep),
     }
 
 
@@ -331,4 +356,4 @@ def _bic(y: Floats, X: Floats, inverse: Floats, logs: Floats) -> Floats:
         b = inverse @ (X * y).T
         A[:, np.arange(len(X)), np.arange(len(X))] *= 1 + 1e-10
         rest = rest - (b * np.linalg.solve(A, b[..., None])[..., 0]).sum(axis=1)
-    return logs + n * np.log(np.maximum(rest, 1e-300) / n)
+    return logs[: len(inverse)] + n * np.log(np.maximum(rest, 1e-300) / n)

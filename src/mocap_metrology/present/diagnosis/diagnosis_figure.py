@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.noise.diagnosis import evidence
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
-from mocap_metrology.noise.diagnosis.evidence import View
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
+from mocap_metrology.present.diagnosis import evidence
+from mocap_metrology.present.diagnosis.evidence import View
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.decimate import log_bins

@@ -1,0 +1,102 @@
+"""One shape of slow wander as a fit to block means."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.common.types import Floats
+
+PARTS = 20  # of a curve, by whose steps it becomes faster or slower
+AT_ONCE = frozenset({"step", "shift", "steps", "two_levels", "levels"})
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A fit to block means, (n,).
+
+    kinds: what it is; columns (p, n), of which the first `line` are a straight line; searched:
+    parameters beside the coefficients; at: its places, period or dwell, in blocks; main: the column
+    (counted from the end) whose coefficient is the size.
+    """
+
+    kinds: frozenset[str]
+    columns: Floats
+    searched: float = 0
+    at: tuple[float, ...] = ()
+    main: int = -1
+    line: int = 0
+
+    @property
+    def placed(self) -> bool:
+        """Whether `at` are places, not a period or a dwell."""
+        return bool(self.kinds & {"step", "shift", "steps"})
+
+    def curve(self, z: Floats) -> tuple[Floats, Floats]:
+        """Least-squares coefficients (p,), and the fitted curve (n,) without constant and line."""
+        X = np.vstack([np.ones(z.size), self.columns])
+        solved = np.asarray(np.linalg.lstsq(X.T, z, rcond=None)[0][1:], np.float64)
+        return solved, solved[self.line :] @ self.columns[self.line :]
+
+    def size(self, z: Floats) -> float:
+        """Amplitude of a cycle; of other shapes the coefficient of `main`, or of a smooth curve the
+        range, with the sign of its change."""
+        if not len(self.columns):
+            return math.nan
+        solved, curve = self.curve(z)
+        if "cycle" in self.kinds:
+            return float(np.hypot(*solved[-2:]))
+        if self.kinds & AT_ONCE:
+            return float(solved[self.main])
+        change = curve[-1] - curve[0]
+        return float(np.ptp(curve) * np.sign(change if change else solved[-1]))
+
+    def jumps(self, z: Floats) -> list[tuple[int, float]]:
+        """Block and size of every change at once."""
+        if not self.kinds & AT_ONCE:
+            return []
+        if "fades" in self.kinds or (self.placed and len(self.at) == 1):  # beside a curve, too
+            return [(int(self.at[0]), self.size(z))]
+        steps = np.diff(self.curve(z)[1])
+        found: list[tuple[int, float]] = []
+        for place in np.flatnonzero(np.abs(steps) > 1e-9 * np.abs(steps).max(initial=0)).tolist():
+            if found and place - found[-1][0] <= 2:  # within the blocks that it takes
+                found[-1] = place, found[-1][1] + float(steps[place])
+            else:
+                found.append((place, float(steps[place])))
+        least = max((abs(size) for _, size in found), default=0.0) / 10
+        return [(place + 1, size) for place, size in found if abs(size) > least]
+
+
+def on_line(shape: Shape, k: np.ndarray) -> Shape | None:
+    if shape.kinds <= {"slowing"} or shape.kinds & {"drift", "smooth", "accelerating"}:
+        return None
+    both = np.vstack([time_of(k), shape.columns])
+    kinds = shape.kinds - {"slowing"} | {"drift"}
+    return replace(shape, kinds=kinds, columns=both, line=1)
+
+
+def pace(curve: Floats) -> frozenset[str]:
+    """`accelerating` of a curve that goes one way, ever faster; `slowing`, ever more slowly;
+    `drift`, about as fast everywhere; else none. By the steps between the means of its parts, of
+    which none may be most of the way."""
+    steps = np.diff([part.mean() for part in np.array_split(curve, PARTS)])
+    way = steps.sum()
+    share = steps / way if way else np.zeros(steps.size)
+    third = steps.size // 3
+    if share.min() < -0.01 or share.max() > 0.4:
+        return frozenset()
+    if share.min() > 0.5 / steps.size and share.max() < 1.5 / steps.size:
+        return frozenset({"drift"})
+    for kind, ordered in (("accelerating", share), ("slowing", share[::-1])):
+        falls = -np.minimum(np.diff(ordered), 0.0).sum()
+        if ordered[-third:].sum() > 2 * ordered[:third].sum() and falls < 0.1 * np.ptp(ordered):
+            return frozenset({kind})
+    return frozenset()
+
+
+def time_of(k: np.ndarray) -> Floats:
+    """(n,) from -1/2 to 1/2, of blocks with these numbers."""
+    return np.asarray((k - k[0]) / (k[-1] - k[0]) - 0.5)

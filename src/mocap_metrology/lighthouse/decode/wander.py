@@ -29,7 +29,7 @@ from mocap_metrology.lighthouse.records import Clock
 # Logits of r and of w / pi, log l: a swing, and a slow wander.
 STARTS = (3.0, -2.0, 2.0), (6.0, -6.0, 6.0)
 BOUNDS = (-4.0, 9.0), (-9.0, 0.0), (-5.0, 25.0)
-NONE = (9.0, -9.0, 25.0), (-4.0, -9.0, 25.0)  # another line, and the one there is
+NONE = (9.0, -9.0), (-4.0, -9.0)  # and the largest l: another line, and the one there is
 LIKELIER = 15.0  # of -2 log likelihood: of three parameters by chance once in 500
 SETTLED = {"xatol": 0.02, "fatol": 0.2, "maxfev": 400}
 MOST = 6000  # turns from which all these are found
@@ -126,21 +126,31 @@ def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[L
 
 
 def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:
-    """None where the line is as likely."""
+    """None where the line is as likely, or begins are too few to tell."""
     free, span = turn.size - 2, int(turn[-1] - turn[0]) - 1
+    *bounds, (low, most) = BOUNDS
+    most = min(most, 4 * np.log(span / np.pi))  # of half a wave within the turns
 
     def of(x: Sequence[float]) -> tuple[float, Wander]:
         r, w = 1 / (1 + np.exp(-x[0])), np.pi / (1 + np.exp(-x[1]))
         one = Wander(0.0, float(np.exp(x[2])), float(2 * r * np.cos(w)), float(r**2))
-        _, square, log_det = one.curve(turn, y)
+        try:
+            _, square, log_det = one.curve(turn, y)
+        except linalg.LinAlgError:
+            return np.inf, one
         found = replace(one, begin_s=float(np.sqrt(square / free)))
         return free * np.log(square) + log_det - span * x[2], found
 
     tried = [
         optimize.minimize(
-            lambda x: of(x)[0], start, method="Nelder-Mead", bounds=BOUNDS, options=SETTLED
+            lambda x: of(x)[0],
+            start,
+            method="Nelder-Mead",
+            bounds=[*bounds, (low, most)],
+            options=SETTLED,
         )
         for start in STARTS
     ]
     cost, found = of(min(tried, key=lambda one: one.fun).x)
-    return found if cost < min(of(one)[0] for one in NONE) - LIKELIER else None
+    line = min(of((*one, most))[0] for one in NONE)
+    return found if cost < line - LIKELIER and np.isfinite(line) else None

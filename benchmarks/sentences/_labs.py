@@ -367,3 +367,29 @@ def gusts(rng: Noise, t: np.ndarray) -> np.ndarray:
         * env
         * signal.lfilter([0.1], [1, -1.9 * np.cos(0.2), 0.9025], rng.standard_normal(t.size))
     )
+
+
+def three_causes(rng: Noise, t: np.ndarray) -> np.ndarray:
+    later = t > rng.uniform(120, 250)
+    return 0.2 * np.exp(-t / 80) + 0.1 * later + 0.03 * np.sin(2 * np.pi * 6.3 * t)
+
+
+def fading(t: np.ndarray, at: np.ndarray, constant: float) -> np.ndarray:
+    """Sum of pulses of size 1."""
+    since = t - at[:, None]
+    return np.where(since > 0, np.exp(-np.maximum(since, 0) / constant), 0.0).sum(axis=0)
+
+
+def clicks(rng: Noise, t: np.ndarray) -> np.ndarray:
+    return 0.12 * fading(t, np.cumsum(rng.exponential(25, 30)), 3.0)
+
+
+def doors_of_a_day(rng: Noise, t: np.ndarray) -> np.ndarray:
+    return 0.15 * np.sin(2 * np.pi * t / 86400) - 0.08 * fading(t, rng.uniform(0, 86400, 12), 900.0)
+
+
+def threes(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """One frame of a hundred, three at a time."""
+    for start in rng.integers(5, t.size - 5, t.size // 300):
+        x[:3, start : start + 3] += rng.normal(0, 0.4, (3, 1))
+    return x

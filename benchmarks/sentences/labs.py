@@ -202,6 +202,23 @@ KINDS: dict[str, Kind] = {
     "Savitzky-Golay of 51": kind(export.of_51, "low_pass"),
     "wavelet": kind(export.wavelet, "repeated", "heavy_tails"),
     "coordinates held": kind(export.held_alone, "repeated", "heavy_tails"),
+    "warm-up, step and line": kind(in_x1(lab.three_causes), "step line", f"{SLOW} warm_up event"),
+    "clicks that fade": kind(in_x1(lab.clicks), "event wander", LOUD),
+    "day with doors": kind(
+        in_x1(lab.doors_of_a_day), "wander", "event moves", rate=1.0, seconds=86400.0, good=False
+    ),
+    "fan as a square wave": kind(
+        in_x1(lambda r, t: 0.04 * signal.square(2 * np.pi * 0.31 * t)), "line", "heavy_tails"
+    ),
+    "step and mains in a minute": kind(
+        in_x1(lambda r, t: 0.05 * (t > 31) + 0.02 * np.sin(2 * np.pi * 50 * t)),
+        "step line",
+        "event moves",
+        rate=500.0,
+        seconds=60.0,
+    ),
+    "three frames off": kind(lab.threes, "event", LOUD),
+    "a little steeper than a walk": kind(of_noise(coloured(-2.5, WHITE / 100), 1.0), "", "wander"),
 }
 
 

@@ -81,6 +81,10 @@ def axes(x: Floats) -> object:
     return table.to_dict("list"), axis_limits(table, table)
 
 
+def processed(x: Floats) -> object:
+    return software.processed({"x1": x}, {"x1": export.bands(x, RATE)}, RATE, 0.0)
+
+
 FUNCTIONS: dict[str, Callable[[Floats], object]] = {
     "curve": lambda x: allan_curve(x, RATE, factors(x)),
     "hdev": lambda x: allan_curve(x, RATE, factors(x), "hdev", 0.95),
@@ -96,7 +100,7 @@ FUNCTIONS: dict[str, Callable[[Floats], object]] = {
     "bands": lambda x: export.bands(x, RATE),
     "low pass": lambda x: export.low_pass("x1", lfilter([0.2], [1, -0.8], x), RATE, 0.01),
     "repeats": lambda x: repeats.repeats("A", [x, x[::-1], -x], 0.1),
-    "processed": lambda x: software.processed({"x1": lfilter([0.05], [1, -0.95], x)}, RATE, 0.0),
+    "processed": lambda x: processed(lfilter([0.05], [1, -0.95], x)),
     "running median": lambda x: software.running_median(
         {"x1": outliers.medians_of_five(x), "y1": x}, 0.0
     ),

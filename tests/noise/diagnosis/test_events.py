@@ -236,13 +236,15 @@ def test_gaps_that_recur_are_no_bursts() -> None:
 
 
 def test_a_step_moves_and_several_knocks_are_told_apart() -> None:
-    """A step of 5 standard deviations is no louder noise; three frames off, four times in 5 s, are
-    no movement of 5 s."""
+    """A step of 5 standard deviations is no louder noise, beside a cycle either; three frames off,
+    four times in 5 s, are no movement of 5 s."""
     rng = np.random.default_rng(5)
     position = rng.normal(0, 0.02, (6, 7200))
     position[1, 3600:] += 0.1
     (event,) = events_of(position)
     assert event.moved and event.stays and event.time_s == pytest.approx(30, abs=0.1)
+    (event,) = events_of(position + 0.04 * np.sin(np.arange(7200) / RATE / 5 - 6))
+    assert event.moved and event.stays and event.time_s == pytest.approx(30, abs=1.5)
     position = rng.normal(0, 0.02, (6, 7200))
     for second in (30.0, 31.3, 33.0, 34.9):
         position[:3, round(second * RATE) :][:, :3] += 0.5

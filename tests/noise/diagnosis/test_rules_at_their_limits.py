@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from mocap_metrology.noise.diagnosis.export import bands
 from mocap_metrology.noise.diagnosis.filtering import averaging, filters
 from mocap_metrology.noise.diagnosis.levels import Blocks, blocks, compare, trends
 from mocap_metrology.noise.diagnosis.outliers import medians_of_five
@@ -76,7 +77,8 @@ def test_software_is_told_of_where_half_of_the_coordinates_agree(n_smooth, is_to
     series = {f"{axis}{k}": rng.standard_normal(60_000) for k in (1, 2) for axis in "xy"}
     for name in list(series)[:n_smooth]:
         series[name] = lfilter([0.05], [1, -0.95], series[name])
-    found = [one for one in processed(series, RATE, 0.0) if one.code == "smoothed"]
+    spectra = {name: bands(x, RATE) for name, x in series.items()}
+    found = [one for one in processed(series, spectra, RATE, 0.0) if one.code == "smoothed"]
     assert [one.series for one in found] == (list(series)[:n_smooth] if is_told else [])
 
 

@@ -200,7 +200,9 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     far = round(CONTEXT_S * rate_hz)
     start = max(first - far, 0)
     near = values[start : last + far].astype(float)
-    within, *alone = near[first - start : last - start], near[: first - start], near[last - start :]
+    before, within, after = np.split(near, [first - start, last - start])
+    count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
+    alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
     moved = _whiteness(within) < LIKE_NOISE * _whiteness(*alone)
     near = np.convolve(near, np.full(width, 1 / width), "same") if near.size >= width else near
     first, last = first - start, last - start
@@ -215,7 +217,7 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     if not off.size:
-        return _Excursion(size, levels[1] - levels[0], None, None)
+        return _Excursion(size, levels[1] - levels[0], None, None, moved)
     at = (start + first + off[[0, -1]]) / rate_hz
     ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > FAR * noise
     rests = np.diff(off) / rate_hz

@@ -20,7 +20,6 @@ from typing import Final, Literal
 import numpy as np
 
 from mocap_metrology.common.linear import non_negative
-from mocap_metrology.common.parallel import Over
 from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
 
 # Rounded
@@ -182,7 +181,10 @@ def low_pass(
     name: str, series: np.ndarray, rate_hz: float, resolution_mm: float = 0.0
 ) -> LowPass | None:
     """Of (n,) values, NaN in gaps; resolution_mm: step of the file."""
-    found = bands(series, rate_hz)
+    return _low_pass(name, bands(series, rate_hz), rate_hz, resolution_mm)
+
+
+def _low_pass(name: str, found: Bands | None, rate_hz: float, step_mm: float) -> LowPass | None:
     if found is None or not found.psd.min() > 0:
         return None
     steps = 4 * np.sin(np.pi * found.f_hz / rate_hz) ** 2
@@ -198,7 +200,7 @@ def low_pass(
     ratio = found.top / float(level[high])
     if lowest > FALLS_SHARE * below[high] or ratio > QUIET_SHARE:
         return None
-    rounding = 2 * resolution_mm**2 / 12 / rate_hz * math.log(2)
+    rounding = 2 * step_mm**2 / 12 / rate_hz * math.log(2)
     levelled = FLAT_RATIO < found.middle / found.top < 1 / FLAT_RATIO
     levelled &= found.least > FLAT_RATIO / 2 * found.top  # a stop band has nulls between its lobes
     if levelled and found.top > ROUNDED_LEVELS * rounding:
@@ -208,13 +210,11 @@ def low_pass(
 
 
 def low_passes(
-    series: Mapping[str, np.ndarray], rate_hz: float, resolution_mm: float, over: Over
+    spectra: Mapping[str, Bands | None], rate_hz: float, resolution_mm: float
 ) -> list[LowPass]:
-    """Of still series, where most of their coordinates agree: an export filters all of them. over:
-    how series are worked on."""
+    """Of still series, where most of their coordinates agree: an export filters all of them."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
-    own = over(lambda one: low_pass(*one, rate_hz, step), series.items())
-    found = dict(zip(series, own, strict=True))
+    found = {name: _low_pass(name, one, rate_hz, step) for name, one in spectra.items()}
     coordinates = [v is not None for k, v in found.items() if not k.startswith("L")]
     agree = 2 * sum(coordinates) >= len(coordinates)
     return [v for v in found.values() if v is not None] if agree else []

@@ -11,10 +11,7 @@ from mocap_metrology.common.large import Made, kept_if_small
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
-from mocap_metrology.noise.diagnosis.export import (
-    low_passes,
-    wander,
-)
+from mocap_metrology.noise.diagnosis.export import bands, low_passes, wander
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
 from mocap_metrology.noise.diagnosis.one_series import Examiner, walk_decided, without_frames
 from mocap_metrology.noise.diagnosis.outliers import (
@@ -88,12 +85,14 @@ def diagnose(
     wanders = {one.name: walk_decided(one.wander, noise, one.name) for one in every if one.wander}
     recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
     still = _still(recording, blanked, levels, settings)
-    processing = processed(still, rate, step, over)
+    own = over(lambda name: bands(still[name], rate), still)
+    still_spectra = dict(zip(still, own, strict=True))
+    processing = processed(still, still_spectra, rate, step, over)
     for k in range(1, len(recording.labels) + 1):
         processing += running_median(
             {f"{a}{k}": recording.coordinates[f"{a}{k}"] for a in AXES}, step
         )
-    low = low_passes(still, rate, recording.resolution_mm, over)
+    low = low_passes(still_spectra, rate, recording.resolution_mm)
     trends_of = _trends(levels, events)
     n_windows = sum(d.n_tests for own in dynamics.values() for d in own)
     found = Diagnosis(

@@ -307,7 +307,7 @@ def _scores(z: Floats) -> Floats:
     """Of (n,) values the Gaussian ones of the same ranks: some that are loud are not far there."""
     from scipy.special import ndtri
 
-    return np.asarray(ndtri((np.argsort(np.argsort(z)) + 1) / (z.size + 1)))
+    return np.asarray(ndtri((z.argsort().argsort() + 1) / (z.size + 1)))
 
 
 def _nothing(best: Mapping[tuple[frozenset[str], str], tuple[float, Shape]]) -> bool:
@@ -352,7 +352,9 @@ def _bic(y: Floats, X: Floats, inverse: Floats, logs: Floats) -> Floats:
     n = y.size
     rest = inverse @ (y * y)
     if len(X):
-        A = (inverse @ (X[:, None] * X).reshape(-1, n).T).reshape(-1, len(X), len(X))
+        row, column = np.triu_indices(len(X))
+        A = np.empty((len(inverse), len(X), len(X)))
+        A[:, row, column] = A[:, column, row] = inverse @ (X[row] * X[column]).T
         b = inverse @ (X * y).T
         A[:, np.arange(len(X)), np.arange(len(X))] *= 1 + 1e-10
         rest = rest - (b * np.linalg.solve(A, b[..., None])[..., 0]).sum(axis=1)

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from mocap_metrology.common.linear import non_negative
 from mocap_metrology.common.parallel import Over, in_turn
-from mocap_metrology.noise.diagnosis.export import Bands, bands
+from mocap_metrology.noise.diagnosis.export import Bands
 
 OCTAVES = 8  # bands of the spectrum below its end, two octaves
 MISFIT = 0.4  # of S in a band, that a / W + b is off by, at most
@@ -52,17 +52,20 @@ class Processed:
 
 
 def processed(
-    series: Mapping[str, np.ndarray], rate_hz: float, step_mm: float, over: Over = in_turn
+    series: Mapping[str, np.ndarray],
+    spectra: Mapping[str, Bands | None],
+    rate_hz: float,
+    step_mm: float,
+    over: Over = in_turn,
 ) -> list[Processed]:
     """Of still coordinates (n,) in mm, NaN in gaps, where most of them agree."""
     own = {name: None for name in series if not name.startswith("L")}
     chance = CHANCE / max(len(own), 1)
 
     def looked_at(name: str) -> tuple[float, float]:
-        values = np.asarray(series[name], dtype=float)
-        found = bands(values, rate_hz)
+        found = spectra[name]
         white = math.nan if found is None else white_share(found, rate_hz, step_mm)
-        return white, variance_cycle(values, rate_hz, chance)
+        return white, variance_cycle(np.asarray(series[name], float), rate_hz, chance)
 
     found = dict(zip(own, over(looked_at, own), strict=True))
     smooth = {k: white for k, (white, _) in found.items() if white < NO_WHITE}

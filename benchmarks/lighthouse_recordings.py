@@ -13,12 +13,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
+from mocap_metrology.common.entries import TwinsFile, load_twins
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import from_angles, to_angles
 from mocap_metrology.lighthouse.simulate.motion import facing_to
@@ -35,16 +36,19 @@ DECK = {"columns": 2, "rows": 2, "width_m": 0.015, "height_m": 0.030}
 JITTER = {"common_urad": 53.0, "independent_urad": 30.0}
 
 
+@cache
+def _twins() -> TwinsFile:
+    return load_twins(str(ROOT / "config/twins.yaml"))
+
+
 def factories() -> list[dict[str, Any]]:
     """Factory values of the eight real stations of config/twins.yaml."""
-    document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    return list(document["factories"].values())
+    return list(_twins()["factories"].values())
 
 
 def listed(name: str) -> Made:
     """A recording of a twin of config/twins.yaml."""
-    document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    return simulate(calibration_twin(document, name))
+    return simulate(calibration_twin(_twins(), name))
 
 
 def _looking(place: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ TOY, UNDRAWN = (Path(__file__).with_name(name) for name in ("toy", "undrawn"))
 sys.path.insert(0, str(ROOT / "workflow"))
 
 # Figures of the laboratory that tests read; a dot stands for the others
-READ = "recordings/(take|active)/|calibrations/(measured|twin)/"
+READ = "recordings/(take/|active/verdict)|calibrations/measured/"
 
 Snakemake = Callable[..., subprocess.CompletedProcess]
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
 
+from mocap_metrology.common.entries import load_twins
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.summary import summary
@@ -85,6 +86,7 @@ SECOND = {"phase": [-0.00832, -0.0082], "tilt": [0.00035, 0.00778], "curve": [0.
           "gibphase": [-4.543, 1.2656], "gibmag": [0.01801, -0.0193]}  # fmt: skip
 
 
+@cache
 def made(variant: str, seed: int) -> Made:
     """Eight seconds by hand before rotors of two real stations that obey this variant."""
     return simulate(
@@ -149,8 +151,7 @@ def test_lasers_off_their_origin_do_not_rule_out_the_true_variant() -> None:
     """Up to 15 mm of both stations. Board poses leave less with libsurvive's sign than with the
     true one, and yet that stays open, as even it leaves more than noise. `batch` estimates the
     depth of the lasers and rules libsurvive's sign out."""
-    document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    own = simulate(calibration_twin(document, "real-7-1"))
+    own = simulate(calibration_twin(load_twins(str(ROOT / "config/twins.yaml")), "real-7-1"))
     own = replace(own, hits=clean_hits(own.hits, own.truth.board)[0])
     standing = {w.variant: w.standing for w in calibrated(own).variants}
     assert standing["libsurvive"] == "chosen" and standing["crazyflie"] == "open"

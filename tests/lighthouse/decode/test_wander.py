@@ -109,5 +109,5 @@ def test_begins_that_are_missing_at_random(lost: float) -> None:
         off.append(np.std(late(every) - true[every]))
         raw.append(np.std(true[every]))
     assert np.mean(off) < 0.5 * np.mean(raw)
-    few, told = np.arange(0, 5 * 900, 900), np.array([1.0, -1, 1, -1, 1]) * 1e-7
-    assert wander(few, told, 1e-9)[1] == Wander()
+    few = np.arange(0, 12 * 900, 900)
+    assert wander(few, 1e-7 * np.random.default_rng(9).standard_normal(12), 1e-9)[1] == Wander()

@@ -151,5 +151,10 @@ def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:
         for start in STARTS
     ]
     cost, found = of(min(tried, key=lambda one: one.fun).x)
-    none = [least for one in NONE if math.isfinite(least := of(one)[0])]
-    return found if none and cost < min(none) - LIKELIER else None
+
+    def stiffest(x: Sequence[float]) -> float:
+        """Of a line; where its cost is not computed, of one that may bend a little."""
+        costs = (of((*x[:2], stiff))[0] for stiff in np.arange(x[2], BOUNDS[2][0], -5.0))
+        return next(filter(math.isfinite, costs), -math.inf)
+
+    return found if cost < min(map(stiffest, NONE)) - LIKELIER else None

@@ -121,7 +121,8 @@ def chosen(entry: Entry, limit_mm: float) -> tuple[list[str], str]:
             return markers, why + KINDS[kind]
     why = "all its points were computed by a model, not measured; to use them all the same, name"
     if KINDS.keys() & points.keys():
-        why = "no marker or body is seen in half of the frames; name markers of these"
+        why = "no marker or body is seen in half of the frames (one with a coordinate that is 0"
+        why += " throughout was not measured); name markers of these"
     every = in_words([label for labels in points.values() for label in labels], 60)
     raise Refusal(f"{Path(path).name}: {why}: {every}")
 

@@ -113,3 +113,9 @@ def solved(rng: np.random.Generator, step_mm: float = 0.0) -> np.ndarray:
 def test_markers_of_a_solved_body_keep_their_distance(step_mm: float) -> None:
     found = solved_pairs(coordinates(solved(np.random.default_rng(1), step_mm)), [(1, 2), (1, 3)])
     assert list(found) == ["L", "L_1_3"] and max(found.values()) < 0.01
+
+
+def test_without_two_frames_in_a_row_no_distance_is_kept(recwarn: pytest.WarningsRecorder) -> None:
+    position = solved(np.random.default_rng(1))
+    position[::2] = np.nan
+    assert solved_pairs(coordinates(position), [(1, 2)]) == {} and not recwarn.list

@@ -72,15 +72,19 @@ class Wander:
         return z, float(square), log_det
 
     def _solved(self, turn: np.ndarray, y: Floats) -> tuple[Floats, float]:
-        """(W + l D'D)^-1 y, W being of these turns, and the log of the determinant."""
-        n, combined = len(y), (self.decay, -self.swing, 1.0)
+        """(W + l D'D)^-1 y, W being of these turns, and the log of the determinant.
+
+        From the last turn to the first: nothing holds the first two, from which a process that
+        decays would let errors of rounding grow.
+        """
+        n, combined = len(y), (1.0, -self.swing, self.decay)
         band = np.zeros((3, n))
         for i, a in enumerate(combined):
             for j, b in enumerate(combined[: i + 1]):
                 band[i - j, j : n - 2 + j] += self.stiffness * a * b
-        band[0, turn - turn[0]] += 1
+        band[0, n - 1 - (turn - turn[0])] += 1
         L = linalg.cholesky_banded(band, lower=True)
-        return linalg.cho_solve_banded((L, True), y), 2 * float(np.log(L[0]).sum())
+        return linalg.cho_solve_banded((L, True), y[::-1])[::-1], 2 * float(np.log(L[0]).sum())
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,7 @@ def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:
         one = Wander(0.0, float(np.exp(x[2])), float(2 * r * np.cos(w)), float(r**2))
         try:
             _, square, log_det = one.curve(turn, y)
-        except linalg.LinAlgError:
+        except linalg.LinAlgError:  # rounding is more than begins far apart determine
             return np.inf, one
         found = replace(one, begin_s=float(np.sqrt(square / free)))
         return free * np.log(square) + log_det - span * x[2], found

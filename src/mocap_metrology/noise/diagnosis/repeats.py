@@ -110,10 +110,11 @@ def solved_pairs(
         with np.errstate(invalid="ignore"):
             along = np.nanmean(b - a, axis=1) if np.isfinite(a + b).any() else np.zeros(3)
         size = float(np.linalg.norm(along))
-        if not size > 0:
+        steps = np.diff(distance(a, b))
+        if not (size > 0 and np.isfinite(steps).any()):
             continue
         ends = sum(float(np.nanvar(np.diff(along @ one / size))) for one in (a, b))
-        ratio = float(np.nanvar(np.diff(distance(a, b)))) / ends if ends > 0 else 1.0
+        ratio = float(np.nanvar(steps)) / ends if ends > 0 else 1.0
         if ratio < SOLVED:
             found[pair_name((first, second), pairs)] = ratio
     return found

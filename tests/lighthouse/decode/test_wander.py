@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import linalg
 
 from mocap_metrology.lighthouse.decode.wander import Wander, wander
 
@@ -17,28 +18,27 @@ def begins(n: int, seed: int, noise_s: float = 4e-8) -> tuple[np.ndarray, np.nda
     return z[100:], z[100:] + noise_s * rng.standard_normal(n)
 
 
-def test_curve_and_its_error_are_those_of_dense_algebra() -> None:
+def test_curve_error_and_likelihood_are_those_of_dense_algebra() -> None:
+    """By the autocovariance of the process, from the Lyapunov equation of its two last values."""
     n, one = 40, Wander(2.0, 3.0, *SWING)
     turn = np.delete(np.arange(n), [7, 8, 30]) + 100
-    y = np.random.default_rng(1).standard_normal(turn.size)
-    D = np.zeros((n - 2, n))
-    for k in range(n - 2):
-        D[k, k : k + 3] = SWING[1], -SWING[0], 1
-    W = np.zeros(n)
-    W[turn - 100] = 1
-    M = np.diag(W) + 3.0 * D.T @ D
-    every = np.zeros(n)
-    every[turn - 100] = y
-    z, square, log_det = one.curve(turn, y)
-    np.testing.assert_allclose(z, np.linalg.solve(M, every), rtol=1e-9, atol=1e-12)
-    assert log_det == pytest.approx(np.linalg.slogdet(M)[1])
-    off = y - z[turn - 100]
-    assert square == pytest.approx(off @ off + 3.0 * np.sum((D @ z) ** 2))
+    y, known = np.random.default_rng(1).standard_normal(turn.size), turn - 100
+    step = np.array([[SWING[0], -SWING[1]], [1.0, 0.0]])
+    state, lags = linalg.solve_discrete_lyapunov(step, np.diag([1.0, 0.0])), []
+    for _ in range(n):
+        lags.append(state[0, 0])
+        state = step @ state
+    process = linalg.toeplitz(lags) / 3.0
+    of_y = np.eye(turn.size) + process[np.ix_(known, known)]
+    z, cost = one.curve(turn, y)
+    best = np.linalg.solve(of_y, y)
+    np.testing.assert_allclose(z, process[:, known] @ best, rtol=1e-7, atol=1e-10)
+    likelihood = (turn.size - 2) * np.log(y @ best) + np.linalg.slogdet(of_y)[1]
+    assert cost == pytest.approx(likelihood, rel=1e-9)
     pull = np.random.default_rng(2).standard_normal((turn.size, 3))
-    at = np.zeros((n, 3))
-    at[turn - 100] = pull
-    expected = 4.0 * at.T @ np.linalg.solve(M, at)
-    np.testing.assert_allclose(one.error_of(pull, turn), expected, rtol=1e-9)
+    gain = np.linalg.solve(of_y, process[known])
+    left = (process - process[:, known] @ gain)[np.ix_(known, known)]
+    np.testing.assert_allclose(one.error_of(pull, turn), 4.0 * pull.T @ left @ pull, rtol=1e-7)
 
 
 def test_errors_of_the_curve_are_as_stated() -> None:
@@ -119,3 +119,5 @@ def test_a_few_begins_among_many_turns(n: int, share: float) -> None:
         turn = np.flatnonzero(np.random.default_rng([seed, 1]).random(n) < share)
         late, _ = wander(turn, told[turn] - told[turn].mean(), 1e-9)
         assert np.std(late(turn) - true[turn]) < 1.1 * np.std(true[turn])
+    few = np.arange(0, 12 * 900, 900)
+    assert wander(few, 1e-7 * np.random.default_rng(9).standard_normal(12), 1e-9)[1] == Wander()

@@ -6,11 +6,12 @@ is taken for an autoregressive process of second order, and minimises
 
     sum (y_t - z_t)^2 + l sum (z_t - 2 r cos(w) z_t-1 + r^2 z_t-2)^2
 
-over the turns t, of which some begins y_t are missing: the smoother of Whittaker (1923, Proc.
-Edinb. Math. Soc. 41, 63), which has r = 1 and w = 0, and as quick. r, w, l and s are those of the
-greatest likelihood, without anything known of z_1 and z_2. With W = 1 at turns of which a begin is
-known, else 0, and D the combinations in the second sum, the error of z has the covariance
-s^2 (W + l D'D)^-1. All hits of some turns share it, so many of them do not make it smaller.
+over the turns t, of which some begins y_t are missing, with the stationary distribution of z_1 and
+z_2: the smoother of Whittaker (1923, Proc. Edinb. Math. Soc. 41, 63), which has r = 1 and w = 0,
+and as quick. r, w, l and s are those of the greatest likelihood. With W = 1 at turns of which a
+begin is known, else 0, and l Q / s^2 the inverse of the covariance of z, a band, the error of z has
+the covariance s^2 (W + l Q)^-1. All hits of some turns share it, so many of them do not make it
+smaller.
 """
 
 from __future__ import annotations
@@ -29,7 +30,6 @@ from mocap_metrology.lighthouse.records import Clock
 # Logits of r and of w / pi, log l: a swing, and a slow wander.
 STARTS = (3.0, -2.0, 2.0), (6.0, -6.0, 6.0)
 BOUNDS = (-4.0, 9.0), (-9.0, 0.0), (-5.0, 25.0)
-NONE = (9.0, -9.0), (-4.0, -9.0)  # and the largest l: another line, and the one there is
 LIKELIER = 15.0  # of -2 log likelihood: of three parameters by chance once in 500
 SETTLED = {"xatol": 0.02, "fatol": 0.2, "maxfev": 400}
 MOST = 6000  # turns from which all these are found
@@ -61,30 +61,29 @@ class Wander:
         turn = np.arange(MANY)
         return float(self.error_of((turn[:, None] == MANY // 2) * 1.0, turn)[0, 0])
 
-    def curve(self, turn: np.ndarray, y: Floats) -> tuple[Floats, float, float]:
-        """z at all turns from the first to the last of these, where begins are y; the least of the
-        sum; log det (W + l D'D)."""
+    def curve(self, turn: np.ndarray, y: Floats) -> tuple[Floats, float]:
+        """z at all turns from the first to the last of these, where begins are y; -2 log likelihood
+        of y, s of the greatest, but for a constant."""
         all_y = np.zeros(int(turn[-1] - turn[0]) + 1)
         all_y[turn - turn[0]] = y
         z, log_det = self._solved(turn, all_y)
-        off = z[2:] - self.swing * z[1:-1] + self.decay * z[:-2]
-        square = np.sum((y - z[turn - turn[0]]) ** 2) + self.stiffness * np.sum(off**2)
-        return z, float(square), log_det
+        square = float(y @ (y - z[turn - turn[0]]))  # (y - z)^2 and l z' Q z
+        of_first = (1 - self.decay) ** 2 * ((1 + self.decay) ** 2 - self.swing**2)
+        free = np.log(self.stiffness) * z.size + np.log(of_first)
+        return z, float((turn.size - 2) * np.log(square) + log_det - free)
 
     def _solved(self, turn: np.ndarray, y: Floats) -> tuple[Floats, float]:
-        """(W + l D'D)^-1 y, W being of these turns, and the log of the determinant.
-
-        From the last turn to the first: nothing holds the first two, from which a process that
-        decays would let errors of rounding grow.
-        """
-        n, combined = len(y), (1.0, -self.swing, self.decay)
+        """(W + l Q)^-1 y, W being of these turns, and the log of the determinant."""
+        n, combined = len(y), (self.decay, -self.swing, 1.0)
         band = np.zeros((3, n))
         for i, a in enumerate(combined):
             for j, b in enumerate(combined[: i + 1]):
                 band[i - j, j : n - 2 + j] += self.stiffness * a * b
-        band[0, n - 1 - (turn - turn[0])] += 1
+        band[0, :2] += self.stiffness * (1 - self.decay**2)
+        band[1, 0] -= self.stiffness * self.swing * (1 - self.decay)
+        band[0, turn - turn[0]] += 1
         L = linalg.cholesky_banded(band, lower=True)
-        return linalg.cho_solve_banded((L, True), y[::-1])[::-1], 2 * float(np.log(L[0]).sum())
+        return linalg.cho_solve_banded((L, True), y), 2 * float(np.log(L[0]).sum())
 
 
 @dataclass(frozen=True)
@@ -130,31 +129,29 @@ def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[L
 
 
 def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:
-    """None where the line is as likely, or begins are too few to tell."""
-    free, span = turn.size - 2, int(turn[-1] - turn[0]) - 1
-    *bounds, (low, most) = BOUNDS
-    most = min(most, 4 * np.log(span / np.pi))  # of half a wave within the turns
+    """None where a line is as likely."""
+    free = turn.size - 2
 
-    def of(x: Sequence[float]) -> tuple[float, Wander]:
+    def one(x: Sequence[float]) -> Wander:
         r, w = 1 / (1 + np.exp(-x[0])), np.pi / (1 + np.exp(-x[1]))
-        one = Wander(0.0, float(np.exp(x[2])), float(2 * r * np.cos(w)), float(r**2))
-        try:
-            _, square, log_det = one.curve(turn, y)
-        except linalg.LinAlgError:  # rounding is more than begins far apart determine
-            return np.inf, one
-        found = replace(one, begin_s=float(np.sqrt(square / free)))
-        return free * np.log(square) + log_det - span * x[2], found
+        return Wander(0.0, float(np.exp(x[2])), float(2 * r * np.cos(w)), float(r**2))
 
-    tried = [
-        optimize.minimize(
-            lambda x: of(x)[0],
-            start,
-            method="Nelder-Mead",
-            bounds=[*bounds, (low, most)],
-            options=SETTLED,
-        )
-        for start in STARTS
-    ]
-    cost, found = of(min(tried, key=lambda one: one.fun).x)
-    line = min(of((*one, most))[0] for one in NONE)
-    return found if cost < line - LIKELIER and np.isfinite(line) else None
+    def cost(x: Sequence[float]) -> float:
+        try:
+            return one(x).curve(turn, y)[1]
+        except linalg.LinAlgError:  # rounding is more than begins far apart determine
+            return np.inf
+
+    found = min(
+        (
+            optimize.minimize(cost, start, method="Nelder-Mead", bounds=BOUNDS, options=SETTLED)
+            for start in STARTS
+        ),
+        key=lambda tried: tried.fun,
+    )
+    off_line = y - np.polyval(np.polyfit(turn, y, 1), turn)
+    if not found.fun < free * np.log(off_line @ off_line) - LIKELIER:
+        return None
+    model = one(found.x)
+    square = float(y @ (y - model.curve(turn, y)[0][turn - turn[0]]))
+    return replace(model, begin_s=float(np.sqrt(square / free)))

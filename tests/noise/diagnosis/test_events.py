@@ -248,5 +248,8 @@ def test_a_step_moves_and_several_knocks_are_told_apart() -> None:
     position = rng.normal(0, 0.02, (6, 7200))
     for second in (30.0, 31.3, 33.0, 34.9):
         position[:3, round(second * RATE) :][:, :3] += 0.5
+    knocked = position[:1] + 0.2 * (np.arange(7200) % 600 < 8)  # each among others
+    found = events_of(np.vstack([knocked, position[1:]]))
+    assert found and all(event.moved for event in found)
     (event,) = events_of(position)
     assert event.often and event.duration_s == pytest.approx(4.9, abs=0.1)

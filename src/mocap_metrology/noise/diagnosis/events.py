@@ -203,7 +203,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     before, within, after = np.split(near, [first - start, last - start])
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
-    moved = _whiteness(within) < LIKE_NOISE * _whiteness(*alone)
+    usual = float(np.median([_whiteness(part) for part in alone if part.size > 1] or [0.0]))
+    moved = _whiteness(within) < LIKE_NOISE * usual
     near = np.convolve(near, np.full(width, 1 / width), "same") if near.size >= width else near
     first, last = first - start, last - start
     sides = [near[width:first], near[last:-width]]
@@ -225,12 +226,10 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     return _Excursion(size, float(levels[1] - levels[0]), *ends, moved, rest_s)
 
 
-def _whiteness(*parts: np.ndarray) -> float:
-    """Squares of the steps over twice those of values (n,) about the mean of their part: 1 of white
-    noise [von Neumann 1941]."""
-    known = [part[np.isfinite(part)] for part in parts if np.isfinite(part).any()]
-    steps = sum(float(np.sum(np.diff(part) ** 2)) for part in known)
-    return steps / max(2 * sum(part.size * float(part.var()) for part in known), 1e-300)
+def _whiteness(values: np.ndarray) -> float:
+    """Variance of the steps over twice that of (n,) values: 1 of white noise [von Neumann 1941]."""
+    known = values[np.isfinite(values)]
+    return float(np.var(np.diff(known)) / max(2 * np.var(known), 1e-300)) if known.size > 1 else 0.0
 
 
 def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:

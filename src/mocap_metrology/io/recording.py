@@ -25,6 +25,8 @@ from mocap_metrology.io.units import LengthUnit
 GIVE_RATE = "give it in column frame_rate_hz"
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
 
+FAR_OFF = 2.0  # times the largest measured coordinate
+
 Array = npt.NDArray[np.floating]
 Counts = dict[str, int]  # invalid frames by reason
 
@@ -292,10 +294,35 @@ def assemble(readers: Sequence[SegmentReader], plan: Plan, choice: Choice, file:
     )
 
 
+def exclude_sentinels(
+    position: Array, labels: Sequence[str], counts: Sequence[Counts], mm_per_unit: float, file: str
+) -> list[str]:
+    """Make frames of positions (n_markers, 3, n_frames) NaN, count them and return notes on them,
+    where all three coordinates are one number that is `FAR_OFF`: so programs write a marker that
+    they did not see, as -9999."""
+    alike = (position[:, 0] == position[:, 1]) & (position[:, 1] == position[:, 2])
+    if not alike.any():
+        return []
+    others = np.where(alike[:, None], np.nan, position)
+    least, notes = FAR_OFF * float(np.nanmax(np.abs(others), initial=0)), []
+    for label, own, at, count in zip(labels, position, alike, counts, strict=True):
+        far = at & (np.abs(own[0]) > least) & (least > 0)
+        if n := int(np.count_nonzero(far)):
+            value = float(own[0, far][0]) / mm_per_unit
+            own[:, far] = np.nan
+            count["sentinel"] = n
+            said = f"x = y = z = {value:.7g} in {n} frames, taken as missing"
+            notes.append(f"{file}: {label}: {said}")
+    return notes
+
+
 def _sum_counts(segments: Sequence[Sequence[Counts]]) -> tuple[Counts, ...]:
     """Invalid frames by reason for each marker, over all segments."""
     return tuple(
-        {reason: sum(counts[reason] for counts in of_marker) for reason in of_marker[0]}
+        {
+            reason: sum(counts.get(reason, 0) for counts in of_marker)
+            for reason in {reason: None for counts in of_marker for reason in counts}
+        }
         for of_marker in zip(*segments, strict=True)
     )
 

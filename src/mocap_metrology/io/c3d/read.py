@@ -27,6 +27,7 @@ from mocap_metrology.io.recording import (
     assemble,
     check_gaps,
     choose,
+    exclude_sentinels,
     overlap,
     plan_as_given,
     plan_by_numbers,
@@ -138,18 +139,21 @@ def _read_segment(
         for label, n in zip(choice.labels, nan_residuals, strict=True)
         if n
     ]
-    if structure.is_float:
-        resolution = float_resolution(out, structure.unit.mm)
-    else:
-        resolution = Resolution(mm_per_step(structure), "int16")
+    if not structure.is_float:
         for label, position, count in zip(choice.labels, out, counts, strict=True):
-            n = _exclude_saturated(position, resolution.step_mm)
+            n = _exclude_saturated(position, mm_per_step(structure))
             if n:
                 count["saturated"] = n
                 notes.append(
                     f"{structure.name}: {label}: {n} frames at the limit of 16-bit integers "
                     "(saturated), taken as missing"
                 )
+    unit_mm = structure.unit.mm
+    notes += exclude_sentinels(out, choice.labels, counts, unit_mm, structure.name)
+    if structure.is_float:
+        resolution = float_resolution(out, unit_mm)
+    else:
+        resolution = Resolution(mm_per_step(structure), "int16")
     return Contents(counts, resolution, opinion, notes)
 
 

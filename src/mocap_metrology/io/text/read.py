@@ -20,6 +20,7 @@ from mocap_metrology.io.recording import (
     SegmentReader,
     assemble,
     choose,
+    exclude_sentinels,
     plan_by_numbers,
 )
 from mocap_metrology.io.resolution import SAMPLE, text_resolution
@@ -91,11 +92,13 @@ def _read_segment(
     """Copy the rows of one file to their frames in `out`."""
     sample = rows.blocks[0][:, :SAMPLE]
     _fill(out, rows, frames.index, layout.unit.mm)
+    said = exclude_sentinels(out, choice.labels, rows.counts, layout.unit.mm, layout.name)
     table = [cells_of(line, layout.delimiter) for line in rows.head[:SAMPLE]]
     columns = [c for point in choice.points for c in layout.columns[point]]
     written = [{row[c] for row in table if c < len(row)} - set(NULLS) for c in columns]
     resolution = text_resolution(out, layout.unit.mm, written, sample)
-    return Contents(rows.counts, resolution, NO_OPINION, _notes(layout, choice, rows, frames))
+    notes = [*_notes(layout, choice, rows, frames), *said]
+    return Contents(rows.counts, resolution, NO_OPINION, notes)
 
 
 def _fill(out: Array, rows: Rows, index: Whole | None, mm_per_unit: float) -> None:

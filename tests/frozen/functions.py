@@ -98,7 +98,9 @@ FUNCTIONS: dict[str, Callable[[Floats], object]] = {
     "off": lambda x: np.flatnonzero(outliers.off_frames(x, 5.0, 0.1)),
     "drawn in": lambda x: outliers.drawn_in({"x1": x}, 0.1)["x1"],
     "bands": lambda x: export.bands(x, RATE),
-    "low pass": lambda x: export.low_pass("x1", lfilter([0.2], [1, -0.8], x), RATE, 0.01),
+    "low pass": lambda x: export.low_pass(
+        "x1", export.bands(lfilter([0.2], [1, -0.8], x), RATE), RATE, 0.01
+    ),
     "repeats": lambda x: repeats.repeats("A", [x, x[::-1], -x], 0.1),
     "processed": lambda x: processed(lfilter([0.05], [1, -0.95], x)),
     "running median": lambda x: software.running_median(

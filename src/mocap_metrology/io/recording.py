@@ -24,7 +24,6 @@ from mocap_metrology.io.units import LengthUnit
 
 GIVE_RATE = "give it in column frame_rate_hz"
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
-
 FAR_OFF = 2.0  # times the largest measured coordinate
 
 Array = npt.NDArray[np.floating]
@@ -303,8 +302,9 @@ def exclude_sentinels(
     alike = (position[:, 0] == position[:, 1]) & (position[:, 1] == position[:, 2])
     if not alike.any():
         return []
-    others = np.where(alike[:, None], np.nan, position)
-    least, notes = FAR_OFF * float(np.nanmax(np.abs(others), initial=0)), []
+    measured = ~alike[:, None]
+    ends = (end(position, where=measured, initial=0) for end in (np.nanmin, np.nanmax))
+    least, notes = FAR_OFF * float(max(map(abs, ends))), []
     for label, own, at, count in zip(labels, position, alike, counts, strict=True):
         far = at & (np.abs(own[0]) > least) & (least > 0)
         if n := int(np.count_nonzero(far)):

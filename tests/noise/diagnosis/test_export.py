@@ -103,7 +103,7 @@ def made(kind: str, seed: int = 0, n: int = N) -> np.ndarray:
 def test_unfiltered_noise_is_not_called_filtered(kind: str, step: float) -> None:
     for seed in range(3):
         x = step * np.round((made(kind, seed) + 160.1) / step)
-        assert low_pass("x1", x, RATE, step) is None
+        assert low_pass("x1", bands(x, RATE), RATE, step) is None
 
 
 @pytest.mark.parametrize("kind", ["white", "walk", "correlated over 0.1 s"])
@@ -114,16 +114,16 @@ def test_a_filter_is_named_with_its_cutoff(kind: str, cutoff_hz: float, order: i
     sos = signal.butter(order, cutoff_hz, fs=RATE, output="sos")
     x = np.float32(signal.sosfiltfilt(sos, made(kind)) + 160).astype(float)
     x[1000:1200] = np.nan
-    found = low_pass("x1", x, RATE, 1.5e-5)
+    found = low_pass("x1", bands(x, RATE), RATE, 1.5e-5)
     assert found is not None
     assert found.cutoff_hz == pytest.approx(cutoff_hz, rel=0.2)
     assert found.ratio < 0.02
 
 
 def test_short_and_missing_series_are_not_judged() -> None:
-    assert low_pass("x1", np.full(5000, np.nan), RATE) is None
-    assert low_pass("x1", np.full(5000, 3.0), RATE) is None
-    assert low_pass("x1", made("white")[:200], RATE) is None
+    assert low_pass("x1", bands(np.full(5000, np.nan), RATE), RATE) is None
+    assert low_pass("x1", bands(np.full(5000, 3.0), RATE), RATE) is None
+    assert low_pass("x1", bands(made("white")[:200], RATE), RATE) is None
 
 
 def test_resolution_against_rounded_noise():

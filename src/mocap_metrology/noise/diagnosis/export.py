@@ -178,13 +178,9 @@ def _inside(f: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def low_pass(
-    name: str, series: np.ndarray, rate_hz: float, resolution_mm: float = 0.0
+    name: str, found: Bands | None, rate_hz: float, step_mm: float = 0.0
 ) -> LowPass | None:
-    """Of (n,) values, NaN in gaps; resolution_mm: step of the file."""
-    return _low_pass(name, bands(series, rate_hz), rate_hz, resolution_mm)
-
-
-def _low_pass(name: str, found: Bands | None, rate_hz: float, step_mm: float) -> LowPass | None:
+    """Of the spectrum of a series; step_mm: of the file."""
     if found is None or not found.psd.min() > 0:
         return None
     steps = 4 * np.sin(np.pi * found.f_hz / rate_hz) ** 2
@@ -214,7 +210,7 @@ def low_passes(
 ) -> list[LowPass]:
     """Of still series, where most of their coordinates agree: an export filters all of them."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
-    found = {name: _low_pass(name, one, rate_hz, step) for name, one in spectra.items()}
+    found = {name: low_pass(name, one, rate_hz, step) for name, one in spectra.items()}
     coordinates = [v is not None for k, v in found.items() if not k.startswith("L")]
     agree = 2 * sum(coordinates) >= len(coordinates)
     return [v for v in found.values() if v is not None] if agree else []

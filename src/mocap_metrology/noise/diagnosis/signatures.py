@@ -318,7 +318,7 @@ def _nothing(best: Mapping[tuple[frozenset[str], str], tuple[float, Shape]]) -> 
 
 @lru_cache(maxsize=2)
 def _noises(n: int) -> Mapping[str, Floats]:
-    """(m, n) spectra of differences, by noise, white noise first."""
+    """(m, n) spectra of differences, by noise, white noise first, steep noise last."""
     weight = 4 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
     f = np.arange(1, n + 1)[:, None] / (2 * (n + 1)) + np.arange(-FOLDED, FOLDED + 1)
     share = np.sinc(f) ** 2

@@ -54,6 +54,13 @@ def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, cap
     assert printed[0].err.splitlines()[-1] == "3/3 figures"
     assert capsys.readouterr().err.splitlines()[-1] == "No results were written"
     assert [path.name for path in (tmp_path / "one").iterdir()] == ["crash.log"]
+    # A bar that cannot be judged leaves the verdict, and is said by the status
+    monkeypatch.setattr(calibration, "track_figure", slow)
+    assert main.main([*with_table, "--bar", "A-B"]) == 1
+    printed = [capsys.readouterr()]
+    assert printed[0].out.splitlines()[0] == verdict
+    assert printed[0].err.splitlines()[-1].startswith("--bar: ")
+    assert "pose.json" in [path.name for path in (tmp_path / "one").iterdir()]
 
 
 @pytest.mark.parametrize("option", ["world-points", "factory", "reference"])

@@ -42,6 +42,15 @@ def test_rows_by_their_numbers_with_cells_left_out_empty(
     assert found == [(4, ["a", "", "b c"]), (6, [f"x{sep}y", "", ""]), (8, ["", "", "z"])]
 
 
+@pytest.mark.parametrize("first", ["sep=;", "SEP=;;;", '"sep=;"'])
+@pytest.mark.parametrize("error", ["#REF!", "#N/A", "#DIV/0!", '"#WERT!"'])
+def test_a_formula_that_failed_is_no_comment_and_sep_is_no_header(
+    tmp_path: Path, first: str, error: str
+) -> None:
+    found = rows(tmp_path, f"{first}\nname;path\n{error};b\n#WARNING!\n# N/A;b\nc;d\n")
+    assert found == [(3, [error.strip('"'), "b", ""]), (6, ["c", "d", ""])]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -21,7 +21,7 @@ from mocap_metrology.calibration.pose import reference_of, write_poses
 from mocap_metrology.calibration.receiver import receiver
 from mocap_metrology.calibration.sweeps import Entry, checked, write_decoded
 from mocap_metrology.calibration.tables import BAR, RECEIVER, TABLES
-from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
+from mocap_metrology.cli.results import IN_PART, name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.common.paths import exists
@@ -78,8 +78,7 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
             results = read_calibration(files, entry.calibration, None)
             tell_result(_verdict_lines(results, options.brief))
             given = files | beside | {"dump": str(path)}
-            if lines := list(_truth_lines(entry, given, settings, part, options)):
-                tell_result(lines)
+            refusals = list(_tell_truth(entry, given, settings, part, options))
             tell("3/3 figures")
             drawn = second.submit(_draw_calibration, files, entry.calibration, part / PICTURES[0])
             tracked = *read_table(files["track"]), *read_table(files["allan"])
@@ -91,7 +90,9 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
         frame = f"Frame of these: {world['frame']}" if world["name"] else "No poses in these"
         frame += f" ({world['why']})" if world.get("why") else ""
         tell_result(["", exports, frame, f"Figure: {folder / PICTURES[0]}"])
-    return str(results.pose["verdict"]["word"])
+    for refusal in refusals:
+        tell(refusal)
+    return str(results.pose["verdict"]["word"]) + (IN_PART if refusals else "")
 
 
 def drawing_process() -> ProcessPoolExecutor:
@@ -134,30 +135,32 @@ def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
     return [*lines, "", title, *table]
 
 
-def _truth_lines(
+def _tell_truth(
     entry: Entry,
     given: Mapping[str, str],
     settings: Lighthouse,
     folder: Path,
     options: argparse.Namespace,
 ) -> Iterator[str]:
-    """What a bar and motion capture say of it; writes bar.json, bar.csv and receiver.json."""
-    apart = [] if options.brief else [""]
+    """Tells what a bar and motion capture say of the calibration, writes bar.json, bar.csv and
+    receiver.json; why one of them says nothing."""
     if options.bar:
         asked = Asked(options.bar, options.length, options.length_u)
         paths = {name: str(folder / file) for name, file in BAR.items()}
         found = bar(entry, asked, given, settings, Bar(), paths)
         if "refused" in found:
-            yield str(found["refused"])
-        elif options.brief:
-            yield ": ".join(bar_lines(found)[:2])
+            yield f"--bar: {found['refused']}"
         else:
-            yield from ("", *bar_lines(found))
+            lines = bar_lines(found)
+            tell_result([": ".join(lines[:2])] if options.brief else ["", *lines])
     if options.receiver:
         labels = [one for text in options.receiver_labels for one in parts_of(text) if one]
         output = str(folder / RECEIVER["receiver"])
         found = receiver(entry, options.receiver, labels, given, settings, output)
-        yield from (*apart, str(found.get("sentence") or found["refused"]))
+        if "refused" in found:
+            yield f"--receiver: {found['refused']}"
+        else:
+            tell_result([found["sentence"]] if options.brief else ["", found["sentence"]])
 
 
 def format_of(path: Path) -> str:

@@ -182,7 +182,8 @@ def watch(options: argparse.Namespace) -> int:
 
 
 def check(options: argparse.Namespace) -> int:
-    """Check all files; a table of several in the end. 0 if each has a verdict."""
+    """Check all files; a table of several in the end. 0 if each has a verdict, and what else was
+    asked of it an answer."""
     once: dict[Path, Path] = {}
     for path in _recordings(options):
         once.setdefault(path.resolve(), path)
@@ -203,7 +204,7 @@ def check(options: argparse.Namespace) -> int:
             from mocap_metrology.cli.bar import tell_together
 
             tell_together([Path(folder) for _, word, folder in rows if word != results.NONE])
-    return int(any(word == results.NONE for _, word, _ in rows))
+    return int(any(word.endswith((results.NONE, results.IN_PART)) for _, word, _ in rows))
 
 
 def _recordings(options: argparse.Namespace) -> Iterator[Path]:

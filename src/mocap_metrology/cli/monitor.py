@@ -121,7 +121,7 @@ class Sheet:
         text = self.raw.decode("utf-8-sig")
         end = "\r\n" if "\r\n" in text else "\n"
         rows = text.splitlines()
-        is_header = [bool(row.strip(sheets.EMPTY)) and not row.startswith("#") for row in rows]
+        is_header = [sheets.has_cells(row) for row in rows]
         at = is_header.index(True) if any(is_header) else len(rows)
         delimiter = sheets.delimiter(rows[at], COLUMNS) if any(is_header) else "\t"
         header = next(csv.reader(rows[at : at + 1], delimiter=delimiter), [])

@@ -19,7 +19,7 @@ from mocap_metrology.common.paths import exists, is_abandoned, locked
 CRASH = "crash.log"
 PART = ".part-"
 LONGEST = 60  # letters of a name, for titles
-NONE = "no verdict"
+NONE, IN_PART = "no verdict", ", in part"  # words for what could not be said, in full or in part
 
 
 def tell(words: str) -> None:

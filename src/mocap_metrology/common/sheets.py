@@ -19,6 +19,8 @@ DELIMITERS = ("\t", ";", ",")
 OTHER_DELIMITERS = {"|": "bars", " ": "blanks"}
 LONGEST = 100_000  # letters of a cell: a thousand paths
 EMPTY = " \t;,"  # of a row that a spreadsheet saves without a cell
+ERROR = re.compile(r'"?(#N/A|#[A-Z/0]+[!?])"?\s*[\t;,]')  # a first cell whose formula failed
+SEPARATOR = re.compile(r'"?sep=[\t;,]"?[\t;,]*', re.IGNORECASE)  # for a spreadsheet alone
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ def read(
     lines = [
         (number, line)
         for number, line in enumerate(_lines(Path(path), sheet), start=1)
-        if line.strip(EMPTY) and not line.lstrip(' "').startswith("#")
+        if has_cells(line)
     ]
     if not lines:
         raise Faults([f"{sheet}: no header; expected columns {', '.join(columns)}"])
@@ -64,6 +66,15 @@ def read(
     if faults:
         raise Faults(faults)
     return rows
+
+
+def has_cells(line: str) -> bool:
+    """Whether a line is the header or a row: neither blank, nor a comment, nor `sep=;`. A formula
+    that failed (`#REF!`) is no comment."""
+    if not line.strip(EMPTY) or SEPARATOR.fullmatch(line):
+        return False
+    text = line.lstrip(" ")
+    return not text.lstrip('"').startswith("#") or bool(ERROR.match(text))
 
 
 def _lines(path: Path, sheet: str) -> list[str]:

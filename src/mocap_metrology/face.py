@@ -49,10 +49,10 @@ def read(
     rate_hz: float | None = None,
     unit: Unit | None = None,
 ) -> Recording:
-    """Positions of these markers (default: of all) in a file, or in the segments of one take.
-    rate_hz, unit: where the file states none."""
+    """Positions of these markers (default: of all that are seen) in a file, or in the segments of
+    one take. rate_hz, unit: where the file states none."""
     paths = [path] if isinstance(path, str | Path) else list(path)
-    return read_recording(paths, markers or labels_of(paths[0]), rate_hz, unit=unit)
+    return read_recording(paths, markers, rate_hz, unit=unit)
 
 
 def series(recording: Recording) -> dict[str, np.ndarray]:

@@ -65,3 +65,26 @@ def test_what_has_no_other_suffix_is_read_as_c3d(tmp_path):
         match=r"^take\.xyz: is not a C3D file: it looks like text; what is read: C3D, TRC, ",
     ):
         labels_of(write(path, 0, 50))
+
+
+@pytest.mark.parametrize("suffix", ["c3d", "xyz"])
+def test_of_all_markers_those_that_are_never_seen_are_left_out(suffix, tmp_path, monkeypatch):
+    """A marker that is named must be seen."""
+    path, never = tmp_path / f"take.{suffix}", np.full((50, 1, 3), np.nan)
+    labels = ["A", "B", "C"]
+    if suffix == "c3d":
+        write_c3d(path, labels, 100, [np.hstack([POSITIONS, never])], 50)
+    else:
+        monkeypatch.setitem(FORMATS, ".xyz", text_format(layout))
+        text = write(path, 0, 50).read_text().replace("100 A B", "100 A B C")
+        path.write_text(text.replace("\n", " nan nan nan\n").replace("C nan nan nan", "C"))
+    recording = read_recording([path], [])
+    assert recording.labels == tuple(labels[:2])
+    assert recording.position_mm == pytest.approx(POSITIONS.transpose(1, 2, 0), abs=1e-4)
+    note = f"take.{suffix}: seen in no frame, and left out: {labels[2]}"
+    assert note in recording.notes
+    with pytest.raises(Refusal, match="is valid in no frame of 50"):
+        read_recording([path], labels)
+    assert note in read_recording([path], labels, only_seen=True).notes
+    with pytest.raises(Refusal, match="is valid in no frame of 50"):
+        read_recording([path], labels[2:], only_seen=True)

@@ -17,7 +17,6 @@ from mocap_metrology.calibration.track import scene_before, stations_used
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats, Row
-from mocap_metrology.io.read import labels_of
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
@@ -60,7 +59,7 @@ def receiver(
 
 
 def _markers(path: str, labels: Sequence[str], unit: Unit | None) -> Markers:
-    found = captured(path, labels or labels_of(path), unit, "receiver_unit")
+    found = captured(path, labels, unit, "receiver_unit")
     place_m = 1e-3 * np.asarray(found.position_mm, float)
     return Markers(found.labels, found.frame_rate_hz, place_m).cleaned()
 

@@ -160,7 +160,7 @@ def _tell_truth(
         if "refused" in found:
             yield f"--receiver: {found['refused']}"
         else:
-            tell_result([found["sentence"]] if options.brief else ["", found["sentence"]])
+            tell_result([str(found["sentence"])] if options.brief else ["", str(found["sentence"])])
 
 
 def format_of(path: Path) -> str:

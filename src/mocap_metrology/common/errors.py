@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from unicodedata import category
 
@@ -56,4 +57,8 @@ class UnknownUnit(Refusal):
 
 
 class Unseen(Refusal):
-    """A marker that is seen in no frame of an otherwise good file."""
+    """Markers that are seen in no frame of an otherwise good file."""
+
+    def __init__(self, text: str, labels: Sequence[str]) -> None:
+        super().__init__(text)
+        self.labels = labels

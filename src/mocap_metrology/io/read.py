@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -23,13 +23,19 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.common.paths import is_file
 from mocap_metrology.io import n3d
 from mocap_metrology.io.c3d.computed import computed_points
 from mocap_metrology.io.c3d.read import read_c3d
 from mocap_metrology.io.c3d.structure import Structure, inspect
-from mocap_metrology.io.labels import computed_labels, find_points, is_unlabelled, numbered
+from mocap_metrology.io.labels import (
+    computed_labels,
+    find_points,
+    in_words,
+    is_unlabelled,
+    numbered,
+)
 from mocap_metrology.io.recording import Header, Recording
 from mocap_metrology.io.text import first_principles, motive, nexus, poses, qualisys, table, trc
 from mocap_metrology.io.text.layout import Layout, check_text, lines
@@ -139,14 +145,17 @@ def read_recording(
     accept_truncated: bool = False,
     unit: Unit | None = None,
     columns: str | None = None,
+    only_seen: bool = False,
 ) -> Recording:
-    """Positions of `markers` in one file or in the segments of one take, of one format.
+    """Positions of `markers`, of all where none is named, in one file or in the segments of one
+    take, of one format.
 
     `frame_rate_hz` may give the rate more exactly than the files (within 0.1 %), or where they have
     none. `second_opinion` lets ezc3d read the same C3D files, where it can, and compares.
     `accept_truncated` takes what a cut-off file holds. `unit` is that of the coordinates, where the
     files name none or a wrong one. `columns`: names of the columns of a table that has none or
-    wrong ones, as `t x y z qx qy qz qw`.
+    wrong ones, as `t x y z qx qy qz qw`. `only_seen`: whether markers that are seen in no frame are
+    left out with a note, not refused; those that are not named are.
     Refuses what cannot be read with certainty; the message starts with the file's name.
     """
     files = [Path(path) for path in paths]
@@ -156,7 +165,18 @@ def read_recording(
         given = ", ".join(suffixes)
         raise Refusal(f"{files[0].name}: segments of one take differ in format: {given}")
     read = format_of(files[0], columns).read if files else C3D.read
-    return read(files, markers, frame_rate_hz, second_opinion, accept_truncated, unit)
+    how = frame_rate_hz, second_opinion, accept_truncated, unit
+    if files and not markers:
+        markers, only_seen = numbered(labels_of(files[0], accept_truncated, columns)), True
+    try:
+        return read(files, markers, *how)
+    except Unseen as unseen:
+        seen = [label for label in markers if label not in unseen.labels]
+        if not (only_seen and seen):
+            raise
+        note = f"{files[0].name}: seen in no frame, and left out: {in_words(unseen.labels)}"
+    recording = read(files, seen, *how)
+    return replace(recording, notes=(*recording.notes, note))
 
 
 def labels_of(

@@ -330,10 +330,12 @@ def _sum_counts(segments: Sequence[Sequence[Counts]]) -> tuple[Counts, ...]:
 def check_seen(
     labels: Sequence[str], n_frames: int, counts: Sequence[Mapping[str, int]], file: str
 ) -> None:
-    """Refuse a marker that is valid in no frame; `counts` of invalid frames by reason."""
-    for label, by_reason in zip(labels, counts, strict=True):
-        if sum(by_reason.values()) == n_frames:
-            found = [f"{n} {reason.replace('_', ' ')}" for reason, n in by_reason.items() if n]
-            raise Unseen(
-                f"{file}: marker {label!r} is valid in no frame of {n_frames} ({', '.join(found)})"
-            )
+    """Refuse markers that are valid in no frame; `counts` of invalid frames by reason."""
+    unseen = {
+        label: [f"{n} {reason.replace('_', ' ')}" for reason, n in by_reason.items() if n]
+        for label, by_reason in zip(labels, counts, strict=True)
+        if sum(by_reason.values()) == n_frames
+    }
+    for label, found in unseen.items():
+        why = f"marker {label!r} is valid in no frame of {n_frames} ({', '.join(found)})"
+        raise Unseen(f"{file}: {why}", list(unseen))

@@ -49,7 +49,8 @@ def read_bar(
     pose, check = asked.pose, None
     file = str(named["recording"]) if named.get("twin") else Path(entry.paths[0]).name
     entry = replace(entry, markers=_markers(entry, asked.bar, file))
-    recording = read(entry, settings.second_opinion and not named.get("twin"))
+    opinion = settings.second_opinion and not named.get("twin")
+    recording = read(entry, opinion, only_seen=asked.bar == AUTO)
     if not named.get("twin"):
         check = accepted(entry, recording, True, [])
     raw = trajectories(recording, {**named, "pairs": None})

@@ -22,7 +22,7 @@ from mocap_metrology.common.large import is_large
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.io.read import bodies_of, labels_of, read_recording
+from mocap_metrology.io.read import bodies_of, read_recording
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
 from mocap_metrology.noise.diagnosis.fills import filled_frames
@@ -77,9 +77,10 @@ class Entry:
     column_names: str | None = None
 
 
-def read(entry: Entry, second_opinion: bool) -> Recording:
-    """The recording of these files; second_opinion: whether ezc3d reads a C3D file, too. Raises
-    `Refusal` for one that cannot be read with certainty, or whose checksum differs."""
+def read(entry: Entry, second_opinion: bool, only_seen: bool = False) -> Recording:
+    """The recording of these files; second_opinion: whether ezc3d reads a C3D file, too; only_seen:
+    without markers that are seen in no frame. Raises `Refusal` for one that cannot be read with
+    certainty, or whose checksum differs."""
     for path, expected in zip(entry.paths, entry.sha256, strict=False):
         if files.sha256(path) != expected:
             raise Refusal(
@@ -87,12 +88,13 @@ def read(entry: Entry, second_opinion: bool) -> Recording:
             )
     return read_recording(
         entry.paths,
-        entry.markers or labels_of(entry.paths[0], entry.accept_truncated, entry.column_names),
+        entry.markers,
         entry.frame_rate_hz,
         second_opinion,
         entry.accept_truncated,
         entry.unit,
         entry.column_names,
+        only_seen,
     )
 
 

@@ -7,34 +7,39 @@ from __future__ import annotations
 
 import numpy as np
 
+Angle = float | np.ndarray
 
-def from_angles(alpha: float, beta: float, gamma: float) -> np.ndarray:
-    """R = Rz(gamma) Ry(beta) Rx(alpha), 3 x 3; angles in rad.
+
+def from_angles(alpha: Angle, beta: Angle, gamma: Angle) -> np.ndarray:
+    """R = Rz(gamma) Ry(beta) Rx(alpha), (..., 3, 3); angles (...) in rad.
 
     scipy's `Rotation.from_euler("xyz", ...)` differs from it by rounding, 6e-16, which the
     covariance of a weak simplex fit magnifies to 8e-12 of its value.
     """
     (ca, cb, cg), (sa, sb, sg) = np.cos([alpha, beta, gamma]), np.sin([alpha, beta, gamma])
-    return np.array(
+    R = np.array(
         [
             [cg * cb, cg * sb * sa - sg * ca, cg * sb * ca + sg * sa],
             [sg * cb, sg * sb * sa + cg * ca, sg * sb * ca - cg * sa],
             [-sb, cb * sa, cb * ca],
         ]
     )
+    return np.moveaxis(R, (0, 1), (-2, -1)) if R.ndim > 2 else R
 
 
 def to_angles(R: np.ndarray) -> np.ndarray:
-    """alpha, beta, gamma in rad of R = Rz(gamma) Ry(beta) Rx(alpha); beta in [-pi/2, pi/2].
+    """alpha, beta, gamma in rad (..., 3) of R = Rz(gamma) Ry(beta) Rx(alpha), (..., 3, 3); beta in
+    [-pi/2, pi/2].
 
     At beta = +-pi/2 only alpha -+ gamma is determined; gamma is set to 0.
     """
-    if np.hypot(R[2, 1], R[2, 2]) > 1e-9:
-        alpha = np.arctan2(R[2, 1], R[2, 2])
-        gamma = np.arctan2(R[1, 0], R[0, 0])
-    else:
-        alpha, gamma = np.arctan2(-R[1, 2], R[1, 1]), 0.0
-    return np.array([alpha, np.arctan2(-R[2, 0], np.hypot(R[2, 1], R[2, 2])), gamma])
+    level = np.hypot(R[..., 2, 1], R[..., 2, 2])
+    free = level > 1e-9
+    alpha = np.where(
+        free, np.arctan2(R[..., 2, 1], R[..., 2, 2]), np.arctan2(-R[..., 1, 2], R[..., 1, 1])
+    )
+    gamma = np.where(free, np.arctan2(R[..., 1, 0], R[..., 0, 0]), 0.0)
+    return np.stack([alpha, np.arctan2(-R[..., 2, 0], level), gamma], axis=-1)
 
 
 def exp(v: np.ndarray) -> np.ndarray:

@@ -12,8 +12,8 @@ from mocap_metrology.lighthouse.fit.board_pose import (
     apart,
     by_levenberg_marquardt,
     by_nelder_mead,
-    facing,
     first_guesses,
+    upright,
 )
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import normal_equations
 from mocap_metrology.lighthouse.fit.simplex import BOARD, TIGHT
@@ -31,7 +31,7 @@ def poses(n: int, board: np.ndarray, seed: int, tilt: float = 0.3) -> tuple[Meas
     for i in range(n):
         d = np.array([1, *rng.uniform(-0.6, 0.6, 2)])
         t[i] = rng.uniform(2, 6) * d / np.linalg.norm(d)
-        R[i] = facing(t[i]) @ rotation.exp(rng.normal(0, tilt, 3))
+        R[i] = upright(-t[i : i + 1])[0] @ rotation.exp(rng.normal(0, tilt, 3))
         measured[i] = angles(board @ R[i].T + t[i], IDEAL) + rng.normal(0, SIGMA, (len(board), 2))
     measured[rng.random(measured.shape[:2]) < 0.1] = np.nan
     time = np.arange(n) / 60

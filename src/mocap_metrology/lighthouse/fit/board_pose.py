@@ -40,12 +40,13 @@ def well_posed(measurements: Measurements, board: np.ndarray) -> Measurements:
     return Measurements(measurements.time_s[wide], measurements.angles_rad[wide])
 
 
-def facing(direction: np.ndarray) -> np.ndarray:
-    """Upright rotation whose board x axis points from `direction` back at the station."""
-    x = -direction / np.linalg.norm(direction)
+def upright(x: np.ndarray) -> np.ndarray:
+    """Rotations (n, 3, 3) whose first columns are the directions x (n, 3), whose second ones are
+    horizontal."""
+    x = x / np.linalg.norm(x, axis=1)[:, None]
     y = np.cross([0.0, 0.0, 1.0], x)
-    y /= np.linalg.norm(y)
-    return np.column_stack([x, y, np.cross(x, y)])
+    y /= np.linalg.norm(y, axis=1)[:, None]
+    return np.stack([x, y, np.cross(x, y)], axis=2)
 
 
 def _frames(board: np.ndarray) -> np.ndarray:
@@ -70,7 +71,7 @@ def first_guesses(
     azimuth, elevation = np.nanmean(measurements.angles_rad, axis=1).T
     d = np.column_stack([np.ones(len(azimuth)), np.tan(azimuth), np.tan(elevation)])
     t = distance_m * d / np.linalg.norm(d, axis=1)[:, None]
-    upright = np.array([facing(v) for v in t]).reshape(-1, 3, 3)
+    back = upright(-d)  # the x axis of J's board, at the station
     ideal, frames = rotor_parameters(), _frames(board)
     costs = np.zeros(len(frames))
     for i in range(0, len(measurements), max(len(measurements) // 8, 1)):
@@ -78,12 +79,12 @@ def first_guesses(
         own = measurements.angles_rad[i, known]
         costs += [
             evaluate(
-                np.r_[t[i], rotation.to_angles(upright[i] @ frame)], BOARD, board[known], own, ideal
+                np.r_[t[i], rotation.to_angles(back[i] @ frame)], BOARD, board[known], own, ideal
             )
             for frame in frames
         ]
     best = 0 if costs[0] <= 2 * costs.min() else int(np.argmin(costs))
-    return upright @ frames[best], t
+    return back @ frames[best], t
 
 
 @njit
@@ -133,7 +134,7 @@ def by_nelder_mead(
     """
     angles, seen = measurements.angles_rad, measurements.seen
     R, t = first_guesses(measurements, board, distance_m)
-    starts = np.column_stack([t, np.array([rotation.to_angles(r) for r in R]).reshape(-1, 3)])
+    starts = np.column_stack([t, rotation.to_angles(R)])
     trig = trig_of(np.moveaxis(angles, 2, 0))
     poses, epsilon = _search_all(
         starts,
@@ -147,7 +148,7 @@ def by_nelder_mead(
         settings.tol_fun,
         settings.evaluations,
     )
-    R = np.array([rotation.from_angles(*x[3:]) for x in poses]).reshape(-1, 3, 3)
+    R = rotation.from_angles(*poses[:, 3:].T)
     unknown = np.full(len(measurements), np.nan)
     return Path(measurements.time_s, R, poses[:, :3], epsilon, 2 * seen.sum(axis=1), unknown)
 
@@ -199,12 +200,7 @@ def _affine_starts(measurements: Measurements, board: np.ndarray) -> _Starts:
     ray = np.ones((*seen.shape, 3))
     ray[:, :, 1:] = np.tan(np.nan_to_num(measurements.angles_rad))
     total = seen.sum(axis=1)
-    view = np.empty((len(measurements), 3, 3))
-    view[:, 0] = np.einsum("nd,ndi->ni", seen, ray) / total[:, None]
-    view[:, 0] /= np.linalg.norm(view[:, 0], axis=1)[:, None]
-    view[:, 1] = np.cross([0.0, 0.0, 1.0], view[:, 0])
-    view[:, 1] /= np.linalg.norm(view[:, 1], axis=1)[:, None]
-    view[:, 2] = np.cross(view[:, 0], view[:, 1])
+    view = upright(np.einsum("nd,ndi->ni", seen, ray)).transpose(0, 2, 1)
     seen_by = np.einsum("nij,ndj->ndi", view, ray)
     image = seen_by[:, :, 1:] / seen_by[:, :, :1]
     centre = seen @ board / total[:, None]

@@ -15,6 +15,8 @@ from mocap_metrology.present.calibration.calibration_table import (
     calibration_rows,
 )
 from mocap_metrology.present.jansen.jansen_text import markdown
+from mocap_metrology.present.pages.document import parts_of
+from mocap_metrology.present.pages.site import Table
 
 KINDS = [(e, s) for e in ("paper", "paper-tight", "paper-lm") for s in ("kabsch", "final")]
 
@@ -161,6 +163,9 @@ def test_calibrations_of_a_group():
     text = calibration_markdown([first, second], "Calibrations of lab", "")
     assert "5.00 mm, 0.500°" in text and "2.00 mm, 0.200°" in text and "300.0 400.0 0.0" in text
     assert "- lab-1: usable. Because it is 9° off." in text and "No sign that" in text
+    table = next(one for one in parts_of(text) if isinstance(one, Table))
+    seen = {str(table.head[k]) for k in table.first}
+    assert {"t mm", "σ", "error", "verdict"} <= seen and "hits" not in seen
     assert "No calibrations." in calibration_markdown([], "Calibrations of lab", "")
 
 

@@ -16,7 +16,8 @@ def from_angles(alpha: Angle, beta: Angle, gamma: Angle) -> np.ndarray:
     scipy's `Rotation.from_euler("xyz", ...)` differs from it by rounding, 6e-16, which the
     covariance of a weak simplex fit magnifies to 8e-12 of its value.
     """
-    (ca, cb, cg), (sa, sb, sg) = np.cos([alpha, beta, gamma]), np.sin([alpha, beta, gamma])
+    angles = np.array([alpha, beta, gamma])
+    (ca, cb, cg), (sa, sb, sg) = np.cos(angles), np.sin(angles)
     R = np.array(
         [
             [cg * cb, cg * sb * sa - sg * ca, cg * sb * ca + sg * sa],

@@ -14,7 +14,7 @@ from mocap_metrology.present.pages.comparison import Comparison
 from mocap_metrology.present.tables import plain
 from mocap_metrology.present.text import captions
 
-IMPORTANT = captions.FIRST_COLUMNS.split()
+IMPORTANT = {name.strip() for name in captions.FIRST_COLUMNS.split(",")}
 
 
 def title_of(text: str) -> str:

@@ -86,5 +86,5 @@ def overview_figure(rows: Sequence[Record], title: str, source: str) -> figure.P
     twins = any(row["source"] == "twin" for row, _ in shown)
     more = len(rows) - len(shown)
     hollow = " Hollow: a simulated stand-in (twin)." if twins else ""
-    left_out = f" {more} more are not shown." if more else ""
+    left_out = f" Not shown, as without that number: {more}." if more else ""
     return figure.Picture(body, f"{captions.OVERVIEW}{hollow}{left_out}")

@@ -48,6 +48,8 @@ def test_work_that_succeeds_speaks_to_its_log(tmp_path: Path) -> None:
         ("raise Refusal('x.c3d: short;\\n expected 10 frames')",
          1, "clean T40: x.c3d: short; expected 10 frames\n"),
         ("1 / 0", 1, "clean T40: ZeroDivisionError: division by zero (see logs/a.log)\n"),
+        ("open('/dev/full', 'w').write('x' * 10**6)", 1,
+         "clean T40: results: No space left on device; free some there, then run again\n"),
         ("log.warning('marker A moves')", 0, "warning: clean T40: marker A moves\nafter\n"),
         ("sys.exit(3)", 3, ""),
     ],

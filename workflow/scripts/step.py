@@ -59,7 +59,7 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
 
     `prefix` begins each line on the terminal, by default the rule and its wildcards.
     """
-    from mocap_metrology.common.errors import Damaged, Refusal, one_line
+    from mocap_metrology.common.errors import Damaged, Refusal, is_full, one_line
     from mocap_metrology.common.files import verify
 
     results = Path(snakemake.config["results"])
@@ -84,6 +84,10 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
             log.error("%s", refusal, extra=OF_THE_END)
             sys.exit(1)
         except Exception as error:
+            if is_full(error):
+                words = f"{error.strerror}; free some there, then run again"
+                log.error("%s: %s", results, words, extra=OF_THE_END)
+                sys.exit(1)
             what = one_line(f"{type(error).__name__}: {error}")
             log.error("%s (see %s)", what, path, exc_info=True, extra=OF_THE_END)
             sys.exit(1)

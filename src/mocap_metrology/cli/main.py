@@ -7,7 +7,6 @@ What is heavy is imported after the first line is on the terminal.
 from __future__ import annotations
 
 import argparse
-import errno
 import gc
 import io
 import os
@@ -20,14 +19,13 @@ from pathlib import Path
 from typing import Any
 
 from mocap_metrology.cli import results
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, is_full
 from mocap_metrology.common.paths import exists, is_file
 from mocap_metrology.lighthouse import RECORDING_FORMATS
 
 TEXTS = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
 DUMPS = (".bin", ".dump", ".rec", ".rec.gz")
-FULL = (errno.ENOSPC, errno.EDQUOT)
 INTERRUPTED = 130  # the shell's number for it
 
 
@@ -247,8 +245,8 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
     except Refusal as refusal:
         print(refusal, file=sys.stderr)
     except Exception as error:
-        if isinstance(error, OSError) and error.errno in FULL:
-            print(f"{folder}: {os.strerror(error.errno)}; no results were written", file=sys.stderr)
+        if is_full(error):
+            print(f"{folder}: {error.strerror}; no results were written", file=sys.stderr)
         else:
             crash = results.write_crash(error, folder, path.name)
             print(f"{crash}\nNo results were written", file=sys.stderr)

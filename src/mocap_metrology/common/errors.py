@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeGuard
 from unicodedata import category
 
 LONGEST = 2000  # letters of a message
@@ -15,6 +17,11 @@ def printable(text: str) -> str:
     """Text for a terminal: a letter that controls it, or has no form of its own, as its code.
     Spaces of any width stay."""
     return "".join(c if c.isprintable() or category(c) == "Zs" else ascii(c)[1:-1] for c in text)
+
+
+def is_full(error: BaseException) -> TypeGuard[OSError]:
+    """Whether a disk, or the user's share of it, has no room left."""
+    return isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
 
 
 def one_line(message: object) -> str:

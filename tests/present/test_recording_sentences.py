@@ -151,6 +151,8 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     ({"tails": [Tails("x1", 0.5, 0.4, 0.6), Tails("y1", 1.54, 1.4, 1.6)]}, "tails.heavy", False,
      "x1, y1, 1.5, y1, 0"),
     (of(10.0, n_filled={"B": 11}), "filled.marker", True, "1.1 %"),
+    ((of(10.0, n_filled={"B": 9}), {"processed": [Processed("running_median", "x1", 0.4)]}),
+     "filled.smooth", False, "0.9 %"),
     ({"solved": {"L": 0.001}}, "solved.distances", True, "L"),
     (of(60.0, exchanged=[{"labels": ["A", "B"], "n_frames": 17, "first": 100, "last": 1170}]),
      "exchanged.pair", True, "17, 1.0 s, 11.7 s"),

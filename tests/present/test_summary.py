@@ -12,8 +12,8 @@ from mocap_metrology.present.verdict.overview import overview_figure
 
 LIMITS = {"good": 0.1, "usable": 0.25}
 ANGLES = ("alpha", "beta", "gamma")
-WARNINGS = [{"words": "a <jump>; so it did.", "severity": "warning"}] * 5
-WARNINGS += [{"words": "no gaps", "severity": "info"}]
+WARNINGS = [{"kind": "event", "words": "a <jump>; so it did.", "severity": "warning"}] * 5
+WARNINGS += [{"kind": "gaps", "words": "no gaps", "severity": "info"}]
 
 
 def recording(name: str, word: str, frame_mm: float | None = 0.05, **more) -> dict:
@@ -30,6 +30,7 @@ def recording(name: str, word: str, frame_mm: float | None = 0.05, **more) -> di
     reason = f"One frame of z2 is uncertain by {frame_mm} mm (0.1…0.2) about the mean of 1 h; so."
     row = {"recording": name, "group": "hall", "source": "measured", "word": word}
     row |= {"series": series, "reason": reason, "limits_mm": LIMITS, "caps": [], "sentences": []}
+    row["decided_by"] = {"code": "frame"}
     return row | more
 
 
@@ -114,14 +115,18 @@ def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:
 
 
 def test_why_is_in_few_words_and_told_once() -> None:
-    drift = {"reason": "x1 drifts by 0.521 mm in 10 min; the limit for good is 0.35 mm."}
-    row = recording("a", "bad", 0.7, caps=[drift], sentences=WARNINGS)
+    drift = {"code": "drift", "reason": "x1 drifts by 0.521 mm; the limit for good is 0.35 mm."}
+    smooth = {"code": "low_pass", "reason": "The recording looks to be low-pass filtered."}
+    again = {"kind": "low_pass", "severity": "warning", "words": "x1 appears to be filtered."}
+    row = recording("a", "bad", 0.7, caps=[drift, smooth], sentences=[again, *WARNINGS])
     assert summary.why(row) == [
-        *("One frame of z2: 0.7 mm; so.", drift["reason"]),
+        *("One frame of z2: 0.7 mm; so.", drift["reason"], smooth["reason"]),
         *(["a <jump>."] * 3 + ["And 2 more, see its figures."]),
     ]
-    moves = {"severity": "warning", "words": "Marker A seems to move: medians over 1 s span 3 mm."}
-    row = {"reason": "A moves: means over 1 s of x1 span 3 mm (limit 2 mm).", "sentences": [moves]}
+    words = "Marker A seems to move: medians over 1 s span 3 mm."
+    moves = {"kind": "drift", "severity": "warning", "words": words}
+    row = recording("a", "bad", sentences=[moves])
+    row["reason"] = "A moves: means over 1 s of x1 span 3 mm (limit 2 mm)."
     assert summary.why(row) == [row["reason"]]
     assert len(summary.why(row | {"reason": "One frame is uncertain."})) == 2
 

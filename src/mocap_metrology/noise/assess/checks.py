@@ -255,8 +255,10 @@ def exchanged(facts: Facts) -> Check:
 
 
 def missing(coordinates: Series, facts: Facts, limits: Limits) -> Check:
-    """Frames without a sample; those that an interpolation filled are among them."""
-    code = Code.MISSING_OR_FILLED if facts.found("gap_filled") else Code.MISSING
+    """Frames without a sample; those that look filled are among them, also where a filter made
+    them as smooth."""
+    smooth = any(map(facts.found, ("gap_filled", "low_pass", "running_median")))
+    code = Code.MISSING_OR_FILLED if smooth else Code.MISSING
     bounds = limits.good_missing, limits.usable_missing
     return _share(code, coordinates, facts.missing, bounds, "missing")
 

@@ -24,7 +24,7 @@ from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
 from mocap_metrology.present.verdict.overview import worst_frame
-from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR
+from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR, is_stated
 
 OF_PAPERS = ("skurowski2019", "jansen2019")  # how groups of the papers' own begin
 PUBLISHED = "skurowski2019"  # group whose twins are made from the coefficients of a paper
@@ -294,7 +294,8 @@ def why(row: Record) -> list[str]:
     """What the word of a recording rests on, what else allows no better one, and warnings up to
     their first semicolon; the rest is in the figures."""
     checks = [row["reason"], *(cap["reason"] for cap in row.get("caps", ()))]
-    warned = [one["words"] for one in row.get("sentences", ()) if one["severity"] == "warning"]
+    every = [one for one in row.get("sentences", ()) if one["severity"] == "warning"]
+    warned = [one["words"] for one in every if not is_stated(one, row)]
     if any(re.search(r"\bmoves?: ", check) for check in checks):  # stated already
         warned = [words for words in warned if "seems to move" not in words]
     warnings = [f"{words.partition('; ')[0].rstrip('.')}." for words in warned]

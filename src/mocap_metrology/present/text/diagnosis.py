@@ -234,9 +234,9 @@ def _samples(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
     }
     for label, names in coordinates.items():
         share = recording.n_filled.get(label, 0) / recording.n_frames
-        if share and not found.smooth:
-            numbers = {"share": share}
-            yield sentence("filled.marker", share > MANY_FILLED, names, numbers, label=label)
+        if share:
+            case = "filled.smooth" if found.smooth else "filled.marker"
+            yield sentence(case, share > MANY_FILLED, names, {"share": share}, label=label)
     for one in found.repeats:
         longest_s = one.longest / rate
         numbers = {"share": one.share, "longest_s": longest_s, "change_mm": one.change_mm}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.checks import LEAST_FRAMES, LEAST_S, Check, ModelCheck
@@ -87,17 +88,23 @@ def reason(check: Check) -> str:
 
     none = why_measured(Unmodelled(Why.NO_MODEL))
     series: dict[str, list[str]] = {}  # by why they have no noise model
-    for name, one in check.unmodelled.items() if isinstance(check, ModelCheck) else ():
-        why = why_measured(one) or none
+    unmodelled = check.unmodelled if isinstance(check, ModelCheck) else {}
+    for name, one in unmodelled.items():
+        why = why_measured(one, unmodelled.values()) or none
         bare = one is None or one.why in (Why.NO_MODEL, Why.MISFIT)
         series.setdefault(why if bare else f"{none} ({why})", []).append(name)
     names, least = ", ".join(check.names), {"least_frames": LEAST_FRAMES, "least_s": LEAST_S}
     return render(f"check.{check.code}", c=check, names=names, limit=limit, reasons=series, **least)
 
 
-def why_measured(unmodelled: Unmodelled | None) -> str:
-    """Why the numbers of a series are not those of a model; empty where they are."""
-    return render(f"measured.{unmodelled.why}", **vars(unmodelled)) if unmodelled else ""
+def why_measured(unmodelled: Unmodelled | None, others: Collection[Unmodelled | None] = ()) -> str:
+    """Why the numbers of a series are not those of a model; empty where they are. others: series
+    told together with it, so that their numbers of samples are given as a range."""
+    if unmodelled is None:
+        return ""
+    alike = [one.value for one in others if one is not None and one.why == unmodelled.why]
+    ends = {"least": min(alike, default=unmodelled.value), "most": max(alike, default=math.nan)}
+    return render(f"measured.{unmodelled.why}", **vars(unmodelled), **ends)
 
 
 def _series(numbers: SeriesNumbers) -> Row:

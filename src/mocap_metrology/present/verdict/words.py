@@ -101,7 +101,7 @@ def verdict_lines(verdict: Record) -> list[str]:
     lines += [*_aligned(_table(verdict["series"])), *_measured(verdict)]
     means = _aligned(mean_table(verdict["series"])) if has_mean(verdict) else []
     lines += ["", mean_words(verdict), *means]
-    findings = [item["words"] for item in _warnings(verdict) if not _stated(item, verdict)]
+    findings = [item["words"] for item in _warnings(verdict) if not is_stated(item, verdict)]
     lines += ["", "Findings:", *(f"  {words}" for words in findings)] if findings else []
     told = {words.casefold().rstrip(".") for words in findings}
     others = (w for w in verdict["warnings"] if w.casefold().rstrip(".") not in told)
@@ -141,7 +141,7 @@ def mean_table(series: Mapping[str, Record]) -> list[list[str]]:
     return rows
 
 
-def _stated(item: Record, verdict: Record) -> bool:
+def is_stated(item: Record, verdict: Record) -> bool:
     """Whether a warning of the diagnosis repeats a reason: one alone of its kind, or of series
     that have no noise model, as the reasons say."""
     codes = [check["code"] for check in (verdict["decided_by"], *verdict["caps"])]

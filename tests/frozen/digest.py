@@ -40,6 +40,8 @@ def of_values(values: np.ndarray) -> list[float]:
 def of_column(values: Iterable[Any]) -> Any:
     """Short columns are kept whole; of long ones what `of_values` says, or their words."""
     cells = [v.item() if isinstance(v, np.generic) else v for v in values]
+    parts = [(v.real, v.imag) if isinstance(v, complex) else (v,) for v in cells]
+    cells = [part for both in parts for part in both]
     if all(v is None or isinstance(v, int | float) for v in cells):
         numbers = [math.nan if v is None else float(v) for v in cells]
         return numbers if len(numbers) <= LONG else of_values(np.array(numbers))

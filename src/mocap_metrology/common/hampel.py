@@ -250,16 +250,19 @@ def _filter_at(
     values: np.ndarray,
     outlier: np.ndarray,
 ) -> None:
-    """`_filter` of the samples at these places alone: each sorts its own window."""
+    """`_filter` of the samples at these places alone: each sorts its own window, unless half of it
+    is so far off its median that the sample is none."""
     window = np.full(2 * half_window + 3, np.inf)
     window[0] = -np.inf
     for i in places:
-        near = np.sort(series[max(i - half_window, 0) : i + half_window + 1])
-        window[1 : near.size + 1] = near
-        window[near.size + 1 :] = np.inf
-        count = int(np.searchsorted(near, np.inf))
-        median = _median(window, count)
+        near = series[max(i - half_window, 0) : i + half_window + 1]
+        near = near[near < np.inf]
+        count, median = near.size, np.median(near)
         deviation = abs(series[i] - median)
+        if np.count_nonzero(np.abs(near - median) < deviation / threshold) < count // 2:
+            continue
+        window[1 : count + 1] = np.sort(near)
+        window[count + 1 :] = np.inf
         if deviation > threshold * max(_mad(window, count, median), least_mad):
             values[i] = median
             outlier[i] = True

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.diagnosis.shape import Shape, pace, time_of
@@ -256,12 +257,19 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
 def _fading_at(own: Floats, constant: float) -> tuple[float, int]:
     """What an exponential that begins at once takes of the squares of (n,) values, at most, and at
     which block: a matched filter."""
-    from scipy.signal import lfilter
-
     decay = math.exp(-1 / constant)
     energy = (1 - decay ** (2 * np.arange(own.size, 0, -1))) / (1 - decay**2)
-    gain = lfilter([1.0], [1.0, -decay], own[::-1])[::-1] ** 2 / energy
+    gain = _faded_sums(own, decay) ** 2 / energy
     return float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1
+
+
+@njit
+def _faded_sums(x: Floats, decay: float) -> Floats:
+    """(n,) sums over all later values, which count by `decay` a place less."""
+    out = x.copy()
+    for k in range(x.size - 2, -1, -1):
+        out[k] += decay * out[k + 1]
+    return out
 
 
 def _several_recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
@@ -310,16 +318,25 @@ def _levels(z: Floats) -> Iterator[Shape]:
         yield Shape(frozenset({"steps"}), np.vstack([columns, since / n]), searched + PLACE)
 
 
+@njit
 def _viterbi(costs: Floats, price: float) -> np.ndarray:
     """States (n,) of least cost, of costs (k, n), with a price for each change."""
-    rows = costs.T.tolist()
-    total, back = rows[0], []
-    for row in rows[1:]:
-        least = min(total)
-        best = total.index(least)
-        back.append([best if least + price < stay else k for k, stay in enumerate(total)])
-        total = [min(stay, least + price) + more for stay, more in zip(total, row, strict=True)]
-    state = [total.index(min(total))]
-    for before in reversed(back):
-        state.append(before[state[-1]])
-    return np.array(state[::-1])
+    total = costs[:, 0].copy()
+    before = np.zeros(costs.shape, np.int64)
+    for place in range(1, costs.shape[1]):
+        best = np.argmin(total)
+        moved = total[best] + price
+        for k in range(total.size):
+            before[k, place] = best if moved < total[k] else k
+            total[k] = min(total[k], moved) + costs[k, place]
+    state = np.zeros(costs.shape[1], np.int64)
+    state[-1] = np.argmin(total)
+    for place in range(state.size - 1, 0, -1):
+        state[place - 1] = before[state[place], place]
+    return state
+
+
+def warm_up() -> None:
+    """Compile for float64."""
+    _viterbi(np.zeros((2, 3)), 1.0)
+    _faded_sums(np.zeros(3), 0.5)

@@ -16,6 +16,9 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 
+SAMPLED = 1 << 17  # changes of frames that show steps
+CHANGING, HIDDEN, LEAST_CHANGE = 0.1, 0.1, 0.3  # of steps: share of frames that change, at least;
+# quantile of their changes, and its share of their median
 MAD_TO_SIGMA = 1.4826  # 1 / Phi^-1(3/4): the MAD of a Gaussian times this is its sigma
 SHORT_WINDOW = 15  # frames to each side; below, the MAD scatters too much to be a scale
 
@@ -82,6 +85,19 @@ def hampel(
     if action == "mask":
         values[outlier] = np.nan
     return Cleaned(values, outlier, n_valid)
+
+
+def own_step(series: np.ndarray) -> float:
+    """Step of (n,) values, in their unit, where it is large beside their noise, as of one axis that
+    a file has coarser than the others: no change from frame to frame is far below their median. 0
+    where there is none, or where values hardly ever change."""
+    first = max((series.size - SAMPLED) // 2, 0)
+    changes = np.abs(np.diff(series[first : first + SAMPLED].astype(np.float64)))
+    some = changes[changes > 0]
+    if not some.size > CHANGING * np.count_nonzero(np.isfinite(changes)):
+        return 0.0
+    least = float(np.quantile(some, HIDDEN))
+    return least if least > LEAST_CHANGE * float(np.median(some)) else 0.0
 
 
 def mask_half_window(half_window_s: float, frame_rate_hz: float) -> int:
@@ -250,16 +266,19 @@ def _filter_at(
     values: np.ndarray,
     outlier: np.ndarray,
 ) -> None:
-    """`_filter` of the samples at these places alone: each sorts its own window."""
+    """`_filter` of the samples at these places alone: each sorts its own window, unless half of it
+    is so far off its median that the sample is none."""
     window = np.full(2 * half_window + 3, np.inf)
     window[0] = -np.inf
     for i in places:
-        near = np.sort(series[max(i - half_window, 0) : i + half_window + 1])
-        window[1 : near.size + 1] = near
-        window[near.size + 1 :] = np.inf
-        count = int(np.searchsorted(near, np.inf))
-        median = _median(window, count)
+        near = series[max(i - half_window, 0) : i + half_window + 1]
+        near = near[near < np.inf]
+        count, median = near.size, np.median(near)
         deviation = abs(series[i] - median)
+        if np.count_nonzero(np.abs(near - median) < deviation / threshold) < count // 2:
+            continue
+        window[1 : count + 1] = np.sort(near)
+        window[count + 1 :] = np.inf
         if deviation > threshold * max(_mad(window, count, median), least_mad):
             values[i] = median
             outlier[i] = True

@@ -74,7 +74,8 @@ def trace_of(
     raw, clean = np.asarray(raw, np.float64), np.asarray(clean, np.float64)
     n_means = min(n_columns, int(raw.size / frame_rate_hz / MEAN_S))
     ranges, cleaned = columns(raw, n_columns), columns(clean, n_columns)
-    means = columns(clean, n_means if n_means >= LEAST_MEANS else 0)
+    of_means = n_means if n_means >= LEAST_MEANS else 0
+    means = cleaned.copy() if n_means == len(cleaned) else columns(clean, of_means)
     known = cleaned.dropna()
     centre = float(np.average(known["mean"], weights=known["n_valid"])) if len(known) else 0.0
     for part in (ranges, cleaned, means):

@@ -17,7 +17,7 @@ from mocap_metrology.accuracy.twin import BarTwin, simulate_bar
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
 from mocap_metrology.common.files import Metadata
-from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, white_level_kept
+from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, own_step, white_level_kept
 from mocap_metrology.common.large import is_large
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
@@ -334,9 +334,8 @@ def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[tuple[str
 
     def filtered(one: Series) -> tuple[str, np.ndarray, Row]:
         name, values = one
-        result = hampel(
-            values, half_window, settings.n_sigma, settings.action, origin["resolution_mm"]
-        )
+        step = max(origin["resolution_mm"], own_step(values))
+        result = hampel(values, half_window, settings.n_sigma, settings.action, step)
         log.info("%s: %.3f %% outliers", name, 100 * result.share)
         row: Row = {
             "series": name,

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common import files
-from mocap_metrology.common.hampel import hampel, mask_half_window, tail
+from mocap_metrology.common.hampel import hampel, mask_half_window, own_step, tail
 from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.recording import OutlierRow, read_outliers
@@ -133,7 +133,8 @@ def masked(raw: Table, clean: Table, settings: Settings) -> Iterator[Series]:
     outliers = known_outliers(clean, settings)
     for name, values in raw.with_distances():
         among = outliers(name, values)
-        found = hampel(values, half_window, settings.noise.mask_sigma, "replace", step, among)
+        own = half_window, settings.noise.mask_sigma, "replace", max(step, own_step(values))
+        found = hampel(values, *own, among)
         gross = found.outlier
         if among is not None:
             gross = gross & ~tail(found, values, among, settings.hampel.n_sigma, half_window)

@@ -16,7 +16,7 @@ def series(n: int = 20_000) -> np.ndarray:
 @pytest.mark.parametrize("m", [1, 3, 15])
 def test_polarisation(m: int) -> None:
     x = series()
-    sums, counts = block_sums(x, m, 7)
+    sums, counts = block_sums(x, [m], 7)[m]
     found = sums.sum(axis=0) / counts.sum()
     factor = np.array([m])
     for i in range(3):
@@ -31,7 +31,7 @@ def test_rows_give_the_matrix_back() -> None:
     named = dict(zip(("x1", "y1", "z1"), x, strict=True))
     rows = covariance_rows(named, 1, 120.0)
     assert {row["m"] for row in rows} == {1, 12, 120, 1200} and len(rows) == 4 * 6
-    sums, counts = block_sums(x, 12, 1)
+    sums, counts = block_sums(x, [12, 1], 1)[12]
     assert matrix(rows, 1, 12) == pytest.approx(sums[0] / counts[0])
     # White noise at one frame: 2/3 as many degrees of freedom as terms, less a little for the walk
     first = rows[0]

@@ -253,3 +253,12 @@ def test_a_step_moves_and_several_knocks_are_told_apart() -> None:
     assert found and all(event.moved for event in found)
     (event,) = events_of(position)
     assert event.often and event.duration_s == pytest.approx(4.9, abs=0.1)
+
+
+def test_size_of_an_event_that_a_recording_begins_with() -> None:
+    """A marker that comes to rest from 0.5 mm off."""
+    position = 1000 + np.random.default_rng(4).normal(0, 0.02, (6, 100_000))
+    position[0] += 0.5 * np.exp(-np.arange(100_000) / RATE / 3)
+    event = events_of(position)[0]
+    assert event.time_s == 0 and event.largest == "x1"
+    assert event.size_mm == pytest.approx(0.5, rel=0.1)

@@ -44,6 +44,14 @@ def test_fills_are_found_and_nothing_else(how: str, size: int) -> None:
     assert (found & ~gone).sum() <= 0.01 * gone.sum() + 2 * STARTS.size
 
 
+def test_noise_that_fades_or_is_clipped_is_no_fill() -> None:
+    """Of a taper's ends; of a slow vibration beyond the range of a sensor."""
+    x, t = np.random.default_rng(8).normal(0, 0.02, N), np.arange(N) / 100
+    assert not filled(np.float32(x * signal.windows.tukey(N, 0.1) + 300), 3e-5).any()
+    swing = 0.2 * np.sin(2 * np.pi * 0.2 * t) + x
+    assert not filled(np.float32(np.clip(swing, -0.12, 0.12) + 300), 3e-5).any()
+
+
 def test_noise_of_no_kind_is_a_fill() -> None:
     """Steps of the file, which are constant for long, and straight; hidden steps; repeated frames;
     heavy tails; smooth data; constant, missing and short series. In coarse files a long straight

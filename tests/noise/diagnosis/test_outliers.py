@@ -7,10 +7,12 @@ import pytest
 from scipy import stats
 from scipy.ndimage import median_filter
 
+from mocap_metrology.common.hampel import hampel, own_step
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
     heavy_tails,
     medians_of_five,
+    off_frames,
     without,
 )
 
@@ -85,3 +87,14 @@ def test_heavy_tails_of_known_kurtosis() -> None:
     for silent in (np.round(x / 0.2) * 0.2, np.full(N, np.nan), np.full(N, 3.0)):
         assert not heavy_tails({"x1": silent}, 0.2)
     assert not heavy_tails({"x1": np.repeat(x[::2], 2)}, 1.5e-5)
+
+
+def test_one_axis_in_coarse_steps_has_no_outliers() -> None:
+    """Of Gaussian noise in steps of two standard deviations 0.27 % are two steps off the middle;
+    the distances of the others are of one step."""
+    rng = np.random.default_rng(7)
+    x = 300 + 0.04 * np.round(0.02 * rng.standard_normal(50_000) / 0.04)
+    assert own_step(np.float32(x)) == pytest.approx(0.04, rel=1e-3)
+    assert own_step(np.float32(300 + 0.02 * rng.standard_normal(50_000))) == 0
+    assert off_frames(x, 6.0).size == 0
+    assert hampel(x, 60, 6.0, resolution=own_step(x)).share == 0

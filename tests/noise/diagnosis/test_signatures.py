@@ -274,6 +274,28 @@ def test_noise_steeper_than_a_walk_is_none(exponent: float, size: float) -> None
         assert found is not None and found.noise in ("", "steep")
 
 
+@pytest.mark.parametrize("constants_s", [(6.0, 20.0), (12.0, 60.0)])
+def test_two_fast_approaches_are_a_warm_up_and_no_step(constants_s: tuple[float, float]) -> None:
+    t = np.arange(90_000) / RATE
+    for seed in range(4):
+        x = sum(0.2 * np.exp(-t / T_w) for T_w in constants_s)
+        found = signature(x + noise(seed, t.size), RATE)
+        assert found is not None and found.kinds == ("warm_up",)
+
+
+@pytest.mark.parametrize("ramp_s", [12, 30, 60])
+def test_a_ramp_and_steps_that_fade_in_part_are_no_steps(ramp_s: float) -> None:
+    """Of people who enter and stay; a step of 0.05 mm that begins with 0.15 mm."""
+    for seed in range(4):
+        begin, other = np.random.default_rng(seed).uniform((50, 450), (400, 800))
+        ramp = 0.1 * np.clip((T - begin) / ramp_s, 0, 1)
+        since = [np.maximum(T - at, 0) for at in (begin, other)]
+        fading = sum((0.05 + 0.1 * np.exp(-s / ramp_s)) * (s > 0) for s in since)
+        for shape in (ramp, fading):
+            found = signature(shape + noise(seed), RATE)
+            assert found is not None and "step" not in found.kinds and found.undecided
+
+
 @pytest.mark.parametrize(
     ("curve", "expected"),
     [

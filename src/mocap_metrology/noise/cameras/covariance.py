@@ -46,42 +46,56 @@ def factors(frame_rate_hz: float, n_frames: int, n_blocks: int = 1) -> list[int]
     return sorted({m for m in wanted if n_frames // n_blocks >= 3 * m})
 
 
-def block_sums(series: Sequence[Sliced], m: int, n_blocks: int) -> tuple[np.ndarray, np.ndarray]:
-    """(n_blocks, k, k) sums over the terms that begin in each equal part of the recording, halved
-    as in the formula, and (n_blocks,) numbers of terms. series: k of (n,), NaN where missing.
+def block_sums(
+    series: Sequence[Sliced], chosen: Sequence[int], n_blocks: int
+) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """Of each of these factors: (n_blocks, k, k) sums over the terms that begin in each equal part
+    of the recording, halved as in the formula, and (n_blocks,) numbers of terms. series: k of (n,),
+    NaN where missing, read once.
 
     A window counts with half of its frames in which all series are there; those are its mean.
     """
     k, n = len(series), len(series[0])
-    n_terms = max(n - 2 * m + 1, 0)
-    edges = np.linspace(0, n_terms, n_blocks + 1).astype(np.int64)
-    sums, counts = np.zeros((n_blocks, k, k)), np.zeros(n_blocks)
-    for block, (first, last) in enumerate(pairwise(edges)):
+    found = {m: (np.zeros((n_blocks, k, k)), np.zeros(n_blocks)) for m in chosen}
+    edges = {m: np.linspace(0, max(n - 2 * m + 1, 0), n_blocks + 1).astype(int) for m in chosen}
+    for block in range(n_blocks):
+        first, last = (
+            reach(edges[m][block + k] for m in chosen) for k, reach in enumerate((min, max))
+        )
         for start in range(first, last, CHUNK):
-            stop = min(start + CHUNK, last)
-            part = [one[start : stop + 2 * m - 1] for one in series]
-            terms = _differences(np.array(part, dtype=np.float64), m)
-            sums[block] += terms @ terms.T / 2
-            counts[block] += terms.shape[1]
+            part = [one[start : start + CHUNK + 2 * max(chosen) - 1] for one in series]
+            sums, counts = _running(np.array(part, dtype=np.float64))
+            for m, (total, number) in found.items():
+                begin, stop = np.clip(edges[m][block : block + 2], start, start + CHUNK) - start
+                terms = _differences(sums, counts, m, begin, stop)
+                total[block] += terms @ terms.T / 2
+                number[block] += terms.shape[1]
+    return found
+
+
+def _running(series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k, n + 1) sums of the frames before each, about their mean, and (n + 1,) their number, of
+    those in which all (k, n) are there."""
+    there = np.isfinite(series).all(axis=0)
+    centre = series[:, there].mean(axis=1, keepdims=True) if there.any() else 0.0
+    sums, counts = np.zeros((len(series), there.size + 1)), np.zeros(there.size + 1)
+    np.cumsum(np.where(there, series - centre, 0.0), axis=1, out=sums[:, 1:])
+    np.cumsum(there, out=counts[1:])
     return sums, counts
 
 
-def _differences(series: np.ndarray, m: int) -> np.ndarray:
-    """(k, terms) differences of neighbouring window means, where there are."""
-    there = np.isfinite(series).all(axis=0)
-    if m == 1:
-        return np.diff(series)[:, there[1:] & there[:-1]]
-    if not there.any():
-        return np.empty((len(series), 0))
-    series = np.where(there, series - series[:, there].mean(axis=1, keepdims=True), 0.0)
+def _differences(sums: np.ndarray, counts: np.ndarray, m: int, begin: int, stop: int) -> np.ndarray:
+    """(k, terms) differences of neighbouring window means that begin there, where both are."""
     step = max(m // PER_WINDOW, 1)
-    sums = np.concatenate([np.zeros((len(series), 1)), np.cumsum(series, axis=1)], axis=1)
-    counts = np.concatenate([[0], np.cumsum(there)])
-    total, count = sums[:, m:] - sums[:, :-m], counts[m:] - counts[:-m]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        means = np.where(count >= MIN_COVERAGE * m, total / count, np.nan)
-    terms = (means[:, m:] - means[:, :-m])[:, ::step]
-    return terms[:, np.isfinite(terms[0])]
+    edges = [
+        (sums[:, begin + k : stop + k : step], counts[begin + k : stop + k : step])
+        for k in (0, m, 2 * m)
+    ]
+    parts = [(after[0] - before[0], after[1] - before[1]) for before, after in pairwise(edges)]
+    known = np.minimum(parts[0][1], parts[1][1]) >= max(MIN_COVERAGE * m, 1)
+    before, after = (total / np.maximum(count, 1) for total, count in parts)
+    terms = after - before
+    return terms if known.all() else terms[:, known]
 
 
 def covariance_rows(
@@ -98,10 +112,13 @@ def covariance_rows(
     exponents = [
         noise_exponents(series[name].astype(np.float64), np.array(chosen)) for name in names
     ]
-    values = [in_parts(series, name) for name in names]
+    pairs = list(_pairs([in_parts(series, name) for name in names], chosen)) if chosen else []
     rows: list[CovarianceRow] = []
     for place, m in enumerate(chosen):
-        for i, j, covariance, count in _pairs(values, m):
+        for i, j, of in pairs:
+            covariance, count = of[m]
+            if not count:
+                continue
             dof = min(equivalent_dof(int(exponents[k][place]), m, n) for k in (i, j))
             share = min(count * max(m // PER_WINDOW, 1) / (n - 2 * m + 1), 1.0)
             rows.append(
@@ -118,21 +135,22 @@ def covariance_rows(
     return rows
 
 
-def _pairs(values: Sequence[Sliced], m: int) -> Iterator[tuple[int, int, float, int]]:
-    """Places of two series, their covariance and its number of terms, upper triangle; from the
-    frames that their markers have, not all markers."""
+def _pairs(
+    values: Sequence[Sliced], chosen: Sequence[int]
+) -> Iterator[tuple[int, int, dict[int, tuple[float, int]]]]:
+    """Places of two series, upper triangle, and by factor their covariance and its number of terms;
+    from the frames that their markers have, not all markers."""
     whole = all(_is_finite(one) for one in values)
-    known: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]] = {}
+    known: dict[tuple[int, int], dict[int, tuple[np.ndarray, np.ndarray]]] = {}
     for i in range(len(values)):
         for j in range(i, len(values)):
             markers = (0, 0) if whole else (i // 3, j // 3)
             if markers not in known:
                 own = values if whole else [values[3 * k + c] for k in markers for c in range(3)]
-                known[markers] = block_sums(own, m, 1)
-            sums, counts = known[markers]
-            at = (i, j) if whole else (i % 3, 3 + j % 3)
-            if counts[0]:
-                yield i, j, float(sums[0][at] / counts[0]), int(counts[0])
+                known[markers] = block_sums(own, chosen, 1)
+            at = (0, i, j) if whole else (0, i % 3, 3 + j % 3)
+            of = known[markers].items()
+            yield i, j, {m: (float(sums[at] / max(n[0], 1)), int(n[0])) for m, (sums, n) in of}
 
 
 def _is_finite(series: Sliced) -> bool:

@@ -234,7 +234,7 @@ def moments(
             steps = [(resolution_mm or {}).get(name, 0.0) for name in names]
             rounding = np.diag(np.repeat(np.square(steps) / 12, 3))
             for t, m in enumerate(chosen):
-                total, count = block_sums(list(both), m, N_BLOCKS)
+                total, count = block_sums(list(both), [m], N_BLOCKS)[m]
                 sums[marker, t, k] = total - count[:, None, None] * rounding / m
                 counts[marker, t, k] = count
     markers = [k for k in range(n_markers) if _usable(sums[k, 0], counts[k, 0])]

@@ -205,7 +205,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
     usual = float(np.median([_whiteness(part) for part in alone if part.size > 1] or [0.0]))
     moved = _whiteness(within) < LIKE_NOISE * usual
-    near = np.convolve(near, np.full(width, 1 / width), "same") if near.size >= width else near
+    padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
+    near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
     sides = [near[width:first], near[last:-width]]
     sides = [side[np.isfinite(side)] for side in sides]

@@ -28,8 +28,9 @@ NARROW, WIDEST = 0.02, 0.65  # delta: without rounding, and at most
 # Runs that chance makes, and how many of them determine its rate
 SHORT, ENOUGH, MARGIN = 4, 200, 1.5
 SHORTEST, LOOSE = 6, 3  # differences of a run; frames of each end that may be noise
-PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, for s
+PIECES, SAMPLED = 16, 1 << 13  # of a series, and their frames, for s
 CHUNK = 1 << 20
+NEAR, FADED = 512, 0.25  # frames to each side of a run; noise there, of the usual, that fades
 MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
 
 
@@ -97,6 +98,7 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
         chance = max(rule.chance, _seen(lengths))
         if chance > LIKELIEST:
             continue
+        ends = float(np.nanmin(series)), float(np.nanmax(series))
         sure = lengths >= Rule.run(chance)
         shorter = [
             part
@@ -104,8 +106,25 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
             if (part := _polynomial(series, int(first), int(last), rule, resolution_mm))
         ]
         for first, last in [*edges[sure], *shorter]:  # both ends were measured
-            mask[first + 1 : last + rule.order - 1] = True
+            inside = slice(first + 1, last + rule.order - 1)
+            if not (_clipped(series[inside], ends) or _fading(series, first, last, rule)):
+                mask[inside] = True
     return mask
+
+
+def _clipped(values: np.ndarray, ends: tuple[float, float]) -> bool:
+    """Whether all are the least or the greatest of a series."""
+    return bool(np.all(values == ends[0]) or np.all(values == ends[1]))
+
+
+def _fading(series: np.ndarray, first: int, last: int, rule: Rule) -> bool:
+    """Whether differences near a run of small ones are hardly larger: of noise that fades there."""
+    order = rule.order
+    sides = series[max(first - NEAR, 0) : first + 1], series[last + order - 1 :][:NEAR]
+    near = np.concatenate([np.abs(np.diff(side.astype(np.float64), order)) for side in sides])
+    near = near[near > rule.limit]
+    usual = rule.limit / (rule.chance / (0.8 * DENSER)) * math.sqrt(math.comb(2 * order, order))
+    return near.size > 16 and float(np.median(near)) < FADED * usual / MAD_TO_SIGMA
 
 
 def _polynomial(

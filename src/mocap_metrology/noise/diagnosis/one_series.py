@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.hampel import SAMPLED, own_step
 from mocap_metrology.noise.diagnosis.export import MOST, Resolution, resolution, rounding_share
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
@@ -29,8 +30,6 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 NOTCHES = 3  # of a series: its strongest lines
 SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
 LEAST_PERIOD = 8  # blocks, of a cycle that the signatures have
-SAMPLED = 1 << 17  # changes of frames that show steps
-HIDDEN, LEAST_CHANGE = 0.1, 0.3  # quantile of changes, and its share of their median, of steps
 Columns = Mapping[str, np.ndarray]
 Density = Callable[[np.ndarray], np.ndarray]
 
@@ -89,7 +88,8 @@ class Examiner:
         steps = steps[np.isfinite(steps)]
         avar_1 = float(np.mean(steps**2)) / 2 if steps.size else math.nan
         how = self.resolution_kind, avar_1, rate, name.startswith("L")
-        step = resolution(name, self.step_mm, *how)
+        own = max(self.step_mm, 0.0 if name.startswith("L") else own_step(blank))
+        step = resolution(name, own, *how)
         at_hz = [line.line.f_0 for line in lines]
         broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None
         return Examined(name, spectrum, lines, filtered, step, wander, broad)
@@ -109,14 +109,10 @@ class Examiner:
 
 
 def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
-    """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file;
-    the values themselves may have a coarser one: no change is far below their median."""
-    changes = np.abs(np.diff(middle(series)[:SAMPLED]))
+    """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file."""
+    changes = np.diff(middle(series)[:SAMPLED])
     avar_1 = float(np.nanmean(changes**2)) / 2 if np.isfinite(changes).any() else math.nan
-    changes = changes[changes > 0]
-    own = float(np.quantile(changes, HIDDEN)) if changes.size else 0.0
-    coarse = own > LEAST_CHANGE * float(np.median(changes)) if changes.size else False
-    step = max(step_mm, own if coarse else 0.0)
+    step = max(step_mm, own_step(series))
     return step if rounding_share(step, avar_1, distance) > MOST else 0.0
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.hampel import MAD_TO_SIGMA, own_step
 from mocap_metrology.common.large import Made, kept_if_small
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.fit.spectral.gaps import bridged
@@ -110,9 +110,10 @@ def _medians_of_five(series: np.ndarray, found: np.ndarray) -> None:
 def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> np.ndarray:
     """Frames of (n,) that are farther than n_sigma scales from the median of the five round them;
     the scale is that of all these distances, or of steps from frame to frame over sqrt(2) if that
-    is more (smoothed tracks lie on their medians), half a step of the file at least."""
+    is more (smoothed tracks lie on their medians), half a step of the values at least."""
     distance = series - medians_of_five(series)
-    scale = max(spread(distance), spread(np.diff(series)) / np.sqrt(2), resolution / 2)
+    scale = max(spread(distance), spread(np.diff(series)) / np.sqrt(2))
+    scale = max(scale, resolution / 2, own_step(series) / 2)
     with np.errstate(invalid="ignore"):
         return np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
 

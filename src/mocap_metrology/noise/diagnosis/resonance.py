@@ -73,11 +73,10 @@ def resonance(
     alike = sum(2 * r * np.maximum(1 - k / count, 0) for k, r in enumerate(HANN, 1))
     weight = float(np.median(spectrum["n_segments"])) * count / (1 + alike)
     laws = np.stack([f ** float(p) for p in POWERS])
-    alone = _deviance(laws, psd, weight)[0]
+    alone, size = _deviance(laws, psd, weight)
     best = alone, math.nan, math.nan, np.zeros(0)
-    for f_0 in np.geomspace(LOWEST_HZ, HIGHEST * nyquist, PLACES):
-        for damping in DAMPING[2 * DAMPING * f_0 > 2 * bin_hz]:
-            best = min(best, _fit(f, psd, laws, weight, f_0, damping), key=lambda one: one[0])
+    for f_0, damping in _likely(f, psd, laws[size > 0], weight, size[size > 0], bin_hz, nyquist):
+        best = min(best, _fit(f, psd, laws, weight, f_0, damping), key=lambda one: one[0])
     if not alone - best[0] > LEAST:
         return None
     for step in (0.02, 0.005):  # finer
@@ -104,6 +103,28 @@ def resonance(
         return None
     rms = math.sqrt(float(power @ count) * bin_hz)
     return Resonance(name, float(f_0), float(damping), rms)
+
+
+def _likely(
+    f: Floats,
+    psd: Floats,
+    laws: Floats,
+    weight: Floats,
+    size: Floats,
+    bin_hz: float,
+    nyquist: float,
+) -> Floats:
+    """(k, 2) frequencies and damping, of a grid, whose R may explain enough by its score [Rao 1948]
+    beside the power laws of these sizes: z^2, about what it takes from the deviance."""
+    among = np.geomspace(LOWEST_HZ, HIGHEST * nyquist, PLACES)
+    tried = np.array([(f_0, zeta) for f_0 in among for zeta in DAMPING if f_0 * zeta > bin_hz])
+    level = size @ laws
+    scale = np.sqrt(weight) / level
+    basis, _ = np.linalg.qr((laws * scale).T)
+    peaks = _oscillator(f, *tried.T[:, :, None]) * scale
+    peaks = peaks - (peaks @ basis) @ basis.T
+    z = peaks @ ((psd - level) * scale) / np.sqrt((peaks**2).sum(axis=1))
+    return np.asarray(tried[z > math.sqrt(LEAST / 2)])
 
 
 def _bands(f: Floats, psd: Floats) -> tuple[Floats, Floats, Floats]:
@@ -136,7 +157,7 @@ def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float, base
     return float(np.median(blocks)) > STEADY * float(blocks.mean())
 
 
-def _oscillator(f: Floats, f_0: float, damping: float) -> Floats:
+def _oscillator(f: Floats, f_0: float | Floats, damping: float | Floats) -> Floats:
     x = f / f_0
     return np.asarray(1 / ((1 - x**2) ** 2 + (2 * damping * x) ** 2))
 

@@ -6,9 +6,11 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 
+from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.diagnosis.shape import Shape, pace, time_of
@@ -55,7 +57,7 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     yield from _steps(z, t)
     yield from _recoveries(z, k)
     yield from _several_recoveries(z, k)
-    yield from _levels(z)
+    yield from _levels(z, k)
     for count in SMOOTH:
         waves = np.cos(np.pi * np.arange(1, count + 1)[:, None] * (t + 0.5))
         yield _smooth(np.vstack([t, t**2, t**3, waves]), z)  # free ends
@@ -101,12 +103,22 @@ def _refined(
 
 
 def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
-    """Beside a warm-up a slow one, which may look like a straight line."""
+    """Beside a warm-up a slow one, which may look like a straight line, or any other, each searched
+    in turn beside the other."""
     fall = partial(CURVES["warm_up"], t + 0.5)
-    for slow in SLOW:
-        beside = fall(slow)[None]
-        constant = _refined(z, t, fall, CONSTANTS[slow / 2 > CONSTANTS], False, beside)
-        columns = np.vstack([beside, fall(constant)])
+
+    def faster(slow: float) -> float:
+        among = CONSTANTS[: max(np.count_nonzero(slow / 2 > CONSTANTS), 2)]
+        return _refined(z, t, fall, among, False, fall(slow)[None])
+
+    both = [(slow, faster(slow)) for slow in SLOW]
+    slow = 2 * _refined(z, t, fall, CONSTANTS, False)
+    for _ in range(4):
+        fast = faster(slow)
+        among = CONSTANTS[min(np.count_nonzero(2 * fast > CONSTANTS), CONSTANTS.size - 2) :]
+        slow = _refined(z, t, fall, among, False, fall(fast)[None])
+    for constants in (*both, (slow, fast)):
+        columns = np.array([fall(constant) for constant in constants])
         shape = Shape(frozenset({"warm_up"}), columns, 2)
         one_way = np.prod(shape.curve(z)[0]) > 0
         yield replace(shape, kinds=shape.kinds | ({"slowing"} if one_way else set()))
@@ -187,7 +199,7 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
 
 def _bends(z: Floats, t: Floats) -> Iterator[Shape]:
     """Straight lines that meet at some places, each searched beside those before it."""
-    hinges = np.maximum(t - np.linspace(-0.48, 0.48, 97)[:, None], 0.0)
+    places, finer = np.linspace(-0.48, 0.48, 97), np.linspace(-0.01, 0.01, 21)
     columns = np.array([np.ones(t.size), t])
     for count in range(1, MOST_BENDS + 1):
         columns = np.vstack([columns, np.zeros(t.size)])
@@ -195,9 +207,12 @@ def _bends(z: Floats, t: Floats) -> Iterator[Shape]:
         for place in (count + 1, *again):
             columns[place] = 0.0
             basis, _ = np.linalg.qr(np.delete(columns, place, axis=0).T)
-            own = hinges - (hinges @ basis) @ basis.T
-            gain = (own @ z) ** 2 / np.maximum((own**2).sum(axis=1), 1e-9)
-            columns[place] = hinges[int(np.argmax(gain))]
+            best = 0.0
+            for among in (places, finer):
+                hinges = np.maximum(t - (best + among)[:, None], 0.0)
+                own = hinges - (hinges @ basis) @ basis.T
+                gain = (own @ z) ** 2 / np.maximum((own**2).sum(axis=1), 1e-9)
+                best, columns[place] = best + among[np.argmax(gain)], hinges[np.argmax(gain)]
         yield _smooth(columns[1:], z, count)
 
 
@@ -256,29 +271,39 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
 def _fading_at(own: Floats, constant: float) -> tuple[float, int]:
     """What an exponential that begins at once takes of the squares of (n,) values, at most, and at
     which block: a matched filter."""
-    from scipy.signal import lfilter
-
     decay = math.exp(-1 / constant)
     energy = (1 - decay ** (2 * np.arange(own.size, 0, -1))) / (1 - decay**2)
-    gain = lfilter([1.0], [1.0, -decay], own[::-1])[::-1] ** 2 / energy
+    gain = _faded_sums(own, decay) ** 2 / energy
     return float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1
 
 
+@njit
+def _faded_sums(x: Floats, decay: float) -> Floats:
+    """(n,) sums over all later values, which count by `decay` a place less."""
+    out = x.copy()
+    for k in range(x.size - 2, -1, -1):
+        out[k] += decay * out[k + 1]
+    return out
+
+
 def _several_recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
-    """Some shifts that fade alike, each where it leaves least beside those before it."""
+    """Some shifts that fade alike, wholly or in part, each where it leaves least beside those that
+    came before."""
     n = z.size
-    for constant in np.geomspace(1, n / 10, FADINGS):
+    for constant, parts in product(np.geomspace(1, n / 10, FADINGS), (1, 2)):
         columns, fits = np.ones((1, n)), []
-        for count in range(MOST_FADING + 1):
+        for count in range(MOST_FADING // parts + 1):
             own = z - columns.T @ np.linalg.lstsq(columns.T, z, rcond=None)[0]
-            fits.append(n * math.log(float(own @ own)) + (1 + PLACE) * count * math.log(n))
+            fits.append(n * math.log(float(own @ own)) + (parts + PLACE) * count * math.log(n))
             since = k - k[_fading_at(own, constant)[1]]
-            columns = np.vstack([columns, np.exp(-np.maximum(since, 0) / constant) * (since >= 0)])
+            fading = np.exp(-np.maximum(since, 0) / constant) * (since >= 0)
+            columns = np.vstack([columns, *(fading, since >= 0)[:parts]])
         if (best := int(np.argmin(fits))) > 1:  # one is a shift
-            yield Shape(frozenset({"recoveries"}), columns[1 : best + 1], 1 + PLACE * best)
+            shape = columns[1 : parts * best + 1]
+            yield Shape(frozenset({"recoveries"}), shape, 1 + PLACE * best)
 
 
-def _levels(z: Floats) -> Iterator[Shape]:
+def _levels(z: Floats, numbers: np.ndarray) -> Iterator[Shape]:
     """Two levels, and more where two are switched between, each by the most probable sequence
     (Viterbi). A switch counts as two parameters, as its place is searched among many, and as the
     choice among the other levels. A rival slides between its switches."""
@@ -302,7 +327,8 @@ def _levels(z: Floats) -> Iterator[Shape]:
             return
         if each.min() < DWELL:  # blocks on the way from one level to another, or loud ones
             return
-        kinds, dwell = {"levels"} | ({"two_levels"} if count == 2 else set()), n / (switches + 1)
+        kinds = {"levels"} | ({"two_levels"} if count == 2 else set())
+        dwell = (numbers[-1] - numbers[0] + 1) / (switches + 1)
         columns = (state == np.arange(1, count)[:, None]).astype(float)
         searched = switches * (PLACE + 2 * math.log(count - 1) / math.log(n))
         yield Shape(frozenset(kinds), columns, searched, (dwell,))
@@ -310,16 +336,25 @@ def _levels(z: Floats) -> Iterator[Shape]:
         yield Shape(frozenset({"steps"}), np.vstack([columns, since / n]), searched + PLACE)
 
 
+@njit
 def _viterbi(costs: Floats, price: float) -> np.ndarray:
     """States (n,) of least cost, of costs (k, n), with a price for each change."""
-    rows = costs.T.tolist()
-    total, back = rows[0], []
-    for row in rows[1:]:
-        least = min(total)
-        best = total.index(least)
-        back.append([best if least + price < stay else k for k, stay in enumerate(total)])
-        total = [min(stay, least + price) + more for stay, more in zip(total, row, strict=True)]
-    state = [total.index(min(total))]
-    for before in reversed(back):
-        state.append(before[state[-1]])
-    return np.array(state[::-1])
+    total = costs[:, 0].copy()
+    before = np.zeros(costs.shape, np.int64)
+    for place in range(1, costs.shape[1]):
+        best = np.argmin(total)
+        moved = total[best] + price
+        for k in range(total.size):
+            before[k, place] = best if moved < total[k] else k
+            total[k] = min(total[k], moved) + costs[k, place]
+    state = np.zeros(costs.shape[1], np.int64)
+    state[-1] = np.argmin(total)
+    for place in range(state.size - 1, 0, -1):
+        state[place - 1] = before[state[place], place]
+    return state
+
+
+def warm_up() -> None:
+    """Compile for float64."""
+    _viterbi(np.zeros((2, 3)), 1.0)
+    _faded_sums(np.zeros(3), 0.5)

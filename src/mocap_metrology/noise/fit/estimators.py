@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.hampel import hampel, mask_half_window
+from mocap_metrology.common.hampel import hampel, mask_half_window, own_step
 from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.fit.allan import annealing
@@ -106,7 +106,8 @@ def masked_curve(
     """The series without its gross outliers (NaN), and its Allan curve: what a lab is shown.
     among: as of `hampel`."""
     window, threshold, allan = settings.half_window, settings.noise.mask_sigma, settings.allan
-    masked = hampel(raw, window, threshold, "mask", resolution, among).values
+    step = max(resolution, own_step(raw))
+    masked = hampel(raw, window, threshold, "mask", step, among).values
     m, how = settings.averaging_factors(raw.size), (allan.confidence, allan.min_coverage)
     curve = allan_curve(masked, frame_rate_hz, m, estimator, *how)
     return masked, curve.as_scattered(masked, allan.confidence)

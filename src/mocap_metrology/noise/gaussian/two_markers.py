@@ -110,7 +110,7 @@ def gaussian_model(first: np.ndarray, second: np.ndarray, length: np.ndarray) ->
     if np.count_nonzero(valid) < 2:
         return GaussianModel(*[math.nan] * 13)
     a, b, distances = (s if valid.all() else s[valid] for s in (first, second, length))
-    (v_1, v_12), (_, v_2) = np.cov(a, b)
+    (v_1, v_12), (_, v_2) = _covariance(a, b)
     return GaussianModel(
         mu_1=float(a.mean()),
         sigma_1=math.sqrt(v_1),
@@ -126,6 +126,12 @@ def gaussian_model(first: np.ndarray, second: np.ndarray, length: np.ndarray) ->
         sigma_B=math.sqrt(v_1 + v_2),
         sigma_C=math.sqrt(max(v_1 + v_2 - 2 * v_12, 0.0)),
     )
+
+
+def _covariance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(2, 2) with n - 1, as `numpy.cov` of (n,) values, without copies of both together."""
+    off = a - a.mean(), b - b.mean()
+    return np.array([[x @ y for y in off] for x in off]) / (a.size - 1)
 
 
 def along_pair(

@@ -21,11 +21,12 @@ def with_errors(given: Made, seed: int) -> Made:
     for k in range(len(scene.names)):
         period = TICKS[k] / 48e6
         turn = np.arange(hits.cycle[hits.station == k].max() + 1)
-        covariance = OF_BEGINS.error_of(np.eye(turn.size), turn)
+        clock = TurnClock(0.0, period, 0.0, **vars(OF_BEGINS), told=(0, int(turn[-1])))
+        covariance = clock.error_of(np.eye(turn.size), turn)
         off = rng.multivariate_normal(np.zeros(turn.size), covariance) * 2 * np.pi / period
         own = hits.station == k
         angle[own] += off[hits.cycle[own]]
-        clocks.append(TurnClock(0.0, period, 0.0, **vars(OF_BEGINS)))
+        clocks.append(clock)
     sensors = replace(scene.sensors, clocks=tuple(clocks))
     return replace(
         given, scene=replace(scene, hits=replace(hits, angle_rad=angle), sensors=sensors)

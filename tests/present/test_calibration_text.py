@@ -48,7 +48,7 @@ SAID = {  # numbers, and the cases whose sentences have these
     "2.1 mm, 0.05°": "UNCERTAINTY UNCERTAINTY_ALL ROTOR_OPEN",
     "2 µrad, 75, 20": "RESIDUAL",
     "2.15 mm, 0.05°": "STAGES STAGES_LOOSE STAGES_UNKNOWN OPTICS OPTICS_FAR REFERENCE",
-    "4 mm, 0.05°, 12": "HALVES_APART HALVES_MISFIT RECORDINGS_APART",
+    "4 mm, 0.05°, 12": "HALVES_APART HALVES_MISFIT HALVES_OPEN RECORDINGS_APART",
     "4 mm, 0.05°, 2.1": "OBJECTS_APART",
     "2.1 mm, 0.05°, 42 %": "UNCERTAINTY_SCALE",
 }  # fmt: skip
@@ -116,7 +116,7 @@ def test_reasons_are_what_made_the_word_and_the_rest_in_short() -> None:
     assert reason(Verdict("doubtful", checks)) == " ".join([
         sentence(check(Case.RESIDUAL_HIGH)),
         sentence(check(Case.IDEAL)),
-        sentence(check(Case.HALVES_APART)) + ".",
+        sentence(check(Case.HALVES_APART)),
         "Errors of the board's path leave 2 µrad of the residual unexplained (noise of an angle: "
         "75).",
     ])  # fmt: skip

@@ -58,9 +58,9 @@ def test_a_good_calibration_is_called_good_and_says_why():
         ({"halves": Halves(1.5, 0.03, 30.0)}, "good", None, {}),
         (
             {"halves": Halves(4.0, 0.05, 2238.0)},
-            *("doubtful", Case.HALVES_APART, {"mm": 4.0, "deg": 0.05, "times": 19}),
+            *("doubtful", Case.HALVES_OPEN, {"mm": 4.0, "deg": 0.05, "times": 19}),
         ),
-        ({"halves": Halves(7.0, 0.2, 157.0)}, "usable", Case.HALVES_APART, {"mm": 7.0}),
+        ({"halves": Halves(7.0, 0.2, 157.0)}, "usable", Case.HALVES_OPEN, {"mm": 7.0}),
         ({"mirrored_share": 0.02}, "usable", Case.MIRRORED_BOTH, {"percent": 2}),
         ({"mirrored_share": 0.42}, "doubtful", Case.MIRRORED_BOTH, {"percent": 42}),
         ({"mirrored_share": 0.6}, "failed", Case.MIRRORED_BOTH, {"percent": 60}),
@@ -98,6 +98,25 @@ def test_of_the_pose(change, expected, case, numbers):
     found = word(replace(POSE, **change))
     assert found.word == expected
     decided(found, case, numbers)
+
+
+@pytest.mark.parametrize(
+    ("details", "turned", "case"),
+    [
+        ({}, 0.0, Case.HALVES_APART),
+        ({"prior_p": 1e-9}, 0.0, Case.HALVES_OPEN),
+        ({"scale_p": 1e-5}, 0.0, Case.HALVES_OPEN),
+        ({}, 20.0, Case.HALVES_OPEN),
+    ],
+)
+def test_a_touch_is_asked_for_where_nothing_else_explains_a_step(details, turned, case) -> None:
+    """Not where board, optics or the ways up of the stations contradict the pose."""
+    halves = Halves(50.0, 0.5, 900.0, stepped=True)
+    details = {"weighted_rms_urad": 60.0, "prior_p": 1.0, **details}
+    pose = replace(POSE, estimator="batch", halves=halves, details=details)
+    way = Rotation.from_euler("Y", turned, degrees=True).as_matrix() @ UP
+    stations = [replace(STATIONS[0], gravity=way), STATIONS[1]]
+    assert case in {check.case for check in word(pose, stations).checks}
 
 
 def decided(found: Verdict, case: Case | None, numbers: dict[str, float]) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from mocap_metrology.lighthouse.decode.wander import Wander, wander
+from mocap_metrology.lighthouse.decode.wander import TurnClock, Wander, wander
 
 SWING = 2 * 0.88 * np.cos(2 * np.pi / 13), 0.88**2  # of real stations
 
@@ -18,27 +18,50 @@ def begins(n: int, seed: int, noise_s: float = 4e-8) -> tuple[np.ndarray, np.nda
     return z[100:], z[100:] + noise_s * rng.standard_normal(n)
 
 
-def test_curve_error_and_likelihood_are_those_of_dense_algebra() -> None:
-    """By the autocovariance of the process, from the Lyapunov equation of its two last values."""
-    n, one = 40, Wander(2.0, 3.0, *SWING)
-    turn = np.delete(np.arange(n), [7, 8, 30]) + 100
-    y, known = np.random.default_rng(1).standard_normal(turn.size), turn - 100
+def covariance(n: int, stiffness: float) -> np.ndarray:
+    """Of the process over the variance of a begin: by its autocovariance, from the Lyapunov
+    equation of its two last values."""
     step = np.array([[SWING[0], -SWING[1]], [1.0, 0.0]])
     state, lags = linalg.solve_discrete_lyapunov(step, np.diag([1.0, 0.0])), []
     for _ in range(n):
         lags.append(state[0, 0])
         state = step @ state
-    process = linalg.toeplitz(lags) / 3.0
+    return linalg.toeplitz(lags) / stiffness
+
+
+def test_curve_and_likelihood_are_those_of_dense_algebra() -> None:
+    n, one = 40, Wander(2.0, 3.0, *SWING)
+    turn = np.delete(np.arange(n), [7, 8, 30]) + 100
+    y, known = np.random.default_rng(1).standard_normal(turn.size), turn - 100
+    process = covariance(n, 3.0)
     of_y = np.eye(turn.size) + process[np.ix_(known, known)]
     z, cost = one.curve(turn, y)
     best = np.linalg.solve(of_y, y)
     np.testing.assert_allclose(z, process[:, known] @ best, rtol=1e-7, atol=1e-10)
     likelihood = (turn.size - 2) * np.log(y @ best) + np.linalg.slogdet(of_y)[1]
     assert cost == pytest.approx(likelihood, rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_errors_of_line_and_wander_are_those_of_dense_algebra(share: float) -> None:
+    """Generalised least squares of a line under the process: at turns of which begins are known,
+    and at others. A share of the begins are known as well as all, with as much more variance."""
+    n, known, turn = 60, np.arange(10, 40), np.r_[np.arange(5, 58, 2), 20, 20]
+    own, process = Wander(2.0, 3.0, *SWING), 4.0 * covariance(60, 3.0)
+    X = np.column_stack([np.ones(n), np.arange(n)])
+    of_y = process[np.ix_(known, known)] + 4.0 / share * np.eye(known.size)
+    gain = np.linalg.solve(of_y, process[known]).T
+    line = X - gain @ X[known]
+    slope = np.linalg.inv(X[known].T @ np.linalg.solve(of_y, X[known]))
+    error = process - gain @ process[known] + line @ slope @ line.T
     pull = np.random.default_rng(2).standard_normal((turn.size, 3))
-    gain = np.linalg.solve(of_y, process[known])
-    left = (process - process[:, known] @ gain)[np.ix_(known, known)]
-    np.testing.assert_allclose(one.error_of(pull, turn), 4.0 * pull.T @ left @ pull, rtol=1e-7)
+    clock = TurnClock(0.0, 0.02, 1.0, **vars(own), told=(110, 139), share=share)
+    expected = pull.T @ error[np.ix_(turn, turn)] @ pull
+    np.testing.assert_allclose(clock.error_of(pull, turn + 100), expected, rtol=1e-7)
+    still = TurnClock(0.0, 0.02, 2.0, told=(110, 139), share=share)
+    alone = 4.0 / share * X @ np.linalg.inv(X[known].T @ X[known]) @ X.T
+    expected = pull.T @ alone[np.ix_(turn, turn)] @ pull
+    np.testing.assert_allclose(still.error_of(pull, turn + 100), expected, rtol=1e-7)
 
 
 def test_errors_of_the_curve_are_as_stated() -> None:
@@ -51,7 +74,8 @@ def test_errors_of_the_curve_are_as_stated() -> None:
         late, its = wander(turn, told, 1e-9)
         z = late(turn)
         off.append(np.mean((z - true)[150:250]))
-        stated.append(its.error_of(np.full((100, 1), 0.01), turn[150:250])[0, 0])
+        clock = TurnClock(0.0, 0.02, 0.0, **vars(its), told=(0, 399))
+        stated.append(clock.error_of(np.full((100, 1), 0.01), turn[150:250])[0, 0])
         noise.append(its.begin_s)
         raw.append(np.std(z - true))
     assert np.std(off) == pytest.approx(np.sqrt(np.mean(stated)), rel=0.25)

@@ -25,6 +25,9 @@ RESIDUAL = {"static": (2.0, 3.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
 RESIDUAL_BATCH = (1.4, 3.0)  # which interpolates nothing: sound ones reach 1.0
 WEIGHT_LOST = (0.08, 0.35)  # of hits: wrong sweeps, reflections, stretches that fit no trajectory
 PRIOR_P = (1e-2, 1e-8)
+SCALE_P = (
+    1e-4  # either the length or the board is not as stated, and the pose has its scale from one
+)
 MISFIT = (1.2, 25.0)  # of variances; 1 within chance
 SCALE_SHARE = 0.5  # of the variance of the position: from then on a known length helps most
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits
@@ -77,6 +80,7 @@ class Case(StrEnum):
     HALVES = "halves"
     HALVES_APART = "halves_apart"
     HALVES_MISFIT = "halves_misfit"  # apart by no step in time
+    HALVES_OPEN = "halves_open"  # apart by a step or not
     HALVES_UNKNOWN = "halves_unknown"
     RECORDINGS = "recordings"
     RECORDINGS_APART = "recordings_apart"
@@ -232,11 +236,14 @@ def weight(chosen: PoseEstimate) -> Check:
 
 
 def priors(chosen: PoseEstimate) -> Check:
-    """Board and optics as estimated, held against what was known of them."""
-    p = _detail(chosen, "prior_p")
+    """Board and optics as estimated, held against what was known of them, and the size of the board
+    against a known length."""
+    p, of_scale = _detail(chosen, "prior_p"), _detail(chosen, "scale_p", 1.0)
     if not math.isfinite(p):
         return unknown("board and optics", Case.PRIORS_UNKNOWN, "")
-    word = "good" if p >= PRIOR_P[0] else "usable" if p >= PRIOR_P[1] else "doubtful"
+    apart = p < PRIOR_P[1] or of_scale < SCALE_P
+    p = min(p, of_scale)
+    word = "doubtful" if apart else "good" if p >= PRIOR_P[0] else "usable"
     case = Case.PRIORS if word == "good" else Case.PRIORS_LEFT
     limit = PRIOR_P[word != "good"]
     return Check("board and optics", case, p, "", limit, word == "good", word)
@@ -277,8 +284,8 @@ def halves(chosen: PoseEstimate) -> Check:
     word, limit = graded(value, limits)
     good = word == "good"
     case = Case.HALVES if good else Case.HALVES_APART
-    if not good and parts.stepped is False:
-        case = Case.HALVES_MISFIT
+    if not good and parts.stepped is not True:
+        case = Case.HALVES_OPEN if parts.stepped is None else Case.HALVES_MISFIT
     if parts.recordings:
         case = Case.RECORDINGS if good else Case.RECORDINGS_APART
     numbers = {"mm": parts.mm, "deg": parts.deg, "times": math.sqrt(parts.m2 / 6)}

@@ -28,7 +28,7 @@ def pull_of_begins(one: Recording, sums: Sums, part: Reduced) -> Floats:
     total, last = np.zeros_like(part.S), len(part.A_C) - 1
     for k, clock in enumerate(one.clocks):
         own = np.flatnonzero(station == k)
-        if not isinstance(clock, TurnClock) or not clock.begin_s > 0 or not own.size:
+        if not isinstance(clock, TurnClock) or not own.size:
             continue
         pull, low = sums.of_sweep_inner[own], POSE * sums.begin[own]
         for j in range(SPAN):

@@ -30,41 +30,33 @@ from mocap_metrology.lighthouse.batch import kernel
 from mocap_metrology.lighthouse.batch.inverse import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import Layout, State
-from mocap_metrology.lighthouse.batch.solve import Equations, Reduced, by_bends, linearised, reduced
+from mocap_metrology.lighthouse.batch.recording import Recording
+from mocap_metrology.lighthouse.batch.solve import Reduced, by_bends, linearised, reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
-from mocap_metrology.lighthouse.batch.view import Noise, View, Weights
+from mocap_metrology.lighthouse.batch.view import View
 
 SIGNS = hadamard(8)[:, 1 : 1 + POSE]
 UNSURE_RAD = 0.3  # of a rotation, as beside a gap: beyond it the second order does not suffice
 
 
-def bias_equations(
-    seen: View,
-    trajectory: Trajectory,
-    state: State,
-    residual: np.ndarray,
-    weight: Weights,
-    noise: Noise,
-    of: Layout,
-    factor: np.ndarray,
-    more: Equations | None,
-) -> Reduced:
+def bias_equations(one: Recording, state: State, of: Layout, factor: np.ndarray) -> Reduced:
     """Normal equations of a recording with d in place of its residuals: their solution y is the
     bias of the global unknowns, and `trajectory_step(y)` that of the control points; without that
     of their own prior, which is all that is known where no hits are.
 
-    factor: of A, as in `Reduced`; more: equations of other data, which pull nothing. One C
-    stands for the hits of a sweep; d is 0 where it is too large for the second order.
+    factor: of A, as in `Reduced`. Other data pull nothing. One C stands for the hits of a sweep; d
+    is 0 where it is too large for the second order.
     """
+    seen, trajectory, noise, weight = one.seen, one.trajectory, one.noise, one.weights()
     first = seen.sweeps.first[:-1]
     C = np.zeros((first.size, POSE, POSE))
     pose_blocks(selected_inverse(factor), seen.who[first, 3], seen.basis[first], C)
     size, axes = np.linalg.eigh(C)
     root = noise.hit * axes * np.sqrt(np.maximum(size, 0.0))[:, None]
     root[np.sum(root[:, 3:] ** 2, axis=(1, 2)) > UNSURE_RAD**2] = 0.0
-    d = _curvature(seen, trajectory, state, residual + seen.sweeps.hits.angle_rad, root)
+    d = _curvature(seen, trajectory, state, one.residual + seen.sweeps.hits.angle_rad, root)
     flat = replace(trajectory, control=np.zeros_like(trajectory.control))  # its prior pulls nothing
-    if more is not None:
+    if (more := one.more(of)) is not None:
         more = replace(more, g=np.zeros_like(more.g), g_inner=np.zeros_like(more.g_inner))
     sums = linearised(seen, trajectory, state, d, weight.hit, of, more, weight.held)
     part = reduced(sums, flat, noise)

@@ -233,19 +233,10 @@ class _Search:
                     self.last = True
         if not converged and self.last and abs(gain) < SAME_COST:
             converged = self._size_of(S, step) < SMALL_ENOUGH
-        return Joint(
-            self.state,
-            tuple(self.recordings),
-            self.of,
-            S,
-            self.working,
-            self.believed,
-            converged,
-            rounds,
-            self.ups,
-            others=self.others,
-            begins=sum(map(pull_of_begins, self.recordings, sums, self.parts)) if final else 0.0,
-        )
+        begins = sum(map(pull_of_begins, self.recordings, sums, self.parts)) if final else 0.0
+        values = self.state, tuple(self.recordings), self.of, S, self.working, self.believed
+        how = converged, rounds, self.ups
+        return Joint(*values, *how, others=self.others, begins=begins)
 
     def without_bias(self, found: Joint) -> Joint:
         """The estimate less its bias (`batch.bias`); as it is where this is so large that the
@@ -254,17 +245,7 @@ class _Search:
             return found
         of, state, own = found.of, found.state, found.recordings
         parts = [
-            bias_equations(
-                one.seen,
-                one.trajectory,
-                state,
-                one.residual,
-                one.weights(),
-                one.noise,
-                of,
-                part.factor,
-                one.more(of),
-            )
+            bias_equations(one, state, of, part.factor)
             for one, part in zip(own, self.parts, strict=True)
         ]
         M = found.S + np.diag(1 / found.working**2)

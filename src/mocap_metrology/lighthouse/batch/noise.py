@@ -51,25 +51,15 @@ def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: 
     p = int((sums.band[0] > 0).sum())
     wrong = sums.held < WRONG
     free = max(sums.n_hits - p + by_more - float(np.sum(np.where(wrong, 1, 1 - sums.held))), 1)
-    empty = np.zeros((sums.g.size, 0)), np.zeros((0, 0)), np.zeros(0)
+    cross, inner, h = np.zeros((sums.g.size, 0)), np.zeros((0, 0)), np.zeros(0)
     nothing = np.zeros((sums.begin.size, 0))
 
     def at(ratio: float) -> tuple[float, float]:
         band, g = sums.band + bend, sums.g + bend_g
         own = ratio / sums.held
         factor = np.where(wrong, 1 / sums.weight, own / (1 + own * sums.weight))
-        sweep_kernel.without_offsets(
-            sums.begin,
-            factor,
-            sums.of_sweep,
-            nothing,
-            sums.residual,
-            band,
-            empty[0],
-            empty[1],
-            g,
-            empty[2],
-        )
+        of_sweeps = sums.begin, factor, sums.of_sweep, nothing, sums.residual
+        sweep_kernel.without_offsets(*of_sweeps, band, cross, inner, g, h)
         L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
         x = linalg.cho_solve_banded((L, True), g, check_finite=False)
         Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)

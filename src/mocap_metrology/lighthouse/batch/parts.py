@@ -304,6 +304,19 @@ def prior_p(found: Joint) -> float:
     return min(1.0, len(p) * min(p))
 
 
+def scale_p(found: Joint) -> float:
+    """Probability by chance that a known length and the size of the board differ so much; 1 without
+    such a length. In the notation of `prior_p`, of the scale alone."""
+    at = found.of.scale
+    if at < 0 or found.working[at] < found.of.sd[at]:
+        return 1.0
+    known = 1 / found.working**2
+    M = solved(found.S + np.diag(known), np.eye(known.size))
+    by_prior = (np.eye(known.size)[at] - M[at] * known) * np.where(known > 0, found.believed, 0.0)
+    variance = by_prior @ by_prior + M[at] @ found.pull @ M[at]
+    return float(chdtrc(1, found.state.values[at] ** 2 / variance))
+
+
 def _strains(board: np.ndarray) -> Iterator[Floats]:
     """Places, (3 n,), of a board stretched along each of its principal axes and sheared between
     each two, those aside along which it has no extent."""

@@ -80,49 +80,15 @@ def linearised(
     band, cross, inner = np.zeros((SPAN, K)), np.zeros((K, G)), np.zeros((G, G))
     g, g_inner = np.zeros(K), np.zeros(G)
     of_sweep, of_inner = np.zeros((m, SPAN)), np.zeros((m, G))
-    kernel.accumulate(
-        seen.who,
-        seen.basis,
-        seen.turned,
-        seen.sweeps.first,
-        residual,
-        weight,
-        trajectory.control,
-        state.R,
-        state.t_m,
-        state.rotors,
-        state.board,
-        state.normals,
-        state.cover,
-        of.columns,
-        of.scale,
-        of.places,
-        of.cover,
-        band,
-        cross,
-        inner,
-        g,
-        g_inner,
-        of_sweep,
-        of_inner,
-    )
-    low = seen.sweeps.first[:-1]
-    return Sums(
-        band,
-        cross,
-        inner,
-        g,
-        g_inner,
-        seen.begin,
-        of_sweep,
-        of_inner,
-        np.add.reduceat(weight, low),
-        np.ones(m) if held is None else held,
-        np.add.reduceat(weight * residual, low),
-        float(weight @ residual**2),
-        residual.size,
-        more,
-    )
+    at = seen.who, seen.basis, seen.turned, seen.sweeps.first, residual, weight, trajectory.control
+    model = state.R, state.t_m, state.rotors, state.board, state.normals, state.cover
+    columns = of.columns, of.scale, of.places, of.cover
+    normal, by_sweep = (band, cross, inner, g, g_inner), (of_sweep, of_inner)
+    kernel.accumulate(*at, *model, *columns, *normal, *by_sweep)
+    low, held = seen.sweeps.first[:-1], np.ones(m) if held is None else held
+    total, off = np.add.reduceat(weight, low), np.add.reduceat(weight * residual, low)
+    of_all = float(weight @ residual**2), residual.size
+    return Sums(*normal, seen.begin, *by_sweep, total, held, off, *of_all, more)
 
 
 def added(parts: Sequence[Sums]) -> Sums:
@@ -213,18 +179,8 @@ def reduced(
         h += variance * sums.more.g_inner
     ratio = (noise.sweep / noise.hit) ** 2 / sums.held
     factor = ratio / (1 + ratio * sums.weight)
-    sweep_kernel.without_offsets(
-        sums.begin,
-        factor,
-        sums.of_sweep,
-        sums.of_sweep_inner,
-        sums.residual,
-        band,
-        cross,
-        inner,
-        g,
-        h,
-    )
+    of_sweeps = sums.begin, factor, sums.of_sweep, sums.of_sweep_inner, sums.residual
+    sweep_kernel.without_offsets(*of_sweeps, band, cross, inner, g, h)
     band[0] *= 1 + damping
     L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
     both = linalg.cho_solve_banded(

@@ -8,7 +8,7 @@ ones give another at each place and turn of the board. So
 1.  pairs of some moments are hypotheses of R, and moments vote for them; the rotation that Kabsch
     finds from positions, which are nearly those of both minima, is one more;
 2.  for the hypotheses with most votes minima are chosen, and the slave's angles of the master's
-    path (`weighted_station`) decide which of them explains the recording;
+    path (`weighted_station`) decide which of them explains the recording, or K_1 where several do;
 3.  with it, minima are chosen for good: by agreement of both stations, K_1, and continuity along
     the path (Viterbi), until none changes.
 """
@@ -44,6 +44,7 @@ CAP = 20.0  # of a squared distance over its variance: beyond it a pose is wrong
 IMPOSSIBLE = 1e6  # cost of a pose behind the station, or too far
 VOTERS, PROPOSERS, HYPOTHESES = 150, 40, 6  # moments, moments, rotations, at most
 ALIKE_RAD = np.radians(12.0)  # hypotheses nearer than this are one
+EQUAL = 1.3  # costs of hypotheses that K_1 decides, as of a board that hardly turns
 TRIED, ROUNDS = 150, 4  # measurements a hypothesis is tried on
 
 
@@ -241,8 +242,10 @@ def agree(
     tried = [one for one in starts if one is not None]
     if not tried:
         return Agreed((master.paths[0], slave.paths[0]), None, None)
-    limit = min(np.median(cost) for _, _, cost in tried) * CAP
-    R, t, _ = min(tried, key=lambda one: float(np.minimum(one[2], limit).mean()))
+    limit = min(np.median(cost) for _, _, cost, _ in tried) * CAP
+    means = [float(np.minimum(cost, limit).mean()) for _, _, cost, _ in tried]
+    equal = [one for one, mean in zip(tried, means, strict=True) if mean <= EQUAL * min(means)]
+    R, t, *_ = min(equal, key=lambda one: one[3])
     before = None
     for _ in range(ROUNDS):
         which = choose(master, slave, R)
@@ -252,7 +255,7 @@ def agree(
         found = _tried(R, master, slave, board, rotors, order, which)
         if found is None:
             break
-        R, t, _ = found
+        R, t, *_ = found
     return Agreed((master.chosen(which[0]), slave.chosen(which[1])), R, t)
 
 
@@ -274,9 +277,9 @@ def _tried(
     rotors: tuple[np.ndarray, np.ndarray],
     order: int,
     which: tuple[np.ndarray, np.ndarray] | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Slave pose R, t (m) from a hypothesis of R, and the cost of some measurements; None where
-    there are too few."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float] | None:
+    """Slave pose R, t (m) from a hypothesis of R, the cost of some measurements, and how much the
+    minima of both stations exceed the lower ones on average; None where there are too few."""
     which = choose(master, slave, R) if which is None else which
     paths = master.chosen(which[0]), slave.chosen(which[1])
     given = _sample(paths[0], master.measurements, slave.measurements, board, rotors[0], order)
@@ -286,7 +289,9 @@ def _tried(
     t = np.median(paths[0].t_m[same] - paths[1].t_m[near[same]] @ R.T, axis=0)
     R, t, _ = by_gauss_newton(R, t, given, rotors[1])
     found = residuals(R, t, given, rotors[1])
-    return R, t, found.cost[found.count > 0]
+    chosen = (np.choose(w, own.excess) for w, own in zip(which, (master, slave), strict=True))
+    excess = sum(float(np.minimum(one, CAP).mean()) for one in chosen)
+    return R, t, found.cost[found.count > 0], excess
 
 
 def _sample(

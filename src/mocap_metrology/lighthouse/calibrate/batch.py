@@ -24,6 +24,7 @@ from mocap_metrology.lighthouse.batch.parts import (
     pieces_of,
     prior_p,
     residual_ratios,
+    scale_p,
     scale_share,
     shared_errors,
 )
@@ -34,7 +35,7 @@ from mocap_metrology.lighthouse.batch.solve import reduced
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest
 from mocap_metrology.lighthouse.calibrate.fits import facing, fitted, grazing, if_they_agree
-from mocap_metrology.lighthouse.calibrate.network import Start, start, still_start
+from mocap_metrology.lighthouse.calibrate.network import Start, placed, start, still_start
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
@@ -151,15 +152,15 @@ def _sizes(found: Joint, names: Sequence[str]) -> dict[str, object]:
 
 
 def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
-    """rms residual in urad of hits as they are weighed; share of the weight of all hits on diodes
-    that light can reach that is lost; misfit of pieces as in `Joint`; and probability by chance
-    that estimates are so far from their priors."""
+    """rms residual in urad of hits as they are weighed; lost share of the weight of all hits on
+    diodes that light can reach, at times at which the board's place is sought; misfit of pieces as
+    in `Joint`; and probabilities by chance that estimates are so far from their priors."""
     residual = np.concatenate([one.residual for one in found.recordings])
     weight = np.concatenate([one.total_weight() for one in found.recordings])
     total = residual.size
     if len(found.recordings) == 1:
         one = found.recordings[0]
-        used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode))
+        used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode)) & placed(scene)
         if scene.sensors.normals is not None:
             normals = scene.sensors.normals
             used &= ~grazing(scene.hits, one.trajectory, found.state, normals)
@@ -169,6 +170,7 @@ def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
         "weight_lost": 1 - float(weight.sum()) / total,
         "misfit": found.misfit,
         "prior_p": prior_p(found),
+        "scale_p": scale_p(found),
     }
 
 

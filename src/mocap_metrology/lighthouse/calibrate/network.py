@@ -14,7 +14,12 @@ import numpy as np
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, trajectory_of
+from mocap_metrology.lighthouse.batch.trajectory import (
+    FARTHEST_S,
+    Trajectory,
+    at_rest,
+    trajectory_of,
+)
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.agreement import Minima, agree, minima
 from mocap_metrology.lighthouse.calibrate.moments import joined, moments
@@ -49,6 +54,14 @@ def _views(scene: Scene) -> list[Measurements]:
         kept = Measurements(own.time_s[seen], own.angles_rad[seen])
         found.append(well_posed(kept, scene.board))
     return found
+
+
+def placed(scene: Scene) -> np.ndarray:
+    """Whether a station sees four diodes near the time of each hit, without which the place of the
+    board is not sought; bool (hits,)."""
+    seen_s = np.sort(np.concatenate([own.time_s for own in _views(scene)]))
+    near = np.searchsorted(seen_s, scene.hits.time_s[:, None] + [-FARTHEST_S, FARTHEST_S])
+    return near[:, 0] < near[:, 1]
 
 
 def shared_moments(seen: Sequence[Minima | None]) -> np.ndarray:

@@ -65,7 +65,7 @@ def well_fitted(
         scene, lambda own: bridged(own, _first(own, hits, trajectory, poses))
     )
     found, out = _without_bad(scene, hits, found)
-    finer = _followed(scene, hits, found, out)
+    finer = _followed(scene, hits, found)
     if finer is not found:  # where the board was not followed, good diodes can look bad
         found, out = _without_bad(scene, hits, finer)
     good = _gated(scene, hits, found, FINE_RAD, out)
@@ -104,12 +104,13 @@ def _first(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pos
     return fitted(scene, good, trajectory, poses_of(found), sized=True)
 
 
-def _followed(scene: Scene, hits: Hits, found: Joint, out: Sequence[int]) -> Joint:
-    """An estimate by knots that follow the board; itself where its own do."""
+def _followed(scene: Scene, hits: Hits, found: Joint) -> Joint:
+    """An estimate by knots that follow the board; itself where its own do. With all diodes: finer
+    knots need many hits."""
     trajectory = found.recordings[0].trajectory
     while trajectory.knot_s > 2 * FINEST_S and not trajectory.still:
         trajectory = found.recordings[0].trajectory.halved()
-        good = _gated(scene, _thinned(hits, trajectory), found, COARSE_RAD, out)
+        good = _gated(scene, _thinned(hits, trajectory), found, COARSE_RAD)
         if len(good) < FEWEST * POSE * len(trajectory.control):
             break
         then = fitted(scene, good, trajectory, near=found, sized=True)

@@ -116,7 +116,9 @@ def _turns(channel: int, begin_s: Floats, bit: np.ndarray, resolution_s: float) 
     known, first, which = np.unique(turn[used], return_index=True, return_inverse=True)
     mean = np.bincount(which, residual[used]) / np.bincount(which)
     late, its = wander(known, mean, resolution_s)
-    of_turns = TurnClock(**vars(clock), **vars(its))
+    told = int(known[0]), int(known[-1])
+    share = known.size / (1 + told[1] - told[0])
+    of_turns = TurnClock(**vars(clock), **vars(its), told=told, share=share)
     return Turns(int(channel), of_turns, known, late, bit[used][first])
 
 

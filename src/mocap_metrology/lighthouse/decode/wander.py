@@ -33,6 +33,7 @@ BOUNDS = (-4.0, 9.0), (-9.0, 0.0), (-5.0, 25.0)
 LIKELIER = 15.0  # of -2 log likelihood: of three parameters by chance once in 500
 SETTLED = {"xatol": 0.02, "fatol": 0.2, "maxfev": 400}
 MOST = 6000  # turns from which all these are found
+BEYOND = 100  # turns before the first and after the last, in which a swing fades
 MANY = 401  # turns, in the middle of which an error knows no end
 OUTLIER = 5.0  # standard deviations of a begin off the curve, which then is found without it
 
@@ -46,34 +47,20 @@ class Wander:
     swing: float = 0.0
     decay: float = 0.0
 
-    def error_of(self, pull: Floats, turn: np.ndarray) -> Floats:
-        """Covariance of pull' z in s^2, of the error of the wander at these turns, of all of which
-        begins are known; pull (turns, n)."""
-        known, which = np.unique(turn, return_inverse=True)
-        at = np.zeros((int(known[-1] - known[0]) + 1, pull.shape[1]))
-        np.add.at(at, known[which] - known[0], pull)
-        found: Floats = self.begin_s**2 * at.T @ self._solved(known, at)[0]
-        return found
-
-    @property
-    def variance(self) -> float:
-        """Of its error at a turn, far from the first and the last one, in s^2."""
-        turn = np.arange(MANY)
-        return float(self.error_of((turn[:, None] == MANY // 2) * 1.0, turn)[0, 0])
-
-    def curve(self, turn: np.ndarray, y: Floats) -> tuple[Floats, float]:
-        """z at all turns from the first to the last of these, where begins are y; -2 log likelihood
-        of y, s of the greatest, but for a constant."""
-        all_y = np.zeros(int(turn[-1] - turn[0]) + 1)
-        all_y[turn - turn[0]] = y
-        z, log_det = self._solved(turn, all_y)
-        square = float(y @ (y - z[turn - turn[0]]))  # (y - z)^2 and l z' Q z
+    def curve(self, turn: np.ndarray, y: Floats, beyond: int = 0) -> tuple[Floats, float]:
+        """z at all turns from the first to the last of these, where begins are y, and so many
+        before and after; -2 log likelihood of y, s of the greatest, but for a constant."""
+        at = turn - turn[0] + beyond
+        all_y = np.zeros(int(at[-1]) + beyond + 1)
+        all_y[at] = y
+        z, log_det = self._solved(at, all_y)
+        square = float(y @ (y - z[at]))  # (y - z)^2 and l z' Q z
         of_first = (1 - self.decay) ** 2 * ((1 + self.decay) ** 2 - self.swing**2)
         free = np.log(self.stiffness) * z.size + np.log(of_first)
         return z, float((turn.size - 2) * np.log(square) + log_det - free)
 
-    def _solved(self, turn: np.ndarray, y: Floats) -> tuple[Floats, float]:
-        """(W + l Q)^-1 y, W being of these turns, and the log of the determinant."""
+    def _solved(self, known: np.ndarray, y: Floats, share: float = 1.0) -> tuple[Floats, float]:
+        """(W + l Q)^-1 y, W being `share` in these rows, and the log of the determinant."""
         n, combined = len(y), (self.decay, -self.swing, 1.0)
         band = np.zeros((3, n))
         for i, a in enumerate(combined):
@@ -81,19 +68,49 @@ class Wander:
                 band[i - j, j : n - 2 + j] += self.stiffness * a * b
         band[0, :2] += self.stiffness * (1 - self.decay**2)
         band[1, 0] -= self.stiffness * self.swing * (1 - self.decay)
-        band[0, turn - turn[0]] += 1
+        band[0, known] += share
         L = linalg.cholesky_banded(band, lower=True)
         return linalg.cho_solve_banded((L, True), y), 2 * float(np.log(L[0]).sum())
 
 
 @dataclass(frozen=True)
 class TurnClock(Wander, Clock):
-    """Line through the begins of turns of a station, and their wander about it."""
+    """Line through the begins of turns of a station, and their wander about it; told: the first and
+    the last turn of which the begin is known; share: of those between, about evenly."""
+
+    told: tuple[int, int] = (0, 0)
+    share: float = 1.0
+
+    def error_of(self, pull: Floats, turn: np.ndarray) -> Floats:
+        """Covariance of pull' e in s^2, e being the error of line and wander at these turns; pull
+        (turns, n). With X = [1, t] and M = W + l Q, e has that of `Wander` and that of the line,
+
+            s^2 (M^-1 + G (X' W G)^-1 G'),   G = X - M^-1 W X.
+        """
+        ends = np.r_[turn.min(), turn.max(), self.told]
+        at = np.zeros((int(np.ptp(ends)) + 1, pull.shape[1]))
+        np.add.at(at, turn - ends.min(), pull)
+        X = np.column_stack([np.ones(len(at)), np.linspace(-1, 1, len(at))])
+        known = np.arange(self.told[0], self.told[1] + 1) - ends.min()
+        of_line, left, s = np.zeros_like(X), np.zeros_like(at), self.rms_s
+        of_line[known], G = self.share * X[known], X
+        if self.begin_s > 0:
+            both, _ = self._solved(known, np.hstack([at, of_line]), self.share)
+            left, G, s = both[:, :-2], X - both[:, -2:], self.begin_s
+        moved = G.T @ at
+        found: Floats = s**2 * (at.T @ left + moved.T @ np.linalg.pinv(of_line.T @ G) @ moved)
+        return found
+
+    @property
+    def variance(self) -> float:
+        """Of its error at a turn, far from the first and the last one, in s^2."""
+        turn, usual = np.arange(MANY), replace(self, told=(0, MANY - 1))
+        return float(usual.error_of((turn[:, None] == MANY // 2) * 1.0, turn)[0, 0])
 
 
 @dataclass(frozen=True)
 class Late:
-    """How late a rotor is in seconds, at all turns from `first` on."""
+    """How late a rotor is in seconds, at all turns from `first` on; as at the last one after it."""
 
     first: int
     at_turns: Floats
@@ -108,24 +125,25 @@ class Late:
 def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[Late, Wander]:
     """How late a rotor is, by rising turns and what their begins are off the line, and the model of
     it; not at all where that is below the resolution, or no likelier than the line."""
-    every = np.arange(turn[0], turn[-1] + 1)
+    every = np.arange(turn[0] - BEYOND, turn[-1] + BEYOND + 1)
     spread = MAD_TO_SIGMA * float(np.median(np.abs(residual_s)))
     found, z = Wander(), np.zeros(every.size)
     if spread < 0.5 * resolution_s:
-        return Late(int(turn[0]), z), found
+        return Late(int(every[0]), z), found
     y, good = residual_s / spread, np.ones(turn.size, np.bool_)
     for _ in range(2):
         at = turn[good]
         likeliest = _likeliest(at[:MOST], y[good][:MOST])
         if likeliest is None:
-            return Late(int(turn[0]), 0 * z), Wander()
+            return Late(int(every[0]), 0 * z), Wander()
         found = likeliest
-        z = np.interp(every, np.arange(at[0], at[-1] + 1), found.curve(at, y[good])[0])
-        off = np.abs(y - z[turn - turn[0]])
+        seen = np.arange(at[0] - BEYOND, at[-1] + BEYOND + 1)
+        z = np.interp(every, seen, found.curve(at, y[good], BEYOND)[0])
+        off = np.abs(y - z[turn - every[0]])
         good = off <= OUTLIER * MAD_TO_SIGMA * float(np.median(off))
         if good.all():
             break
-    return Late(int(turn[0]), spread * z), replace(found, begin_s=spread * found.begin_s)
+    return Late(int(every[0]), spread * z), replace(found, begin_s=spread * found.begin_s)
 
 
 def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:

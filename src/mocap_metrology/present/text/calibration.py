@@ -30,7 +30,8 @@ SENTENCES = {
     Case.RESIDUAL_HIGH: (
         "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times {that}"
         "{made}. Possible causes: wrong optics (factory values, lasers off the housing's "
-        "origin), a wrong board file, reflections or board poses in the wrong minimum."
+        "origin), a wrong board file, reflections, a station that moved or has a noisy rotor, or "
+        "board poses in the wrong minimum."
     ),
     Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
     Case.WEIGHT: "{percent:.2g} % of the hits' weight is lost.",
@@ -43,14 +44,15 @@ SENTENCES = {
     Case.PRIORS_LEFT: (
         "Board and optics as estimated deviate from what is known of them (probability by chance: "
         "{chance}). Possible causes: a board file that does not fit the board (stretched, or "
-        "wrong diodes), wrong factory values, lasers far from their places."
+        "wrong diodes), wrong factory values, lasers far from their places, a known length that is "
+        "wrong."
     ),
     Case.PRIORS_UNKNOWN: "Board and optics are not estimated.",
     Case.MISFIT_NONE: "Pieces of the recording agree within noise.",
     Case.MISFIT: (
         "Pieces of the recording deviate from each other {times:.2g} times as much as noise "
         "explains, which the uncertainty includes. Possible causes: wrong optics or board file, "
-        "reflections."
+        "reflections, a station that moved."
     ),
     Case.MISFIT_UNKNOWN: "Pieces of the recording were not compared.",
     Case.PATH_ERRORS: "Errors of the board's path leave {value:.0f} µrad of the residual"
@@ -70,6 +72,10 @@ SENTENCES = {
         "Parts of the recording differ by {about}, {times:.0f} times as much as noise explains, "
         "and no step at one moment explains it. Possible causes: wrong optics or board file, "
         "reflections."
+    ),
+    Case.HALVES_OPEN: (
+        "Parts of the recording differ by {about}, {times:.0f} times as much as noise explains. "
+        "Possible causes: wrong optics or board file, reflections, a station that moved."
     ),
     Case.RECORDINGS: (
         "The recording that agrees least with the others differs from them by {about}, which is "
@@ -97,8 +103,8 @@ SENTENCES = {
         "the board limits its accuracy. Record again with the board moved through the room."
     ),
     Case.COMMON: "{Both} saw the board at {value} moments.",
-    Case.COMMON_FEW: "{Both} saw the board at {value} moments, few for a pose: keep the"
-    " board in the view of both.",
+    Case.COMMON_FEW: "{Both} saw the board at {value} moments, few for a pose: record for longer,"
+    " with the board in the view of both.",
     Case.COMMON_UNNEEDED: "A board at rest needs no common measurements.",
     Case.BOARD_POSES: "Angles of single board poses are {value:.0f} µrad rms from their fit.",
     Case.BOARD_POSES_HIGH: "Angles of single board poses are {value:.0f} µrad rms from their fit:"
@@ -243,7 +249,8 @@ def _capital(line: str) -> str:
 
 def _in_short(said: str) -> str:
     """Without the causes it may have."""
-    return said.split(". Possible causes: ")[0].rstrip(".") + "."
+    first = said.split(". Possible causes: ")[0]
+    return first if first.endswith((".", "?")) else first + "."
 
 
 def sentence(check: Check, station: str = "") -> str:
@@ -286,6 +293,7 @@ def _apart(check: Check) -> tuple[float, float]:
         Case.HALVES,
         Case.HALVES_APART,
         Case.HALVES_MISFIT,
+        Case.HALVES_OPEN,
         Case.RECORDINGS,
         Case.RECORDINGS_APART,
         Case.OBJECTS,

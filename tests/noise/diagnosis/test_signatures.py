@@ -12,7 +12,7 @@ from benchmarks.sentences._kinds import coloured, gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
 from mocap_metrology.noise.diagnosis.one_series import hiding_step, walk_decided
 from mocap_metrology.noise.diagnosis.shape import pace
-from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, shapes
+from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, MOST_STEPS, shapes
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
     Wander,
@@ -55,6 +55,22 @@ def test_the_ends_of_a_shift_are_those_of_least_squares() -> None:
         ]
         found = [s for s in shapes(z, np.arange(n)) if s.kinds == {"shift"}]
         assert pairs[int(np.argmin(rest))] in [s.at for s in found if len(s.columns) == 1]
+
+
+def test_each_of_several_steps_is_where_it_leaves_least() -> None:
+    """Against every other place, by least squares beside a constant and the steps before it."""
+    n, z = 40, np.random.default_rng(2).standard_normal(40).cumsum()
+    rows, blocks = [np.ones(n)], np.arange(n)
+    found = [s for s in shapes(z, blocks) if s.kinds & {"step", "shift", "steps"}]
+    found = [s for s in found if "drift" not in s.kinds and (s.columns[:, -1] == 1).all()]
+    for count in range(1, MOST_STEPS + 1):
+        rest = {
+            at: np.linalg.lstsq(np.array([*rows, blocks >= at]).T, z, rcond=None)[1]
+            for at in range(2, n - 1)
+            if not any((row == (blocks >= at)).all() for row in rows)
+        }
+        rows.append(blocks >= min(rest, key=lambda at: float(rest[at][0])))
+        assert any(np.array_equal(s.columns, rows[1:]) for s in found), count
 
 
 def test_the_size_of_a_shape_is_what_it_does() -> None:
@@ -178,10 +194,11 @@ def test_size_and_place_of_a_step_and_of_a_cycle() -> None:
     assert step.size_mm == pytest.approx(-0.06, abs=0.001)
     assert step.at_s[0] == pytest.approx(300.4, abs=1)
     assert step.net_mm == pytest.approx(-0.06, abs=4 * step.net_error_mm)
-    cycle = signature(noise(6) + 0.05 * np.sin(2 * np.pi * T / 187.3), RATE)
-    assert cycle is not None and cycle.kinds == ("cycle",)
-    assert cycle.size_mm == pytest.approx(0.05, abs=0.001)
-    assert cycle.at_s[-1] == pytest.approx(187.3, rel=0.005)
+    for period_s in (187.3, 182.1):  # to both sides of a place on the grid that is searched
+        cycle = signature(noise(6) + 0.05 * np.sin(2 * np.pi * T / period_s), RATE)
+        assert cycle is not None and cycle.kinds == ("cycle",)
+        assert cycle.size_mm == pytest.approx(0.05, abs=0.001)
+        assert cycle.at_s[-1] == pytest.approx(period_s, rel=0.005)
 
 
 def test_distance_and_dwell_of_two_levels() -> None:
@@ -197,7 +214,8 @@ def test_gaps_leave_the_kind_and_a_short_recording_has_none() -> None:
     series[20_000:24_000] = np.nan
     found = signature(series, RATE)
     assert found is not None and found.kinds == ("warm_up",)
-    assert signature(series[: LEAST_BLOCKS - 1], RATE) is None
+    assert signature(noise(8)[: LEAST_BLOCKS - 1], RATE) is None
+    assert signature(noise(8)[:LEAST_BLOCKS], RATE) is not None  # blocks of one frame
     assert signature(np.full(N, np.nan), RATE) is None
     assert signature(np.zeros(N), RATE) is None
 

@@ -99,6 +99,11 @@ def test_other_movement_counts_from_a_range_on(range_mm: float, rate: float) -> 
             assert found.size_mm == pytest.approx(share * range_mm, rel=0.02)
 
 
+def test_of_what_has_no_noise_a_jump_counts_from_a_thousandth_of_the_range_on() -> None:
+    for size, moves in ((0.0019, False), (0.0021, True)):
+        assert movement(size * (T > 150), RATE, range_mm=2.0).moves is moves
+
+
 def test_short_recordings_gaps_and_outliers() -> None:
     """A gait of three seconds, a swing; gaps and outliers neither move nor hide a push."""
     rng = np.random.default_rng(4)

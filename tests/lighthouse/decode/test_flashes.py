@@ -60,6 +60,9 @@ SCENES = {
        for k in (0, 1) for p in (0, 1)},
     "all bits 0": {"data": np.zeros((2, 300), int)},
     "all bits 1": {"data": np.ones((2, 300), int)},
+    **{f"alone, all bits {k}, phase {p}": {"stations": (0,), "alone": True, "phase": p,
+                                           "data": np.full((2, 300), k)}
+       for k in (0, 1) for p in (0, 1)},
     "sweeps as long as flashes": {"width_s": 70e-6},  # from decimetres; each fourth cycle
 }  # fmt: skip
 
@@ -152,6 +155,13 @@ def test_rotors_that_wander() -> None:
         assert line.std() > 2e-6
         assert curve.std() < 0.1e-6
         assert abs(curve.mean()) < 0.05e-6
+
+
+def test_codes_of_flashes_that_keep_no_time() -> None:
+    """Up to 8 us early or late at random, which is more than half a step of the lengths."""
+    early = np.random.default_rng(3).uniform(-8e-6, 8e-6, (2, 300))
+    scene = Scene(wander=lambda station, cycle: early[station, cycle]).build()
+    check(scene, find_flashes(scene.pulses()), within_s=9e-6)
 
 
 def with_memory(pulses: Pulses, wait_s: float, n: int) -> Pulses:

@@ -74,6 +74,9 @@ def test_dof_of_long_series_is_that_of_the_whole_sum(alpha, estimator):
     for m, n in ((700, 20_000), (3000, 20_000), (5000, 200_000)):
         whole = equivalent_dof(alpha, m, n, estimator, max_terms=10**6)
         assert equivalent_dof(alpha, m, n, estimator) == pytest.approx(whole, rel=0.004)
+        for more in (0, 4):  # than those that a term is correlated over
+            most = m * (4 if estimator == "hdev" else 3) + more
+            assert equivalent_dof(alpha, m, n, estimator, max_terms=most) == whole
 
 
 @pytest.mark.parametrize("alpha", [0, -2])

@@ -78,7 +78,7 @@ def test_quaternions_of_either_sign() -> None:
 
 
 def test_the_mean_of_half_turns_is_the_most_frequent() -> None:
-    """About x, y and z four, three and two times: trace(R^T sum) is greatest of the turn about x."""
+    """Four about x, three about y, two about z: trace(R' sum of all) is greatest for x."""
     quaternions = np.repeat(np.eye(4)[:, :3], [4, 3, 2], axis=1)
     angle = np.linalg.norm(of_poses(quaternions).vectors_rad, axis=0)
     np.testing.assert_allclose(angle, np.repeat([0.0, np.pi], [4, 5]), atol=1e-12)

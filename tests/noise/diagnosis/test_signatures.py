@@ -73,6 +73,23 @@ def test_each_of_several_steps_is_where_it_leaves_least() -> None:
         assert any(np.array_equal(s.columns, rows[1:]) for s in found), count
 
 
+def test_the_last_of_ten_bends_is_where_it_leaves_least_beside_all_others() -> None:
+    """Of places a hundredth of the time apart."""
+    n = 150
+    t = np.arange(n) / (n - 1) - 0.5
+    hinges = np.maximum(t - np.linspace(-0.48, 0.48, 97)[:, None], 0)
+
+    def rest(columns: np.ndarray) -> float:
+        X = np.vstack([np.ones(n), columns]).T
+        return float(np.sum((z - X @ np.linalg.lstsq(X, z, rcond=None)[0]) ** 2))
+
+    for seed in range(6):
+        z = np.random.default_rng(seed).standard_normal(n).cumsum()
+        bent = [s for s in shapes(z, np.arange(n)) if "smooth" in s.kinds]
+        (own,) = (s.columns for s in bent if s.searched == MOST_BENDS)
+        assert rest(own) <= min(rest(np.vstack([own[:-1], one])) for one in hinges) + 1e-6
+
+
 def test_the_size_of_a_shape_is_what_it_does() -> None:
     """In mm: how far a curve goes, with the sign of its change; the height of a step. Of the
     shape that fits best."""

@@ -37,6 +37,7 @@ def test_each_kind_is_named_and_nothing_else(case: str) -> None:
         assert found is not None
         said = {*found.kinds, *(("noise",) if found.noise else ())} - {*also}
         assert said <= set(true), (said, found.possible)
+        assert set(found.kinds) <= set(found.possible)
         named += said == set(true)
     assert named >= 2
 
@@ -202,6 +203,7 @@ def test_a_walk_is_told_from_noise_that_is_correlated_over_a_thirtieth() -> None
         other = signature(noise(seed) + gauss_markov(30.0, 0.02)(rng, N, RATE), RATE)
         assert walk is not None and other is not None and other.noise != "random_walk"
         told.append(walk.noise == "random_walk")
+        assert walk.noise or walk.undecided
     assert sum(told) >= 3
 
 
@@ -307,6 +309,7 @@ def test_noise_steeper_than_a_walk_is_none(exponent: float, size: float) -> None
         slow = coloured(exponent, size)(np.random.default_rng(seed), N, RATE)
         found = signature(slow + noise(seed), RATE)
         assert found is not None and found.noise in ("", "steep")
+        assert found.noise == "" or "noise" not in found.possible
 
 
 @pytest.mark.parametrize(

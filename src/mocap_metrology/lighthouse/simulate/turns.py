@@ -286,8 +286,8 @@ def _collide(
     draw = rng.random(s.size)
     mixed = (of_group[group] >= 0) & (draw >= LOST) & (draw < LOST + MIXED)
     kept = ~((of_group[group] >= 0) & (draw < LOST))
-    back = np.argsort(order)
-    return np.where(mixed, of_group[group], s)[back], kept[back], mixed[back]
+    given = np.argsort(order)
+    return np.where(mixed, of_group[group], s)[given], kept[given], mixed[given]
 
 
 def write_rec(

@@ -287,26 +287,12 @@ def test_noise_by_restricted_likelihood() -> None:
 class OfOneGain(_Search):
     """A search whose steps are large, and lower the cost by so much each time."""
 
+    sized, last, same_cost, others = False, False, 0.0, 0.0
+    state = of = SimpleNamespace(values=0, size=1)
+    recordings, parts, working, believed, ups = (), (), np.ones(1), None, None
+
     def __init__(self, gain: float, refined: bool) -> None:
-        self.gain, self.refined, self.sized, self.last, self.same_cost = (
-            gain,
-            refined,
-            False,
-            False,
-            0,
-        )
-        self.state, self.recordings, self.of = (
-            SimpleNamespace(values=0),
-            [],
-            SimpleNamespace(size=1),
-        )
-        self.working, self.believed, self.ups, self.parts, self.others = (
-            np.ones(1),
-            None,
-            None,
-            [],
-            0,
-        )
+        self.gain, self.refined = gain, refined
 
     def _linearise(self) -> list:
         return []

@@ -74,6 +74,16 @@ def test_each_of_several_steps_is_where_it_leaves_least() -> None:
         assert any(np.array_equal(s.columns, rows[1:]) for s in found), count
 
 
+@pytest.mark.parametrize("count", [3, 16])
+def test_each_of_the_shifts_that_fade_alike_is_a_column(count: int) -> None:
+    k = np.arange(400)
+    since = np.maximum(k - 24 * np.arange(1, count + 1)[:, None], -1)
+    fading = np.where(since >= 0, np.exp(-since / np.sqrt(40)), 0)
+    z = fading.sum(axis=0) + 1e-3 * np.random.default_rng(1).standard_normal(k.size)
+    found = [s.columns for s in shapes(z, k) if "recoveries" in s.kinds]
+    assert any(len(own) == count and np.allclose(own.sum(axis=0), z, atol=0.01) for own in found)
+
+
 def test_the_last_of_ten_bends_is_where_it_leaves_least_beside_all_others() -> None:
     """Of places a hundredth of the time apart."""
     n = 150
@@ -235,6 +245,8 @@ def test_gaps_leave_the_kind_and_a_short_recording_has_none() -> None:
     assert found is not None and found.kinds == ("warm_up",)
     assert signature(noise(8)[: LEAST_BLOCKS - 1], RATE) is None
     assert signature(noise(8)[:LEAST_BLOCKS], RATE) is not None  # blocks of one frame
+    spike = signature(noise(8)[:600] + 0.6 * (np.arange(600) == 300), 1.0)  # likewise
+    assert spike is not None and spike.possible
     assert signature(np.full(N, np.nan), RATE) is None
     assert signature(np.zeros(N), RATE) is None
 

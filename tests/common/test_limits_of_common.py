@@ -98,6 +98,8 @@ class Board(Entry):
 
     side_m: Positive
     share: Annotated[float, Number(0.25, 1.0)] = 0.5
+    height_m: Annotated[float, Number()] = 0.0
+    shift_m: Annotated[float, Number(-math.inf)] = 0.0
     n: Annotated[int, Whole(2, 5)] = 2
     kind: Annotated[str, one_of(("flat", "bent"))] = "flat"
 
@@ -112,11 +114,14 @@ class Board(Entry):
         ({"side_m": math.inf}, "board a: side_m: inf, expected a number > 0"),
         ({"side_m": True}, "board a: side_m: True, expected a number > 0"),
         ({"side_m": 1, "share": 0.2}, "board a: share: 0.2, expected a number from 0.25 to 1"),
+        ({"side_m": 1, "height_m": 0.0, "shift_m": -1e9}, ""),
+        ({"side_m": 1, "height_m": -1}, "board a: height_m: -1, expected a number >= 0"),
+        ({"side_m": 1, "shift_m": -math.inf}, "board a: shift_m: -inf, expected a number"),
         ({"side_m": 1, "n": 6}, "board a: n: 6, expected a whole number from 2 to 5"),
         ({"side_m": 1, "n": 2.0}, "board a: n: 2.0, expected a whole number from 2 to 5"),
         ({"side_m": 1, "kind": "x"}, "board a: kind: 'x', expected one of flat, bent"),
         ({"side_m": 1, "m": 1},
-         "board a: unknown key 'm', expected one of side_m, share, n, kind"),
+         "board a: unknown key 'm', expected one of side_m, share, height_m, shift_m, n, kind"),
         (3, "board a: 3, expected keys with values"),
     ],
 )  # fmt: skip

@@ -29,6 +29,21 @@ def take_at(tmp_path: Path, times, frames=None) -> Path:
     return make(tmp_path, "a.trc", "\n".join([*lines, ""]))
 
 
+@pytest.mark.parametrize("stated", [49, 50, 54, 55, 56])
+def test_the_stated_number_of_frames_is_that_of_the_rows_or_of_their_span(tmp_path, stated) -> None:
+    """Of 50 rows in which five frames are missing."""
+    frames = np.delete(np.arange(1, 56), slice(20, 25))
+    path = take_at(tmp_path, (frames - 1) / 100, frames)
+    path.write_text(path.read_text().replace("\t50\t", f"\t{stated}\t", 1))
+    if stated in (50, 55):
+        assert read_recording([path], ["A"]).n_gap_frames == 5
+    elif stated < 50:
+        assert refusal(path, ["A"]) == "a.trc: has 50 frames, NumFrames states 49"
+    else:
+        said = f"a.trc: cut off: 50 of the {stated} frames that NumFrames states"
+        assert refusal(path, ["A"]) == said
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_time_less_than_half_a_frame_off_its_number_is_that_frame(tmp_path, sign) -> None:
     """But for its rounding, here of 1e-6 s, which is 1e-4 frames."""

@@ -212,6 +212,13 @@ LIMITS: dict[str, tuple[Try, Try]] = {
     "short dump": (lambda _: words(0.5), lambda _: words(0.4995)),
     "long dump": (lambda _: words(60.0), lambda _: words(60.0005)),
     "distance of stations": (lambda _: slave(0.1), lambda _: slave(0.0999)),
+    **{
+        f"{key} of the master": (
+            lambda _: twin(),
+            lambda _, k=key: twin(master={**SITE["master"], k: [0, 0, 1e-9]}),
+        )
+        for key in ("position_m", "rotation_deg")
+    },
     "diodes of a twin": (
         lambda _: twin(board={"columns": 3, "rows": 1}),
         lambda _: twin(board={"columns": 2, "rows": 1}),

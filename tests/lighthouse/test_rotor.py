@@ -42,6 +42,10 @@ def parameters(variant: str, lasers: object, factory: Factory = FACTORY) -> np.n
     return rotor.rotor_parameters(factory, lasers, rotor.VARIANTS[variant])
 
 
+def test_without_values_a_station_is_ideal() -> None:
+    np.testing.assert_array_equal(rotor.rotor_parameters(Factory()), rotor.rotor_parameters())
+
+
 @pytest.mark.parametrize("only", [*FACTORY_NAMES, "all"])
 @pytest.mark.parametrize(("variant", "lasers"), CASES)
 def test_angles_by_hand_of_each_term_alone_and_of_all(variant, lasers, only) -> None:

@@ -84,7 +84,7 @@ class Entry(BaseModel):
 
 def is_entry(kind: object) -> bool:
     """Whether the value of a key has keys itself."""
-    return isinstance(kind, type) and hasattr(kind, "__pydantic_fields__")
+    return hasattr(kind, "__pydantic_fields__")
 
 
 def entry_in(kind: object) -> type | None:

@@ -49,7 +49,6 @@ def writing(path: Path, schema: pa.Schema, dictionary: Sequence[str]) -> Iterato
         path,
         schema,
         compression="zstd",
-        compression_level=1,
         use_dictionary=coded or False,
         column_encoding=encoding or None,
         write_page_checksum=True,

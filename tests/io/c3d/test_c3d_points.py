@@ -39,6 +39,7 @@ def test_what_was_stored_is_read(tmp_path, data):
         scale /= mm
         stored = rng.integers(400, 32767, (n, k, 4)) * rng.choice([-1, 1], (n, k, 4))
         stored[..., 3] = rng.choice([0, 0x3E10], (n, k))
+    stored[1::5, 0, 1:3] = stored[2::5, 0, :2] = 0  # on an axis
     kind = rng.choice(4, (n, k), p=[0.7, 0.1, 0.1, 0.1])
     kind[0] = 0
     stored[kind == 1, 3] = -1

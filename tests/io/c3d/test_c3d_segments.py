@@ -87,7 +87,7 @@ def test_segments_that_cannot_follow_each_other(tmp_path, keys):
     with pytest.raises(Refusal, match=rf"^{said} frames 1 to 1000$"):
         read(paths)
     paths = split(tmp_path, ((1, 400), (1, 400), (401, 2000)), **keys)
-    with pytest.raises(Refusal, match=r"frames 1 to 400, but part1.c3d has frames 1 to 400$"):
+    with pytest.raises(Refusal, match=r"^part2.*: frames 1 to 400, but part1.* frames 1 to 400$"):
         read(paths)
     if "header" in keys:
         paths = split(tmp_path, ((1, 100), (201, 300), (101, 200)), **keys)

@@ -57,6 +57,7 @@ def test_a_file_that_is_cut_off(tmp_path):
         (n3d(TAKE, 100, mark=1), "is not an N3D file: its first byte is 1"),
         (n3d(TAKE, float("nan")), "50 frames, nan Hz"),
         (n3d(TAKE, 0), "50 frames, 0 Hz"),
+        (n3d(TAKE, 1e6), "50 frames, 1e+06 Hz"),
         (n3d(TAKE, 100, frames=-5), "-5 frames"),
         (n3d(TAKE[:, :3], 100, numbers=4), "has 4 numbers a marker, expected 3"),
         (b"", "is empty, expected an N3D file"),

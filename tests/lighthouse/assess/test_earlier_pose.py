@@ -12,6 +12,7 @@ from scipy.stats import chi2, f
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.lighthouse.assess.comparison import (
+    SOUND_M2,
     _significance,
     compare_with_earlier,
 )
@@ -86,6 +87,9 @@ def test_errors_that_both_share_cancel(tmp_path):
     assert found.p_value == pytest.approx(chi2.sf(10 / 0.08, 6), rel=1e-3)
     assert found.as_dict()["shift_mm"] == pytest.approx(math.sqrt(10))
     assert found.lower_95[0] < math.sqrt(10) < found.upper_95[0] < math.sqrt(10) + 1
+    for m2, noise in ((SOUND_M2 / 2, 0.08), (4 * SOUND_M2, 0.2)):
+        new["poses"][0]["halves"] = {"m2": m2}  # parts that differ count their noise more
+        assert compare_with_earlier(new, old).chi2 == pytest.approx(10 / noise, rel=1e-6)
     for entry in (*old["poses"], *new["poses"]):
         entry.pop("shared_errors")
     blind = compare_with_earlier(new, old)

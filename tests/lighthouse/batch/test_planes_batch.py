@@ -2,6 +2,7 @@
 the hits were made with."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -114,6 +115,14 @@ def test_a_diode_that_is_off_twice_as_much_is_named(bad: tuple[int, ...]) -> Non
     near, how = start(given.scene), replace(hits, angle_rad=hits.angle_rad + more)
     _, note = well_fitted(given.scene, how, *near[1:])
     assert note == ("diode 7 excluded: the others contradict it" if bad else "")
+
+
+def test_ten_moments_in_common_connect_two_stations() -> None:
+    times = [np.arange(first, first + 40.0) for first in (0, 30, 61)]
+    seen = [SimpleNamespace(measurements=SimpleNamespace(time_s=time)) for time in times]
+    assert shared_moments([*seen, None]).tolist() == [
+        [40, 10, 0, 0], [10, 40, 0, 0], [0, 0, 40, 0], [0, 0, 0, 0]
+    ]  # fmt: skip
 
 
 def test_a_station_without_a_common_view_is_an_island() -> None:

@@ -4,6 +4,7 @@ derivatives, closed forms and Monte Carlo."""
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
 from mocap_metrology.lighthouse.batch.damping import more_damping
+from mocap_metrology.lighthouse.batch.estimate import _Search
 from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
 from mocap_metrology.lighthouse.batch.recording import Recording
@@ -280,3 +282,33 @@ def test_noise_by_restricted_likelihood() -> None:
         found.append([np.mean([getattr(one, k) for one in of_each]) for k in ("hit", "sweep")])
     assert found[0] == pytest.approx([30e-6, 60e-6], rel=0.15)
     assert found[1][0] == pytest.approx(30e-6, rel=0.1) and found[1][1] < 12e-6
+
+
+class OfOneGain(_Search):
+    """A search whose steps are large, and lower the cost by so much each time."""
+
+    sized, last, same_cost, others = False, False, 0.0, 0.0
+    state = of = SimpleNamespace(values=0, size=1)
+    recordings, parts, working, believed, ups = (), (), np.ones(1), None, None
+
+    def __init__(self, gain: float, refined: bool) -> None:
+        self.gain, self.refined = gain, refined
+
+    def _linearise(self) -> list:
+        return []
+
+    def _step(self, sums: list) -> tuple:
+        return np.eye(1), np.zeros(1), np.full(1, 1e3), self.gain
+
+    def _size(self, *given: object) -> None:
+        """All is as large as it was."""
+
+
+@pytest.mark.parametrize(
+    ("gain", "refined", "rounds"),
+    [(0.0, True, 4), (0.05, True, 10), (1e9, True, 60), (0.0, False, 60)],
+)
+def test_two_steps_that_gain_nothing_end_each_search(gain, refined, rounds) -> None:
+    """With the first priors and with those found; eight that gain little end the last search."""
+    found = OfOneGain(gain, refined).run(60)
+    assert (found.rounds, found.converged) == (rounds, rounds < 60)

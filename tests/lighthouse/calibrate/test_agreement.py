@@ -50,6 +50,19 @@ def test_both_stations_find_the_minima_that_one_cannot(flown: Scene) -> None:
         assert alone.all() and (path.epsilon >= own.paths[0].epsilon).all()
 
 
+def test_covariance_of_rotations_by_simulation() -> None:
+    """Of four diodes the eight angles less six unknowns leave two degrees of freedom, of which the
+    median square, that tells the noise, is ln 2 of the mean."""
+    board = np.array([[0, 0, 0], [0.05, 0.2, 0], [0, 0, 0.2], [-0.1, 0.1, 0.1]])
+    turn, rng, n = rotation.from_angles(0.2, -0.1, 0.3), np.random.default_rng(2), 1000
+    place = board @ turn.T + [2.0, 0.3, -0.2]
+    angles = np.arctan2(place[:, 1:], place[:, :1]) + 1e-4 * rng.standard_normal((n, 4, 2))
+    found = minima(Measurements(np.arange(float(n)), angles), board, IDEAL)
+    off = [rotation.error(R, turn) for R in found.paths[0].R]
+    told = found.spread[0].trace(axis1=1, axis2=2).mean()
+    assert told / np.square(off).sum(axis=1).mean() == pytest.approx(np.log(2), rel=0.1)
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
 def test_flights_of_a_deck(seed: int) -> None:
     """8 to 160 mm and up to 100 % of the poses mirrored by K_1 alone."""

@@ -48,7 +48,7 @@ def calibrated(given: Made, sensors: Sensors | None = None) -> tuple[Calibration
 
 @pytest.fixture(scope="module")
 def three() -> tuple[Made, Calibration, Summary]:
-    given = made(3, 1, 6.0)
+    given = made(3, 2, 6.0)
     return given, *calibrated(given)
 
 
@@ -60,6 +60,8 @@ def test_pose_of_every_station_is_written_and_read(three, tmp_path) -> None:
     assert is_network(read) and read["reference"] == "3"
     assert read["chosen"] == {"7": 0, "11": 1} and read["covariance_joint_stations"] == ["7", "11"]
     assert read["stations"]["11"] == {"id": 111, "mode": "11"}
+    standing = {one["variant"]: one["standing"] for one in read["variants"]}
+    assert standing == {"libsurvive": "chosen", "crazyflie": "worse"}
     assert read["verdict"]["word"] == "good", read["verdict"]["reason"]
     joint = np.array(read["covariance_joint"])
     off = []

@@ -150,6 +150,8 @@ def test_bytes_out_of_step_are_found_again(
     path = tmp_path / "a.bin"
     path.write_bytes(data)
     whole = decode(path, "crazyflie-uart", board(tmp_path))
+    path.write_bytes(data[3:])  # from the first sync on
+    assert len(decode(path, "crazyflie-uart", board(tmp_path)).hits) == len(whole.hits)
     for lost in (5, 30_001):  # within a frame, and two seconds
         path.write_bytes(data[:70_000] + data[70_000 + lost :])
         found = decode(path, "crazyflie-uart", board(tmp_path))

@@ -168,6 +168,12 @@ def strays(lines: list[str]) -> list[str]:
     return [" ".join(cells) for cells in [*first, *odd]]
 
 
+def delayed(lines: list[str]) -> list[str]:
+    """The host is later and later, by a tenth of the time."""
+    cells = [line.split(maxsplit=1) for line in lines]
+    return [f"{1.1 * float(time):.6f} {rest}" for time, rest in cells]
+
+
 def wrong_begins(lines: list[str]) -> list[str]:
     """Every tenth begin a third of a turn late."""
     result = [line.split() for line in lines]
@@ -176,7 +182,7 @@ def wrong_begins(lines: list[str]) -> list[str]:
     return [" ".join(cells) for cells in result]
 
 
-@pytest.mark.parametrize("change", [late, holes, strays, wrong_begins])
+@pytest.mark.parametrize("change", [late, holes, strays, delayed, wrong_begins])
 def test_turns_are_counted_through_defects(
     tmp_path: Path, change: Callable[[list[str]], list[str]]
 ) -> None:

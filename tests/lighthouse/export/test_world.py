@@ -93,6 +93,15 @@ def test_a_master_that_looks_along_the_vertical(sign: int) -> None:
     assert np.linalg.det(world.R) == pytest.approx(1)
 
 
+@pytest.mark.parametrize(("part", "counts"), [(0.049, False), (0.051, True)])
+def test_where_the_master_looks_counts_from_a_twentieth_of_it_on(part: float, counts: bool) -> None:
+    """Of its x that part is horizontal; x of the room is along it, or along that of its z."""
+    own = np.array([-np.sqrt(1 - part**2), 0.6 * part, 0.8 * part])
+    found = replace(calibrated(), stations=[Station("master", gravity=own), Station("slave")])
+    ahead, top = world_of("gravity", found).R[:, [0, 2]].T
+    assert (abs(ahead[1]) < 1e-9) == counts != (abs(top[1]) < 1e-9)
+
+
 def test_what_is_missing_is_replaced_and_stated() -> None:
     blind = calibrated(gravity=(None, None), path=False)
     world = world_of("gravity", blind)

@@ -45,17 +45,6 @@ def test_dof_equals_that_of_simulation(alpha, estimator):
     np.testing.assert_allclose(stated[4:], simulated[4:], rtol=0.2)
 
 
-def test_dof_of_long_series_is_continuous():
-    """The scaled sum takes over from the exact one without a step (2 % at neighbouring m)."""
-    for alpha in (1, 0, -1, -2):
-        for estimator in ("oadev", "mdev", "hdev"):
-            last = 1024 // (4 if estimator == "hdev" else 3)  # of those summed exactly
-            exact, scaled = (
-                equivalent_dof(alpha, m, 3_888_000, estimator) for m in (last, last + 1)
-            )
-            assert scaled / exact == pytest.approx(last / (last + 1), rel=0.01)
-
-
 def test_dof_agrees_with_greenhall_and_riley_at_long_tau():
     """Empirical formulas for n phase points [Riley, SP 1065, table 5], good to a few per cent."""
     n, m = 3_888_001, 10_000
@@ -74,6 +63,9 @@ def test_dof_of_long_series_is_that_of_the_whole_sum(alpha, estimator):
     for m, n in ((700, 20_000), (3000, 20_000), (5000, 200_000)):
         whole = equivalent_dof(alpha, m, n, estimator, max_terms=10**6)
         assert equivalent_dof(alpha, m, n, estimator) == pytest.approx(whole, rel=0.004)
+        for more in (0, 4):  # than those that a term is correlated over
+            most = m * (4 if estimator == "hdev" else 3) + more
+            assert equivalent_dof(alpha, m, n, estimator, max_terms=most) == whole
 
 
 @pytest.mark.parametrize("alpha", [0, -2])

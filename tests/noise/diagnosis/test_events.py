@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
-from mocap_metrology.noise.diagnosis.dynamic import _dispersion, dynamic_allan, scales
-from mocap_metrology.noise.diagnosis.events import Event
-from mocap_metrology.noise.diagnosis.levels import blocks, compare
+from mocap_metrology.noise.diagnosis.dynamic import (
+    Scale,
+    _dispersion,
+    _windows,
+    dynamic_allan,
+    scales,
+)
+from mocap_metrology.noise.diagnosis.events import Alarm, Event, merged
+from mocap_metrology.noise.diagnosis.levels import Sides, blocks, compare
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
 from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence
@@ -120,8 +126,33 @@ def test_noise_that_doubles_without_a_crump_is_found_where_it_does():
     position, _ = recorded(("Vantage", 9), 3)
     (event,) = events_of(loud_after(position, 250.0, 2.0))
     assert event.kind == "level"
-    assert abs(event.time_s - 250.0) <= 10.0
-    assert not np.isfinite(event.size_mm)
+    assert abs(event.time_s - 250.0) <= 10.0 and event.stop_s == event.time_s
+    assert not np.isfinite(event.size_mm) and not event.often
+
+
+@pytest.mark.parametrize(
+    ("kind", "interval", "of", "outcome", "after", "matters"),
+    [
+        ("level", (1.09, 1.05, 1.13), 1, "level changed", "changed", False),
+        ("level", (1.1, 1.05, 1.15), 1, "level changed", "changed", True),
+        ("level", (0.9, 0.86, 0.95), 1, "level changed", "changed", True),
+        ("burst", (1.09, 1.05, 1.13), 1, "level changed", "changed", True),
+        ("burst", (1.0, 0.9, 1.1), 1, "once", "alike", True),
+        ("burst", (1.0, 0.5, 2.0), 2, "repeated", "undecided", True),
+        ("burst", None, 1, "unknown", "alike", True),
+    ],
+)
+def test_what_is_left_of_an_event(kind, interval, of, outcome, after, matters) -> None:
+    """By the ratio of the noise after it to that before, and its interval."""
+    sides = (Sides("x1", 1.0, 1.0, 1.0, 1.0, *interval),) if interval else ()
+    event = Event(1.0, 2.0, kind, ("x1",), "x1", 1.0, 0.0, 0.0, 1.0, 1.0, sides, of)
+    assert (event.outcome, event.noise_after, event.matters) == (outcome, after, matters)
+
+
+@pytest.mark.parametrize(("gap_s", "events"), [(-3.0, 1), (0.0, 1), (0.99, 1), (1.01, 2)])
+def test_alarms_less_than_a_second_apart_are_one_event(gap_s: float, events: int) -> None:
+    one, other = (Alarm(t, t + 5.0, "x1", 0.1, 20.0, 3.0) for t in (40.0, 45.0 + gap_s))
+    assert len(merged([other, one])) == events
 
 
 def test_sides_that_are_equal_are_said_so_as_often_as_promised():
@@ -154,6 +185,14 @@ def test_the_bound_holds_in_the_tail():
     for level in (2.0, 4.0, 6.0):
         assert np.mean(x > level) <= np.exp(-level)
     assert np.mean(x > 2.0) > 1e-4  # and is not empty
+
+
+@pytest.mark.parametrize(("there", "known"), [(4, True), (3, False)])
+def test_a_window_has_half_of_its_differences(there: int, known: bool) -> None:
+    seen = np.arange(80) % 8 < there
+    mean, share = _windows(np.where(seen, 3.0, 0.0), seen, Scale(1, 1, 8))
+    assert (share == there / 8).all()
+    np.testing.assert_array_equal(mean, np.full(mean.size, 3.0 if known else np.nan))
 
 
 def test_short_and_constant_series_have_no_windows():

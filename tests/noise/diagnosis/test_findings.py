@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +91,9 @@ def test_sentences_and_findings_say_the_same(made, codes) -> None:
     told = {CODE_OF[s.kind] for s in said if s.kind in CODE_OF and _names_something(s)}
     assert {CODE_OF[kind] for kind in warned} <= codes
     assert told == codes
+    put = replace(one, exchanged=[{"labels": ["A", "B"], "n_frames": N // 4}])
+    exchanged = [f for f in findings_of(put, found, []) if f.code == "exchanged"]
+    assert [(f.series, f.value) for f in exchanged] == [(name, 0.25) for name in names]
 
 
 def _names_something(sentence) -> bool:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
+from mocap_metrology.noise.diagnosis.one_series import left_in_means
 from mocap_metrology.noise.diagnosis.periodic import (
     described,
     first_maximum,
@@ -30,6 +33,16 @@ def noise(n=72_000, sigma=0.01, seed=1):
 
 def wave(amplitude, f_hz, n=72_000):
     return amplitude * np.sin(2 * np.pi * f_hz * np.arange(n) / RATE + 0.3)
+
+
+@pytest.mark.parametrize("f_hz", [2.5, 7.3, 24.0, 49.0])
+def test_what_a_line_leaves_in_means(f_hz: float) -> None:
+    """Of 25 frames, from their least to their greatest; lines of fewer than half a cycle in a mean
+    are no such."""
+    means = np.convolve(wave(0.3, f_hz), np.full(25, 1 / 25), "valid")
+    line = SimpleNamespace(line=SimpleNamespace(f_0=f_hz, width_f=0.0, A_s=0.3))
+    assert left_in_means([line], 25, RATE) == pytest.approx(np.ptp(means), rel=1e-3, abs=1e-9)
+    assert left_in_means([line], 23, RATE) == 0 or f_hz > 2.5
 
 
 def test_the_line_of_s_is_named():

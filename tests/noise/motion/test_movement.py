@@ -84,6 +84,8 @@ def test_a_jump_has_its_size_its_interval_and_its_time(step_mm: float) -> None:
         assert middle == pytest.approx(found.size_mm)
         assert not movement(0.8 * least * (at < T) + noise, RATE, step_mm=step_mm).moves
     assert held >= 34  # the largest of many is a little high
+    # Without noise from a thousandth of the range on that matters, 2 mm
+    assert [movement(size * (T > 150), RATE).moves for size in (0.0019, 0.0021)] == [False, True]
 
 
 @pytest.mark.parametrize("range_mm", [0.5, 2.0])

@@ -77,6 +77,13 @@ def test_quaternions_of_either_sign() -> None:
     assert np.isnan(vectors[:, 5]).all()
 
 
+def test_the_mean_of_half_turns_is_the_most_frequent() -> None:
+    """Four about x, three about y, two about z: trace(R' sum of all) is greatest for x."""
+    quaternions = np.repeat(np.eye(4)[:, :3], [4, 3, 2], axis=1)
+    angle = np.linalg.norm(of_poses(quaternions).vectors_rad, axis=0)
+    np.testing.assert_allclose(angle, np.repeat([0.0, np.pi], [4, 5]), atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("points", "message"),
     [

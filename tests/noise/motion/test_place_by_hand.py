@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.motion.place import by_place
+from mocap_metrology.noise.motion.place import by_place, evenness
 
 LENGTHS = np.array([1.0, 3, 2, 8, 4, 4, 7, np.nan, 5, 6])
 X = np.array([5.0, 6, 7, 55, 56, 57, 58, 59, 9, 8])
@@ -23,5 +23,7 @@ def test_cells_their_pairs_and_their_means() -> None:
     overall = np.nanmean(LENGTHS)
     assert first["deviation_mm"] == pytest.approx(17 / 5 - overall)
     assert second["deviation_mm"] == pytest.approx(23 / 4 - overall)
+    bend = evenness([first, second])["bend_mm"]  # of two values, their distance over sqrt(2)
+    assert bend == pytest.approx((23 / 4 - 17 / 5) / np.sqrt(2))
     assert by_place(middle, LENGTHS, 50.0, least=4) == []
     assert by_place(middle * np.nan, LENGTHS, 50.0, least=1) == []

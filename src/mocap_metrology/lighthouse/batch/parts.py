@@ -321,7 +321,7 @@ def _strains(board: np.ndarray) -> Iterator[Floats]:
     """Places, (3 n,), of a board stretched along each of its principal axes and sheared between
     each two, those aside along which it has no extent."""
     centred = board - board.mean(axis=0)
-    _, size, axes = np.linalg.svd(centred, full_matrices=False)
+    _, size, axes = np.linalg.svd(centred)
     along = axes[size > 1e-3 * size[0]]
     for a, b in combinations_with_replacement(along, 2):
         yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()

@@ -181,8 +181,8 @@ def still_outliers(hits: Hits, cleaning: Cleaning, resolution_rad: float) -> np.
     """
     wrong = np.zeros(len(hits), np.bool_)
     half_window = cleaning.half_window
-    for laser in range(2 * (int(hits.station.max(initial=0)) + 1)):
-        chosen = np.flatnonzero((hits.station == laser // 2) & (hits.axis == laser % 2))
+    for station, axis in np.unique(np.column_stack([hits.station, hits.axis]), axis=0):
+        chosen = np.flatnonzero((hits.station == station) & (hits.axis == axis))
         if chosen.size > 2 * half_window:
             table, row = _table(hits, chosen)
             still = _still(table, half_window) <= STILL_RAD

@@ -285,12 +285,9 @@ def _collide(
     np.maximum.at(of_group, group, other)
     draw = rng.random(s.size)
     mixed = (of_group[group] >= 0) & (draw >= LOST) & (draw < LOST + MIXED)
-    kept = np.ones(s.size, np.bool_)
-    kept[order] = ~((of_group[group] >= 0) & (draw < LOST))
-    result, wrong = station.copy(), np.zeros(s.size, np.bool_)
-    result[order] = np.where(mixed, of_group[group], s)
-    wrong[order] = mixed
-    return result, kept, wrong
+    kept = ~((of_group[group] >= 0) & (draw < LOST))
+    given = np.argsort(order)
+    return np.where(mixed, of_group[group], s)[given], kept[given], mixed[given]
 
 
 def write_rec(

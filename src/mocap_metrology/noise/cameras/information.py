@@ -166,7 +166,7 @@ def _geometry(joint: np.ndarray, transfer: np.ndarray, chain: Chain) -> list[np.
         parts = [scale @ path @ e @ scale.T for e in basis]
         equations.append([(part - part.T)[[0, 0, 1], [1, 2, 2]] for part in parts])
     shape = np.linalg.svd(np.concatenate(equations, axis=1).T)[2][-1]
-    found = sum(c * e for c, e in zip(shape, basis, strict=True))
+    found = np.tensordot(shape, basis, 1)
     found = found * np.sign(np.trace(found))
     known: list[np.ndarray] = [np.full((3, 3), np.nan)] * len(chain.n_cameras)
     for subset, path in paths.items():

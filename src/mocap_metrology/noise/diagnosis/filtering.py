@@ -226,14 +226,13 @@ def measured(series: np.ndarray, one: Filter, m: np.ndarray, rate_hz: float) -> 
 def _left(sigma: float, avar: np.ndarray, m: np.ndarray, rate_hz: float) -> Left:
     adev = np.sqrt(avar)
     wanted = [1, *(round(t * rate_hz) for t in CHOSEN_S)]
-    at = {int(k): float(v) for k, v in zip(m, adev, strict=True)}
     known = np.isfinite(adev)
     known &= (m >= LEAST_FROM_S * rate_hz) | (m[-1] < LEAST_FROM_S * rate_hz)
     best = int(np.argmin(np.where(known, adev, np.inf)))
     least = float(adev[best]) if known.any() else math.nan
     return Left(
         sigma,
-        tuple(at.get(k, math.nan) for k in wanted),
+        tuple(float(adev[m == k][0]) if k in m else math.nan for k in wanted),
         least,
         float(m[best]) / rate_hz,
         (m / rate_hz, adev),

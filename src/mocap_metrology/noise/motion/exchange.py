@@ -45,11 +45,9 @@ def put_right(labels: Sequence[str], position_mm: np.ndarray) -> list[Exchange]:
     for at, a in enumerate(suspects):
         for b in suspects[at + 1 :]:
             near = NEAR * apart[a, b]
-            home = [_off(position_mm[k], place[k]) < near for k in (a, b)]
             frames = _off(position_mm[a], place[b]) < near
             frames &= _off(position_mm[b], place[a]) < near
-            away = [(~own & ~frames & np.isfinite(position_mm[k][0])).mean()
-                    for k, own in zip((a, b), home, strict=True)]  # fmt: skip
+            away = [(~frames & (_off(position_mm[k], place[k]) >= near)).mean() for k in (a, b)]
             if not frames.any() or max(away) > 0.01:
                 continue
             position_mm[a][:, frames], position_mm[b][:, frames] = (

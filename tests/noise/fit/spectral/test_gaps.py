@@ -77,3 +77,4 @@ def test_stretches_are_cut_at_long_gaps():
     assert stretches(series, 4, 10) == [slice(3, 40), slice(45, 60), slice(80, 99)]
     assert stretches(series, 4, 16) == [slice(3, 40), slice(80, 99)]
     assert stretches(np.full(10, np.nan), 5, 1) == []
+    assert stretches(np.zeros(10), 5, 10) == [slice(0, 10)] and stretches(np.zeros(9), 5, 10) == []

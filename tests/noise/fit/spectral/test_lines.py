@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.fit.spectral.line import level
+from mocap_metrology.noise.fit.spectral.line import around, level
 from mocap_metrology.noise.fit.spectral.lines import (
     find_lines,
     find_slow_lines,
@@ -19,6 +19,18 @@ N = 1 << 15
 
 def sine(A_s: float, f_0: float, phase: float, n: int = N) -> np.ndarray:
     return A_s * np.sin(2 * np.pi * f_0 * TAU0 * np.arange(n) + phase)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [(20, 29, 2.0), (6, 29, 2.0), (5, 29, 1.0), (20, 34, 2.0), (20, 35, 4.0), (5, 35, 2.5)],
+)
+def test_noise_beside_a_line_is_the_geometric_mean_of_both_sides(low, high, expected) -> None:
+    """4 below and 1 above: of sides that have half of 10 coefficients, or else the median of what
+    there is; medians are ln 2 of means."""
+    power = np.log(2) * np.repeat([9.0, 4.0, 100.0, 1.0], [1, 19, 10, 10])
+    power[low : high + 1] = 100.0
+    assert around(power, low, high, 10) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.25, 0.5])

@@ -44,7 +44,7 @@ def quantile(rows: Sequence[tuple[float, float, float]], p: float) -> float:
     from scipy.optimize import brentq
     from scipy.special import ndtr
 
-    weight, mean, sd = (np.array(column) for column in zip(*rows, strict=True))
+    weight, mean, sd = np.array(rows).T
     weight, sd = weight / weight.sum(), np.maximum(sd, 1e-300)
     low, high = float((mean - 9 * sd).min()), float((mean + 9 * sd).max())
     return float(brentq(lambda x: weight @ ndtr((x - mean) / sd) - p, low, high))

@@ -131,8 +131,7 @@ def edges(n: int) -> np.ndarray:
     """First coefficient of each bin and, last, n: single ones at first, then even steps in log k;
     k = 1 ... n - 1."""
     steps = max(round(math.log10(n) * BINS_PER_DECADE), 1)
-    whole = np.unique(np.rint(np.logspace(0, math.log10(n), steps + 1)).astype(np.int64))
-    return np.unique(np.concatenate([whole[whole < n], [n]]))
+    return np.unique(np.rint(np.logspace(0, math.log10(n), steps + 1)).astype(np.int64))
 
 
 def bins_of(n: int, frame_rate_hz: float, form: Form = "sampled") -> Bins:

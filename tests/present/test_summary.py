@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mocap_metrology.lighthouse.assess.rows import spread
 from mocap_metrology.present.pages import provenance, summary
-from mocap_metrology.present.verdict.overview import overview_figure
+from mocap_metrology.present.verdict.figure import overview_figure
 
 LIMITS = {"good": 0.1, "usable": 0.25}
 ANGLES = ("alpha", "beta", "gamma")
@@ -167,14 +168,14 @@ def test_spread_of_poses_about_a_known_one() -> None:
     turned = Rotation.from_rotvec(rng.normal(0, np.radians([0.1, 0.3, 0.2]), (4000, 3))) * centre
     moved = rng.normal([2000, -50, 3], [1.0, 2.0, 4.0], (4000, 3))
     poses = np.hstack([moved, turned.as_euler("xyz", degrees=True)])
-    pose, mm, deg = summary.spread(poses)
+    pose, mm, deg = spread(poses)
     assert pose == pytest.approx([2000, -50, 3, 5, -20, 60], abs=0.3)
     assert (mm, deg) == pytest.approx((4.0, 0.3), rel=0.05)
     two = np.array([[0.0, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 2]])
-    pose, mm, deg = summary.spread(two)
+    pose, mm, deg = spread(two)
     assert pose == pytest.approx([0.5, 0, 0, 0, 0, 1])
     assert (mm, deg) == pytest.approx((math.sqrt(0.5), math.sqrt(2.0)))
-    assert np.isnan(summary.spread(two[:1])[1:]).all() and np.isnan(summary.spread(two[:0])[1])
+    assert np.isnan(spread(two[:1])[1:]).all() and np.isnan(spread(two[:0])[1])
 
 
 def test_run_times_and_the_page_of_provenance(tmp_path) -> None:

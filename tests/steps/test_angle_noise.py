@@ -7,16 +7,13 @@ import pytest
 
 from mocap_metrology.calibration.angle_noise import MOVED, UNKNOWN, write_angle_noise
 from mocap_metrology.common.files import read_table
+from mocap_metrology.lighthouse.assess.rows import ANGLE_HEAD, angle_rows
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.still_angles import still_angles
-from mocap_metrology.present.calibration.calibration_table import (
-    ANGLE_HEAD,
-    angle_markdown,
-    angle_rows,
-)
+from mocap_metrology.present.calibration.calibration_table import angle_markdown
 from mocap_metrology.settings import Allan
 
 COMMON, INDEPENDENT, SECONDS = 53e-6, 30e-6, 30.0

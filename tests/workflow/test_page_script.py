@@ -6,7 +6,8 @@ import pytest
 from browser import browser
 from matplotlib.figure import Figure as Drawing
 
-from mocap_metrology.present.pages import details, document, summary
+from mocap_metrology.present.pages import details, summary
+from mocap_metrology.present.pages import details as document
 
 COLUMN = "[...document.querySelectorAll('tbody tr:not([hidden])')].map(r => r.cells[%d].innerText)"
 CLICK = "document.querySelectorAll('thead button')[%d].click()"

@@ -5,6 +5,7 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
+    from mocap_metrology.papers import camera_tables as of_papers
     from mocap_metrology.papers.power_laws import table_1
     from mocap_metrology.present import tables
     from mocap_metrology.present.pages import left_out
@@ -18,7 +19,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.text import captions
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
-    laws, types, missing = table_1(), camera_tables.table_2(), left_out.left_out()
+    laws, types, missing = table_1(), of_papers.table_2(), left_out.left_out()
     laws_shown = [{column: row[column] for column in camera_tables.TABLE_1_SHOWN} for row in laws]
     for name, rows, shown, title, caption in (
         (
@@ -31,7 +32,7 @@ with step(snakemake) as log:
         (
             "skurowski_table2",
             types,
-            camera_tables.side_by_side(),
+            of_papers.side_by_side(),
             f"{paper}, Table 2: cameras",
             captions.TABLE_2,
         ),

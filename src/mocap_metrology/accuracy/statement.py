@@ -17,8 +17,9 @@ the scatter of a monitor from take to take; the last only where no dates show it
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -126,3 +127,19 @@ def _common(bar: Bar, known: Sequence[Component], dated: bool) -> list[Component
     step = max(take.step_mm for take in bar.takes)
     found.append(Component("resolution", "B", step / math.sqrt(12)))
     return found + [one for one in known if one.name == "drift" and not dated]
+
+
+def known_of(
+    pair: Sequence[str],
+    monitors: Sequence[Mapping[str, Any]] = (),
+    points: Mapping[str, Any] | None = None,
+) -> list[Component]:
+    """Out of contents of monitor.json, the largest scatter of the length of this pair, and of
+    <group>_points.json the standard error of the scale."""
+    names = {f"length {'-'.join(order)}" for order in (pair, pair[::-1])}
+    series = [s for one in monitors for n, s in one.get("series", {}).items() if n in names]
+    scatter = [(one["scatter"], one["dof"]) for one in series if "scatter" in one]
+    known = [Component("drift", "A", *max(scatter))] if scatter else []
+    if points and (se := points.get("scale_se_ppm")):
+        known.append(Component("scale", "A", 1e-6 * se, points["n"] - 1))
+    return known

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,9 +15,6 @@ from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 CAPTION = (
     "Simulated recordings ({n} at each point, {seconds:g} s each, seed {seed}): one circumstance "
@@ -182,7 +179,7 @@ def _places(values: pd.Series) -> pd.Series:
 
 
 def _draw_methods(
-    axes: Axes, table: pd.DataFrame, unit: str, looks: Mapping[str, fig.Look], at: pd.Series
+    axes: fig.Axes, table: pd.DataFrame, unit: str, looks: Mapping[str, fig.Look], at: pd.Series
 ) -> None:
     """Medians with their intervals, a line a method, those of one value beside each other."""
     names = table["line"].unique()
@@ -208,7 +205,7 @@ def _draw_methods(
         axes.errorbar(x, y, yerr=np.nan_to_num([y - low, high - y]), **how)
 
 
-def _count_failures(axes: Axes, table: pd.DataFrame, at: pd.Series) -> None:
+def _count_failures(axes: fig.Axes, table: pd.DataFrame, at: pd.Series) -> None:
     """At values where recordings have no pose: how many of all, over the methods."""
     how: fig.Keywords = {"color": fig.GREY, "fontsize": fig.SMALL_PT, "rotation": 90}
     how |= {"ha": "center", "va": "top", "transform": axes.get_xaxis_transform()}

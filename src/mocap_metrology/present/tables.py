@@ -12,13 +12,13 @@ import numpy as np
 
 from mocap_metrology.common.errors import printable
 from mocap_metrology.common.files import write_csv, write_text
+from mocap_metrology.common.types import Record
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Row = dict[str, Any]  # of a table: numbers, words, gaps
-Record = Mapping[str, Any]  # a row as read from CSV, or what a JSON file holds
 BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
 DIGITS = 5  # significant ones of a number to read

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.types import Record
+from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
 from mocap_metrology.lighthouse.calibrate.superpose import at_times
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
 from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.rotation import log, mean
 
 UNSEEN, SELDOM = 0.01, 0.5  # share of sweeps seen; SELDOM of the median diode's
+TIMES_SIGMA = 3.0  # an error beyond so many standard deviations is more than scatter
 FLAT = 0.05  # thickness of a board whose diodes all face the same way, over its width
 AXES = {"mm": ("x_mm", "y_mm", "z_mm"), "deg": ("rx_deg", "ry_deg", "rz_deg")}
 KINDS = {"noise": "sd_noise_", "calibration": "sd_calibration_", "total": "sd_"}
@@ -132,3 +135,33 @@ def jitter(track: Columns) -> tuple[float, float]:
     both = deviations_mm(track)[good], np.degrees(log(R @ mean(R).T))
     mm, deg = (float(np.sqrt(own.var(axis=0, ddof=1).sum())) for own in both)
     return mm, deg
+
+
+def expected_urad(pose: Record) -> float:
+    """Noise of one angle that the checks went by, in µrad."""
+    limit, good = limit_of(pose, "board poses")
+    return EXPECTED_URAD if limit is None else limit / BOARD[0 if good else 1]
+
+
+def limit_of(pose: Record, name: str) -> tuple[float | None, bool]:
+    """Limit of a check and whether it is that of the word good; None where it has none."""
+    check: Record = next((c for c in pose.get("checks", ()) if c["name"] == name), {})
+    limit = check.get("limit")
+    return (limit if isinstance(limit, int | float) else None), bool(check.get("ok"))
+
+
+def deviations(entry: Record) -> np.ndarray:
+    """Standard deviations (6,) in mm and deg, NaN where they are not known."""
+    if entry.get("covariance") is None:
+        return np.full(6, np.nan)
+    variance = np.diag(np.array(entry["covariance"], dtype=np.float64))
+    return np.asarray(np.sqrt(np.clip(variance, 0, None)))
+
+
+def beyond_sigma(entry: Record) -> bool:
+    """Whether the error of an estimate against its reference is more than three standard deviations
+    in a coordinate or about an axis."""
+    if entry.get("errors_mm") is None:
+        return False
+    off = np.abs([*entry["errors_mm"], *entry["errors_deg"]])
+    return bool((off > TIMES_SIGMA * deviations(entry)).any())

@@ -70,8 +70,7 @@ def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> 
     if len(panels) < above.size:
         fig.log_axes(above[len(panels)], limits)
         plot.slope_fan(above[len(panels)], limits, plot.ALLAN_SLOPES)
-    fig.legend_below(body, above[: len(panels)])
-    return Picture(body, texts[2])
+    return fig.finished(body, above[: len(panels)], texts[2])
 
 
 def ratios(curves: pd.DataFrame) -> pd.DataFrame:

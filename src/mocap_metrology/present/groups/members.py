@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.present.plot.curves import facets
 from mocap_metrology.present.plot.figure import LOOKS, OTHER_LOOKS, Look
-from mocap_metrology.present.tables import Record
 
 Rows = Mapping[str, Record]
 

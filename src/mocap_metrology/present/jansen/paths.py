@@ -4,30 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles, Paths, Pose
 from mocap_metrology.lighthouse.assess.pose_file import matrix_and_metres
+from mocap_metrology.lighthouse.assess.signal import signal_of
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE, Path
-from mocap_metrology.present.calibration.calibration_files import (
-    CalibrationFiles,
-    Paths,
-    Pose,
-    thinned,
-)
-from mocap_metrology.present.calibration.stations import COLOURS
+from mocap_metrology.present.calibration.stations import COLOURS, thinned
 from mocap_metrology.present.jansen import signal, space
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, Keywords, Picture
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
-
-if TYPE_CHECKING:
-    from matplotlib.figure import SubFigure
-    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 TITLES = {
     3: "signal of a photodiode over a measurement cycle",
@@ -61,7 +52,7 @@ def jansen_figures(files: CalibrationFiles, pulses: Mapping[str, np.ndarray]) ->
     titles = {k: f"Jansen et al. 2019, Figure {k}: {text}" for k, text in TITLES.items()}
     shown = Superposed.of(files)
     point = space.clearest_point(shown.paths, files.board)
-    four_cycles = signal.signal_of(pulses, files.sweeps)
+    four_cycles = signal_of(pulses, files.sweeps)
     return {
         3: signal.signal_figure(four_cycles, titles[3], source),
         5: space.angles_figure(point, titles[5], source),
@@ -139,8 +130,7 @@ def paths_figure(shown: Superposed, title: str, source: str) -> Picture:
     axes["all"].set_title("(a) Both stations at the origin", loc="left")
     space.draw_frame(axes["all"], (np.eye(3), np.zeros(3)), length, INK)
     space.unclipped(axes.values())
-    figure.legend_below(body, axes.values())
-    return Picture(body, shown.caption(6, outside))
+    return figure.finished(body, axes.values(), shown.caption(6, outside))
 
 
 @figure.styled()
@@ -182,8 +172,7 @@ def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
     for end in (first, far[int(np.argmin(far @ first))]):
         space.curve(axes["all"], about + space.arc(end, R), label=label, **how | {"lw": 0.9})
     space.unclipped(axes.values())
-    figure.legend_below(body, axes.values())
-    return Picture(body, shown.caption(7, outside))
+    return figure.finished(body, axes.values(), shown.caption(7, outside))
 
 
 @figure.styled()
@@ -198,7 +187,7 @@ def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
     tips = [at + 1.3 * length * turn.T for turn, at in frames]
     points = np.vstack([*places, *tips])
     body = figure.new_figure(title, source, 135.0)
-    axes: Axes3D = body.subplots(subplot_kw=space.IN_SPACE)
+    axes: figure.Axes3D = body.subplots(subplot_kw=space.IN_SPACE)
     space.show(axes, points, space.widest(points), ALONE)
     _dots(axes, master, "board, from the master", OWN)
     _dots(axes, after, "board, from the slave, after R and T", AFTER)
@@ -223,18 +212,17 @@ def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
         space.write(axes, below, role, color=colour, weight="bold")
     space.write(axes, 0.5 * t, "T", weight="bold")
     space.unclipped([axes])
-    figure.legend_below(body, [axes], columns=2)
-    return Picture(body, shown.caption(8))
+    return figure.finished(body, [axes], shown.caption(8), columns=2)
 
 
-def _panels(body: SubFigure) -> dict[str, Axes3D]:
+def _panels(body: figure.SubFigure) -> dict[str, figure.Axes3D]:
     """A large panel of all, and two enlarged ones beside it."""
     return body.subplot_mosaic(
         [["all", "left"], ["all", "right"]], width_ratios=[5, 3], subplot_kw=space.IN_SPACE
     )
 
 
-def _dots(axes: Axes3D, points: np.ndarray, label: str, how: Keywords) -> None:
+def _dots(axes: figure.Axes3D, points: np.ndarray, label: str, how: Keywords) -> None:
     """A dot a measurement: those in the other minimum are apart, and no lines lead there."""
     shown = points[thinned(len(points))]
     axes.plot(*shown.T, zorder=3, axlim_clip=True, rasterized=len(shown) > DENSE, **how)
@@ -286,7 +274,7 @@ def outline(board: np.ndarray) -> np.ndarray:
     return np.asarray(centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes)
 
 
-def _draw_boards(axes: Axes3D, boards: list[np.ndarray], colour: str) -> None:
+def _draw_boards(axes: figure.Axes3D, boards: list[np.ndarray], colour: str) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     axes.add_collection3d(Poly3DCollection(boards, fc=(colour, 0.1), ec=colour, lw=0.6, zorder=2))

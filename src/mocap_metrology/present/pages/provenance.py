@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.present.pages import details, site
-from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 

@@ -7,17 +7,14 @@ where there is none), and optionally `thin`, the name of another estimator of th
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import cycle
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.figure import GREY, Keywords, Look, coordinate_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MOST_MARKERS = 6  # with a panel each
 MOST_SINGLE = len(plot.OTHER_LOOKS)  # curves in one panel that can be distinguished
@@ -124,8 +121,7 @@ def curves_picture(
     for axes in grid.flat[len(panels) + 1 :]:
         axes.axis("off")
     label_outer(grid, len(panels), axis_labels)
-    plot.legend_below(body, grid.flat[: len(panels)])
-    return plot.Picture(body, texts[2])
+    return plot.finished(body, grid.flat[: len(panels)], texts[2])
 
 
 def curve_limits(curves: pd.DataFrame) -> tuple[Limits, Limits]:
@@ -153,7 +149,7 @@ def positive(values: Iterable[float] | pd.DataFrame) -> np.ndarray:
 
 
 def draw_curves(
-    axes: Axes,
+    axes: plot.Axes,
     curves: pd.DataFrame,
     y_limits: Limits,
     looks: Looks | None,
@@ -199,7 +195,7 @@ def family_ends(curves: pd.DataFrame) -> tuple[str, str]:
     return level.idxmin(), level.idxmax()
 
 
-def _draw_family(axes: Axes, curves: pd.DataFrame) -> None:
+def _draw_family(axes: plot.Axes, curves: pd.DataFrame) -> None:
     """All in grey, the lowest, the highest, and the median where half of them have a value."""
     curves = curves.assign(y=positive(curves["y"]))
     named = dict(groups_of(curves, "curve"))
@@ -248,7 +244,7 @@ def log_limits(
 
 
 def slope_fan(
-    axes: Axes, limits: tuple[Limits, Limits], slopes: Sequence[tuple[float, str]]
+    axes: plot.Axes, limits: tuple[Limits, Limits], slopes: Sequence[tuple[float, str]]
 ) -> None:
     """Lines of the given slopes from one point, in axes that share the limits of the panels."""
     axes.axis("off")
@@ -263,3 +259,27 @@ def slope_fan(
         end = (10 ** (x + reach), 10 ** (y + slope * reach))
         axes.plot([10**x, end[0]], [10**y, end[1]], color=GREY, lw=0.8)
         axes.annotate(text, end, xytext=(0.35, at), arrowprops=arrow, **how)
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Values over logarithmic bins: centre, median and greatest, each (k,); empty bins left out."""
+
+    centre: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+
+
+def log_bins(x: np.ndarray, y: np.ndarray, per_decade: int) -> Bins:
+    """Median and maximum of `y` (n,) over bins of `x` (n,) of equal width in log x.
+
+    x is ascending. Points with x <= 0 or y not finite are left out. Where the bins are narrower
+    than the spacing of x, every point is its own bin and nothing is changed; elsewhere a narrow
+    line remains in `high`. The centre is the geometric mean of the x in the bin.
+    """
+    keep = (x > 0) & np.isfinite(y)
+    frame = pd.DataFrame({"x": x[keep], "y": y[keep]}, dtype=np.float64)
+    frame["log"] = np.log10(frame["x"])
+    bins = frame.groupby(np.floor(frame["log"] * per_decade + 1e-9))
+    centre = np.where(bins.size() == 1, bins["x"].first(), 10 ** bins["log"].mean())
+    return Bins(centre, bins["y"].median().to_numpy(), bins["y"].max().to_numpy())

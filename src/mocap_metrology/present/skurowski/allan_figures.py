@@ -4,7 +4,6 @@ them, and a line in spectra."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -22,15 +21,12 @@ from mocap_metrology.present.groups.adev import Allan, compared, panels_picture,
 from mocap_metrology.present.groups.members import Rows, count_looks
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
-from mocap_metrology.present.plot.decimate import log_bins
+from mocap_metrology.present.plot.curves import log_bins
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, OTHER_LOOKS
 from mocap_metrology.present.skurowski.gaussian_figures import SETS
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
 from mocap_metrology.present.text.numbers import significant
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 SERIES = ("x1", "x2", "L")
 TITLES: dict[int | str, str] = {
@@ -81,12 +77,11 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
         row[0].set_ylabel(plot.ADEV_AXES[1])
     for axes, label in zip(grid[-1], (*3 * (r"$\tau$ (s)",), "Cameras n"), strict=True):
         axes.set_xlabel(label)
-    fig.legend_below(body, grid.flat, columns=6)
-    return fig.Picture(body, f"{SKUROWSKI[12]} {remarks}")
+    return fig.finished(body, grid.flat, f"{SKUROWSKI[12]} {remarks}", columns=6)
 
 
 def _draw_slice(
-    axes: Axes, panels: Mapping[str, pd.DataFrame], counts: Sequence[int], drop: int
+    axes: fig.Axes, panels: Mapping[str, pd.DataFrame], counts: Sequence[int], drop: int
 ) -> None:
     """Deviation at one averaging time against the number of cameras."""
     axes.set(xlim=(1.4, 10.6), xticks=range(2, 11, 2))
@@ -229,8 +224,7 @@ def regression_figure(
     axes.set_ylabel(plot.ADEV_AXES[1])
     if not tau.size:
         fig.say(axes, plot.NOTHING)
-    fig.legend_below(body, [axes])
-    return fig.Picture(body, f"{SKUROWSKI[6]} {texts[1]}")
+    return fig.finished(body, [axes], f"{SKUROWSKI[6]} {texts[1]}")
 
 
 def smooth_adev(model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form) -> np.ndarray:
@@ -288,11 +282,10 @@ def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Pic
     if not any(b.centre.size for b in bins.values()):
         fig.say(whole, "no spectrum")
     fig.letters([whole, *close])
-    fig.legend_below(body, [whole])
-    return fig.Picture(body, f"{SKUROWSKI[17]} {remarks}")
+    return fig.finished(body, [whole], f"{SKUROWSKI[17]} {remarks}")
 
 
-def _close(axes: Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour: str) -> None:
+def _close(axes: fig.Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour: str) -> None:
     """Linear axes within 2 Hz of the line; over them the excess of its point."""
     near = (np.abs(f_hz - LINE_HZ) <= HALF_WIDTH_HZ) & np.isfinite(psd)
     f_hz, psd = f_hz[near], psd[near]

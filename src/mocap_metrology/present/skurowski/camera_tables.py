@@ -4,17 +4,13 @@ subsets of cameras, and the Gaussian model, published beside regenerated."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from mocap_metrology.noise.twins.published import (
-    published_cameras,
     published_gaussian,
     published_row,
-    published_subsets,
 )
 from mocap_metrology.papers.gaussian_table import REPEATS, related
-from mocap_metrology.papers.subsets import TYPES, source_of, standing_for
-from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text.numbers import significant
 
 TABLE_1_SHOWN = (
@@ -69,40 +65,6 @@ NOTES: dict[str | tuple[str, str], str] = {  # by quantity, or by camera type an
     **dict.fromkeys([("All", name) for name in ("sigma_1_mm", "sigma_2_mm", "rho_12")], SCALED),
     ("Vantage", "sigma_1_mm"): "the printed row agrees with nine cameras, not ten",
 }
-
-
-def table_2() -> list[Row]:
-    """One row a number: the value as printed, its unit, and how sure its reading is."""
-    return [
-        {"camera_type": kind, "quantity": line["spec"], "unit": line["unit"]}
-        | {"published": line[kind], "regenerated": None, "source": "cited"}
-        | {name: line[name] for name in ("ambiguity", "note", "printed_line")}
-        for line in published_cameras()
-        for kind in TYPES
-    ]
-
-
-def side_by_side() -> list[Row]:
-    """Table 2 to read: one row a quantity, what is printed of each type in a column."""
-    return [
-        {"quantity": line["spec"], "unit": line["unit"]}
-        | {kind: line[kind] for kind in TYPES}
-        | {"source": "cited", "ambiguity": line["ambiguity"], "note": line["note"]}
-        for line in published_cameras()
-    ]
-
-
-def table_3(recordings: Mapping[str, Record]) -> list[Row]:
-    """S Table 3: the cameras of every subset, as published and as in the sheet."""
-    rows = []
-    for (camera_type, n_cameras), ids in published_subsets().items():
-        row = recordings.get(standing_for(recordings, camera_type, n_cameras) or "")
-        subset = {"camera_type": camera_type, "n_cameras": n_cameras}
-        regenerated = ";".join(map(str, row["camera_ids"])) if row else None
-        cells = {"published": ";".join(map(str, ids)), "regenerated": regenerated}
-        recording = row["recording"] if row else None
-        rows.append(subset | cells | {"source": source_of(row), "recording": recording})
-    return rows
 
 
 def note_of_table_4(row: Row) -> str:

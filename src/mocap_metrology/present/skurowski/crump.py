@@ -114,8 +114,9 @@ def crump_figure(
     plot.draw_curves(grid["L"], curves, limits[1], looks)
     x_label, y_label = plot.ADEV_AXES
     grid["L"].set(title="(b) Distance L", xlabel=x_label, ylabel=y_label)
-    fig.legend_below(body, [grid["x1"], grid["L"]], columns=3)
-    return fig.Picture(body, f"{SKUROWSKI[7]} {shaken.remark(shock)} {remarks}")
+    return fig.finished(
+        body, [grid["x1"], grid["L"]], f"{SKUROWSKI[7]} {shaken.remark(shock)} {remarks}", columns=3
+    )
 
 
 def guessed(crumps: Sequence[Mapping[str, float]]) -> str:

@@ -4,7 +4,7 @@ deviation."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, OTHER_LOOKS, SMALL_PT
 from mocap_metrology.present.skurowski.gaussian_figures import SETS, normal
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MOST_N = 12
 LENGTHS = {
@@ -61,11 +58,10 @@ def model_figure() -> fig.Picture:
         axes.set(title=panel, xlabel=rf"{left} − $\mu_{symbol}$ (µm)")
         axes.tick_params(labelleft=panel == "Marker 2")
     grid["Marker 2"].set_ylabel("Density (1/µm)")
-    fig.legend_below(body, grid.values())
-    return fig.Picture(body, SKUROWSKI[1])
+    return fig.finished(body, grid.values(), SKUROWSKI[1])
 
 
-def _wand(axes: Axes, row: Mapping[str, float]) -> None:
+def _wand(axes: fig.Axes, row: Mapping[str, float]) -> None:
     """The two markers on their common axis, to scale, and what is between them."""
     low, high = row["mu_2_mm"], row["mu_1_mm"]
     pad = 0.06 * (high - low)
@@ -101,8 +97,7 @@ def standard_error_figure() -> fig.Picture:
     axes.set(xlim=(0.5, MOST_N + 0.5), xticks=range(1, MOST_N + 1))
     axes.set_ylim(0, 1.05 * axes.get_ylim()[1])
     axes.set(xlabel="Number of observations N, or of cameras", ylabel=r"Standard error ($\sigma$)")
-    fig.legend_below(body, [axes])
-    return fig.Picture(body, SKUROWSKI[2])
+    return fig.finished(body, [axes], SKUROWSKI[2])
 
 
 class Part(NamedTuple):
@@ -196,5 +191,4 @@ def slopes_figure() -> fig.Picture:
                 axes.annotate(text, (tau, y), (right * MM_PT, up * MM_PT), **how)
         axes.set(title=panel, xlabel=r"Averaging time $\tau$ (s)", ylabel="Allan deviation (mm)")
     fig.letters(grid)
-    fig.legend_below(body, grid, columns=4)
-    return fig.Picture(body, SKUROWSKI[3])
+    return fig.finished(body, grid, SKUROWSKI[3], columns=4)

@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -22,9 +21,6 @@ from mocap_metrology.present.plot.curves import NOTHING, log_limits, positive
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import symbol, unit
 from mocap_metrology.present.text.numbers import significant, with_uncertainty
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 ROWS_MM = (58.0, 25.0, 38.0)  # curves, residuals, other estimators
 LABEL_AT = -0.21  # of the width of a panel; matplotlib would measure every tick label for it
@@ -226,7 +222,7 @@ def _limit(row: of.NoiseRow) -> str:
     return f"{text} ({kind})" if kind else text
 
 
-def _allan_panel(axes: Axes, points: pd.DataFrame, fit: Fit, rate: float, band: str) -> None:
+def _allan_panel(axes: plot.Axes, points: pd.DataFrame, fit: Fit, rate: float, band: str) -> None:
     """Data with their interval, the model, its components, a number at the peak of each
     Gauss-Markov term: 0.4365 q_c T_c^0.5 at tau = 1.893 T_c."""
     adev = points["adev_mm"]
@@ -256,7 +252,7 @@ def _allan_panel(axes: Axes, points: pd.DataFrame, fit: Fit, rate: float, band: 
 
 
 def _psd_panel(
-    axes: Axes, spectrum: pd.DataFrame, fit: Fit, rate: float, confidence: float
+    axes: plot.Axes, spectrum: pd.DataFrame, fit: Fit, rate: float, confidence: float
 ) -> None:
     """Data with their interval, the model, its components; the sinusoid as a stem from the
     continuum up to what it makes of its bin's density."""
@@ -279,7 +275,7 @@ def _psd_panel(
         axes.plot(f, fit.model.psd(f, rate), **MODEL)
 
 
-def _density_axes(axes: Axes, spectrum: pd.DataFrame, rate: float) -> np.ndarray:
+def _density_axes(axes: plot.Axes, spectrum: pd.DataFrame, rate: float) -> np.ndarray:
     """Logarithmic axes around a spectrum, which is drawn; frequencies of a curve."""
     low, high = log_limits([spectrum["psd_mm2_hz"]], 1.0, 16.0)
     across = log_limits([spectrum["f_hz"]])
@@ -290,7 +286,7 @@ def _density_axes(axes: Axes, spectrum: pd.DataFrame, rate: float) -> np.ndarray
 
 
 def _allan_residuals(
-    axes: Axes, points: pd.DataFrame, fits: Iterable[tuple[Fit, plot.Keywords]], rate: float
+    axes: plot.Axes, points: pd.DataFrame, fits: Iterable[tuple[Fit, plot.Keywords]], rate: float
 ) -> None:
     """Allan deviation of the data over that of each fit, less 1, in per cent; of the one fit drawn
     as `DATA` with the interval of the data."""
@@ -311,7 +307,7 @@ def _allan_residuals(
     axes.axhline(0, color=plot.INK, lw=0.8)
 
 
-def _psd_residuals(axes: Axes, spectrum: pd.DataFrame, fit: Fit, rate: float) -> None:
+def _psd_residuals(axes: plot.Axes, spectrum: pd.DataFrame, fit: Fit, rate: float) -> None:
     """Residuals in standard deviations, with those of one and two shaded; beyond six red at the
     edge, and their number."""
     axes.set(ylim=(-MOST_SIGMA, MOST_SIGMA), yticks=(-5, 0, 5), ylabel="Residual (σ)")

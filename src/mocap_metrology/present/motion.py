@@ -1,4 +1,4 @@
-"""Noise by place: a map of a moving pair, and captions."""
+"""Noise of an orientation: rows and figure."""
 
 from __future__ import annotations
 
@@ -8,8 +8,52 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from mocap_metrology.common.types import Record
+from mocap_metrology.noise.motion.orientation import AXES, TURNS_RAD, Orientation, rms
+from mocap_metrology.present.plot import curves
 from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.plot.figure import LOOKS, Picture, styled, words_picture
+from mocap_metrology.present.recording import source_words
 from mocap_metrology.present.tables import Row
+from mocap_metrology.present.text import captions
+
+
+@styled()
+def orientation_figure(
+    allan: Mapping[str, np.ndarray],
+    orientation: Orientation,
+    origin: Record,
+    cluster: Sequence[str],
+    refused: str,
+) -> Picture:
+    """Allan deviation of the three components of the rotation vector, with intervals; or the words
+    why there is none (`refused`)."""
+    title = f"{origin['recording']}: Allan deviation of orientation"
+    source = f"Source: {source_words(origin)}."
+    if refused:
+        return words_picture(refused, title, source)
+    words = [captions.ORIENTATION]
+    residual = rms(orientation.residual_mm)
+    if residual is not None:
+        words.append(
+            f"Cluster: {', '.join(cluster)} (Kabsch, frame by frame). The markers are "
+            f"{orientation.spread_mm:.0f} mm from their centre (rms) and {1000 * residual:.3g} µm "
+            "off a rigid body (rms)."
+        )
+    if orientation.range_rad > TURNS_RAD:
+        degrees = np.degrees(orientation.range_rad)
+        words.append(f"It turns by {degrees:.3g} degrees: the figure shows motion, not noise.")
+    adev = curves.adev_curves(allan, {axis: axis for axis in AXES}, unit="rad")
+    adev[["y", "lower", "upper"]] *= 1e6
+    return curves.curves_picture(
+        {"Orientation": adev},
+        (curves.ADEV_AXES[0], "Allan deviation (µrad)"),
+        curves.ALLAN_SLOPES,
+        (title, source, " ".join(words)),
+        f"{100 * origin['allan']['confidence']:.3g} % interval",
+        looks={f"r{axis}": look for axis, look in LOOKS.items()},
+    )
+
 
 HEIGHT_MM = 84.0
 MAPS = {  # title and colours of each column that is drawn

@@ -1,0 +1,230 @@
+"""The statement of uncertainty of a length: document, table, words."""
+
+from __future__ import annotations
+
+import math
+import re
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.accuracy.bar import Bar
+from mocap_metrology.accuracy.components import FEWEST
+from mocap_metrology.accuracy.statement import Statement, statements
+from mocap_metrology.common.files import whole
+from mocap_metrology.common.gum import Component
+from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.tables import Row
+from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.numbers import number, percent, significant
+from mocap_metrology.present.text.sentence import render
+
+SAID = ("quantity", "where", "when", "correction", "method")
+COMBINED = ("u_mm", "dof", "k", "U_mm", "U_of_mean_mm", "correction_mm", "passes", "dates")
+
+
+def statement_document(bar: Bar, pair: Sequence[str], known: Sequence[Component]) -> Row:
+    """Contents of <group>_statement.json."""
+    found = statements(bar, known)
+    means = statements(bar, known, averaged=math.inf)
+    middle = np.concatenate([take.middle_mm[:, take.known] for take in bar.takes], axis=1) / 1000
+    ends = zip("xyz", middle.min(axis=1).tolist(), middle.max(axis=1).tolist(), strict=True)
+    dated = bool(found) and bool(found[0].n_dates)
+    document: Row = {
+        "pair": list(pair),
+        "certificate": None if bar.certificate is None else vars(bar.certificate),
+        "reference_mm": float(f"{bar.reference_mm:.6g}"),
+        "where_m": {axis: [low, high] for axis, low, high in ends},
+        "passes": [take.name for take in bar.takes],
+        "dates": sorted({take.date for take in bar.takes if take.date}),
+        "undated": sum(not take.date for take in bar.takes),
+        "has_drift": any(one.name == "drift" for one in known) and not dated,
+        "statements": [_row(*both) for both in zip(found, means, strict=True)],
+    }
+    covered = dated or document["has_drift"]
+    open_ends = ["latency", "volume", "other_lengths"]
+    open_ends += ["directions"] * bool(found) + ["other_days"] * (not covered)
+    open_ends += ["absolute"] * (bar.certificate is None)
+    open_ends += ["exact"] * (bar.certificate is not None and not bar.certificate.u_mm)
+    document["not_covered"] = [render(f"statement.{key}", **document) for key in open_ends]
+    document["headline"] = _headline(document, max(len(one.passes) for one in bar.classes))
+    if found:
+        numbers = document["statements"][0] | document  # passes and dates by name
+        document["said"] = {key: render(f"statement.{key}", **numbers) for key in SAID}
+    return document
+
+
+def _headline(document: Row, passes: int) -> list[str]:
+    if not document["statements"]:
+        return [render("statement.few", passes=passes, fewest=FEWEST)]
+    precise = [] if document["certificate"] else [render("statement.precise")]
+    return [render("statement.result", **document["statements"][0] | document), *precise]
+
+
+def _row(one: Statement, mean: Statement) -> Row:
+    budget = one.budget
+    parts = [
+        {"name": c.name, "contribution": render(f"part.{c.name}"), "type": c.kind, "u_mm": c.u,
+         "dof": None if math.isinf(c.dof) else c.dof, "share": budget.share(c)}
+        for c in budget.components
+    ]  # fmt: skip
+    return {
+        "direction": one.direction,
+        "passes": one.passes,
+        "dates": one.n_dates,
+        "correction_mm": round(one.correction_mm, 9),  # mm: what is smaller is arithmetic
+        "u_mm": budget.u,
+        "dof": None if math.isinf(budget.dof) else budget.dof,
+        "k": budget.k,
+        "U_mm": budget.expanded,
+        "U_of_mean_mm": mean.budget.expanded,
+        "budget": parts,
+    }
+
+
+def statement_rows(document: Row) -> list[Row]:
+    """<group>_statement.csv: the budget of each direction, and a row of what follows from it."""
+    rows: list[Row] = []
+    for one in document["statements"]:
+        named = {"direction": one["direction"]}
+        rows += [
+            named | {"contribution": part["contribution"], "type": part["type"],
+                     "u_mm": part["u_mm"], "dof": part["dof"], "share_percent": 100 * part["share"]}
+            for part in one["budget"]
+        ]  # fmt: skip
+        rows.append(named | {"contribution": "combined"} | {key: one[key] for key in COMBINED})
+    return rows or [{"note": document["headline"][0]}]
+
+
+def told(document: Row) -> str:
+    """All sentences of a statement, in Markdown."""
+    said = [f"{name.capitalize()}: {words}" for name, words in document.get("said", {}).items()]
+    head = [f"{one.rstrip('.')}." for one in document["headline"]]
+    return "\n\n".join([*head, *said, f"Not covered: {'; '.join(document['not_covered'])}."])
+
+
+PAGE_MM, MARGIN, COLUMN = (210.0, 297.0), 20.0, 50.0
+LINE_MM, ROW_MM = 4.3, 5.6
+U_C = r"$\mathbf{u_c}$"
+BUDGET = {"Contribution": 20.0, "type": 92.0, "u (mm)": 112.0, "dof": 132.0}  # first: where it
+TABLE = {  # begins, others: where they end
+    **{"Direction": 20.0, "passes": 64.0, "days": 76.0, "correction (mm)": 108.0, U_C: 121.0},
+    **{"dof": 133.0, "k": 145.0, "U, one frame": 171.0, "U, mean": 190.0},
+}
+SHARE = (136.0, 40.0)  # where bars begin, and length of the whole
+LEAST_SHARE = 0.005  # that has a bar
+MOST = 6  # directions
+
+
+@plot.styled()
+def statement_page(document: Row, group: str, source: str) -> plot.Figure:
+    """The figure; its axes are the page in mm, y downwards."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(PAGE_MM[0] * plot.MM, PAGE_MM[1] * plot.MM))
+    figure.set_label(f"{group}: statement of uncertainty")
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set(xlim=(0, PAGE_MM[0]), ylim=(PAGE_MM[1], 0))
+    axes.axis("off")
+    _text(axes, MARGIN, 24, ["Statement of uncertainty"], fontsize=17, fontweight="bold")
+    pair = " and ".join(plot.clipped(label, 24) for label in document["pair"])
+    of = f"{plot.clipped(group)}: length between {pair}"
+    _text(axes, MARGIN, 31, [of], fontsize=11, color=plot.GREY)
+    first, *others = document["headline"]
+    y = _text(axes, MARGIN, 43, [first], 64, 6.0, fontsize=13, fontweight="bold")
+    y = _text(axes, MARGIN, y, others, 92, 5.0, fontsize=9.5) + 4
+    for name, words in document.get("said", {}).items():
+        _text(axes, MARGIN, y, [name.capitalize()], color=plot.GREY)
+        y = _text(axes, COLUMN, y, [words]) + 1.5
+    if document["statements"]:
+        y = _budget(axes, y + 4, document["statements"][0])
+        y = _directions(axes, y + 7, document["statements"])
+    _text(axes, MARGIN, y + 6, ["Not covered"], color=plot.GREY)
+    _text(axes, COLUMN, y + 6, [f"• {one}" for one in document["not_covered"]])
+    _text(
+        axes, MARGIN, 284, [plot.clipped(source, 240)], 125, fontsize=plot.SMALL_PT, color=plot.GREY
+    )
+    return figure
+
+
+def _text(
+    axes: plot.Axes,
+    x: float,
+    y: float,
+    items: Sequence[str],
+    letters: int = 78,
+    step: float = LINE_MM,
+    **how: Any,
+) -> float:
+    """Lines of so many letters from y on; where the next one begins."""
+    for words in (line for item in items for line in textwrap.wrap(plot.literal(item), letters)):
+        axes.text(x, y, re.sub(r"\bu_c\b", "$u_c$", words), **how)
+        y += step
+    return y
+
+
+def _write(
+    axes: plot.Axes, y: float, cells: Sequence[str], of: dict[str, float], **how: Any
+) -> None:
+    for k, (cell, end) in enumerate(zip(cells, of.values(), strict=False)):
+        axes.text(end, y, cell, ha="right" if k else "left", **how)
+
+
+def _rule(axes: plot.Axes, y: float) -> None:
+    axes.hlines(y + 1.8, MARGIN, PAGE_MM[0] - MARGIN, color=plot.GREY, lw=0.6)
+
+
+def _budget(axes: plot.Axes, y: float, one: Row) -> float:
+    """Contributions with bars of their shares; what they add up to."""
+    start, length = SHARE
+    _write(axes, y, tuple(BUDGET), BUDGET, fontweight="bold")
+    axes.text(start, y, r"share of $\mathbf{u_c^2}$", fontweight="bold")
+    _rule(axes, y)
+    for part in one["budget"]:
+        y, share = y + ROW_MM, part["share"]
+        words = percent(share, 2) if share >= LEAST_SHARE else f"< {percent(LEAST_SHARE)}"
+        size, dof = significant(part["u_mm"], 2), _dof(part["dof"])
+        _write(axes, y, (part["contribution"], part["type"], size, dof), BUDGET)
+        axes.text(start + length * share + 1.5, y, words)
+        if share >= LEAST_SHARE:
+            axes.barh(y - 1.1, length * share, 2.8, left=start, color="#5b7fc4")
+    _rule(axes, y)
+    size, expanded = (significant(one[key], 2) for key in ("u_mm", "U_mm"))
+    total = (f"Combined, {U_C}", "", size, _dof(one["dof"]))
+    _write(axes, y + ROW_MM, total, BUDGET, fontweight="bold")
+    _write(
+        axes, y + 2 * ROW_MM, (f"Expanded, U = k {U_C}", "", expanded), BUDGET, fontweight="bold"
+    )
+    axes.text(start, y + 2 * ROW_MM, f"k = {one['k']:.2f}", fontweight="bold")
+    return y + 2 * ROW_MM + 3
+
+
+def _directions(axes: plot.Axes, y: float, every: Sequence[Row]) -> float:
+    _write(axes, y, tuple(TABLE), TABLE, fontweight="bold")
+    _rule(axes, y)
+    for one in every[:MOST]:
+        y += ROW_MM
+        sizes = [significant(one[key], 2)
+                 for key in ("correction_mm", "u_mm", "U_mm", "U_of_mean_mm")]  # fmt: skip
+        numbers = (*sizes[:2], _dof(one["dof"]), f"{one['k']:.2f}", *sizes[2:])
+        cells = (one["direction"], str(one["passes"]), str(one["dates"] or "–"), *numbers)
+        _write(axes, y, cells, TABLE)
+    how: plot.Keywords = {"fontsize": plot.SMALL_PT, "color": plot.GREY}
+    return _text(axes, MARGIN, y + ROW_MM, [render("statement.table")], 125, **how)
+
+
+def _dof(value: float | None) -> str:
+    return "∞" if value is None else number(value)
+
+
+@plot.styled()
+def save_page(figure: plot.Figure, pdf: Path) -> None:
+    """The PDF and a PNG beside it; the same figure gives the same bytes."""
+    nothing = dict.fromkeys(("CreationDate", "Creator", "Producer"))
+    with whole(pdf) as part:
+        figure.savefig(part, format="pdf", metadata=nothing | {"Title": figure.get_label()})
+    picture = plot.Picture(figure, captions.STATEMENT)  # type: ignore[arg-type]
+    plot.save_png(picture, pdf.with_suffix(".png"))

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.assess.rows import spread
-from mocap_metrology.present.pages import provenance, summary
+from mocap_metrology.present.pages import details, summary
 from mocap_metrology.present.verdict.figure import overview_figure
 
 LIMITS = {"good": 0.1, "usable": 0.25}
@@ -181,14 +181,14 @@ def test_spread_of_poses_about_a_known_one() -> None:
 def test_run_times_and_the_page_of_provenance(tmp_path) -> None:
     for name, line in {"a": "1.5\t0:00:01\t200\t1", "b": "2.25\t0:00:02\tNA\t1"}.items():
         (tmp_path / name).write_text(f"s\th:m:s\tmax_rss\tmax_vms\n{line}\n")
-    times = provenance.run_times({"noise": [tmp_path / "a", tmp_path / "b"], "empty": []})
+    times = details.run_times({"noise": [tmp_path / "a", tmp_path / "b"], "empty": []})
     assert times == [
         {"rule": "noise", "jobs": 2, "total_s": 3.75, "longest_s": 2.25, "max_rss_mb": 200.0}
     ]
-    row = dict.fromkeys(provenance.INPUTS, "<i>") | {"seed": 110}
+    row = dict.fromkeys(details.INPUTS, "<i>") | {"seed": 110}
     code = {"version": "1.2", "commit": None, "python": "3.13"}
     document = {"code": code, "inputs": [row], "run_times": times, "tables": {"t.csv": "5eed"}}
-    text = provenance.page(document | {"packages": {"numpy": "2"}})
+    text = details.provenance_page(document | {"packages": {"numpy": "2"}})
     assert "mocap-metrology 1.2, commit not in a repository, Python 3.13." in text
     assert "<i>" not in text
     assert all(f">{cell}<" in text for cell in ("&lt;i&gt;", 110, "3.75", 2, "200", "5eed"))

@@ -10,7 +10,7 @@ from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.track.receiver import Track, columns
 from mocap_metrology.lighthouse.track.spread import Spread
-from mocap_metrology.present.calibration.calibration_table import track_markdown
+from mocap_metrology.present.calibration.pose_text import track_markdown
 from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import save
 

@@ -13,7 +13,7 @@ from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.still_angles import still_angles
-from mocap_metrology.present.calibration.calibration_table import angle_markdown
+from mocap_metrology.present.calibration.pose_text import angle_markdown
 from mocap_metrology.settings import Allan
 
 COMMON, INDEPENDENT, SECONDS = 53e-6, 30e-6, 30.0

@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.lighthouse.assess import rows as rows_of
-    from mocap_metrology.present.calibration import calibration_table
+    from mocap_metrology.present.calibration import pose_text
     from mocap_metrology.present.tables import source_sentence, write_with
 
     group = snakemake.wildcards.group
@@ -18,19 +18,19 @@ with step(snakemake) as log:
     ]
     note = source_sentence({record["calibration"]: record["source"] for record in records})
     rows = rows_of.calibration_rows([*records, *records_of(joined, snakemake.input.setups)])
-    text = calibration_table.calibration_markdown(rows, f"{group}: calibrations", note=note)
+    text = pose_text.calibration_markdown(rows, f"{group}: calibrations", note=note)
     write_with(snakemake.output[0], rows, text)
     tracked = [
         rows_of.track_row(record, *read_table(path))
         for record, path in zip(records, snakemake.input.tracks, strict=True)
     ]
-    text = calibration_table.track_markdown(tracked, f"{group}: tracked receivers", note)
+    text = pose_text.track_markdown(tracked, f"{group}: tracked receivers", note)
     write_with(snakemake.output[2], tracked, text)
     rotors = [
         row
         for named, path in zip(snakemake.params.at_rest, snakemake.input.allan, strict=True)
         for row in rows_of.angle_rows(named, *read_table(path))
     ]
-    text = calibration_table.angle_markdown(rotors, f"{group}: noise of angles", note)
+    text = pose_text.angle_markdown(rotors, f"{group}: noise of angles", note)
     write_with(snakemake.output[4], rotors, text, rows_of.ANGLE_HEAD)
     log.info("%s: %d calibrations", group, len(rows))

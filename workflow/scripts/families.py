@@ -8,9 +8,8 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.noise.series import length_s
-    from mocap_metrology.present.groups.adev import family_figure
+    from mocap_metrology.present.groups.adev import family_figure, family_of
     from mocap_metrology.present.groups.coefficients import coefficients_figure, correlated_figure
-    from mocap_metrology.present.groups.members import family_of
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
 

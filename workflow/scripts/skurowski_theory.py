@@ -5,12 +5,12 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.papers import camera_tables as of_papers
+    from mocap_metrology.papers import camera_tables
     from mocap_metrology.papers.power_laws import table_1
     from mocap_metrology.present import tables
     from mocap_metrology.present.pages import left_out
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski import camera_tables
+    from mocap_metrology.present.skurowski import appendix
     from mocap_metrology.present.skurowski.theory_figures import (
         model_figure,
         slopes_figure,
@@ -19,8 +19,8 @@ with step(snakemake) as log:
     from mocap_metrology.present.text import captions
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
-    laws, types, missing = table_1(), of_papers.table_2(), left_out.left_out()
-    laws_shown = [{column: row[column] for column in camera_tables.TABLE_1_SHOWN} for row in laws]
+    laws, types, missing = table_1(), camera_tables.table_2(), left_out.left_out()
+    laws_shown = [{column: row[column] for column in appendix.TABLE_1_SHOWN} for row in laws]
     for name, rows, shown, title, caption in (
         (
             "skurowski_table1",
@@ -32,7 +32,7 @@ with step(snakemake) as log:
         (
             "skurowski_table2",
             types,
-            of_papers.side_by_side(),
+            camera_tables.side_by_side(),
             f"{paper}, Table 2: cameras",
             captions.TABLE_2,
         ),

@@ -1,16 +1,21 @@
-"""Rows of bar.csv and bar_places.csv, and the noise of a length at rest to compare with."""
+"""Numbers of bar.json, rows of bar.csv and bar_places.csv, and the noise of a length at rest."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import STATISTICS, Bar
+from mocap_metrology.accuracy.bar import STATISTICS, Bar, OfClass
+from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import Repeated
+from mocap_metrology.accuracy.findings import Finding
 from mocap_metrology.common.types import Record, Row
 from mocap_metrology.noise.motion.place import LEAST_DIFFERENCES, by_place
+from mocap_metrology.settings import Bar as Settings
 
+NOT_COVERED = ("latency", "places outside those covered", "changes after the last pass")
 PLACES = (  # columns of bar_places.csv; sigma_mm: of one frame
     *("class", "x_mm", "y_mm", "z_mm", "n_frames", "error_mm", "sigma_mm", "lower_mm", "upper_mm"),
 )
@@ -71,3 +76,57 @@ def noise_at_rest(verdicts: Iterable[Record]) -> float | None:
     ]
     sizes = [size for size in known if size is not None]
     return float(np.median(sizes)) if sizes else None
+
+
+def bar_numbers(
+    bar: Bar,
+    findings: Sequence[Finding],
+    settings: Settings,
+    pair: Sequence[str],
+    scale: ScaleSlope | None = None,
+    clusters: Sequence[Record] = (),
+) -> Row:
+    """Numbers of bar.json; clusters: `labels`, `spread_mm`, `n_frames` of the rigid ones found."""
+    certificate = bar.certificate
+    return {
+        "word": bar.word(settings),
+        "size_mm": bar.size_mm,
+        "rms_mm": bar.rms_mm,
+        "limits_mm": {"good": settings.good_mm, "usable": settings.usable_mm},
+        "pair": list(pair),
+        "certificate": asdict(certificate) if certificate else None,
+        "reference_mm": bar.reference_mm,
+        "passes": [take.name for take in bar.takes],
+        "seen": bar.seen,
+        "worst": bar.worst.name,
+        "classes": [_class(one) for one in bar.classes],
+        "angles_deg": {name: asdict(one) for name, one in bar.angles.items()},
+        "between_classes": asdict(bar.direction) if bar.direction else None,
+        "scale": _scale(scale),
+        "clusters": list(clusters),
+        "findings": [one.as_dict() for one in findings],
+        "not_covered": list(NOT_COVERED),
+    }
+
+
+def _class(one: OfClass) -> Row:
+    return {
+        "class": one.name,
+        "passes": list(one.passes),
+        "n_frames": one.n_frames,
+        "n_eff": one.n_eff,
+        "statistics_mm": {name: asdict(value) for name, value in one.statistics.items()},
+        "parts_mm": {
+            name: {"name": name, "value": size.value, "lower": size.lower, "upper": size.upper}
+            for name, size in one.parts.sizes.items()
+        },
+        "place_share": one.parts.place_share,
+    }
+
+
+def _scale(scale: ScaleSlope | None) -> Row | None:
+    if scale is None:
+        return None
+    own: Row = {"slope_ppm_m": scale.slope, "se": scale.se, "between": scale.between}
+    own |= {"lower_95": scale.lower, "upper_95": scale.upper}
+    return own | {"pairs": len(scale.pairs), "way_m": scale.way_m}

@@ -16,6 +16,7 @@ from mocap_metrology.noise.cameras.findings import (
     cause,
     noisy,
     raised,
+    worst_marker,
 )
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import Limits, log_limits
@@ -151,8 +152,8 @@ def camera_figure(
     and `noisy`; source: the line at the foot; remarks: what the caption adds.
     """
     table = pd.DataFrame(rows, columns=COLUMNS)
-    changes = _worst_marker(table[table["from"] != ""], LARGEST)
-    cameras = _worst_marker(table[table["tau_s"] == table["tau_s"].min()], NOISE)
+    changes = worst_marker(table[table["from"] != ""], LARGEST)
+    cameras = worst_marker(table[table["tau_s"] == table["tau_s"].min()], NOISE)
     levels = {kind: pd.DataFrame.from_dict(dict(of), "index") for kind, of in sigma_mm.items()}
     limits = log_limits([of.drop(columns=["n", "without"]).to_numpy() for of in levels.values()])
     heights = HEIGHTS_MM if len(cameras) else HEIGHTS_MM[:2]
@@ -195,15 +196,6 @@ def camera_figure(
         )
     grid[1, 0].axvspan(np.nan, np.nan, label="raised or noisy", **RAISED)
     return plot.finished(body, grid.flat, f"{captions.CAMERAS} {remarks}", columns=5)
-
-
-def _worst_marker(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
-    """One row an addition and averaging time, of the worst marker: `value`, `lower`, `upper`."""
-    names = dict(zip(columns, ("value", "lower", "upper"), strict=False))
-    steps = table[table[columns[0]].notna()].rename(columns=names)
-    steps = steps.astype(dict.fromkeys(names.values(), float))
-    steps = steps.sort_values("value", ascending=False, kind="stable")
-    return steps.drop_duplicates(["camera_type", "from", "to", "tau_s"]).sort_index()
 
 
 def _noise_panel(axes: plot.Axes, levels: pd.DataFrame, rises: Pairs, limits: Limits) -> None:

@@ -80,11 +80,11 @@ def write_bar(folder: Path, settings: Settings) -> Mapping[str, Any]:
     bar = evaluate([take], _certificate(origin), settings.bar)
     scale = ScaleSlope(**origin["scale"]) if origin["scale"] else None
     findings = findings_of(bar, scale, pose_u_deg=origin["pose_u_deg"])
-    told = origin["pair"], scale, origin["clusters"], origin["warnings"]
+    told = {"scale": scale, "clusters": origin["clusters"], "warnings": origin["warnings"]}
     document: Row = {"recording": take.name, "source": origin["source"], "twin": origin["twin"]}
     document |= {"frame_rate_hz": take.frame_rate_hz}
     document |= {"duration_s": take.length_mm.size / take.frame_rate_hz}
-    document |= present.bar_document(bar, findings, settings.bar, *told)
+    document |= present.bar_document(bar, findings, settings.bar, origin["pair"], **told)
     write_csv(folder / "bar.csv", bar_rows.bar_rows(bar))
     places = bar_rows.place_rows(bar, settings.place.cell_mm)
     write_csv(folder / "bar_places.csv", places, bar_rows.PLACES)

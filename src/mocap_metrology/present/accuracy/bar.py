@@ -1,16 +1,15 @@
-"""The errors of a bar: how large, where, and what they are made of."""
+"""The errors of a bar: how large, where, and what they are made of, in a figure and in words."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 
 from mocap_metrology.accuracy.bar import LEAST_SEEN, STATISTICS, Bar, OfClass
-from mocap_metrology.accuracy.bar_rows import place_rows
-from mocap_metrology.accuracy.clusters import ScaleSlope
+from mocap_metrology.accuracy.bar_rows import bar_numbers, place_rows
 from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.accuracy.findings import Finding
 from mocap_metrology.common.types import Record, Row
@@ -201,67 +200,21 @@ def part_sizes(one: OfClass) -> dict[str, float]:
     return sizes
 
 
-NOT_COVERED = ("latency", "places outside those covered", "changes after the last pass")
-
-
 def bar_document(
     bar: Bar,
     findings: Sequence[Finding],
     settings: Settings,
     pair: Sequence[str],
-    scale: ScaleSlope | None = None,
-    clusters: Sequence[Record] = (),
     warnings: Sequence[str] = (),
+    **found: Any,
 ) -> Row:
-    """Contents of bar.json; clusters: `labels`, `spread_mm`, `n_frames` of the rigid ones found."""
-    certificate = bar.certificate
-    document: Row = {
-        "word": bar.word(settings),
-        "size_mm": bar.size_mm,
-        "rms_mm": bar.rms_mm,
-        "limits_mm": {"good": settings.good_mm, "usable": settings.usable_mm},
-        "pair": list(pair),
-        "certificate": asdict(certificate) if certificate else None,
-        "reference_mm": bar.reference_mm,
-        "passes": [take.name for take in bar.takes],
-        "seen": bar.seen,
-        "worst": bar.worst.name,
-        "classes": [_class(one) for one in bar.classes],
-        "angles_deg": {name: asdict(one) for name, one in bar.angles.items()},
-        "between_classes": asdict(bar.direction) if bar.direction else None,
-        "scale": _scale(scale),
-        "clusters": list(clusters),
-        "findings": [one.as_dict() for one in findings],
-        "not_covered": list(NOT_COVERED),
-    }
+    """Contents of bar.json: its numbers (`bar_numbers`, as `found`) and words."""
+    document = bar_numbers(bar, findings, settings, pair, **found)
     document["reason"] = reason(document)
     document["sentences"] = sentences(document)
     little = [render("bar.seen", seen=bar.seen)] if bar.seen < LEAST_SEEN else []
     document["warnings"] = [*warnings, *little]
     return document
-
-
-def _class(one: OfClass) -> Row:
-    return {
-        "class": one.name,
-        "passes": list(one.passes),
-        "n_frames": one.n_frames,
-        "n_eff": one.n_eff,
-        "statistics_mm": {name: asdict(value) for name, value in one.statistics.items()},
-        "parts_mm": {
-            name: {"name": name, "value": size.value, "lower": size.lower, "upper": size.upper}
-            for name, size in one.parts.sizes.items()
-        },
-        "place_share": one.parts.place_share,
-    }
-
-
-def _scale(scale: ScaleSlope | None) -> Row | None:
-    if scale is None:
-        return None
-    own: Row = {"slope_ppm_m": scale.slope, "se": scale.se, "between": scale.between}
-    own |= {"lower_95": scale.lower, "upper_95": scale.upper}
-    return own | {"pairs": len(scale.pairs), "way_m": scale.way_m}
 
 
 def reason(document: Record) -> str:

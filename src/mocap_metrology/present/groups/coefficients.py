@@ -12,7 +12,7 @@ from mocap_metrology.common.types import Record
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, limit_class
 from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.present.groups import slots
-from mocap_metrology.present.groups.members import RECORDING, Family, left_out, shown_series
+from mocap_metrology.present.groups.adev import RECORDING, Family, left_out, shown_series
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import groups_of, log_limits
 from mocap_metrology.present.plot.figure import FAINT, OTHER_LOOKS, Keywords, Picture

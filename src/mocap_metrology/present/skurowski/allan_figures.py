@@ -17,8 +17,14 @@ from mocap_metrology.papers.subsets import (
     sound_subsets,
     standing_for,
 )
-from mocap_metrology.present.groups.adev import Allan, compared, panels_picture, series_curves
-from mocap_metrology.present.groups.members import Rows, count_looks
+from mocap_metrology.present.groups.adev import (
+    Allan,
+    Rows,
+    compared,
+    count_looks,
+    panels_picture,
+    series_curves,
+)
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import log_bins

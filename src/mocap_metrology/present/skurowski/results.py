@@ -24,7 +24,6 @@ from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.skurowski import (
     allan_figures,
     appendix,
-    camera_tables,
     coefficients,
     gather,
     gaussian_figures,
@@ -105,9 +104,9 @@ def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
         tables.write(folder / f"skurowski_{name}", rows, heading, caption)
     cleaning = gaussian_table.cleaning_of(of.settings.hampel.model_dump(mode="json"))
     fourth = gaussian_table.table_4(of.rows, of.gaussian, of.twins, cleaning)
-    fourth = [row | {"note": camera_tables.note_of_table_4(row)} for row in fourth]
-    shown = [{column: row[column] for column in camera_tables.TABLE_4_SHOWN} for row in fourth]
-    caption = f"{camera_tables.TABLE_4_CAPTION} {sentence}"
+    fourth = [row | {"note": appendix.note_of_table_4(row)} for row in fourth]
+    shown = [{column: row[column] for column in appendix.TABLE_4_SHOWN} for row in fourth]
+    caption = f"{appendix.TABLE_4_CAPTION} {sentence}"
     text = tables.markdown(shown, f"{PAPER}, Table 4: Gaussian model", caption)
     tables.write_with(folder / "skurowski_table4", fourth, text)
     yield f"Table 4: {len(fourth)} rows"

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.noise.cameras.scaling import fit_scaling
-from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.papers.power_laws import RESOLVED, TAU, deviation, envelope, slope_at
 from mocap_metrology.papers.white_noise import white_roots
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, OTHER_LOOKS, SMALL_PT
@@ -24,10 +25,7 @@ LENGTHS = {
     "sigma_A1_mm": (r"$\sigma_A$ = {:.1f} µm, as marker 1", LOOKS["x"]),
     "sigma_A2_mm": (r"$\sigma_A$ = {:.1f} µm, as marker 2", LOOKS["z"]),
 }
-RATE_HZ = 1000.0
-TAU = np.geomspace(1e-3, 1e5, 2401)
 MM_PT = 72 / 25.4  # points in a millimetre
-RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
 
 @fig.styled()
@@ -130,30 +128,6 @@ PANELS = {
         Part("random walk", PowerLaw(-2, 2e-11), LOOKS["y"], [(4.5e4, (-3.0, 3.0))]),
     ),
 }
-
-
-def deviation(components: Sequence[PowerLaw | GaussMarkov | Sinusoid]) -> np.ndarray:
-    """ADEV over TAU of a sum, continuous form; of a sinusoid past RESOLVED periods its mean over
-    them, 3/8 of what the bumps reach."""
-    broad = tuple(c for c in components if not isinstance(c, Sinusoid))
-    avar = NoiseModel(broad).avar(TAU * RATE_HZ, RATE_HZ, "continuous")
-    for line in (c for c in components if isinstance(c, Sinusoid)):
-        exact = line.avar(TAU * RATE_HZ, RATE_HZ, "continuous")
-        avar = avar + np.where(line.f_0 * TAU > RESOLVED, 3 / 8 * envelope(line) ** 2, exact)
-    adev: np.ndarray = np.sqrt(avar)
-    return adev
-
-
-def slope_at(curve: np.ndarray, tau: float) -> float:
-    """Log-log slope of a curve over TAU round tau: over an eighth of a decade to each side."""
-    low, high = (int(np.abs(np.log(TAU / (tau * f))).argmin()) for f in (10**-0.125, 10**0.125))
-    return float(np.log(curve[high] / curve[low]) / np.log(TAU[high] / TAU[low]))
-
-
-def envelope(line: Sinusoid) -> np.ndarray:
-    """What the bumps of a sinusoid reach: A sin^2(x)/x, x = pi f tau, up to the first, then A/x."""
-    x = np.pi * line.f_0 * TAU
-    return np.where(x < np.pi / 2, np.sin(x) ** 2, 1.0) * line.A_s / x
 
 
 def slope_text(slope: float) -> str:

@@ -143,3 +143,52 @@ def known_of(
     if points and (se := points.get("scale_se_ppm")):
         known.append(Component("scale", "A", 1e-6 * se, points["n"] - 1))
     return known
+
+
+def statement_numbers(
+    bar: Bar, pair: Sequence[str], known: Sequence[Component]
+) -> tuple[dict[str, Any], list[str]]:
+    """Numbers of <group>_statement.json, and what the statements do not cover, by code."""
+    found = statements(bar, known)
+    means = statements(bar, known, averaged=math.inf)
+    middle = np.concatenate([take.middle_mm[:, take.known] for take in bar.takes], axis=1) / 1000
+    ends = zip("xyz", middle.min(axis=1).tolist(), middle.max(axis=1).tolist(), strict=True)
+    dated = bool(found) and bool(found[0].n_dates)
+    document: dict[str, Any] = {
+        "pair": list(pair),
+        "certificate": None if bar.certificate is None else vars(bar.certificate),
+        "reference_mm": float(f"{bar.reference_mm:.6g}"),
+        "where_m": {axis: [low, high] for axis, low, high in ends},
+        "passes": [take.name for take in bar.takes],
+        "dates": sorted({take.date for take in bar.takes if take.date}),
+        "undated": sum(not take.date for take in bar.takes),
+        "has_drift": any(one.name == "drift" for one in known) and not dated,
+        "statements": [_row(*both) for both in zip(found, means, strict=True)],
+    }
+    covered = dated or document["has_drift"]
+    open_ends = ["latency", "volume", "other_lengths"]
+    open_ends += ["directions"] * bool(found) + ["other_days"] * (not covered)
+    open_ends += ["absolute"] * (bar.certificate is None)
+    open_ends += ["exact"] * (bar.certificate is not None and not bar.certificate.u_mm)
+    return document, open_ends
+
+
+def _row(one: Statement, mean: Statement) -> dict[str, Any]:
+    budget = one.budget
+    parts = [
+        {"name": c.name, "type": c.kind, "u_mm": c.u,
+         "dof": None if math.isinf(c.dof) else c.dof, "share": budget.share(c)}
+        for c in budget.components
+    ]  # fmt: skip
+    return {
+        "direction": one.direction,
+        "passes": one.passes,
+        "dates": one.n_dates,
+        "correction_mm": round(one.correction_mm, 9),  # mm: what is smaller is arithmetic
+        "u_mm": budget.u,
+        "dof": None if math.isinf(budget.dof) else budget.dof,
+        "k": budget.k,
+        "U_mm": budget.expanded,
+        "U_of_mean_mm": mean.budget.expanded,
+        "budget": parts,
+    }

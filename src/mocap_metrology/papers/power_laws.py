@@ -27,6 +27,9 @@ NO_LIMIT = {
     **dict.fromkeys((-1, -2), "printed without limit"),
 }
 Integrals = Mapping[float, np.ndarray]  # f_h -> (k, 2) Allan variances and bounds of their errors
+RATE_HZ = 1000.0
+TAU = np.geomspace(1e-3, 1e5, 2401)
+RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
 
 def table_1(repeats: int = REPEATS, samples: int = SAMPLES) -> list[Row]:
@@ -130,11 +133,6 @@ def _row(
         "source": "twin" if method == "simulation" else "computed",
         "note": note,
     }
-
-
-RATE_HZ = 1000.0
-TAU = np.geomspace(1e-3, 1e5, 2401)
-RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
 
 def deviation(components: Sequence[PowerLaw | GaussMarkov | Sinusoid]) -> np.ndarray:

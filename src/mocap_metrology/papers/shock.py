@@ -12,6 +12,11 @@ from mocap_metrology.noise.allan.variance import allan_variance
 
 LAG_S, WINDOW_S = 0.1, 0.5
 TIMES = 2.0  # shaken: so many times the usual square of a movement over LAG_S
+BEFORE_S, AFTER_S = 5.0, 25.0  # shown round the shock
+AXES = ("x1", "y1", "z1")
+RECORDED, CLEANED, CUT = "as recorded", "after the Hampel filter", "shock cut out"
+SIDE_S = 300.0  # S: "5 min periods before and after"
+TAUS_S = np.geomspace(0.02, 20.0, 25)
 
 
 @dataclass(frozen=True)
@@ -51,11 +56,6 @@ def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock 
     stop = int(calm[place]) if place < calm.size else level.size
     onset = min(start + lag + window // 2, peak)
     return Shock(start, onset, max(stop, start + 1) + lag)
-
-
-BEFORE_S, AFTER_S = 5.0, 25.0  # shown round the shock
-AXES = ("x1", "y1", "z1")
-RECORDED, CLEANED, CUT = "as recorded", "after the Hampel filter", "shock cut out"
 
 
 @dataclass(frozen=True)
@@ -106,10 +106,6 @@ class Shaken:
         part = slice(shock.start, shock.stop)
         changed = [self.raw[s][part] != self.clean[s][part].astype(np.float64) for s in AXES]
         return int(np.count_nonzero(changed)), int(np.size(changed))
-
-
-SIDE_S = 300.0  # S: "5 min periods before and after"
-TAUS_S = np.geomspace(0.02, 20.0, 25)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,15 @@ from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 
 SENTENCES = captions.texts("CAMERA_SENTENCES")
+HEIGHTS_MM, REST_MM = (60.0, 48.0, 46.0), 22.0  # of the rows (a), (b), (c)
+MOST, NAME = 3, 18  # camera types side by side, characters over a panel
+ALARM = "#c2185b"
+RAISED: plot.Keywords = {"color": ALARM, "alpha": 0.13, "lw": 0}
+LAW: plot.Keywords = {"color": plot.FAINT, "lw": 0.8, "zorder": 0.5}
+TAU_LOOKS = (("o", plot.INK), ("s", "#5c5c5c"), ("^", "#757575"))  # one frame, 0.1 s, 1 s
+CLOSE = 0.88  # of the next larger number of cameras, from which its label would touch
+Levels = Mapping[str, Record]  # of each recording: n, ids it is without, deviation by coordinate
+Pairs = Collection[tuple[str, str]]  # recordings: smaller and larger subset
 
 
 def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, float]) -> Row:
@@ -122,17 +131,6 @@ def _law_sentence(laws: Sequence[Row]) -> str:
         verdict=significant if off else "no significant deviation",
         scatter=scatter,
     )
-
-
-HEIGHTS_MM, REST_MM = (60.0, 48.0, 46.0), 22.0  # of the rows (a), (b), (c)
-MOST, NAME = 3, 18  # camera types side by side, characters over a panel
-ALARM = "#c2185b"
-RAISED: plot.Keywords = {"color": ALARM, "alpha": 0.13, "lw": 0}
-LAW: plot.Keywords = {"color": plot.FAINT, "lw": 0.8, "zorder": 0.5}
-TAU_LOOKS = (("o", plot.INK), ("s", "#5c5c5c"), ("^", "#757575"))  # one frame, 0.1 s, 1 s
-CLOSE = 0.88  # of the next larger number of cameras, from which its label would touch
-Levels = Mapping[str, Record]  # of each recording: n, ids it is without, deviation by coordinate
-Pairs = Collection[tuple[str, str]]  # recordings: smaller and larger subset
 
 
 @plot.styled()

@@ -17,6 +17,13 @@ from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 
 SENTENCES = captions.texts("COMPARE_SENTENCES")
+MOST = 6  # comparisons on a page; more are in the table
+MOST_MARKERS = 2  # with a column each
+CLEAR = ("worse", "better")  # words of a trend that is drawn
+TIMES_S = (1.0, 100.0)  # averaging times of a trend beside a single frame; all are in the table
+ROW_MM, REST_MM = 44.0, 28.0
+MARGIN = "#efd98f"
+CONFIDENCE = 0.683  # of the intervals of a trend
 
 
 def sentences(rows: Sequence[Row]) -> list[str]:
@@ -69,15 +76,6 @@ def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     told = "\n".join(f"* {sentence}" for sentence in sentences(rows))
     table = "\n".join(aligned([head, *body]))
     return f"# {title}\n\n{caption} `+` worse, `−` better.\n\n{told}\n\n{table}\n"
-
-
-MOST = 6  # comparisons on a page; more are in the table
-MOST_MARKERS = 2  # with a column each
-CLEAR = ("worse", "better")  # words of a trend that is drawn
-TIMES_S = (1.0, 100.0)  # averaging times of a trend beside a single frame; all are in the table
-ROW_MM, REST_MM = 44.0, 28.0
-MARGIN = "#efd98f"
-CONFIDENCE = 0.683  # of the intervals of a trend
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import pandas as pd
 from mocap_metrology.noise.fit import estimates as of
 from mocap_metrology.noise.model import curves as model
 from mocap_metrology.noise.model.components import Component, GaussMarkov, NoiseModel, Sinusoid
-from mocap_metrology.noise.model.deterministic import PARAMETERS, Deterministic
+from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import NOTHING, log_limits, positive
 from mocap_metrology.present.text import captions
@@ -28,7 +28,6 @@ BELOW_DATA = 8.0  # an axis extends so many times below the least datum, for com
 MOST_SIGMA = 6.0  # of a spectrum's residuals; larger ones are drawn at the edge
 EXACT = 1e-5  # relative error of a frequency below which only its value is written
 POINTS = 300  # of a density
-SLOW = 3  # kind of a part that is no noise
 ALLAN = ("m", "tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
 DATA: plot.Keywords = {"color": plot.INK, "marker": "o", "ms": 2.2, "ls": "", "zorder": 3}
 DATA["markerfacecolor"] = "white"
@@ -148,10 +147,10 @@ def fit_of(estimator: str, rows: Iterable[of.NoiseRow], duration_s: float = 0.0)
     rows = list(rows)
     detected: list[of.NoiseRow] = []
     parts = []
-    for (kind, number), group in groupby(sorted(rows, key=_order), key=_order):
+    for (kind, number), group in groupby(sorted(rows, key=of.component_of), key=of.component_of):
         of_part = list(group)
-        known = [row for row in of_part if _is_known(row)]
-        if kind == SLOW:
+        known = [row for row in of_part if of.is_known(row)]
+        if kind == of.SLOW:
             slow = of.deterministic_of(known)
             if not slow.empty:
                 known = [row for row in known if getattr(slow, row["parameter"])]
@@ -172,23 +171,6 @@ def fit_of(estimator: str, rows: Iterable[of.NoiseRow], duration_s: float = 0.0)
     ]
     noise = of.model_of(detected)
     return Fit(estimator, noise, tuple(parts), absent, ", ".join(trouble), duration_s)
-
-
-def _order(row: of.NoiseRow) -> tuple[int, int]:
-    """What a coefficient belongs to: a power law, a Gauss-Markov term, the line, or no noise."""
-    parameter = row["parameter"]
-    if parameter in PARAMETERS:
-        return SLOW, 0
-    if parameter.startswith("h_"):
-        return 0, int(parameter[2:])
-    return (1, int(parameter[3:])) if parameter[1:3] == "_c" else (2, 0)
-
-
-def _is_known(row: of.NoiseRow) -> bool:
-    value, parameter = row["value"], row["parameter"]
-    if row["status"] == "not_detected" or not math.isfinite(value):
-        return False
-    return parameter in PARAMETERS or value > 0 or (value == 0 and parameter[0] not in "Tf")
 
 
 def _part(

@@ -17,6 +17,21 @@ from mocap_metrology.present.plot.figure import length_unit
 from mocap_metrology.present.text.numbers import mm, number, percent, with_unit
 from mocap_metrology.present.text.sentence import render
 
+STRIP_MM, HEAD_MM = 27.0, 28.0
+BAND = "#1a809d"
+# Colour and marker of a word, in the order in which they are drawn
+LOOKS = {
+    "learning": (plot.GREY, "o"),
+    "provisional": ("#5b7fc4", "o"),
+    "pass": ("#0d2a6b", "o"),
+    "note": ("#b7791f", "s"),
+    "alert": ("#c2410c", "^"),
+    "failure": ("#991b1b", "X"),
+}
+OPEN = ("learning", "provisional")  # of which most are in the baseline
+NUMBERS = ("value_mm", "mean_mm", "lower_mm", "upper_mm")
+Columns = dict[str, np.ndarray]
+
 
 def document(
     name: str,
@@ -117,23 +132,6 @@ def _value(one: Judged, value: float) -> str:
 
 def _change(size: float, unit: str, sign: bool = True) -> str:
     return with_unit(size, unit, 2, sign) if unit else percent(size, 2, sign)
-
-
-STRIP_MM, HEAD_MM = 27.0, 28.0
-BAND = "#1a809d"
-# Colour and marker of a word, in the order in which they are drawn
-LOOKS = {
-    "learning": (plot.GREY, "o"),
-    "provisional": ("#5b7fc4", "o"),
-    "pass": ("#0d2a6b", "o"),
-    "note": ("#b7791f", "s"),
-    "alert": ("#c2410c", "^"),
-    "failure": ("#991b1b", "X"),
-}
-OPEN = ("learning", "provisional")  # of which most are in the baseline
-NUMBERS = ("value_mm", "mean_mm", "lower_mm", "upper_mm")
-
-Columns = dict[str, np.ndarray]
 
 
 @plot.styled()

@@ -17,6 +17,16 @@ from mocap_metrology.present.recording import source_words
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 
+HEIGHT_MM = 84.0
+MAPS = {  # title and colours of each column that is drawn
+    "sigma_mm": ("Noise of one frame (µm)", "viridis"),
+    "deviation_mm": ("Mean − overall mean (µm)", "coolwarm"),
+}
+SENTENCE = (
+    "Noise of the length differs by a factor of {factor:.2g} between places: {explained} by chance "
+    "(p = {p:.2g}); its mean scatters by {bend_um:.3g} µm (SD)."
+)
+
 
 @styled()
 def orientation_figure(
@@ -53,17 +63,6 @@ def orientation_figure(
         f"{100 * origin['allan']['confidence']:.3g} % interval",
         looks={f"r{axis}": look for axis, look in LOOKS.items()},
     )
-
-
-HEIGHT_MM = 84.0
-MAPS = {  # title and colours of each column that is drawn
-    "sigma_mm": ("Noise of one frame (µm)", "viridis"),
-    "deviation_mm": ("Mean − overall mean (µm)", "coolwarm"),
-}
-SENTENCE = (
-    "Noise of the length differs by a factor of {factor:.2g} between places: {explained} by chance "
-    "(p = {p:.2g}); its mean scatters by {bend_um:.3g} µm (SD)."
-)
 
 
 def place_sentence(even: Mapping[str, float]) -> str:

@@ -18,6 +18,14 @@ from mocap_metrology.present.text.numbers import mm, number, significant
 
 MOST_NAMED = 2  # files
 LEAST_STEP_MM = 1e-9  # as of float64; smaller sizes in mm are written as 0
+MOST_PANELS = 20  # six markers and two distances; more are drawn as rows
+COLUMNS = 660  # of samples in a panel, or over all panels side by side; as many as pixels
+PANELS_MM, PANEL_MM = 140.0, (13.5, 45.0)
+LABEL_AT = -0.1  # of the width of the axes
+ROWS_MM, ROW_MM, NAME_MM = 190.0, (2.2, 9.0), 2.9
+TYPICAL, ROW_OF_CORE = 0.9, 1.6  # a row is so many times this quantile of the series' ranges
+RAW, CLEAN, MEAN, OUTLIER, GAP = "#949494", "#b4d3ee", "#10307a", "#cf4a2c", "#ececec"
+CLEAN_EDGE = "#5f9bd1"  # darker, that a column of its own is seen
 
 
 def source_words(origin: Record) -> str:
@@ -69,16 +77,6 @@ def allan_figure(
         (title, source, f"{captions.ADEV} {remarks}"),
         "interval" if confidence is None else f"{100 * confidence:.3g} % interval",
     )
-
-
-MOST_PANELS = 20  # six markers and two distances; more are drawn as rows
-COLUMNS = 660  # of samples in a panel, or over all panels side by side; as many as pixels
-PANELS_MM, PANEL_MM = 140.0, (13.5, 45.0)
-LABEL_AT = -0.1  # of the width of the axes
-ROWS_MM, ROW_MM, NAME_MM = 190.0, (2.2, 9.0), 2.9
-TYPICAL, ROW_OF_CORE = 0.9, 1.6  # a row is so many times this quantile of the series' ranges
-RAW, CLEAN, MEAN, OUTLIER, GAP = "#949494", "#b4d3ee", "#10307a", "#cf4a2c", "#ececec"
-CLEAN_EDGE = "#5f9bd1"  # darker, that a column of its own is seen
 
 
 @plot.styled()

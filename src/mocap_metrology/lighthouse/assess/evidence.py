@@ -21,6 +21,7 @@ FLAT = 0.05  # thickness of a board whose diodes all face the same way, over its
 AXES = {"mm": ("x_mm", "y_mm", "z_mm"), "deg": ("rx_deg", "ry_deg", "rz_deg")}
 KINDS = {"noise": "sd_noise_", "calibration": "sd_calibration_", "total": "sd_"}
 Columns = Mapping[str, np.ndarray]
+N_BOARDS = 7
 
 
 @dataclass(frozen=True)
@@ -165,3 +166,38 @@ def beyond_sigma(entry: Record) -> bool:
         return False
     off = np.abs([*entry["errors_mm"], *entry["errors_deg"]])
     return bool((off > TIMES_SIGMA * deviations(entry)).any())
+
+
+def usual_points(points: np.ndarray) -> np.ndarray:
+    """All but the farthest hundredth in each coordinate."""
+    low, high = np.percentile(points, [0.5, 99.5], axis=0)
+    inside = points[((points >= low) & (points <= high)).all(axis=1)]
+    return inside if len(inside) else points
+
+
+def on_the_path(points: np.ndarray) -> np.ndarray:
+    """Which points are on the path: within the middle nine tenths in each coordinate and a little
+    round them."""
+    low, high = np.percentile(points, [5, 95], axis=0)
+    room = 0.2 * (high - low).max()
+    return np.asarray(((points >= low - room) & (points <= high + room)).all(axis=1))
+
+
+def boards_along(path: Path, board: np.ndarray) -> list[np.ndarray]:
+    """Corners (4, 3) of the board at some moments, equally far apart along its path."""
+    path = path.take(on_the_path(path.t_m))
+    step = np.linalg.norm(np.diff(path.t_m, axis=0), axis=1)
+    far = np.concatenate([[0.0], np.cumsum(np.minimum(step, 5 * np.median(step)))])
+    at = np.searchsorted(far, np.linspace(0, far.max(), N_BOARDS))
+    corners = outline(board)
+    which = np.unique(np.clip(at, 0, len(path) - 1))
+    return [path.t_m[k] + corners @ path.R[k].T for k in which]
+
+
+def outline(board: np.ndarray) -> np.ndarray:
+    """Corners (4, 3) of the rectangle round a board in its principal plane, in its own frame."""
+    centre = board.mean(axis=0)
+    axes = np.linalg.svd(board - centre, full_matrices=False)[2][:2]
+    within = (board - centre) @ axes.T
+    (a, c), (b, d) = within.min(axis=0), within.max(axis=0)
+    return np.asarray(centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes)

@@ -23,6 +23,8 @@ from mocap_metrology.noise.body_covariance import FLAT
 AXES = ("rx", "ry", "rz")
 CHUNK = 100_000  # frames at once: 3 x 3 decompositions of so many stay small
 SHAPE_FRAMES = 5_000  # determine the shape as well as all would: sigma / 70
+TURNS_RAD = 0.0175  # 1 degree: what turns further is moved, and not measured for its noise
+TURNS = "the body turns: this is its motion, not noise"
 
 
 @dataclass(frozen=True)
@@ -171,10 +173,6 @@ def _vectors(rotations: Callable[[slice], np.ndarray], n: int) -> np.ndarray:
         turned = Rotation.from_matrix(found[known] @ mean.T).as_rotvec().T
         vectors[:, part][:, known] = turned
     return vectors
-
-
-TURNS_RAD = 0.0175  # 1 degree: what turns further is moved, and not measured for its noise
-TURNS = "the body turns: this is its motion, not noise"
 
 
 def in_radians(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import LEAST_SEEN, STATISTICS, Bar, OfClass
+from mocap_metrology.accuracy.bar import LEAST_SEEN, STATISTICS, Bar
 from mocap_metrology.accuracy.bar_rows import bar_numbers, place_rows
 from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.accuracy.findings import Finding
@@ -170,7 +170,7 @@ def _parts(axes: plot.Axes, bar: Bar) -> None:
     """A row a class: shares of the mean square error, sizes in mm on them."""
     for row, one in enumerate(bar.classes):
         start = 0.0
-        sizes = part_sizes(one)
+        sizes = one.parts.of_mean_square
         total = sum(size**2 for size in sizes.values()) or 1.0
         for name, size in sizes.items():
             share = size**2 / total
@@ -190,14 +190,6 @@ def _parts(axes: plot.Axes, bar: Bar) -> None:
     axes.legend(ncols=len(PARTS), loc="lower right", bbox_to_anchor=(1.01, 0.97), frameon=False,
                 fontsize=plot.SMALL_PT, columnspacing=1.2, handlelength=1.2)  # fmt: skip
     plot.panel_title(axes, "Made of")
-
-
-def part_sizes(one: OfClass) -> dict[str, float]:
-    """Sizes in mm whose squares add up to the mean square; the rest without frame to frame."""
-    sizes = {name: abs(float(np.nan_to_num(one.parts[name].value))) for name in PARTS}
-    sizes["frame"] = min(sizes["frame"], sizes["rest"])
-    sizes["rest"] = float(np.sqrt(sizes["rest"] ** 2 - sizes["frame"] ** 2))
-    return sizes
 
 
 def bar_document(

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from mocap_metrology.accuracy.bar import Bar
 from mocap_metrology.accuracy.components import FEWEST
-from mocap_metrology.accuracy.statement import Statement, statements
+from mocap_metrology.accuracy.statement import statement_numbers
 from mocap_metrology.common.files import whole
 from mocap_metrology.common.gum import Component
 from mocap_metrology.present.plot import figure as plot
@@ -24,34 +21,29 @@ from mocap_metrology.present.text.sentence import render
 
 SAID = ("quantity", "where", "when", "correction", "method")
 COMBINED = ("u_mm", "dof", "k", "U_mm", "U_of_mean_mm", "correction_mm", "passes", "dates")
+PAGE_MM, MARGIN, COLUMN = (210.0, 297.0), 20.0, 50.0
+LINE_MM, ROW_MM = 4.3, 5.6
+U_C = r"$\mathbf{u_c}$"
+BUDGET = {"Contribution": 20.0, "type": 92.0, "u (mm)": 112.0, "dof": 132.0}  # first: where it
+TABLE = {  # begins, others: where they end
+    **{"Direction": 20.0, "passes": 64.0, "days": 76.0, "correction (mm)": 108.0, U_C: 121.0},
+    **{"dof": 133.0, "k": 145.0, "U, one frame": 171.0, "U, mean": 190.0},
+}
+SHARE = (136.0, 40.0)  # where bars begin, and length of the whole
+LEAST_SHARE = 0.005  # that has a bar
+MOST = 6  # directions
 
 
 def statement_document(bar: Bar, pair: Sequence[str], known: Sequence[Component]) -> Row:
-    """Contents of <group>_statement.json."""
-    found = statements(bar, known)
-    means = statements(bar, known, averaged=math.inf)
-    middle = np.concatenate([take.middle_mm[:, take.known] for take in bar.takes], axis=1) / 1000
-    ends = zip("xyz", middle.min(axis=1).tolist(), middle.max(axis=1).tolist(), strict=True)
-    dated = bool(found) and bool(found[0].n_dates)
-    document: Row = {
-        "pair": list(pair),
-        "certificate": None if bar.certificate is None else vars(bar.certificate),
-        "reference_mm": float(f"{bar.reference_mm:.6g}"),
-        "where_m": {axis: [low, high] for axis, low, high in ends},
-        "passes": [take.name for take in bar.takes],
-        "dates": sorted({take.date for take in bar.takes if take.date}),
-        "undated": sum(not take.date for take in bar.takes),
-        "has_drift": any(one.name == "drift" for one in known) and not dated,
-        "statements": [_row(*both) for both in zip(found, means, strict=True)],
-    }
-    covered = dated or document["has_drift"]
-    open_ends = ["latency", "volume", "other_lengths"]
-    open_ends += ["directions"] * bool(found) + ["other_days"] * (not covered)
-    open_ends += ["absolute"] * (bar.certificate is None)
-    open_ends += ["exact"] * (bar.certificate is not None and not bar.certificate.u_mm)
+    """Contents of <group>_statement.json: its numbers, and what they mean."""
+    document, open_ends = statement_numbers(bar, pair, known)
+    for one in document["statements"]:
+        named = [{"name": p["name"], "contribution": render(f"part.{p['name']}")} | p
+                 for p in one["budget"]]  # fmt: skip
+        one["budget"] = named
     document["not_covered"] = [render(f"statement.{key}", **document) for key in open_ends]
     document["headline"] = _headline(document, max(len(one.passes) for one in bar.classes))
-    if found:
+    if document["statements"]:
         numbers = document["statements"][0] | document  # passes and dates by name
         document["said"] = {key: render(f"statement.{key}", **numbers) for key in SAID}
     return document
@@ -62,27 +54,6 @@ def _headline(document: Row, passes: int) -> list[str]:
         return [render("statement.few", passes=passes, fewest=FEWEST)]
     precise = [] if document["certificate"] else [render("statement.precise")]
     return [render("statement.result", **document["statements"][0] | document), *precise]
-
-
-def _row(one: Statement, mean: Statement) -> Row:
-    budget = one.budget
-    parts = [
-        {"name": c.name, "contribution": render(f"part.{c.name}"), "type": c.kind, "u_mm": c.u,
-         "dof": None if math.isinf(c.dof) else c.dof, "share": budget.share(c)}
-        for c in budget.components
-    ]  # fmt: skip
-    return {
-        "direction": one.direction,
-        "passes": one.passes,
-        "dates": one.n_dates,
-        "correction_mm": round(one.correction_mm, 9),  # mm: what is smaller is arithmetic
-        "u_mm": budget.u,
-        "dof": None if math.isinf(budget.dof) else budget.dof,
-        "k": budget.k,
-        "U_mm": budget.expanded,
-        "U_of_mean_mm": mean.budget.expanded,
-        "budget": parts,
-    }
 
 
 def statement_rows(document: Row) -> list[Row]:
@@ -104,19 +75,6 @@ def told(document: Row) -> str:
     said = [f"{name.capitalize()}: {words}" for name, words in document.get("said", {}).items()]
     head = [f"{one.rstrip('.')}." for one in document["headline"]]
     return "\n\n".join([*head, *said, f"Not covered: {'; '.join(document['not_covered'])}."])
-
-
-PAGE_MM, MARGIN, COLUMN = (210.0, 297.0), 20.0, 50.0
-LINE_MM, ROW_MM = 4.3, 5.6
-U_C = r"$\mathbf{u_c}$"
-BUDGET = {"Contribution": 20.0, "type": 92.0, "u (mm)": 112.0, "dof": 132.0}  # first: where it
-TABLE = {  # begins, others: where they end
-    **{"Direction": 20.0, "passes": 64.0, "days": 76.0, "correction (mm)": 108.0, U_C: 121.0},
-    **{"dof": 133.0, "k": 145.0, "U, one frame": 171.0, "U, mean": 190.0},
-}
-SHARE = (136.0, 40.0)  # where bars begin, and length of the whole
-LEAST_SHARE = 0.005  # that has a bar
-MOST = 6  # directions
 
 
 @plot.styled()

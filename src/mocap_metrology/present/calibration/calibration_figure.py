@@ -33,7 +33,6 @@ from mocap_metrology.present.text.numbers import mm, significant
 
 DENSE = 500  # so many dots are an image in an SVG
 MOST_DOTS, MOST_MARKS = 4000, 300
-MOST_NAMED = 3  # diodes
 LEAST_URAD = 20.0  # half height of the panels of means
 HIGHEST = 4.0  # of a diode's residual, over the median
 REASON, FACT, LINE_MM = 84, 54, 4.2  # characters in a line; its height

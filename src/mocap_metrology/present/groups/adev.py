@@ -23,6 +23,12 @@ MOST_BANDS = 3  # curves in a panel up to which their intervals are drawn
 LEAST_RANGE = 0.1
 Allan = Mapping[str, Mapping[str, np.ndarray]]  # columns of allan_masked.parquet by recording
 Panels = Mapping[str, pd.DataFrame]
+Rows = Mapping[str, Record]
+CAMERAS, RECORDING = "Number of cameras", "Recording"
+NAMED_LOOKS = (*LOOKS.values(), *OTHER_LOOKS)  # so many recordings can be distinguished by name
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "h", "<", ">", "p", "8")
+MAP, LIGHTEST, DARKEST = "inferno", 0.55, 0.0  # colours whose lightness falls evenly
+MOST_MARKERS, MOST_DISTANCES = 3, 3  # with panels of their own
 
 
 def series_curves(
@@ -152,15 +158,6 @@ def panels_picture(
     if lettered:
         fig.letters(picture.body.axes[: len(panels)])
     return picture
-
-
-Rows = Mapping[str, Record]
-
-CAMERAS, RECORDING = "Number of cameras", "Recording"
-NAMED_LOOKS = (*LOOKS.values(), *OTHER_LOOKS)  # so many recordings can be distinguished by name
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "h", "<", ">", "p", "8")
-MAP, LIGHTEST, DARKEST = "inferno", 0.55, 0.0  # colours whose lightness falls evenly
-MOST_MARKERS, MOST_DISTANCES = 3, 3  # with panels of their own
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,20 @@ CAPTION = (
     "All estimators, with standard errors, are in the CSV."
 )
 MOST_SERIES = 7  # columns of a table to read
+SUBSETS = "The recordings of the group as in the sheet."
+# Column of <group>_summary: title, what it is, format
+MULTIQC = {
+    "word": ("Verdict", "good, usable or bad", None),
+    "worst": ("Worst", "Coordinate with the largest uncertainty of one frame", None),
+    "frame_mm": ("One frame", "Standard uncertainty about the mean of the horizon, mm", "{:,.4f}"),
+    "sigma_frame_mm": ("Within 1 s", "Scatter of single frames, mm", "{:,.4f}"),
+    "adev_min_mm": ("Lowest deviation", "Lowest Allan deviation, mm", "{:,.5f}"),
+    "tau_min_s": ("at", "Averaging time of the lowest Allan deviation, s", "{:,.1f}"),
+    "dominating_noise": ("Noise", "Largest share of the variance of one frame", None),
+    "n_findings": ("Findings", "Warnings of the diagnosis", "{:,.0f}"),
+    "reason": ("Reason", "What decided the verdict", None),
+}
+RULES = {"pass": "good", "warn": "usable", "fail": "bad"}
 
 
 def noise_table(noise: Mapping[str, Sequence[Record]], sources: Mapping[str, str]) -> list[Row]:
@@ -87,9 +101,6 @@ def _cell(row: Row | None) -> str:
     return text + MARKS.get(row["status"], "")
 
 
-SUBSETS = "The recordings of the group as in the sheet."
-
-
 def subsets(recordings: Sequence[Record]) -> list[Row]:
     """One row for each recording: its entries in the sheet."""
     return [
@@ -98,21 +109,6 @@ def subsets(recordings: Sequence[Record]) -> list[Row]:
         | {"camera_ids": ";".join(map(str, row["camera_ids"])), "comment": row["comment"]}
         for row in recordings
     ]
-
-
-# Column of <group>_summary: title, what it is, format
-MULTIQC = {
-    "word": ("Verdict", "good, usable or bad", None),
-    "worst": ("Worst", "Coordinate with the largest uncertainty of one frame", None),
-    "frame_mm": ("One frame", "Standard uncertainty about the mean of the horizon, mm", "{:,.4f}"),
-    "sigma_frame_mm": ("Within 1 s", "Scatter of single frames, mm", "{:,.4f}"),
-    "adev_min_mm": ("Lowest deviation", "Lowest Allan deviation, mm", "{:,.5f}"),
-    "tau_min_s": ("at", "Averaging time of the lowest Allan deviation, s", "{:,.1f}"),
-    "dominating_noise": ("Noise", "Largest share of the variance of one frame", None),
-    "n_findings": ("Findings", "Warnings of the diagnosis", "{:,.0f}"),
-    "reason": ("Reason", "What decided the verdict", None),
-}
-RULES = {"pass": "good", "warn": "usable", "fail": "bad"}
 
 
 def multiqc(group: str, summary: Sequence[Row]) -> Row:

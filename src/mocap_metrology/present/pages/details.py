@@ -32,6 +32,9 @@ CLAIM_COLUMNS |= {"regenerated": "regenerated", "verdict": "regenerated_word"}
 UP = "../.."  # from a page to the folder of results
 
 Figure = dict[str, str]  # address on a page, alt: words for those who do not see it, title, caption
+IMPORTANT = captions.FIRST_COLUMNS.split()
+INPUTS = ("name", "kind", "source", "file", "seed", "sha256")
+TIMES = ("rule", "jobs", "total_s", "longest_s", "max_rss_mb")
 
 
 class PaperTable(NamedTuple):
@@ -121,9 +124,6 @@ def tables_of(paper: str, paths: Iterable[Path]) -> list[PaperTable]:
     return tables
 
 
-IMPORTANT = captions.FIRST_COLUMNS.split()
-
-
 def title_of(text: str) -> str:
     """The first heading, or nothing."""
     first = re.search(r"^# (.*)$", text, re.M)
@@ -190,10 +190,6 @@ def _table(tokens: list[Token]) -> site.Table:
         row[0] = row[0] or above[0]
     first = [name for name in head if name in IMPORTANT] if len(head) > site.MANY else []
     return site.table(head, body, first=first if len(first) > 2 else ())
-
-
-INPUTS = ("name", "kind", "source", "file", "seed", "sha256")
-TIMES = ("rule", "jobs", "total_s", "longest_s", "max_rss_mb")
 
 
 def run_times(files: Mapping[str, Iterable[str | Path]]) -> list[Row]:

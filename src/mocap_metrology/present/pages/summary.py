@@ -49,7 +49,6 @@ CALIBRATION_HEAD = ("calibration", "verdict", *POSE, "σ (mm)", "σ (°)", "why"
 SCATTER = ("scatter (mm)", "scatter (°)")
 SETUP_HEAD = ("setup", "calibrations", "verdicts", *POSE, *SCATTER, "not right (in so many)")
 AXES = ("x_mm", "y_mm", "z_mm"), ("rx_deg", "ry_deg", "rz_deg")  # of a vector in master axes
-INSIDE = captions.MENU  # where names are no links
 
 Address = Callable[[str, str], str]  # kind (recording, group, ...), name -> address or nothing
 

@@ -47,6 +47,18 @@ UNIT = re.compile(r"(\d) (mm|µm|nm|%|s|min|h|Hz)(?!\w)")  # a number and its un
 
 Keywords = dict[str, Any]  # arguments of matplotlib by name, of as many types as it takes
 BAND: Keywords = {"alpha": 0.18, "lw": 0}  # of an interval, in the colour of its curve
+VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
+    "good": ("#14532d", "#dcfce7"),
+    "precise": ("#1e3a8a", "#dbeafe"),
+    "usable": ("#713f12", "#fef3c7"),
+    "doubtful": ("#7c2d12", "#ffedd5"),
+    "bad": ("#7f1d1d", "#fee2e2"),
+    "failed": ("#7f1d1d", "#fee2e2"),
+    "refused": ("#ffffff", "#991b1b"),
+}
+UNKNOWN_WORD = ("#1f2937", "#e5e7eb")  # a word that is none of these
+UNITS = (("s", 1.0, 180.0), ("min", 60.0, 3 * 3600.0), ("h", 3600.0, np.inf))
+MICROMETRES_BELOW_MM = 2.0  # median range of the axes
 
 
 @dataclass(frozen=True)
@@ -74,16 +86,6 @@ OTHER_LOOKS = (
     Look("#4d4d4d", (0, (1.2, 1.2)), "P"),
     Look("#5f5f5f", (0, (6, 1.4, 1.4, 1.4)), "X"),
 )
-VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
-    "good": ("#14532d", "#dcfce7"),
-    "precise": ("#1e3a8a", "#dbeafe"),
-    "usable": ("#713f12", "#fef3c7"),
-    "doubtful": ("#7c2d12", "#ffedd5"),
-    "bad": ("#7f1d1d", "#fee2e2"),
-    "failed": ("#7f1d1d", "#fee2e2"),
-    "refused": ("#ffffff", "#991b1b"),
-}
-UNKNOWN_WORD = ("#1f2937", "#e5e7eb")  # a word that is none of these
 
 
 class Picture(NamedTuple):
@@ -319,10 +321,6 @@ def coordinate_of(name: str) -> tuple[str, int] | None:
     """("x", 1) of "x1"; None of a distance or any other name."""
     match = re.fullmatch(r"([xyz])(\d+)", name)
     return (match[1], int(match[2])) if match else None
-
-
-UNITS = (("s", 1.0, 180.0), ("min", 60.0, 3 * 3600.0), ("h", 3600.0, np.inf))
-MICROMETRES_BELOW_MM = 2.0  # median range of the axes
 
 
 class TimeAxis(NamedTuple):

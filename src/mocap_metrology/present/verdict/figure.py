@@ -50,6 +50,10 @@ KINDS = {
 }
 CORRELATED = {kind.split()[1]: kind for kind in KINDS if kind.startswith("correlated")}
 DARK = ("periodic", CORRELATED["unclassed"], CORRELATED["long"])  # white text on them
+MOST = 24  # recordings drawn
+NAME_MM = 5.5
+ROOM = 5.0  # times the limits, that the axis reaches at least: for the words of the bands
+BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
 
 
 @figure.styled()
@@ -216,12 +220,6 @@ def _draw_kinds(axes: figure.Axes, kinds: pd.DataFrame, names: list[str]) -> Non
     axes.set_xticks([0, 0.5, 1], ["0", "50", "100"])
     axes.grid(visible=False)
     axes.spines[["top", "right", "left"]].set_visible(False)
-
-
-MOST = 24  # recordings drawn
-NAME_MM = 5.5
-ROOM = 5.0  # times the limits, that the axis reaches at least: for the words of the bands
-BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
 
 
 def worst_frame(row: Record) -> tuple[float, float, float] | None:

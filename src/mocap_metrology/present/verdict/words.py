@@ -27,6 +27,12 @@ STATED = {
 # Names of the quantities, in the order of the figure
 FRAME, NEAR = "one frame", "one frame within 1 s"
 MEANS = ("mean of 1 s", "mean of 10 s", "mean of 60 s")
+NUMBERS = (  # of a series
+    *("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm", "sigma_recording_mm"),
+    *("frame_mm", "frame_lower_mm", "frame_upper_mm", "adev_min_mm", "adev_min_lower_mm"),
+    *("adev_min_upper_mm", "tau_min_s", "adev_still_falls"),
+)
+OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm")
 
 
 def summary_row(verdict: Record) -> Row:
@@ -192,14 +198,6 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 def _in_mm(value: float | None) -> str:
     """Three digits, or a dash for nothing."""
     return significant(value, least=1e-6) or "-"
-
-
-NUMBERS = (  # of a series
-    *("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm", "sigma_recording_mm"),
-    *("frame_mm", "frame_lower_mm", "frame_upper_mm", "adev_min_mm", "adev_min_lower_mm"),
-    *("adev_min_upper_mm", "tau_min_s", "adev_still_falls"),
-)
-OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm")
 
 
 def verdict_document(assessment: Assessment, source: str) -> Row:

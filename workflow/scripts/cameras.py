@@ -38,7 +38,7 @@ with step(snakemake) as log:
     source, remarks = gather.sources(origins, lengths, paper=False)
     title = f"{group}: noise with each camera added"
     caption, nothing = f"{captions.CAMERA_TABLE} {source} {remarks}", "No addition of cameras."
-    text = tables.markdown(rows, title, caption) if rows else f"# {title}\n\n{nothing}\n"
+    text = tables.markdown(rows, title, caption, nothing)
     tables.write_with(snakemake.output.csv, rows, text, COLUMNS)
     law_title = f"{group}: noise against the number of cameras"
     caption = f"{captions.LAW_TABLE} {source} {remarks}"

@@ -8,16 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.noise.cameras.findings import (
-    COLUMNS,
-    DIRECTION,
-    LARGEST,
-    NOISE,
-    cause,
-    noisy,
-    raised,
-    worst_marker,
-)
+from mocap_metrology.noise.cameras import findings
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import Limits, log_limits
 from mocap_metrology.present.tables import Row
@@ -38,7 +29,7 @@ Pairs = Collection[tuple[str, str]]  # recordings: smaller and larger subset
 def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, float]) -> Row:
     """What <group>_cameras.json holds: `words`, sentences for a reader; `short`, one a camera type;
     `apart`: whether subsets do not share their frames; `raised` and `noisy`."""
-    rises, loud = raised(rows), noisy(rows, settings["noisy"])
+    rises, loud = findings.raised(rows), findings.noisy(rows, settings["noisy"])
     with_law = [row["camera_type"] for row in laws if row["b"] is not None]
     words, short = [], []
     for kind in dict.fromkeys([*(row["camera_type"] for row in rows), *with_law]):
@@ -53,13 +44,13 @@ def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, flo
             sentences.append(_law_sentence([r for r in laws if r["camera_type"] == kind]))
         words += [f"{kind}: {sentence}" for sentence in sentences]
     columns = ("camera_type", "from", "to", "added", "marker", "tau_s")
-    of_rise = (*columns, *LARGEST, *DIRECTION, "law_factor")
+    of_rise = (*columns, *findings.LARGEST, *findings.DIRECTION, "law_factor")
     return {
         "words": words,
         "short": short,
         "apart": _apart(rows),
-        "raised": [{k: r[k] for k in of_rise} | {"cause": cause(r, loud)} for r in rises],
-        "noisy": [{k: r[k] for k in (*columns, *NOISE)} for r in loud],
+        "raised": [{k: r[k] for k in of_rise} | {"cause": findings.cause(r, loud)} for r in rises],
+        "noisy": [{k: r[k] for k in (*columns, *findings.NOISE)} for r in loud],
     }
 
 
@@ -75,7 +66,7 @@ def _sentences(
     names += ["apart"] * _apart(rows)
     limits = {"rise": 100 * settings["rise"], "noisy": settings["noisy"]}
     words = [_filled("noisy", row, rows) for row in loud]
-    by_added = [row for row in rises if cause(row, loud) == "added"]
+    by_added = [row for row in rises if findings.cause(row, loud) == "added"]
     if by_added:
         first, *others = by_added
         text = _filled("raised", first, rows)
@@ -98,8 +89,11 @@ def _short(rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row]) -> st
     return _filled(
         "short raised",
         row
-        | {"axis": "xyz"[max(range(3), key=lambda k: abs(row[DIRECTION[k]]))]}
-        | {"earlier": f", because of one of {row['from']}" * (cause(row, loud) == "earlier")},
+        | {"axis": "xyz"[max(range(3), key=lambda k: abs(row[findings.DIRECTION[k]]))]}
+        | {
+            "earlier": f", because of one of {row['from']}"
+            * (findings.cause(row, loud) == "earlier")
+        },
         rows,
     )
 
@@ -149,9 +143,9 @@ def camera_figure(
     is `without` and the deviation at one frame of each coordinate; settings: limits `rise`
     and `noisy`; source: the line at the foot; remarks: what the caption adds.
     """
-    table = pd.DataFrame(rows, columns=COLUMNS)
-    changes = worst_marker(table[table["from"] != ""], LARGEST)
-    cameras = worst_marker(table[table["tau_s"] == table["tau_s"].min()], NOISE)
+    table = pd.DataFrame(rows, columns=findings.COLUMNS)
+    changes = findings.worst_marker(table[table["from"] != ""], findings.LARGEST)
+    cameras = findings.worst_marker(table[table["tau_s"] == table["tau_s"].min()], findings.NOISE)
     levels = {kind: pd.DataFrame.from_dict(dict(of), "index") for kind, of in sigma_mm.items()}
     limits = log_limits([of.drop(columns=["n", "without"]).to_numpy() for of in levels.values()])
     heights = HEIGHTS_MM if len(cameras) else HEIGHTS_MM[:2]
@@ -163,8 +157,8 @@ def camera_figure(
     for k, (kind, of_kind) in enumerate(levels.items()):
         panels = grid[k // MOST * n_rows :, k % MOST][:n_rows]
         own = [row for row in rows if row["camera_type"] == kind]
-        rises = {(row["from"], row["to"]) for row in raised(own)}
-        loud = {row["added"] for row in noisy(own, settings["noisy"])}
+        rises = {(row["from"], row["to"]) for row in findings.raised(own)}
+        loud = {row["added"] for row in findings.noisy(own, settings["noisy"])}
         loud_steps = {(row["from"], row["to"]) for row in own if row["added"] in loud}
         _noise_panel(panels[0], of_kind, rises, limits)
         plot.panel_title(panels[0], plot.short(kind, NAME))

@@ -57,10 +57,9 @@ def orientation_figure(
     adev[["y", "lower", "upper"]] *= 1e6
     return curves.curves_picture(
         {"Orientation": adev},
-        (curves.ADEV_AXES[0], "Allan deviation (µrad)"),
-        curves.ALLAN_SLOPES,
         (title, source, " ".join(words)),
-        f"{100 * origin['allan']['confidence']:.3g} % interval",
+        origin["allan"]["confidence"],
+        y_label="Allan deviation (µrad)",
         looks={f"r{axis}": look for axis, look in LOOKS.items()},
     )
 

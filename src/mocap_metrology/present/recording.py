@@ -72,10 +72,8 @@ def allan_figure(
     facets = of_curves.facets(curves["curve"]).items()
     return of_curves.curves_picture(
         {title: curves[curves["curve"].isin(own)] for title, own in facets},
-        of_curves.ADEV_AXES,
-        of_curves.ALLAN_SLOPES,
         (title, source, f"{captions.ADEV} {remarks}"),
-        "interval" if confidence is None else f"{100 * confidence:.3g} % interval",
+        confidence,
     )
 
 

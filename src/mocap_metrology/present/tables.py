@@ -67,9 +67,11 @@ def aligned(lines: Sequence[Sequence[object]]) -> list[str]:
     return [head, rule, *body]
 
 
-def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
-    """A Markdown table, numbers as `readable` and `as_printed` write them, columns of equal
-    width."""
+def markdown(rows: Sequence[Row], title: str, caption: str, nothing: str = "") -> str:
+    """A Markdown table, numbers as `readable` and `as_printed` write them, columns of equal width;
+    the words `nothing` in its place where there is no row."""
+    if not rows:
+        return f"# {title}\n\n{nothing}\n"
     head = list(rows[0])
     lines = aligned([head, *([shown(row, name) for name in head] for row in rows)])
     return "\n".join([f"# {title}", "", caption, "", *lines, ""])

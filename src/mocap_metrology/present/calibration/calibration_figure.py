@@ -103,7 +103,7 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     remarks.append(_draw_seen(axes["seen"], files))
     figure.letters([above, *axes.values()])
     figure.legend_below(evidence, [above, *axes.values()])
-    remarks.append(pose_text.BEYOND_SIGMA if beyond_sigma(entry) else "")
+    remarks.append(captions.BEYOND_SIGMA if beyond_sigma(entry) else "")
     fit = captions.CALIBRATION_BATCH if residuals else captions.CALIBRATION_BOARD_POSES
     return Picture(evidence, " ".join(filter(None, (captions.CALIBRATION, fit, *remarks))))
 

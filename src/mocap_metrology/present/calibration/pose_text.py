@@ -15,14 +15,9 @@ from mocap_metrology.lighthouse.assess.pose_file import is_network
 from mocap_metrology.lighthouse.assess.rows import AXIS_NAMES, CHOSEN
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.lighthouse.records import MASTER
-from mocap_metrology.present.tables import Row, aligned, markdown
+from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number, significant
-
-BEYOND_SIGMA = (
-    "Error beyond 3 σ: σ is the scatter within this recording. It does not include errors that "
-    "are constant during it (optics, lasers off the origin of the housing, scale of the board)."
-)
 
 
 def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
@@ -166,17 +161,3 @@ def _mm_and_deg(row: Row, kind: str) -> str:
         max(own) if kind == "sigma" else math.hypot(*own) for own in (values[:3], values[3:])
     )
     return "" if math.isnan(mm) else f"{significant(mm)} mm, {significant(deg)}°"
-
-
-def track_markdown(rows: Sequence[Row], title: str, note: str) -> str:
-    """Markdown of some `track_row`."""
-    if not rows:
-        return f"# {title}\n\nNo calibrations.\n"
-    return markdown(list(rows), title, f"{captions.TRACK_TABLE} {note}".strip())
-
-
-def angle_markdown(rows: Sequence[Row], title: str, note: str) -> str:
-    """Markdown of some `angle_rows`."""
-    if not rows:
-        return f"# {title}\n\nNo calibration of a board at rest.\n"
-    return markdown(list(rows), title, f"{captions.ANGLE_TABLE} {note}".strip())

@@ -76,7 +76,7 @@ def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> 
         axes.axis("off")
     if len(panels) < above.size:
         fig.log_axes(above[len(panels)], limits)
-        plot.slope_fan(above[len(panels)], limits, plot.ALLAN_SLOPES)
+        plot.slope_fan(above[len(panels)], limits)
     return fig.finished(body, above[: len(panels)], texts[2])
 
 
@@ -133,7 +133,7 @@ def family_figure(
     ]
     note = captions.ADEV_ENDS.format(names="; ".join(names)) if names else ""
     texts = title, source, f"{captions.ADEV} {note} {words}"
-    return panels_picture(panels, looks or None, texts, confidence)
+    return plot.curves_picture(panels, texts, confidence, looks=looks or None)
 
 
 def compared(
@@ -141,23 +141,6 @@ def compared(
 ) -> Panels:
     """A panel a series with the curves of named recordings; labels: by recording."""
     return {one: series_curves(allan, one, labels, band) for one in series}
-
-
-def panels_picture(
-    panels: Panels,
-    looks: Looks | None,
-    texts: tuple[str, str, str],
-    confidence: float | None,
-    lettered: bool = False,
-) -> Picture:
-    """The figure of such panels on common axes, with the slopes beside; call it within `styled`."""
-    band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
-    picture = plot.curves_picture(
-        panels, plot.ADEV_AXES, plot.ALLAN_SLOPES, texts, band, looks=looks
-    )
-    if lettered:
-        fig.letters(picture.body.axes[: len(panels)])
-    return picture
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.papers.subsets import source_of
 from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, significant, with_interval
 
 FROM_CSV = (
@@ -18,12 +19,7 @@ FROM_CSV = (
     *("lower_95", "upper_95", "status", "class", "note"),
 )
 COLUMNS = ("recording", "source", *FROM_CSV)
-CAPTION = (
-    "Coefficients of the noise, 95 % intervals in brackets; < not detected, upper 95 % limit (of a "
-    "further correlated component: for every T_c of the class named); "
-    f"{STATUS_SIGNS}. Gauss-Markov terms by rising T_c. "
-    "All estimators, with standard errors, are in the CSV."
-)
+CAPTION = captions.NOISE_TABLE.format(signs=STATUS_SIGNS)
 MOST_SERIES = 7  # columns of a table to read
 SUBSETS = "The recordings of the group as in the sheet."
 # Column of <group>_summary: title, what it is, format

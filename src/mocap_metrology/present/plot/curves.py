@@ -6,7 +6,7 @@ where there is none), and optionally `thin`, the name of another estimator of th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import cycle
 
@@ -91,20 +91,21 @@ def adev_curves(
 
 def curves_picture(
     panels: Mapping[str, pd.DataFrame],
-    axis_labels: tuple[str, str],
-    slopes: Sequence[tuple[float, str]],
     texts: tuple[str, str, str],
-    band: str,
+    confidence: float | None,
     *,
     looks: Looks | None = None,
+    y_label: str = ADEV_AXES[1],
+    lettered: bool = False,
 ) -> plot.Picture:
-    """The panels (title -> curves) on common axes, their slopes in the cell after the last one, a
-    legend below.
+    """The panels (title -> curves) on common axes, the slopes of noises in the cell after the last
+    one, a legend below.
 
-    slopes: (slope, meaning), steepest rise first; texts: title, source line and caption; band: what
-    the shaded band is; looks: by curve, without them curves are series, which have their own. Call
-    it within `styled`.
+    texts: title, source line and caption; confidence (0 ... 1): of the shaded intervals, where it
+    is known; looks: by curve, without them curves are series, which have their own. Call it within
+    `styled`.
     """
+    band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
     columns = ["curve", "x", "y", "lower", "upper"]
     panels = panels or {"": pd.DataFrame(columns=columns, dtype=float)}
     limits = curve_limits(pd.concat(panels.values()))
@@ -117,10 +118,12 @@ def curves_picture(
         draw_curves(axes, curves, limits[1], looks, band)
         remark = plot.literal(invisible(curves, limits[1][0]))
         plot.panel_title(axes, plot.short(title), remark)
-    slope_fan(grid.flat[len(panels)], limits, slopes)
+    slope_fan(grid.flat[len(panels)], limits)
     for axes in grid.flat[len(panels) + 1 :]:
         axes.axis("off")
-    label_outer(grid, len(panels), axis_labels)
+    label_outer(grid, len(panels), (ADEV_AXES[0], y_label))
+    if lettered:
+        plot.letters(grid.flat[: len(panels)])
     return plot.finished(body, grid.flat[: len(panels)], texts[2])
 
 
@@ -243,19 +246,19 @@ def log_limits(
     return float(10 ** (low - pad)), float(10 ** (high + pad))
 
 
-def slope_fan(
-    axes: plot.Axes, limits: tuple[Limits, Limits], slopes: Sequence[tuple[float, str]]
-) -> None:
-    """Lines of the given slopes from one point, in axes that share the limits of the panels."""
+def slope_fan(axes: plot.Axes, limits: tuple[Limits, Limits]) -> None:
+    """Lines of `ALLAN_SLOPES` from one point, in axes that share the limits of the panels."""
     axes.axis("off")
     axes.set_title("Slopes", fontweight="normal", color=GREY)
     (left, right), (bottom, top) = np.log10(limits)
-    steepest = max(abs(slope) for slope, _ in slopes)
+    steepest = max(abs(slope) for slope, _ in ALLAN_SLOPES)
     reach = min(0.24 * (right - left), 0.42 * (top - bottom) / steepest)  # decades of x
     x, y = left + 0.05 * (right - left), (bottom + top) / 2
     arrow = {"arrowstyle": "-", "color": GREY, "lw": 0.4, "shrinkA": 1, "shrinkB": 1}
     how: Keywords = {"textcoords": "axes fraction", "va": "center", "fontsize": plot.SMALL_PT}
-    for (slope, text), at in zip(slopes, np.linspace(0.92, 0.08, len(slopes)), strict=True):
+    for (slope, text), at in zip(
+        ALLAN_SLOPES, np.linspace(0.92, 0.08, len(ALLAN_SLOPES)), strict=True
+    ):
         end = (10 ** (x + reach), 10 ** (y + slope * reach))
         axes.plot([10**x, end[0]], [10**y, end[1]], color=GREY, lw=0.8)
         axes.annotate(text, end, xytext=(0.35, at), arrowprops=arrow, **how)

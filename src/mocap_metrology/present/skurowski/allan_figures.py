@@ -22,7 +22,6 @@ from mocap_metrology.present.groups.adev import (
     Rows,
     compared,
     count_looks,
-    panels_picture,
     series_curves,
 )
 from mocap_metrology.present.plot import curves as plot
@@ -114,7 +113,8 @@ def failing_figure(
     labels = {ten: "10 cameras, one failing", nine: "9 cameras, without it"}
     looks = dict(zip(labels.values(), (LOOKS["y"], LOOKS["x"]), strict=True))
     texts = TITLES[8], source, f"{SKUROWSKI[8]} {remarks}"
-    return panels_picture(compared(allan, SERIES, labels), looks, texts, confidence, lettered=True)
+    panels = compared(allan, SERIES, labels)
+    return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
 @fig.styled()
@@ -126,7 +126,8 @@ def types_figure(
     labels = {name: f"{kind} ({TABLE_4[kind]})" for kind, name in names.items()}
     looks = {labels[name]: SETS[kind] for kind, name in names.items()}
     texts = TITLES[13], source, f"{SKUROWSKI[13]} {_of_all(rows)} {remarks}"
-    return panels_picture(compared(allan, SERIES, labels), looks, texts, confidence, lettered=True)
+    panels = compared(allan, SERIES, labels)
+    return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
 def _of_all(rows: Rows) -> str:
@@ -161,7 +162,7 @@ def repaired_figure(
     }
     comments = " ".join(f"{n}: {row['comment']}." for n, row in rows.items() if row["comment"])
     texts = TITLES["A1"], source, f"{SKUROWSKI['A1']} {comments} {_of_all(rows)} {remarks}"
-    return panels_picture(panels, looks, texts, confidence, lettered=True)
+    return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
 def guess_a1(limits_s: Sequence[float]) -> str:

@@ -7,16 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.papers.shock import (
-    AFTER_S,
-    AXES,
-    BEFORE_S,
-    CLEANED,
-    CUT,
-    RECORDED,
-    Shaken,
-    find_shock,
-)
+from mocap_metrology.papers import shock as shocks
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import GREY, LOOKS, OTHER_LOOKS
@@ -33,16 +24,19 @@ ASSUMED = (
 
 @fig.styled()
 def crump_figure(
-    shaken: Shaken, other: tuple[str, Mapping[str, np.ndarray]] | None, source: str, remarks: str
+    shaken: shocks.Shaken,
+    other: tuple[str, Mapping[str, np.ndarray]] | None,
+    source: str,
+    remarks: str,
 ) -> fig.Picture:
     """Marker 1 round the strongest shake of a recording, and the Allan deviation of the distance
     with and without it; other: label and columns of allan.parquet of a recording without one;
     source: the line at the foot; remarks: what the caption adds."""
     coordinates = {k: v for k, v in shaken.raw.items() if k != "L"}
-    shock = find_shock(coordinates, shaken.frame_rate_hz)
+    shock = shocks.find_shock(coordinates, shaken.frame_rate_hz)
     curves = shaken.curves(shock).assign(thin="")
     curves["curve"] = "(b) " + curves["curve"]
-    looks = {RECORDED: LOOKS["y"], CLEANED: LOOKS["x"], CUT: LOOKS["z"]}
+    looks = {shocks.RECORDED: LOOKS["y"], shocks.CLEANED: LOOKS["x"], shocks.CUT: LOOKS["z"]}
     looks = {f"(b) {curve}": look for curve, look in looks.items()}
     if other is not None:
         name = f"(b) {other[0]}"
@@ -51,12 +45,14 @@ def crump_figure(
     traces = shaken.traces(0 if shock is None else shock.onset)
     half = 1.08 * max(1e3 * LEAST_MM, *(table["raw"].abs().max() for table in traces.values()))
     body = fig.new_figure(f"{PAPER}, Figure 7: a seismic crump", source, 118.0)
-    grid = body.subplot_mosaic([[series, "L"] for series in AXES], width_ratios=(5, 4))
+    grid = body.subplot_mosaic([[series, "L"] for series in shocks.AXES], width_ratios=(5, 4))
     for series, table in traces.items():
         axes, time_s = grid[series], table["time_s"]
-        axes.set(xlim=(-BEFORE_S, AFTER_S), ylim=(-half, half), ylabel=f"{series} (µm)")
-        axes.plot(time_s, table["raw"], color=GREY, lw=0.5, label=f"(a) {RECORDED}")
-        how: fig.Keywords = {"lw": 0.6, "label": f"(a) {CLEANED}"}
+        axes.set(
+            xlim=(-shocks.BEFORE_S, shocks.AFTER_S), ylim=(-half, half), ylabel=f"{series} (µm)"
+        )
+        axes.plot(time_s, table["raw"], color=GREY, lw=0.5, label=f"(a) {shocks.RECORDED}")
+        how: fig.Keywords = {"lw": 0.6, "label": f"(a) {shocks.CLEANED}"}
         axes.plot(time_s, table["clean"], color=LOOKS["x"].colour, **how)
         axes.label_outer()
     grid["x1"].set_title("(a) Marker 1")

@@ -7,13 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from mocap_metrology.common.types import Row
-from mocap_metrology.lighthouse.assess.comparison import (
-    LARGE_DEG,
-    LARGE_MM,
-    TOLERANCE_DEG,
-    TOLERANCE_MM,
-    Comparison,
-)
+from mocap_metrology.lighthouse.assess import comparison
 from mocap_metrology.lighthouse.assess.fit_checks import USUAL_S, Case, Check
 from mocap_metrology.lighthouse.assess.summary import Summary
 from mocap_metrology.lighthouse.assess.validation import Verdict
@@ -127,7 +121,7 @@ def _apart(check: Check) -> tuple[float, float]:
     return mm if isinstance(mm, float) else math.nan, deg
 
 
-def comparison_words(found: Comparison | None) -> str:
+def comparison_words(found: comparison.Comparison | None) -> str:
     """Whether a station has moved since an earlier calibration, by how much, and whether that one
     is still valid; None: there is no pose."""
     if found is None:
@@ -135,24 +129,24 @@ def comparison_words(found: Comparison | None) -> str:
     said = "A station has moved" if found.moved else "No sign that a station moved"
     how = f"probability by chance: {_chance(found.p_value)}"
     if math.isnan(found.p_value):
-        how = f"no covariance; a station counts as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
+        how = f"no covariance; a station counts as moved beyond {comparison.LARGE_MM:g} mm or {comparison.LARGE_DEG:g}°"
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
     first = f"{said}: {apart(*found.shift)} from the earlier pose ({how})."
     parts = (first, _interval_words(found), _validity_words(found), found.note, other)
     return " ".join(part for part in parts if part)
 
 
-def _interval_words(found: Comparison) -> str:
+def _interval_words(found: comparison.Comparison) -> str:
     if math.isnan(found.upper_95[0]):
         return ""
     (mm, deg), (to_mm, to_deg) = found.lower_95, found.upper_95
     return f"95 % intervals: {mm:.2g} to {to_mm:.2g} mm, {deg:.2g} to {to_deg:.2g}°."
 
 
-def _validity_words(found: Comparison) -> str:
+def _validity_words(found: comparison.Comparison) -> str:
     if found.valid:
         return "The earlier calibration is still valid."
     if found.moved:
         return "The earlier calibration is no longer valid."
-    limit = f"{TOLERANCE_MM:g} mm or {TOLERANCE_DEG:g}°"
+    limit = f"{comparison.TOLERANCE_MM:g} mm or {comparison.TOLERANCE_DEG:g}°"
     return f"The difference exceeds {limit}, so the earlier calibration is not confirmed."

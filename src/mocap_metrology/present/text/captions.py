@@ -1,12 +1,12 @@
 """Words below figures and tables: each name of `captions.toml` is an attribute of this module.
-Sentences on calibrations are in a file of their own."""
+The papers and calibrations have files of their own."""
 
 from __future__ import annotations
 
 import tomllib
 from pathlib import Path
 
-FILES = (Path(__file__).with_name(f"{name}.toml") for name in ("captions", "calibration"))
+FILES = (Path(__file__).with_name(f"{name}.toml") for name in ("captions", "papers", "calibration"))
 TEXTS = {k: v for file in FILES for k, v in tomllib.loads(file.read_text(encoding="utf-8")).items()}
 
 

@@ -24,7 +24,7 @@ from mocap_metrology.noise.series import allan_columns
 from mocap_metrology.noise.twins.published import published_keys, published_row
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.noise.twins.twin import COORDINATES, Twin
-from mocap_metrology.present.changes.compare import sentences
+from mocap_metrology.present.changes import sentences
 
 RATE = 120.0
 RANGES = {"1 to 10": (1, 10), "11 to 100": (11, 100), "101 to 1000": (101, 1000)}

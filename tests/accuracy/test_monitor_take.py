@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.accuracy.monitor import ORDER
 from mocap_metrology.accuracy.monitor_row import Row
+from mocap_metrology.accuracy.monitor_rows import table
 from mocap_metrology.accuracy.monitor_take import Take, judge, numbers, series_of, stretches
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.present.monitors.words import table
 from mocap_metrology.settings import Monitor
 
 PLACES = np.array([[0.0, 0, 0], [300, 0, 0], [0, 400, 0]])

@@ -7,12 +7,12 @@ import pytest
 from calibration_inputs import COVARIANCE, DEAD, T_M, TURN, paths, write_calibration
 from figure_data import check_saved, every_text
 
+from mocap_metrology.lighthouse.assess.calibration_files import read_calibration
 from mocap_metrology.lighthouse.assess.evidence import faint_diodes
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.present.calibration import stations
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
-from mocap_metrology.present.calibration.calibration_files import read_calibration
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -12,8 +12,7 @@ from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.noise.cameras import findings
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose
 from mocap_metrology.noise.twins.take import joint_covariance, random_facility
-from mocap_metrology.present.cameras.camera_figure import camera_figure
-from mocap_metrology.present.cameras.camera_tables import summary
+from mocap_metrology.present.cameras import camera_figure, summary
 
 LIMITS = {"rise": 0.05, "noisy": 1.5}
 IDS = tuple(range(11, 21))  # of the ten cameras, in the order in which they are added

@@ -11,9 +11,9 @@ from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers.coefficient_tables import TABLES, table_a
 from mocap_metrology.present.groups import slots
+from mocap_metrology.present.groups.adev import family_of
 from mocap_metrology.present.groups.coefficients import coefficients_figure
 from mocap_metrology.present.groups.coefficients import correlated_figure as group_correlated
-from mocap_metrology.present.groups.members import family_of
 from mocap_metrology.present.skurowski.coefficients import (
     TYPES,
     colour_figure,

@@ -10,8 +10,13 @@ from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.changes import rows as changes
 from mocap_metrology.noise.series import allan_columns
-from mocap_metrology.present.changes.change_figures import Comparison, compare_figure, trend_figure
-from mocap_metrology.present.changes.compare import compare_markdown, sentences
+from mocap_metrology.present.changes import (
+    Comparison,
+    compare_figure,
+    compare_markdown,
+    sentences,
+    trend_figure,
+)
 
 SETTINGS = {"margin": 0.05, "alpha": 0.01, "confidence": 0.95}
 SERIES = (*(f"{axis}{k}" for k in (1, 2) for axis in "xyz"), "L")

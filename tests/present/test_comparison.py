@@ -6,11 +6,11 @@ import re
 import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS
+from mocap_metrology.papers import camera_tables
 from mocap_metrology.papers import coefficient_tables as appendix
 from mocap_metrology.papers.jansen import jansen_table
 from mocap_metrology.present import tables
-from mocap_metrology.present.pages import comparison, details, document, summary
-from mocap_metrology.present.skurowski import camera_tables
+from mocap_metrology.present.pages import comparison, details, summary
 
 GAP = math.nan
 
@@ -122,7 +122,7 @@ def test_a_page_compares_first_and_keeps_the_whole_table(tmp_path) -> None:
     tables.write(stem, rows, title, "A caption.")
     csv = stem.with_suffix(".csv")
     text = stem.with_suffix(".md").read_text()
-    page = document.page(text, stem.name, True, comparison.of_file(csv), {"J": "../j.html"})
+    page = details.table_page(text, stem.name, True, comparison.of_file(csv), {"J": "../j.html"})
     assert page.count("<h1>") == 1 and page.count("<table") == 2
     assert page.index("all cited") < page.index("<table") < page.index("A caption.")
     assert page.index("../summary.html") < page.index("../j.html")

@@ -11,8 +11,8 @@ from noise_data import assert_texts_apart
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
-from mocap_metrology.papers.shock import find_shock
-from mocap_metrology.present.skurowski.crump import CUT, RECORDED, Shaken, crump_figure
+from mocap_metrology.papers.shock import CUT, RECORDED, Shaken, find_shock
+from mocap_metrology.present.skurowski.crump import crump_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 RATE, SECONDS = 120.0, 300.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.trace import columns, trace_of
-from mocap_metrology.present.plot.decimate import log_bins
+from mocap_metrology.present.plot.curves import log_bins
 
 pytestmark = pytest.mark.filterwarnings("error")
 

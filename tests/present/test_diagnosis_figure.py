@@ -9,6 +9,7 @@ import pytest
 from figure_data import check_saved, every_text
 from mocap_workflow.recording_twins import twin_from_mapping
 
+from mocap_metrology.noise.diagnosis.evidence import broad_peak, halves, view_of
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
@@ -17,7 +18,6 @@ from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
-from mocap_metrology.present.diagnosis.evidence import broad_peak, halves, view_of
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 

@@ -11,16 +11,15 @@ import pytest
 from figure_data import RATE, allan_columns, check, every_text, recording
 
 from mocap_metrology.present.plot.figure import save
-from mocap_metrology.present.recording.recording_figures import allan_figure
-from mocap_metrology.present.recording.trajectory import trajectory_figure
+from mocap_metrology.present.recording import allan_figure, trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 DRAW = """
 import sys
 sys.path.insert(0, {folder!r})
 from figure_data import allan_columns, recording, RATE
-from mocap_metrology.present.recording.recording_figures import allan_figure
-from mocap_metrology.present.recording.trajectory import trajectory_figure
+from mocap_metrology.present.recording import allan_figure
+from mocap_metrology.present.recording import trajectory_figure
 from mocap_metrology.present.plot.figure import save
 for _ in range(2):
     save(allan_figure(allan_columns(["x1", "y1", "L"]), "t", "n"), "allan.b")

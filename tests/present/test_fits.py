@@ -13,7 +13,7 @@ from mocap_metrology.noise.fit.estimates import rows as noise_csv
 from mocap_metrology.noise.model import curves
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_row
-from mocap_metrology.present.fits.fit_figure import fit_figure, fit_of
+from mocap_metrology.present.fits import fit_figure, fit_of
 from mocap_metrology.present.plot.figure import INK, LOOKS
 
 pytestmark = pytest.mark.filterwarnings("error")

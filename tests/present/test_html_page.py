@@ -10,7 +10,7 @@ from matplotlib.figure import Figure as Drawing
 
 from mocap_metrology.common.errors import printable
 from mocap_metrology.present import tables
-from mocap_metrology.present.pages import details, document, site
+from mocap_metrology.present.pages import details, site
 
 VOID = {"br", "wbr", "meta", "img"}
 
@@ -61,7 +61,7 @@ def test_a_table_of_markdown_comes_back_whole() -> None:
         for k in range(-9, 9)
     ]
     text = tables.markdown(rows, "g: numbers", "A caption <of> these.")
-    page = document.page(text, "numbers", True)
+    page = details.table_page(text, "numbers", True)
     read = Reader(page)
     expected = [["name", "sign", "value", "n"]]
     for row in rows:
@@ -89,13 +89,13 @@ def test_what_a_user_wrote_is_text(tmp_path: Path) -> None:
     written, but for letters that control a terminal."""
     rows = [{"name": words, "comment": words} for words in HOSTILE]
     for words in HOSTILE:
-        page = document.page(tables.markdown(rows, f"g: {words}", words), "t", True)
+        page = details.table_page(tables.markdown(rows, f"g: {words}", words), "t", True)
         read = Reader(page)
         assert read.images == [] and read.elements.count("script") == 1
         assert not {"iframe", "object", "embed", "link"} & set(read.elements)
         assert [link["href"] for link in read.links] == ["../summary.html", "../tables/t.csv"]
         assert [row[0] for row in read.tables[0][1:]] == [printable(words) for words in HOSTILE]
-    page = document.page("# T\n\n| a |\n|---|\n| 1 |\n", "t", False)  # nor asks it any host
+    page = details.table_page("# T\n\n| a |\n|---|\n| 1 |\n", "t", False)  # nor asks it any host
     assert not re.search(r"https?:|//[a-z]|@import|url\(", page.partition("<body")[0])
     assert not re.search(r"<(link|iframe)|\bsrc=|fetch\(|XMLHttpRequest|import\(", page)
     page = Reader(

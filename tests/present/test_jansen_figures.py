@@ -11,9 +11,9 @@ from mpl_toolkits.mplot3d import proj3d
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table
-from mocap_metrology.present.calibration.calibration_files import read_calibration
+from mocap_metrology.lighthouse.assess.calibration_files import read_calibration
+from mocap_metrology.lighthouse.assess.signal import signal_of
 from mocap_metrology.present.jansen import paths, space
-from mocap_metrology.present.jansen.signal import signal_of
 
 pytestmark = pytest.mark.filterwarnings("error")
 

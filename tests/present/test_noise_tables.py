@@ -2,11 +2,7 @@
 
 from noise_data import DEFAULT, group
 
-from mocap_metrology.present.groups.group_tables import (
-    COLUMNS,
-    noise_markdown,
-    noise_table,
-)
+from mocap_metrology.present.groups.group_tables import COLUMNS, noise_markdown, noise_table
 from mocap_metrology.present.tables import write_with
 from mocap_metrology.present.text.numbers import with_interval
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from figure_data import ODD_TEXT, RATE, allan_columns, check, every_text, recording
 
-from mocap_metrology.present.recording.recording_figures import allan_figure
-from mocap_metrology.present.recording.trajectory import trajectory_figure
+from mocap_metrology.present.recording import allan_figure, trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 

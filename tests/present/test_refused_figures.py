@@ -7,9 +7,8 @@ import pytest
 from figure_data import check, every_text
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.motion.orientation import of_cluster, unknown
-from mocap_metrology.present.motion.orientation import orientation_figure, orientation_rows
-from mocap_metrology.present.motion.place import place_figure, place_sentence
+from mocap_metrology.noise.motion.orientation import of_cluster, orientation_rows, unknown
+from mocap_metrology.present.motion import orientation_figure, place_figure, place_sentence
 
 pytestmark = pytest.mark.filterwarnings("error")
 NOTHING = {k: np.array([]) for k in ("series", "tau_s", "adev_rad", "adev_lower_rad")}

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.present.pages import provenance, summary
-from mocap_metrology.present.verdict.overview import overview_figure
+from mocap_metrology.lighthouse.assess.rows import spread
+from mocap_metrology.present.pages import details, summary
+from mocap_metrology.present.verdict.figure import overview_figure
 
 LIMITS = {"good": 0.1, "usable": 0.25}
 ANGLES = ("alpha", "beta", "gamma")
@@ -172,27 +173,27 @@ def test_spread_of_poses_about_a_known_one() -> None:
     turned = Rotation.from_rotvec(rng.normal(0, np.radians([0.1, 0.3, 0.2]), (4000, 3))) * centre
     moved = rng.normal([2000, -50, 3], [1.0, 2.0, 4.0], (4000, 3))
     poses = np.hstack([moved, turned.as_euler("xyz", degrees=True)])
-    pose, mm, deg = summary.spread(poses)
+    pose, mm, deg = spread(poses)
     assert pose == pytest.approx([2000, -50, 3, 5, -20, 60], abs=0.3)
     assert (mm, deg) == pytest.approx((4.0, 0.3), rel=0.05)
     two = np.array([[0.0, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 2]])
-    pose, mm, deg = summary.spread(two)
+    pose, mm, deg = spread(two)
     assert pose == pytest.approx([0.5, 0, 0, 0, 0, 1])
     assert (mm, deg) == pytest.approx((math.sqrt(0.5), math.sqrt(2.0)))
-    assert np.isnan(summary.spread(two[:1])[1:]).all() and np.isnan(summary.spread(two[:0])[1])
+    assert np.isnan(spread(two[:1])[1:]).all() and np.isnan(spread(two[:0])[1])
 
 
 def test_run_times_and_the_page_of_provenance(tmp_path) -> None:
     for name, line in {"a": "1.5\t0:00:01\t200\t1", "b": "2.25\t0:00:02\tNA\t1"}.items():
         (tmp_path / name).write_text(f"s\th:m:s\tmax_rss\tmax_vms\n{line}\n")
-    times = provenance.run_times({"noise": [tmp_path / "a", tmp_path / "b"], "empty": []})
+    times = details.run_times({"noise": [tmp_path / "a", tmp_path / "b"], "empty": []})
     assert times == [
         {"rule": "noise", "jobs": 2, "total_s": 3.75, "longest_s": 2.25, "max_rss_mb": 200.0}
     ]
-    row = dict.fromkeys(provenance.INPUTS, "<i>") | {"seed": 110}
+    row = dict.fromkeys(details.INPUTS, "<i>") | {"seed": 110}
     code = {"version": "1.2", "commit": None, "python": "3.13"}
     document = {"code": code, "inputs": [row], "run_times": times, "tables": {"t.csv": "5eed"}}
-    text = provenance.page(document | {"packages": {"numpy": "2"}})
+    text = details.provenance_page(document | {"packages": {"numpy": "2"}})
     assert "mocap-metrology 1.2, commit not in a repository, Python 3.13." in text
     assert "<i>" not in text
     assert all(f">{cell}<" in text for cell in ("&lt;i&gt;", 110, "3.75", 2, "200", "5eed"))

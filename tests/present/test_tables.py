@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from mocap_metrology.noise.assess.allan_summary import allan_summary
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.present import tables
-from mocap_metrology.present.groups import group_tables
 from mocap_metrology.present.text import captions, coefficients, numbers
 from mocap_metrology.present.text.numbers import with_interval, with_uncertainty, with_unit
 
@@ -116,7 +116,7 @@ def test_a_series_without_a_value_has_an_empty_row() -> None:
     names = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
     columns = {name: np.array([0.1, 0.2]) for name in names} | {"edf": np.array([20.0, 10.0])}
     columns |= {k: np.array([v, v], object) for k, v in (("series", "x1"), ("estimator", "oadev"))}
-    first, second = group_tables.allan_summary("r", "measured", columns, ["x1", "L"])
+    first, second = allan_summary("r", "measured", columns, ["x1", "L"])
     assert list(first) == list(second)
     assert (first["adev_min_mm"], first["tau_min_s"]) == (0.1, 0.1)
     assert second["series"] == "L" and second["adev_min_mm"] is None

@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocap_metrology.lighthouse.assess.rows import track_row
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.track.receiver import Track, columns
 from mocap_metrology.lighthouse.track.spread import Spread
-from mocap_metrology.present.calibration.calibration_table import track_markdown, track_row
 from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.tables import markdown
 
 NAMED = {"calibration": "hall-1", "setup": "hall", "source": "twin"}
 N = 480
@@ -61,9 +62,12 @@ def test_a_row_in_closed_form() -> None:
     )
     none = track_row(NAMED, columns(None), {"reason": "no pose", "still": True})
     assert (none["n_poses"], none["noise_mm"], none["note"]) == (0, None, "no pose")
-    text = track_markdown([row, moving, none], "hall: tracked receivers", "Twins.")
+    text = markdown([row, moving, none], "hall: tracked receivers", "Twins.")
     assert text.startswith("# hall: tracked receivers\n") and "| no pose" in text
-    assert "No calibrations" in track_markdown([], "hall: tracked receivers", "")
+    assert (
+        markdown([], "hall: tracked receivers", "", "None.")
+        == "# hall: tracked receivers\n\nNone.\n"
+    )
 
 
 @pytest.mark.parametrize("still", [False, True])

@@ -10,7 +10,7 @@ from said import numbers_in
 from mocap_metrology.noise.assess.checks import Check, Code, LengthCheck, ModelCheck, MovementCheck
 from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
 from mocap_metrology.present.text import sentence
-from mocap_metrology.present.verdict.document import reason, why_measured
+from mocap_metrology.present.verdict.words import reason, why_measured
 
 FRAME = {"series": "y1", "lower": 0.0255, "upper": 0.02641, "over_s": 3600.0}
 HOUR, MINUTE = {"series": "y1", "over_s": 3600.0}, {"series": "x1", "over_s": 60.0}

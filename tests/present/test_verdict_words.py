@@ -16,9 +16,13 @@ from mocap_metrology.noise.assess.spread import Share
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.plot.figure import Picture
-from mocap_metrology.present.verdict.document import verdict_document
 from mocap_metrology.present.verdict.figure import CORRELATED, KINDS, verdict_figure
-from mocap_metrology.present.verdict.words import mean_table, summary_row, verdict_lines
+from mocap_metrology.present.verdict.words import (
+    mean_table,
+    summary_row,
+    verdict_document,
+    verdict_lines,
+)
 from mocap_metrology.settings import Verdict as Limits
 
 RATE, N = 50.0, 6000  # 2 min

@@ -7,16 +7,13 @@ import pytest
 
 from mocap_metrology.calibration.angle_noise import MOVED, UNKNOWN, write_angle_noise
 from mocap_metrology.common.files import read_table
+from mocap_metrology.lighthouse.assess.rows import ANGLE_HEAD, angle_rows
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.still_angles import still_angles
-from mocap_metrology.present.calibration.calibration_table import (
-    ANGLE_HEAD,
-    angle_markdown,
-    angle_rows,
-)
+from mocap_metrology.present.tables import markdown
 from mocap_metrology.settings import Allan
 
 COMMON, INDEPENDENT, SECONDS = 53e-6, 30e-6, 30.0
@@ -111,7 +108,6 @@ def test_a_board_that_moved_has_no_rows_but_a_reason(hits: Hits, tmp_path: Path)
     _, refused = written(tmp_path / "refused.parquet", hits, still=None)
     assert refused["reason"] == UNKNOWN
     assert angle_rows(NAMED, allan, origin) == []
-    assert "No calibration of a board at rest" in angle_markdown([], "lab: noise of angles", "")
 
 
 def test_rows_of_the_table(hits: Hits, tmp_path: Path) -> None:
@@ -123,7 +119,7 @@ def test_rows_of_the_table(hits: Hits, tmp_path: Path) -> None:
         assert row["independent_h_0_urad2_hz"] == pytest.approx(2 * 30**2 / 30, rel=0.06)
         assert row["common_adev_1_lower_urad"] < row["common_adev_1_urad"]
         assert row["common_adev_1_urad"] < row["common_adev_1_upper_urad"]
-    assert angle_markdown(rows, "lab: noise of angles", "").count("master, azimuth") == 1
+    assert markdown(rows, "lab: noise of angles", "").count("master, azimuth") == 1
 
 
 def test_one_diode_has_no_parts(hits: Hits, tmp_path: Path) -> None:

@@ -10,10 +10,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.accuracy.asked import Asked
+from mocap_metrology.accuracy.statement import known_of
 from mocap_metrology.accuracy.twin import BarErrors, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
-from mocap_metrology.present.accuracy.statement_document import known_of
 from mocap_metrology.recording.bar import (
     passes_of,
     write_bar,

@@ -19,9 +19,9 @@ from mocap_metrology.lighthouse.assess.pose_file import (
     pairs,
     read_pose_json,
 )
+from mocap_metrology.lighthouse.assess.rows import calibration_rows
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import Station
-from mocap_metrology.present.calibration.calibration_table import calibration_rows
 from tests.lighthouse.track.test_track_bar import on_a_bar
 from tests.steps.test_calibration_bar import SETTINGS, calibrate, write_both
 

@@ -6,7 +6,9 @@ import pytest
 from browser import browser
 from matplotlib.figure import Figure as Drawing
 
-from mocap_metrology.present.pages import details, document, summary
+from mocap_metrology.present.pages import details, summary
+from mocap_metrology.present.pages import details as document
+from mocap_metrology.present.text import captions
 
 COLUMN = "[...document.querySelectorAll('tbody tr:not([hidden])')].map(r => r.cells[%d].innerText)"
 CLICK = "document.querySelectorAll('thead button')[%d].click()"
@@ -83,12 +85,12 @@ def test_without_an_address_a_page_names_where_things_are(executable, tmp_path) 
             seen.open(address, "document.querySelector('h1')")
             assert not seen.evaluate("document.querySelectorAll('a, nav').length")
             said = seen.evaluate("document.body.innerText")
-            expected = "tables/t.csv, beside this report: all" if text is table else summary.INSIDE
+            expected = "tables/t.csv, beside this report: all" if text is table else captions.MENU
             assert expected in said
         page = tmp_path / "page.html"
         page.write_text(front, encoding="utf-8")
         seen.open(page.as_uri(), "document.querySelector('h1')")
-        assert summary.INSIDE not in seen.evaluate("document.body.innerText")
+        assert captions.MENU not in seen.evaluate("document.body.innerText")
 
 
 def test_a_figure_opens_and_zooms(executable, tmp_path) -> None:

@@ -7,8 +7,8 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import write_json
-    from mocap_metrology.present.accuracy.bar_document import bar_lines
-    from mocap_metrology.present.verdict.document import verdict_of_bar
+    from mocap_metrology.present.accuracy.bar import bar_lines
+    from mocap_metrology.present.verdict.words import verdict_of_bar
     from mocap_metrology.recording.bar import write_bar
     from mocap_metrology.settings import Settings
 

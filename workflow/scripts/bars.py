@@ -7,7 +7,7 @@ with step(snakemake) as log:
     import json
     from pathlib import Path
 
-    from mocap_metrology.present.accuracy.statement_document import known_of
+    from mocap_metrology.accuracy.statement import known_of
     from mocap_metrology.recording.bar import write_group, write_statement
     from mocap_metrology.settings import Settings
 

@@ -6,8 +6,10 @@ with step(snakemake) as log:
     from calibration_records import records_of
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present.calibration import calibration_table
-    from mocap_metrology.present.tables import source_sentence, write_with
+    from mocap_metrology.lighthouse.assess import rows as rows_of
+    from mocap_metrology.present.calibration import pose_text
+    from mocap_metrology.present.tables import markdown, source_sentence, write_with
+    from mocap_metrology.present.text import captions
 
     group = snakemake.wildcards.group
     records = records_of(snakemake.params.rows, snakemake.input.poses)
@@ -16,22 +18,25 @@ with step(snakemake) as log:
         for _, setup, source in snakemake.params.setups
     ]
     note = source_sentence({record["calibration"]: record["source"] for record in records})
-    rows = calibration_table.calibration_rows(
-        [*records, *records_of(joined, snakemake.input.setups)]
-    )
-    text = calibration_table.calibration_markdown(rows, f"{group}: calibrations", note=note)
+    rows = rows_of.calibration_rows([*records, *records_of(joined, snakemake.input.setups)])
+    text = pose_text.calibration_markdown(rows, f"{group}: calibrations", note=note)
     write_with(snakemake.output[0], rows, text)
     tracked = [
-        calibration_table.track_row(record, *read_table(path))
+        rows_of.track_row(record, *read_table(path))
         for record, path in zip(records, snakemake.input.tracks, strict=True)
     ]
-    text = calibration_table.track_markdown(tracked, f"{group}: tracked receivers", note)
+    caption = f"{captions.TRACK_TABLE} {note}".strip()
+    text = markdown(tracked, f"{group}: tracked receivers", caption, "No calibrations.")
     write_with(snakemake.output[2], tracked, text)
     rotors = [
         row
         for named, path in zip(snakemake.params.at_rest, snakemake.input.allan, strict=True)
-        for row in calibration_table.angle_rows(named, *read_table(path))
+        for row in rows_of.angle_rows(named, *read_table(path))
     ]
-    text = calibration_table.angle_markdown(rotors, f"{group}: noise of angles", note)
-    write_with(snakemake.output[4], rotors, text, calibration_table.ANGLE_HEAD)
+    caption, at_rest = (
+        f"{captions.ANGLE_TABLE} {note}".strip(),
+        "No calibration of a board at rest.",
+    )
+    text = markdown(rotors, f"{group}: noise of angles", caption, at_rest)
+    write_with(snakemake.output[4], rotors, text, rows_of.ANGLE_HEAD)
     log.info("%s: %d calibrations", group, len(rows))

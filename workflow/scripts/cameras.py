@@ -11,9 +11,8 @@ with step(snakemake) as log:
     from mocap_metrology.noise.cameras.findings import COLUMNS, LAW_COLUMNS
     from mocap_metrology.noise.cameras.take import Take, levels_of, one_frame, take_rows
     from mocap_metrology.noise.fit.estimates import read_noise
-    from mocap_metrology.present import tables
-    from mocap_metrology.present.cameras import camera_tables as cameras
-    from mocap_metrology.present.cameras.camera_figure import camera_figure
+    from mocap_metrology.noise.series import length_s
+    from mocap_metrology.present import cameras, tables
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.text import captions
@@ -35,11 +34,11 @@ with step(snakemake) as log:
         found = take_rows(kind, ids, files, levels, noise, settings["rise"], log)
         rows, laws = rows + found[0], laws + found[1]
         sigma.setdefault(kind, {}).update(levels_of(ids, levels))
-    lengths = {name: gather.length_s(origin) for name, origin in origins.items()}
+    lengths = {name: length_s(origin) for name, origin in origins.items()}
     source, remarks = gather.sources(origins, lengths, paper=False)
     title = f"{group}: noise with each camera added"
     caption, nothing = f"{captions.CAMERA_TABLE} {source} {remarks}", "No addition of cameras."
-    text = tables.markdown(rows, title, caption) if rows else f"# {title}\n\n{nothing}\n"
+    text = tables.markdown(rows, title, caption, nothing)
     tables.write_with(snakemake.output.csv, rows, text, COLUMNS)
     law_title = f"{group}: noise against the number of cameras"
     caption = f"{captions.LAW_TABLE} {source} {remarks}"
@@ -47,6 +46,6 @@ with step(snakemake) as log:
     tables.write_with(snakemake.output.law, laws, text, LAW_COLUMNS)
     summary = cameras.summary(rows, laws, settings)
     write_json(snakemake.output.json, summary)
-    save(camera_figure(rows, sigma, settings, title, source, remarks), snakemake.output.svg)
+    save(cameras.camera_figure(rows, sigma, settings, title, source, remarks), snakemake.output.svg)
     for word in summary["words"]:
         log.info("%s", word)

@@ -5,11 +5,11 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table, write_json
     from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows
-    from mocap_metrology.present import tables
-    from mocap_metrology.present.changes import compare
-    from mocap_metrology.present.changes.change_figures import Comparison, compare_figure
+    from mocap_metrology.noise.series import length_s
+    from mocap_metrology.present import changes, tables
+    from mocap_metrology.present.changes import Comparison, compare_figure
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski.gather import length_s, sources
+    from mocap_metrology.present.skurowski.gather import sources
     from mocap_metrology.present.text import captions
 
     settings, pairs = snakemake.params.compare, snakemake.params.pairs
@@ -25,9 +25,9 @@ with step(snakemake) as log:
     lengths = {name: length_s(origin) for name, origin in origins.items()}
     source, remarks = sources(origins, lengths, paper=False)
     title = f"{snakemake.wildcards.group}: comparison with the reference"
-    text = compare.compare_markdown(rows, title, f"{captions.COMPARE_TABLE} {source} {remarks}")
+    text = changes.compare_markdown(rows, title, f"{captions.COMPARE_TABLE} {source} {remarks}")
     tables.write_with(snakemake.output.csv, rows, text)
-    words = compare.sentences(rows)
+    words = changes.sentences(rows)
     recordings = [recording for recording, _ in pairs]
     of = dict(zip(recordings, words, strict=True))
     write_json(snakemake.output.json, {"words": words, "recordings": of})

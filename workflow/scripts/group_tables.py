@@ -9,7 +9,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import write_json
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
-    from mocap_metrology.present.groups.multiqc import multiqc
+    from mocap_metrology.present.groups.group_tables import multiqc
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.text import captions
     from mocap_metrology.present.verdict import words

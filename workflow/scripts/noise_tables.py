@@ -8,7 +8,9 @@ with step(snakemake):
     import pandas as pd
 
     from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.assess.allan_summary import allan_summary
     from mocap_metrology.noise.fit.estimates import read_noise
+    from mocap_metrology.noise.series import length_s
     from mocap_metrology.papers.subsets import source_of
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
@@ -18,7 +20,7 @@ with step(snakemake):
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: source_of(row) for row in rows}
     allan = dict(zip(source, map(read_table, snakemake.input.allan), strict=True))
-    lengths = {name: gather.length_s(origin) for name, (_, origin) in allan.items()}
+    lengths = {name: length_s(origin) for name, (_, origin) in allan.items()}
     of_rows = {row["recording"]: row for row in rows}
     sentence = " ".join(gather.sources(of_rows, lengths, paper=False))
     stem = str(Path(snakemake.output[0])).removesuffix("_gaussian.csv")
@@ -40,7 +42,7 @@ with step(snakemake):
     summary = []
     for name, path in zip(source, snakemake.input.outliers, strict=True):
         expected = tables.read(path)["series"].tolist()
-        summary += group_tables.allan_summary(name, source[name], allan[name][0], expected)
+        summary += allan_summary(name, source[name], allan[name][0], expected)
     write("allan", summary, "Allan deviations", captions.ALLAN_TABLE)
     found = dict(zip(source, map(read_noise, snakemake.input.noise), strict=True))
     noise = group_tables.noise_table(found, source)

@@ -16,13 +16,16 @@ with step(snakemake) as log:
     from mocap_metrology.io.read import bodies_of, orientation_of
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
-    from mocap_metrology.noise.motion.orientation import AXES, of_cluster, of_poses, unknown
-    from mocap_metrology.noise.series import ALLAN, allan_columns, joined
-    from mocap_metrology.present.motion.orientation import (
+    from mocap_metrology.noise.motion.orientation import (
+        AXES,
         in_radians,
-        orientation_figure,
+        of_cluster,
+        of_poses,
         orientation_rows,
+        unknown,
     )
+    from mocap_metrology.noise.series import ALLAN, allan_columns, joined
+    from mocap_metrology.present.motion import orientation_figure
     from mocap_metrology.present.plot.figure import save
 
     cluster, settings = snakemake.params.cluster, snakemake.params.allan

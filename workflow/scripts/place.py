@@ -8,10 +8,9 @@ with step(snakemake) as log:
 
     from mocap_metrology.noise.motion.place import by_place, evenness
     from mocap_metrology.noise.series import AXES, pair_name
-    from mocap_metrology.present import tables
-    from mocap_metrology.present.motion import place
+    from mocap_metrology.present import motion, tables
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.recording.recording_figures import source_words
+    from mocap_metrology.present.recording import source_words
     from mocap_metrology.present.text import captions
 
     _, series, origin = read_coordinates(snakemake.input[0])
@@ -24,7 +23,7 @@ with step(snakemake) as log:
     name = pair_name(origin["pairs"][0], origin["pairs"])
     rows = by_place(middle, series[name], cell)
     few = "" if rows else f"too few frames in any cube of {cell:g} mm; raise place.cell_mm"
-    said = few or place.place_sentence(evenness(rows))
+    said = few or motion.place_sentence(evenness(rows))
     pair = " and ".join(origin["labels"][marker - 1] for marker in origin["pairs"][0])
     words = f"Pair {pair}: {said}" if few else f"Pair {pair}. {said}"
     source = tables.source_sentence({origin["recording"]: origin["source"]})
@@ -32,5 +31,5 @@ with step(snakemake) as log:
     title = f"{origin['recording']}: length by place"
     tables.write(snakemake.output.csv, rows or [{"note": few}], title, f"{caption} {source}")
     origin_words = f"Source: {source_words(origin)}."
-    save(place.place_figure(rows, title, origin_words, caption), snakemake.output.svg)
+    save(motion.place_figure(rows, title, origin_words, caption), snakemake.output.svg)
     log.info("%s", words)

@@ -10,7 +10,7 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_metadata, sha256, write_json, write_text
-    from mocap_metrology.present.pages import provenance
+    from mocap_metrology.present.pages import details
 
     given, params = snakemake.input, snakemake.params
 
@@ -49,7 +49,7 @@ with step(snakemake) as log:
         },
         "configuration": params.configuration,
         "inputs": inputs,
-        "run_times": provenance.run_times(times),
+        "run_times": details.run_times(times),
         "tables": {
             Path(path).name: sha256(path) for path in sorted(given.tables) if path.endswith(".csv")
         },
@@ -58,5 +58,5 @@ with step(snakemake) as log:
         ),
     }
     write_json(snakemake.output.json, found)
-    write_text(snakemake.output.page, provenance.page(found))
+    write_text(snakemake.output.page, details.provenance_page(found))
     log.info("%d inputs, %d tables", len(inputs), len(found["tables"]))

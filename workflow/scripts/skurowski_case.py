@@ -7,7 +7,8 @@ with step(snakemake) as log:
     from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.noise.series import all_series
+    from mocap_metrology.noise.series import all_series, length_s
+    from mocap_metrology.papers.shock import Shaken
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import allan_figures, crump, gather
 
@@ -18,11 +19,11 @@ with step(snakemake) as log:
     allan = dict(zip(every, map(read_table, files.allan), strict=True))
     first, origin = next(iter(allan.values()))
     columns, confidence = {name: of[0] for name, of in allan.items()}, origin["allan"]["confidence"]
-    lengths = {name: gather.length_s(of) for name, (_, of) in allan.items()}
+    lengths = {name: length_s(of) for name, (_, of) in allan.items()}
 
     def shocked():
         _, raw, recorded = read_coordinates(files.raw[0])
-        shaken = crump.Shaken(
+        shaken = Shaken(
             dict(all_series(raw, [tuple(pair) for pair in recorded["pairs"]])),
             read_coordinates(files.clean[0])[1],
             first,

@@ -5,11 +5,12 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
+    from mocap_metrology.papers import camera_tables
     from mocap_metrology.papers.power_laws import table_1
     from mocap_metrology.present import tables
     from mocap_metrology.present.pages import left_out
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski import camera_tables
+    from mocap_metrology.present.skurowski import appendix
     from mocap_metrology.present.skurowski.theory_figures import (
         model_figure,
         slopes_figure,
@@ -19,7 +20,7 @@ with step(snakemake) as log:
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
     laws, types, missing = table_1(), camera_tables.table_2(), left_out.left_out()
-    laws_shown = [{column: row[column] for column in camera_tables.TABLE_1_SHOWN} for row in laws]
+    laws_shown = [{column: row[column] for column in appendix.TABLE_1_SHOWN} for row in laws]
     for name, rows, shown, title, caption in (
         (
             "skurowski_table1",

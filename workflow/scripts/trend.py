@@ -5,10 +5,11 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.changes.rows import coarse_steps, trend_rows
+    from mocap_metrology.noise.series import length_s
     from mocap_metrology.present import tables
-    from mocap_metrology.present.changes.change_figures import trend_figure
+    from mocap_metrology.present.changes import trend_figure
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski.gather import length_s, sources
+    from mocap_metrology.present.skurowski.gather import sources
     from mocap_metrology.present.text import captions
 
     dates, settings = snakemake.params.dates, snakemake.params.compare

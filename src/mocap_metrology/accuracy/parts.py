@@ -41,6 +41,15 @@ class Parts:
     def __getitem__(self, name: str) -> Repeated:
         return self.sizes[name]
 
+    @property
+    def of_mean_square(self) -> dict[str, float]:
+        """Sizes in mm whose squares add up to the mean square; the rest without frame to frame."""
+        names = ("bias", "pass", "place", "rest", "frame")
+        sizes = {name: abs(float(np.nan_to_num(self[name].value))) for name in names}
+        sizes["frame"] = min(sizes["frame"], sizes["rest"])
+        sizes["rest"] = float(np.sqrt(sizes["rest"] ** 2 - sizes["frame"] ** 2))
+        return sizes
+
 
 def parts_of(
     errors: Sequence[np.ndarray], middles: Sequence[np.ndarray], dates: Sequence[str]

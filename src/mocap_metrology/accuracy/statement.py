@@ -17,8 +17,9 @@ the scatter of a monitor from take to take; the last only where no dates show it
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -126,3 +127,68 @@ def _common(bar: Bar, known: Sequence[Component], dated: bool) -> list[Component
     step = max(take.step_mm for take in bar.takes)
     found.append(Component("resolution", "B", step / math.sqrt(12)))
     return found + [one for one in known if one.name == "drift" and not dated]
+
+
+def known_of(
+    pair: Sequence[str],
+    monitors: Sequence[Mapping[str, Any]] = (),
+    points: Mapping[str, Any] | None = None,
+) -> list[Component]:
+    """Out of contents of monitor.json, the largest scatter of the length of this pair, and of
+    <group>_points.json the standard error of the scale."""
+    names = {f"length {'-'.join(order)}" for order in (pair, pair[::-1])}
+    series = [s for one in monitors for n, s in one.get("series", {}).items() if n in names]
+    scatter = [(one["scatter"], one["dof"]) for one in series if "scatter" in one]
+    known = [Component("drift", "A", *max(scatter))] if scatter else []
+    if points and (se := points.get("scale_se_ppm")):
+        known.append(Component("scale", "A", 1e-6 * se, points["n"] - 1))
+    return known
+
+
+def statement_numbers(
+    bar: Bar, pair: Sequence[str], known: Sequence[Component]
+) -> tuple[dict[str, Any], list[str]]:
+    """Numbers of <group>_statement.json, and what the statements do not cover, by code."""
+    found = statements(bar, known)
+    means = statements(bar, known, averaged=math.inf)
+    middle = np.concatenate([take.middle_mm[:, take.known] for take in bar.takes], axis=1) / 1000
+    ends = zip("xyz", middle.min(axis=1).tolist(), middle.max(axis=1).tolist(), strict=True)
+    dated = bool(found) and bool(found[0].n_dates)
+    document: dict[str, Any] = {
+        "pair": list(pair),
+        "certificate": None if bar.certificate is None else vars(bar.certificate),
+        "reference_mm": float(f"{bar.reference_mm:.6g}"),
+        "where_m": {axis: [low, high] for axis, low, high in ends},
+        "passes": [take.name for take in bar.takes],
+        "dates": sorted({take.date for take in bar.takes if take.date}),
+        "undated": sum(not take.date for take in bar.takes),
+        "has_drift": any(one.name == "drift" for one in known) and not dated,
+        "statements": [_row(*both) for both in zip(found, means, strict=True)],
+    }
+    covered = dated or document["has_drift"]
+    open_ends = ["latency", "volume", "other_lengths"]
+    open_ends += ["directions"] * bool(found) + ["other_days"] * (not covered)
+    open_ends += ["absolute"] * (bar.certificate is None)
+    open_ends += ["exact"] * (bar.certificate is not None and not bar.certificate.u_mm)
+    return document, open_ends
+
+
+def _row(one: Statement, mean: Statement) -> dict[str, Any]:
+    budget = one.budget
+    parts = [
+        {"name": c.name, "type": c.kind, "u_mm": c.u,
+         "dof": None if math.isinf(c.dof) else c.dof, "share": budget.share(c)}
+        for c in budget.components
+    ]  # fmt: skip
+    return {
+        "direction": one.direction,
+        "passes": one.passes,
+        "dates": one.n_dates,
+        "correction_mm": round(one.correction_mm, 9),  # mm: what is smaller is arithmetic
+        "u_mm": budget.u,
+        "dof": None if math.isinf(budget.dof) else budget.dof,
+        "k": budget.k,
+        "U_mm": budget.expanded,
+        "U_of_mean_mm": mean.budget.expanded,
+        "budget": parts,
+    }

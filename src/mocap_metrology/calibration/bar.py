@@ -14,6 +14,7 @@ import numpy as np
 from mocap_metrology.accuracy import take as of_take
 from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import evaluate
+from mocap_metrology.accuracy.bar_rows import bar_rows
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of
 from mocap_metrology.calibration.receiver import stated
@@ -29,7 +30,7 @@ from mocap_metrology.lighthouse.decode.objects import TrackedObject, tracked_obj
 from mocap_metrology.lighthouse.records import Hits, Inertial, Station
 from mocap_metrology.lighthouse.track.bar import Heads, Object, heads
 from mocap_metrology.lighthouse.track.receiver import STEP_S
-from mocap_metrology.present.accuracy.bar_document import bar_document, bar_rows
+from mocap_metrology.present.accuracy.bar import bar_document
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.settings import Bar as Limits
 from mocap_metrology.settings import Lighthouse

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from mocap_metrology.calibration.tables import TABLES
 from mocap_metrology.common.files import read_table
+from mocap_metrology.lighthouse.assess.calibration_files import read_calibration
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
-from mocap_metrology.present.calibration.calibration_files import read_calibration
 from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import save
 

@@ -11,7 +11,7 @@ from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.cli import results
 from mocap_metrology.cli.recording import SETTINGS, advised, reuse_freed_memory
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.present.accuracy.bar_document import bar_lines
+from mocap_metrology.present.accuracy.bar import bar_lines
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.recording import bar
 from mocap_metrology.recording.bar_take import read_bar

@@ -26,10 +26,10 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.common.paths import exists
 from mocap_metrology.common.sheets import parts_of
+from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.lighthouse.assess.pose_file import is_network
-from mocap_metrology.present.accuracy.bar_document import bar_lines
+from mocap_metrology.present.accuracy.bar import bar_lines
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
-from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import all_rows
 from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import import_matplotlib, save

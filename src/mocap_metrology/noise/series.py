@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.common.large import Made
-from mocap_metrology.common.types import Columns
+from mocap_metrology.common.types import Columns, Record
 
-if TYPE_CHECKING:  # its import takes a second
+if TYPE_CHECKING:
     from mocap_metrology.noise.allan.confidence import AllanCurve
     from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
 
@@ -125,3 +125,9 @@ def joined(parts: Sequence[Mapping[str, np.ndarray]], names: Sequence[str]) -> C
     return {
         name: np.concatenate([p[name] for p in parts]) if parts else np.array([]) for name in names
     }
+
+
+def length_s(origin: Record) -> float:
+    """Length of a recording in s, with its gaps, by the metadata of one of its tables."""
+    frames = sum(s["n_frames"] + max(s["gap_before"], 0) for s in origin["segments"])
+    return float(frames / origin["frame_rate_hz"])

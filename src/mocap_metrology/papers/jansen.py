@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse.published import (
     AVERAGE,
     AVERAGE_SD,
@@ -23,15 +24,13 @@ from mocap_metrology.lighthouse.published import (
     published_value,
 )
 
-Record = Mapping[
-    str, Any
-]  # of a calibration: `calibration`, `setup`, `source`, and its `pose.json`
 ESTIMATORS = ("paper", "paper-tight", "paper-lm", "batch")
 STAGES = ("kabsch", "final")
 OPTICS = ("ideal", "factory")
 QUANTISED, NOISY = "sim-", "noise-"  # setups of Table III: sample error alone, and further noise
 NOISES = {QUANTISED: "quantisation", NOISY: "quantisation and jitter"}
 LAST = {1: OVERALL, 2: AVERAGE}
+FACTOR = 4.0  # beyond it a regenerated value is explained
 
 
 @dataclass(frozen=True, order=True)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse.published import (
     AVERAGE,
     AVERAGE_SD,
@@ -20,7 +21,7 @@ from mocap_metrology.lighthouse.published import (
     QUANTITIES,
     published_value,
 )
-from mocap_metrology.papers.jansen import Record, mean_over
+from mocap_metrology.papers.jansen import mean_over
 
 IDEAL = "-ideal-"  # in the name of a setup: nothing but the clock's step is wrong, as in Table III
 PUBLISHED = {1: OVERALL, 2: AVERAGE}  # rows of J's tables of real stations

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model import scale_factors
-from mocap_metrology.noise.model.components import PowerLaw
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.scale_factors import MU, PRINTED_D, printed_scale
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_power_laws
 
@@ -27,6 +27,9 @@ NO_LIMIT = {
     **dict.fromkeys((-1, -2), "printed without limit"),
 }
 Integrals = Mapping[float, np.ndarray]  # f_h -> (k, 2) Allan variances and bounds of their errors
+RATE_HZ = 1000.0
+TAU = np.geomspace(1e-3, 1e5, 2401)
+RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
 
 def table_1(repeats: int = REPEATS, samples: int = SAMPLES) -> list[Row]:
@@ -130,3 +133,27 @@ def _row(
         "source": "twin" if method == "simulation" else "computed",
         "note": note,
     }
+
+
+def deviation(components: Sequence[PowerLaw | GaussMarkov | Sinusoid]) -> np.ndarray:
+    """ADEV over TAU of a sum, continuous form; of a sinusoid past RESOLVED periods its mean over
+    them, 3/8 of what the bumps reach."""
+    broad = tuple(c for c in components if not isinstance(c, Sinusoid))
+    avar = NoiseModel(broad).avar(TAU * RATE_HZ, RATE_HZ, "continuous")
+    for line in (c for c in components if isinstance(c, Sinusoid)):
+        exact = line.avar(TAU * RATE_HZ, RATE_HZ, "continuous")
+        avar = avar + np.where(line.f_0 * TAU > RESOLVED, 3 / 8 * envelope(line) ** 2, exact)
+    adev: np.ndarray = np.sqrt(avar)
+    return adev
+
+
+def slope_at(curve: np.ndarray, tau: float) -> float:
+    """Log-log slope of a curve over TAU round tau: over an eighth of a decade to each side."""
+    low, high = (int(np.abs(np.log(TAU / (tau * f))).argmin()) for f in (10**-0.125, 10**0.125))
+    return float(np.log(curve[high] / curve[low]) / np.log(TAU[high] / TAU[low]))
+
+
+def envelope(line: Sinusoid) -> np.ndarray:
+    """What the bumps of a sinusoid reach: A sin^2(x)/x, x = pi f tau, up to the first, then A/x."""
+    x = np.pi * line.f_0 * TAU
+    return np.where(x < np.pi / 2, np.sin(x) ** 2, 1.0) * line.A_s / x

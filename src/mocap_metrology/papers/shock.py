@@ -6,11 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.noise.allan.variance import allan_variance
 
 LAG_S, WINDOW_S = 0.1, 0.5
 TIMES = 2.0  # shaken: so many times the usual square of a movement over LAG_S
+BEFORE_S, AFTER_S = 5.0, 25.0  # shown round the shock
+AXES = ("x1", "y1", "z1")
+RECORDED, CLEANED, CUT = "as recorded", "after the Hampel filter", "shock cut out"
+SIDE_S = 300.0  # S: "5 min periods before and after"
+TAUS_S = np.geomspace(0.02, 20.0, 25)
 
 
 @dataclass(frozen=True)
@@ -52,8 +58,54 @@ def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock 
     return Shock(start, onset, max(stop, start + 1) + lag)
 
 
-SIDE_S = 300.0  # S: "5 min periods before and after"
-TAUS_S = np.geomspace(0.02, 20.0, 25)
+@dataclass(frozen=True)
+class Shaken:
+    """A recording with a shock: raw and cleaned coordinates and L, (n,) mm each, by name, and
+    columns of allan.parquet, which are of the cleaned ones."""
+
+    raw: Mapping[str, np.ndarray]
+    clean: Mapping[str, np.ndarray]
+    allan: Mapping[str, np.ndarray]
+    frame_rate_hz: float
+    min_coverage: float = 0.5
+
+    def curves(self, shock: Shock | None) -> pd.DataFrame:
+        """Allan deviation of L, `y` in mm at `x` in s: as recorded, after cleaning, and after
+        cleaning without the frames of the shock; `curve`: which."""
+        own = (self.allan["series"] == "L") & (self.allan["estimator"] == "oadev")
+        tau, adev = (self.allan[key][own].astype(float) for key in ("tau_s", "adev_mm"))
+        cut = np.array(self.clean["L"], dtype=np.float64)
+        if shock is not None:
+            cut[shock.start : shock.stop] = np.nan
+
+        def of(values: np.ndarray) -> np.ndarray:
+            m = self.allan["m"][own].astype(np.int64)
+            return np.sqrt(allan_variance(values, m, min_coverage=self.min_coverage).variance)
+
+        deviations = {RECORDED: of(self.raw["L"]), CLEANED: adev}
+        deviations |= {} if shock is None else {CUT: of(cut)}
+        frames = [pd.DataFrame({"curve": k, "x": tau, "y": y}) for k, y in deviations.items()]
+        return pd.concat(frames, ignore_index=True).assign(lower=np.nan, upper=np.nan)
+
+    def traces(self, at: int) -> dict[str, pd.DataFrame]:
+        """Marker 1 round frame `at`: `time_s` from there, `raw` and `clean` in µm about the median
+        of the raw, by series."""
+        first = max(at - round(BEFORE_S * self.frame_rate_hz), 0)
+        part = slice(first, at + round(AFTER_S * self.frame_rate_hz))
+        traces = {}
+        for series in AXES:
+            both = {"raw": self.raw[series][part], "clean": self.clean[series][part]}
+            table = pd.DataFrame(both, dtype=np.float64)
+            table = 1e3 * (table - np.nan_to_num(table["raw"].median()))
+            traces[series] = table.assign(time_s=(table.index + first - at) / self.frame_rate_hz)
+        return traces
+
+    def replaced(self, shock: Shock) -> tuple[int, int]:
+        """How many samples of marker 1 in the shock a filter of single outliers replaced, of how
+        many."""
+        part = slice(shock.start, shock.stop)
+        changed = [self.raw[s][part] != self.clean[s][part].astype(np.float64) for s in AXES]
+        return int(np.count_nonzero(changed)), int(np.size(changed))
 
 
 @dataclass(frozen=True)

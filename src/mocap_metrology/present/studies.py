@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,28 +16,6 @@ from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-CAPTION = (
-    "Simulated recordings ({n} at each point, {seconds:g} s each, seed {seed}): one circumstance "
-    "varies, the others are those of a base case (flat board of 32 diodes, moved by hand at up to "
-    "0.4 m/s, 3 m from both stations, which are 2 m apart). Angles have 53 µrad of noise in common "
-    "to a sweep and 49 µrad of each hit, quantisation included; rotors are ideal. Errors are those "
-    "of the slave's pose between the optical frames. paper: J's simplex; paper-lm: "
-    "Levenberg-Marquardt with the mirror test; batch: all hits in one estimate; pnp, geometric: "
-    "the peers that J discusses; kabsch: before the last minimisation, final: after it. Medians "
-    "have the interval of order statistics that contains the median with at least 95 %. r is "
-    "Spearman's rank correlation of the error in mm with the circumstance over single recordings, "
-    "its 95 % interval by Fisher's z with the variance of Bonett & Wright (2000); of motion "
-    "patterns, with whether a recording has this one. A recording without a pose counts as worse "
-    "than any with one; values at which no recording has one are not in r. Ratios are medians over "
-    "recordings of the error divided by that of full interpolation, unweighted Kabsch or the real "
-    "places of the lasers in the same recording. Noticeable: "
-    f"|r| of {NOTICEABLE} or more, what 40 recordings, as J has, show with p < 0.05; undecided: "
-    "the interval is on both sides of that limit. beyond 8°: poses of the slave that are wrong by "
-    "more than 8°; mirrored: median share of board poses in the mirrored minimum."
-)
 MORE = {
     "reconstruction": "batch needs no reconstruction and is the same in all columns. ",
     "lasers": "0 is drawn at a third of the next value; paper, final is in the table alone. ",
@@ -58,7 +36,7 @@ def method_text(row: Mapping[str, Any], *columns: str) -> str:
 
 def markdown(rows: Sequence[Row], n: int, seconds: float, seed: int) -> str:
     """All studies: for each what J claims, a table of methods and one of points."""
-    text = CAPTION.format(n=n, seconds=seconds, seed=seed)
+    text = captions.STUDIES.format(n=n, seconds=seconds, seed=seed, noticeable=NOTICEABLE)
     parts = ["# Jansen et al. 2019: claims in simulated studies", text]
     for shown in SHOWN:
         own = [row for row in rows if row["study"] == shown.name]
@@ -182,7 +160,7 @@ def _places(values: pd.Series) -> pd.Series:
 
 
 def _draw_methods(
-    axes: Axes, table: pd.DataFrame, unit: str, looks: Mapping[str, fig.Look], at: pd.Series
+    axes: fig.Axes, table: pd.DataFrame, unit: str, looks: Mapping[str, fig.Look], at: pd.Series
 ) -> None:
     """Medians with their intervals, a line a method, those of one value beside each other."""
     names = table["line"].unique()
@@ -208,7 +186,7 @@ def _draw_methods(
         axes.errorbar(x, y, yerr=np.nan_to_num([y - low, high - y]), **how)
 
 
-def _count_failures(axes: Axes, table: pd.DataFrame, at: pd.Series) -> None:
+def _count_failures(axes: fig.Axes, table: pd.DataFrame, at: pd.Series) -> None:
     """At values where recordings have no pose: how many of all, over the methods."""
     how: fig.Keywords = {"color": fig.GREY, "fontsize": fig.SMALL_PT, "rotation": 90}
     how |= {"ha": "center", "va": "top", "transform": axes.get_xaxis_transform()}

@@ -12,13 +12,13 @@ import numpy as np
 
 from mocap_metrology.common.errors import printable
 from mocap_metrology.common.files import write_csv, write_text
+from mocap_metrology.common.types import Record
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Row = dict[str, Any]  # of a table: numbers, words, gaps
-Record = Mapping[str, Any]  # a row as read from CSV, or what a JSON file holds
 BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
 DIGITS = 5  # significant ones of a number to read
@@ -67,9 +67,11 @@ def aligned(lines: Sequence[Sequence[object]]) -> list[str]:
     return [head, rule, *body]
 
 
-def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
-    """A Markdown table, numbers as `readable` and `as_printed` write them, columns of equal
-    width."""
+def markdown(rows: Sequence[Row], title: str, caption: str, nothing: str = "") -> str:
+    """A Markdown table, numbers as `readable` and `as_printed` write them, columns of equal width;
+    the words `nothing` in its place where there is no row."""
+    if not rows:
+        return f"# {title}\n\n{nothing}\n"
     head = list(rows[0])
     lines = aligned([head, *([shown(row, name) for name in head] for row in rows)])
     return "\n".join([f"# {title}", "", caption, "", *lines, ""])

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.accuracy import bar_rows
 from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import ScaleSlope
@@ -19,16 +20,16 @@ from mocap_metrology.accuracy.take import Take
 from mocap_metrology.common.files import read_table, write_csv, write_json, write_table, write_text
 from mocap_metrology.common.gum import Component
 from mocap_metrology.common.types import Row
+from mocap_metrology.noise import filters
 from mocap_metrology.present import tables
-from mocap_metrology.present.accuracy import bar_document as present
-from mocap_metrology.present.accuracy import statement_document as statement
-from mocap_metrology.present.accuracy.bar_figure import bar_figure
-from mocap_metrology.present.accuracy.statement_page import save_page, statement_page
+from mocap_metrology.present.accuracy import bar as present
+from mocap_metrology.present.accuracy import statement
+from mocap_metrology.present.accuracy.bar import bar_figure
+from mocap_metrology.present.accuracy.statement import save_page, statement_page
 from mocap_metrology.present.plot.figure import save
-from mocap_metrology.present.recording.recording_figures import source_words
+from mocap_metrology.present.recording import source_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.sentence import render
-from mocap_metrology.present.verdict import filters
 from mocap_metrology.recording.bar_take import Reading
 from mocap_metrology.settings import Settings
 
@@ -79,14 +80,14 @@ def write_bar(folder: Path, settings: Settings) -> Mapping[str, Any]:
     bar = evaluate([take], _certificate(origin), settings.bar)
     scale = ScaleSlope(**origin["scale"]) if origin["scale"] else None
     findings = findings_of(bar, scale, pose_u_deg=origin["pose_u_deg"])
-    told = origin["pair"], scale, origin["clusters"], origin["warnings"]
+    told = {"scale": scale, "clusters": origin["clusters"], "warnings": origin["warnings"]}
     document: Row = {"recording": take.name, "source": origin["source"], "twin": origin["twin"]}
     document |= {"frame_rate_hz": take.frame_rate_hz}
     document |= {"duration_s": take.length_mm.size / take.frame_rate_hz}
-    document |= present.bar_document(bar, findings, settings.bar, *told)
-    write_csv(folder / "bar.csv", present.bar_rows(bar))
-    places = present.place_rows(bar, settings.place.cell_mm)
-    write_csv(folder / "bar_places.csv", places, present.PLACES)
+    document |= present.bar_document(bar, findings, settings.bar, origin["pair"], **told)
+    write_csv(folder / "bar.csv", bar_rows.bar_rows(bar))
+    places = bar_rows.place_rows(bar, settings.place.cell_mm)
+    write_csv(folder / "bar_places.csv", places, bar_rows.PLACES)
     title, source = f"{take.name}: length of the bar", f"Source: {source_words(origin)}."
     save(bar_figure(bar, settings.place.cell_mm, settings.bar, title, source), folder / "bar")
     _write_filters(folder, document, bar)
@@ -163,14 +164,14 @@ def write_group(
     """Passes of a group together: tables beside the JSON file `path`, and the figure of the bar
     with most passes, which is returned. still: contents of verdict.json of the group's
     recordings."""
-    still_mm = present.noise_at_rest(still)
+    still_mm = bar_rows.noise_at_rest(still)
     bars = passes_of(paths, settings, still_mm)
     sources = {name: source for one in bars for name, source in one.sources.items()}
     of = tables.source_sentence(sources)
     rows = [
         {"bar": "-".join(one.document["pair"])} | row  # type: ignore[arg-type]
         for one in bars
-        for row in present.bar_rows(one.bar)
+        for row in bar_rows.bar_rows(one.bar)
     ]
     said = " ".join((captions.BAR_TABLE, *present.told([one.document for one in bars]), of))
     tables.write(path.with_suffix(".csv"), rows, f"{group}: length of a bar that moves", said)

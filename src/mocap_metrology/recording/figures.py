@@ -13,14 +13,14 @@ from mocap_metrology.common.large import Made
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.series import coordinate_names, every_series, pair_name
 from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
-from mocap_metrology.present.fits.fit_figure import fit_figure
+from mocap_metrology.present.fits import fit_figure
 from mocap_metrology.present.plot.figure import save
-from mocap_metrology.present.recording.recording_figures import (
+from mocap_metrology.present.recording import (
     allan_figure,
     source_words,
     step_words,
+    trajectory_figure,
 )
-from mocap_metrology.present.recording.trajectory import trajectory_figure
 from mocap_metrology.present.verdict.figure import verdict_figure
 from mocap_metrology.recording.results import Results, Table
 from mocap_metrology.recording.verdict import Diagnosed

@@ -8,12 +8,12 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from mocap_metrology.accuracy import monitor_rows
 from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.accuracy.monitor_take import Take, numbers, stretches
 from mocap_metrology.common.files import write_csv, write_json
 from mocap_metrology.noise.series import pair_name, position
-from mocap_metrology.present.monitors import words
-from mocap_metrology.present.monitors.chart import chart
+from mocap_metrology.present import monitors
 from mocap_metrology.present.plot.figure import save_png
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.recording.results import Results
@@ -85,15 +85,16 @@ def monitor(
             begins = False
     of = [takes[row.recording] for row in used]
     found = stretches(used, [Take(**one["take"]) for one in of], settings.monitor)
-    rows_of_table = words.table(used, found)
-    document = words.document(name, used, found, left_out, [one["source"] for one in of])
+    rows_of_table = monitor_rows.table(used, found)
+    document = monitors.document(name, used, found, left_out, [one["source"] for one in of])
     folder.mkdir(parents=True, exist_ok=True)
-    write_csv(folder / "monitor.csv", rows_of_table, words.COLUMNS)
+    write_csv(folder / "monitor.csv", rows_of_table, monitor_rows.COLUMNS)
     n, said = len(used), document["word"] or "no word"
     dates = {"first": used[0].date[:10], "last": used[-1].date[:10]} if used else {}
     title = render("monitor.title", name=name, word=said, n=n, **dates)
     save_png(
-        chart(rows_of_table, title, render("monitor.source", **document)), folder / "chart.png"
+        monitors.chart(rows_of_table, title, render("monitor.source", **document)),
+        folder / "chart.png",
     )
     write_json(folder / "monitor.json", document)
     return document

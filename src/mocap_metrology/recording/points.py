@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from mocap_metrology.accuracy import point_rows
 from mocap_metrology.accuracy.points import Points, check
 from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.documents import text_of
@@ -17,8 +18,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.io.read import bodies_of, orientation_of
 from mocap_metrology.present import tables
-from mocap_metrology.present.accuracy import point_document as present
-from mocap_metrology.present.accuracy.point_figure import points_figure
+from mocap_metrology.present.accuracy.points import points_figure, sentences
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.text import captions
 from mocap_metrology.recording.results import Table
@@ -110,9 +110,12 @@ def write_points(
     ]
     labels = [str(row["point"]) for row in rows]
     size = float(np.sqrt(np.mean(np.square(noise))))
-    document, off = present.points_document(points, size, labels)
+    document, off = point_rows.points_document(points, size, labels)
+    document |= {"sentences": sentences(document)}
     named = [{key: row[key] for key in ("point", "recording", "source")} for row in rows]
-    table = [one | more for one, more in zip(named, present.point_rows(points, off), strict=True)]
+    table = [
+        one | more for one, more in zip(named, point_rows.point_rows(points, off), strict=True)
+    ]
     source = tables.source_sentence({row["recording"]: row["source"] for row in rows})
     said = " ".join((captions.POINTS, *document["sentences"], source))
     write_json(path, {"group": group, **document})

@@ -13,6 +13,7 @@ import numpy as np
 from mocap_metrology.common.files import write_json, write_text
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
+from mocap_metrology.noise import filters
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.uncertainty import Span
 from mocap_metrology.noise.diagnosis.findings import Finding, findings_of
@@ -23,8 +24,7 @@ from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 from mocap_metrology.present.text.sentence import Sentence
-from mocap_metrology.present.verdict import filters
-from mocap_metrology.present.verdict.document import verdict_document
+from mocap_metrology.present.verdict.words import verdict_document
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results, Table, masked
 from mocap_metrology.settings import Settings

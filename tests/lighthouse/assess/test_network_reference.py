@@ -13,11 +13,11 @@ from mocap_metrology.common.files import write_json
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.network_reference import network_reference
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
+from mocap_metrology.lighthouse.assess.rows import calibration_rows
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate.jansen import calibrate
 from mocap_metrology.lighthouse.calibrate.stages import Calibration
 from mocap_metrology.lighthouse.records import Station
-from mocap_metrology.present.calibration.calibration_table import calibration_rows
 from mocap_metrology.present.text.calibration import pose_document
 from tests.lighthouse.batch.planes_scene import Made, made
 

@@ -11,7 +11,7 @@ from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import Recording
 from mocap_metrology.noise.motion.exchange import put_right
-from mocap_metrology.present.verdict.document import reason
+from mocap_metrology.present.verdict.words import reason
 
 RATE, N = 120.0, 36_000
 NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]

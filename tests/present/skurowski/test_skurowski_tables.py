@@ -12,9 +12,9 @@ from mocap_workflow.recording_twins import twin_from_mapping
 from mocap_metrology.noise.gaussian.moments import Cleaning
 from mocap_metrology.noise.gaussian.two_markers import gaussian_model
 from mocap_metrology.noise.twins.published import published_gaussian
-from mocap_metrology.papers import gaussian_table, power_laws
+from mocap_metrology.papers import camera_tables, gaussian_table, power_laws
 from mocap_metrology.present.pages import left_out
-from mocap_metrology.present.skurowski import camera_tables
+from mocap_metrology.present.skurowski import appendix
 
 NAMES = {("T40", 10): "T", ("Bonita", 10): "B", ("Vantage", 9): "V", ("All", 30): "A"}
 SIGMAS = ("sigma_1_mm", "sigma_2_mm", "sigma_L_mm", "rho_12")
@@ -41,7 +41,7 @@ def fourth() -> list[dict]:
         if kind != "All"
     }
     rows = gaussian_table.table_4(sheet, printed, twins, Cleaning(0.966), repeats=80)
-    return [row | {"note": camera_tables.note_of_table_4(row)} for row in rows]
+    return [row | {"note": appendix.note_of_table_4(row)} for row in rows]
 
 
 def of(rows: list[dict], **keys) -> list[dict]:

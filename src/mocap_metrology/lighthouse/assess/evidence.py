@@ -8,16 +8,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.types import Record
+from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
 from mocap_metrology.lighthouse.calibrate.superpose import at_times
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
 from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.rotation import log, mean
 
 UNSEEN, SELDOM = 0.01, 0.5  # share of sweeps seen; SELDOM of the median diode's
+TIMES_SIGMA = 3.0  # an error beyond so many standard deviations is more than scatter
 FLAT = 0.05  # thickness of a board whose diodes all face the same way, over its width
 AXES = {"mm": ("x_mm", "y_mm", "z_mm"), "deg": ("rx_deg", "ry_deg", "rz_deg")}
 KINDS = {"noise": "sd_noise_", "calibration": "sd_calibration_", "total": "sd_"}
 Columns = Mapping[str, np.ndarray]
+N_BOARDS = 7
 
 
 @dataclass(frozen=True)
@@ -132,3 +136,68 @@ def jitter(track: Columns) -> tuple[float, float]:
     both = deviations_mm(track)[good], np.degrees(log(R @ mean(R).T))
     mm, deg = (float(np.sqrt(own.var(axis=0, ddof=1).sum())) for own in both)
     return mm, deg
+
+
+def expected_urad(pose: Record) -> float:
+    """Noise of one angle that the checks went by, in µrad."""
+    limit, good = limit_of(pose, "board poses")
+    return EXPECTED_URAD if limit is None else limit / BOARD[0 if good else 1]
+
+
+def limit_of(pose: Record, name: str) -> tuple[float | None, bool]:
+    """Limit of a check and whether it is that of the word good; None where it has none."""
+    check: Record = next((c for c in pose.get("checks", ()) if c["name"] == name), {})
+    limit = check.get("limit")
+    return (limit if isinstance(limit, int | float) else None), bool(check.get("ok"))
+
+
+def deviations(entry: Record) -> np.ndarray:
+    """Standard deviations (6,) in mm and deg, NaN where they are not known."""
+    if entry.get("covariance") is None:
+        return np.full(6, np.nan)
+    variance = np.diag(np.array(entry["covariance"], dtype=np.float64))
+    return np.asarray(np.sqrt(np.clip(variance, 0, None)))
+
+
+def beyond_sigma(entry: Record) -> bool:
+    """Whether the error of an estimate against its reference is more than three standard deviations
+    in a coordinate or about an axis."""
+    if entry.get("errors_mm") is None:
+        return False
+    off = np.abs([*entry["errors_mm"], *entry["errors_deg"]])
+    return bool((off > TIMES_SIGMA * deviations(entry)).any())
+
+
+def usual_points(points: np.ndarray) -> np.ndarray:
+    """All but the farthest hundredth in each coordinate."""
+    low, high = np.percentile(points, [0.5, 99.5], axis=0)
+    inside = points[((points >= low) & (points <= high)).all(axis=1)]
+    return inside if len(inside) else points
+
+
+def on_the_path(points: np.ndarray) -> np.ndarray:
+    """Which points are on the path: within the middle nine tenths in each coordinate and a little
+    round them."""
+    low, high = np.percentile(points, [5, 95], axis=0)
+    room = 0.2 * (high - low).max()
+    return np.asarray(((points >= low - room) & (points <= high + room)).all(axis=1))
+
+
+def boards_along(path: Path, board: np.ndarray) -> list[np.ndarray]:
+    """Corners (4, 3) of the board at some moments, equally far apart along its path."""
+    path = path.take(on_the_path(path.t_m))
+    step = np.linalg.norm(np.diff(path.t_m, axis=0), axis=1)
+    far = np.concatenate([[0.0], np.cumsum(np.minimum(step, 5 * np.median(step)))])
+    at = np.searchsorted(far, np.linspace(0, far.max(), N_BOARDS))
+    corners = outline(board)
+    which = np.unique(np.clip(at, 0, len(path) - 1))
+    return [path.t_m[k] + corners @ path.R[k].T for k in which]
+
+
+def outline(board: np.ndarray) -> np.ndarray:
+    """Corners (4, 3) of the rectangle round a board in its principal plane, in its own frame."""
+    centre = board.mean(axis=0)
+    axes = np.linalg.svd(board - centre, full_matrices=False)[2][:2]
+    within = (board - centre) @ axes.T
+    (a, c), (b, d) = within.min(axis=0), within.max(axis=0)
+    return np.asarray(centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes)

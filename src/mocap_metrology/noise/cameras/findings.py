@@ -9,6 +9,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.noise.cameras.diagnosis import (
     CHANCE_OF_ERROR,
@@ -149,3 +150,12 @@ def cause(rise: Row, noisy_rows: Sequence[Row]) -> str:
     ids = {i for row in noisy_rows for i in row["added"].split(";")}
     of_added = rise["same_frames"] == "no" or not ids.isdisjoint(rise["added"].split(";"))
     return "added" if of_added else "earlier"
+
+
+def worst_marker(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+    """One row an addition and averaging time, of the worst marker: `value`, `lower`, `upper`."""
+    names = dict(zip(columns, ("value", "lower", "upper"), strict=False))
+    steps = table[table[columns[0]].notna()].rename(columns=names)
+    steps = steps.astype(dict.fromkeys(names.values(), float))
+    steps = steps.sort_values("value", ascending=False, kind="stable")
+    return steps.drop_duplicates(["camera_type", "from", "to", "tau_s"]).sort_index()

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.spectral.gaps import stretches
 from mocap_metrology.noise.model.components import Sinusoid
@@ -27,6 +28,7 @@ SHORTEST_S = 3.0  # of a stretch that is filtered
 CYCLES = 40  # of the Allan transfer function followed one by one, and beyond by their mean
 POINTS = 48  # a cycle
 LOG_POINTS = 300  # a decade
+PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "least_adev_tau_s")
 
 
 @dataclass(frozen=True)
@@ -264,3 +266,24 @@ def tried(
         )
         for one in among
     ]  # fmt: skip
+
+
+NO_FILTER = Filtered("", Filter("none", None), 0, None, None)
+
+
+def filter_row(none: Filtered, one: Filtered) -> Row:
+    """Row of a filter beside the series without one: first the shares, then all deviations."""
+    row: Row = {"series": one.series, "filter": one.filter.name, "n_frames": one.n_frames}
+    deviations: Row = {}
+    for kind in ("predicted", "measured"):
+        before, after = getattr(none, kind), getattr(one, kind)
+        for when, left in (("_before", before), ("", after)):
+            row[f"{kind}_sigma{when}_mm"] = left.sigma if left else math.nan
+        share = after.variance_share(before) if before and after else math.nan
+        row[f"{kind}_share_left"] = share
+        for k, place in enumerate(PLACES):
+            unit = "" if place.endswith("_s") else "_mm"
+            for when, left in (("_before", before), ("", after)):
+                value = (*left.adev, left.least, left.least_tau_s)[k] if left else math.nan
+                deviations[f"{kind}_{place}{when}{unit}"] = value
+    return row | deviations

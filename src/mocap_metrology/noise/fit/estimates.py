@@ -28,6 +28,7 @@ S_ESTIMATOR = "annealing-ant-colony"  # that of S, with a descent from each tria
 PLAIN_ESTIMATOR = "annealing-ant-colony-plain"  # what S used
 # Two-sided normal quantiles of the intervals named 68 % and 95 %
 Z_68, Z_95 = 0.9944578832097532, 1.959963984540054
+SLOW = 3  # kind of a component that is no noise
 ONE_SIDED_95 = 1.6448536269514722  # of upper limits
 # The classes of correlation time of S 4.6, in s. S names 10^-2..10^0, 10^0..10^1 and 10^2..10^3 s;
 # the first takes what is shorter and the last what is longer, as in S's own tables (2000 s).
@@ -216,3 +217,23 @@ def deterministic_of(noise_rows: Iterable[NoiseRow]) -> Deterministic:
     if not values.get("T_w", 0.0) > 0 or not math.isfinite(values.get("A_w", math.nan)):
         return Deterministic(drift=values.get("drift", 0.0))
     return Deterministic(**values)
+
+
+def component_of(row: NoiseRow) -> tuple[int, int]:
+    """What a coefficient belongs to: a power law, a Gauss-Markov term, the line, or no noise."""
+    parameter = row["parameter"]
+    if parameter in DETERMINISTIC_UNITS:
+        return SLOW, 0
+    if parameter.startswith("h_"):
+        return 0, int(parameter[2:])
+    return (1, int(parameter[3:])) if parameter[1:3] == "_c" else (2, 0)
+
+
+def is_known(row: NoiseRow) -> bool:
+    """Whether a coefficient has a value that a component can be made of."""
+    value, parameter = row["value"], row["parameter"]
+    if row["status"] == "not_detected" or not math.isfinite(value):
+        return False
+    return (
+        parameter in DETERMINISTIC_UNITS or value > 0 or (value == 0 and parameter[0] not in "Tf")
+    )

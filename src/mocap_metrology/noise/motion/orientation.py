@@ -7,7 +7,8 @@ other, in rad, and each has its Allan variance.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,11 +17,14 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.large import Sliced
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.body_covariance import FLAT
 
 AXES = ("rx", "ry", "rz")
 CHUNK = 100_000  # frames at once: 3 x 3 decompositions of so many stay small
 SHAPE_FRAMES = 5_000  # determine the shape as well as all would: sigma / 70
+TURNS_RAD = 0.0175  # 1 degree: what turns further is moved, and not measured for its noise
+TURNS = "the body turns: this is its motion, not noise"
 
 
 @dataclass(frozen=True)
@@ -169,3 +173,46 @@ def _vectors(rotations: Callable[[slice], np.ndarray], n: int) -> np.ndarray:
         turned = Rotation.from_matrix(found[known] @ mean.T).as_rotvec().T
         vectors[:, part][:, known] = turned
     return vectors
+
+
+def in_radians(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns of an Allan table with the units of angles in their names."""
+    return {name.replace("_mm", "_rad"): values for name, values in columns.items()}
+
+
+def orientation_rows(
+    recording: str,
+    source: str,
+    allan: Mapping[str, np.ndarray],
+    orientation: Orientation,
+    refused: str,
+) -> list[Row]:
+    """One row an axis: noise of one frame, smallest Allan deviation, and how rigid the body is.
+
+    `note` states that the body turned, which the Allan variance assumes it did not, or why there is
+    no orientation (`refused`).
+    """
+    best = {"adev_min_rad": "adev_rad", "adev_min_lower_rad": "adev_lower_rad"}
+    best |= {"adev_min_upper_rad": "adev_upper_rad", "tau_min_s": "tau_s"}
+    spread, turned = orientation.spread_mm, orientation.range_rad
+    of_all = {
+        "residual_rms_mm": rms(orientation.residual_mm),
+        "spread_mm": None if math.isnan(spread) else spread,
+        "turned_rad": None if math.isnan(turned) else turned,
+        "note": TURNS if turned > TURNS_RAD else refused,
+    }
+    rows = []
+    for axis in AXES:
+        at = np.flatnonzero(allan["series"] == axis)
+        adev = allan["adev_rad"][at]
+        row: Row = {"recording": recording, "source": source, "axis": axis}
+        row["adev_1_rad"] = adev[0] if at.size else None
+        row |= {k: allan[of][at[adev.argmin()]] if at.size else None for k, of in best.items()}
+        rows.append(row | of_all)
+    return rows
+
+
+def rms(values: np.ndarray) -> float | None:
+    """None where there is no value, as of poses that come without markers."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse.assess.influence import influence
 from mocap_metrology.lighthouse.published import (
     AVERAGE_SD,
@@ -19,7 +20,7 @@ from mocap_metrology.lighthouse.published import (
 )
 from mocap_metrology.papers import jansen
 from mocap_metrology.papers.claims.decide import UNKNOWN, Answer, Missing, Quantity, decides, within
-from mocap_metrology.papers.jansen import QUANTISED, Record, Variant
+from mocap_metrology.papers.jansen import QUANTISED, Variant
 
 KABSCH = Variant("paper", "kabsch", "ideal")
 FINAL = Variant("paper", "final", "ideal")

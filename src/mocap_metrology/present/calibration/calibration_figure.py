@@ -4,29 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill, wrap
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.lighthouse.assess.evidence import faint_diodes, residuals_urad, seen_shares
+from mocap_metrology.common.types import Record
+from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles
+from mocap_metrology.lighthouse.assess.evidence import (
+    beyond_sigma,
+    expected_urad,
+    faint_diodes,
+    residuals_urad,
+    seen_shares,
+)
 from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES
 from mocap_metrology.present.calibration import pose_text, stations
-from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, thinned
-from mocap_metrology.present.calibration.stations import ALL_COLOURS, ALL_MARKS, COLOURS, MARKS
+from mocap_metrology.present.calibration.stations import (
+    ALL_COLOURS,
+    ALL_MARKS,
+    COLOURS,
+    MARKS,
+    thinned,
+)
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import GREY, INK, Keywords, Picture, panel_title, say
-from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm, significant
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import SubFigure
-
 DENSE = 500  # so many dots are an image in an SVG
 MOST_DOTS, MOST_MARKS = 4000, 300
-MOST_NAMED = 3  # diodes
 LEAST_URAD = 20.0  # half height of the panels of means
 HIGHEST = 4.0  # of a diode's residual, over the median
 REASON, FACT, LINE_MM = 84, 54, 4.2  # characters in a line; its height
@@ -68,7 +74,7 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     _write_verdict(head, files.pose["verdict"]["word"], reason)
     numbers, above = result.subplots(1, 2, width_ratios=[5, 6])
     evidence.suptitle("Evidence", x=0.01, ha="left")
-    axes: dict[str, Axes] = evidence.subplot_mosaic(places)
+    axes: dict[str, figure.Axes] = evidence.subplot_mosaic(places)
     _write_pose(numbers, files)
     stations.draw_view(above, files, stations.ABOVE)
     stations.draw_view(axes["right"], files, stations.RIGHT)
@@ -97,19 +103,19 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     remarks.append(_draw_seen(axes["seen"], files))
     figure.letters([above, *axes.values()])
     figure.legend_below(evidence, [above, *axes.values()])
-    remarks.append(pose_text.BEYOND_SIGMA if pose_text.beyond_sigma(entry) else "")
+    remarks.append(captions.BEYOND_SIGMA if beyond_sigma(entry) else "")
     fit = captions.CALIBRATION_BATCH if residuals else captions.CALIBRATION_BOARD_POSES
     return Picture(evidence, " ".join(filter(None, (captions.CALIBRATION, fit, *remarks))))
 
 
-def _write_verdict(head: SubFigure, word: str, reason: list[str]) -> None:
+def _write_verdict(head: figure.SubFigure, word: str, reason: list[str]) -> None:
     colour, behind = figure.VERDICT_WORDS.get(word, figure.UNKNOWN_WORD)  # as on the pages
     box = {"boxstyle": "round,pad=0.35", "facecolor": behind, "edgecolor": colour, "lw": 0.6}
     head.text(0.02, 0.9, word, weight="bold", color=colour, bbox=box, va="top")
     head.text(0.15, 0.98, "\n".join(reason), va="top", linespacing=1.3)
 
 
-def _write_pose(axes: Axes, files: CalibrationFiles) -> None:
+def _write_pose(axes: figure.Axes, files: CalibrationFiles) -> None:
     """The pose as a table, and below it the data behind it."""
     axes.axis("off")
     rows = pose_text.all_rows(files)
@@ -134,7 +140,7 @@ def _why_empty(files: CalibrationFiles) -> str:
     return "The board was at rest: no path" if still else "No board poses of this estimate"
 
 
-def _draw_disagreement(axes: Axes, files: CalibrationFiles) -> None:
+def _draw_disagreement(axes: figure.Axes, files: CalibrationFiles) -> None:
     """Distance between both paths over time; mirrored moments and those of one station marked."""
     panel_title(axes, "Distance of the paths")
     both = files.agreement()
@@ -161,14 +167,14 @@ def _draw_disagreement(axes: Axes, files: CalibrationFiles) -> None:
             axes.plot(alone, at, "|", transform=across, rasterized=alone.size > DENSE, **how)
 
 
-def _draw_residuals(axes: Axes, files: CalibrationFiles) -> None:
+def _draw_residuals(axes: figure.Axes, files: CalibrationFiles) -> None:
     """sqrt(epsilon / n_angles) of each board pose over time, both stations, and the noise of one
     angle to expect."""
     panel_title(axes, "Residuals of poses")
     paths = files.shown_paths()
     if paths is None:
         return
-    expected = pose_text.expected_urad(files.pose)
+    expected = expected_urad(files.pose)
     values = [residuals_urad(path) for path in paths]
     shown = [np.maximum(v, np.median(v) / 100) for v in values]
     axes.set(xlim=(0.0, files.duration_s), xlabel="Time (s)", ylabel="Residual (µrad)")
@@ -183,7 +189,7 @@ def _draw_residuals(axes: Axes, files: CalibrationFiles) -> None:
     axes.axhline(expected, label=f"expected noise of an angle: {expected:.0f} µrad", **DOTTED)
 
 
-def _draw_means(panels: Mapping[str, Axes], residuals: Record, names: Sequence[str]) -> None:
+def _draw_means(panels: Mapping[str, figure.Axes], residuals: Record, names: Sequence[str]) -> None:
     """Mean residuals with their standard deviations by noise, against azimuth, elevation and time,
     all on one scale."""
     reach, called = [LEAST_URAD], dict(zip(AXES, AXES, strict=True))
@@ -220,7 +226,7 @@ def _beside(station: int, many: int, half: float) -> float:
     return half * (2 * station / max(many - 1, 1) - 1)
 
 
-def _draw_diodes(axes: Axes, residuals: Record, n: int, expected: float) -> str:
+def _draw_diodes(axes: figure.Axes, residuals: Record, n: int, expected: float) -> str:
     """Root mean square residual of each diode by each station, those of excluded diodes crossed,
     and the noise of a hit. Those far above the rest stand at the upper end. Returns a sentence on
     diodes that the estimate excludes."""
@@ -246,7 +252,7 @@ def _draw_diodes(axes: Axes, residuals: Record, n: int, expected: float) -> str:
     return f"Excluded from the estimate, {'; '.join(excluded)}." if excluded else ""
 
 
-def _draw_seen(axes: Axes, files: CalibrationFiles) -> str:
+def _draw_seen(axes: figure.Axes, files: CalibrationFiles) -> str:
     """Share of either station's sweeps that each diode saw, pale where it is seldom; dead ones
     crossed. Returns the diodes that are dead, or seen seldom or never, by number."""
     n = len(files.board)

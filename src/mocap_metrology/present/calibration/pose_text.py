@@ -1,53 +1,23 @@
-"""A calibration in words and numbers: pose with deviations, data behind it, stations."""
+"""A calibration in words and numbers: pose with deviations, data behind it, stations; tables of
+a group of calibrations."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
+from mocap_metrology.common.types import Record
+from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles
+from mocap_metrology.lighthouse.assess.evidence import deviations, limit_of
 from mocap_metrology.lighthouse.assess.pose_file import is_network
+from mocap_metrology.lighthouse.assess.rows import AXIS_NAMES, CHOSEN
+from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.lighthouse.records import MASTER
-from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
-from mocap_metrology.present.tables import Record
-from mocap_metrology.present.text.numbers import number
-
-TIMES_SIGMA = 3.0
-BEYOND_SIGMA = (
-    "Error beyond 3 σ: σ is the scatter within this recording. It does not include errors that "
-    "are constant during it (optics, lasers off the origin of the housing, scale of the board)."
-)
-
-
-def expected_urad(pose: Record) -> float:
-    """Noise of one angle that the checks went by, in µrad."""
-    limit, good = _limit(pose, "board poses")
-    return EXPECTED_URAD if limit is None else limit / BOARD[0 if good else 1]
-
-
-def _limit(pose: Record, name: str) -> tuple[float | None, bool]:
-    """Limit of a check and whether it is that of the word good; None where it has none."""
-    check: Record = next((c for c in pose.get("checks", ()) if c["name"] == name), {})
-    limit = check.get("limit")
-    return (limit if isinstance(limit, int | float) else None), bool(check.get("ok"))
-
-
-def _deviations(entry: Record) -> np.ndarray:
-    """Standard deviations (6,) in mm and deg, NaN where they are not known."""
-    if entry.get("covariance") is None:
-        return np.full(6, np.nan)
-    variance = np.diag(np.array(entry["covariance"], dtype=np.float64))
-    return np.asarray(np.sqrt(np.clip(variance, 0, None)))
-
-
-def beyond_sigma(entry: Record) -> bool:
-    """Whether the error of an estimate against its reference is more than three standard deviations
-    in a coordinate or about an axis."""
-    if entry.get("errors_mm") is None:
-        return False
-    off = np.abs([*entry["errors_mm"], *entry["errors_deg"]])
-    return bool((off > TIMES_SIGMA * _deviations(entry)).any())
+from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.numbers import number, significant
 
 
 def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
@@ -57,7 +27,7 @@ def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
     where that is larger, has with two significant digits.
     """
     angles = [entry["rotation_deg"][k] for k in ("alpha", "beta", "gamma")]
-    sd, errors = _deviations(entry).tolist(), entry.get("errors_mm")
+    sd, errors = deviations(entry).tolist(), entry.get("errors_mm")
     off = [*errors, *entry["errors_deg"]] if errors else [np.nan] * 6
     rows, compared = [], []
     for name, values, own, usual in (
@@ -84,7 +54,7 @@ def all_rows(files: CalibrationFiles) -> list[tuple[str, list[str]]]:
         if entry is None:
             rows.append((f"station {name}", ["no pose", "", ""]))
             continue
-        sd = _deviations(entry).tolist()
+        sd = deviations(entry).tolist()
         digits = _decimals(sd[:3], 1)
         rows.append((f"{name}: t (mm)", _cells(entry["translation_mm"], digits, sign=True)))
         rows.append((f"{name}: 1 σ (mm)", _cells(sd[:3], digits)))
@@ -114,7 +84,7 @@ def facts(files: CalibrationFiles) -> list[str]:
         lines.append(f"{entry['estimator']}, stage {entry['stage']}, {entry['optics']} optics")
         lines.append(f"baseline {number(float(baseline), 3)} m")
         if (residual := entry.get("residual_rms_urad")) is not None:
-            limit, good = _limit(files.pose, "residual")
+            limit, good = limit_of(files.pose, "residual")
             below = f" ({'good' if good else 'usable'} below {limit:.0f})" if limit else ""
             lines.append(f"residual {residual:.0f} µrad of {number(entry['n_angles'])} angles")
             lines[-1] += below
@@ -154,3 +124,40 @@ def _station(station: Record) -> str:
         factory = "factory values from a file"
     mode = f"mode {station.get('mode') or 'unknown'}, " if station.get("generation", 1) == 1 else ""
     return f"{station['role']}: {known}, {mode}{factory}"
+
+
+def calibration_markdown(rows: Sequence[Row], title: str, note: str) -> str:
+    """Markdown of `calibration_rows`: the poses, then the reasons of the verdicts."""
+    lines = [f"# {title}", "", f"{captions.CALIBRATION_TABLE} {note}".strip(), ""]
+    if not rows:
+        return "\n".join([*lines, "No calibrations.", ""])
+    head = ["calibration", "source", "master", "slave", "by", "t mm", "α β γ °", "baseline mm"]
+    head += ["σ", "residual µrad", "hits", "error", "verdict"]
+    lines += [*aligned([head, *(_line(row) for row in rows)]), "", "## Verdicts", ""]
+    lines += [f"- {row['calibration']}: {row['verdict']}. {row['reason']}" for row in rows]
+    moved = [f"- {row['calibration']}: {row['check_against']}" for row in rows
+             if row["check_against"]]  # fmt: skip
+    lines += ["", "## Against an earlier pose", "", *moved] if moved else []
+    return "\n".join([*lines, ""])
+
+
+def _line(row: Row) -> list[object]:
+    cells = [row["calibration"], row["source"], row["master_id"], row["slave_id"]]
+    if row["estimator"] is None:
+        return [*cells, *[""] * 8, row["verdict"]]
+    cells.append(", ".join(row[name] for name in CHOSEN))
+    cells.append(" ".join(f"{row[q]:.1f}" for q in QUANTITIES[:3]))
+    cells.append(" ".join(f"{row[q]:.3f}" for q in QUANTITIES[3:]))
+    cells += [f"{row['baseline_mm']:.1f}", _mm_and_deg(row, "sigma")]
+    residual = row["residual_rms_urad"]
+    cells += ["" if residual is None else f"{residual:.0f}", row["n_angles"]]
+    return [*cells, _mm_and_deg(row, "error"), row["verdict"]]
+
+
+def _mm_and_deg(row: Row, kind: str) -> str:
+    """`0.52 mm, 0.011°`, the largest sigma or the length of an error; empty if unknown."""
+    values = [row[f"{kind}_{axis}"] for axis in AXIS_NAMES]
+    mm, deg = (
+        max(own) if kind == "sigma" else math.hypot(*own) for own in (values[:3], values[3:])
+    )
+    return "" if math.isnan(mm) else f"{significant(mm)} mm, {significant(deg)}°"

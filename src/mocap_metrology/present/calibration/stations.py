@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, is_network
-from mocap_metrology.lighthouse.records import MASTER, SLAVE
-from mocap_metrology.present.calibration.calibration_files import (
-    CalibrationFiles,
-    Pose,
-    thinned,
-    usual,
+from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles, Pose, usual
+from mocap_metrology.lighthouse.assess.pose_file import (
+    PoseEntry,
+    is_network,
 )
+from mocap_metrology.lighthouse.records import MASTER, SLAVE
+from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, SMALL_PT, Keywords, say
 from mocap_metrology.present.text.numbers import mm
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 COLOURS = LOOKS["x"].colour, LOOKS["y"].colour  # of master and slave
 MARKS = "os"  # of master and slave
@@ -57,7 +52,7 @@ def called(name: str) -> str:
     return f"station {name}" if name.isdigit() else f"the {name}"
 
 
-def draw_view(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
+def draw_view(axes: plot.Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
     """One view with equal scales: stations, what they can see, the board's path, lines between."""
     known, names = files.frames(), files.names
     frames = list(known.values())
@@ -81,7 +76,7 @@ def draw_view(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> Non
 
 
 def _draw_station(
-    axes: Axes,
+    axes: plot.Axes,
     pose: Pose,
     name: str,
     station: int,
@@ -113,7 +108,7 @@ def _draw_station(
         axes.annotate(name, tuple(at), tuple(off), **how)
 
 
-def draw_paths(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
+def draw_paths(axes: plot.Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
     """Both paths of the board, or the master's alone where there is no other; gaps stay gaps."""
     both, paths, own = files.agreement(), files.shown_paths(), list(view)
     if both is not None:
@@ -130,7 +125,7 @@ def draw_paths(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> No
                   zorder=3, **(PATHS[MASTER] | alone_by))  # fmt: skip
 
 
-def draw_path(axes: Axes, files: CalibrationFiles, still: bool) -> str:
+def draw_path(axes: plot.Axes, files: CalibrationFiles, still: bool) -> str:
     """Both paths in detail, in the view in which the board's path is largest, dots where the
     board is at rest; returns from where, nothing where there is no path."""
     both, paths = files.agreement(), files.shown_paths()
@@ -153,7 +148,12 @@ def draw_path(axes: Axes, files: CalibrationFiles, still: bool) -> str:
 
 
 def _equal(
-    axes: Axes, view: tuple[int, int], centre: np.ndarray, half: float, high: float, ticks: int = 6
+    axes: plot.Axes,
+    view: tuple[int, int],
+    centre: np.ndarray,
+    half: float,
+    high: float,
+    ticks: int = 6,
 ) -> None:
     """Equal scales, `half` metres to the left and right of the centre, `high` times that up."""
     across, up = (float(centre[k]) for k in view)
@@ -170,7 +170,7 @@ def ellipse(covariance: np.ndarray, plane: tuple[int, int], scale: float) -> np.
     return np.asarray(scale * (circle * np.sqrt(np.clip(values, 0, None))) @ vectors.T)
 
 
-def draw_ellipses(panels: Sequence[Axes], files: CalibrationFiles) -> None:
+def draw_ellipses(panels: Sequence[plot.Axes], files: CalibrationFiles) -> None:
     """Ellipses about the chosen position in mm, seen from above and from the right, on one scale;
     other estimates of the same frame and optics, and the reference, on the border where they are
     far off."""
@@ -222,3 +222,8 @@ def _others(files: CalibrationFiles, entry: PoseEntry) -> list[tuple[str, np.nda
         for label, off, how in others
         if np.isfinite(off).all()
     ]
+
+
+def thinned(count: int, most: int = 1500) -> slice:
+    """A stride that leaves at most so many of `count` points."""
+    return slice(None, None, max(-(-count // most), 1))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse.assess.evidence import (
     Columns,
     deviations_mm,
@@ -28,13 +27,8 @@ from mocap_metrology.present.plot.figure import (
     Picture,
     panel_title,
 )
-from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import SubFigure
 
 CURVES: dict[str, Keywords] = {
     "total": {"label": "all, with optics and board", "color": INK, "lw": 1.2},
@@ -68,7 +62,7 @@ def track_figure(
         why = origin.get("reason") or "no moment with a pose"
         return figure.words_picture(f"No path of the receiver: {why}.", title, source)
     body = figure.new_figure(title, source, HEIGHT_MM)
-    axes: dict[str, Axes] = body.subplot_mosaic(
+    axes: dict[str, figure.Axes] = body.subplot_mosaic(
         [["path", "far"], ["place", "place"], ["mm", "mm"], ["deg", "deg"]], height_ratios=ROWS
     )
     if noise.get("rotors"):
@@ -95,11 +89,10 @@ def track_figure(
         axes[key].tick_params(labelbottom=key == "deg")
     axes["deg"].set_xlabel("Time (s)")
     figure.letters(axes.values())
-    figure.legend_below(body, axes.values())
-    return Picture(body, f"{above} {captions.TRACK} {remark}".strip())
+    return figure.finished(body, axes.values(), f"{above} {captions.TRACK} {remark}".strip())
 
 
-def _draw_path(body: SubFigure, axes: Axes, track: Columns) -> None:
+def _draw_path(body: figure.SubFigure, axes: figure.Axes, track: Columns) -> None:
     """y against x on one scale, axes as in the calibration's figure; colour: total sd."""
     panel_title(axes, "Path from above")
     x, y, good = track["x_mm"] / 1e3, track["y_mm"] / 1e3, settled(track)
@@ -116,7 +109,7 @@ def _draw_path(body: SubFigure, axes: Axes, track: Columns) -> None:
     bar.outline.set_visible(False)
 
 
-def _draw_distance(axes: Axes, track: Columns) -> None:
+def _draw_distance(axes: figure.Axes, track: Columns) -> None:
     """Standard deviations of position against the distance from the master."""
     far = np.sqrt(sum((track[f"{axis}_mm"] / 1e3) ** 2 for axis in "xyz"))
     values = {kind: lengths(track, kind, "mm") for kind in CURVES}
@@ -132,7 +125,7 @@ def _draw_distance(axes: Axes, track: Columns) -> None:
     axes.set(xlabel="Distance from the master (m)", ylabel="Standard deviation (mm)")
 
 
-def _draw_place(axes: Axes, track: Columns, still: bool) -> str:
+def _draw_place(axes: figure.Axes, track: Columns, still: bool) -> str:
     """Position about its mean over time, at rest with the noise that is to be expected. Returns a
     sentence on a board at rest."""
     off, remark, sentence = deviations_mm(track), "", ""
@@ -158,7 +151,7 @@ def _draw_place(axes: Axes, track: Columns, still: bool) -> str:
     return sentence
 
 
-def _draw_deviations(axes: Axes, track: Columns, unit: str, name: str, label: str) -> None:
+def _draw_deviations(axes: figure.Axes, track: Columns, unit: str, name: str, label: str) -> None:
     """Standard deviations over time: three curves."""
     values = {kind: lengths(track, kind, unit) for kind in CURVES}
     for kind, look in CURVES.items():
@@ -168,7 +161,7 @@ def _draw_deviations(axes: Axes, track: Columns, unit: str, name: str, label: st
     axes.set_ylabel(label)
 
 
-def _draw_angles(axes: Axes, allan: Columns, noise: Record, axis: str) -> None:
+def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) -> None:
     """Common and independent part of the stations against the averaging time, with intervals, and
     the rounding of the clock: white noise of step / sqrt(24), as far as it is dithered."""
     panel_title(axes, f"Angles at rest, {axis.replace('plane', 'plane ')}")

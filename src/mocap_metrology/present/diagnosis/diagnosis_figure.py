@@ -4,30 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from mocap_metrology.noise.diagnosis import evidence
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
+from mocap_metrology.noise.diagnosis.evidence import View
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
-from mocap_metrology.present.diagnosis import evidence
-from mocap_metrology.present.diagnosis.evidence import View
 from mocap_metrology.present.plot import figure
-from mocap_metrology.present.plot.curves import log_limits
-from mocap_metrology.present.plot.decimate import log_bins
-from mocap_metrology.present.plot.figure import GREY, INK, Keywords, panel_title
-from mocap_metrology.present.plot.units import length_unit, time_axis
+from mocap_metrology.present.plot.curves import log_bins, log_limits
+from mocap_metrology.present.plot.figure import (
+    GREY,
+    INK,
+    Keywords,
+    length_unit,
+    panel_title,
+    time_axis,
+)
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.diagnosis import outcome
 from mocap_metrology.present.text.numbers import mm, moment, number, significant
 from mocap_metrology.present.text.sentence import render
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 DYNAMIC_MM, CLOSE_MM, SPECTRA_MM = 36.0, 44.0, 58.0
 LEAST_S_SHOWN, MOST_S_SHOWN = 3.0, 60.0
@@ -94,7 +95,7 @@ def diagnosis_figure(
     return figure.Picture(body, " ".join(filter(None, (captions.DIAGNOSIS, remarks, none))))
 
 
-def _draw_dynamic(axes: Axes, recording: Recording, found: Diagnosis, view: View) -> None:
+def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, view: View) -> None:
     """Ratio of the dynamic Allan deviation to that of the noise, over time and averaging time, of
     the series that is shown close up; its most unusual window is framed."""
     import matplotlib
@@ -135,7 +136,7 @@ def _draw_dynamic(axes: Axes, recording: Recording, found: Diagnosis, view: View
 
 
 def _draw_close(
-    axes: Axes, recording: Recording, found: Diagnosis, event: Event | None, view: View
+    axes: figure.Axes, recording: Recording, found: Diagnosis, event: Event | None, view: View
 ) -> None:
     """The coordinates of the marker that was moved most, or of that of the window, about their
     median before it."""
@@ -178,7 +179,7 @@ def _draw_close(
     panel_title(axes, title, remark)
 
 
-def _draw_sides(axes: Axes, sides: Sequence[Sides], compared: str) -> None:
+def _draw_sides(axes: figure.Axes, sides: Sequence[Sides], compared: str) -> None:
     """Ratio of the standard deviations of fast noise of every series, with 99 % intervals over all
     series together, coloured by what they show."""
     table = pd.DataFrame([{**vars(side), "word": side.word} for side in sides])
@@ -219,7 +220,7 @@ def _filter_looks(filtered: Sequence[Filtered], series: str) -> Looks:
 
 
 def _draw_spectrum(
-    axes: Axes,
+    axes: figure.Axes,
     recording: Recording,
     found: Diagnosis,
     series: str,
@@ -260,7 +261,7 @@ def _draw_spectrum(
 
 
 def _draw_deviations(
-    axes: Axes, rate_hz: float, series: str, looks: Looks, rounding: Resolution | None
+    axes: figure.Axes, rate_hz: float, series: str, looks: Looks, rounding: Resolution | None
 ) -> None:
     """Allan deviations behind every filter: curves by the model, points as measured, joined where
     there is no model."""

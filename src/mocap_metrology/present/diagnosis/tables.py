@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import reduce
@@ -11,7 +10,7 @@ from pathlib import Path
 from mocap_metrology.common.files import write_csv, write_json, write_text
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.diagnosis.events import Event
-from mocap_metrology.noise.diagnosis.filtering import CHOSEN_S, Filter, Filtered
+from mocap_metrology.noise.diagnosis.filtering import NO_FILTER, filter_row
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.diagnosis.periodic import Found
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
@@ -36,8 +35,6 @@ PERIODIC = {
     "psd_snr": "snr_psd", "in_adev": "in_adev", "share_of_avar": "share", "tau_s": "tau_s",
     "harmonic": "", "fundamental_hz": "", "alias_below_hz": "", "alias_above_hz": "", "word": "",
 }  # fmt: skip
-PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "least_adev_tau_s")
-NO_FILTER = Filtered("", Filter("none", None), 0, None, None)
 
 
 def write_diagnosis(
@@ -57,11 +54,11 @@ def write_diagnosis(
         for k, event in enumerate(found.events, start=1)
     ]
     of_lines = [_row(PERIODIC, x, _of_line(x, recording.frame_rate_hz)) for x in found.lines]
-    of_filters = [_of_filter(none[one.series], one) for one in found.filtered]
+    of_filters = [filter_row(none[one.series], one) for one in found.filtered]
     tables: dict[str, tuple[list[Row], Mapping[str, object]]] = {
         "events": (of_events, EVENTS),
         "periodic": (of_lines, PERIODIC),
-        "filters": (of_filters, _of_filter(NO_FILTER, NO_FILTER)),
+        "filters": (of_filters, filter_row(NO_FILTER, NO_FILTER)),
     }
     for stem, (rows, columns) in tables.items():
         path = Path(folder) / f"{stem}.csv"
@@ -107,21 +104,3 @@ def _of_line(one: Found, rate_hz: float) -> Row:
         "alias_above_hz": rate_hz + one.line.f_0,
         "word": line_words(one),
     }
-
-
-def _of_filter(none: Filtered, one: Filtered) -> Row:
-    """Row of a filter beside the series without one: first the shares, then all deviations."""
-    row: Row = {"series": one.series, "filter": one.filter.name, "n_frames": one.n_frames}
-    deviations: Row = {}
-    for kind in ("predicted", "measured"):
-        before, after = getattr(none, kind), getattr(one, kind)
-        for when, left in (("_before", before), ("", after)):
-            row[f"{kind}_sigma{when}_mm"] = left.sigma if left else math.nan
-        share = after.variance_share(before) if before and after else math.nan
-        row[f"{kind}_share_left"] = share
-        for k, place in enumerate(PLACES):
-            unit = "" if place.endswith("_s") else "_mm"
-            for when, left in (("_before", before), ("", after)):
-                value = (*left.adev, left.least, left.least_tau_s)[k] if left else math.nan
-                deviations[f"{kind}_{place}{when}{unit}"] = value
-    return row | deviations

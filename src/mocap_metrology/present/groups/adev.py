@@ -4,15 +4,16 @@ cameras also their ratio to the first."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.present.groups.members import CAMERAS, Family, left_out, shown_series
+from mocap_metrology.common.types import Record
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
-from mocap_metrology.present.plot.curves import Limits, Looks, groups_of
-from mocap_metrology.present.plot.figure import Picture
+from mocap_metrology.present.plot.curves import Limits, Looks, facets, groups_of
+from mocap_metrology.present.plot.figure import LOOKS, OTHER_LOOKS, Look, Picture
 from mocap_metrology.present.text import captions
 
 COLUMNS = 3
@@ -22,6 +23,12 @@ MOST_BANDS = 3  # curves in a panel up to which their intervals are drawn
 LEAST_RANGE = 0.1
 Allan = Mapping[str, Mapping[str, np.ndarray]]  # columns of allan_masked.parquet by recording
 Panels = Mapping[str, pd.DataFrame]
+Rows = Mapping[str, Record]
+CAMERAS, RECORDING = "Number of cameras", "Recording"
+NAMED_LOOKS = (*LOOKS.values(), *OTHER_LOOKS)  # so many recordings can be distinguished by name
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "h", "<", ">", "p", "8")
+MAP, LIGHTEST, DARKEST = "inferno", 0.55, 0.0  # colours whose lightness falls evenly
+MOST_MARKERS, MOST_DISTANCES = 3, 3  # with panels of their own
 
 
 def series_curves(
@@ -69,9 +76,8 @@ def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> 
         axes.axis("off")
     if len(panels) < above.size:
         fig.log_axes(above[len(panels)], limits)
-        plot.slope_fan(above[len(panels)], limits, plot.ALLAN_SLOPES)
-    fig.legend_below(body, above[: len(panels)])
-    return Picture(body, texts[2])
+        plot.slope_fan(above[len(panels)], limits)
+    return fig.finished(body, above[: len(panels)], texts[2])
 
 
 def ratios(curves: pd.DataFrame) -> pd.DataFrame:
@@ -127,7 +133,7 @@ def family_figure(
     ]
     note = captions.ADEV_ENDS.format(names="; ".join(names)) if names else ""
     texts = title, source, f"{captions.ADEV} {note} {words}"
-    return panels_picture(panels, looks or None, texts, confidence)
+    return plot.curves_picture(panels, texts, confidence, looks=looks or None)
 
 
 def compared(
@@ -137,18 +143,65 @@ def compared(
     return {one: series_curves(allan, one, labels, band) for one in series}
 
 
-def panels_picture(
-    panels: Panels,
-    looks: Looks | None,
-    texts: tuple[str, str, str],
-    confidence: float | None,
-    lettered: bool = False,
-) -> Picture:
-    """The figure of such panels on common axes, with the slopes beside; call it within `styled`."""
-    band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
-    picture = plot.curves_picture(
-        panels, plot.ADEV_AXES, plot.ALLAN_SLOPES, texts, band, looks=looks
-    )
-    if lettered:
-        fig.letters(picture.body.axes[: len(panels)])
-    return picture
+@dataclass(frozen=True)
+class Family:
+    """Recordings that are shown together, in the order of the key.
+
+    by: `CAMERAS` or `RECORDING`. labels: of each recording; looks: by label, none where
+    there are too many to distinguish.
+    """
+
+    by: str
+    labels: Mapping[str, str]
+    looks: Mapping[str, Look]
+
+    def said(self, label: str) -> str:
+        """A label that is understood by itself."""
+        return f"{label} cameras" if self.by == CAMERAS else label
+
+
+def family_of(rows: Rows) -> Family:
+    """Recordings by their number of cameras where they are subsets of one camera type, no two with
+    as many; else by name. rows: of the sheet, by recording."""
+    counts = {name: row["n_cameras"] for name, row in rows.items()}
+    numbers, types = set(counts.values()), {row["camera_type"] for row in rows.values()}
+    if None not in numbers and len(numbers) == len(rows) > 1 and len(types) == 1:
+        labels = {name: str(counts[name]) for name in sorted(rows, key=lambda n: counts[n])}
+        looks = {str(n): look for n, look in count_looks(list(numbers)).items()}
+        return Family(CAMERAS, labels, looks if len(looks) <= len(MARKERS) else {})
+    few = len(rows) <= len(NAMED_LOOKS)
+    looks = dict(zip(rows, NAMED_LOOKS, strict=False)) if few else {}
+    return Family(RECORDING, {name: name for name in rows}, looks)
+
+
+def count_looks(counts: Sequence[int]) -> dict[int, Look]:
+    """Looks of numbers of cameras: the more, the darker, in even steps; a marker each."""
+    import numpy as np
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    counts = sorted(set(counts))
+    shades = np.linspace(LIGHTEST, DARKEST, len(counts)) if len(counts) != 1 else [DARKEST]
+    return {
+        n: Look(to_hex(colormaps[MAP](shade)), "-", MARKERS[k % len(MARKERS)])
+        for k, (n, shade) in enumerate(zip(counts, shades, strict=True))
+    }
+
+
+def shown_series(names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Series with a panel of their own (those of the first three markers, and the first three
+    distances), and the others; both in their order."""
+    panels = facets(names, len(names))
+    markers = [of for title, of in panels.items() if title.startswith("Marker")]
+    distances = [of[:MOST_DISTANCES] for title, of in panels.items() if title.startswith("Dist")]
+    own = {name for of in [*markers[:MOST_MARKERS], *distances] for name in of}
+    names = list(dict.fromkeys(names))
+    return [name for name in names if name in own], [name for name in names if name not in own]
+
+
+def left_out(names: Sequence[str]) -> str:
+    """A note on series that a figure does not show."""
+    if not names:
+        return ""
+    text = ", ".join(names) if len(names) <= 6 else f"{len(names)} further series"
+    return f"Not shown: {text}."

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, limit_class
 from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.present.groups import slots
-from mocap_metrology.present.groups.members import RECORDING, Family, left_out, shown_series
+from mocap_metrology.present.groups.adev import RECORDING, Family, left_out, shown_series
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import groups_of, log_limits
 from mocap_metrology.present.plot.figure import FAINT, OTHER_LOOKS, Keywords, Picture
-from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import mathtext, unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 ROW_MM, SCATTER_MM, REST_MM = 34.0, 84.0, 30.0  # heights: a panel, (c), titles and legend
 NAME_MM = 1.6  # of a letter of a recording written upright
@@ -84,8 +80,9 @@ def coefficients_figure(
         _panel(axes, marks, f"h_{alpha}", shown, family)
     panels[-1].set_xlabel(family.by)
     slots.label_marks(panels[0], marks[marks["coefficient"].str.startswith("h_")], shown)
-    fig.legend_below(body, panels, MOST_COLUMNS)
-    return Picture(body, f"{captions.COEFFICIENTS} {words} {remarks}")
+    return fig.finished(
+        body, panels, f"{captions.COEFFICIENTS} {words} {remarks}", columns=MOST_COLUMNS
+    )
 
 
 def _names_mm(family: Family) -> float:
@@ -95,7 +92,7 @@ def _names_mm(family: Family) -> float:
 
 
 def _panel(
-    axes: Axes, marks: pd.DataFrame, name: str, shown: Sequence[str], family: Family
+    axes: fig.Axes, marks: pd.DataFrame, name: str, shown: Sequence[str], family: Family
 ) -> None:
     """The panel of one coefficient (h_0, T_c, ...) on an axis of groups."""
     own, groups = marks[marks["coefficient"] == name], list(family.labels.values())
@@ -141,7 +138,7 @@ def correlated_figure(
     return Picture(body, f"{caption} {words} {remarks}")
 
 
-def _scatter(axes: Axes, terms: pd.DataFrame, family: Family) -> None:
+def _scatter(axes: fig.Axes, terms: pd.DataFrame, family: Family) -> None:
     """q_c against T_c, a look a recording, with bars as long as the intervals that are known."""
     across, (low, high) = (log_limits([terms[name]], 2.0) for name in ("T_c", "q_c"))
     fig.log_axes(axes, (across, (low / 4, high * 2)))

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from mocap_metrology.noise.assess.uncertainty import lowest
+from mocap_metrology.common.types import Record
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, limit_class, unit_key, unit_of
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.papers.subsets import source_of
-from mocap_metrology.present.tables import Record, Row, aligned
+from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, significant, with_interval
 
 FROM_CSV = (
@@ -20,13 +19,22 @@ FROM_CSV = (
     *("lower_95", "upper_95", "status", "class", "note"),
 )
 COLUMNS = ("recording", "source", *FROM_CSV)
-CAPTION = (
-    "Coefficients of the noise, 95 % intervals in brackets; < not detected, upper 95 % limit (of a "
-    "further correlated component: for every T_c of the class named); "
-    f"{STATUS_SIGNS}. Gauss-Markov terms by rising T_c. "
-    "All estimators, with standard errors, are in the CSV."
-)
+CAPTION = captions.NOISE_TABLE.format(signs=STATUS_SIGNS)
 MOST_SERIES = 7  # columns of a table to read
+SUBSETS = "The recordings of the group as in the sheet."
+# Column of <group>_summary: title, what it is, format
+MULTIQC = {
+    "word": ("Verdict", "good, usable or bad", None),
+    "worst": ("Worst", "Coordinate with the largest uncertainty of one frame", None),
+    "frame_mm": ("One frame", "Standard uncertainty about the mean of the horizon, mm", "{:,.4f}"),
+    "sigma_frame_mm": ("Within 1 s", "Scatter of single frames, mm", "{:,.4f}"),
+    "adev_min_mm": ("Lowest deviation", "Lowest Allan deviation, mm", "{:,.5f}"),
+    "tau_min_s": ("at", "Averaging time of the lowest Allan deviation, s", "{:,.1f}"),
+    "dominating_noise": ("Noise", "Largest share of the variance of one frame", None),
+    "n_findings": ("Findings", "Warnings of the diagnosis", "{:,.0f}"),
+    "reason": ("Reason", "What decided the verdict", None),
+}
+RULES = {"pass": "good", "warn": "usable", "fail": "bad"}
 
 
 def noise_table(noise: Mapping[str, Sequence[Record]], sources: Mapping[str, str]) -> list[Row]:
@@ -89,12 +97,6 @@ def _cell(row: Row | None) -> str:
     return text + MARKS.get(row["status"], "")
 
 
-FIRST = ("tau_1_s", "adev_1_mm")
-MINIMUM = ("adev_min_mm", "tau_min_s", "adev_min_lower_mm", "adev_min_upper_mm")
-CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
-SUBSETS = "The recordings of the group as in the sheet."
-
-
 def subsets(recordings: Sequence[Record]) -> list[Row]:
     """One row for each recording: its entries in the sheet."""
     return [
@@ -105,27 +107,25 @@ def subsets(recordings: Sequence[Record]) -> list[Row]:
     ]
 
 
-def allan_summary(
-    recording: str, source: str, columns: Mapping[str, np.ndarray], expected: Sequence[str]
-) -> list[Row]:
-    """One row a series of allan_masked.parquet: its first tau, chosen tau, and the minimum.
-
-    The value at a chosen tau is that of the nearest tau computed, within 10 %, else empty; a series
-    of `expected` without a single value has a row of empty cells.
-    """
-    rows = []
-    overlapping = columns["estimator"] == "oadev"
-    for series in expected:
-        pick = overlapping & (columns["series"] == series)
-        tau, adev = columns["tau_s"][pick], columns["adev_mm"][pick]
-        lower, upper = columns["adev_lower_mm"][pick], columns["adev_upper_mm"][pick]
-        row: Row = {"recording": recording, "source": source, "series": series}
-        row |= {"tau_1_s": tau[0], "adev_1_mm": adev[0]} if tau.size else dict.fromkeys(FIRST)
-        for wanted in CHOSEN_TAUS_S:
-            k = int(np.abs(np.log(tau / wanted)).argmin()) if tau.size else -1
-            near = k >= 0 and abs(tau[k] / wanted - 1) < 0.1
-            row[f"adev_{wanted:g}s_mm"] = adev[k] if near else math.nan
-        best, _ = lowest(adev, columns["edf"][pick])
-        least = [None if best is None else values[best] for values in (adev, tau, lower, upper)]
-        rows.append(row | dict(zip(MINIMUM, least, strict=True)))
-    return rows
+def multiqc(group: str, summary: Sequence[Row]) -> Row:
+    """Contents of <group>_mqc.json. summary: rows of <group>_summary."""
+    headers = {}
+    for name, (title, description, number) in MULTIQC.items():
+        headers[name] = {"title": title, "description": description, "scale": False}
+        if number:
+            headers[name] |= {"format": number, "scale": "Blues"}
+    colours = {name: [{"s_eq": word}] for name, word in RULES.items()}
+    headers["word"]["cond_formatting_rules"] = colours
+    section = f"mocap-metrology: {group}"
+    return {
+        "id": f"mocap_metrology_{group}",
+        "section_name": section,
+        "description": "Noise of still markers; scale and distortion are not included.",
+        "plot_type": "table",
+        "pconfig": {"id": f"mocap_metrology_{group}_table", "title": section},
+        "headers": headers,
+        "data": {
+            row["recording"]: {k: row[k] for k in MULTIQC if row.get(k) not in (None, "")}
+            for row in summary
+        },
+    }

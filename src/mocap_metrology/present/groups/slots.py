@@ -8,7 +8,7 @@ others `camera_type` and `source`, where these differ.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,9 +18,6 @@ from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import Limits, looks_of
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, OTHER_LOOKS, SMALL_PT, Keywords
 from mocap_metrology.present.text.numbers import power_of_ten
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 EMPTY_SLOTS = 1.6  # between groups
 FLOOR, BAND_DECADES = 1e-20, 2.5  # smaller values are in a band below it, so many decades high
@@ -78,7 +75,7 @@ def frame_of(marks: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     return frame[frame["value"].notna()]
 
 
-def label_marks(axes: Axes, marks: pd.DataFrame, series: Sequence[str] = ()) -> None:
+def label_marks(axes: fig.Axes, marks: pd.DataFrame, series: Sequence[str] = ()) -> None:
     """Legend entries of the styles in use; of `series`, where these have a look each."""
     looks = {name[0] if fig.coordinate_of(name) else "L": v for name, v in looks_of(series).items()}
     for name, look in looks.items():
@@ -93,7 +90,7 @@ def label_marks(axes: Axes, marks: pd.DataFrame, series: Sequence[str] = ()) -> 
     axes.plot([], [], ls="", color=INK, marker=UP, ms=3.4, mew=0, label="continues beyond")
 
 
-def group_axis(axes: Axes, labels: Sequence[object]) -> None:
+def group_axis(axes: fig.Axes, labels: Sequence[object]) -> None:
     """A group for each label, every second one shaded."""
     axes.set_xlim(-0.5, max(len(labels), 1) - 0.5)
     for k in range(1, len(labels), 2):
@@ -110,7 +107,7 @@ def upright(labels: Sequence[str]) -> bool:
     return len(labels) * max(map(len, labels), default=0) > MOST_CHARACTERS
 
 
-def floor_axis(axes: Axes, marks: pd.DataFrame, floor: float = FLOOR) -> None:
+def floor_axis(axes: fig.Axes, marks: pd.DataFrame, floor: float = FLOOR) -> None:
     """A logarithmic y axis round the marks; those below the floor in a labelled band."""
     from matplotlib.ticker import LogLocator
 
@@ -133,7 +130,7 @@ def in_band(floor: float) -> float:
     return floor * float(10 ** (-BAND_DECADES / 2))
 
 
-def shade_classes(axes: Axes, limits: Limits) -> None:
+def shade_classes(axes: fig.Axes, limits: Limits) -> None:
     """Shade the classes of T_c (S 4.6) on an axis of these limits, and name them."""
     how: Keywords = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "bottom"}
     how |= {"bbox": {"facecolor": "white", "alpha": 0.7, "lw": 0, "pad": 1}}
@@ -153,7 +150,7 @@ def offsets(names: Sequence[str]) -> dict[str, float]:
 
 
 def draw(
-    axes: Axes,
+    axes: fig.Axes,
     marks: pd.DataFrame,
     groups: Sequence[object],
     names: Sequence[str],

@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse import published
 from mocap_metrology.lighthouse.published import QUANTITIES, RECORDINGS, SETUPS
-from mocap_metrology.papers.jansen import LAST, Variant, paper_setup, pose_of
-from mocap_metrology.present.tables import Record, Row, aligned
+from mocap_metrology.papers.jansen import FACTOR, LAST, Variant, paper_setup, pose_of
+from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
@@ -27,7 +28,6 @@ MEANINGS = {
 }
 OTHERS = "places, paths and lasers of these stations are not those of J"
 BESIDE = ("paper", "paper-lm", "batch")
-FACTOR = 4.0  # beyond it a regenerated value is explained
 MIRRORED = 0.05
 HEAD = ("x mm", "y mm", "z mm", "α °", "β °", "γ °")
 TITLES = {1: "mean absolute error", 2: "standard deviation", 3: "simulation"}

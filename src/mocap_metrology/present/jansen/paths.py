@@ -4,30 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles, Paths, Pose
+from mocap_metrology.lighthouse.assess.evidence import boards_along, on_the_path, usual_points
 from mocap_metrology.lighthouse.assess.pose_file import matrix_and_metres
-from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE, Path
-from mocap_metrology.present.calibration.calibration_files import (
-    CalibrationFiles,
-    Paths,
-    Pose,
-    thinned,
-)
-from mocap_metrology.present.calibration.stations import COLOURS
+from mocap_metrology.lighthouse.assess.signal import signal_of
+from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
+from mocap_metrology.present.calibration.stations import COLOURS, thinned
 from mocap_metrology.present.jansen import signal, space
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, Keywords, Picture
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
-
-if TYPE_CHECKING:
-    from matplotlib.figure import SubFigure
-    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 TITLES = {
     3: "signal of a photodiode over a measurement cycle",
@@ -36,7 +28,6 @@ TITLES = {
     7: "the slave's path superposed on the master's",
     8: "pose of the slave by T and R",
 }
-N_BOARDS = 7
 DENSE = 500  # so many dots are an image in an SVG
 DOTS: Keywords = {"ls": "", "mew": 0, "marker": "s", "markersize": 1.6}
 BEFORE, BETWEEN = DOTS | {"color": "#c06a52"}, DOTS | {"color": "#757575"}
@@ -61,7 +52,7 @@ def jansen_figures(files: CalibrationFiles, pulses: Mapping[str, np.ndarray]) ->
     titles = {k: f"Jansen et al. 2019, Figure {k}: {text}" for k, text in TITLES.items()}
     shown = Superposed.of(files)
     point = space.clearest_point(shown.paths, files.board)
-    four_cycles = signal.signal_of(pulses, files.sweeps)
+    four_cycles = signal_of(pulses, files.sweeps)
     return {
         3: signal.signal_figure(four_cycles, titles[3], source),
         5: space.angles_figure(point, titles[5], source),
@@ -124,14 +115,14 @@ def paths_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 6: board poses as each station sees them, both stations at the origin."""
     body = figure.new_figure(title, source, 135.0)
     axes = _panels(body)
-    points = np.vstack([np.zeros((1, 3)), *(_usual(path.t_m) for path in shown.paths)])
+    points = np.vstack([np.zeros((1, 3)), *(usual_points(path.t_m) for path in shown.paths)])
     view, length = space.widest(points), LENGTH * float(np.ptp(points, axis=0).max())
     space.show(axes["all"], points, view, WHOLE)
     outside = []
     for station, (path, how) in enumerate(zip(shown.paths, (OWN, AFTER), strict=True)):
-        near, boards = axes[("left", "right")[station]], _boards(path, shown.board)
+        near, boards = axes[("left", "right")[station]], boards_along(path, shown.board)
         near.set_title(f"({'bc'[station]}) As the {ROLES[station]} sees it", loc="left")
-        core = np.vstack([path.t_m[_core(path.t_m)], *boards])
+        core = np.vstack([path.t_m[on_the_path(path.t_m)], *boards])
         outside.append(_n_outside(space.show(near, core, view, NEAR, 4), path.t_m))
         for into in (axes["all"], near):
             _dots(into, path.t_m, f"path of the board from the {ROLES[station]}", how)
@@ -139,8 +130,7 @@ def paths_figure(shown: Superposed, title: str, source: str) -> Picture:
     axes["all"].set_title("(a) Both stations at the origin", loc="left")
     space.draw_frame(axes["all"], (np.eye(3), np.zeros(3)), length, INK)
     space.unclipped(axes.values())
-    figure.legend_below(body, axes.values())
-    return Picture(body, shown.caption(6, outside))
+    return figure.finished(body, axes.values(), shown.caption(6, outside))
 
 
 @figure.styled()
@@ -148,12 +138,12 @@ def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 7: the slave's path moved onto the master's: shifted with its centroid, turned by R
     about it. The shift is not the T of Figure 8, R c + T = c + shift for the centroid c."""
     (master, slave), (R, t) = (path.t_m for path in shown.paths), shown.pose
-    centre = _usual(slave).mean(axis=0)
+    centre = usual_points(slave).mean(axis=0)
     shift = R @ centre + t - centre
     moved, after = slave + shift, slave @ R.T + t
     body = figure.new_figure(title, source, 135.0)
     axes = _panels(body)
-    points = np.vstack([_usual(p) for p in (master, slave, moved, after)])
+    points = np.vstack([usual_points(p) for p in (master, slave, moved, after)])
     view = space.widest(points)
     space.show(axes["all"], points, view, WHOLE)
     own = master, "path from the master", OWN
@@ -161,7 +151,7 @@ def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
     turned = after, "and turned by R", AFTER
     for path in ((slave, "path from the slave", BEFORE), shifted, own, turned):
         _dots(axes["all"], *path)
-    core, outside = np.vstack([p[_core(p)] for p in (master, moved, after)]), []
+    core, outside = np.vstack([p[on_the_path(p)] for p in (master, moved, after)]), []
     for place, other, heading in (
         ("left", shifted, "(b) Shifted"),
         ("right", turned, "(c) And turned by R"),
@@ -177,13 +167,12 @@ def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
     label = f"shift of the centroid, {number(float(np.linalg.norm(shift)), 2)} m"
     space.curve(axes["all"], np.array([centre, about]), label=label, **how)
     label = f"R, {number(float(np.degrees(np.linalg.norm(rotation.log(R)))), 1)}°"
-    far = _usual(moved) - about
+    far = usual_points(moved) - about
     first = far[int(np.argmax(np.linalg.norm(far, axis=1)))]
     for end in (first, far[int(np.argmin(far @ first))]):
         space.curve(axes["all"], about + space.arc(end, R), label=label, **how | {"lw": 0.9})
     space.unclipped(axes.values())
-    figure.legend_below(body, axes.values())
-    return Picture(body, shown.caption(7, outside))
+    return figure.finished(body, axes.values(), shown.caption(7, outside))
 
 
 @figure.styled()
@@ -191,14 +180,14 @@ def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 8: R and T applied to the slave at the origin give its pose; the truth beside it."""
     (R, t), origin, reference = shown.pose, np.zeros(3), shown.reference
     master, after = shown.paths[MASTER].t_m, shown.paths[SLAVE].t_m @ R.T + t
-    places = [origin[None], t[None], _usual(master), _usual(after)]
+    places = [origin[None], t[None], usual_points(master), usual_points(after)]
     places += [] if reference is None else [reference[1][None]]
     length = LENGTH * float(np.ptp(np.vstack(places), axis=0).max())
     frames = (np.eye(3), origin), (R, t)
     tips = [at + 1.3 * length * turn.T for turn, at in frames]
     points = np.vstack([*places, *tips])
     body = figure.new_figure(title, source, 135.0)
-    axes: Axes3D = body.subplots(subplot_kw=space.IN_SPACE)
+    axes: figure.Axes3D = body.subplots(subplot_kw=space.IN_SPACE)
     space.show(axes, points, space.widest(points), ALONE)
     _dots(axes, master, "board, from the master", OWN)
     _dots(axes, after, "board, from the slave, after R and T", AFTER)
@@ -223,18 +212,17 @@ def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
         space.write(axes, below, role, color=colour, weight="bold")
     space.write(axes, 0.5 * t, "T", weight="bold")
     space.unclipped([axes])
-    figure.legend_below(body, [axes], columns=2)
-    return Picture(body, shown.caption(8))
+    return figure.finished(body, [axes], shown.caption(8), columns=2)
 
 
-def _panels(body: SubFigure) -> dict[str, Axes3D]:
+def _panels(body: figure.SubFigure) -> dict[str, figure.Axes3D]:
     """A large panel of all, and two enlarged ones beside it."""
     return body.subplot_mosaic(
         [["all", "left"], ["all", "right"]], width_ratios=[5, 3], subplot_kw=space.IN_SPACE
     )
 
 
-def _dots(axes: Axes3D, points: np.ndarray, label: str, how: Keywords) -> None:
+def _dots(axes: figure.Axes3D, points: np.ndarray, label: str, how: Keywords) -> None:
     """A dot a measurement: those in the other minimum are apart, and no lines lead there."""
     shown = points[thinned(len(points))]
     axes.plot(*shown.T, zorder=3, axlim_clip=True, rasterized=len(shown) > DENSE, **how)
@@ -251,42 +239,7 @@ def _numbers(values: np.ndarray, digits: int) -> str:
     return ", ".join(number(float(v), digits, sign=True) for v in values)
 
 
-def _usual(points: np.ndarray) -> np.ndarray:
-    """All but the farthest hundredth in each coordinate."""
-    low, high = np.percentile(points, [0.5, 99.5], axis=0)
-    inside = points[((points >= low) & (points <= high)).all(axis=1)]
-    return inside if len(inside) else points
-
-
-def _core(points: np.ndarray) -> np.ndarray:
-    """Which points are on the path: within the middle nine tenths in each coordinate and a little
-    round them."""
-    low, high = np.percentile(points, [5, 95], axis=0)
-    room = 0.2 * (high - low).max()
-    return np.asarray(((points >= low - room) & (points <= high + room)).all(axis=1))
-
-
-def _boards(path: Path, board: np.ndarray) -> list[np.ndarray]:
-    """Corners (4, 3) of the board at some moments, equally far apart along its path."""
-    path = path.take(_core(path.t_m))
-    step = np.linalg.norm(np.diff(path.t_m, axis=0), axis=1)
-    far = np.concatenate([[0.0], np.cumsum(np.minimum(step, 5 * np.median(step)))])
-    at = np.searchsorted(far, np.linspace(0, far.max(), N_BOARDS))
-    corners = outline(board)
-    which = np.unique(np.clip(at, 0, len(path) - 1))
-    return [path.t_m[k] + corners @ path.R[k].T for k in which]
-
-
-def outline(board: np.ndarray) -> np.ndarray:
-    """Corners (4, 3) of the rectangle round a board in its principal plane, in its own frame."""
-    centre = board.mean(axis=0)
-    axes = np.linalg.svd(board - centre, full_matrices=False)[2][:2]
-    within = (board - centre) @ axes.T
-    (a, c), (b, d) = within.min(axis=0), within.max(axis=0)
-    return np.asarray(centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes)
-
-
-def _draw_boards(axes: Axes3D, boards: list[np.ndarray], colour: str) -> None:
+def _draw_boards(axes: figure.Axes3D, boards: list[np.ndarray], colour: str) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     axes.add_collection3d(Poly3DCollection(boards, fc=(colour, 0.1), ec=colour, lw=0.6, zorder=2))

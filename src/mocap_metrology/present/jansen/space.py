@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +13,6 @@ from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, Keywords, Picture
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
-
-if TYPE_CHECKING:
-    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 View = tuple[float, float]  # azimuth of the viewer, from x towards y, and elevation, in deg
 VIEWS = [(a, e) for a in (200, 215, 230, 245, 115, 130, 145, 160) for e in (20, 28, 36)]
@@ -41,7 +37,7 @@ def widest(points: np.ndarray) -> View:
 
 
 def show(
-    axes: Axes3D, points: np.ndarray, view: View, room: tuple[float, float], ticks: int = 6
+    axes: figure.Axes3D, points: np.ndarray, view: View, room: tuple[float, float], ticks: int = 6
 ) -> np.ndarray:
     """Axes in metres, equal scales, round the points (n, 3); (2, 3) lowest and highest values.
 
@@ -70,7 +66,7 @@ def show(
     return limits
 
 
-def curve(axes: Axes3D, points: np.ndarray, head: bool = True, **how: object) -> None:
+def curve(axes: figure.Axes3D, points: np.ndarray, head: bool = True, **how: object) -> None:
     """A line through points (n, 3), with an arrow's head at its end."""
     axes.plot(*points.T, **how)
     if head:
@@ -79,7 +75,7 @@ def curve(axes: Axes3D, points: np.ndarray, head: bool = True, **how: object) ->
         axes.quiver(*before, *(points[-1] - before), arrow_length_ratio=1.0, **how)
 
 
-def write(axes: Axes3D, place: np.ndarray, text: str, **how: object) -> None:
+def write(axes: figure.Axes3D, place: np.ndarray, text: str, **how: object) -> None:
     """Words about a place (3,), on a pale ground; on the page, so that layout knows their room."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
@@ -89,7 +85,7 @@ def write(axes: Axes3D, place: np.ndarray, text: str, **how: object) -> None:
     axes.text2D(x, y, text, bbox=box, **how)
 
 
-def draw_frame(axes: Axes3D, pose: tuple[np.ndarray, np.ndarray], length_m: float,
+def draw_frame(axes: figure.Axes3D, pose: tuple[np.ndarray, np.ndarray], length_m: float,
                colour: str) -> None:  # fmt: skip
     """Axes x, y, z of a frame R (3, 3), t (3,), with their letters."""
     R, t = pose
@@ -98,7 +94,7 @@ def draw_frame(axes: Axes3D, pose: tuple[np.ndarray, np.ndarray], length_m: floa
         write(axes, t + 1.25 * way, letter, color=colour)
 
 
-def unclipped(axes: Iterable[Axes3D]) -> None:
+def unclipped(axes: Iterable[figure.Axes3D]) -> None:
     """Enlarged axes are larger than the square that matplotlib cuts them to."""
     for one in axes:
         for artist in (*one.lines, *one.collections, *one.texts):
@@ -142,7 +138,7 @@ def angles_figure(point: np.ndarray, title: str, source: str) -> Picture:
     origin, along, below, behind = (P * k for k in ([0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 1]))
     tips = np.diag(np.where(P > 0, 1.18, 0.5) * np.abs(P))
     body = figure.new_figure(title, source, 108.0)
-    axes: Axes3D = body.subplots(subplot_kw=IN_SPACE)
+    axes: figure.Axes3D = body.subplots(subplot_kw=IN_SPACE)
     corners = np.vstack([origin, tips, P, below, behind])
     show(axes, corners, (48.0 if P[1] < 0 else -48.0, 22.0), (1.5, 1.05))
     axes.axis("off")

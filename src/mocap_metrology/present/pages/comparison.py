@@ -8,18 +8,27 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from mocap_metrology.papers.jansen import VARIANTS, Variant
-from mocap_metrology.present.jansen.jansen_text import FACTOR
+from mocap_metrology.common.types import Record
+from mocap_metrology.papers import agreement
+from mocap_metrology.papers.agreement import (
+    AGREES,
+    ALONE,
+    BELOW,
+    CITED,
+    DIFFERS,
+    ERRORS,
+    OPEN,
+    PERCENT,
+    known,
+)
+from mocap_metrology.papers.jansen import FACTOR, VARIANTS, Variant
 from mocap_metrology.present.pages import site
-from mocap_metrology.present.tables import Record, read, readable, shown
+from mocap_metrology.present.tables import read, readable, shown
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant, with_interval
 
-AGREES, DIFFERS, CITED, OPEN = "agrees", "differs", "cited", "not compared"
-BELOW, ALONE = "not detected", "no partner"
 ORDER = (AGREES, DIFFERS, BELOW, ALONE, OPEN, CITED)
 PLURAL = {DIFFERS: "differ", ALONE: "without a partner"}
-PERCENT, ERRORS = 0.1, 3.0  # Table 1 of S: rounding of the printed 1.038 is 0.05 %
 SIDE = ("published", "regenerated")
 PARTNER = re.compile(r"[\w-]+: its \w+(; )?")  # by what name an estimator has the coefficient
 OF_CLAIMS = Variant("paper", "kabsch", "ideal")  # as the claims on J
@@ -50,58 +59,10 @@ class Rule:
     note: str = ""
 
 
-def _known(row: Record, *names: str) -> bool:
-    return all(row.get(name) is not None and row[name] == row[name] for name in names)
-
-
-def _agree(holds: object) -> str:
-    return AGREES if holds else DIFFERS
-
-
-def _law(row: Record) -> str:
-    """Point samples are what a camera takes, and no number of the paper."""
-    if row["method"] == "point samples":
-        return OPEN
-    allowed = PERCENT / 100 * (abs(row["published"]) or 1.0)
-    if row["method"] == "simulation":
-        allowed = max(allowed, ERRORS * row["standard_error"])
-    return _agree(abs(row["regenerated"] - row["published"]) <= allowed)
-
-
-def _cameras(row: Record) -> str:
-    return _agree(row["published"] == row["regenerated"]) if _known(row, "regenerated") else CITED
-
-
-def _moment(row: Record) -> str:
-    if not _known(row, "regenerated"):
-        return CITED
-    inside = [row[name] for name in ("inside", "published_inside") if _known(row, name)]
-    return _agree(all(inside)) if inside else OPEN
-
-
-def _coefficient(row: Record) -> str:
-    value, status = row["published"], row["likelihood_status"]
-    low, high = row["likelihood_lower_95"], row["likelihood_upper_95"]
-    if row["source"] == CITED:
-        return CITED
-    if status == "unpaired":
-        return ALONE
-    if status == "not_detected" and _known(row, "likelihood_upper_95"):
-        return BELOW if value <= high else DIFFERS
-    ends = _known(row, "likelihood_lower_95", "likelihood_upper_95")
-    return _agree(low <= value <= high) if ends else OPEN
-
-
-def _error(row: Record) -> str:
-    if row["source"] == CITED:
-        return CITED
-    return _agree(1 / FACTOR <= row["ratio"] <= FACTOR) if _known(row, "ratio") else OPEN
-
-
 def _likelihood(row: Record) -> str:
     """With its interval, or the limit of what was not detected."""
     low, high = row["likelihood_lower_95"], row["likelihood_upper_95"]
-    if row["likelihood_status"] == "not_detected" and _known(row, "likelihood_upper_95"):
+    if row["likelihood_status"] == "not_detected" and known(row, "likelihood_upper_95"):
         return f"< {significant(high)}"
     return with_interval(row["likelihood"], low, high) or site.EMPTY
 
@@ -126,7 +87,7 @@ def _ratio(row: Record) -> str:
 
 
 def _text(name: str) -> Callable[[Record], str]:
-    return lambda row: str(row[name]) if _known(row, name) else ""
+    return lambda row: str(row[name]) if known(row, name) else ""
 
 
 def _note(row: Record) -> str:
@@ -141,7 +102,7 @@ QUANTITY = {"quantity": "quantity"}
 COEFFICIENTS = Rule(
     "COMPARED_COEFFICIENTS",
     {"n_cameras": "cameras", "series": "series", "parameter": "coefficient", "unit": "unit"},
-    _coefficient,
+    agreement.coefficient,
     {"likelihood (95 % interval)": _likelihood},
     NOTE,
     "Regenerated: by the estimator of the paper, which has no interval.",
@@ -149,7 +110,7 @@ COEFFICIENTS = Rule(
 ERRORS_OF_J = Rule(
     "COMPARED_ERRORS",
     {"noise": "noise", "setup": "setup"} | QUANTITY,
-    _error,
+    agreement.error,
     {"ratio": _ratio},
     {"calibrations": _text("n"), **SOURCE},
     "Regenerated: by {variant}.",
@@ -158,7 +119,7 @@ RULES = {
     "skurowski_table1": Rule(
         "COMPARED_LAWS",
         {"noise": "noise"} | QUANTITY | {"tau_s": "τ (s)", "method": "method"},
-        _law,
+        agreement.law,
         {"standard error": _error_of_simulation},
         NOTE,
     ),
@@ -171,13 +132,13 @@ RULES = {
     "skurowski_table3": Rule(
         "COMPARED_CAMERAS",
         {"camera_type": "camera", "n_cameras": "cameras"},
-        _cameras,
+        agreement.cameras,
         after=SOURCE,
     ),
     "skurowski_table4": Rule(
         "COMPARED_MOMENTS",
         {"camera_type": "camera"} | QUANTITY,
-        _moment,
+        agreement.moment,
         {"5…95 %, this length": _span, "5…95 %, nine hours": _nine_hours},
         NOTE,
     ),
@@ -205,7 +166,7 @@ def compare(name: str, rows: Sequence[Record]) -> Comparison | None:
     rule = RULES.get(name)
     if rule is None:
         return None
-    rows = [row for row in rows if _known(row, "published")]  # other terms are no numbers of it
+    rows = [row for row in rows if known(row, "published")]  # other terms are no numbers of it
     if rule is not ERRORS_OF_J:
         return _of(rule, rows)
     variants: dict[Variant, list[Record]] = {v: [] for v in (OF_CLAIMS, *VARIANTS)}
@@ -223,8 +184,8 @@ def _of(rule: Rule, rows: Sequence[Record]) -> Comparison:
     verdicts = [rule.verdict(row) for row in rows]
     lines = [
         [
-            *(shown(row, name) if _known(row, name) else "" for name in names),
-            *(shown(row, k) if _known(row, k) else site.EMPTY for k in SIDE),
+            *(shown(row, name) if known(row, name) else "" for name in names),
+            *(shown(row, k) if known(row, k) else site.EMPTY for k in SIDE),
             *(cell(row) for cell in rule.before.values()),
             site.word(verdict),
             *(cell(row) for cell in rule.after.values()),

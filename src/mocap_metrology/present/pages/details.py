@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+from markupsafe import Markup
+
+from mocap_metrology.common.types import Record
 from mocap_metrology.present.pages import comparison, site
-from mocap_metrology.present.pages.document import title_of
+from mocap_metrology.present.pages.comparison import Comparison
 from mocap_metrology.present.plot.figure import caption_of
-from mocap_metrology.present.tables import Record
+from mocap_metrology.present.tables import Row, plain
+from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.numbers import significant
 
 FIRST = ("verdict", "calibration", "track", "trajectory", "adev", "psd", "diagnosis")  # of figures
 PAPERS = {"skurowski": "Skurowski & Pawlyta 2019", "jansen": "Jansen et al. 2019"}
@@ -22,6 +32,9 @@ CLAIM_COLUMNS |= {"regenerated": "regenerated", "verdict": "regenerated_word"}
 UP = "../.."  # from a page to the folder of results
 
 Figure = dict[str, str]  # address on a page, alt: words for those who do not see it, title, caption
+IMPORTANT = {name.strip() for name in captions.FIRST_COLUMNS.split(",")}
+INPUTS = ("name", "kind", "source", "file", "seed", "sha256")
+TIMES = ("rule", "jobs", "total_s", "longest_s", "max_rss_mb")
 
 
 class PaperTable(NamedTuple):
@@ -109,3 +122,111 @@ def tables_of(paper: str, paths: Iterable[Path]) -> list[PaperTable]:
             shown = title.removeprefix(f"{PAPERS[paper]}, ")
             tables.append(PaperTable(shown, f"pages/{path.stem}.html", short.counts))
     return tables
+
+
+def title_of(text: str) -> str:
+    """The first heading, or nothing."""
+    first = re.search(r"^# (.*)$", text, re.M)
+    return first[1].strip() if first else ""
+
+
+def table_page(
+    text: str,
+    name: str,
+    csv: bool,
+    short: Comparison | None = None,
+    up: dict[str, str] | None = None,
+) -> str:
+    """The page of a table: its Markdown, and a link to its CSV, which lies in ../tables. short: of
+    a table of a paper, what is read before that; up: more links."""
+    title = title_of(text) or name
+    return site.render(
+        "text.html",
+        title,
+        short=short,
+        parts_of_page=parts_of(text.replace(f"# {title}\n", "", 1) if short else text),
+        csv=f"{name}.csv" if csv else "",
+        up={"summary": "../summary.html"} | (up or {}),
+    )
+
+
+def parts_of(text: str) -> list[Markup | site.Table]:
+    """HTML of a Markdown text, and its tables for the template that shows them. Cells are text, as
+    a user's words may be in them; nothing in the text leads or loads from elsewhere."""
+    reader = MarkdownIt("commonmark", {"html": False}).enable("table")
+    reader.disable(["image", "link", "autolink", "reference"])
+    parts: list[Markup | site.Table] = []
+    tokens: list[Token] = []
+    for token in [*reader.parse(text), None]:
+        if token is None or token.type == "table_open":
+            html = str(reader.renderer.render(tokens, reader.options, {})).strip()
+            parts += [_typeset(html)] if html else []
+            tokens = []
+        if token is not None:
+            tokens.append(token)
+        if token is not None and token.type == "table_close":
+            parts.append(_table(tokens))
+            tokens = []
+    return parts
+
+
+def _typeset(html: str) -> Markup:
+    """HTML with its text typeset, tags as they are."""
+    parts = re.split(r"(<code>.*?</code>|<[^>]+>)", html)
+    return Markup(
+        "".join(p if k % 2 else str(site.typeset(Markup(p))) for k, p in enumerate(parts))
+    )
+
+
+def _table(tokens: list[Token]) -> site.Table:
+    rows: list[list[str]] = []
+    for token in tokens:
+        if token.type == "tr_open":
+            rows.append([])
+        elif token.type == "inline":
+            rows[-1].append(plain(token.content))
+    head, *body = rows
+    for above, row in pairwise(body):  # rows may be sorted, so that none leans on the one above
+        row[0] = row[0] or above[0]
+    first = [name for name in head if name in IMPORTANT] if len(head) > site.MANY else []
+    return site.table(head, body, first=first if len(first) > 2 else ())
+
+
+def run_times(files: Mapping[str, Iterable[str | Path]]) -> list[Row]:
+    """A row a rule: `TIMES`. files: Snakemake's benchmarks of one repetition, by rule; it writes NA
+    or - for what it could not see."""
+    import pandas as pd
+
+    rows = []
+    for rule, paths in sorted(files.items()):
+        jobs = [pd.read_csv(path, sep="\t", na_values=["-"]).iloc[0] for path in paths]
+        if jobs:
+            seconds, memory = ([float(job[name]) for job in jobs] for name in ("s", "max_rss"))
+            most = max((mb for mb in memory if not math.isnan(mb)), default=math.nan)
+            values = (rule, len(jobs), round(math.fsum(seconds), 2), max(seconds), most)
+            rows.append(dict(zip(TIMES, values, strict=True)))
+    return rows
+
+
+def provenance_page(document: Record) -> str:
+    """The page of provenance.json, which also has the configuration."""
+    code = document["code"]
+    line = f"mocap-metrology {code['version']}, commit {code['commit'] or 'not in a repository'}, "
+    times = [
+        [significant(v) if isinstance(v := row[name], float) else v for name in TIMES]
+        for row in document["run_times"]
+    ]
+    inputs = [[row[name] for name in INPUTS] for row in document["inputs"]]
+    tables = (
+        ("Inputs", captions.INPUTS, INPUTS, inputs),
+        ("Run times", captions.RUN_TIMES, TIMES, times),
+        ("Tables", captions.CHECKSUMS, ("table", "sha256"), document["tables"].items()),
+        ("Packages", "", ("package", "version"), document["packages"].items()),
+    )
+    shown = [
+        {"title": title, "note": note, "table": site.table(head, rows)}
+        for title, note, head, rows in tables
+    ]
+    lines = [f"{line}Python {code['python']}."]
+    up = {"summary": "summary.html"}
+    return page("Provenance", lines=lines, tables=shown, up=up)

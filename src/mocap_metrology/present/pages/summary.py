@@ -12,18 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from mocap_metrology.lighthouse import rotation
+from mocap_metrology.common.types import Record
+from mocap_metrology.lighthouse.assess.rows import calibration_rows, spread
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.noise.assess.checks import COORDINATE
-from mocap_metrology.present.calibration.calibration_table import calibration_rows
 from mocap_metrology.present.pages import site
 from mocap_metrology.present.pages.details import PaperTable
 from mocap_metrology.present.pages.site import EMPTY, link, word
 from mocap_metrology.present.plot.figure import VERDICT_WORDS
-from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
-from mocap_metrology.present.verdict.overview import worst_frame
+from mocap_metrology.present.verdict.figure import worst_frame
 from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR, is_stated
 
 OF_PAPERS = ("skurowski2019", "jansen2019")  # how groups of the papers' own begin
@@ -50,7 +49,6 @@ CALIBRATION_HEAD = ("calibration", "verdict", *POSE, "σ (mm)", "σ (°)", "why"
 SCATTER = ("scatter (mm)", "scatter (°)")
 SETUP_HEAD = ("setup", "calibrations", "verdicts", *POSE, *SCATTER, "not right (in so many)")
 AXES = ("x_mm", "y_mm", "z_mm"), ("rx_deg", "ry_deg", "rz_deg")  # of a vector in master axes
-INSIDE = captions.MENU  # where names are no links
 
 Address = Callable[[str, str], str]  # kind (recording, group, ...), name -> address or nothing
 
@@ -343,20 +341,3 @@ def _setup(name: str, rows: Sequence[Record]) -> list[object]:
         *(significant(value) or EMPTY for value in (mm, deg)),
         ", ".join(f"{what} ({count})" for what, count in wrong.most_common()) or EMPTY,
     ]
-
-
-def spread(poses: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Mean pose of rows x, y, z in mm and alpha, beta, gamma in deg, and the largest standard
-    deviations (n - 1) of a translation's component and of a rotation vector's, NaN for one row."""
-    from scipy.spatial.transform import Rotation
-
-    if not len(poses):
-        return np.full(6, np.nan), np.nan, np.nan
-    turns = Rotation.from_euler("xyz", poses[:, 3:], degrees=True)
-    centre = Rotation.from_matrix(rotation.mean(turns.as_matrix()))
-    pose = np.concatenate([poses[:, :3].mean(axis=0), centre.as_euler("xyz", degrees=True)])
-    if len(poses) < 2:
-        return pose, np.nan, np.nan
-    vectors = np.degrees((turns * centre.inv()).as_rotvec())
-    mm, deg = (float(v.std(axis=0, ddof=1).max()) for v in (poses[:, :3], vectors))
-    return pose, mm, deg

@@ -10,11 +10,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.present.pages import comparison, details, document, site, summary
+from mocap_metrology.common.types import Record
+from mocap_metrology.present.pages import comparison, details, site, summary
 from mocap_metrology.present.plot.figure import Picture, caption_of
-from mocap_metrology.present.tables import Record
 from mocap_metrology.present.verdict import words
-from mocap_metrology.present.verdict.overview import overview_figure
+from mocap_metrology.present.verdict.figure import overview_figure
 
 OF_RECEIVER = "receiver.json"  # of a calibration
 MEAN_UNITS = ("", " (mm)", "", " (mm)", "", " (s)", " (s)")  # of `words.mean_table`
@@ -96,7 +96,7 @@ def table_pages(tables: Iterable[Path], papers: Sequence[str]) -> dict[str, str]
         if (source.parents[1] / "figures" / f"{name}.pdf").is_file():
             up["PDF"] = f"../figures/{name}.pdf"
         text = source.read_text(encoding="utf-8")
-        pages[f"{name}.html"] = document.page(text, name, csv.is_file(), short, up)
+        pages[f"{name}.html"] = details.table_page(text, name, csv.is_file(), short, up)
     return pages
 
 

@@ -6,18 +6,15 @@ where there is none), and optionally `thin`, the name of another estimator of th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from itertools import cycle
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.figure import GREY, Keywords, Look, coordinate_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MOST_MARKERS = 6  # with a panel each
 MOST_SINGLE = len(plot.OTHER_LOOKS)  # curves in one panel that can be distinguished
@@ -94,20 +91,21 @@ def adev_curves(
 
 def curves_picture(
     panels: Mapping[str, pd.DataFrame],
-    axis_labels: tuple[str, str],
-    slopes: Sequence[tuple[float, str]],
     texts: tuple[str, str, str],
-    band: str,
+    confidence: float | None,
     *,
     looks: Looks | None = None,
+    y_label: str = ADEV_AXES[1],
+    lettered: bool = False,
 ) -> plot.Picture:
-    """The panels (title -> curves) on common axes, their slopes in the cell after the last one, a
-    legend below.
+    """The panels (title -> curves) on common axes, the slopes of noises in the cell after the last
+    one, a legend below.
 
-    slopes: (slope, meaning), steepest rise first; texts: title, source line and caption; band: what
-    the shaded band is; looks: by curve, without them curves are series, which have their own. Call
-    it within `styled`.
+    texts: title, source line and caption; confidence (0 ... 1): of the shaded intervals, where it
+    is known; looks: by curve, without them curves are series, which have their own. Call it within
+    `styled`.
     """
+    band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
     columns = ["curve", "x", "y", "lower", "upper"]
     panels = panels or {"": pd.DataFrame(columns=columns, dtype=float)}
     limits = curve_limits(pd.concat(panels.values()))
@@ -120,12 +118,13 @@ def curves_picture(
         draw_curves(axes, curves, limits[1], looks, band)
         remark = plot.literal(invisible(curves, limits[1][0]))
         plot.panel_title(axes, plot.short(title), remark)
-    slope_fan(grid.flat[len(panels)], limits, slopes)
+    slope_fan(grid.flat[len(panels)], limits)
     for axes in grid.flat[len(panels) + 1 :]:
         axes.axis("off")
-    label_outer(grid, len(panels), axis_labels)
-    plot.legend_below(body, grid.flat[: len(panels)])
-    return plot.Picture(body, texts[2])
+    label_outer(grid, len(panels), (ADEV_AXES[0], y_label))
+    if lettered:
+        plot.letters(grid.flat[: len(panels)])
+    return plot.finished(body, grid.flat[: len(panels)], texts[2])
 
 
 def curve_limits(curves: pd.DataFrame) -> tuple[Limits, Limits]:
@@ -153,7 +152,7 @@ def positive(values: Iterable[float] | pd.DataFrame) -> np.ndarray:
 
 
 def draw_curves(
-    axes: Axes,
+    axes: plot.Axes,
     curves: pd.DataFrame,
     y_limits: Limits,
     looks: Looks | None,
@@ -199,7 +198,7 @@ def family_ends(curves: pd.DataFrame) -> tuple[str, str]:
     return level.idxmin(), level.idxmax()
 
 
-def _draw_family(axes: Axes, curves: pd.DataFrame) -> None:
+def _draw_family(axes: plot.Axes, curves: pd.DataFrame) -> None:
     """All in grey, the lowest, the highest, and the median where half of them have a value."""
     curves = curves.assign(y=positive(curves["y"]))
     named = dict(groups_of(curves, "curve"))
@@ -247,19 +246,43 @@ def log_limits(
     return float(10 ** (low - pad)), float(10 ** (high + pad))
 
 
-def slope_fan(
-    axes: Axes, limits: tuple[Limits, Limits], slopes: Sequence[tuple[float, str]]
-) -> None:
-    """Lines of the given slopes from one point, in axes that share the limits of the panels."""
+def slope_fan(axes: plot.Axes, limits: tuple[Limits, Limits]) -> None:
+    """Lines of `ALLAN_SLOPES` from one point, in axes that share the limits of the panels."""
     axes.axis("off")
     axes.set_title("Slopes", fontweight="normal", color=GREY)
     (left, right), (bottom, top) = np.log10(limits)
-    steepest = max(abs(slope) for slope, _ in slopes)
+    steepest = max(abs(slope) for slope, _ in ALLAN_SLOPES)
     reach = min(0.24 * (right - left), 0.42 * (top - bottom) / steepest)  # decades of x
     x, y = left + 0.05 * (right - left), (bottom + top) / 2
     arrow = {"arrowstyle": "-", "color": GREY, "lw": 0.4, "shrinkA": 1, "shrinkB": 1}
     how: Keywords = {"textcoords": "axes fraction", "va": "center", "fontsize": plot.SMALL_PT}
-    for (slope, text), at in zip(slopes, np.linspace(0.92, 0.08, len(slopes)), strict=True):
+    for (slope, text), at in zip(
+        ALLAN_SLOPES, np.linspace(0.92, 0.08, len(ALLAN_SLOPES)), strict=True
+    ):
         end = (10 ** (x + reach), 10 ** (y + slope * reach))
         axes.plot([10**x, end[0]], [10**y, end[1]], color=GREY, lw=0.8)
         axes.annotate(text, end, xytext=(0.35, at), arrowprops=arrow, **how)
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Values over logarithmic bins: centre, median and greatest, each (k,); empty bins left out."""
+
+    centre: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+
+
+def log_bins(x: np.ndarray, y: np.ndarray, per_decade: int) -> Bins:
+    """Median and maximum of `y` (n,) over bins of `x` (n,) of equal width in log x.
+
+    x is ascending. Points with x <= 0 or y not finite are left out. Where the bins are narrower
+    than the spacing of x, every point is its own bin and nothing is changed; elsewhere a narrow
+    line remains in `high`. The centre is the geometric mean of the x in the bin.
+    """
+    keep = (x > 0) & np.isfinite(y)
+    frame = pd.DataFrame({"x": x[keep], "y": y[keep]}, dtype=np.float64)
+    frame["log"] = np.log10(frame["x"])
+    bins = frame.groupby(np.floor(frame["log"] * per_decade + 1e-9))
+    centre = np.where(bins.size() == 1, bins["x"].first(), 10 ** bins["log"].mean())
+    return Bins(centre, bins["y"].median().to_numpy(), bins["y"].max().to_numpy())

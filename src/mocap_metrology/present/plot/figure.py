@@ -21,8 +21,10 @@ from mocap_metrology.common.files import whole
 from mocap_metrology.present.text.numbers import power_of_ten
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.axes import Axes as Axes  # which all modules of figures name
+    from matplotlib.figure import Figure as Figure
+    from matplotlib.figure import SubFigure as SubFigure
+    from mpl_toolkits.mplot3d.axes3d import Axes3D as Axes3D
 
 STYLE = Path(__file__).with_name("mocap.mplstyle")
 WIDTH_MM = 170.0  # of a text column
@@ -45,6 +47,18 @@ UNIT = re.compile(r"(\d) (mm|µm|nm|%|s|min|h|Hz)(?!\w)")  # a number and its un
 
 Keywords = dict[str, Any]  # arguments of matplotlib by name, of as many types as it takes
 BAND: Keywords = {"alpha": 0.18, "lw": 0}  # of an interval, in the colour of its curve
+VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
+    "good": ("#14532d", "#dcfce7"),
+    "precise": ("#1e3a8a", "#dbeafe"),
+    "usable": ("#713f12", "#fef3c7"),
+    "doubtful": ("#7c2d12", "#ffedd5"),
+    "bad": ("#7f1d1d", "#fee2e2"),
+    "failed": ("#7f1d1d", "#fee2e2"),
+    "refused": ("#ffffff", "#991b1b"),
+}
+UNKNOWN_WORD = ("#1f2937", "#e5e7eb")  # a word that is none of these
+UNITS = (("s", 1.0, 180.0), ("min", 60.0, 3 * 3600.0), ("h", 3600.0, np.inf))
+MICROMETRES_BELOW_MM = 2.0  # median range of the axes
 
 
 @dataclass(frozen=True)
@@ -72,16 +86,6 @@ OTHER_LOOKS = (
     Look("#4d4d4d", (0, (1.2, 1.2)), "P"),
     Look("#5f5f5f", (0, (6, 1.4, 1.4, 1.4)), "X"),
 )
-VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
-    "good": ("#14532d", "#dcfce7"),
-    "precise": ("#1e3a8a", "#dbeafe"),
-    "usable": ("#713f12", "#fef3c7"),
-    "doubtful": ("#7c2d12", "#ffedd5"),
-    "bad": ("#7f1d1d", "#fee2e2"),
-    "failed": ("#7f1d1d", "#fee2e2"),
-    "refused": ("#ffffff", "#991b1b"),
-}
-UNKNOWN_WORD = ("#1f2937", "#e5e7eb")  # a word that is none of these
 
 
 class Picture(NamedTuple):
@@ -243,6 +247,12 @@ def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int 
         figure.legend(list(entries.values()), list(entries), **where)
 
 
+def finished(body: SubFigure, axes: Iterable[Axes], caption: str, columns: int = 6) -> Picture:
+    """The picture of a body with one legend of these axes below it."""
+    legend_below(body, axes, columns)
+    return Picture(body, caption)
+
+
 def words_picture(words: str, title: str, source: str) -> Picture:
     """A figure that states why there is nothing to draw; call it within `styled`."""
     figure = new_figure(title, source, 35.0)
@@ -311,3 +321,31 @@ def coordinate_of(name: str) -> tuple[str, int] | None:
     """("x", 1) of "x1"; None of a distance or any other name."""
     match = re.fullmatch(r"([xyz])(\d+)", name)
     return (match[1], int(match[2])) if match else None
+
+
+class TimeAxis(NamedTuple):
+    """`per_frame`: time from frame to frame in the unit of the label."""
+
+    label: str
+    per_frame: float
+    limits: tuple[float, float]
+
+
+class LengthUnit(NamedTuple):
+    """Its symbol, and how many of it are a mm."""
+
+    symbol: str
+    per_mm: float
+
+
+def time_axis(n_frames: int, frame_rate_hz: float) -> TimeAxis:
+    """Seconds up to three minutes, minutes up to three hours, then hours."""
+    duration = max(n_frames, 1) / frame_rate_hz
+    symbol, seconds = next((u, s) for u, s, up_to in UNITS if duration <= up_to)
+    return TimeAxis(f"Time ({symbol})", 1 / frame_rate_hz / seconds, (0.0, duration / seconds))
+
+
+def length_unit(ranges_mm: Sequence[float]) -> LengthUnit:
+    """µm where the typical axis spans less than 2 mm, else mm."""
+    coarse = len(ranges_mm) and np.median(ranges_mm) >= MICROMETRES_BELOW_MM
+    return LengthUnit("mm", 1.0) if coarse else LengthUnit("µm", 1000.0)

@@ -4,7 +4,6 @@ them, and a line in spectra."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -18,19 +17,21 @@ from mocap_metrology.papers.subsets import (
     sound_subsets,
     standing_for,
 )
-from mocap_metrology.present.groups.adev import Allan, compared, panels_picture, series_curves
-from mocap_metrology.present.groups.members import Rows, count_looks
+from mocap_metrology.present.groups.adev import (
+    Allan,
+    Rows,
+    compared,
+    count_looks,
+    series_curves,
+)
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
-from mocap_metrology.present.plot.decimate import log_bins
+from mocap_metrology.present.plot.curves import log_bins
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, OTHER_LOOKS
 from mocap_metrology.present.skurowski.gaussian_figures import SETS
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
 from mocap_metrology.present.text.numbers import significant
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 SERIES = ("x1", "x2", "L")
 TITLES: dict[int | str, str] = {
@@ -81,12 +82,11 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
         row[0].set_ylabel(plot.ADEV_AXES[1])
     for axes, label in zip(grid[-1], (*3 * (r"$\tau$ (s)",), "Cameras n"), strict=True):
         axes.set_xlabel(label)
-    fig.legend_below(body, grid.flat, columns=6)
-    return fig.Picture(body, f"{SKUROWSKI[12]} {remarks}")
+    return fig.finished(body, grid.flat, f"{SKUROWSKI[12]} {remarks}", columns=6)
 
 
 def _draw_slice(
-    axes: Axes, panels: Mapping[str, pd.DataFrame], counts: Sequence[int], drop: int
+    axes: fig.Axes, panels: Mapping[str, pd.DataFrame], counts: Sequence[int], drop: int
 ) -> None:
     """Deviation at one averaging time against the number of cameras."""
     axes.set(xlim=(1.4, 10.6), xticks=range(2, 11, 2))
@@ -113,7 +113,8 @@ def failing_figure(
     labels = {ten: "10 cameras, one failing", nine: "9 cameras, without it"}
     looks = dict(zip(labels.values(), (LOOKS["y"], LOOKS["x"]), strict=True))
     texts = TITLES[8], source, f"{SKUROWSKI[8]} {remarks}"
-    return panels_picture(compared(allan, SERIES, labels), looks, texts, confidence, lettered=True)
+    panels = compared(allan, SERIES, labels)
+    return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
 @fig.styled()
@@ -125,7 +126,8 @@ def types_figure(
     labels = {name: f"{kind} ({TABLE_4[kind]})" for kind, name in names.items()}
     looks = {labels[name]: SETS[kind] for kind, name in names.items()}
     texts = TITLES[13], source, f"{SKUROWSKI[13]} {_of_all(rows)} {remarks}"
-    return panels_picture(compared(allan, SERIES, labels), looks, texts, confidence, lettered=True)
+    panels = compared(allan, SERIES, labels)
+    return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
 def _of_all(rows: Rows) -> str:
@@ -160,7 +162,7 @@ def repaired_figure(
     }
     comments = " ".join(f"{n}: {row['comment']}." for n, row in rows.items() if row["comment"])
     texts = TITLES["A1"], source, f"{SKUROWSKI['A1']} {comments} {_of_all(rows)} {remarks}"
-    return panels_picture(panels, looks, texts, confidence, lettered=True)
+    return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
 def guess_a1(limits_s: Sequence[float]) -> str:
@@ -229,8 +231,7 @@ def regression_figure(
     axes.set_ylabel(plot.ADEV_AXES[1])
     if not tau.size:
         fig.say(axes, plot.NOTHING)
-    fig.legend_below(body, [axes])
-    return fig.Picture(body, f"{SKUROWSKI[6]} {texts[1]}")
+    return fig.finished(body, [axes], f"{SKUROWSKI[6]} {texts[1]}")
 
 
 def smooth_adev(model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form) -> np.ndarray:
@@ -288,11 +289,10 @@ def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Pic
     if not any(b.centre.size for b in bins.values()):
         fig.say(whole, "no spectrum")
     fig.letters([whole, *close])
-    fig.legend_below(body, [whole])
-    return fig.Picture(body, f"{SKUROWSKI[17]} {remarks}")
+    return fig.finished(body, [whole], f"{SKUROWSKI[17]} {remarks}")
 
 
-def _close(axes: Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour: str) -> None:
+def _close(axes: fig.Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour: str) -> None:
     """Linear axes within 2 Hz of the line; over them the excess of its point."""
     near = (np.abs(f_hz - LINE_HZ) <= HALF_WIDTH_HZ) & np.isfinite(psd)
     f_hz, psd = f_hz[near], psd[near]

@@ -2,49 +2,58 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
-from mocap_metrology.noise.fit.estimates import (
-    DEFAULT_ESTIMATOR,
-    PLAIN_ESTIMATOR,
-    S_ESTIMATOR,
-    unit_of,
-)
-from mocap_metrology.noise.twins.published import COEFFICIENTS, SERIES
+from mocap_metrology.noise.fit import estimates
+from mocap_metrology.noise.twins import published as printed
 from mocap_metrology.papers import coefficient_tables
 from mocap_metrology.papers.coefficient_tables import ESTIMATORS, UNPAIRED, notes_by_coefficient
+from mocap_metrology.papers.gaussian_table import REPEATS, related
 from mocap_metrology.papers.matching import LIMIT
 from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_words, significant
 
-CAPTION = (
-    "published: as printed. regenerated: S's estimator (Eq. 13) on the recording, with a local "
-    "descent after each trial of its annealing, which S does not use (annealing-ant-colony), so "
-    "that its colony finds no further improvement; plain: the same without the descent, as in S "
-    "(annealing-ant-colony-plain; empty unless noise.estimators names it). docs/noise.md "
-    "compares them. likelihood: this project's default, with its 95 % interval (status "
-    "not_detected: no value but an upper limit; the limit of q_c holds for every T_c of its "
-    "class). Gauss-Markov terms are paired with the published ones by the smallest total |ln "
-    f"T_c|, separately for each estimator; those that differ by more than a factor of {LIMIT:g} "
-    f"are not paired (status {UNPAIRED}), and terms without a published one follow as rows of "
-    "their own, named by estimator. Only in the CSV: the interval; expected, the result of S's "
-    "estimator for the exact Allan variances of the published coefficients; published_crlb, the "
-    "least standard error that the length of the recording allows if the published coefficients "
-    "are true, and crlb_relative, that over the coefficient; supported, whether it is below the "
-    "coefficient itself; printed_row, which is All for ten cameras of one type, as S prints it."
-)
+CAPTION = captions.TABLE_A.format(factor=LIMIT, unpaired=UNPAIRED)
 FORM_WORDS = captions.texts("FORMS")
 UNSUPPORTED, LEFT_OUT = "†", "‡"
-SIGNS = (
-    f"Lines for each number of cameras: published, {S_ESTIMATOR}, {PLAIN_ESTIMATOR} if it was "
-    f"run, {DEFAULT_ESTIMATOR}. {UNSUPPORTED} {{length}} cannot support the number (least "
-    f"standard error above the number itself); {LEFT_OUT} corrected, omitted or to be read with "
-    f"care: see the notes below; {STATUS_SIGNS}; < not detected, upper 95 % limit; – no partner. "
-    "Empty: no such estimate."
-)
 NOT_COMPUTED = "Which numbers {length} can support was not computed."
 COUNTS = "{length} cannot support {unsupported} of the {published} published numbers{rest}."
+TABLE_1_SHOWN = (
+    *("noise", "alpha", "scale", "formula", "quantity", "tau_s", "f_h_hz", "published"),
+    *("regenerated", "standard_error", "expected", "deviation_percent", "errors_off", "method"),
+    *("source", "note"),
+)
+TABLE_4_CAPTION = captions.TABLE_4.format(repeats=REPEATS)
+TABLE_4_SHOWN = (
+    *("camera_type", "quantity", "published", "regenerated", "source", "standard_error"),
+    *("lower_5", "median", "upper_95", "inside", "nine_hours_lower_5", "nine_hours_upper_95"),
+    *("published_inside", "check", "residual", "published_residual", "note"),
+)
+BY_CHANCE = "regenerated outside: by chance, as for one number in ten of a twin"
+OTHER_VALUE = "the printed coefficients give a different value"
+WALK = "h_-2 of L is printed as {L}, of x1 and x2 together as {both}, which {word}correlates them"
+OF_T40_X1 = (
+    "the printed coefficients of x1 are too small for it: h_-2 is 1.55×10⁻¹⁰ for ten cameras "
+    "and 2.99×10⁻⁹ for eight, and the latter agrees"
+)
+OF_T40 = {
+    "sigma_1_mm": "",
+    "sigma_12_mm2": "contains sigma_1: ",
+    "rho_12": "higher for a wider x1 with the same L: ",
+    "sigma_A1_mm": "sqrt(2) sigma_1: ",
+    "sigma_B_mm": "contains sigma_1: ",
+}
+SCALED = "no coefficients of all thirty cameras were printed: T40-10 scaled to this row"
+NOTES: dict[str | tuple[str, str], str] = {  # by quantity, or by camera type and quantity
+    "sigma_12_mm2": "printed with four decimals: sigma_C from it would be {from_covariance:.4f}, "
+    "from rho_12 {from_rho:.4f}",
+    "sigma_B_mm": "S prints the formula with sigma_1 twice",
+    "mu_L_mm": "printed {across:.4f} above mu_e: the markers are not quite along x",
+    **dict.fromkeys([("All", name) for name in ("sigma_1_mm", "sigma_2_mm", "rho_12")], SCALED),
+    ("Vantage", "sigma_1_mm"): "the printed row agrees with nine cameras, not ten",
+}
 
 
 def table_a_markdown(
@@ -56,12 +65,16 @@ def table_a_markdown(
     """
     length = "this length" if duration_s is None else duration_words(duration_s)
     length = f"a recording of {length}"
-    lines = [f"# {title}", "", caption, "", SIGNS.format(length=length), ""]
+    of = estimates.S_ESTIMATOR, estimates.PLAIN_ESTIMATOR, estimates.DEFAULT_ESTIMATOR
+    named = dict(zip(("of_paper", "plain", "default"), of, strict=True))
+    named |= {"unsupported": UNSUPPORTED, "left_out": LEFT_OUT, "signs": STATUS_SIGNS}
+    signs = captions.TABLE_A_SIGNS.format(length=length, **named)
+    lines = [f"# {title}", "", caption, "", signs, ""]
     lines += [_support_sentence(rows, length), ""]
     for kind, n in dict.fromkeys((row["camera_type"], row["n_cameras"]) for row in rows):
         for note in notes_by_coefficient(kind, n)[1]:
             lines += [f"{n} cameras, all series: {note}.", ""]
-    for letter, series in zip("abcdefg", SERIES, strict=True):
+    for letter, series in zip("abcdefg", printed.SERIES, strict=True):
         panel = [row for row in rows if row["series"] == series]
         if panel:
             lines += [f"## ({letter}) {series}", "", *_panel(panel), "", *_notes(panel), ""]
@@ -80,8 +93,10 @@ def _support_sentence(rows: Sequence[Row], length: str) -> str:
 def _panel(rows: Sequence[Row]) -> list[str]:
     """Lines for each number of cameras: published, then each estimator that was run."""
     cells = {(r["n_cameras"], r["parameter"]): r for r in rows if r["published"] is not None}
-    names = [name for name in COEFFICIENTS if any(name == parameter for _, parameter in cells)]
-    lines = [["cameras", "", *(f"{name} ({unit_of(name)})" for name in names)]]
+    names = [
+        name for name in printed.COEFFICIENTS if any(name == parameter for _, parameter in cells)
+    ]
+    lines = [["cameras", "", *(f"{name} ({estimates.unit_of(name)})" for name in names)]]
     for n_cameras in dict.fromkeys(row["n_cameras"] for row in rows):
         own = [cells.get((n_cameras, name)) for name in names]
         lines.append(
@@ -138,3 +153,33 @@ def white_level_sentence(levels: Sequence[Row]) -> str:
     beyond = counts["beyond"]
     names = f" ({', '.join(beyond)})" if beyond else ""
     return captions.WHITE_COUNTS.format(**counts | {"beyond": len(beyond), "names": names})
+
+
+def note_of_table_4(row: Row) -> str:
+    """Why a number of `papers.gaussian_table.table_4` cannot agree, or is less than it seems."""
+    kind, quantity = row["camera_type"], row["quantity"]
+    published = printed.published_gaussian(kind)
+    s_1, s_2 = published["sigma_1_mm"], published["sigma_2_mm"]
+    numbers = {
+        "from_covariance": math.sqrt(s_1**2 + s_2**2 - 2 * published["sigma_12_mm2"]),
+        "from_rho": related("sigma_C_mm", published),
+        "across": published["mu_L_mm"] - published["mu_e_mm"],
+    }
+    notes = [BY_CHANCE] if row["inside"] is False else []
+    if row["published_inside"] is False:
+        notes.append(f"published outside: {_reason(kind, quantity)}")
+    notes += [NOTES[key].format(**numbers) for key in (quantity, (kind, quantity)) if key in NOTES]
+    return "; ".join(notes)
+
+
+def _reason(kind: str, quantity: str) -> str:
+    """Why a printed number lies outside of what the printed coefficients allow."""
+    if kind == "T40" and quantity in OF_T40:
+        return OF_T40[quantity] + OF_T40_X1
+    if quantity not in ("sigma_12_mm2", "rho_12"):
+        return OTHER_VALUE
+    models = printed.published_row(kind, 9 if kind == "Vantage" else 10)
+    walk = {s: models[s].coefficients().get("h_-2", 0.0) for s in ("x1", "x2", "L")}
+    both = walk["x1"] + walk["x2"]
+    word = "de" if walk["L"] > both else ""
+    return WALK.format(L=significant(walk["L"]), both=significant(both), word=word)

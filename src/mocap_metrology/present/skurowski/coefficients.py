@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -21,9 +20,6 @@ from mocap_metrology.present.skurowski.gaussian_figures import SETS
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import mathtext, unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 LEAST_Q_C = 1e-7  # mm/√s; smaller amplitudes are drawn in a band below it
 HELD = 0.9  # share of the positive numbers within a linear axis
@@ -80,8 +76,7 @@ def colour_figure(
     )
     _coefficients(grid, marks, [f"h_{alpha}" for alpha in ALPHAS], slots.FLOOR, logarithmic)
     slots.label_marks(grid[0, 0], marks[marks["coefficient"].str.startswith("h_")])
-    fig.legend_below(body, [grid[0, 0]], columns=3)
-    return Picture(body, f"{captions.SKUROWSKI[number]} {remarks}")
+    return fig.finished(body, [grid[0, 0]], f"{captions.SKUROWSKI[number]} {remarks}", columns=3)
 
 
 def _coefficients(
@@ -112,7 +107,7 @@ def _coefficients(
         bottom.set_xlabel("Number of cameras")
 
 
-def _linear_axis(axes: Axes, marks: pd.DataFrame) -> None:
+def _linear_axis(axes: fig.Axes, marks: pd.DataFrame) -> None:
     """From zero up to nine tenths of the positive numbers, in units of a power of ten."""
     numbers = marks[marks["style"].isin([slots.PUBLISHED, slots.PALE, slots.S_VALUE, slots.VALUE])]
     greatest = numbers["value"][numbers["value"] > 0].quantile(HELD) * 1.12
@@ -163,11 +158,12 @@ def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Pi
     for kind in TYPES:
         grid[2, 0].plot([], [], **SETS[kind].line(ls="", markersize=3.6, label=f"(d)-(f) {kind}"))
     grid[2, 0].fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
-    fig.legend_below(body, [grid[0, 0], grid[2, 0]], columns=3)
-    return Picture(body, f"{captions.SKUROWSKI[16]} {remarks}")
+    return fig.finished(
+        body, [grid[0, 0], grid[2, 0]], f"{captions.SKUROWSKI[16]} {remarks}", columns=3
+    )
 
 
-def _scatter(axes: Axes, terms: pd.DataFrame, *, hollow: bool) -> None:
+def _scatter(axes: fig.Axes, terms: pd.DataFrame, *, hollow: bool) -> None:
     """q_c against T_c: open where they are published, pale where one of both is below its least
     standard error."""
     pale = (terms["T_c_style"] == slots.PALE) | (terms["q_c_style"] == slots.PALE)

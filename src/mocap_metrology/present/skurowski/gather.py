@@ -7,18 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_level_kept
+from mocap_metrology.common.types import Record
 from mocap_metrology.noise.gaussian.moments import expected_moments
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.papers.subsets import source_of
-from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words
-
-
-def length_s(origin: Record) -> float:
-    """Length of a recording in s, with its gaps, by the metadata of one of its tables."""
-    frames = sum(s["n_frames"] + max(s["gap_before"], 0) for s in origin["segments"])
-    return float(frames / origin["frame_rate_hz"])
 
 
 def filter_sentence(origin: Record) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -16,9 +15,6 @@ from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import groups_of, label_outer, log_limits
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, OTHER_LOOKS, SMALL_PT
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 SETS = dict(
     zip(("T40", "Bonita", "Vantage", "All"), (*LOOKS.values(), OTHER_LOOKS[0]), strict=True)
@@ -65,8 +61,7 @@ def locations_figure(
         fig.panel_title(axes, f"Marker {k}", f"mean {middle:.4f} mm, SD {sigma:.1f} µm")
         axes.set_xlabel(f"$x_{k}$ − {zero:.4f} mm (µm)")
     grid[0].set(ylabel="Density (1/µm)", ylim=(0, None))
-    fig.legend_below(body, grid)
-    return fig.Picture(body, f"{SKUROWSKI[9]} {remarks}")
+    return fig.finished(body, grid, f"{SKUROWSKI[9]} {remarks}")
 
 
 @fig.styled()
@@ -99,11 +94,10 @@ def distances_figure(
     above.set(title="(a) Densities of the distance L", xlabel="L (mm)", ylabel="Density (1/mm)")
     _means(below, means)
     below.set(title="(b) Means", xlabel="Number of cameras", ylabel="Mean of L (mm)")
-    fig.legend_below(body, [above])
-    return fig.Picture(body, f"{SKUROWSKI[10]} {remarks}")
+    return fig.finished(body, [above], f"{SKUROWSKI[10]} {remarks}")
 
 
-def _means(axes: Axes, means: pd.DataFrame) -> None:
+def _means(axes: fig.Axes, means: pd.DataFrame) -> None:
     """A point a subset, a group a type; an arrow with a number where a mean is farther from the
     median than `FAR` of what is usual: one alone would flatten all others."""
     if means.empty:
@@ -228,11 +222,10 @@ def scaling_figure(
     below[0].plot([], [], label=law, color=GREY, lw=1.0)
     for kind in (kind for kind in EXTRA if kind in set(spreads["kind"])):
         below[0].plot([], [], label=EXTRA[kind][0], color=GREY, ls="", **EXTRA[kind][1])
-    fig.legend_below(body, [below[0]])
-    return fig.Picture(body, texts[2])
+    return fig.finished(body, [below[0]], texts[2])
 
 
-def _deviations(axes: Axes, spreads: pd.DataFrame, power: int) -> None:
+def _deviations(axes: fig.Axes, spreads: pd.DataFrame, power: int) -> None:
     """Standard deviations to that power with the law fitted to them; a legend of the exponents."""
     curve, laws = np.geomspace(*axes.get_xlim(), 50), fits(spreads)
     for quantity, (name, look, line) in SERIES.items():
@@ -251,7 +244,7 @@ def _deviations(axes: Axes, spreads: pd.DataFrame, power: int) -> None:
         legend.get_title().set(fontsize=SMALL_PT, color=GREY)
 
 
-def _covariance_axis(axes: Axes, values: pd.Series) -> None:
+def _covariance_axis(axes: fig.Axes, values: pd.Series) -> None:
     """An axis for all types. Where they differ by decades, and one would flatten all others, it is
     logarithmic to both sides and linear near zero."""
     sizes = values.abs()[values != 0]

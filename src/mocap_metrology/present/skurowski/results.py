@@ -10,23 +10,25 @@ from pathlib import Path
 from typing import Any
 
 from mocap_metrology.common.files import read_metadata, read_table
+from mocap_metrology.common.types import Record
 from mocap_metrology.noise.fit.estimates import read_noise
 from mocap_metrology.noise.fit.estimators import NoiseSettings, regression
+from mocap_metrology.noise.series import length_s
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.papers import coefficient_tables, gaussian_table, subsets
+from mocap_metrology.papers.camera_tables import table_3
 from mocap_metrology.papers.subsets import source_of
 from mocap_metrology.present import tables
 from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.skurowski import (
     allan_figures,
     appendix,
-    camera_tables,
     coefficients,
     gather,
     gaussian_figures,
 )
-from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
 from mocap_metrology.settings import Settings
@@ -72,7 +74,7 @@ class Recordings:
         """Line at the foot of a figure of some of the recordings, or of all, and its remarks."""
         shown = {name: self.rows[name] for name in names or self.rows}
         paths = {name: self.file(name, "allan.parquet") for name in shown}
-        lengths = {name: gather.length_s(read_metadata(path)) for name, path in paths.items()}
+        lengths = {name: length_s(read_metadata(path)) for name, path in paths.items()}
         source, remarks = gather.sources(shown, lengths)
         return source, f"{remark} {remarks}".strip()
 
@@ -87,7 +89,7 @@ def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
     counts = appendix.white_level_sentence(levels)
     for name, rows, heading, caption in (
         (
-            *("table3", camera_tables.table_3(of.rows), f"{PAPER}, Table 3: camera subsets"),
+            *("table3", table_3(of.rows), f"{PAPER}, Table 3: camera subsets"),
             f"{captions.TABLE_3} {sentence}",
         ),
         (
@@ -102,9 +104,9 @@ def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
         tables.write(folder / f"skurowski_{name}", rows, heading, caption)
     cleaning = gaussian_table.cleaning_of(of.settings.hampel.model_dump(mode="json"))
     fourth = gaussian_table.table_4(of.rows, of.gaussian, of.twins, cleaning)
-    fourth = [row | {"note": camera_tables.note_of_table_4(row)} for row in fourth]
-    shown = [{column: row[column] for column in camera_tables.TABLE_4_SHOWN} for row in fourth]
-    caption = f"{camera_tables.TABLE_4_CAPTION} {sentence}"
+    fourth = [row | {"note": appendix.note_of_table_4(row)} for row in fourth]
+    shown = [{column: row[column] for column in appendix.TABLE_4_SHOWN} for row in fourth]
+    caption = f"{appendix.TABLE_4_CAPTION} {sentence}"
     text = tables.markdown(shown, f"{PAPER}, Table 4: Gaussian model", caption)
     tables.write_with(folder / "skurowski_table4", fourth, text)
     yield f"Table 4: {len(fourth)} rows"

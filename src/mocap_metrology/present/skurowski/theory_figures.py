@@ -4,21 +4,19 @@ deviation."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_metrology.noise.cameras.scaling import fit_scaling
-from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.papers.power_laws import RESOLVED, TAU, deviation, envelope, slope_at
 from mocap_metrology.papers.white_noise import white_roots
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, OTHER_LOOKS, SMALL_PT
 from mocap_metrology.present.skurowski.gaussian_figures import SETS, normal
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MOST_N = 12
 LENGTHS = {
@@ -27,10 +25,7 @@ LENGTHS = {
     "sigma_A1_mm": (r"$\sigma_A$ = {:.1f} µm, as marker 1", LOOKS["x"]),
     "sigma_A2_mm": (r"$\sigma_A$ = {:.1f} µm, as marker 2", LOOKS["z"]),
 }
-RATE_HZ = 1000.0
-TAU = np.geomspace(1e-3, 1e5, 2401)
 MM_PT = 72 / 25.4  # points in a millimetre
-RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
 
 @fig.styled()
@@ -61,11 +56,10 @@ def model_figure() -> fig.Picture:
         axes.set(title=panel, xlabel=rf"{left} − $\mu_{symbol}$ (µm)")
         axes.tick_params(labelleft=panel == "Marker 2")
     grid["Marker 2"].set_ylabel("Density (1/µm)")
-    fig.legend_below(body, grid.values())
-    return fig.Picture(body, SKUROWSKI[1])
+    return fig.finished(body, grid.values(), SKUROWSKI[1])
 
 
-def _wand(axes: Axes, row: Mapping[str, float]) -> None:
+def _wand(axes: fig.Axes, row: Mapping[str, float]) -> None:
     """The two markers on their common axis, to scale, and what is between them."""
     low, high = row["mu_2_mm"], row["mu_1_mm"]
     pad = 0.06 * (high - low)
@@ -101,8 +95,7 @@ def standard_error_figure() -> fig.Picture:
     axes.set(xlim=(0.5, MOST_N + 0.5), xticks=range(1, MOST_N + 1))
     axes.set_ylim(0, 1.05 * axes.get_ylim()[1])
     axes.set(xlabel="Number of observations N, or of cameras", ylabel=r"Standard error ($\sigma$)")
-    fig.legend_below(body, [axes])
-    return fig.Picture(body, SKUROWSKI[2])
+    return fig.finished(body, [axes], SKUROWSKI[2])
 
 
 class Part(NamedTuple):
@@ -135,30 +128,6 @@ PANELS = {
         Part("random walk", PowerLaw(-2, 2e-11), LOOKS["y"], [(4.5e4, (-3.0, 3.0))]),
     ),
 }
-
-
-def deviation(components: Sequence[PowerLaw | GaussMarkov | Sinusoid]) -> np.ndarray:
-    """ADEV over TAU of a sum, continuous form; of a sinusoid past RESOLVED periods its mean over
-    them, 3/8 of what the bumps reach."""
-    broad = tuple(c for c in components if not isinstance(c, Sinusoid))
-    avar = NoiseModel(broad).avar(TAU * RATE_HZ, RATE_HZ, "continuous")
-    for line in (c for c in components if isinstance(c, Sinusoid)):
-        exact = line.avar(TAU * RATE_HZ, RATE_HZ, "continuous")
-        avar = avar + np.where(line.f_0 * TAU > RESOLVED, 3 / 8 * envelope(line) ** 2, exact)
-    adev: np.ndarray = np.sqrt(avar)
-    return adev
-
-
-def slope_at(curve: np.ndarray, tau: float) -> float:
-    """Log-log slope of a curve over TAU round tau: over an eighth of a decade to each side."""
-    low, high = (int(np.abs(np.log(TAU / (tau * f))).argmin()) for f in (10**-0.125, 10**0.125))
-    return float(np.log(curve[high] / curve[low]) / np.log(TAU[high] / TAU[low]))
-
-
-def envelope(line: Sinusoid) -> np.ndarray:
-    """What the bumps of a sinusoid reach: A sin^2(x)/x, x = pi f tau, up to the first, then A/x."""
-    x = np.pi * line.f_0 * TAU
-    return np.where(x < np.pi / 2, np.sin(x) ** 2, 1.0) * line.A_s / x
 
 
 def slope_text(slope: float) -> str:
@@ -196,5 +165,4 @@ def slopes_figure() -> fig.Picture:
                 axes.annotate(text, (tau, y), (right * MM_PT, up * MM_PT), **how)
         axes.set(title=panel, xlabel=r"Averaging time $\tau$ (s)", ylabel="Allan deviation (mm)")
     fig.letters(grid)
-    fig.legend_below(body, grid, columns=4)
-    return fig.Picture(body, SKUROWSKI[3])
+    return fig.finished(body, grid, SKUROWSKI[3], columns=4)

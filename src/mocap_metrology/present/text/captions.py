@@ -1,11 +1,13 @@
-"""Words below figures and tables: each name of `captions.toml` is an attribute of this module."""
+"""Words below figures and tables: each name of `captions.toml` is an attribute of this module.
+The papers and calibrations have files of their own."""
 
 from __future__ import annotations
 
 import tomllib
 from pathlib import Path
 
-TEXTS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+FILES = (Path(__file__).with_name(f"{name}.toml") for name in ("captions", "papers", "calibration"))
+TEXTS = {k: v for file in FILES for k, v in tomllib.loads(file.read_text(encoding="utf-8")).items()}
 
 
 def __getattr__(name: str) -> str:
@@ -16,7 +18,7 @@ def __getattr__(name: str) -> str:
 
 
 def texts(table: str) -> dict[str, str]:
-    """The texts of a table of `captions.toml`."""
+    """The texts of a table of these files."""
     return {key: " ".join(text.split()) for key, text in TEXTS[table].items()}
 
 

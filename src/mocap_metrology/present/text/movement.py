@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from mocap_metrology.noise.motion.movement import Movement
-from mocap_metrology.present.text.numbers import mm, with_unit
+from mocap_metrology.present.text.sentence import render
 
 MOST_NAMED = 6
 
@@ -18,21 +17,6 @@ def movement_words(moving: Mapping[str, tuple[str, Movement]], within_s: float) 
         return []
     label = max(moving, key=lambda name: moving[name][1].size_mm)
     axis, worst = moving[label]
-    first, *others = moving
-    size = f"by {mm(worst.size_mm)} along {axis}"
-    movement = f"moves {size} within {with_unit(within_s, 's')}"
-    if math.isfinite(worst.time_s):
-        movement = f"shifts {size} at {with_unit(worst.time_s, 's')}"
-    return [
-        f"marker {first} seems to move{_and_others(others)}: {f'{label} ' if others else ''}"
-        f"{movement}, which noise does not explain; the Allan variance assumes stationary markers"
-    ]
-
-
-def _and_others(names: Sequence[str]) -> str:
-    """`, and so does B`; `, and so do B, C and D`; `, and so do 39 others`."""
-    if len(names) > MOST_NAMED:
-        return f", and so do {len(names)} others"
-    if len(names) < 2:
-        return "".join(f", and so does {name}" for name in names)
-    return f", and so do {', '.join(names[:-1])} and {names[-1]}"
+    size = {"size_mm": worst.size_mm, "time_s": worst.time_s, "axis": axis, "label": label}
+    named = {"names": list(moving), "most": MOST_NAMED, "within_s": within_s}
+    return [render("moving.line", **named, **size)]

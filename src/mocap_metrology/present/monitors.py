@@ -7,57 +7,30 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.accuracy.monitor import LEARNT, ORDER, PRIOR_DF, SETTLED
+from mocap_metrology.accuracy.monitor import LEARNT, ORDER, SETTLED
 from mocap_metrology.accuracy.monitor_row import Row as SheetRow
+from mocap_metrology.accuracy.monitor_rows import failed_since, shares, state
 from mocap_metrology.accuracy.monitor_take import Judged, Stretches
 from mocap_metrology.common.types import Row
+from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.plot.figure import length_unit
 from mocap_metrology.present.text.numbers import mm, number, percent, with_unit
 from mocap_metrology.present.text.sentence import render
 
-COLUMNS = (
-    *("recording", "date", "series", "value_mm", "mean_mm", "lower_mm", "upper_mm", "q", "cusum"),
-    *("takes_of_baseline", "in_baseline", "capable", "restart", "word"),
-)
-
-
-def table(takes: Sequence[SheetRow], stretches: Stretches) -> list[Row]:
-    """Rows of monitor.csv: a series of a take each, in order of the takes."""
-    rows: list[Row] = []
-    for start, found in stretches.items():
-        columns = [_columns(one, start == 0) for one in found]
-        n = len(columns[0]["value_mm"])
-        for k, take in enumerate(takes[start : start + n]):
-            for own, one in zip(columns, found, strict=True):
-                named = {"recording": take.recording, "date": take.date, "series": one.series.name}
-                rows.append(named | {key: own[key][k] for key in COLUMNS[3:]})
-    return rows
-
-
-def _columns(one: Judged, is_first: bool) -> dict[str, list[Any]]:
-    """Values of all takes of a stretch; those that are not judged have a value alone."""
-    chart, series, n = one.chart, one.series, one.series.values.size
-
-    def every(values: Any, gap: Any) -> list[Any]:
-        filled = np.full(n, gap, dtype=object)
-        filled[one.at] = values
-        return filled.tolist()
-
-    ends = (series.natural(chart.mean + sign * chart.band) for sign in (-1, 1))
-    lower, upper = (every(end, np.nan) for end in ends)
-    known = ~chart.learning
-    return {
-        "value_mm": series.natural(series.values).tolist(),
-        "mean_mm": every(series.natural(chart.mean), np.nan),
-        "lower_mm": lower,
-        "upper_mm": upper,
-        "q": every(chart.q, np.nan),
-        "cusum": every(chart.cusum, np.nan),
-        "takes_of_baseline": every(chart.n_baseline, ""),
-        "in_baseline": every(np.where(chart.baseline, "yes", ""), ""),
-        "capable": every(np.where(known, np.where(chart.capable, "yes", "no"), ""), ""),
-        "restart": ["" if k or is_first else "yes" for k in range(n)],
-        "word": every([word for word, _ in one.words], ""),
-    }
+STRIP_MM, HEAD_MM = 27.0, 28.0
+BAND = "#1a809d"
+# Colour and marker of a word, in the order in which they are drawn
+LOOKS = {
+    "learning": (plot.GREY, "o"),
+    "provisional": ("#5b7fc4", "o"),
+    "pass": ("#0d2a6b", "o"),
+    "note": ("#b7791f", "s"),
+    "alert": ("#c2410c", "^"),
+    "failure": ("#991b1b", "X"),
+}
+OPEN = ("learning", "provisional")  # of which most are in the baseline
+NUMBERS = ("value_mm", "mean_mm", "lower_mm", "upper_mm")
+Columns = dict[str, np.ndarray]
 
 
 def document(
@@ -83,7 +56,7 @@ def document(
     judged = [one for one in found if one.at.size and one.at[-1] == at]
     word = min((one.words[-1][0] for one in judged), key=ORDER.index, default="")
     # A series that this take says nothing about keeps what the take before said
-    wrong = {one.series.name: failed for one in found if (failed := _failed(one)) is not None}
+    wrong = {one.series.name: take for one in found if (take := failed_since(one)) is not None}
     dates = [takes[start + first].date for first in wrong.values()]
     m = max(int(one.chart.n_baseline[-1]) for one in judged) if judged else 0
     findings = [finding for one in judged for finding in _findings(one)]
@@ -110,36 +83,10 @@ def document(
         "takes_of_baseline": m,
         "restarted": takes[start].date,
         "reasons": reasons,
-        "series": {one.series.name: _state(one) for one in judged},
+        "series": {one.series.name: state(one) for one in judged},
         "findings": findings,
         "line": render("monitor.line", word=word, reasons=[*reasons, *told], **named),
     }
-
-
-def _failed(one: Judged) -> int | None:
-    """Number in the stretch of the take since which the series is not valid."""
-    since = one.words[-1][1] if one.words else None
-    return None if since is None else int(one.at[since])
-
-
-def _shares(one: Judged) -> Mapping[str, float]:
-    """Changes against the mean of the baseline, in mm or as shares: of the take, of what is
-    allowed on its side, of the mean since the CUSUM rose, of the tolerance and of the smallest one
-    that can be watched; lower, upper: 95 % of the take's, by the scatter."""
-    chart, series = one.chart, one.series
-    mean, m = chart.mean[-1], max(int(chart.n_baseline[-1]), 1)
-    own = chart.value[-1] - mean
-    reach = 1.96 * chart.scatter[-1] * np.sqrt(1 + 1 / m)
-    sizes = {
-        "take": own,
-        "room": np.copysign(chart.band[-1], own),
-        "shift": chart.shift[-1],
-        "tolerance": chart.tolerance[-1],
-        "least": chart.watchable[-1],
-        "lower": own - reach,
-        "upper": own + reach,
-    }
-    return {name: float(series.change(size, mean)) for name, size in sizes.items()}
 
 
 def _findings(one: Judged) -> list[Row]:
@@ -147,7 +94,7 @@ def _findings(one: Judged) -> list[Row]:
     chart, series = one.chart, one.series
     if chart.learning[-1]:
         return []
-    sizes, m = _shares(one), int(chart.n_baseline[-1])
+    sizes, m = shares(one), int(chart.n_baseline[-1])
     unit = series.unit
     size = render(
         "changed.size",
@@ -187,13 +134,70 @@ def _change(size: float, unit: str, sign: bool = True) -> str:
     return with_unit(size, unit, 2, sign) if unit else percent(size, 2, sign)
 
 
-def _state(one: Judged) -> Row:
-    """A series at the last take."""
-    own, known = {key: values[-1] for key, values in _columns(one, True).items()}, one.chart
-    state = {key: own[key] for key in COLUMNS[3:9]} | {"word": one.words[-1][0]}
-    if known.learning[-1]:
-        return state
-    sizes = _shares(one)
-    more = {"change": sizes["take"], "unit": one.series.unit, "tolerance": sizes["tolerance"]}
-    more |= {"scatter": float(known.scatter[-1]), "dof": int(known.n_baseline[-1]) - 1 + PRIOR_DF}
-    return state | more | {"capable": bool(known.capable[-1]), "smallest_tolerance": sizes["least"]}
+@plot.styled()
+def chart(rows: Sequence[Mapping[str, Any]], title: str, source: str) -> plot.Picture:
+    """Values, baseline and tolerance of each series over the dates; rows: of `words.table`."""
+    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+
+    names = list(dict.fromkeys(row["series"] for row in rows))
+    body = plot.new_figure(title, source, HEAD_MM + STRIP_MM * max(len(names), 1))
+    if not names:
+        plot.say(body.subplots(), "no take")
+        return plot.Picture(body, render("chart.caption"))
+    strips = body.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, name in zip(strips, names, strict=True):
+        own = [row for row in rows if row["series"] == name]
+        columns = {key: np.array([row[key] for row in own]) for key in own[0] if key not in NUMBERS}
+        columns |= {key: np.array([row[key] for row in own], dtype=float) for key in NUMBERS}
+        columns["day"] = np.asarray(date2num(columns["date"].astype("datetime64[s]")))
+        _strip(axes, name, columns)
+    locator = AutoDateLocator(minticks=2, maxticks=6)
+    strips[-1].xaxis.set_major_locator(locator)
+    strips[-1].set_xticks(locator())  # once: they are costly, and the same in all strips
+    strips[-1].xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    said = {row["word"] for row in rows}
+    for word in (word for word in LOOKS if word in said):
+        colour, marker = LOOKS[word]
+        how: plot.Keywords = {"edgecolor": colour, "marker": marker, "label": word}
+        strips[-1].scatter([], [], s=16, facecolor="white" if word in OPEN else colour, **how)
+    return plot.finished(body, strips, render("chart.caption"))
+
+
+def _strip(axes: plot.Axes, name: str, own: Columns) -> None:
+    """One series. A place or length is drawn about the first mean of its baseline."""
+    starts = [0, *np.flatnonzero(own["restart"] == "yes").tolist()]
+    about = 0.0
+    for start, end in zip(starts, [*starts[1:], own["day"].size], strict=True):
+        if name not in ("jitter", "wander"):
+            known = [*own["mean_mm"][start:end], *own["value_mm"][start:end]]
+            about = float(np.round(next((v for v in known if np.isfinite(v)), 0.0), 1))
+        for key in NUMBERS:
+            own[key][start:end] -= about
+    shown = np.concatenate([own["value_mm"], own["lower_mm"][-1:], own["upper_mm"][-1:]])
+    shown = shown[np.isfinite(shown)]
+    unit = length_unit([np.ptp(shown)] if shown.size else [])
+    value, mean, lower, upper = (unit.per_mm * own[key] for key in NUMBERS)
+    day, word = own["day"], own["word"]
+    for start, end in zip(starts, [*starts[1:], day.size], strict=True):
+        at = slice(start, end)
+        axes.fill_between(day[at], lower[at], upper[at], color=BAND, alpha=0.15, lw=0)
+        axes.plot(day[at], mean[at], color=BAND, lw=0.9)
+        for edge in (lower, upper):
+            wide = np.where(own["capable"][at] == "no", edge[at], np.nan)
+            axes.plot(day[at], wide, color=BAND, lw=0.8, ls="--")
+        if start:
+            axes.axvline(day[start], color=plot.INK, lw=0.8)
+    size = float(np.clip(300 / np.sqrt(day.size), 3, 16))
+    axes.scatter(day[word == ""], value[word == ""], s=2, color=plot.GREY)
+    learnt = own["in_baseline"] == "yes"
+    for name_, (colour, marker) in LOOKS.items():
+        for face, of in (("white", learnt), (colour, ~learnt)):
+            if (chosen := (word == name_) & of).any():
+                how: plot.Keywords = {"s": size, "marker": marker, "linewidths": 0.8, "zorder": 3}
+                axes.scatter(day[chosen], value[chosen], facecolor=face, edgecolor=colour, **how)
+    plot.panel_title(axes, plot.literal(name), f"zero at {about:.1f} mm" if about else "")
+    axes.set_ylabel(unit.symbol)
+    if shown.size and np.ptp(shown) > 0:
+        room = 0.08 * np.ptp(shown)
+        low, high = shown.min() - room, shown.max() + room
+        axes.set_ylim(unit.per_mm * low, unit.per_mm * high)

@@ -1,4 +1,4 @@
-"""What reference points show: numbers, findings, words."""
+"""Contents of <group>_points.json and rows of <group>_points.csv."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from mocap_metrology.accuracy.points import Points, fit, frame_changes, left_out, residuals, rms
 from mocap_metrology.common.types import Row
-from mocap_metrology.present.text.sentence import render
 
 CLAIMED = 3.0  # standard errors from which a scale is claimed
 MISFIT = 10.0  # times the noise
@@ -51,10 +50,7 @@ def points_document(
     document |= {"wrong_point": names[worst] if alone else None}
     document |= {"others_mm": float(others[worst])}
     codes += ["scale"] if abs(ppm) > CLAIMED * se else []
-    document["findings"] = codes
-    said = ["headline", *codes, *([] if "scale" in codes else ["no_scale"])]
-    document["sentences"] = [render(f"points.{code}", **document) for code in said]
-    return document, off
+    return document | {"findings": codes}, off
 
 
 def point_rows(points: Points, off_mm: np.ndarray) -> list[Row]:

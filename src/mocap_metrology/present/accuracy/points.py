@@ -1,8 +1,9 @@
-"""Reference points from above and from the side, with what they are off by."""
+"""Reference points: what they show in words, and from above and from the side."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +11,17 @@ from mocap_metrology.accuracy.points import Points
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm
+from mocap_metrology.present.text.sentence import render
 
 HEIGHT_MM = 150.0
 SHOWN = 0.08  # of the largest extent is the median arrow
+
+
+def sentences(document: Mapping[str, Any]) -> list[str]:
+    """What contents of <group>_points.json show."""
+    codes = document["findings"]
+    said = ["headline", *codes, *([] if "scale" in codes else ["no_scale"])]
+    return [render(f"points.{code}", **document) for code in said]
 
 
 @plot.styled()

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.files import read_table
+from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse.assess import pose_file
 from mocap_metrology.lighthouse.assess.evidence import Agreement, agreement
 from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, PoseFile, matrix_and_metres
@@ -17,7 +18,6 @@ from mocap_metrology.lighthouse.board import read_board
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
 from mocap_metrology.lighthouse.records import Path as BoardPath
 from mocap_metrology.lighthouse.rotation import from_angles
-from mocap_metrology.present.tables import Record
 
 Pose = tuple[np.ndarray, np.ndarray]  # R (3, 3), t (3,) in metres
 Paths = tuple[BoardPath, BoardPath]  # of the board in the frames of master and slave
@@ -153,8 +153,3 @@ def _path(poses: Mapping[str, np.ndarray], rows: np.ndarray) -> BoardPath:
 def usual(points: np.ndarray) -> np.ndarray:
     """Ends of all but the farthest hundredth in each coordinate: mirrored poses may be far off."""
     return np.percentile(points, [0.5, 99.5], axis=0) if len(points) else points
-
-
-def thinned(count: int, most: int = 1500) -> slice:
-    """A stride that leaves at most so many of `count` points."""
-    return slice(None, None, max(-(-count // most), 1))

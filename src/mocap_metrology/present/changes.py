@@ -1,24 +1,22 @@
-"""What changed, in figures: ratios of Allan deviations, and Allan deviations over dates."""
+"""What changed between recordings: captions, sentences and the text of `<group>_compare`."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from mocap_metrology.noise.changes.compare import DAYS_A_MONTH
-from mocap_metrology.noise.changes.rows import Columns, dated_curves, ratio_curves
+from mocap_metrology.noise.changes.rows import COARSE, Columns, dated_curves, ratio_curves
 from mocap_metrology.present.plot import curves
 from mocap_metrology.present.plot import figure as plot
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 
-if TYPE_CHECKING:
-    from matplotlib.figure import SubFigure
-
+SENTENCES = captions.texts("COMPARE_SENTENCES")
 MOST = 6  # comparisons on a page; more are in the table
 MOST_MARKERS = 2  # with a column each
 CLEAR = ("worse", "better")  # words of a trend that is drawn
@@ -26,6 +24,58 @@ TIMES_S = (1.0, 100.0)  # averaging times of a trend beside a single frame; all 
 ROW_MM, REST_MM = 44.0, 28.0
 MARGIN = "#efd98f"
 CONFIDENCE = 0.683  # of the intervals of a trend
+
+
+def sentences(rows: Sequence[Row]) -> list[str]:
+    """A sentence a comparison: what became better, worse, by how much at most, or nothing."""
+    pairs: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        pairs.setdefault((row["recording"], row["reference"]), []).append(row)
+    return [f"{new} compared with {old}: {_changes(own)}." for (new, old), own in pairs.items()]
+
+
+def _changes(rows: Sequence[Row]) -> str:
+    parts = []
+    for word in ("worse", "better"):
+        changed = [row for row in rows if row["word"] == word]
+        if changed:
+            most = max(changed, key=lambda row: abs(math.log(row["ratio"])))
+            parts.append(SENTENCES["change"].format(**(most | {"where": _where(changed)})))
+    limited = {row["series"]: row["step_mm"] for row in rows if row["word"] == COARSE}
+    if limited:
+        step, names = max(limited.values()), ", ".join(limited)
+        parts.append(SENTENCES["resolution"].format(names=names, step=step))
+    return "; ".join(parts) or SENTENCES["none"]
+
+
+def _where(changed: Sequence[Row]) -> str:
+    """`in x1, L over 0.1 to 1 s and in z1 at 10 s`: successive times of the same series as one."""
+    spans: list[tuple[str, list[float]]] = []
+    for tau in sorted({row["tau_s"] for row in changed}):
+        names = ", ".join(row["series"] for row in changed if row["tau_s"] == tau)
+        if not spans or spans[-1][0] != names:
+            spans.append((names, []))
+        spans[-1][1].append(tau)
+    return " and ".join(
+        f"in {names} " + (f"over {t[0]:.2g} to {t[-1]:.2g} s" if t[1:] else f"at {t[0]:.2g} s")
+        for names, t in spans
+    )
+
+
+def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
+    """Title, a sentence a comparison, and a line a series with its ratios side by side."""
+    taus = sorted({float(row["tau_s"]) for row in rows})
+    lines: dict[tuple[str, ...], dict[float, str]] = {}
+    for row in rows:
+        key = tuple(row[k] for k in ("recording", "reference", "series", "overall"))
+        mark = {"better": " −", "worse": " +"}.get(row["word"], "")
+        text = f"{row['ratio']:.3g} ({row['lower']:.3g} to {row['upper']:.3g}){mark}"
+        lines.setdefault(key, {})[float(row["tau_s"])] = text
+    head = ["recording", "reference", "series", "word", *(f"{tau:.3g} s" for tau in taus)]
+    body = [[*key, *(cells.get(tau, "") for tau in taus)] for key, cells in lines.items()]
+    told = "\n".join(f"* {sentence}" for sentence in sentences(rows))
+    table = "\n".join(aligned([head, *body]))
+    return f"# {title}\n\n{caption} `+` worse, `−` better.\n\n{told}\n\n{table}\n"
 
 
 @dataclass(frozen=True)
@@ -76,13 +126,12 @@ def compare_figure(
     last.fill([], [], color=MARGIN, lw=0, label=f"no change: within {100 * margin:.3g} %")
     for axes in grid[-1]:
         axes.set_xlabel(curves.ADEV_AXES[0])
-    plot.legend_below(body, grid.flat)
-    return plot.Picture(body, f"{captions.COMPARE} {remarks}")
+    return plot.finished(body, grid.flat, f"{captions.COMPARE} {remarks}")
 
 
 def _grid(
     title: str, source: str, n_rows: int, series: Iterable[str]
-) -> tuple[SubFigure, np.ndarray, dict[str, list[str]]]:
+) -> tuple[plot.SubFigure, np.ndarray, dict[str, list[str]]]:
     """The body of a figure, its axes (`n_rows` rows of panels, named inside), series by panel."""
     panels = curves.facets(series, MOST_MARKERS) or {"": []}
     body = plot.new_figure(title, source, REST_MM + n_rows * ROW_MM)
@@ -164,5 +213,6 @@ def trend_figure(
     last.plot([], [], color=plot.GREY, ls="", marker="|", markersize=9, label="68 % interval")
     if any(tau in taus for tau, _ in trends):
         last.plot([], [], color=plot.GREY, label="trend, where clear")
-    plot.legend_below(body, grid.flat)
-    return plot.Picture(body, f"{captions.TREND} Series are drawn side by side. {remarks}")
+    return plot.finished(
+        body, grid.flat, f"{captions.TREND} Series are drawn side by side. {remarks}"
+    )

@@ -1,22 +1,20 @@
-"""Noise against the number of cameras, and what each addition did to it."""
+"""Captions and sentences on the camera subsets of one group."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.noise.cameras.findings import COLUMNS, LARGEST, NOISE, noisy, raised
+from mocap_metrology.common.types import Record
+from mocap_metrology.noise.cameras import findings
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import Limits, log_limits
-from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
+SENTENCES = captions.texts("CAMERA_SENTENCES")
 HEIGHTS_MM, REST_MM = (60.0, 48.0, 46.0), 22.0  # of the rows (a), (b), (c)
 MOST, NAME = 3, 18  # camera types side by side, characters over a panel
 ALARM = "#c2185b"
@@ -26,6 +24,107 @@ TAU_LOOKS = (("o", plot.INK), ("s", "#5c5c5c"), ("^", "#757575"))  # one frame, 
 CLOSE = 0.88  # of the next larger number of cameras, from which its label would touch
 Levels = Mapping[str, Record]  # of each recording: n, ids it is without, deviation by coordinate
 Pairs = Collection[tuple[str, str]]  # recordings: smaller and larger subset
+
+
+def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, float]) -> Row:
+    """What <group>_cameras.json holds: `words`, sentences for a reader; `short`, one a camera type;
+    `apart`: whether subsets do not share their frames; `raised` and `noisy`."""
+    rises, loud = findings.raised(rows), findings.noisy(rows, settings["noisy"])
+    with_law = [row["camera_type"] for row in laws if row["b"] is not None]
+    words, short = [], []
+    for kind in dict.fromkeys([*(row["camera_type"] for row in rows), *with_law]):
+        own, its_rises, its_loud = (
+            [r for r in of if r["camera_type"] == kind] for of in (rows, rises, loud)
+        )
+        sentences = []
+        if own:
+            sentences += _sentences(own, its_rises, its_loud, settings)
+            short.append(f"{kind}: {_short(own, its_rises, its_loud)}")
+        if kind in with_law:
+            sentences.append(_law_sentence([r for r in laws if r["camera_type"] == kind]))
+        words += [f"{kind}: {sentence}" for sentence in sentences]
+    columns = ("camera_type", "from", "to", "added", "marker", "tau_s")
+    of_rise = (*columns, *findings.LARGEST, *findings.DIRECTION, "law_factor")
+    return {
+        "words": words,
+        "short": short,
+        "apart": _apart(rows),
+        "raised": [{k: r[k] for k in of_rise} | {"cause": findings.cause(r, loud)} for r in rises],
+        "noisy": [{k: r[k] for k in (*columns, *findings.NOISE)} for r in loud],
+    }
+
+
+def _apart(rows: Sequence[Row]) -> bool:
+    return any(row["same_frames"] == "no" for row in rows)
+
+
+def _sentences(
+    rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row], settings: Mapping[str, float]
+) -> list[str]:
+    """On one camera type: noisy cameras, increases, and what was not detected."""
+    names = ["none raised"] * (not rises) + ["none noisy"] * (not loud and not _apart(rows))
+    names += ["apart"] * _apart(rows)
+    limits = {"rise": 100 * settings["rise"], "noisy": settings["noisy"]}
+    words = [_filled("noisy", row, rows) for row in loud]
+    by_added = [row for row in rises if findings.cause(row, loud) == "added"]
+    if by_added:
+        first, *others = by_added
+        text = _filled("raised", first, rows)
+        if first["added"] not in {row["added"] for row in loud}:
+            text += _filled("bound", first, rows)
+        words.append(f"{text}." + (f" It rose less from {_listed(others)}." if others else ""))
+    if by_earlier := [row for row in rises if row not in by_added]:
+        smallest = min(by_earlier, key=lambda row: row["n_from"])
+        words.append(SENTENCES["earlier"].format(**(smallest | {"listed": _listed(by_earlier)})))
+    return words + [SENTENCES[name].format(**limits) for name in names]
+
+
+def _short(rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row]) -> str:
+    """The one thing to know of a camera type."""
+    if loud:
+        return _filled("short noisy", loud[0], rows)
+    if not rises:
+        return SENTENCES["short none"]
+    row = rises[0]
+    return _filled(
+        "short raised",
+        row
+        | {"axis": "xyz"[max(range(3), key=lambda k: abs(row[findings.DIRECTION[k]]))]}
+        | {
+            "earlier": f", because of one of {row['from']}"
+            * (findings.cause(row, loud) == "earlier")
+        },
+        rows,
+    )
+
+
+def _filled(name: str, row: Row, rows: Sequence[Row]) -> str:
+    """A sentence with the numbers of one row; rows: all of the camera type."""
+    ids = row["added"].split(";")
+    listed = ", ".join(ids)
+    cameras = f"camera {listed}" if len(ids) == 1 else f"one of the cameras {listed}"
+    single = row["tau_s"] == min(other["tau_s"] for other in rows)
+    when = "one frame" if single else f"{row['tau_s']:.2g} s"
+    texts = {"cameras": cameras, "ids": listed, "plural": "s" * (len(ids) > 1), "when": when}
+    return SENTENCES[name].format(**(row | texts))
+
+
+def _listed(rows: Sequence[Row]) -> str:
+    form = "{n_from} to {n_to} ({added} added) {largest_factor:.2f}"
+    return ", ".join(form.format(**row) for row in rows)
+
+
+def _law_sentence(laws: Sequence[Row]) -> str:
+    known = [row for row in laws if row["b"] is not None]
+    off = [row["series"] for row in known if row["b_p"] is not None and row["b_p"] < 0.05]
+    white = [row["h_0_scatter"] for row in laws if row["h_0_scatter"] is not None]
+    scatter = f"; n h_0 scatters by {min(white):.2f} to {max(white):.2f} (ln)" if white else ""
+    significant = f"significant deviation (5 %): {', '.join(off)}"
+    return SENTENCES["law"].format(
+        each=", ".join(f"{r['series']} {r['b']:.2f} ± {r['b_std_error']:.2f}" for r in known),
+        verdict=significant if off else "no significant deviation",
+        scatter=scatter,
+    )
 
 
 @plot.styled()
@@ -44,9 +143,9 @@ def camera_figure(
     is `without` and the deviation at one frame of each coordinate; settings: limits `rise`
     and `noisy`; source: the line at the foot; remarks: what the caption adds.
     """
-    table = pd.DataFrame(rows, columns=COLUMNS)
-    changes = _worst_marker(table[table["from"] != ""], LARGEST)
-    cameras = _worst_marker(table[table["tau_s"] == table["tau_s"].min()], NOISE)
+    table = pd.DataFrame(rows, columns=findings.COLUMNS)
+    changes = findings.worst_marker(table[table["from"] != ""], findings.LARGEST)
+    cameras = findings.worst_marker(table[table["tau_s"] == table["tau_s"].min()], findings.NOISE)
     levels = {kind: pd.DataFrame.from_dict(dict(of), "index") for kind, of in sigma_mm.items()}
     limits = log_limits([of.drop(columns=["n", "without"]).to_numpy() for of in levels.values()])
     heights = HEIGHTS_MM if len(cameras) else HEIGHTS_MM[:2]
@@ -58,8 +157,8 @@ def camera_figure(
     for k, (kind, of_kind) in enumerate(levels.items()):
         panels = grid[k // MOST * n_rows :, k % MOST][:n_rows]
         own = [row for row in rows if row["camera_type"] == kind]
-        rises = {(row["from"], row["to"]) for row in raised(own)}
-        loud = {row["added"] for row in noisy(own, settings["noisy"])}
+        rises = {(row["from"], row["to"]) for row in findings.raised(own)}
+        loud = {row["added"] for row in findings.noisy(own, settings["noisy"])}
         loud_steps = {(row["from"], row["to"]) for row in own if row["added"] in loud}
         _noise_panel(panels[0], of_kind, rises, limits)
         plot.panel_title(panels[0], plot.short(kind, NAME))
@@ -88,20 +187,10 @@ def camera_figure(
             )[k % n_rows]
         )
     grid[1, 0].axvspan(np.nan, np.nan, label="raised or noisy", **RAISED)
-    plot.legend_below(body, grid.flat, 5)
-    return plot.Picture(body, f"{captions.CAMERAS} {remarks}")
+    return plot.finished(body, grid.flat, f"{captions.CAMERAS} {remarks}", columns=5)
 
 
-def _worst_marker(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
-    """One row an addition and averaging time, of the worst marker: `value`, `lower`, `upper`."""
-    names = dict(zip(columns, ("value", "lower", "upper"), strict=False))
-    steps = table[table[columns[0]].notna()].rename(columns=names)
-    steps = steps.astype(dict.fromkeys(names.values(), float))
-    steps = steps.sort_values("value", ascending=False, kind="stable")
-    return steps.drop_duplicates(["camera_type", "from", "to", "tau_s"]).sort_index()
-
-
-def _noise_panel(axes: Axes, levels: pd.DataFrame, rises: Pairs, limits: Limits) -> None:
+def _noise_panel(axes: plot.Axes, levels: pd.DataFrame, rises: Pairs, limits: Limits) -> None:
     """Against the number of cameras; or, where recordings have equally many, side by side under
     the ids they lack, or their number."""
     levels = levels.sort_values("n", kind="stable")
@@ -134,7 +223,9 @@ def _noise_panel(axes: Axes, levels: pd.DataFrame, rises: Pairs, limits: Limits)
     axes.set_xticks([], minor=True)
 
 
-def _factor_panel(axes: Axes, steps: pd.DataFrame, bad: Pairs, limit: float, nothing: str) -> None:
+def _factor_panel(
+    axes: plot.Axes, steps: pd.DataFrame, bad: Pairs, limit: float, nothing: str
+) -> None:
     """Factors of each addition, at up to three averaging times, with intervals whose ends are wider
     than the points, so that short ones show; the bad ones shaded."""
     if steps.empty:
@@ -161,7 +252,7 @@ def _factor_panel(axes: Axes, steps: pd.DataFrame, bad: Pairs, limit: float, not
     _slot_axis(axes, list(few))
 
 
-def _slot_axis(axes: Axes, labels: Sequence[str]) -> None:
+def _slot_axis(axes: plot.Axes, labels: Sequence[str]) -> None:
     axes.set_xlim(-0.5, len(labels) - 0.5)
     axes.set_xticks(range(len(labels)), labels)
     axes.tick_params(axis="x", length=0)

@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -16,15 +15,12 @@ import pandas as pd
 from mocap_metrology.noise.fit import estimates as of
 from mocap_metrology.noise.model import curves as model
 from mocap_metrology.noise.model.components import Component, GaussMarkov, NoiseModel, Sinusoid
-from mocap_metrology.noise.model.deterministic import PARAMETERS, Deterministic
+from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import NOTHING, log_limits, positive
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import symbol, unit
 from mocap_metrology.present.text.numbers import significant, with_uncertainty
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 ROWS_MM = (58.0, 25.0, 38.0)  # curves, residuals, other estimators
 LABEL_AT = -0.21  # of the width of a panel; matplotlib would measure every tick label for it
@@ -32,7 +28,6 @@ BELOW_DATA = 8.0  # an axis extends so many times below the least datum, for com
 MOST_SIGMA = 6.0  # of a spectrum's residuals; larger ones are drawn at the edge
 EXACT = 1e-5  # relative error of a frequency below which only its value is written
 POINTS = 300  # of a density
-SLOW = 3  # kind of a part that is no noise
 ALLAN = ("m", "tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
 DATA: plot.Keywords = {"color": plot.INK, "marker": "o", "ms": 2.2, "ls": "", "zorder": 3}
 DATA["markerfacecolor"] = "white"
@@ -152,10 +147,10 @@ def fit_of(estimator: str, rows: Iterable[of.NoiseRow], duration_s: float = 0.0)
     rows = list(rows)
     detected: list[of.NoiseRow] = []
     parts = []
-    for (kind, number), group in groupby(sorted(rows, key=_order), key=_order):
+    for (kind, number), group in groupby(sorted(rows, key=of.component_of), key=of.component_of):
         of_part = list(group)
-        known = [row for row in of_part if _is_known(row)]
-        if kind == SLOW:
+        known = [row for row in of_part if of.is_known(row)]
+        if kind == of.SLOW:
             slow = of.deterministic_of(known)
             if not slow.empty:
                 known = [row for row in known if getattr(slow, row["parameter"])]
@@ -176,23 +171,6 @@ def fit_of(estimator: str, rows: Iterable[of.NoiseRow], duration_s: float = 0.0)
     ]
     noise = of.model_of(detected)
     return Fit(estimator, noise, tuple(parts), absent, ", ".join(trouble), duration_s)
-
-
-def _order(row: of.NoiseRow) -> tuple[int, int]:
-    """What a coefficient belongs to: a power law, a Gauss-Markov term, the line, or no noise."""
-    parameter = row["parameter"]
-    if parameter in PARAMETERS:
-        return SLOW, 0
-    if parameter.startswith("h_"):
-        return 0, int(parameter[2:])
-    return (1, int(parameter[3:])) if parameter[1:3] == "_c" else (2, 0)
-
-
-def _is_known(row: of.NoiseRow) -> bool:
-    value, parameter = row["value"], row["parameter"]
-    if row["status"] == "not_detected" or not math.isfinite(value):
-        return False
-    return parameter in PARAMETERS or value > 0 or (value == 0 and parameter[0] not in "Tf")
 
 
 def _part(
@@ -226,7 +204,7 @@ def _limit(row: of.NoiseRow) -> str:
     return f"{text} ({kind})" if kind else text
 
 
-def _allan_panel(axes: Axes, points: pd.DataFrame, fit: Fit, rate: float, band: str) -> None:
+def _allan_panel(axes: plot.Axes, points: pd.DataFrame, fit: Fit, rate: float, band: str) -> None:
     """Data with their interval, the model, its components, a number at the peak of each
     Gauss-Markov term: 0.4365 q_c T_c^0.5 at tau = 1.893 T_c."""
     adev = points["adev_mm"]
@@ -256,7 +234,7 @@ def _allan_panel(axes: Axes, points: pd.DataFrame, fit: Fit, rate: float, band: 
 
 
 def _psd_panel(
-    axes: Axes, spectrum: pd.DataFrame, fit: Fit, rate: float, confidence: float
+    axes: plot.Axes, spectrum: pd.DataFrame, fit: Fit, rate: float, confidence: float
 ) -> None:
     """Data with their interval, the model, its components; the sinusoid as a stem from the
     continuum up to what it makes of its bin's density."""
@@ -279,7 +257,7 @@ def _psd_panel(
         axes.plot(f, fit.model.psd(f, rate), **MODEL)
 
 
-def _density_axes(axes: Axes, spectrum: pd.DataFrame, rate: float) -> np.ndarray:
+def _density_axes(axes: plot.Axes, spectrum: pd.DataFrame, rate: float) -> np.ndarray:
     """Logarithmic axes around a spectrum, which is drawn; frequencies of a curve."""
     low, high = log_limits([spectrum["psd_mm2_hz"]], 1.0, 16.0)
     across = log_limits([spectrum["f_hz"]])
@@ -290,7 +268,7 @@ def _density_axes(axes: Axes, spectrum: pd.DataFrame, rate: float) -> np.ndarray
 
 
 def _allan_residuals(
-    axes: Axes, points: pd.DataFrame, fits: Iterable[tuple[Fit, plot.Keywords]], rate: float
+    axes: plot.Axes, points: pd.DataFrame, fits: Iterable[tuple[Fit, plot.Keywords]], rate: float
 ) -> None:
     """Allan deviation of the data over that of each fit, less 1, in per cent; of the one fit drawn
     as `DATA` with the interval of the data."""
@@ -311,7 +289,7 @@ def _allan_residuals(
     axes.axhline(0, color=plot.INK, lw=0.8)
 
 
-def _psd_residuals(axes: Axes, spectrum: pd.DataFrame, fit: Fit, rate: float) -> None:
+def _psd_residuals(axes: plot.Axes, spectrum: pd.DataFrame, fit: Fit, rate: float) -> None:
     """Residuals in standard deviations, with those of one and two shaded; beyond six red at the
     edge, and their number."""
     axes.set(ylim=(-MOST_SIGMA, MOST_SIGMA), yticks=(-5, 0, 5), ylabel="Residual (σ)")

@@ -1,4 +1,4 @@
-"""The statement of uncertainty on one page (A4)."""
+"""The statement of uncertainty of a length: document, table, words."""
 
 from __future__ import annotations
 
@@ -6,19 +6,21 @@ import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from mocap_metrology.accuracy.bar import Bar
+from mocap_metrology.accuracy.components import FEWEST
+from mocap_metrology.accuracy.statement import statement_numbers
 from mocap_metrology.common.files import whole
+from mocap_metrology.common.gum import Component
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number, percent, significant
 from mocap_metrology.present.text.sentence import render
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
+SAID = ("quantity", "where", "when", "correction", "method")
+COMBINED = ("u_mm", "dof", "k", "U_mm", "U_of_mean_mm", "correction_mm", "passes", "dates")
 PAGE_MM, MARGIN, COLUMN = (210.0, 297.0), 20.0, 50.0
 LINE_MM, ROW_MM = 4.3, 5.6
 U_C = r"$\mathbf{u_c}$"
@@ -32,8 +34,51 @@ LEAST_SHARE = 0.005  # that has a bar
 MOST = 6  # directions
 
 
+def statement_document(bar: Bar, pair: Sequence[str], known: Sequence[Component]) -> Row:
+    """Contents of <group>_statement.json: its numbers, and what they mean."""
+    document, open_ends = statement_numbers(bar, pair, known)
+    for one in document["statements"]:
+        named = [{"name": p["name"], "contribution": render(f"part.{p['name']}")} | p
+                 for p in one["budget"]]  # fmt: skip
+        one["budget"] = named
+    document["not_covered"] = [render(f"statement.{key}", **document) for key in open_ends]
+    document["headline"] = _headline(document, max(len(one.passes) for one in bar.classes))
+    if document["statements"]:
+        numbers = document["statements"][0] | document  # passes and dates by name
+        document["said"] = {key: render(f"statement.{key}", **numbers) for key in SAID}
+    return document
+
+
+def _headline(document: Row, passes: int) -> list[str]:
+    if not document["statements"]:
+        return [render("statement.few", passes=passes, fewest=FEWEST)]
+    precise = [] if document["certificate"] else [render("statement.precise")]
+    return [render("statement.result", **document["statements"][0] | document), *precise]
+
+
+def statement_rows(document: Row) -> list[Row]:
+    """<group>_statement.csv: the budget of each direction, and a row of what follows from it."""
+    rows: list[Row] = []
+    for one in document["statements"]:
+        named = {"direction": one["direction"]}
+        rows += [
+            named | {"contribution": part["contribution"], "type": part["type"],
+                     "u_mm": part["u_mm"], "dof": part["dof"], "share_percent": 100 * part["share"]}
+            for part in one["budget"]
+        ]  # fmt: skip
+        rows.append(named | {"contribution": "combined"} | {key: one[key] for key in COMBINED})
+    return rows or [{"note": document["headline"][0]}]
+
+
+def told(document: Row) -> str:
+    """All sentences of a statement, in Markdown."""
+    said = [f"{name.capitalize()}: {words}" for name, words in document.get("said", {}).items()]
+    head = [f"{one.rstrip('.')}." for one in document["headline"]]
+    return "\n\n".join([*head, *said, f"Not covered: {'; '.join(document['not_covered'])}."])
+
+
 @plot.styled()
-def statement_page(document: Row, group: str, source: str) -> Figure:
+def statement_page(document: Row, group: str, source: str) -> plot.Figure:
     """The figure; its axes are the page in mm, y downwards."""
     from matplotlib.figure import Figure
 
@@ -64,7 +109,7 @@ def statement_page(document: Row, group: str, source: str) -> Figure:
 
 
 def _text(
-    axes: Axes,
+    axes: plot.Axes,
     x: float,
     y: float,
     items: Sequence[str],
@@ -79,40 +124,44 @@ def _text(
     return y
 
 
-def _row(axes: Axes, y: float, cells: Sequence[str], of: dict[str, float], **how: Any) -> None:
+def _write(
+    axes: plot.Axes, y: float, cells: Sequence[str], of: dict[str, float], **how: Any
+) -> None:
     for k, (cell, end) in enumerate(zip(cells, of.values(), strict=False)):
         axes.text(end, y, cell, ha="right" if k else "left", **how)
 
 
-def _rule(axes: Axes, y: float) -> None:
+def _rule(axes: plot.Axes, y: float) -> None:
     axes.hlines(y + 1.8, MARGIN, PAGE_MM[0] - MARGIN, color=plot.GREY, lw=0.6)
 
 
-def _budget(axes: Axes, y: float, one: Row) -> float:
+def _budget(axes: plot.Axes, y: float, one: Row) -> float:
     """Contributions with bars of their shares; what they add up to."""
     start, length = SHARE
-    _row(axes, y, tuple(BUDGET), BUDGET, fontweight="bold")
+    _write(axes, y, tuple(BUDGET), BUDGET, fontweight="bold")
     axes.text(start, y, r"share of $\mathbf{u_c^2}$", fontweight="bold")
     _rule(axes, y)
     for part in one["budget"]:
         y, share = y + ROW_MM, part["share"]
         words = percent(share, 2) if share >= LEAST_SHARE else f"< {percent(LEAST_SHARE)}"
         size, dof = significant(part["u_mm"], 2), _dof(part["dof"])
-        _row(axes, y, (part["contribution"], part["type"], size, dof), BUDGET)
+        _write(axes, y, (part["contribution"], part["type"], size, dof), BUDGET)
         axes.text(start + length * share + 1.5, y, words)
         if share >= LEAST_SHARE:
             axes.barh(y - 1.1, length * share, 2.8, left=start, color="#5b7fc4")
     _rule(axes, y)
     size, expanded = (significant(one[key], 2) for key in ("u_mm", "U_mm"))
     total = (f"Combined, {U_C}", "", size, _dof(one["dof"]))
-    _row(axes, y + ROW_MM, total, BUDGET, fontweight="bold")
-    _row(axes, y + 2 * ROW_MM, (f"Expanded, U = k {U_C}", "", expanded), BUDGET, fontweight="bold")
+    _write(axes, y + ROW_MM, total, BUDGET, fontweight="bold")
+    _write(
+        axes, y + 2 * ROW_MM, (f"Expanded, U = k {U_C}", "", expanded), BUDGET, fontweight="bold"
+    )
     axes.text(start, y + 2 * ROW_MM, f"k = {one['k']:.2f}", fontweight="bold")
     return y + 2 * ROW_MM + 3
 
 
-def _directions(axes: Axes, y: float, every: Sequence[Row]) -> float:
-    _row(axes, y, tuple(TABLE), TABLE, fontweight="bold")
+def _directions(axes: plot.Axes, y: float, every: Sequence[Row]) -> float:
+    _write(axes, y, tuple(TABLE), TABLE, fontweight="bold")
     _rule(axes, y)
     for one in every[:MOST]:
         y += ROW_MM
@@ -120,7 +169,7 @@ def _directions(axes: Axes, y: float, every: Sequence[Row]) -> float:
                  for key in ("correction_mm", "u_mm", "U_mm", "U_of_mean_mm")]  # fmt: skip
         numbers = (*sizes[:2], _dof(one["dof"]), f"{one['k']:.2f}", *sizes[2:])
         cells = (one["direction"], str(one["passes"]), str(one["dates"] or "–"), *numbers)
-        _row(axes, y, cells, TABLE)
+        _write(axes, y, cells, TABLE)
     how: plot.Keywords = {"fontsize": plot.SMALL_PT, "color": plot.GREY}
     return _text(axes, MARGIN, y + ROW_MM, [render("statement.table")], 125, **how)
 
@@ -130,7 +179,7 @@ def _dof(value: float | None) -> str:
 
 
 @plot.styled()
-def save_page(figure: Figure, pdf: Path) -> None:
+def save_page(figure: plot.Figure, pdf: Path) -> None:
     """The PDF and a PNG beside it; the same figure gives the same bytes."""
     nothing = dict.fromkeys(("CreationDate", "Creator", "Producer"))
     with whole(pdf) as part:

@@ -8,8 +8,8 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 
+from mocap_metrology.noise.diagnosis import evidence
 from mocap_metrology.noise.diagnosis.levels import blocks
-from mocap_metrology.present.diagnosis import evidence
 
 
 def event(kind: str, size: float, p: float, time_s: float = 20.0) -> Some:

@@ -3,7 +3,7 @@
 import numpy as np
 import yaml
 
-from mocap_metrology.present.verdict.filters import covariances, px4_params, ros_yaml
+from mocap_metrology.noise.filters import covariances, px4_params, ros_yaml
 
 PLACES_MM = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]])
 

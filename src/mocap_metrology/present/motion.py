@@ -1,4 +1,4 @@
-"""Noise by place: a map of a moving pair, and captions."""
+"""Noise of an orientation: rows and figure."""
 
 from __future__ import annotations
 
@@ -8,8 +8,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from mocap_metrology.common.types import Record
+from mocap_metrology.noise.motion.orientation import AXES, TURNS_RAD, Orientation, rms
+from mocap_metrology.present.plot import curves
 from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.plot.figure import LOOKS, Picture, styled, words_picture
+from mocap_metrology.present.recording import source_words
 from mocap_metrology.present.tables import Row
+from mocap_metrology.present.text import captions
 
 HEIGHT_MM = 84.0
 MAPS = {  # title and colours of each column that is drawn
@@ -20,6 +26,42 @@ SENTENCE = (
     "Noise of the length differs by a factor of {factor:.2g} between places: {explained} by chance "
     "(p = {p:.2g}); its mean scatters by {bend_um:.3g} µm (SD)."
 )
+
+
+@styled()
+def orientation_figure(
+    allan: Mapping[str, np.ndarray],
+    orientation: Orientation,
+    origin: Record,
+    cluster: Sequence[str],
+    refused: str,
+) -> Picture:
+    """Allan deviation of the three components of the rotation vector, with intervals; or the words
+    why there is none (`refused`)."""
+    title = f"{origin['recording']}: Allan deviation of orientation"
+    source = f"Source: {source_words(origin)}."
+    if refused:
+        return words_picture(refused, title, source)
+    words = [captions.ORIENTATION]
+    residual = rms(orientation.residual_mm)
+    if residual is not None:
+        words.append(
+            f"Cluster: {', '.join(cluster)} (Kabsch, frame by frame). The markers are "
+            f"{orientation.spread_mm:.0f} mm from their centre (rms) and {1000 * residual:.3g} µm "
+            "off a rigid body (rms)."
+        )
+    if orientation.range_rad > TURNS_RAD:
+        degrees = np.degrees(orientation.range_rad)
+        words.append(f"It turns by {degrees:.3g} degrees: the figure shows motion, not noise.")
+    adev = curves.adev_curves(allan, {axis: axis for axis in AXES}, unit="rad")
+    adev[["y", "lower", "upper"]] *= 1e6
+    return curves.curves_picture(
+        {"Orientation": adev},
+        (title, source, " ".join(words)),
+        origin["allan"]["confidence"],
+        y_label="Allan deviation (µrad)",
+        looks={f"r{axis}": look for axis, look in LOOKS.items()},
+    )
 
 
 def place_sentence(even: Mapping[str, float]) -> str:

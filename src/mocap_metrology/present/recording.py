@@ -1,24 +1,23 @@
-"""Trajectories of a recording, raw and cleaned, from a handful of frames to hours of them."""
+"""Figures of one recording: Allan deviations, and trajectories from a handful of frames to hours."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from mocap_metrology.common.types import Record
 from mocap_metrology.noise.trace import MARKED_SIGMA, Trace, trace_of
+from mocap_metrology.present.plot import curves as of_curves
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import NOTHING, facets
-from mocap_metrology.present.plot.units import TimeAxis, length_unit, time_axis
+from mocap_metrology.present.plot.figure import Picture, TimeAxis, length_unit, styled, time_axis
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.numbers import number, significant
+from mocap_metrology.present.text.numbers import mm, number, significant
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import SubFigure
-
+MOST_NAMED = 2  # files
+LEAST_STEP_MM = 1e-9  # as of float64; smaller sizes in mm are written as 0
 MOST_PANELS = 20  # six markers and two distances; more are drawn as rows
 COLUMNS = 660  # of samples in a panel, or over all panels side by side; as many as pixels
 PANELS_MM, PANEL_MM = 140.0, (13.5, 45.0)
@@ -27,6 +26,55 @@ ROWS_MM, ROW_MM, NAME_MM = 190.0, (2.2, 9.0), 2.9
 TYPICAL, ROW_OF_CORE = 0.9, 1.6  # a row is so many times this quantile of the series' ranges
 RAW, CLEAN, MEAN, OUTLIER, GAP = "#949494", "#b4d3ee", "#10307a", "#cf4a2c", "#ececec"
 CLEAN_EDGE = "#5f9bd1"  # darker, that a column of its own is seen
+
+
+def source_words(origin: Record) -> str:
+    """`simulated stand-in (twin) T40-10`, or `measured, take.c3d`; many segments are counted.
+
+    origin: metadata of a table of the recording.
+    """
+    if origin["twin"]:
+        return f"simulated stand-in (twin) {origin['twin']}"
+    paths = (part["path"] for part in origin.get("segments") or ())
+    files = list(dict.fromkeys(path.rpartition("/")[2] for path in paths))
+    if len(files) > MOST_NAMED:
+        return f"measured, {files[0]} and {len(files) - 1} more files"
+    return ", ".join(["measured", " and ".join(files)] if files else ["measured"])
+
+
+def step_words(resolution_mm: float, kind: str) -> str:
+    """`step 61 nm (float32)`: of the stored values, in a unit that needs no power of ten."""
+    if not resolution_mm > 0:
+        return "step unknown"
+    if resolution_mm < LEAST_STEP_MM:
+        return f"step below 0.001 nm ({kind})"
+    return f"step {mm(resolution_mm, 2)} ({kind})"
+
+
+@styled()
+def allan_figure(
+    columns: Mapping[str, np.ndarray],
+    title: str,
+    source: str,
+    remarks: str = "",
+    *,
+    expected: Sequence[str] = (),
+    confidence: float | None = None,
+) -> Picture:
+    """Allan deviation over averaging time of every series of a recording.
+
+    columns: of `allan_masked.parquet`, one row a point (see `adev_curves`); `source`: the line at
+    the foot; `remarks`: what the caption adds; `expected`: series that should be there, one that is
+    not is drawn as without valid samples; `confidence` (0 ... 1) of the interval.
+    """
+    names = [*np.asarray(columns["series"]).astype(str).tolist(), *expected]
+    curves = of_curves.adev_curves(columns, {name: name for name in names})
+    facets = of_curves.facets(curves["curve"]).items()
+    return of_curves.curves_picture(
+        {title: curves[curves["curve"].isin(own)] for title, own in facets},
+        (title, source, f"{captions.ADEV} {remarks}"),
+        confidence,
+    )
 
 
 @plot.styled()
@@ -59,12 +107,11 @@ def trajectory_figure(
     ]
     time = time_axis(max(one.n for one in traces), frame_rate_hz)
     body = (_rows if many else _panels)(traces, time, title, source)
-    plot.legend_below(body, body.axes)
-    return plot.Picture(body, f"{captions.TRAJECTORY} {remarks}".strip())
+    return plot.finished(body, body.axes, f"{captions.TRAJECTORY} {remarks}".strip())
 
 
 def draw(
-    axes: Axes,
+    axes: plot.Axes,
     one: Trace,
     time: TimeAxis,
     scale: float,
@@ -115,7 +162,7 @@ def draw(
             axes.plot(middles[over], edge_line, marker=marker, label="beyond the axis", **dots)
 
 
-def _panels(traces: Sequence[Trace], time: TimeAxis, title: str, source: str) -> SubFigure:
+def _panels(traces: Sequence[Trace], time: TimeAxis, title: str, source: str) -> plot.SubFigure:
     """A panel a series, numbers beside it."""
     height = float(np.clip(PANELS_MM / len(traces), *PANEL_MM))
     body = plot.new_figure(title, source, 30.0 + len(traces) * (height + 2.0))
@@ -151,7 +198,7 @@ def _numbers(one: Trace) -> list[str]:
     return facts
 
 
-def _rows(traces: Sequence[Trace], time: TimeAxis, title: str, source: str) -> SubFigure:
+def _rows(traces: Sequence[Trace], time: TimeAxis, title: str, source: str) -> plot.SubFigure:
     """A row a marker, as high as nine in ten of the series need."""
     by_name = {one.name: one for one in traces}
     panels = facets(by_name, 0)

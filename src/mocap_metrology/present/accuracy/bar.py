@@ -1,24 +1,23 @@
-"""The errors of a bar: how large, where, and what they are made of."""
+"""The errors of a bar: how large, where, and what they are made of, in a figure and in words."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import Bar, OfClass
-from mocap_metrology.common.types import Row
-from mocap_metrology.present.accuracy.bar_document import place_rows
+from mocap_metrology.accuracy.bar import LEAST_SEEN, STATISTICS, Bar
+from mocap_metrology.accuracy.bar_rows import bar_numbers, place_rows
+from mocap_metrology.accuracy.components import FEWEST
+from mocap_metrology.accuracy.findings import Finding
+from mocap_metrology.common.types import Record, Row
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.numbers import mm
+from mocap_metrology.present.text.numbers import ARITHMETIC, mm, significant
+from mocap_metrology.present.text.sentence import render
 from mocap_metrology.settings import Bar as Settings
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import SubFigure
 
 HEIGHT_MM, ROW_MM = 112.0, 9.0
 POINTS = 400  # of a cumulative curve
@@ -65,7 +64,7 @@ def bar_figure(
     return plot.Picture(body, captions.BAR)
 
 
-def _cumulative(axes: Axes, bar: Bar, settings: Settings, still_mm: float | None) -> None:
+def _cumulative(axes: plot.Axes, bar: Bar, settings: Settings, still_mm: float | None) -> None:
     """Share of the frames with a larger error, both axes logarithmic."""
     share = np.geomspace(1e-3, 1.0, POINTS)
     sizes = []
@@ -103,7 +102,7 @@ def _cumulative(axes: Axes, bar: Bar, settings: Settings, still_mm: float | None
     plot.panel_title(axes, "How large")
 
 
-def _maps(parent: SubFigure, bar: Bar, cell_mm: float) -> list[Axes]:
+def _maps(parent: plot.SubFigure, bar: Bar, cell_mm: float) -> list[plot.Axes]:
     """A map of each class on the plane in which the places extend most, in CELLS squares at
     most."""
     middles = np.concatenate([m for one in bar.classes for m in one.middles], axis=1)
@@ -167,11 +166,11 @@ def _number(row: Row, key: str) -> float:
     return float(row[key])  # type: ignore[arg-type]
 
 
-def _parts(axes: Axes, bar: Bar) -> None:
+def _parts(axes: plot.Axes, bar: Bar) -> None:
     """A row a class: shares of the mean square error, sizes in mm on them."""
     for row, one in enumerate(bar.classes):
         start = 0.0
-        sizes = part_sizes(one)
+        sizes = one.parts.of_mean_square
         total = sum(size**2 for size in sizes.values()) or 1.0
         for name, size in sizes.items():
             share = size**2 / total
@@ -193,9 +192,87 @@ def _parts(axes: Axes, bar: Bar) -> None:
     plot.panel_title(axes, "Made of")
 
 
-def part_sizes(one: OfClass) -> dict[str, float]:
-    """Sizes in mm whose squares add up to the mean square; the rest without frame to frame."""
-    sizes = {name: abs(float(np.nan_to_num(one.parts[name].value))) for name in PARTS}
-    sizes["frame"] = min(sizes["frame"], sizes["rest"])
-    sizes["rest"] = float(np.sqrt(sizes["rest"] ** 2 - sizes["frame"] ** 2))
-    return sizes
+def bar_document(
+    bar: Bar,
+    findings: Sequence[Finding],
+    settings: Settings,
+    pair: Sequence[str],
+    warnings: Sequence[str] = (),
+    **found: Any,
+) -> Row:
+    """Contents of bar.json: its numbers (`bar_numbers`, as `found`) and words."""
+    document = bar_numbers(bar, findings, settings, pair, **found)
+    document["reason"] = reason(document)
+    document["sentences"] = sentences(document)
+    little = [render("bar.seen", seen=bar.seen)] if bar.seen < LEAST_SEEN else []
+    document["warnings"] = [*warnings, *little]
+    return document
+
+
+def reason(document: Record) -> str:
+    """The sentence of the word."""
+    worst = next(c for c in document["classes"] if c["class"] == document["worst"])
+    numbers = {"p95": worst["statistics_mm"]["p95"]["value"], "one": len(document["classes"]) == 1}
+    return render("bar.precise" if document["certificate"] is None else "bar.accuracy",
+                  **{**document, **numbers})  # fmt: skip
+
+
+def sentences(document: Record) -> list[str]:
+    """What follows from a bar beside its word: the mean and the scale, findings, what else would be
+    needed."""
+    said = []
+    if document["certificate"]:
+        said += [render("bar.mean", c=c, **document["certificate"]) for c in document["classes"]]
+    of_class = {one["class"]: len(one["passes"]) for one in document["classes"]}
+    said += [
+        render(f"bar.{one['code']}", **one, passes=of_class.get(one["series"], 0), fewest=FEWEST)
+        for one in document["findings"]
+    ]
+    passes = min(of_class.values())
+    if document["scale"] and not any(f["code"] == "scale_slope" for f in document["findings"]):
+        said.append(render("bar.no_slope", **document["scale"]))
+    if document["certificate"] and not document["certificate"]["u_mm"]:
+        said.append(render("bar.exact"))
+    if passes < FEWEST:
+        said.append(render("bar.few", passes=passes, fewest=FEWEST))
+    return said
+
+
+def told(documents: Sequence[Record]) -> list[str]:
+    """Word, reason, sentences and warnings of some bars, each with its markers where they are
+    several."""
+    said = []
+    for one in documents:
+        name = f" on {' and '.join(one['pair'])}" if len(documents) > 1 else ""
+        said += [f"Verdict{name}: {one['word']}. {one['reason']}", *one["sentences"]]
+        said += [f"Warning: {words}." for words in one["warnings"]]
+    return said
+
+
+def bar_lines(document: Record) -> list[str]:
+    """What `check --bar` prints."""
+    rows = [["", "passes", "frames", "n_eff", *STATISTICS]]
+    for one in document["classes"]:
+        values = (one["statistics_mm"][name]["value"] for name in STATISTICS)
+        sizes = [significant(v if abs(v) > ARITHMETIC["mm"] else 0.0) for v in values]
+        counts = [len(one["passes"]), one["n_frames"], f"{one['n_eff']:.0f}"]
+        rows.append([one["class"], *map(str, counts), *sizes])
+    width = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    table = [f"  {'  '.join(map(str.ljust, row, width))}".rstrip() for row in rows]
+    against = "certificate" if document["certificate"] else "mean"
+    pair = " and ".join(document["pair"])
+    length = f"{against}, {document['reference_mm']:.6g} mm"
+    head = f"Error of the length of {pair} against its {length}, in mm:"
+    found = [render("bar.cluster", **one) for one in document["clusters"]]
+    return [
+        f"{document['recording']}: {document['word']}",
+        document["reason"],
+        *document["sentences"],
+        *found,
+        "",
+        head,
+        *table,
+        "",
+        f"Not covered: {', '.join(document['not_covered'])}.",
+        *(f"warning: {words}" for words in document["warnings"]),
+    ]

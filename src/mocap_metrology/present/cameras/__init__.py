@@ -1,1 +1,0 @@
-"""Tables and figure of a group whose subsets of cameras show which one adds noise."""

@@ -1,1 +1,0 @@
-"""Recordings held against each other, and over dates."""

@@ -1,1 +1,0 @@
-"""A facility over months: chart, table, words."""

@@ -1,1 +1,0 @@
-"""Noise of an orientation, and by place."""

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from mocap_metrology.present.pages.document import parts_of
 
 from mocap_metrology.lighthouse.assess.rows import calibration_rows
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS, published_table
 from mocap_metrology.papers.jansen import jansen_table, jansen_table_3
 from mocap_metrology.present.calibration.pose_text import calibration_markdown
 from mocap_metrology.present.jansen.jansen_text import markdown
+from mocap_metrology.present.pages.details import parts_of
 from mocap_metrology.present.pages.site import Table
 
 KINDS = [(e, s) for e in ("paper", "paper-tight", "paper-lm") for s in ("kabsch", "final")]

@@ -19,7 +19,7 @@ from mocap_metrology.settings import Settings
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts take most of the time of a monitor."""
     module = "mocap_metrology.recording.monitor"
-    monkeypatch.setattr(f"{module}.chart", lambda *words: words)
+    monkeypatch.setattr(f"{module}.monitors.chart", lambda *words: words)
     monkeypatch.setattr(f"{module}.save_png", lambda words, path: path.write_text(words[1]))
 
 

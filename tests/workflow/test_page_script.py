@@ -7,7 +7,6 @@ from browser import browser
 from matplotlib.figure import Figure as Drawing
 
 from mocap_metrology.present.pages import details, summary
-from mocap_metrology.present.pages import details as document
 from mocap_metrology.present.text import captions
 
 COLUMN = "[...document.querySelectorAll('tbody tr:not([hidden])')].map(r => r.cells[%d].innerText)"
@@ -37,7 +36,7 @@ def test_a_table_sorts_by_number_and_name_and_is_searched(executable, tmp_path) 
     text = "\n".join(["# T", "", "| name | value | s |", "|---|---|---|", *rows, "", f"| {wide} |"])
     text += "\n" + "|---" * 20 + "|\n"
     page = tmp_path / "page.html"
-    page.write_text(document.page(text, "t", False), encoding="utf-8")
+    page.write_text(details.table_page(text, "t", False), encoding="utf-8")
     with browser(executable, tmp_path) as seen:
         seen.size(400, 800)
         seen.open(page.as_uri(), "document.querySelector('thead button')")
@@ -77,7 +76,7 @@ def test_on_a_phone_an_index_is_beside_its_letter(executable, tmp_path) -> None:
 
 def test_without_an_address_a_page_names_where_things_are(executable, tmp_path) -> None:
     """Snakemake's report shows pages as data: there a link leads nowhere."""
-    table = document.page("# T\n\n| a |\n|---|\n| 1 |\n", "t", True)
+    table = details.table_page("# T\n\n| a |\n|---|\n| 1 |\n", "t", True)
     front = summary.page(summary.Verdicts(), tables=["t"])
     with browser(executable, tmp_path) as seen:
         for text in (table, front):

@@ -1,5 +1,4 @@
-"""Whether a regenerated number of a table of a paper agrees with the published one: the verdict of a
-row of its CSV."""
+"""Whether a regenerated number of a table of a paper agrees with the published one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of one recording: Allan deviations, and trajectories from a handful of frames to hours."""
+"""Figures of one recording: Allan deviations, and trajectories of a few frames to hours."""
 
 from __future__ import annotations
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.uncertainty import lowest
-from mocap_metrology.present.tables import Row
 
 FIRST = ("tau_1_s", "adev_1_mm")
 MINIMUM = ("adev_min_mm", "tau_min_s", "adev_min_lower_mm", "adev_min_upper_mm")

@@ -131,7 +131,8 @@ def comparison_words(found: comparison.Comparison | None) -> str:
     said = "A station has moved" if found.moved else "No sign that a station moved"
     how = f"probability by chance: {_chance(found.p_value)}"
     if math.isnan(found.p_value):
-        how = f"no covariance; a station counts as moved beyond {comparison.LARGE_MM:g} mm or {comparison.LARGE_DEG:g}°"
+        far = f"{comparison.LARGE_MM:g} mm or {comparison.LARGE_DEG:g}°"
+        how = f"no covariance; a station counts as moved beyond {far}"
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
     first = f"{said}: {apart(*found.shift)} from the earlier pose ({how})."
     parts = (first, _interval_words(found), _validity_words(found), found.note, other)

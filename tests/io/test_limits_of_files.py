@@ -40,8 +40,7 @@ def test_the_stated_number_of_frames_is_that_of_the_rows_or_of_their_span(tmp_pa
     elif stated < 50:
         assert refusal(path, ["A"]) == "a.trc: has 50 frames, NumFrames states 49"
     else:
-        said = f"a.trc: cut off: 50 of the {stated} frames that NumFrames states"
-        assert refusal(path, ["A"]) == said
+        assert f"cut off: 50 of the {stated} frames that NumFrames" in refusal(path, ["A"])
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -120,9 +120,8 @@ def test_a_diode_that_is_off_twice_as_much_is_named(bad: tuple[int, ...]) -> Non
 def test_ten_moments_in_common_connect_two_stations() -> None:
     times = [np.arange(first, first + 40.0) for first in (0, 30, 61)]
     seen = [SimpleNamespace(measurements=SimpleNamespace(time_s=time)) for time in times]
-    assert shared_moments([*seen, None]).tolist() == [
-        [40, 10, 0, 0], [10, 40, 0, 0], [0, 0, 40, 0], [0, 0, 0, 0]
-    ]  # fmt: skip
+    expected = [[40, 10, 0, 0], [10, 40, 0, 0], [0, 0, 40, 0], [0, 0, 0, 0]]
+    assert shared_moments([*seen, None]).tolist() == expected
 
 
 def test_a_station_without_a_common_view_is_an_island() -> None:

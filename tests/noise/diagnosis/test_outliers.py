@@ -8,6 +8,7 @@ from scipy import stats
 from scipy.ndimage import median_filter
 
 from mocap_metrology.common.hampel import hampel, own_step
+from mocap_metrology.noise.diagnosis.one_series import multiples_of
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
     heavy_tails,
@@ -96,5 +97,10 @@ def test_one_axis_in_coarse_steps_has_no_outliers() -> None:
     x = 300 + 0.04 * np.round(0.02 * rng.standard_normal(50_000) / 0.04)
     assert own_step(np.float32(x)) == pytest.approx(0.04, rel=1e-3)
     assert own_step(np.float32(300 + 0.02 * rng.standard_normal(50_000))) == 0
+    assert multiples_of(np.float32(x)) == pytest.approx(0.04, rel=1e-3)
+    held, band = np.empty(50_000), 0.03  # a value is sent when it has changed by so much
+    for k, value in enumerate(300 + 0.02 * rng.standard_normal(50_000)):
+        held[k] = value if k == 0 or abs(value - held[k - 1]) > band else held[k - 1]
+    assert own_step(held) > band and multiples_of(held) == 0
     assert off_frames(x, 6.0).size == 0
     assert hampel(x, 60, 6.0, resolution=own_step(x)).share == 0

@@ -88,7 +88,7 @@ class Examiner:
         steps = steps[np.isfinite(steps)]
         avar_1 = float(np.mean(steps**2)) / 2 if steps.size else math.nan
         how = self.resolution_kind, avar_1, rate, name.startswith("L")
-        own = max(self.step_mm, 0.0 if name.startswith("L") else own_step(blank))
+        own = max(self.step_mm, 0.0 if name.startswith("L") else multiples_of(blank))
         step = resolution(name, own, *how)
         at_hz = [line.line.f_0 for line in lines]
         broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None
@@ -114,6 +114,14 @@ def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
     avar_1 = float(np.nanmean(changes**2)) / 2 if np.isfinite(changes).any() else math.nan
     step = max(step_mm, own_step(series))
     return step if rounding_share(step, avar_1, distance) > MOST else 0.0
+
+
+def multiples_of(series: np.ndarray) -> float:
+    """`own_step` of (n,) values whose changes are multiples of it, as those beyond a dead band are
+    not; else 0."""
+    step, changes = own_step(series), np.diff(middle(series)[:SAMPLED])
+    often = changes[np.isfinite(changes) & (changes != 0)] / (step or math.inf)
+    return step if step and np.mean(np.abs(often - np.rint(often)) < 0.1) > 0.9 else 0.0
 
 
 def left_in_means(lines: Sequence[Found], length: int, rate_hz: float) -> float:

@@ -87,8 +87,9 @@ class Examiner:
         steps = np.diff(blank)
         steps = steps[np.isfinite(steps)]
         avar_1 = float(np.mean(steps**2)) / 2 if steps.size else math.nan
-        how = self.resolution_kind, avar_1, rate, name.startswith("L")
         own = max(self.step_mm, 0.0 if name.startswith("L") else multiples_of(blank))
+        kind = self.resolution_kind if own < 2 * self.step_mm else "rounded"
+        how = kind, avar_1, rate, name.startswith("L")
         step = resolution(name, own, *how)
         at_hz = [line.line.f_0 for line in lines]
         broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None

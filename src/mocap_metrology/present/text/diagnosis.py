@@ -277,7 +277,8 @@ def _resolution(found: Diagnosis) -> Iterator[Sentence]:
             "rounding_h0_mm2_hz": {name: r.rounding_h0 for name, r in known.items()},
             "vicon_share": worst.share_of(COARSE_STEP_MM),
         }
-        values = {"worst": worst, "coarse_mm": COARSE_STEP_MM}
+        alone = worst.step_mm > 2 * min(r.step_mm for r in known.values())
+        values = {"worst": worst, "coarse_mm": COARSE_STEP_MM, "alone": alone}
         yield sentence("resolution.steps", worst.word != "fine", known, numbers, **values)
 
 

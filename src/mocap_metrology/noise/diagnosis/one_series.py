@@ -88,7 +88,7 @@ class Examiner:
         steps = steps[np.isfinite(steps)]
         avar_1 = float(np.mean(steps**2)) / 2 if steps.size else math.nan
         own = max(self.step_mm, 0.0 if name.startswith("L") else multiples_of(blank))
-        kind = self.resolution_kind if own < 2 * self.step_mm else "rounded"
+        kind = self.resolution_kind if own <= 2 * self.step_mm else "rounded"
         how = kind, avar_1, rate, name.startswith("L")
         step = resolution(name, own, *how)
         at_hz = [line.line.f_0 for line in lines]

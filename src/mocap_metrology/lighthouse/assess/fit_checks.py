@@ -25,9 +25,7 @@ RESIDUAL = {"static": (2.0, 3.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
 RESIDUAL_BATCH = (1.4, 3.0)  # which interpolates nothing: sound ones reach 1.0
 WEIGHT_LOST = (0.08, 0.35)  # of hits: wrong sweeps, reflections, stretches that fit no trajectory
 PRIOR_P = (1e-2, 1e-8)
-SCALE_P = (
-    1e-4  # either the length or the board is not as stated, and the pose has its scale from one
-)
+SCALE_P = 1e-4  # the length or the board is not as stated, and gives the pose its scale
 MISFIT = (1.2, 25.0)  # of variances; 1 within chance
 SCALE_SHARE = 0.5  # of the variance of the position: from then on a known length helps most
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits

@@ -233,8 +233,8 @@ def moments(
             both = np.concatenate([part[:, :n_frames] for part in parts])
             steps = [(resolution_mm or {}).get(name, 0.0) for name in names]
             rounding = np.diag(np.repeat(np.square(steps) / 12, 3))
-            for t, m in enumerate(chosen):
-                total, count = block_sums(list(both), [m], N_BLOCKS)[m]
+            of = block_sums(list(both), chosen, N_BLOCKS)
+            for t, (m, (total, count)) in enumerate(of.items()):
                 sums[marker, t, k] = total - count[:, None, None] * rounding / m
                 counts[marker, t, k] = count
     markers = [k for k in range(n_markers) if _usable(sums[k, 0], counts[k, 0])]

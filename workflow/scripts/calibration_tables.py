@@ -33,10 +33,7 @@ with step(snakemake) as log:
         for named, path in zip(snakemake.params.at_rest, snakemake.input.allan, strict=True)
         for row in rows_of.angle_rows(named, *read_table(path))
     ]
-    caption, at_rest = (
-        f"{captions.ANGLE_TABLE} {note}".strip(),
-        "No calibration of a board at rest.",
-    )
-    text = markdown(rotors, f"{group}: noise of angles", caption, at_rest)
+    caption, nothing = f"{captions.ANGLE_TABLE} {note}", "No calibration of a board at rest."
+    text = markdown(rotors, f"{group}: noise of angles", caption.strip(), nothing)
     write_with(snakemake.output[4], rotors, text, rows_of.ANGLE_HEAD)
     log.info("%s: %d calibrations", group, len(rows))

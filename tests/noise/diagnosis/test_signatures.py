@@ -11,8 +11,6 @@ from scipy import signal
 from benchmarks.sentences._kinds import coloured, gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
 from mocap_metrology.noise.diagnosis.one_series import hiding_step, walk_decided
-from mocap_metrology.noise.diagnosis.shape import pace
-from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, MOST_STEPS, shapes
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
     Wander,
@@ -40,86 +38,6 @@ def test_each_kind_is_named_and_nothing_else(case: str) -> None:
         assert set(found.kinds) <= set(found.possible)
         named += said == set(true)
     assert named >= 2
-
-
-def test_the_ends_of_a_shift_are_those_of_least_squares() -> None:
-    """Against every pair of ends: squares about the mean inside and the mean outside."""
-    n = 60
-    pairs = [(a, b) for a in range(1, n - 1) for b in range(a + 1, n)]
-    for seed in range(8):
-        rng = np.random.default_rng(seed)
-        z = rng.standard_normal(n)
-        first = int(rng.integers(5, 50))
-        z[first : first + int(rng.integers(2, 7))] += 2.5
-        rest = [
-            z[a:b].var() * (b - a) + np.delete(z, slice(a, b)).var() * (n - b + a) for a, b in pairs
-        ]
-        found = [s for s in shapes(z, np.arange(n)) if s.kinds == {"shift"}]
-        assert pairs[int(np.argmin(rest))] in [s.at for s in found if len(s.columns) == 1]
-
-
-def test_each_of_several_steps_is_where_it_leaves_least() -> None:
-    """Against every other place, by least squares beside a constant and the steps before it."""
-    n, z = 40, np.random.default_rng(2).standard_normal(40).cumsum()
-    rows, blocks = [np.ones(n)], np.arange(n)
-    found = [s for s in shapes(z, blocks) if s.kinds & {"step", "shift", "steps"}]
-    found = [s for s in found if "drift" not in s.kinds and (s.columns[:, -1] == 1).all()]
-    for count in range(1, MOST_STEPS + 1):
-        rest = {
-            at: np.linalg.lstsq(np.array([*rows, blocks >= at]).T, z, rcond=None)[1]
-            for at in range(2, n - 1)
-            if not any((row == (blocks >= at)).all() for row in rows)
-        }
-        rows.append(blocks >= min(rest, key=lambda at: float(rest[at][0])))
-        assert any(np.array_equal(s.columns, rows[1:]) for s in found), count
-
-
-@pytest.mark.parametrize("count", [3, 16])
-def test_each_of_the_shifts_that_fade_alike_is_a_column(count: int) -> None:
-    k = np.arange(400)
-    since = np.maximum(k - 24 * np.arange(1, count + 1)[:, None], -1)
-    fading = np.where(since >= 0, np.exp(-since / np.sqrt(40)), 0)
-    z = fading.sum(axis=0) + 1e-3 * np.random.default_rng(1).standard_normal(k.size)
-    found = [s.columns for s in shapes(z, k) if "recoveries" in s.kinds]
-    assert any(len(own) == count and np.allclose(own.sum(axis=0), z, atol=0.01) for own in found)
-
-
-def test_the_last_of_ten_bends_is_where_it_leaves_least_beside_all_others() -> None:
-    """Of places a hundredth of the time apart."""
-    n = 150
-    t = np.arange(n) / (n - 1) - 0.5
-    hinges = np.maximum(t - np.linspace(-0.48, 0.48, 97)[:, None], 0)
-
-    def rest(columns: np.ndarray) -> float:
-        X = np.vstack([np.ones(n), columns]).T
-        return float(np.sum((z - X @ np.linalg.lstsq(X, z, rcond=None)[0]) ** 2))
-
-    for seed in range(6):
-        z = np.random.default_rng(seed).standard_normal(n).cumsum()
-        bent = [s for s in shapes(z, np.arange(n)) if "smooth" in s.kinds]
-        (own,) = (s.columns for s in bent if s.searched == MOST_BENDS)
-        assert rest(own) <= min(rest(np.vstack([own[:-1], one])) for one in hinges) + 1e-6
-
-
-def test_the_size_of_a_shape_is_what_it_does() -> None:
-    """In mm: how far a curve goes, with the sign of its change; the height of a step. Of the
-    shape that fits best."""
-    t = np.arange(301.0)
-    for true, size in (
-        (0.2 * np.exp(-t / 150), -0.2 * (1 - np.exp(-300 / 150))),
-        (1e-6 * t**2, 1e-6 * 300**2),
-        (0.002 * np.minimum(t, 90), 0.18),
-        (-0.002 * np.maximum(t - 90, 0), -0.42),
-        (-0.3 * (t >= 120), -0.3),
-    ):
-        z = true + 1e-5 * np.random.default_rng(1).standard_normal(t.size)
-        rest = [(float(np.var(z - s.curve(z)[1])) * 1.001 ** len(s.columns), s.size(z))
-                for s in shapes(z, np.arange(t.size)) if s.kinds]  # fmt: skip
-        assert min(rest)[1] == pytest.approx(size, rel=0.02)
-    bends = [s for s in shapes(t, t) if "smooth" in s.kinds and s.searched]
-    assert [(len(s.columns), s.searched) for s in bends] == [
-        (places + 1, places) for places in range(1, MOST_BENDS + 1)
-    ]
 
 
 def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
@@ -344,23 +262,6 @@ def test_a_ramp_and_steps_that_fade_in_part_are_no_steps(ramp_s: float) -> None:
         for shape in (ramp, fading):
             found = signature(shape + noise(seed), RATE)
             assert found is not None and "step" not in found.kinds and found.undecided
-
-
-@pytest.mark.parametrize(
-    ("curve", "expected"),
-    [
-        (lambda t: t**3, {"accelerating"}),
-        (lambda t: -np.exp(3 * t), {"accelerating"}),
-        (lambda t: np.sqrt(t), {"slowing"}),
-        (lambda t: np.log1p(30 * t), {"slowing"}),
-        (lambda t: t, {"drift"}),
-        (lambda t: 1 / (1 + np.exp(-20 * (t - 0.5))), set()),  # fast in the middle
-        (lambda t: np.sin(4 * t), set()),  # turns
-        (lambda t: t > 0.9, set()),  # at once
-    ],
-)
-def test_pace_of_a_curve(curve, expected: set[str]) -> None:
-    assert pace(np.asarray(curve(np.linspace(0, 1, 600)), float)) == expected
 
 
 @pytest.mark.parametrize("constant_s", [20.0, 45.0])

@@ -125,11 +125,11 @@ def test_why_is_in_few_words_and_told_once() -> None:
         *(["a <jump>."] * 3 + ["And 2 more, see its figures."]),
     ]
     words = "Marker A seems to move: medians over 1 s span 3 mm."
-    moves = {"kind": "drift", "severity": "warning", "words": words}
-    row = recording("a", "bad", sentences=[moves])
+    moves = {"kind": "moving", "severity": "warning", "words": words}
+    row = recording("a", "bad", sentences=[moves], decided_by={"code": "moves"})
     row["reason"] = "A moves: means over 1 s of x1 span 3 mm (limit 2 mm)."
     assert summary.why(row) == [row["reason"]]
-    assert len(summary.why(row | {"reason": "One frame is uncertain."})) == 2
+    assert len(summary.why(row | {"decided_by": {"code": "frame"}})) == 2
 
 
 def test_the_page_and_the_front_in_order_and_nothing_is_taken_for_markup() -> None:

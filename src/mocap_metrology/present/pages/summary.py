@@ -294,8 +294,6 @@ def why(row: Record) -> list[str]:
     checks = [row["reason"], *(cap["reason"] for cap in row.get("caps", ()))]
     every = [one for one in row.get("sentences", ()) if one["severity"] == "warning"]
     warned = [one["words"] for one in every if not is_stated(one, row)]
-    if any(re.search(r"\bmoves?: ", check) for check in checks):  # stated already
-        warned = [words for words in warned if "seems to move" not in words]
     warnings = [f"{words.partition('; ')[0].rstrip('.')}." for words in warned]
     more = len(warnings) - MOST_WARNINGS
     rest = [f"And {more} more, see its figures."] if more > 0 else []

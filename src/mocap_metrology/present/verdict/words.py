@@ -23,6 +23,7 @@ STATED = {
     "low_pass": ("low_pass",),
     "outliers": ("outliers",),
     "step": ("resolution",),
+    "moves": ("moving",),
 }
 # Names of the quantities, in the order of the figure
 FRAME, NEAR = "one frame", "one frame within 1 s"
@@ -114,7 +115,7 @@ def verdict_lines(verdict: Record) -> list[str]:
     lines += ["", mean_words(verdict), *means]
     findings = [item["words"] for item in _warnings(verdict) if not is_stated(item, verdict)]
     lines += ["", "Findings:", *(f"  {words}" for words in findings)] if findings else []
-    told = {words.casefold().rstrip(".") for words in findings}
+    told = {item["words"].casefold().rstrip(".") for item in _warnings(verdict)}
     others = (w for w in verdict["warnings"] if w.casefold().rstrip(".") not in told)
     return [*lines, *(f"warning: {words}" for words in others)]
 

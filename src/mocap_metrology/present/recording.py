@@ -13,6 +13,7 @@ from mocap_metrology.present.plot import curves as of_curves
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import NOTHING, facets
 from mocap_metrology.present.plot.figure import Picture, TimeAxis, length_unit, styled, time_axis
+from mocap_metrology.present.tables import origin_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm, number, significant
 
@@ -34,7 +35,7 @@ def source_words(origin: Record) -> str:
     origin: metadata of a table of the recording.
     """
     if origin["twin"]:
-        return f"simulated stand-in (twin) {origin['twin']}"
+        return origin_words(origin["twin"])
     paths = (part["path"] for part in origin.get("segments") or ())
     files = list(dict.fromkeys(path.rpartition("/")[2] for path in paths))
     if len(files) > MOST_NAMED:

@@ -108,6 +108,11 @@ def plain(cell: str) -> str:
     return re.sub(r"\\([\\|`*\[\]<&_])", r"\1", cell)
 
 
+def origin_words(twin: str | None) -> str:
+    """`simulated stand-in (twin) T40-10`, or `measured`."""
+    return f"simulated stand-in (twin) {twin}" if twin else "measured"
+
+
 def source_sentence(sources: Mapping[str, str], duration_s: float | None = None) -> str:
     """The sentence of a caption on the origin of its recordings.
 

@@ -64,11 +64,6 @@ class CalibrationFiles:
         own = {name: matrix_and_metres(e) for name, e in self.entries.items() if e is not None}
         return {self.reference_name: (np.eye(3), np.zeros(3))} | own
 
-    @property
-    def kind(self) -> str:
-        """Where the recording comes from, in words."""
-        return f"simulated stand-in (twin) {self.twin}" if self.twin else "measured"
-
     def paths(self, estimator: str, optics: str) -> Paths | None:
         """Board poses in the frames of master and slave, None without two of each. `batch` has one
         trajectory and no such poses: shown are those of `paper-lm`, of any number of stations the

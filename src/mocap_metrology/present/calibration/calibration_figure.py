@@ -28,6 +28,7 @@ from mocap_metrology.present.calibration.stations import (
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import GREY, INK, Keywords, Picture, panel_title, say
+from mocap_metrology.present.tables import origin_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm, significant
 
@@ -68,7 +69,7 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     head_mm = LINE_MM * max(len(reason), 2)
     heights = [head_mm, RESULT_MM, ROW_MM * len(places) + LEGEND_MM]
     whose = stations.called(files.reference_name)
-    source = f"Source: {files.kind}. All positions are in the frame of {whose}."
+    source = f"Source: {origin_words(files.twin)}. All positions are in the frame of {whose}."
     page = figure.new_figure(f"{files.name}: calibration", source, sum(heights))
     head, result, evidence = page.subfigures(3, 1, squeeze=False, height_ratios=heights)[:, 0]
     _write_verdict(head, files.pose["verdict"]["word"], reason)

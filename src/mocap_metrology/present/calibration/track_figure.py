@@ -27,6 +27,7 @@ from mocap_metrology.present.plot.figure import (
     Picture,
     panel_title,
 )
+from mocap_metrology.present.tables import origin_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
@@ -52,11 +53,10 @@ def track_figure(
     Of a board at rest, Allan deviations of its angles (`allan`, `noise`: of its allan.parquet) take
     the place of the path. Where there is no track, words state why.
     """
-    kind = f"simulated stand-in (twin) {twin}" if twin else "measured"
     other = origin.get("tracked_with")
     whose = f"of {other}" if other else "of this recording's own calibration"
     of = f"station {origin['reference']}" if origin.get("reference") else "the master"
-    source = f"Source: {kind}. Stations {whose}; frame of {of}."
+    source = f"Source: {origin_words(twin)}. Stations {whose}; frame of {of}."
     title = f"{name}: tracked receiver"
     if not np.isfinite(track["x_mm"]).any():
         why = origin.get("reason") or "no moment with a pose"

@@ -18,6 +18,7 @@ from mocap_metrology.present.calibration.stations import COLOURS, thinned
 from mocap_metrology.present.jansen import signal, space
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, Keywords, Picture
+from mocap_metrology.present.tables import origin_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
 
@@ -48,7 +49,7 @@ def jansen_figures(files: CalibrationFiles, pulses: Mapping[str, np.ndarray]) ->
     pulses: columns of pulses.parquet. Figures 6 to 8 show the Kabsch stage of `paper` with ideal
     optics, as J's do; of the chosen pose where the calibration has it not.
     """
-    source = f"Source: calibration {files.name}, {files.kind}."
+    source = f"Source: calibration {files.name}, {origin_words(files.twin)}."
     titles = {k: f"Jansen et al. 2019, Figure {k}: {text}" for k, text in TITLES.items()}
     shown = Superposed.of(files)
     point = space.clearest_point(shown.paths, files.board)

@@ -14,7 +14,8 @@ import pandas as pd
 from scipy.signal import lfilter
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan.confidence import allan_curve, noise_exponents
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.assess.measured import measured_spread, measured_within
 from mocap_metrology.noise.cameras.covariance import covariance_rows

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan.confidence import noise_exponents
+from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.changes.compare import adev_trend, coherence
 from mocap_metrology.noise.changes.covariate import Covariate, together

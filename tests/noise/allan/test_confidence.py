@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.hampel import hampel, taken_at_most
-from mocap_metrology.noise.allan.confidence import (
-    allan_curve,
-    equivalent_dof,
-    interval,
-    noise_exponents,
-)
+from mocap_metrology.noise.allan.confidence import allan_curve, equivalent_dof, interval
+from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
 from mocap_metrology.noise.fit.estimators import NoiseSettings, masked_curve
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw

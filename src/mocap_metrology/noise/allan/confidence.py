@@ -1,8 +1,4 @@
-"""How sure an Allan variance is: noise identification, equivalent degrees of freedom, interval.
-
-Exponents alpha are those of the series' power spectral density, S(f) ~ f^alpha: 2 violet, 1 blue,
-0 white, -1 flicker, -2 random walk, -3 and -4 (Hadamard only) flicker walk and random run.
-"""
+"""How sure an Allan variance is: equivalent degrees of freedom, and an interval from them."""
 
 from __future__ import annotations
 
@@ -13,81 +9,11 @@ from functools import cache
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.allan.sums import running_sum
+from mocap_metrology.noise.allan.identification import DIFFERENCING, noise_exponents
 from mocap_metrology.noise.allan.variance import ORDER, allan_variance
 
 PARTS, LEAST_PARTS, LEAST_PART = 16, 6, 8  # of a recording; windows of one
 CHANCE, MOST_CELLS = 0.01, 1 << 18
-MIN_MEANS = 30  # the identification needs that many window means [Riley & Greenhall 2004]
-DIFFERENCING = {"oadev": 2, "mdev": 2, "hdev": 3}  # d of Greenhall & Riley
-STEEPEST = {"oadev": -2, "mdev": -2, "hdev": -4}  # steepest noise the variance converges for
-
-
-def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev") -> np.ndarray:
-    """(k,) whole exponents alpha of the noise that dominates at each averaging factor.
-
-    Lag-1 autocorrelation of the N window means [Riley & Greenhall, "Power law noise identification
-    using the lag 1 autocorrelation", EFTF 2004]: with r1 of the means, differenced d times until
-    delta = r1 / (1 + r1) < 1/4, alpha = -2 (delta + d), rounded. Going from short tau to long, an
-    exponent stands until that departs from it by more than rounding and two standard errors
-    (2 / sqrt(N)) explain (of blue and violet noise downwards rounding alone: it has the most
-    degrees of freedom, and gives way), and where fewer than 30 means remain, though not above 0, as
-    of GPS data by Stable32: one white series in six would be called blue at N = 31, with seven
-    times the degrees of freedom it has. It never rises above 0 and above that before: of a sum of
-    power laws and Gauss-Markov terms the higher exponents fade as tau grows, and among so many tau
-    chance alone makes blue of white in one series in twenty, with hundreds of times its degrees of
-    freedom. (Noise that is violet down to the longest tau has wider intervals there than it
-    needs.) NaN samples are left out of the means, windows without any out of the sum.
-    """
-    valid = np.isfinite(series)
-    if valid.all():
-        sums, counts = running_sum(series - series.mean() if series.size else series), None
-    else:
-        mean = series[valid].mean() if valid.any() else 0.0
-        sums, counts = running_sum(np.where(valid, series - mean, 0.0)), running_sum(valid)
-    exponents = np.zeros(len(m), dtype=np.int64)
-    last = None
-    for k in np.argsort(m):
-        if series.size // m[k] >= MIN_MEANS:
-            with np.errstate(invalid="ignore", divide="ignore"):
-                held = m[k] if counts is None else np.diff(counts[:: m[k]])
-                means = np.diff(sums[:: m[k]]) / held
-            exponent = _lag1_exponent(means, DIFFERENCING[estimator])
-            if exponent is not None and (last is None or _departs(exponent, last, means.size)):
-                steepest_rise = 2 if last is None else max(last, 0)
-                last = min(max(round(exponent), STEEPEST[estimator]), steepest_rise)
-            exponents[k] = last or 0
-        else:
-            exponents[k] = min(last or 0, 0)
-    return exponents
-
-
-def _departs(exponent: float, last: int, n_means: int) -> bool:
-    errors = 0 if exponent < last and last > 0 else 2
-    return abs(exponent - last) > 0.5 + errors * 2 / math.sqrt(n_means)
-
-
-def _lag1_exponent(means: np.ndarray, max_differences: int) -> float | None:
-    for differences in range(max_differences + 1):
-        known = np.isfinite(means)
-        n_known = np.count_nonzero(known)
-        if n_known < MIN_MEANS - max_differences:
-            return None
-        if n_known == means.size:
-            z, n_pairs = means - means.mean(), n_known - 1
-        else:
-            z = np.where(known, means - means[known].mean(), 0.0)
-            n_pairs = np.count_nonzero(known[1:] & known[:-1])
-        power = z @ z
-        if not n_pairs or not power > 0:
-            return None
-        # Without gaps, the textbook ratio of sums
-        r1 = (z[1:] @ z[:-1]) / power * (z.size - 1) / n_pairs * n_known / z.size
-        delta = r1 / (1 + r1)
-        if delta < 0.25 or differences == max_differences:
-            return float(-2 * (delta + differences))
-        means = np.diff(means)
-    return None
 
 
 @cache  # of series of one length at the same averaging factors they are the same

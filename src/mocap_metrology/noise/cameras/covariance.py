@@ -15,7 +15,8 @@ from typing import TypedDict
 import numpy as np
 
 from mocap_metrology.common.large import Sliced, in_parts
-from mocap_metrology.noise.allan.confidence import equivalent_dof, noise_exponents
+from mocap_metrology.noise.allan.confidence import equivalent_dof
+from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.series import coordinate_names
 
 TAUS_S = (0.1, 1.0, 10.0)  # beside one frame

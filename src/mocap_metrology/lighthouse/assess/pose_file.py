@@ -229,7 +229,7 @@ def check_row(check: Check) -> Row:
         "name": check.name,
         "value": check.value,
         "unit": check.unit,
-        "limit": "{:g} mm, {:g}°".format(*limit) if isinstance(limit, tuple) else limit,
+        "limit": "{:.3g} mm, {:.3g}°".format(*limit) if isinstance(limit, tuple) else limit,
         "ok": check.ok,
         "level": check.level,
     }

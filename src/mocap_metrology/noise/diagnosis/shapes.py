@@ -27,6 +27,7 @@ SLOW = (0.3, 0.7)  # constants of the slower of two approaches, over the recordi
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
 DWELL = 3.0  # blocks, of each level
 LASTING = 0.2  # of what fades, that is left for good
+SPIKE = 1.5  # times what fades, in the block where it begins: more is of that block alone
 
 Columns = Callable[[float], Floats]
 CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant over the recording
@@ -264,7 +265,8 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
             shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
             lasting, *_, faded = shape.curve(z)[0]
-            if kind == "shift" or abs(lasting) > LASTING * abs(faded):
+            spike = kind == "shift" and abs(lasting + faded) > SPIKE * abs(faded)
+            if not spike and (kind == "shift" or abs(lasting) > LASTING * abs(faded)):
                 yield shape
 
 

@@ -76,6 +76,7 @@ def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Ligh
     document: Row = {
         "recording": entry.calibration,
         "motion_capture": {"source": file, "labels": list(seen.labels), "rate_hz": seen.rate_hz},
+        "not_rigid": seen.not_rigid,
         "common_s": common_s,
         "n_moments": int(found.time_s.size),
         "clock": {

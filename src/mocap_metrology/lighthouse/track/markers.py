@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -11,23 +13,70 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 
-FEWEST_FRAMES = 4
-NEAR = 1.6  # frames: a moment between two that were seen
+NEAR, NEAR_S = 1.6, 0.035  # frames, or time: between are moments that were seen
 CLEANINGS = 6
-CLEAN_TIMES, CLEAN_M = 12.0, 5e-3  # off the path: times the median, and at least
+CLEAN_TIMES, CLEAN_M = 12.0, 5e-3  # off the path, or the distance: times the median, and at least
+FILLED_S, STRAIGHT_M = 0.1, 5e-7  # longer, and with smaller second differences: not measured
+NOT_RIGID_M, NOT_RIGID = 0.02, 0.02  # change of a distance in half of the frames, also over it
 
 
 @dataclass(frozen=True)
 class Markers:
-    """Places (markers, 3, frames) in m, NaN where one was not seen; frame 0 is at time 0."""
+    """Places (markers, 3, frames) in m, NaN where one was not seen; frame 0 is at time 0.
+
+    not_rigid: share of the frames left out in which distances are not those of the other frames.
+    """
 
     labels: tuple[str, ...]
     rate_hz: float
     place_m: Floats
+    not_rigid: float = 0.0
 
     def cleaned(self) -> Markers:
-        """Without places that leave the path of their neighbours for a frame or two, as those of
-        another marker do: by the cubic through two frames to each side."""
+        """Without places that are held or filled in while a marker is not seen, that leave the
+        path of their neighbours for a frame or two, and without frames in which the markers are not
+        where they are on the rigid receiver, as where two are exchanged. Raises `Refusal` where
+        they are on none."""
+        return self._measured()._on_paths()._rigid()
+
+    def _measured(self) -> Markers:
+        """Without the origin, and without stretches that are straight to the last digit."""
+        place = np.where((self.place_m == 0).all(axis=1, keepdims=True), np.nan, self.place_m)
+        least = max(math.ceil(FILLED_S * self.rate_hz), 3)
+        for own in place:
+            bend = np.full(own.shape[1], np.inf)
+            bend[1:-1] = np.abs(own[:, 2:] - 2 * own[:, 1:-1] + own[:, :-2]).max(axis=0)
+            straight = bend < STRAIGHT_M
+            begins = np.flatnonzero(np.diff(straight, prepend=~straight[:1]))
+            length = np.diff(np.append(begins, straight.size))
+            straight &= np.repeat(length >= least, length)
+            own[:, np.convolve(straight, np.ones(3), mode="same") > 0] = np.nan  # with its ends
+        return replace(self, place_m=place)
+
+    def _rigid(self) -> Markers:
+        n, frames = len(self.labels), self.place_m.shape[2]
+        wrong, together = np.zeros((2, frames), dtype=bool)
+        change = np.full(n, np.nan)  # of the distance to the marker that keeps it best
+        for i, j in combinations(range(n), 2):
+            apart = np.linalg.norm(self.place_m[i] - self.place_m[j], axis=0)
+            if not (known := np.isfinite(apart)).any():
+                continue
+            middle = np.median(apart[known])
+            off = np.abs(apart - middle)
+            usual = np.median(off[known])
+            change[[i, j]] = np.fmin(change[[i, j]], usual if usual > NOT_RIGID * middle else 0.0)
+            wrong |= off > max(CLEAN_TIMES * usual, CLEAN_M)
+            together |= known
+        if names := [self.labels[k] for k in np.flatnonzero(change > NOT_RIGID_M)]:
+            raise Refusal(
+                f"receiver: no marker keeps its distance from {' or '.join(names)} within"
+                f" {1e3 * NOT_RIGID_M:g} mm in half of the frames; expected markers on one body"
+            )
+        share = float(wrong.sum() / max(together.sum(), 1))
+        return replace(self, place_m=np.where(wrong, np.nan, self.place_m), not_rigid=share)
+
+    def _on_paths(self) -> Markers:
+        """By the cubic through two frames to each side."""
         place = self.place_m.copy()
         for _ in range(CLEANINGS):
             off = np.zeros(place.shape[::2])
@@ -47,13 +96,20 @@ class Markers:
     def _seen(self) -> np.ndarray:
         return np.flatnonzero(np.isfinite(self.place_m).all(axis=(0, 1)))
 
+    @property
+    def known_s(self) -> float:
+        """How long all were seen, from one frame to the next."""
+        steps = np.diff(self._seen)
+        return float(steps[steps <= self._near].sum()) / self.rate_hz
+
+    @property
+    def _near(self) -> float:
+        return max(NEAR, NEAR_S * self.rate_hz)
+
     @cached_property
     def _spline(self) -> Any:
         from scipy.interpolate import CubicSpline
 
-        if self._seen.size < FEWEST_FRAMES:
-            names = ", ".join(self.labels)
-            raise Refusal(f"receiver: {names} are seen together in {self._seen.size} frames")
         return CubicSpline(self._seen, np.moveaxis(self.place_m[:, :, self._seen], 2, 0))
 
     @property
@@ -62,12 +118,12 @@ class Markers:
         return (self.place_m.shape[2] - 1) / self.rate_hz
 
     def at(self, time_s: Floats) -> tuple[Floats, Floats]:
-        """Places and velocities (n, markers, 3) by cubic splines; NaN but between two frames that
-        have all markers."""
+        """Places and velocities (n, markers, 3) by cubic splines; NaN but between two frames near
+        each other that have all markers."""
         spline, frames, at = self._spline, self._seen, time_s * self.rate_hz
         after = np.clip(np.searchsorted(frames, at), 1, frames.size - 1)
         inside = (at >= frames[after - 1]) & (at <= frames[after])
-        inside &= frames[after] - frames[after - 1] <= NEAR
+        inside &= frames[after] - frames[after - 1] <= self._near
         at = np.where(inside, at, np.nan)
         return spline(at), spline(at, 1) * self.rate_hz
 

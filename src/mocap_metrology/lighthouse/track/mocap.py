@@ -37,6 +37,7 @@ HUBER = 2.0  # times the median
 MEDIAN_3D = 1.538  # of the length of a vector, over the standard deviation of a coordinate
 AMBIGUOUS = 1.5  # rms at another offset over the best: both fit
 NARROWEST_M = 5e-3  # of markers that show an attitude
+MIRROR = np.array([1.0, 1.0, -1.0])[:, None]
 ROUNDS = 30
 SMALL = 1e-4  # of its noise: a step that ends the search
 
@@ -61,9 +62,13 @@ class Match:
 
 def match(track: Tracked, seen: Markers) -> Match:
     """Raises `Refusal` where the recordings are not of one motion, or of too little."""
+    if (known_s := seen.known_s) < LEAST_S:
+        raise Refusal(
+            f"receiver: frames with {', '.join(seen.labels)} follow one another for {known_s:.3g} s"
+            f" in all; expected {LEAST_S:g} s"
+        )
     known = np.asarray(np.isfinite(track.t_m).all(axis=1))
-    fits = [_Fit(track, seen, known, near) for near in offsets(track, seen, known)]
-    fits = sorted((fit for fit in fits if fit.common_s >= LEAST_S), key=lambda fit: -fit.score)
+    fits = _fits(track, seen, known)
     if not fits:
         raise Refusal(
             f"receiver: the track and motion capture have no {LEAST_S:g} s in common; expected one"
@@ -82,6 +87,12 @@ def match(track: Tracked, seen: Markers) -> Match:
     return Match(fit.found, free.found, sd, *off)
 
 
+def _fits(track: Tracked, seen: Markers, known: np.ndarray) -> list[_Fit]:
+    """From every offset that is likely, the best first."""
+    fits = [_Fit(track, seen, known, near) for near in offsets(track, seen, known)]
+    return sorted((fit for fit in fits if fit.common_s >= LEAST_S), key=lambda fit: -fit.score)
+
+
 def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
     """Refuse what determines no alignment, or a wrong one."""
     size, whole = 1e3 * np.sqrt(fit.spread), float(np.sqrt(fit.spread.sum()))
@@ -98,6 +109,12 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
             raise Refusal(
                 f"receiver: the path by motion capture is {scale:.3g} times as large as that of the"
                 " board; expected the same size (is the unit of the file right?)"
+            )
+        mirrored = replace(fit.seen, place_m=fit.seen.place_m * MIRROR)
+        if any(one.rms < WORST_FIT * whole for one in _fits(fit.track, mirrored, fit.known)):
+            raise Refusal(
+                "receiver: the path by motion capture is the mirror image of that of the board;"
+                " expected right-handed axes (is a sign or the order of the columns wrong?)"
             )
         raise Refusal(
             f"receiver: both paths differ by {1e3 * fit.rms:.0f} mm rms at the best offset of the"

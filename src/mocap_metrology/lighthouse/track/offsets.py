@@ -53,10 +53,12 @@ def offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]
 
 
 def speed(place: Floats, step_s: float) -> Floats:
-    """Speed (n,), smoothed, NaN at gaps."""
-    velocity = np.gradient(place, step_s, axis=0)
-    speed = np.linalg.norm(velocity, axis=1)
-    return np.convolve(speed, np.ones(SMOOTHED) / SMOOTHED, mode="same")
+    """Speed (n,), the mean of some moments of which most are known; NaN at gaps."""
+    speed = np.linalg.norm(np.gradient(place, step_s, axis=0), axis=1)
+    known, around = np.isfinite(speed), np.ones(SMOOTHED)
+    count = np.convolve(known, around, mode="same")
+    total = np.convolve(np.where(known, speed, 0.0), around, mode="same")
+    return np.where(count > SMOOTHED / 2, total / np.maximum(count, 1), np.nan)
 
 
 def _correlation(a: Floats, b: Floats) -> tuple[Floats, Floats]:

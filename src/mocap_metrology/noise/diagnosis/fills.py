@@ -105,8 +105,10 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
             for first, last in edges[~sure & (lengths >= SHORTEST)]
             if (part := _polynomial(series, int(first), int(last), rule, resolution_mm))
         ]
-        for first, last in [*edges[sure], *shorter]:  # both ends were measured
-            inside = slice(first + 1, last + rule.order - 1)
+        for first, last in [*edges[sure], *shorter]:  # both ends were measured,
+            end = last + rule.order - 1
+            held = np.all(series[first:end] == series[end])  # but of a held value the first alone
+            inside = slice(first + 1, end + int(held))
             if not (_clipped(series[inside], ends) or _fading(series, first, last, rule)):
                 mask[inside] = True
     return mask

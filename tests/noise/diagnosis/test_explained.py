@@ -1,6 +1,7 @@
 """Whole recordings in which one disturbance looks like several: only the one is a finding."""
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 import pytest
@@ -143,4 +144,13 @@ def test_what_a_notch_leaves_is_no_resonance() -> None:
     b, a = signal.iirnotch(RATE / 4, 5, fs=RATE)
     for seed in range(4):
         values = signal.filtfilt(b, a, np.random.default_rng([seed, 2]).normal(0, 0.02, N))
+        assert resonance("x1", values, RATE, spectrum(values)) is None
+
+
+def test_short_noise_behind_a_steep_filter_is_no_resonance() -> None:
+    """Fifteen seconds behind a Butterworth filter of fourth order, run both ways, and a noise of a
+    tenth that is not."""
+    for seed, corner in product(range(7), (0.1, 0.2, 0.3)):
+        values, after = np.random.default_rng([seed, 1500]).normal(0, 0.02, (2, 1500))
+        values = signal.sosfiltfilt(signal.butter(4, corner, output="sos"), values) + 0.1 * after
         assert resonance("x1", values, RATE, spectrum(values)) is None

@@ -6,9 +6,10 @@ with the one-sided density
     R(f) = A / ((1 - (f/f_0)^2)^2 + (2 zeta f/f_0)^2)
 
 [e.g. Bendat & Piersol, Random Data, section 2.4]. Welch's spectrum is explained by power laws
-(f^-2, f^-1, 1, f^2) and correlated noise of any time constants (f_c^2 / (f_c^2 + f^2) and its
-square), or with R as well; the deviance of gamma-distributed ordinates decides. The density of
-correlated noise only falls, so that R is a resonance by its peak alone. It is reported where
+(f^-2, f^-1, 1, f^2), correlated noise of any time constants and noise behind Butterworth filters
+(1 / (1 + (f/f_c)^2n) and its square), or with R as well; the deviance of gamma-distributed
+ordinates decides. These densities only fall, so that R is a resonance by its peak alone. It is
+reported where
 nothing else in the recording has the same spectrum: no line at its frequency, no filter, no
 smoothing.
 """
@@ -16,7 +17,7 @@ smoothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,8 @@ POWERS = (-2, -1, 0, 2)
 LOWEST_HZ, HIGHEST = 0.3, 0.8  # of f_0, the latter of Nyquist
 DAMPING = np.geomspace(0.005, 0.15, 10)
 BROADEST = 0.25  # damping; broader, a peak is hardly told from correlated noise
-CORNERS = 12  # of correlated noise, between the lowest frequency and Nyquist's
+CORNERS = 24  # of what falls, between the lowest frequency and Nyquist's
+ORDERS = 1, 2, 4  # of Butterworth filters
 PLACES, BAND = 60, 0.015  # of f_0 that are tried; of the frequency, a band
 RANDOM = 1.5  # mean square of the power over the square of its mean; Gaussian noise has 2
 MOST_GAPS = 0.1  # share of the frames; bridges over more have a spectrum of their own
@@ -83,9 +85,7 @@ def resonance(
         for f_0 in best[1] * (1 + step * np.arange(-2, 3)):
             for damping in np.minimum(best[2] * (1 + 8 * step * np.arange(-2, 3)), BROADEST):
                 best = min(best, _fit(f, psd, laws, weight, f_0, damping), key=lambda one: one[0])
-    corners = np.geomspace(f[0], nyquist, CORNERS)[:, None]
-    falling = corners**2 / (corners**2 + f**2)
-    laws = np.vstack([laws, falling, falling**2])
+    laws = np.vstack([laws, *_falling(f, nyquist)])
     with_it, f_0, damping, size = _fit(f, psd, laws, weight, *best[1:3])
     if not _deviance(laws, psd, weight)[0] - with_it > LEAST:
         return None
@@ -103,6 +103,16 @@ def resonance(
         return None
     rms = math.sqrt(float(power @ count) * bin_hz)
     return Resonance(name, float(f_0), float(damping), rms)
+
+
+def _falling(f: Floats, nyquist: float) -> Iterator[Floats]:
+    """Densities (CORNERS, k) of correlated noise, and of white noise behind Butterworth filters run
+    one way and both ways."""
+    corners = np.geomspace(f[0], nyquist, CORNERS + 1)[:-1, None]
+    for w in (f / corners, np.tan(np.pi / 2 * f / nyquist) / np.tan(np.pi / 2 * corners / nyquist)):
+        for order in ORDERS:
+            yield 1 / (1 + w ** (2 * order))
+            yield 1 / (1 + w ** (2 * order)) ** 2
 
 
 def _likely(

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.model.components import ALPHAS, PowerLaw
+from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.noise.model.scale_factors import (
     MU,
     integrated_avar,
@@ -73,14 +73,3 @@ def test_error_of_a_slope_is_its_scatter() -> None:
     z = np.array([(slope + 1) / error for slope, error in found])
     assert abs(z.mean()) < 0.2
     assert 0.9 < z.std() < 1.12
-
-
-def test_a_camera_differs_by_the_known_factors() -> None:
-    """Violet 2 ln 2 times; blue 3 gamma - ln 2 + pi^2/6 in place of 1.038 (facts of sampling)."""
-    m = np.array([2000])
-    tau = float(m[0] * TAU0)
-    violet = PowerLaw(2, 1.0).avar(m, RATE, "sampled")[0] * tau**2 / printed_scale(2, tau, F_H)
-    assert violet == pytest.approx(2 * math.log(2), rel=1e-3)
-    blue = PowerLaw(1, 1.0).avar(m, RATE, "sampled")[0] * 4 * math.pi**2 * tau**2
-    constant = blue - 3 * math.log(2 * math.pi * F_H * tau)
-    assert constant == pytest.approx(1.0385 + math.pi**2 / 6, abs=2e-3)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import yaml
 from mocap_workflow.recording_twins import AnyTwin, recording_twin, take_twin_from_mapping
-from nonlinear import project, triangulate
 
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.noise.cameras.diagnosis import additions, diagnose, moments
@@ -41,19 +40,6 @@ def test_positions_solve_the_normal_equations_of_errors_that_subsets_share(twin)
         solved = np.linalg.lstsq(rows, np.concatenate(errors), rcond=None)[0]
         expected = hall.markers_mm[marker][:, None] + moved[marker] + solved
         assert np.abs(made[marker] - expected).max() < 1e-10
-
-
-def test_positions_are_those_of_non_linear_triangulation() -> None:
-    still = replace(TAKE, h_m2=0.0, drift_mm_per_h={})
-    made = simulate_take(replace(MANY, take=still)).position_mm
-    hall, _ = facility(still)
-    errors = np.stack([list(centroid_errors(still, MANY.seed, i, 600)) for i in range(1, 7)])
-    subset, marker = [i - 1 for i in MANY.camera_ids], hall.markers_mm[0]
-    for frame in range(0, 600, 60):
-        pixels = project(hall, marker) + errors[:, 0, :, frame]
-        solved = triangulate(hall, pixels, subset, marker + 5)
-        off = np.linalg.norm(solved - made[0, :, frame])
-        assert off < 2e-3 * np.linalg.norm(solved - marker)
 
 
 def test_covariance_of_subsets_is_that_of_the_formula() -> None:

@@ -8,7 +8,6 @@ from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.noise.twins.take import (
     HALL_MM,
     jacobians,
-    joint_covariance,
     positions,
     random_facility,
 )
@@ -41,17 +40,6 @@ def test_linear_errors_are_those_of_non_linear_triangulation() -> None:
         linear = positions(facility, 0, error[:, :, None], subset)[:, 0]
         solved = triangulate(facility, project(facility, marker) + error, subset, marker + 5)
         assert np.linalg.norm(solved - marker - linear) < 2e-3 * np.linalg.norm(linear)
-
-
-def test_joint_covariance_is_that_of_frames() -> None:
-    rng = np.random.default_rng(4)
-    facility, noise = random_facility(rng, 5), np.array([0.03, 0.05, 0.04, 0.1, 0.05])
-    subsets = [[0, 1, 2], [0, 1, 2, 3, 4]]
-    error = rng.standard_normal((5, 2, 40_000)) * noise[:, None, None]
-    found = np.cov(np.concatenate([positions(facility, 1, error, s) for s in subsets]))
-    expected = joint_covariance(facility, 1, noise, subsets)
-    scale = np.sqrt(np.diag(expected))
-    assert np.abs((found - expected) / np.outer(scale, scale)).max() < 5 / np.sqrt(40_000)
 
 
 def test_wishart_scatters_as_scipy_says() -> None:

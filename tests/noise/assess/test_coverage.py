@@ -18,7 +18,6 @@ from mocap_metrology.noise.model.components import (
     GaussMarkov,
     NoiseModel,
     PowerLaw,
-    Sinusoid,
 )
 from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
@@ -61,21 +60,6 @@ def test_spread_is_that_of_the_covariances(component: PowerLaw, form: Form) -> N
         assert spread(component, n, N, RATE, form) == pytest.approx(expected, rel=within)
     halves = component.avar(2.0 ** np.arange(3, 10), RATE, form).sum() / 2
     assert spread(component, 8, 1024, RATE, form) == pytest.approx(halves, rel=2e-6)
-
-
-def test_textbook_forms() -> None:
-    """White: sigma^2 (1/n - 1/N). Random walk: a sixth of its steps' sum. A line A sin(w t): of
-    means of n samples (A sin(n x) / (n sin x))^2 / 2, x = pi f tau0; A^2 of samples at Nyquist."""
-    white, walk = PowerLaw(0, 2 * TAU0 * 0.03**2), PowerLaw(-2, 0.002**2 / (2 * math.pi**2 * TAU0))
-    assert spread(white, 100, 10**6, RATE) == pytest.approx(0.03**2 * (1 / 100 - 1e-6), rel=1e-12)
-    assert spread(walk, 1, 10**6, RATE) == pytest.approx(0.002**2 * 1e6 / 6, rel=1e-9)
-    assert spread(Sinusoid(0.1, 2.0), 50, 100_000, RATE) == pytest.approx(0, abs=1e-12)
-    for n in (1, 3, 7):
-        x = math.pi * 3.7 * TAU0
-        gain = (math.sin(n * x) / (n * math.sin(x))) ** 2 / 2
-        assert spread(Sinusoid(0.2, 3.7), n, 100_000, RATE) == pytest.approx(0.04 * gain, rel=1e-6)
-        at_nyquist = spread(Sinusoid(0.3, 50.0), n, 999 * n + 1, RATE)
-        assert at_nyquist == pytest.approx(0.09 / n**2, rel=1e-3)
 
 
 @pytest.mark.parametrize("confidence", [0.683, 0.95])

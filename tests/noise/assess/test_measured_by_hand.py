@@ -64,18 +64,6 @@ def test_spread_of_means_about_their_mean() -> None:
     assert measured_spread(np.ones(8), 2, 8) == Measured(0.0, 1.0)
 
 
-@pytest.mark.parametrize("alpha", [-1, 1, 2])
-@pytest.mark.parametrize("h", [0.0, 1.0, 3e-7])
-def test_spread_of_means_is_a_sum_of_allan_variances_over_octaves(alpha: int, h: float) -> None:
-    """Two means of n differ from the mean of both: u^2(n, 2n) = AVAR(n) / 2, so from octave to
-    octave up to N."""
-    law = PowerLaw(alpha, h)
-    for n, N in ((1, 2), (1, 64), (8, 32)):
-        m = 2.0 ** np.arange(np.log2(n), np.log2(N))
-        expected = law.avar(m, 50.0, "sampled").sum() / 2
-        assert spread(law, n, N, 50.0) == pytest.approx(expected, rel=1e-6, abs=1e-300)
-
-
 @pytest.mark.parametrize("n", [1, 5, 40])
 def test_spread_of_white_noise_a_walk_and_a_sinusoid(n: int) -> None:
     """h / (2 tau0) (1/n - 1/N); s^2/6 (N - 1/N - n + 1/n) of steps s; A^2/2 times the squared

@@ -44,7 +44,7 @@ def test_a_grid_is_off_by_four_in_a_thousand_and_a_line_by_its_error(k: int) -> 
 
 
 def test_a_line_that_folds_below_one_hertz_is_no_mains() -> None:
-    assert mains_of(1.01, 48.99, 0.0).f_hz == 50.0
+    assert mains_of(1.0, 49.0, 0.0).f_hz == mains_of(1.01, 48.99, 0.0).f_hz == 50.0
     assert mains_of(0.99, 49.01, 0.0) is None
 
 

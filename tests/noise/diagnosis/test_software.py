@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from scipy import ndimage, signal
 
-from mocap_metrology.noise.assess.checks import Facts, processed
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import Recording
 from mocap_metrology.noise.motion.exchange import put_right
-from mocap_metrology.present.verdict.words import reason
 
 RATE, N = 120.0, 36_000
 NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]
@@ -117,18 +115,6 @@ def test_what_software_did_is_named(kind: str) -> None:
 def test_rate_before_the_interpolation() -> None:
     """100 Hz in a file of 120 Hz: the variance varies with 20 Hz."""
     assert found_in("resampled")["resampled"]["x1"] == pytest.approx(20, abs=0.01)
-
-
-def test_processed_frames_are_not_good() -> None:
-    from mocap_metrology.noise.assess.uncertainty import SeriesNumbers
-    from mocap_metrology.noise.diagnosis.findings import Finding
-
-    coordinates = {name: SeriesNumbers("ok") for name in NAMES}
-    own = tuple(Finding("smoothed", name, 0.05) for name in NAMES)
-    check = processed(coordinates, Facts(600, 600, 2, {}, {}, findings=own))
-    assert check.word == "usable"
-    assert reason(check).startswith("The recording: no white noise, so the software smoothed it")
-    assert processed(coordinates, Facts(600, 600, 2, {}, {})).word == "good"
 
 
 def test_exchanged_labels_are_put_right() -> None:

@@ -94,11 +94,6 @@ def test_errors_are_at_the_cramer_rao_bound_and_intervals_cover():
     assert np.all(rms > 0.8)
 
 
-def test_crlb_of_white_noise_is_the_textbook_one():
-    found = crlb(NoiseModel((PowerLaw(0, 1e-6),)), 100_001, RATE)
-    assert np.isclose(found["h_0"], 1e-6 * np.sqrt(2 / 100_000), rtol=1e-6)
-
-
 def test_crlb_of_a_gauss_markov_process_is_that_of_an_ar1():
     n, T_c = 200_000, 0.1
     phi = np.exp(-TAU0 / T_c)
@@ -108,21 +103,11 @@ def test_crlb_of_a_gauss_markov_process_is_that_of_an_ar1():
     assert np.isclose(found["T_c1"], expected, rtol=0.01)
 
 
-def test_crlb_says_what_nine_hours_cannot_tell():
-    model = NoiseModel((PowerLaw(-2, 1.55e-10), PowerLaw(0, 9.26e-7), GaussMarkov(3.6e-4, 2000.0)))
-    assert crlb(model, NINE_HOURS, RATE)["h_-2"] > 1.55e-10
-
-
-@pytest.mark.parametrize(
-    ("runs", "fewest"), [(12, 11), pytest.param(60, 57, marks=pytest.mark.study)]
-)
-def test_pure_white_noise_shows_nothing_else(runs, fewest):
-    nothing_else = 0
-    for seed in range(runs):
-        series = np.random.default_rng(seed).normal(size=1 << 15)
-        run = likelihood(series, RATE)
-        nothing_else += set(run.estimate.values) == {"h_0"}
-    assert nothing_else >= fewest
+def test_pure_white_noise_shows_nothing_else():
+    runs = [
+        likelihood(np.random.default_rng(seed).normal(size=1 << 15), RATE) for seed in range(12)
+    ]
+    assert sum(set(run.estimate.values) == {"h_0"} for run in runs) >= 11
 
 
 def test_upper_limit_holds_in_95_of_100():

@@ -139,12 +139,6 @@ def test_accepts_up_to_the_limit_and_refuses_beyond(name: str) -> None:
         refused()
 
 
-def test_a_coherence_is_of_series_without_gaps() -> None:
-    for pair in ((WHITE[:40], with_missing(40, 1)), (with_missing(40, 1), WHITE[:40])):
-        with pytest.raises(Refusal, match="40 common samples; expected 36 or more without gaps"):
-            coherence(*pair, 1.0)
-
-
 @pytest.mark.parametrize("gaps", [False, True])
 def test_the_exponents_of_noise_do_not_depend_on_where_a_marker_is(gaps: bool) -> None:
     """Of 1 nm at 10 km, where sums of the positions themselves lose the noise in rounding."""

@@ -5,11 +5,8 @@ import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.dynamic import (
-    Scale,
     _dispersion,
-    _windows,
     dynamic_allan,
-    scales,
 )
 from mocap_metrology.noise.diagnosis.events import Alarm, Event, merged
 from mocap_metrology.noise.diagnosis.levels import Sides, blocks, compare
@@ -185,21 +182,6 @@ def test_the_bound_holds_in_the_tail():
     for level in (2.0, 4.0, 6.0):
         assert np.mean(x > level) <= np.exp(-level)
     assert np.mean(x > 2.0) > 1e-4  # and is not empty
-
-
-@pytest.mark.parametrize(("there", "known"), [(4, True), (3, False)])
-def test_a_window_has_half_of_its_differences(there: int, known: bool) -> None:
-    seen = np.arange(80) % 8 < there
-    mean, share = _windows(np.where(seen, 3.0, 0.0), seen, Scale(1, 1, 8))
-    assert (share == there / 8).all()
-    np.testing.assert_array_equal(mean, np.full(mean.size, 3.0 if known else np.nan))
-
-
-def test_short_and_constant_series_have_no_windows():
-    assert dynamic_allan(np.zeros(5000), RATE) == []
-    assert dynamic_allan(np.full(500, np.nan), RATE) == []
-    assert dynamic_allan(np.arange(100.0), RATE) == []
-    assert [s.m for s in scales(50.0)] == [1, 2, 4, 8, 16]
 
 
 def heavy(kind, rng, n):

@@ -128,12 +128,6 @@ def test_a_filter_is_named_with_its_cutoff(kind: str, cutoff_hz: float, order: i
     assert found.ratio < 0.02
 
 
-def test_short_and_missing_series_are_not_judged() -> None:
-    assert low_pass("x1", bands(np.full(5000, np.nan), RATE), RATE) is None
-    assert low_pass("x1", bands(np.full(5000, 3.0), RATE), RATE) is None
-    assert low_pass("x1", bands(made("white")[:200], RATE), RATE) is None
-
-
 def test_resolution_against_rounded_noise():
     """Rounding adds q^2/12, whatever the noise, while that is above a third of a step."""
     q, rng = 0.01, np.random.default_rng(6)
@@ -158,13 +152,8 @@ def test_resolution_against_rounded_noise():
 
 
 def test_bands_are_medians_of_the_one_sided_density() -> None:
-    """White noise of variance s^2 has 2 s^2 / rate, and ordinates of median ln 2 times that; down
-    as far as they have eight ordinates: of one segment a band from e down has e (1 - 2^-0.25)."""
+    """White noise of variance s^2 has 2 s^2 / rate, and ordinates of median ln 2 times that."""
     found = bands(np.random.default_rng(5).normal(0, 0.3, 120_000), 120.0)
     assert found is not None
     for level in (found.middle, found.top, np.median(found.psd)):
         assert level == pytest.approx(2 * 0.09 / 120 * math.log(2), rel=0.05)
-    for lowest in (8.1, 8.7):
-        n = round(2 * lowest * 2 ** (10 / 4) / (1 - 2**-0.25) / 0.95)
-        found = bands(np.random.default_rng(1).normal(size=n), 1000.0)
-        assert found is not None and found.psd.size == 11

@@ -27,17 +27,6 @@ def test_a_constant_has_no_density() -> None:
     assert kernel_density(np.full(5, np.nan)).x.size == 0
 
 
-def test_mean_of_n_follows_the_law() -> None:
-    """S Eq. 3 as it is meant: means of n independent readings of one sigma."""
-    rng = np.random.default_rng(2)
-    n = np.array([2, 3, 4, 5, 6, 8, 10])
-    spread = [rng.normal(0, 0.2, (20_000, k)).mean(axis=1).std() for k in n]
-    fit = fit_scaling(n, np.array(spread))
-    assert fit.one == pytest.approx(0.2, rel=0.01)
-    assert abs(fit.exponent + 0.5) < 4 * fit.exponent_error < 0.05
-    assert fit.law(np.array([4.0]))[0] == pytest.approx(0.1, rel=0.01)
-
-
 def test_error_of_the_exponent_covers_as_often_as_it_says() -> None:
     """One standard error on 5 degrees of freedom: 63.7 %."""
     rng = np.random.default_rng(4)

@@ -12,9 +12,6 @@ from mocap_metrology.noise.motion.movement import (
     UNKNOWN,
     movement,
 )
-from mocap_metrology.noise.twins.published import published_row
-from mocap_metrology.noise.twins.simulate import simulate
-from mocap_metrology.noise.twins.twin import Twin
 
 RATE, SIGMA = 100.0, 0.05
 N = 30_000  # five minutes
@@ -115,14 +112,6 @@ def test_short_recordings_gaps_and_outliers() -> None:
     for n, known in ((49, False), (50, True)):
         assert (movement(noise[:n], RATE) is UNKNOWN) is not known
         assert movement(noise[:n], RATE).moves is False
-
-
-@pytest.mark.parametrize("cameras", [2, 3, 5])
-def test_the_walk_of_published_systems_is_none(cameras: int) -> None:
-    position = simulate(
-        Twin("p", 3, published_row("Bonita", cameras), duration_s=300.0)
-    ).position_mm
-    assert not any(movement(axis, 120.0).moves for marker in position for axis in marker)
 
 
 @pytest.mark.parametrize("point", [1, 10, 21])

@@ -64,9 +64,3 @@ def test_evenness_is_bartletts_test() -> None:
     assert all(map(math.isnan, evenness(rows[:1]).values()))
     rows[0]["sigma_mm"] = 0.0
     assert math.isnan(evenness(rows)["p"]) and evenness(rows)["worst_over_best"] == math.inf
-
-
-def test_gaps_and_few_frames() -> None:
-    middle, length = carried(np.random.default_rng(3), 0.1)
-    assert by_place(middle, np.full_like(length, np.nan), 250.0) == []
-    assert by_place(middle[:, :20], length[:20], 250.0) == []

@@ -140,14 +140,6 @@ def test_five_percent_of_gaps_change_little():
         assert c.crlb <= c.std_error
 
 
-def test_a_long_gap_parts_the_series():
-    series = series_of(MEDIUM, 1 << 19, 7).copy()
-    series[200_000:230_000] = np.nan
-    found = by_name(likelihood(series, RATE, Components.of(MEDIUM)).estimate)
-    for name, value in MEDIUM.coefficients().items():
-        assert abs(found[name].value - value) < 4 * found[name].std_error, name
-
-
 def test_gross_outliers_masked_do_not_bias():
     from mocap_metrology.common.hampel import hampel
 

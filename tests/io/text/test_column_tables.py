@@ -151,17 +151,13 @@ class TestMarkers:
             said = "line 9, column 4: '' is not a number, expected a time"
             assert said in refusal(make(tmp_path, "a.csv", text), ["A"], unit="mm")
 
-    def test_constant_times_slow_times_cut_off(self, tmp_path):
+    def test_constant_times_and_cut_off(self, tmp_path):
         text = markers("{0}_{1}")
         zeros = "\n".join(  # as a spreadsheet has it
             line if k == 0 else "0," + line.partition(",")[2]
             for k, line in enumerate(text.split("\n"))
         )
         assert "line 3: time 0 follows 0" in refusal(make(tmp_path, "z.csv", zeros[:-2]), unit="mm")
-        slow = table(text.split("\n")[0], np.c_[TIME * 1e4, TAKE.reshape(N, -1)])
-        assert "frame rate of 0.01 Hz: name their unit, as in time_ms" in refusal(
-            make(tmp_path, "s.csv", slow), unit="mm"
-        )
         cut = make(tmp_path, "c.csv", text[:-30])
         in_time = make(tmp_path, "t.csv", text[: text.rindex("0.390000") + 3])
         assert "t.csv: cut off: line 41 ends after 1 of 7 cells" in refusal(in_time, unit="mm")

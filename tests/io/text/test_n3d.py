@@ -33,15 +33,6 @@ def test_positions_gaps_rate_and_labels(tmp_path):
     assert recording.resolution_mm == pytest.approx(2.0**-12)  # of float32 between 2048 and 4096
 
 
-def test_segments_are_joined_as_given(tmp_path):
-    paths = [
-        write(tmp_path, n3d(TAKE[:20], 100), "1.n3d"),
-        write(tmp_path, n3d(TAKE[20:], 100), "2.n3d"),
-    ]
-    recording = read_recording(paths, ["Marker_1"])
-    assert np.array_equal(recording.position_mm[0], TAKE[:, 0].T)
-
-
 def test_a_file_that_is_cut_off(tmp_path):
     path = write(tmp_path, n3d(TAKE, 100)[:-60])
     with pytest.raises(Truncated, match=r"a\.n3d: cut off: 48 of the 50 frames"):

@@ -13,7 +13,6 @@ from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.present.plot.figure import caption_of
 from mocap_metrology.recording.bar import FILES
 
-SPRINT = Path(__file__).parents[3] / "shared/data/metrology/kinematics_basket_sprint.c3d"
 RATE = 50.0
 
 
@@ -114,14 +113,3 @@ def test_options_that_need_each_other(capsys) -> None:
         with pytest.raises(SystemExit):
             main.main(["check", "a.c3d", *arguments])
         assert words in capsys.readouterr().err
-
-
-@pytest.mark.skipif(not SPRINT.exists(), reason="the recording of a sprint is not here")
-def test_a_real_sprint(tmp_path: Path, capsys) -> None:
-    """Both bodies are named whole; robust precision below a millimetre, as elsewhere (0.13-0.6)."""
-    assert main.main(["check", str(SPRINT), "--bar", "auto", "--output", str(tmp_path)]) == 0
-    found = json.loads((tmp_path / "bar.json").read_text())
-    names = [sorted(one["labels"]) for one in found["clusters"][:2]]
-    bodies = [[f"{body}:Marker{k}" for k in (1, 2, 3, 4)] for body in ("SWL", "WheelchairL")]
-    assert (names, found["word"], found["scale"]["pairs"]) == (bodies, "precise", 6)
-    assert all(0.1 < one["statistics_mm"]["p50"]["value"] < 0.6 for one in found["classes"])

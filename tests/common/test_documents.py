@@ -28,7 +28,6 @@ def repeated(first: str, later: str) -> str:
         ("a: &a [*a]", "line 1: too much"),
         ("[" * 100_000, "line 1: nested 101 deep"),
         ("".join(" " * k + "a:\n" for k in range(2000)), "nested 101 deep"),
-        (f"a:\n  b: {NINES}", "line 2: a number of 5000 digits"),
         (f"0x{NINES}", "line 1: a number of 5002 digits"),
         ("a: 1\nb: 2\na: 3", "line 3: key a is repeated"),
         ("- {'1': 1, 1: 2}", "line 1: key 1 is repeated"),
@@ -49,7 +48,6 @@ def test_yaml_that_is_no_value(text: str, expected: str) -> None:
     ("text", "expected"),
     [
         ('{"a": {"b": 1, "b": 2}}', "key b is repeated"),
-        (f'{{"a": {NINES}}}', "a number of 5000 digits"),
         ("[" * 100_000, "nested too deeply"),
         ("{", "Expecting property name"),
     ],

@@ -148,15 +148,3 @@ def test_lines_before_the_numbers_of_a_table(tmp_path) -> None:
             assert refusal(path, ["A"]).startswith(f"a.csv: {said}")
         else:
             assert labels_of(path) == ("A",)
-
-
-@pytest.mark.parametrize(("percent", "is_read"), [(0.0999, True), (0.1002, False), (0.3, False)])
-def test_a_rate_that_is_stated_may_differ_by_a_tenth_of_a_per_cent(tmp_path, percent, is_read):
-    path = take_at(tmp_path, np.arange(50) / 100)
-    for sign in (-1, 1):
-        rate = 100 * (1 + sign * percent / 100)
-        if is_read:
-            assert read_recording([path], ["A"], rate).frame_rate_hz == rate
-        else:
-            said = f"{rate:g} Hz is stated; they may differ by 0.1 %"
-            assert refusal(path, ["A"], frame_rate_hz=rate).endswith(said)

@@ -170,16 +170,6 @@ def test_coherence_is_that_of_scipy(n: int) -> None:
     np.testing.assert_allclose(behind, 3, atol=0.2)
 
 
-@pytest.mark.parametrize(("noise", "n"), [(white, 60), (walk, 360)])
-def test_unrelated_series_are_rarely_coherent(noise, n: int) -> None:
-    """300 pairs at 5 %: 3 to 8 %."""
-    rng, false = np.random.default_rng(5), 0
-    for _ in range(300):
-        found = coherence(noise(rng, n), noise(rng, n), 10.0, 0.05)
-        false += bool((found.squared > found.threshold).any())
-    assert 0.03 < false / 300 < 0.08
-
-
 def columns(adev_mm: np.ndarray, edf: np.ndarray, name: str = "x1") -> dict[str, np.ndarray]:
     """Of two series, the other 0.1 mm throughout; mdev is left alone."""
     n = adev_mm.size

@@ -67,18 +67,6 @@ def test_several_lines_and_harmonics():
     assert found[31.7].harmonic is None
 
 
-def test_the_interval_of_the_amplitude_covers():
-    """95 %: between 51 and 60 of 60 with probability 0.999; frequencies scatter by their standard
-    error (of 60, within 30 % likewise)."""
-    inside, off = 0, []
-    for seed in range(60):
-        (one,) = found_in(noise(12_000, seed=seed) + wave(0.002, 9.3, 12_000))
-        inside += one.lower < 0.002 < one.upper
-        off.append((one.line.f_0 - 9.3) / one.f_error)
-    assert inside >= 51
-    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1, abs=0.3)
-
-
 def test_share_of_the_allan_variance_is_the_closed_form():
     series = noise() + wave(0.004, 14.4)
     (one,) = found_in(series)

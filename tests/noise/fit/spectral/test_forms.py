@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.fisher import crlb, model_of, spectrum_of
-from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
 from mocap_metrology.noise.fit.spectral.whittle import Likelihood
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 RATE, N = 120.0, 1 << 16
 TAU0 = 1 / RATE
@@ -53,30 +50,3 @@ def test_the_bound_of_an_averaged_sinusoid_is_of_its_height_before():
     averaged = crlb(NoiseModel((line, white), "continuous"), N, RATE)
     assert averaged["A_s"] == pytest.approx(plain["A_s"] / np.sinc(48 / 120))
     assert averaged["f_0"] == pytest.approx(plain["f_0"] / np.sinc(48 / 120))
-
-
-def test_the_likelihood_knows_the_average_over_a_frame():
-    # Four recordings of nine minutes: T_c of a frame and a half, a walk, and a line at 44 Hz, of
-    # which an average leaves 79 %
-    truth = NoiseModel(
-        (PowerLaw(-2, 1e-7), PowerLaw(0, 1e-6), GaussMarkov(0.2, 1.5 * TAU0), Sinusoid(3e-3, 44.0)),
-        "continuous",
-    )
-    broadband, known = NoiseModel(truth.broadband, "continuous"), Components((-2, 0), 1, True)
-    high, t = truth.lines[0].recorded(RATE, "continuous"), np.arange(N) * TAU0
-    off = {"continuous": [], "sampled": []}
-    for run in range(4):
-        rng = np.random.default_rng(run)
-        series, _ = draw_pair(broadband, broadband, Cross(), N, RATE, rng, "continuous")
-        series += high * np.sin(2 * np.pi * 44.0 * t + run)
-        for form, found in off.items():
-            fit = likelihood(series, RATE, known, LikelihoodSettings(form=form)).estimate
-            assert fit.form == form
-            found.append([fit.values.get(k, 0.0) / v - 1 for k, v in truth.coefficients().items()])
-    names = list(truth.coefficients())
-    bound = crlb(truth, N, RATE)
-    relative = np.array([bound[name] / truth.coefficients()[name] for name in names])
-    mean = np.mean(off["continuous"], axis=0)
-    assert np.all(np.abs(mean) < 4 * relative / np.sqrt(4)), dict(zip(names, mean, strict=True))
-    wrong = dict(zip(names, np.mean(off["sampled"], axis=0), strict=True))
-    assert abs(wrong["h_0"]) > 0.3 and wrong["A_s"] == pytest.approx(high / 3e-3 - 1, abs=0.02)

@@ -124,22 +124,6 @@ def test_upper_limit_holds_in_95_of_100():
     assert 0.9 <= held / undetected <= 1.0
 
 
-def test_five_percent_of_gaps_change_little():
-    series = series_of(MEDIUM, 1 << 19, 7)
-    whole = by_name(likelihood(series, RATE, Components.of(MEDIUM)).estimate)
-    rng = np.random.default_rng(8)
-    gone = rng.random(series.size) < 0.04
-    for start in rng.integers(1000, series.size - 2000, 40):
-        gone[start : start + 130] = True
-    broken = by_name(
-        likelihood(np.where(gone, np.nan, series), RATE, Components.of(MEDIUM)).estimate
-    )
-    for name, c in broken.items():
-        assert abs(c.value - whole[name].value) < 1.5 * whole[name].std_error, name
-        assert c.std_error > whole[name].std_error * 0.99
-        assert c.crlb <= c.std_error
-
-
 def test_gross_outliers_masked_do_not_bias():
     from mocap_metrology.common.hampel import hampel
 

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from pydantic import AfterValidator, Field
 
 from mocap_metrology.common import compiled, faults, paths, sections
-from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.entries import Entry, Number, Positive, Whole, one_of, read_entry
 from mocap_metrology.common.errors import Refusal, one_line, printable
 from mocap_metrology.settings import checked
@@ -174,27 +173,6 @@ def test_messages_are_one_line_of_a_limited_length() -> None:
     assert faults.unknown("x", []) == "unknown; expected nothing here"
     assert printable("−2\u202f170.9 µm\u00a0x") == "−2\u202f170.9 µm\u00a0x"
     assert printable("a\x1b[31mb\u200fc\nd") == "a\\x1b[31mb\\u200fc\\nd"
-
-
-def values(more: int) -> str:
-    """999,006 values as aliases are written out (1,000 of them 998 times), and some more."""
-    of = ", ".join("x" * 999)
-    return f"a: &a [{of}]\nb: [{', '.join(['*a'] * 998)}]\nc: [{', '.join('x' * more)}]"
-
-
-@pytest.mark.parametrize(
-    ("read", "longest", "too_long"),
-    [
-        (load_yaml, "9" * 1000, "9" * 1001),
-        (load_json, "9" * 1000, "9" * 1001),
-        (load_yaml, "[" * 98 + "]" * 98, "[" * 99 + "]" * 99),
-        (load_yaml, values(994), values(995)),
-    ],
-)
-def test_documents_at_their_limits(read, longest: str, too_long: str) -> None:
-    assert read(longest)
-    with pytest.raises(ValueError, match="expected at most"):
-        read(too_long)
 
 
 def test_paths_of_windows(tmp_path: Path, monkeypatch) -> None:

@@ -12,7 +12,6 @@ from text_files import LABELS, TAKE, make, nexus, refusal, trc
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.read import (
-    labels_of,
     orientation_of,
     read_recording,
 )
@@ -131,20 +130,3 @@ def test_times_of_less_than_one_hertz_name_their_unit(tmp_path, period_s, is_rea
         assert "frame rate of 0.990099 Hz: name their unit" in refusal(path, ["A"], unit="m")
     path = make(tmp_path, "a.csv", "time_s,A_x,A_y,A_z\n" + rows)
     assert read_recording([path], ["A"], unit="m").frame_rate_hz == pytest.approx(1 / period_s)
-
-
-def test_lines_before_the_numbers_of_a_table(tmp_path) -> None:
-    """At most 59, four of them without #; a line below 1 MiB."""
-    names, rows = "time,A_x_mm,A_y_mm,A_z_mm\n", "0,100,200,300\n1,101,201,301\n"
-    for head, said in (
-        ("# c\n" * 58, ""),
-        ("# c\n" * 59, "no row of three or more numbers in its first lines; line 60 is"),
-        ("a,b,c,d\n" * 4, "5 lines before its numbers, which are not understood"),
-        (f"#{'c' * (2**20 - 3)}\n", ""),
-        (f"#{'c' * (2**20 - 2)}\n", "line 1 is longer than 1048576 bytes"),
-    ):
-        path = make(tmp_path, "a.csv", head + names + rows)
-        if said:
-            assert refusal(path, ["A"]).startswith(f"a.csv: {said}")
-        else:
-            assert labels_of(path) == ("A",)

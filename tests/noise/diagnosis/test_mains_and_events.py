@@ -34,20 +34,6 @@ def test_mains_and_lamps_that_would_show(f_0, rate, true, mains) -> None:
         assert found.folded_at_hz == (rate if true > rate / 2 else None)
 
 
-@pytest.mark.parametrize("k", [1, 2, 4])
-def test_a_grid_is_off_by_four_in_a_thousand_and_a_line_by_its_error(k: int) -> None:
-    for error in (0.0, 0.1):
-        reach = 0.004 * 50 * k + 3 * error
-        for sign in (-1, 1):
-            assert mains_of(50 * k + sign * 0.99 * reach, 1000.0, error) is not None
-            assert mains_of(50 * k + sign * 1.01 * reach, 1000.0, error) is None
-
-
-def test_a_line_that_folds_below_one_hertz_is_no_mains() -> None:
-    assert mains_of(1.0, 49.0, 0.0).f_hz == mains_of(1.01, 48.99, 0.0).f_hz == 50.0
-    assert mains_of(0.99, 49.01, 0.0) is None
-
-
 def test_pieces_in_a_burst_or_within_a_second_of_it() -> None:
     burst = Event(kind="burst", time_s=10.2, stop_s=12.3)
     early = Event(kind="burst", time_s=0.4, stop_s=0.5)

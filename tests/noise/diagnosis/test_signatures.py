@@ -262,13 +262,13 @@ def test_a_walk_is_not_named_where_correlated_noise_may_be_it() -> None:
     walk in most (study of both: 0 and 77 %)."""
     n, rate = 6000, 10.0
     named = {"walk": 0, "correlated": 0}
-    for seed in range(12):
+    for seed in range(8):
         rng = np.random.default_rng([seed, 3])
         walk, own = np.cumsum(rng.normal(0, 0.0015, n)), gauss_markov(60.0, 0.04)(rng, n, rate)
         for name, wandering in (("walk", walk), ("correlated", own)):
             found = signature(wandering + rng.normal(0, 0.0063, n), rate)
             named[name] += bool(found and found.noise == "random_walk")
-    assert named["walk"] >= 6 and named["correlated"] <= 1
+    assert named["walk"] >= 4 and named["correlated"] <= 1
 
 
 def test_what_steps_of_a_file_make_is_no_cycle() -> None:

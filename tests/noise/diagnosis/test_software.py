@@ -110,11 +110,8 @@ def test_what_software_did_is_named(kind: str) -> None:
     assert of_software == ({KINDS[kind][1]} - {""})
     if of_software:
         assert [k for k in codes[KINDS[kind][1]] if k != "L"] == NAMES
-
-
-def test_rate_before_the_interpolation() -> None:
-    """100 Hz in a file of 120 Hz: the variance varies with 20 Hz."""
-    assert found_in("resampled")["resampled"]["x1"] == pytest.approx(20, abs=0.01)
+    if kind == "resampled":  # 100 Hz in a file of 120 Hz: the variance varies with 20 Hz
+        assert codes["resampled"]["x1"] == pytest.approx(20, abs=0.01)
 
 
 def test_exchanged_labels_are_put_right() -> None:

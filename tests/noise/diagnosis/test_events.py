@@ -1,5 +1,7 @@
 """Events in simulated recordings whose truth is known, and how often sound ones show any."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
@@ -8,7 +10,7 @@ from mocap_metrology.noise.diagnosis.dynamic import (
     _dispersion,
     dynamic_allan,
 )
-from mocap_metrology.noise.diagnosis.events import Alarm, Event, merged
+from mocap_metrology.noise.diagnosis.events import Alarm, Event, inside_events, merged
 from mocap_metrology.noise.diagnosis.levels import Sides, blocks, compare
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
@@ -283,3 +285,14 @@ def test_size_of_an_event_that_a_recording_begins_with() -> None:
     event = events_of(position)[0]
     assert event.time_s == 0 and event.largest == "x1"
     assert event.size_mm == pytest.approx(0.5, rel=0.1)
+
+
+def test_pieces_in_a_burst_or_within_a_second_of_it() -> None:
+    burst = SimpleNamespace(kind="burst", time_s=10.2, stop_s=12.3)
+    early = SimpleNamespace(kind="burst", time_s=0.4, stop_s=0.5)
+    level = SimpleNamespace(kind="level", time_s=20.0, stop_s=20.0)
+    assert np.flatnonzero(inside_events([burst, level], 40, 1.0)).tolist() == [9, 10, 11, 12, 13]
+    assert np.flatnonzero(inside_events([burst], 40, 0.5)).tolist() == list(range(18, 27))
+    assert np.flatnonzero(inside_events([early], 40, 1.0)).tolist() == [0, 1]
+    assert not inside_events([], 40, 1.0).any()
+    assert inside_events([burst], 12, 1.0).sum() == 3

@@ -12,6 +12,7 @@ from mocap_metrology.noise.diagnosis.one_series import left_in_means
 from mocap_metrology.noise.diagnosis.periodic import (
     described,
     first_maximum,
+    mains_of,
     series_lines,
 )
 from mocap_metrology.noise.fit.spectral.welch import welch
@@ -148,3 +149,26 @@ def test_a_fan_that_is_switched_changes_its_amplitude() -> None:
     wandering = 0.03 * np.sin(2 * np.pi * np.cumsum(12.34 + 0.03 * slow) / 120)
     (found,) = found_in(wandering + noise(t.size, 0.02))
     assert found.line.wide and found.amplitude is None
+
+
+@pytest.mark.parametrize(
+    ("f_0", "rate", "true", "mains"),
+    [
+        (50.0, 1000.0, 50.0, 50.0),
+        (120.0, 1000.0, 120.0, 60.0),
+        (200.0, 1000.0, 200.0, 50.0),
+        (240.0, 1000.0, 240.0, 60.0),
+        (20.0, 120.0, 100.0, 50.0),  # folded: 120 - 100
+        (30.0, 70.0, 100.0, 50.0),
+        (48.0, 98.0, 50.0, 50.0),
+        (20.0, 100.0, 120.0, 60.0),
+        (250.0, 1000.0, None, None),  # the fifth harmonic
+        (45.0, 1000.0, None, None),
+        (0.9, 49.1, None, None),  # so slow a line may be anything
+    ],
+)
+def test_mains_and_lamps_that_would_show(f_0, rate, true, mains) -> None:
+    found = mains_of(f_0, rate, 0.0)
+    assert (found and (found.f_hz, found.mains_hz)) == (true and (true, mains))
+    if found and true is not None:
+        assert found.folded_at_hz == (rate if true > rate / 2 else None)

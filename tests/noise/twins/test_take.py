@@ -2,6 +2,7 @@
 solver, and scipy's Wishart."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,13 +10,14 @@ import numpy as np
 import pytest
 import yaml
 from mocap_workflow.recording_twins import AnyTwin, recording_twin, take_twin_from_mapping
-from nonlinear import project, triangulate
+from scipy.optimize import least_squares
 
 from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.noise.cameras.diagnosis import additions, diagnose, moments
 from mocap_metrology.noise.twins.take import (
     HALL_MM,
+    Facility,
     Take,
     TakeTwin,
     centroid_errors,
@@ -27,6 +29,25 @@ from mocap_metrology.noise.twins.take import (
     random_facility,
     simulate_take,
 )
+
+
+def project(facility: Facility, points_mm: np.ndarray) -> np.ndarray:
+    """(n, 2) pixels at which the cameras see one point (3,), or each its own (n, 3)."""
+    seen = np.einsum("nij,nj->ni", facility.rotations, points_mm - facility.origins_mm)
+    return facility.focal_px[:, None] * seen[:, :2] / seen[:, 2:]
+
+
+def triangulate(
+    facility: Facility, pixels: np.ndarray, subset: Sequence[int], start_mm: np.ndarray
+) -> np.ndarray:
+    """(3,) point with the least sum of squared residuals (two a camera). pixels: (n, 2)."""
+    own = list(subset)
+
+    def residual(point: np.ndarray) -> np.ndarray:
+        return (project(facility, point)[own] - pixels[own]).ravel()
+
+    return least_squares(residual, start_mm, x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+
 
 LABELS = ("Wand1", "Wand2")
 DRIFT = {"Wand1": (3.0, 0.0, -2.0)}

@@ -167,23 +167,15 @@ GOOD = {
     ("changes", "message"),
     [
         ({"published": {}}, "unknown key 'published'"),
-        ({"seed": None}, "seed is missing"),
-        ({"seed": -1}, "seed: -1, expected a whole number >= 0"),
         ({"camera_ids": [1]}, "camera_ids: [1], expected two or more different whole numbers"),
         ({"camera_ids": [1, 1]}, "from 1 to 4"),
         ({"camera_ids": [1, 5]}, "from 1 to 4"),
         ({"labels": ["a"]}, "labels: ['a'], expected two names"),
-        ({"take": 3}, "take: 3, expected keys with values"),
         ({"take": {"camera_type": "T40"}}, "take: cameras, layout_seed, centroid_px is missing"),
-        ({"take": {"hall": 1}}, "take: unknown key 'hall'"),
-        ({"take.camera_type": "V5"}, "take.camera_type: 'V5', expected one of T40, Bonita"),
-        ({"take.centroid_px": 0}, "take.centroid_px: 0, expected a number > 0"),
-        ({"take.cameras": 1.5}, "take.cameras: 1.5, expected a whole number from 2 to 1000"),
         ({"take.cameras": 10**9}, "expected a whole number from 2 to 1000"),
         ({"take.failing": {"camera": 5, "times": 2}}, "failing.camera: 5, expected one from 1 to"),
         ({"take.failing": {"camera": 1}}, "take.failing: times is missing"),
         ({"take.drift_mm_per_h": {"A": [0, 0, 1]}}, "unknown key 'A', expected one of Wand1"),
-        ({"take.h_-2": "much"}, "take.h_-2: 'much', expected a number >= 0"),
     ],
 )
 def test_a_wrong_entry_is_one_line(changes: dict[str, Any], message: str) -> None:

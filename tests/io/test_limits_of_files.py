@@ -130,3 +130,11 @@ def test_times_of_less_than_one_hertz_name_their_unit(tmp_path, period_s, is_rea
         assert "frame rate of 0.990099 Hz: name their unit" in refusal(path, ["A"], unit="m")
     path = make(tmp_path, "a.csv", "time_s,A_x,A_y,A_z\n" + rows)
     assert read_recording([path], ["A"], unit="m").frame_rate_hz == pytest.approx(1 / period_s)
+
+
+def test_words_alone_and_a_line_without_an_end_are_no_table(tmp_path) -> None:
+    for text, said in (
+        ("# c\n" * 9, "no row of three or more numbers in its first lines; line 9 is '# c'"),
+        ("#" * 2**20, "line 1 is longer than 1048576 bytes"),
+    ):
+        assert refusal(make(tmp_path, "a.csv", text), ["A"]).startswith(f"a.csv: {said}")

@@ -79,16 +79,9 @@ def test_without_a_certificate_nothing_is_called_accurate(passes: list[str], cap
     assert "No accuracy is stated" in text and "wrong" not in text
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--bar", "Wand-A"], 'bar is "Wand-A"; expected auto, or two markers of the file'),
-        (["--bar", "Loose-Wand-A"], "expected two markers of one stiff object"),
-        (["--bar", "auto", "--length", "50"], "length_mm is 50, but Wand-A and Wand-B are 499."),
-    ],
-)
-def test_what_is_no_bar_has_no_verdict(passes, arguments: list[str], words: str, capsys) -> None:
-    assert main.main(["check", passes[0], *arguments]) == 1
+def test_what_is_no_bar_has_no_verdict(passes, capsys) -> None:
+    assert main.main(["check", passes[0], "--bar", "Wand-A"]) == 1
+    words = 'bar is "Wand-A"; expected auto, or two markers of the file'
     assert words in capsys.readouterr().err
     assert not Path("results").exists()
 

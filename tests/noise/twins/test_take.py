@@ -29,6 +29,7 @@ from mocap_metrology.noise.twins.take import (
     random_facility,
     simulate_take,
 )
+from tests.noise.model.textbook import allan_variance
 
 
 def project(facility: Facility, points_mm: np.ndarray) -> np.ndarray:
@@ -96,17 +97,12 @@ def test_motion_cancels_between_subsets_and_is_a_random_walk_with_drift() -> Non
     m = 24
     # (2 pi)^2 / 6 h tau of a continuous walk; of its samples, 1 + 1 / (2 m^2) times that
     expected = (2 * np.pi) ** 2 / 6 * TAKE.h_m2 * (m / 120) * (1 + 1 / (2 * m**2))
-    found = np.mean([_allan(path[k, j], m) for k in (0, 1) for j in range(3)])
+    found = np.mean([allan_variance(path[k, j], m) for k in (0, 1) for j in range(3)])
     assert found == pytest.approx(expected, rel=0.05)
     bare = motion(replace(TAKE, drift_mm_per_h={}), LABELS, 3, 120.0, 120_000)
     hours = 119_999 / 120 / 3600
     assert (path - bare)[0, :, -1] == pytest.approx(np.array(DRIFT["Wand1"]) * hours)
     assert np.array_equal(path[1], bare[1])
-
-
-def _allan(series: np.ndarray, m: int) -> float:
-    means = series[: series.size // m * m].reshape(-1, m).mean(axis=1)
-    return float(np.square(np.diff(means)).mean() / 2)
 
 
 def test_same_twin_same_bytes_whatever_the_order_of_its_cameras() -> None:

@@ -1,9 +1,6 @@
 """Models that fit as well as the chosen one: found, named, and known to the intervals."""
 
-from types import SimpleNamespace
-
 import numpy as np
-import pytest
 
 from benchmarks.sentences.models import drawn
 from mocap_metrology.noise.fit.spectral.detrend import without_part
@@ -11,8 +8,8 @@ from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.fit.spectral.intervals import coefficients
 from mocap_metrology.noise.fit.spectral.order import choose, penalty
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
-from mocap_metrology.noise.fit.spectral.rivals import _price, judged, undecided
-from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum
+from mocap_metrology.noise.fit.spectral.rivals import judged, undecided
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood
 from mocap_metrology.noise.model.components import ALPHAS, GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
 
@@ -72,17 +69,3 @@ def test_intervals_hold_in_the_published_series():
     # 90 % less 1.4 standard deviations of 22 series
     assert np.mean(held["h_0"]) >= 0.81
     assert np.mean(held["h_-2"]) >= 0.81
-
-
-def test_a_fast_term_has_a_higher_price_than_a_slow_one() -> None:
-    """Of terms on both sides of a thousand frames, at any frame rate."""
-    for rate in (50.0, 400.0):
-        price = _price(SimpleNamespace(bins=SimpleNamespace(frame_rate_hz=rate)))
-
-        def of(*frames: float, rate: float = rate, price=price) -> float:
-            T_c = np.array(frames) / rate
-            return price(Fit(Spectrum({0: 1.0, -2: 1.0}, 0 * T_c, T_c), 10.0, True, np.eye(1)))
-
-        assert of(1001, 5000) - of() == pytest.approx(2 * (of(1001) - of()))
-        assert of(999, 5) - of() == pytest.approx(2 * (of(999) - of()))
-        assert of(999) - of() > of(1001) - of() > 0

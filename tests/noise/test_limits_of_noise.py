@@ -13,6 +13,8 @@ from mocap_metrology.noise.allan.confidence import noise_exponents
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.changes.compare import adev_trend, coherence
 from mocap_metrology.noise.changes.covariate import Covariate, together
+from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan
+from mocap_metrology.noise.diagnosis.export import bands, low_pass
 from mocap_metrology.noise.fit.allan.relative import Annealing, misfit
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.likelihood import check_series
@@ -143,3 +145,10 @@ def test_the_exponents_of_noise_do_not_depend_on_where_a_marker_is(gaps: bool) -
     for x in (WHITE, walk):
         own = np.where(np.arange(x.size) % 9 == 4, np.nan, x) if gaps else x
         assert noise_exponents(1e7 + 1e-6 * own, m).tolist() == noise_exponents(own, m).tolist()
+
+
+def test_too_little_of_a_series_shows_no_spectrum_and_no_windows() -> None:
+    gone, still = np.full(5000, np.nan), np.full(5000, 3.0)
+    assert bands(gone, 100.0) is None and low_pass("x1", bands(still, 100.0), 100.0) is None
+    for x in (gone, still, WHITE[:15]):
+        assert dynamic_allan(x, 100.0) == []

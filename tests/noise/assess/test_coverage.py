@@ -65,6 +65,7 @@ def test_spread_is_that_of_the_covariances(component: PowerLaw, form: Form) -> N
     for n, N, within in ((1, 64, 1e-4), (20, 60, 3e-3)):
         expected = written_out(component, n, N, form)
         assert spread(component, n, N, RATE, form) == pytest.approx(expected, rel=within)
+    assert spread(PowerLaw(1, 0.0), 1, 64, RATE, form) == 0
     halves = component.avar(2.0 ** np.arange(3, 10), RATE, form).sum() / 2
     assert spread(component, 8, 1024, RATE, form) == pytest.approx(halves, rel=2e-6)
 

@@ -105,6 +105,7 @@ def test_sides_without_noise_are_not_compared() -> None:
     still, loud = Blocks(np.zeros(30), np.zeros(30), 1.0), levels(1.0)["x1"].between(0, 30)
     for before, after in ((still, loud), (loud, still)):
         assert compare("x1", before, after, 0.01).word == "unknown"
+    assert compare("x1", loud, levels(3.0)["x1"], 0.01).word == "changed"
 
 
 def test_blocks_with_half_of_their_samples() -> None:
@@ -125,3 +126,4 @@ def test_the_size_of_a_trend() -> None:
     (found,) = trends({"x1": blocks(growing, 100.0)}, np.zeros(120, bool), [])
     assert found.change == pytest.approx(9.0, rel=0.25)
     assert found.direction == "rises" and found.matters
+    assert trends({"x1": blocks(growing[:11_000], 100.0)}, np.zeros(110, bool), []) == []

@@ -161,6 +161,7 @@ def bands(walk: float, white: float, n: int = 12) -> Bands:
 def test_white_share_is_that_of_the_last_band(walk: float, white: float) -> None:
     at_end = walk / (4 * math.sin(math.pi * 0.48) ** 2) + white
     assert white_share(bands(walk, white), AT_HZ, 0.0) == pytest.approx(white / at_end, abs=1e-9)
+    assert math.isnan(white_share(bands(walk, white, 7), AT_HZ, 0.0))  # less than 1/8 octave
 
 
 def test_rounding_is_no_white_noise_of_the_frames() -> None:
@@ -188,7 +189,8 @@ def test_a_cycle_of_the_variance_and_none_of_a_line_at_twice_its_frequency() -> 
     half = cyclic(1.0, 20.0, 6000)
     half[:2900] = np.nan
     assert variance_cycle(half, AT_HZ, 1e-4) == pytest.approx(20.0, abs=0.1)
-    assert variance_cycle(cyclic(0.0, 13.7), AT_HZ, 1e-4) == 0.0
+    for none in (cyclic(0.0, 13.7), cyclic(1.0, 20.0, 1900)):  # and too short
+        assert variance_cycle(none, AT_HZ, 1e-4) == 0.0
     x = np.random.default_rng(2).standard_normal(20_000)
     t = np.arange(x.size) / AT_HZ
     for f in (7.0, 43.0):  # twice 43 Hz is seen at 14 Hz
@@ -206,6 +208,7 @@ def test_a_running_median_repeats_values_and_a_file_of_steps_does_too() -> None:
         return np.cumsum(change)
 
     axes = {name: axis(seed, 0.003) for seed, name in enumerate("xyz")}
+    assert running_median({name: x[:1000] for name, x in axes.items()}, 0.0) == []  # too few
     found = running_median(axes, 0.0)
     assert [one.series for one in found] == ["x", "y", "z"]
     assert found[0].value == pytest.approx(0.2, abs=0.02)

@@ -7,10 +7,12 @@ import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.dynamic import (
+    Scale,
     _dispersion,
+    _windows,
     dynamic_allan,
 )
-from mocap_metrology.noise.diagnosis.events import Event, inside_events
+from mocap_metrology.noise.diagnosis.events import Alarm, Event, inside_events, merged
 from mocap_metrology.noise.diagnosis.levels import Sides, blocks, compare
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
@@ -48,6 +50,14 @@ def loud_after(position, from_s, factor):
     steps = np.diff(position, axis=1)
     steps[:, first:] *= factor
     return np.concatenate([position[:, :1], position[:, :1] + np.cumsum(steps, axis=1)], axis=1)
+
+
+@pytest.mark.parametrize(("there", "known"), [(4, True), (3, False)])
+def test_a_window_has_half_of_its_differences(there: int, known: bool) -> None:
+    seen = np.arange(80) % 8 < there
+    mean, share = _windows(np.where(seen, 3.0, 0.0), seen, Scale(1, 1, 8))
+    assert (share == there / 8).all()
+    np.testing.assert_array_equal(mean, np.full(mean.size, 3.0 if known else np.nan))
 
 
 def test_degrees_of_freedom_of_a_window() -> None:
@@ -136,6 +146,12 @@ def test_what_is_left_of_an_event(kind, interval, of, outcome, after, matters) -
     sides = (Sides("x1", 1.0, 1.0, 1.0, 1.0, *interval),) if interval else ()
     event = Event(1.0, 2.0, kind, ("x1",), "x1", 1.0, 0.0, 0.0, 1.0, 1.0, sides, of)
     assert (event.outcome, event.noise_after, event.matters) == (outcome, after, matters)
+
+
+@pytest.mark.parametrize(("gap_s", "events"), [(-3.0, 1), (0.0, 1), (0.99, 1), (1.01, 2)])
+def test_alarms_less_than_a_second_apart_are_one_event(gap_s: float, events: int) -> None:
+    one, other = (Alarm(t, t + 5.0, "x1", 0.1, 20.0, 3.0) for t in (40.0, 45.0 + gap_s))
+    assert len(merged([other, one])) == events
 
 
 def test_sides_that_are_equal_are_said_so_as_often_as_promised():

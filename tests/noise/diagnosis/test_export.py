@@ -170,6 +170,10 @@ def test_bands_are_medians_of_the_one_sided_density() -> None:
     assert found is not None
     for level in (found.middle, found.top, np.median(found.psd)):
         assert level == pytest.approx(2 * 0.09 / 120 * math.log(2), rel=0.05)
+    for lowest in (8.1, 8.7):  # ordinates at least: of one segment a band has e (1 - 2^-0.25)
+        n = round(2 * lowest * 2 ** (10 / 4) / (1 - 2**-0.25) / 0.95)
+        found = bands(np.random.default_rng(1).normal(size=n), 1000.0)
+        assert found is not None and found.psd.size == 11
 
 
 HZ = 120.0
@@ -241,3 +245,17 @@ def test_published_noise_and_its_line_behind_filters():
     taken = none.sigma**2 - notch.sigma**2
     assert taken == pytest.approx(line.A_s**2 / 2, rel=0.5)
     assert taken > line.A_s**2 / 2  # and some noise
+
+
+def test_low_passes_well_below_nyquist_and_notches_that_have_room() -> None:
+    """Below 0.95 of 100 Hz; a notch, as wide as its frequency at most, ends below 100 Hz."""
+
+    def names(cutoffs: list[float], lines: list[float], width: float) -> list[str]:
+        return [one.name for one in filters(200.0, cutoffs, lines, width)][1:]
+
+    low = ["Butterworth 10 Hz", "Butterworth 94.9 Hz"]
+    assert names([10.0, 94.9, 95.0, 120.0], [], 1.0) == low
+    assert names([], [50.0, 99.4, 99.5, 99.6], 1.0) == ["notch 50 Hz", "notch 99.4 Hz"]
+    assert names([], [66.0, 67.0], 500.0) == ["notch 66 Hz"]
+    m = averaging(5000, 200.0)  # up to a tenth of the recording
+    assert (m[0], m[-1]) == (1, 500) and averaging(9, 200.0).tolist() == [1]

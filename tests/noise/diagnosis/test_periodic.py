@@ -172,3 +172,12 @@ def test_mains_and_lamps_that_would_show(f_0, rate, true, mains) -> None:
     assert (found and (found.f_hz, found.mains_hz)) == (true and (true, mains))
     if found and true is not None:
         assert found.folded_at_hz == (rate if true > rate / 2 else None)
+
+
+@pytest.mark.parametrize("k", [1, 2, 4])
+def test_a_grid_is_off_by_four_in_a_thousand_and_a_line_by_its_error(k: int) -> None:
+    for error in (0.0, 0.1):
+        reach = 0.004 * 50 * k + 3 * error
+        for sign in (-1, 1):
+            assert mains_of(50 * k + sign * 0.99 * reach, 1000.0, error) is not None
+            assert mains_of(50 * k + sign * 1.01 * reach, 1000.0, error) is None

@@ -10,11 +10,17 @@ import numpy as np
 import pytest
 from scipy import ndimage, signal
 
+from mocap_metrology.noise.diagnosis import export
 from mocap_metrology.noise.diagnosis.export import Bands
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import Recording
-from mocap_metrology.noise.diagnosis.software import running_median, variance_cycle, white_share
+from mocap_metrology.noise.diagnosis.software import (
+    processed,
+    running_median,
+    variance_cycle,
+    white_share,
+)
 from mocap_metrology.noise.motion.exchange import put_right
 
 RATE, N = 120.0, 36_000
@@ -189,28 +195,49 @@ def test_a_cycle_of_the_variance_and_none_of_a_line_at_twice_its_frequency() -> 
     half = cyclic(1.0, 20.0, 6000)
     half[:2900] = np.nan
     assert variance_cycle(half, AT_HZ, 1e-4) == pytest.approx(20.0, abs=0.1)
-    for none in (cyclic(0.0, 13.7), cyclic(1.0, 20.0, 1900)):  # and too short
-        assert variance_cycle(none, AT_HZ, 1e-4) == 0.0
+    for deep, f, n, is_found in (
+        *((0.0, 13.7, 60_000, False), (0.1, 13.7, 60_000, False), (1.0, 20.0, 1900, False)),
+        *((0.8, 1.9, 60_000, False), (0.8, 2.1, 60_000, True), (0.8, 49.9, 60_000, True)),
+    ):  # a seventh of the variance, 2000 frames, cycles of fifty frames at most
+        assert (variance_cycle(cyclic(deep, f, n), AT_HZ, 1e-4) > 0) is is_found
     x = np.random.default_rng(2).standard_normal(20_000)
     t = np.arange(x.size) / AT_HZ
     for f in (7.0, 43.0):  # twice 43 Hz is seen at 14 Hz
         assert variance_cycle(x + 3 * np.sin(2 * np.pi * f * t), AT_HZ, 1e-4) == 0.0
 
 
-def test_a_running_median_repeats_values_and_a_file_of_steps_does_too() -> None:
-    """A fifth of the values, of each axis for itself; changes of less than 0.003 mm beside them,
-    unlike in a file whose least change is its step."""
+def changing(seed: int, share: float, least: float = 0.003) -> np.ndarray:
+    """Changes of either sign from `least` to 6; a share of the values repeats the one before."""
+    rng, n = np.random.default_rng(seed), 4000
+    change = rng.choice([-1, 1], n) * rng.permutation(np.linspace(least, 6.0, n))
+    change[rng.permutation(n)[: round(share * n)]] = 0.0
+    return np.cumsum(change)
 
-    def axis(seed: int, least: float) -> np.ndarray:
-        rng, n = np.random.default_rng(seed), 4000
-        change = rng.choice([-1, 1], n) * rng.permutation(np.linspace(least, 6.0, n))
-        change[rng.permutation(n)[: n // 5]] = 0.0
-        return np.cumsum(change)
 
-    axes = {name: axis(seed, 0.003) for seed, name in enumerate("xyz")}
-    assert running_median({name: x[:1000] for name, x in axes.items()}, 0.0) == []  # too few
-    found = running_median(axes, 0.0)
-    assert [one.series for one in found] == ["x", "y", "z"]
-    assert found[0].value == pytest.approx(0.2, abs=0.02)
-    assert not running_median({name: axis(seed, 3.0) for seed, name in enumerate("xyz")}, 0.0)
-    assert not running_median(dict.fromkeys("xyz", axes["x"]), 0.0)  # they repeat together
+@pytest.mark.parametrize(
+    ("share", "step", "least", "is_told"),
+    [
+        *((0.2, 0.0, 0.003, True), (0.11, 0.0, 0.003, True), (0.09, 0.0, 0.003, False)),
+        *((0.2, 0.145, 0.003, True), (0.2, 0.155, 0.003, False), (0.2, 0.0, 3.0, False)),
+    ],
+)
+def test_a_running_median_repeats_a_tenth_of_its_values(share, step, least, is_told) -> None:
+    """Each axis for itself; beyond what the steps of a file do, of a twentieth of the median change
+    at most, or of which the least change is one."""
+    axes = {name: changing(seed, share, least) for seed, name in enumerate("xyz")}
+    found = running_median(axes, step)
+    assert [one.series for one in found] == (["x", "y", "z"] if is_told else [])
+    assert all(one.value == pytest.approx(share, abs=0.02) for one in found)
+    assert not running_median(dict.fromkeys("xyz", axes["x"]), step)  # they repeat together
+    assert not running_median({name: x[:1000] for name, x in axes.items()}, step)  # too few
+
+
+@pytest.mark.parametrize(("n_smooth", "is_told"), [(1, False), (2, True), (4, True)])
+def test_software_is_told_of_where_half_of_the_coordinates_agree(n_smooth, is_told) -> None:
+    rng = np.random.default_rng(5)
+    series = {f"{axis}{k}": rng.standard_normal(60_000) for k in (1, 2) for axis in "xy"}
+    for name in list(series)[:n_smooth]:
+        series[name] = signal.lfilter([0.05], [1, -0.95], series[name])
+    spectra = {name: export.bands(x, 200.0) for name, x in series.items()}
+    found = [one for one in processed(series, spectra, 200.0, 0.0) if one.code == "smoothed"]
+    assert [one.series for one in found] == (list(series)[:n_smooth] if is_told else [])

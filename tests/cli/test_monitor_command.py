@@ -148,10 +148,8 @@ def test_two_commands_at_once_wait_for_each_other(tmp_path: Path, run: Run) -> N
     assert state(tmp_path)["takes"] == 2
 
 
-def test_a_sheet_that_was_edited(
-    tmp_path: Path, run: Run, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """A comment, Windows line ends, a row removed, a column added, another order of columns."""
+def test_a_sheet_that_was_edited(tmp_path: Path, run: Run) -> None:
+    """A comment, Windows line ends, a row removed, a column added."""
     grown(tmp_path, run, 3)
     sheet = tmp_path / "hall/recordings.tsv"
     head, first, _, third = [row.split("\t") for row in sheet.read_text().splitlines()]
@@ -162,15 +160,6 @@ def test_a_sheet_that_was_edited(
     assert sheet.read_bytes().startswith(text.encode())
     assert sheet.read_bytes().count(b"\r\n") == 5
     assert state(tmp_path)["takes"] == 3
-    swapped = "\r\n".join([*text.splitlines()[:2], *text.splitlines()[:1:-1], ""])
-    sheet.write_bytes(swapped.encode())
-    assert run(write_take(tmp_path / "t5.c3d", 5), "--date", "2026-03-05") == 1
-    assert 'column date: "2026-03-01"; expected 2026-03-03 or later' in capsys.readouterr().err
-    assert sheet.read_bytes() == swapped.encode()
-    sheet.write_bytes((twice := text + text.splitlines()[-1] + "\r\n").encode())
-    assert run(tmp_path / "t5.c3d", "--date", "2026-03-05") == 1
-    assert 'column recording: "t3"; expected another name than row 4' in capsys.readouterr().err
-    assert sheet.read_bytes() == twice.encode()
 
 
 def test_a_take_without_its_results_is_read_again(tmp_path: Path, run: Run) -> None:

@@ -1,12 +1,14 @@
-"""Rules of the common parts at their limits, and their messages."""
+"""Rules of the common parts at their limits, their messages, and YAML and JSON of users."""
 
 import difflib
+import json
 import math
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import AfterValidator, Field
@@ -176,27 +178,6 @@ def test_messages_are_one_line_of_a_limited_length() -> None:
     assert printable("a\x1b[31mb\u200fc\nd") == "a\\x1b[31mb\\u200fc\\nd"
 
 
-def values(more: int) -> str:
-    """999,006 values as aliases are written out (1,000 of them 998 times), and some more."""
-    of = ", ".join("x" * 999)
-    return f"a: &a [{of}]\nb: [{', '.join(['*a'] * 998)}]\nc: [{', '.join('x' * more)}]"
-
-
-@pytest.mark.parametrize(
-    ("read", "longest", "too_long"),
-    [
-        (load_yaml, "9" * 1000, "9" * 1001),
-        (load_json, "9" * 1000, "9" * 1001),
-        (load_yaml, "[" * 98 + "]" * 98, "[" * 99 + "]" * 99),
-        (load_yaml, values(994), values(995)),
-    ],
-)
-def test_documents_at_their_limits(read, longest: str, too_long: str) -> None:
-    assert read(longest)
-    with pytest.raises(ValueError, match="expected at most"):
-        read(too_long)
-
-
 def test_paths_of_windows(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a").mkdir()
@@ -211,3 +192,73 @@ def test_paths_of_windows(tmp_path: Path, monkeypatch) -> None:
         assert paths.of_windows(text) == said
     assert paths.is_file("a/b.c3d") and paths.exists("a") and not paths.is_file("a")
     assert not paths.exists("x" * 300) and not paths.is_file("x" * 300)
+
+
+NINES = "9" * 5000
+
+
+def repeated(first: str, later: str) -> str:
+    """Ten million times the first: each further line has ten aliases of the line before."""
+    lines = [f"a{k}: &a{k} " + later.format(", ".join([f"*a{k - 1}"] * 10)) for k in range(1, 8)]
+    return "\n".join([f"a0: &a0 {first}", *lines])
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (repeated("[x]", "[{}]"), "line 7: too much"),
+        (repeated("{k: 1}", "{{<<: [{}]}}"), "line 7: too much"),
+        (
+            "\n".join(["a0: &a0 [x]", *(f"a{k}: &a{k} [*a{k - 1}]" for k in range(1, 5000))]),
+            "too m",
+        ),
+        ("a: &a [*a]", "line 1: too much"),
+        ("[" * 100_000, "line 1: nested 101 deep"),
+        ("".join(" " * k + "a:\n" for k in range(2000)), "nested 101 deep"),
+        (f"0x{NINES}", "line 1: a number of 5002 digits"),
+        ("a: 1\nb: 2\na: 3", "line 3: key a is repeated"),
+        ("- {'1': 1, 1: 2}", "line 1: key 1 is repeated"),
+        ("a: 2024-13-45", "month must be in 1..12"),
+        ("a: !!int x", "invalid literal"),
+        ("a: [", "expected"),
+        ("a: 1\n\ufeff\nb: 2", "line 2: a byte order mark"),
+        ("a: !!python/object:os.system x", "could not determine a constructor"),
+    ],
+)
+def test_yaml_that_is_no_value(text: str, expected: str) -> None:
+    with pytest.raises(ValueError, match=expected) as refused:
+        load_yaml(text)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('{"a": {"b": 1, "b": 2}}', "key b is repeated"),
+        ("[" * 100_000, "nested too deeply"),
+        ("{", "Expecting property name"),
+    ],
+)
+def test_json_that_is_no_value(text: str, expected: str) -> None:
+    with pytest.raises(ValueError, match=expected):
+        load_json(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "~",
+        "a: 1e-6\nb: [1, 2.5, yes]",
+        "d: &d {a: 1}\ne: {<<: *d, a: 2}\nf: *d",
+        "? a\n? b",
+        f"a: {'x' * 5000}\nb: [0x1F, 017, 1_000, 1:30]",
+    ],
+)
+def test_any_other_yaml_is_that_of_pyyaml(text: str) -> None:
+    assert load_yaml(text) == yaml.safe_load(text)
+
+
+def test_any_other_json_is_that_of_json() -> None:
+    value = {"a": [1, -2.5, None, True, {"b": "c"}], "d": 10**50}
+    assert load_json(json.dumps(value)) == value

@@ -31,7 +31,6 @@ from mocap_metrology.common.errors import Refusal  # noqa: E402
 from mocap_metrology.common.faults import Faults  # noqa: E402
 from mocap_metrology.common.files import read_table, write_table  # noqa: E402
 from mocap_metrology.io.read import FORMATS, labels_of, orientation_of, read_recording  # noqa: E402
-from mocap_metrology.lighthouse.assess.reference import pose_reference  # noqa: E402
 from mocap_metrology.lighthouse.board import read_board  # noqa: E402
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles  # noqa: E402
 from mocap_metrology.lighthouse.decode.chain import decode  # noqa: E402
@@ -156,7 +155,7 @@ def _pulses(found: Any, per_s: float) -> np.ndarray:
 
 
 def of_lighthouse() -> Iterator[Kind]:
-    """A dump, a recording of libsurvive, angles, a board, a reference."""
+    """A dump, a recording of libsurvive, angles, a board."""
     scene = synthetic.Scene(seconds=0.6).build()
     made = "\n".join(f"{x:.4f},{y:.4f},{z:.4f}" for x, y, z in synthetic.BOARD)
     board = f"x_m,y_m,z_m\n{made}\n".encode()
@@ -211,15 +210,6 @@ def of_lighthouse() -> Iterator[Kind]:
                strict_text.angles, mutate.text)  # fmt: skip
     yield Kind("lighthouse board", "a.csv", board, lambda path: {"board": read_board(path)},
                strict_text.board, mutate.text)  # fmt: skip
-    turn = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
-    pose = {"R": turn, "t_m": [2.0, 0.5, -0.1], "stations": {"master": 7, "slave": 4294967290}}
-
-    def of_pose(path: Path) -> Values:
-        found = pose_reference(path)
-        return {"R": found.R, "t_m": found.t_m, "ids": list(found.ids)}
-
-    yield Kind("lighthouse reference", "a.json", json.dumps(pose, indent=1).encode(), of_pose,
-               strict_text.pose, mutate.text)  # fmt: skip
 
 
 def of_workflow(folder: Path) -> Iterator[Kind]:

@@ -122,8 +122,12 @@ def of_poses(folder: Path) -> Iterator[Kind]:
         found = pose_reference(path)
         return {"R": found.R, "t_m": found.t_m, "ids": list(found.ids)}
 
-    yield Kind("lighthouse reference mm", "a.json", text(given), reference,
-               strict_beside.reference, mutate.text)  # fmt: skip
+    turn = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    ids = {"stations": {"master": 7, "slave": 4294967290}}
+    metres = {"R": turn, "t_m": [2.0, 0.5, -0.1]} | ids
+    for name, made in (("reference", metres), ("reference mm", given)):
+        yield Kind(f"lighthouse {name}", "a.json", text(made), reference,
+                   strict_beside.reference, mutate.text)  # fmt: skip
 
 
 def of_tables() -> Iterator[Kind]:

@@ -9,23 +9,8 @@ Damage = Callable[[bytearray, Rng], None]
 
 NUMBERS = (b"1e999", b"-1", b"nan", b"inf", b"", b"0", b"1e12", b"1,5", b"0x10", b"9" * 400)
 NUMBERS += (b"NA", b"None", b'"1.5"', b'"1.5', b'"1,5"', b"-nan", b"#REF!")
-JUNK = (
-    "\0",
-    "\x1b[2J",
-    "\ufeff",
-    "\u202e",
-    "\u0663",
-    "=1+1",
-    "<b>",
-    '"',
-    ";",
-    "\t",
-    ",",
-    " ",
-    "\r",
-    "[",
-    "{",
-)
+JUNK = ("\0", "\x1b[2J", "\ufeff", "\u202e", "\u0663", "=1+1", "<b>")
+JUNK += ('"', ";", "\t", ",", " ", "\r", "[", "{")
 
 
 def binary(content: bytes, rng: Rng, front: int) -> tuple[bytes, str]:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import f as distribution
 
 from .strict_c3d import Unreadable, Values, need
-from .strict_text import Once, number, once, table_of
+from .strict_text import Once, lines_of, number, once, table_of
 
 FACTORY = ("phase", "tilt", "curve", "gibphase", "gibmag")
 ROLES = ("master", "slave")
@@ -134,6 +134,9 @@ def reference(raw: bytes) -> Values:
         ids = [id_of(own[role]) for role in ROLES]
         if "R" in given:
             R = numbers(given["R"], 3, 3)
+            need(np.allclose(R @ R.T, np.eye(3), atol=1e-3) and np.linalg.det(R) > 0)
+            U, _, Vt = np.linalg.svd(R)
+            R = U @ Vt
         else:
             q = numbers(given["quaternion_xyzw"], 4)
             need(abs(np.linalg.norm(q) - 1) < 0.01)
@@ -156,14 +159,7 @@ def places(raw: bytes, name: str, unit: str, least: int) -> Values:
 
 
 def covariate(raw: bytes, between: str) -> Values:
-    need(not any(byte < 32 and byte not in b"\t\r\n" for byte in raw))
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    lines = [line.rstrip("\r") for line in text.split("\n")]
-    need(not any("\r" in line for line in lines))
-    rows = [line.split(between) for line in lines if line.strip(f" \t{between}")]
+    rows = [line.split(between) for line in lines_of(raw) if line.strip(f" \t{between}")]
     rows = [[cell.strip(' \t"') for cell in row] for row in rows]
     need(rows and all(not any(row[2:]) and len(row) > 1 for row in rows))
     need(rows[0][0] == "time_s" and rows[0][1])

@@ -274,20 +274,6 @@ def board(raw: bytes) -> Values:
     return {"board": np.array([[number(row[c]) for c in ("x_m", "y_m", "z_m")] for row in rows])}
 
 
-def pose(raw: bytes) -> Values:
-    try:
-        given = json.loads(raw.decode("utf-8-sig"), object_pairs_hook=once)
-        R, t = np.array(given["R"], float), np.array(given["t_m"], float)
-        ids = [given["stations"][role] for role in ("master", "slave")]
-        ids = [int(one) if one is not None else None for one in ids]
-    except (ValueError, KeyError, TypeError, RecursionError, OverflowError):
-        raise Unreadable from None
-    need(R.shape == (3, 3) and t.shape == (3,) and np.isfinite(R).all())
-    need(np.allclose(R @ R.T, np.eye(3), atol=1e-3) and np.linalg.det(R) > 0)
-    U, _, Vt = np.linalg.svd(R)
-    return {"R": U @ Vt, "t_m": t, "ids": ids}
-
-
 def sheet(raw: bytes) -> Values:
     """The cells of columns that hold text, row by row."""
     try:

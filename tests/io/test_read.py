@@ -1,4 +1,4 @@
-"""How the format of a file is told, and how one is added."""
+"""How the format of a file is told, and how one is added; which point a label means."""
 
 from itertools import islice
 from pathlib import Path
@@ -8,6 +8,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.io.labels import find_points, suggestion
 from mocap_metrology.io.read import FORMATS, bodies_of, labels_of, read_recording, text_format
 from mocap_metrology.io.text.layout import Layout, check_text, lines, rate, triples
 from mocap_metrology.io.units import MILLIMETRE
@@ -88,3 +89,50 @@ def test_of_all_markers_those_that_are_never_seen_are_left_out(suffix, tmp_path,
     assert note in read_recording([path], labels, only_seen=True).notes
     with pytest.raises(Refusal, match="is valid in no frame of 50"):
         read_recording([path], labels[2:], only_seen=True)
+
+
+GAIT = ("LTOE", "RTOE", "LHEE", "RHEE", "Right hand")
+TWO = ("Wand:A", "Wand:B", "Cal:B", "C D", "E", "E")
+
+
+@pytest.mark.parametrize(
+    ("markers", "places"),
+    [
+        (["A", " C D ", "Cal:B"], [0, 3, 2]),
+        (["E#2", "E#1", "Wand:A"], [5, 4, 0]),
+        (["B"], "marker 'B' occurs several times: choose from Wand:B, Cal:B"),
+        (["A", "Wand:A"], "marker 'Wand:A' is chosen twice"),
+        (["E"], "2 points are labelled 'E': choose one of them as E#1, E#2"),
+        (["E#3"], "no 'E#3': points labelled 'E': 2"),
+        (["E#0"], "no 'E#0': points labelled 'E': 2"),
+        ([], "no marker is chosen; the file has: Wand:A, Wand:B, Cal:B, C D, E, E"),
+        (["Nose"], "no marker 'Nose'; there are: Wand:A, Wand:B, Cal:B, C D, E, E"),
+        (["wand:a"], "no marker 'wand:a'; the letter case differs: did you mean Wand:A?"),
+    ],
+)
+def test_which_points_are_meant(markers: list[str], places: list[int] | str) -> None:
+    if isinstance(places, list):
+        assert find_points(TWO, markers, "a.c3d") == places
+    else:
+        with pytest.raises(Refusal) as refused:
+            find_points(TWO, markers, "a.c3d")
+        assert str(refused.value) == f"a.c3d: {places}"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "labels", "said"),
+    [
+        ("RTEO", GAIT, "did you mean RTOE?"),
+        ("LTOEE", ("LTOES", "LTOER"), "did you mean LTOES or LTOER?"),
+        ("rtoe", GAIT, "the letter case differs: did you mean RTOE?"),
+        ("right hand", GAIT, "the letter case differs: did you mean Right hand?"),
+        ("LTOE,RTOE", GAIT, 'separate the labels with ";": "LTOE;RTOE"'),
+        ("LTOE RTOE", GAIT, 'separate the labels with ";": "LTOE;RTOE"'),
+        ("ltoe", ("Matt:LTOE", "Matt:RHEE"), "the letter case differs: did you mean Matt:LTOE?"),
+        ("Nose", GAIT, ""),
+        ("LTOE, Right hand", GAIT, 'separate the labels with ";": "LTOE;Right hand"'),
+        ("LTOE,Nose", GAIT, 'separate labels with ";"'),
+    ],
+)
+def test_what_was_probably_meant(wrong: str, labels: tuple[str, ...], said: str) -> None:
+    assert suggestion(wrong, labels) == said

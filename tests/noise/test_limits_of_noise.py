@@ -13,12 +13,12 @@ from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.changes.compare import adev_trend, coherence
 from mocap_metrology.noise.changes.covariate import Covariate, together
+from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan
+from mocap_metrology.noise.diagnosis.export import bands, low_pass
 from mocap_metrology.noise.fit.allan.relative import Annealing, misfit
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.likelihood import check_series
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.motion.orientation import of_cluster
-from mocap_metrology.noise.twins.simulate import frames_of
 
 M = np.array([1, 2, 4, 8, 16])
 WHITE = np.random.default_rng(1).standard_normal(4000)
@@ -42,27 +42,9 @@ def beside(n: int, n_missing: int = 0) -> dict[str, object]:
     return together(series, 10.0, Covariate("degC", np.arange(n + 1.0), WHITE[: n + 1]), 0.05)
 
 
-def cluster(width: float) -> object:
-    """Of three markers on a line of 1000 but for `width`: spreads 707 and 0.816 times the width."""
-    points = np.array([[-500.0, 0, 0], [0, width, 0], [500, 0, 0]])
-    return of_cluster(points[:, :, None] + np.zeros(100))
-
-
 DAYS, EDF = [0, 20, 61], [50, 60, 40]
 # What is accepted, and what is just beyond
 LIMITS: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
-    "power law": (lambda: PowerLaw(0, 0.0), lambda: PowerLaw(0, -1e-300)),
-    "power law, upper": (lambda: PowerLaw(0, 1e308), lambda: PowerLaw(0, math.inf)),
-    "correlated term": (lambda: GaussMarkov(0.0, 1.0), lambda: GaussMarkov(-1e-300, 1.0)),
-    "correlated term, upper": (lambda: GaussMarkov(1e308, 1), lambda: GaussMarkov(math.inf, 1)),
-    "correlation time": (lambda: GaussMarkov(1, 1e-300), lambda: GaussMarkov(1, 0.0)),
-    "correlation time, upper": (lambda: GaussMarkov(1, 1e308), lambda: GaussMarkov(1, math.inf)),
-    "amplitude": (lambda: Sinusoid(0.0, 1.0), lambda: Sinusoid(-1e-300, 1.0)),
-    "amplitude, upper": (lambda: Sinusoid(1e308, 1.0), lambda: Sinusoid(math.inf, 1.0)),
-    "frequency": (lambda: Sinusoid(1.0, 1e-300), lambda: Sinusoid(1.0, 0.0)),
-    "frequency, upper": (lambda: Sinusoid(1.0, 1e308), lambda: Sinusoid(1.0, math.inf)),
-    "width of a line": (lambda: Sinusoid(1.0, 1.0, 0.0), lambda: Sinusoid(1.0, 1.0, -1e-300)),
-    "width, upper": (lambda: Sinusoid(1.0, 1.0, 1e308), lambda: Sinusoid(1.0, 1.0, math.inf)),
     "lines of a model": (
         lambda: NoiseModel((Sinusoid(1.0, 1.0),)),
         lambda: NoiseModel((Sinusoid(1.0, 1.0), Sinusoid(1.0, 2.0))),
@@ -103,7 +85,6 @@ LIMITS: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
         lambda: fitted(Components((0,), 0, True), lowest_hz=0.49999),
         lambda: fitted(Components((0,), 0, True), lowest_hz=0.5),
     ),
-    "samples": (lambda: check_series(WHITE[:1000]), lambda: check_series(WHITE[:999])),
     "missing samples": (
         lambda: check_series(with_missing(3000, 1500)),
         lambda: check_series(with_missing(3000, 1501)),
@@ -125,10 +106,27 @@ LIMITS: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
         lambda: coherence(WHITE[:35], WHITE[50:85], 1.0),
     ),
     "blocks in common": (lambda: beside(36), lambda: beside(35)),
-    "a quarter missing": (lambda: beside(100, 25), lambda: beside(100, 26)),
-    "width of a cluster": (lambda: cluster(17.4), lambda: cluster(17.2)),
-    "frames of a twin": (lambda: frames_of("a", 16.0, 1.0), lambda: frames_of("a", 15.0, 1.0)),
 }
+
+
+# A parameter of a component, the least it may be, and what is refused
+PARAMETERS = [
+    (lambda h: PowerLaw(0, h), 0.0, -1e-300),
+    (lambda q_c: GaussMarkov(q_c, 1.0), 0.0, -1e-300),
+    (lambda T_c: GaussMarkov(1.0, T_c), 1e-300, 0.0),
+    (lambda A_s: Sinusoid(A_s, 1.0), 0.0, -1e-300),
+    (lambda f_0: Sinusoid(1.0, f_0), 1e-300, 0.0),
+    (lambda width: Sinusoid(1.0, 1.0, width), 0.0, -1e-300),
+]
+
+
+@pytest.mark.parametrize(("made", "least", "below"), PARAMETERS, ids=range(6))
+def test_parameters_are_finite_and_not_negative(made, least: float, below: float) -> None:
+    for value in (least, 1e308):
+        made(value)
+    for value in (below, math.inf, math.nan):
+        with pytest.raises(Refusal):
+            made(value)
 
 
 @pytest.mark.parametrize("name", LIMITS)
@@ -139,12 +137,6 @@ def test_accepts_up_to_the_limit_and_refuses_beyond(name: str) -> None:
         refused()
 
 
-def test_a_coherence_is_of_series_without_gaps() -> None:
-    for pair in ((WHITE[:40], with_missing(40, 1)), (with_missing(40, 1), WHITE[:40])):
-        with pytest.raises(Refusal, match="40 common samples; expected 36 or more without gaps"):
-            coherence(*pair, 1.0)
-
-
 @pytest.mark.parametrize("gaps", [False, True])
 def test_the_exponents_of_noise_do_not_depend_on_where_a_marker_is(gaps: bool) -> None:
     """Of 1 nm at 10 km, where sums of the positions themselves lose the noise in rounding."""
@@ -153,3 +145,10 @@ def test_the_exponents_of_noise_do_not_depend_on_where_a_marker_is(gaps: bool) -
     for x in (WHITE, walk):
         own = np.where(np.arange(x.size) % 9 == 4, np.nan, x) if gaps else x
         assert noise_exponents(1e7 + 1e-6 * own, m).tolist() == noise_exponents(own, m).tolist()
+
+
+def test_too_little_of_a_series_shows_no_spectrum_and_no_windows() -> None:
+    gone, still = np.full(5000, np.nan), np.full(5000, 3.0)
+    assert bands(gone, 100.0) is None and low_pass("x1", bands(still, 100.0), 100.0) is None
+    for x in (gone, still, WHITE[:15]):
+        assert dynamic_allan(x, 100.0) == []

@@ -13,7 +13,6 @@ from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.still_angles import still_angles
-from mocap_metrology.present.tables import markdown
 from mocap_metrology.settings import Allan
 
 COMMON, INDEPENDENT, SECONDS = 53e-6, 30e-6, 30.0
@@ -63,6 +62,14 @@ def test_white_noise_of_both_parts(hits: Hits, tmp_path: Path) -> None:
             assert allan["tau_s"][own][0] == pytest.approx(1 / 30)
         own = (allan["series"] == f"{rotor}_3") & (allan["m"] == 1)
         assert allan["adev_rad"][own] == pytest.approx(np.hypot(COMMON, INDEPENDENT), rel=0.12)
+    rows = angle_rows(NAMED, allan, origin)
+    assert [tuple(row) for row in rows] == [ANGLE_HEAD] * 4
+    for row in rows:
+        assert row["independent_exponent"] == 0
+        assert row["independent_adev_1_urad"] == pytest.approx(30, rel=0.03)
+        assert row["independent_h_0_urad2_hz"] == pytest.approx(2 * 30**2 / 30, rel=0.06)
+        ends = row["common_adev_1_lower_urad"], row["common_adev_1_upper_urad"]
+        assert ends[0] < row["common_adev_1_urad"] < ends[1]
 
 
 def test_two_diodes_have_a_common_part(hits: Hits) -> None:
@@ -108,18 +115,6 @@ def test_a_board_that_moved_has_no_rows_but_a_reason(hits: Hits, tmp_path: Path)
     _, refused = written(tmp_path / "refused.parquet", hits, still=None)
     assert refused["reason"] == UNKNOWN
     assert angle_rows(NAMED, allan, origin) == []
-
-
-def test_rows_of_the_table(hits: Hits, tmp_path: Path) -> None:
-    rows = angle_rows(NAMED, *written(tmp_path / "allan.parquet", hits))
-    assert [tuple(row) for row in rows] == [ANGLE_HEAD] * 4
-    for row in rows:
-        assert row["independent_exponent"] == 0
-        assert row["independent_adev_1_urad"] == pytest.approx(30, rel=0.03)
-        assert row["independent_h_0_urad2_hz"] == pytest.approx(2 * 30**2 / 30, rel=0.06)
-        assert row["common_adev_1_lower_urad"] < row["common_adev_1_urad"]
-        assert row["common_adev_1_urad"] < row["common_adev_1_upper_urad"]
-    assert markdown(rows, "lab: noise of angles", "").count("master, azimuth") == 1
 
 
 def test_one_diode_has_no_parts(hits: Hits, tmp_path: Path) -> None:

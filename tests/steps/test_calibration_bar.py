@@ -1,24 +1,36 @@
-"""A bar as truth of a calibration: recording of two objects to bar.json."""
+"""A recording of two objects: a bar as truth of a calibration, and a setup of both."""
 
 import csv
 import gzip
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.pose import pose
+from mocap_metrology.calibration.setup import Member, write_setup
 from mocap_metrology.calibration.sweeps import Entry, paths_in, sweeps
 from mocap_metrology.calibration.tables import BAR, TABLES
 from mocap_metrology.cli import calibration, main
 from mocap_metrology.common.files import write_json
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.pose_file import (
+    chosen_pose,
+    is_network,
+    matrix_and_metres,
+    pairs,
+    read_pose_json,
+)
+from mocap_metrology.lighthouse.assess.rows import calibration_rows
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import Station
-from mocap_metrology.lighthouse.simulate.turns import write_rec
+from mocap_metrology.lighthouse.simulate.turns import MadeTurns, write_rec
 from mocap_metrology.present.plot.figure import words_picture
 from mocap_metrology.settings import Bar, Lighthouse
 from tests.lighthouse.track.test_track_bar import HEAD, LENGTH_M, on_a_bar
@@ -41,17 +53,19 @@ def write_both(path: Path, made: list) -> None:
     path.write_bytes(gzip.compress(text.replace(b"CONFIG {", told), 1))
 
 
+def write_stations(folder: Path, made: MadeTurns) -> None:
+    known = zip(made.twin.channels, made.ids, made.factories, strict=True)
+    stations = [Station(str(c), id=i, factory=f, generation=2, channel=c) for c, i, f in known]
+    write_json(folder / "stations.json", stations_to_json(stations))
+
+
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A calibrated recording of two objects."""
     folder = tmp_path_factory.mktemp("bar")
     made = on_a_bar(3, duration_s=4.0, cover_mm=(-0.75, 1.55), place_mm=0.1)
     write_both(folder / "a.rec.gz", made)
-    stations = [
-        Station(str(c), id=i, factory=f, generation=2, channel=c)
-        for c, i, f in zip(made[0].twin.channels, made[0].ids, made[0].factories, strict=True)
-    ]
-    write_json(folder / "stations.json", stations_to_json(stations))
+    write_stations(folder, made[0])
     calibrate(folder, "a", "a", "T20")
     return folder
 
@@ -141,3 +155,61 @@ def test_the_command(lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -
     assert main.main(["check", str(lab / "a.rec.gz"), *named, *given]) == 0
     assert "Error of the length of T20 and T21 against its certificate" in capsys.readouterr().out
     assert json.loads((tmp_path / "out/bar.json").read_text())["pair"] == ["T20", "T21"]
+
+
+KINDS = ("sweeps", "stations", "board", "pose")
+
+
+@pytest.fixture(scope="module")
+def two_objects(tmp_path_factory: pytest.TempPathFactory) -> tuple:
+    """One recording of two objects before three stations, a row of the sheet for each; and the
+    setup of both."""
+    folder = tmp_path_factory.mktemp("setup")
+    made = on_a_bar(3, 3, duration_s=3.0, cover_mm=(-0.75, 1.55), place_mm=0.1)
+    write_both(folder / "a.rec.gz", made)
+    write_stations(folder, made[0])
+    members = []
+    for name, board in (("a", "T20"), ("b", "T21")):
+        calibrate(folder, name, "a", board)
+        files = paths_in(TABLES, folder / name)
+        members.append(Member(name, *(files[kind] for kind in KINDS)))
+    return made, folder, members, write_setup("room", members, SETTINGS, str(folder / "pose.json"))
+
+
+def test_both_objects_of_a_recording_place_the_stations(two_objects) -> None:
+    made, folder, _, document = two_objects
+    read = read_pose_json(folder / "pose.json")
+    assert is_network(read) and read["reference"] == "0" and read["recordings"] == ["a", "b"]
+    assert read["covariance_joint_stations"] == ["1", "6"]
+    twin = made[0].twin
+    for k, (name, one) in enumerate(pairs(read).items(), start=1):
+        entry = chosen_pose(one)
+        R, t = matrix_and_metres(entry)
+        off = np.r_[1e3 * (t - twin.t[k]), np.degrees(rotation.error(R, twin.R[k]))]
+        assert np.abs(off / np.sqrt(np.diag(entry["covariance"]))).max() < 3.5
+        assert np.linalg.norm(off[:3]) < 10 and np.linalg.norm(off[3:]) < 0.2
+        assert set(document["predicted"][name]) == {"a", "b"}
+    assert read["verdict"]["word"] in ("good", "usable"), read["verdict"]["reason"]
+    record = {"calibration": "room (joint)", "setup": "room", "source": "measured"}
+    rows = calibration_rows([{**record, "pose": document}])
+    assert [row["calibration"] for row in rows] == [f"room (joint), station {k}" for k in (1, 6)]
+
+
+def test_a_recording_without_ids_is_matched_by_channel(two_objects) -> None:
+    """As of 8 s, in which no frame of factory values is whole."""
+    _, folder, members, known = two_objects
+    listed = json.loads(Path(members[1].stations).read_text())
+    for one in listed:
+        one |= {"id": None, "factory": None, "why": "no frame"}
+    write_json(folder / "short.json", listed)
+    short = replace(members[1], stations=str(folder / "short.json"))
+    found = write_setup("room", [members[0], short], SETTINGS, str(folder / "found.json"))
+    for name in ("poses", "stations", "covariance_joint"):
+        assert json.dumps(found[name]) == json.dumps(known[name])
+
+
+def test_one_object_of_one_recording_counts_once(two_objects) -> None:
+    _, folder, members, _ = two_objects
+    twice = [members[0], replace(members[0], name="again"), members[1]]
+    found = write_setup("room", twice, SETTINGS, str(folder / "twice.json"))
+    assert "a and again are of one object in one recording" in found["verdict"]["reason"]

@@ -13,8 +13,6 @@ from mocap_metrology.cli import main
 from mocap_metrology.common.files import write_json
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import read_recording
-from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
-from mocap_metrology.lighthouse.records import Station
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.simulate.turns import (
     TurnsTwin,
@@ -23,7 +21,13 @@ from mocap_metrology.lighthouse.simulate.turns import (
     write_rec,
 )
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
-from tests.steps.test_calibration_bar import SETTINGS, calibrate, entry_of, undrawn  # noqa: F401
+from tests.steps.test_calibration_bar import (  # noqa: F401
+    SETTINGS,
+    calibrate,
+    entry_of,
+    undrawn,
+    write_stations,
+)
 
 TURN, SHIFT_MM, OFFSET_S, RATE_HZ = (
     exp(np.array([1.5, 0.2, -0.3])),
@@ -43,9 +47,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     twin = TurnsTwin(7, R, t, (1, 4, 9), motion, duration_s=5.0, up=up, cover_mm=(-0.8, 1.6))
     made = simulate_turns(twin)
     write_rec(folder / "a.rec.gz", made)
-    known = zip(twin.channels, made.ids, made.factories, strict=True)
-    stations = [Station(str(c), id=i, factory=f, generation=2, channel=c) for c, i, f in known]
-    write_json(folder / "stations.json", stations_to_json(stations))
+    write_stations(folder, made)
     time_s = np.arange(int(8 * RATE_HZ)) / RATE_HZ - OFFSET_S
     turns, place = made.motion.poses(time_s)
     frames = 1e3 * (place[:, None] + np.einsum("nij,mj->nmi", turns, LEVERS_M)) @ TURN.T + SHIFT_MM

@@ -95,18 +95,6 @@ def test_segments_that_cannot_follow_each_other(tmp_path, keys):
             read(paths)
 
 
-@pytest.mark.parametrize(("gap", "is_read"), [(20_000, True), (20_001, False)])
-def test_ten_times_what_was_measured_may_be_missing(tmp_path, gap, is_read):
-    paths = split(tmp_path, ((1, 1000), (1001, 2000)))
-    for path, first in zip(paths, (1, 1001 + gap), strict=True):
-        build(path, TAKE[:1000], trial=(first, first + 999))
-    if is_read:
-        assert read(paths).n_gap_frames == gap
-    else:
-        with pytest.raises(Refusal, match="skip 20001 frames, more than 10 times those measured"):
-            read(paths)
-
-
 def test_a_header_at_its_limit_states_no_gap(tmp_path):
     paths = split(tmp_path, ((65_000, 65_500), (65_501, 66_000)), wrapped, 65_000)
     assert read(paths).n_gap_frames == 0

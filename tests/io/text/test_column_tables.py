@@ -1,6 +1,8 @@
-"""Columns with names: markers and poses of programs that have no format of their own."""
+"""Columns with names: markers and poses of programs that have no format of their own; several
+bodies in one text of poses."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -8,7 +10,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 from text_files import LABELS, make, read, refusal, still
 
-from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, points_by_kind
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.read import (
+    bodies_of,
+    labels_of,
+    orientation_of,
+    points_by_kind,
+    read_recording,
+)
 
 TAKE = still()
 EXPECTED = TAKE.transpose(1, 2, 0)
@@ -151,17 +160,13 @@ class TestMarkers:
             said = "line 9, column 4: '' is not a number, expected a time"
             assert said in refusal(make(tmp_path, "a.csv", text), ["A"], unit="mm")
 
-    def test_constant_times_slow_times_cut_off(self, tmp_path):
+    def test_constant_times_and_cut_off(self, tmp_path):
         text = markers("{0}_{1}")
         zeros = "\n".join(  # as a spreadsheet has it
             line if k == 0 else "0," + line.partition(",")[2]
             for k, line in enumerate(text.split("\n"))
         )
         assert "line 3: time 0 follows 0" in refusal(make(tmp_path, "z.csv", zeros[:-2]), unit="mm")
-        slow = table(text.split("\n")[0], np.c_[TIME * 1e4, TAKE.reshape(N, -1)])
-        assert "frame rate of 0.01 Hz: name their unit, as in time_ms" in refusal(
-            make(tmp_path, "s.csv", slow), unit="mm"
-        )
         cut = make(tmp_path, "c.csv", text[:-30])
         in_time = make(tmp_path, "t.csv", text[: text.rindex("0.390000") + 3])
         assert "t.csv: cut off: line 41 ends after 1 of 7 cells" in refusal(in_time, unit="mm")
@@ -264,3 +269,63 @@ class TestPoses:
         matrix = np.loadtxt(samples / "static_vive_pose/20201001_Exp1_measurementPoint1.txt")
         assert upward @ matrix[:, 4:7].mean(axis=0) == pytest.approx(1, abs=0.02)
         assert math.isclose(np.linalg.norm(upward[0]), 1, rel_tol=1e-9)
+
+
+FRAMES = 300
+
+
+@pytest.fixture
+def poses() -> tuple[np.ndarray, Rotation]:
+    """Positions (2, n, 3) in m, and turns of the second body."""
+    rng = np.random.default_rng(1)
+    return 1 + rng.random((2, FRAMES, 3)), Rotation.random(FRAMES, rng=rng)
+
+
+def write(path: Path, comment: str, parts: list[np.ndarray]) -> Path:
+    np.savetxt(path, np.hstack(parts), header=comment, fmt="%.9f")
+    return path
+
+
+def matrices(position: np.ndarray, turn: Rotation) -> np.ndarray:
+    return np.concatenate([turn.as_matrix(), position[:, :, None]], axis=2).reshape(FRAMES, 12)
+
+
+def test_two_bodies_by_matrices(tmp_path: Path, poses) -> None:
+    (a, b), turn = poses
+    still = Rotation.identity(FRAMES)
+    path = write(tmp_path / "bar.txt", "Freq: 100 bodies: left;right",
+                 [matrices(a, still), matrices(b, turn)])  # fmt: skip
+    assert bodies_of(path) == ("left", "right")
+    found = read_recording([path], ["right", "left"])
+    assert found.frame_rate_hz == 100
+    assert found.position_mm == pytest.approx(1000 * np.array([b.T, a.T]), abs=1e-5)
+    back = Rotation.from_quat(orientation_of([path], "right").T)
+    assert (back * turn.inv()).magnitude().max() < 1e-7
+    one = write(tmp_path / "one.txt", "Freq: 100", [matrices(a, turn)])
+    assert bodies_of(one) == ("tracker",)
+
+
+@pytest.mark.parametrize("order", ["wxyz", "xyzw"])
+def test_two_bodies_by_quaternions(tmp_path: Path, poses, order: str) -> None:
+    (a, b), turn = poses
+    quaternion = turn.as_quat(scalar_first=order == "wxyz")
+    comment = f"bodies: A;B\nquaternion: {order}\nFreq: 250"
+    path = write(tmp_path / "bar.txt", comment, [a, quaternion, b, quaternion])
+    assert read_recording([path], ["B"]).position_mm[0] == pytest.approx(1000 * b.T, abs=1e-5)
+    back = Rotation.from_quat(orientation_of([path], "A").T)
+    assert (back * turn.inv()).magnitude().max() < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("comment", "words"),
+    [
+        ("Freq: 9 bodies: A;B", "12 numbers a line; expected 12 for each of A, B"),
+        ("bodies: A;A", "bodies: A;A; expected names, none repeated"),
+    ],
+)
+def test_other_numbers_are_refused(tmp_path: Path, poses, comment: str, words: str) -> None:
+    (a, _), turn = poses
+    path = write(tmp_path / "bar.txt", comment, [matrices(a, turn)])
+    with pytest.raises(Refusal, match=r"bar\.txt") as refused:
+        read_recording([path], ["A"])
+    assert words in str(refused.value)

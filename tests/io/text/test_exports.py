@@ -71,9 +71,6 @@ def test_read(samples, name):
     np.testing.assert_allclose(recording.position_mm[0].T, ours, rtol=1e-12, atol=1e-9)
 
 
-# Bodies
-
-
 @pytest.mark.parametrize(
     "name, body, column, line", [(BALL, "Ball_6", 2, 7), (ROBOT, "ernesto_body", 2, 7)]
 )
@@ -134,9 +131,6 @@ def test_bodies_alone(tmp_path):
     assert (ours * theirs.inv()).magnitude().max() < 1e-7
 
 
-# What the headers say
-
-
 def test_mixed_trajectories_are_said(tmp_path):
     text = qualisys(["A", "B"], 100, still()).replace("Measured\tMeasured", "Measured\tMixed")
     recording = read(make(tmp_path, "a.tsv", text))
@@ -179,6 +173,3 @@ def test_old_vicon_is_named(tmp_path, name, before):
     old = "TRAJECTORIES\r\n120.000000,Hz\r\n,Fred:C7,,\r\nField #,X,Y,Z\r\n1,10.5,20.5,30.5\r\n"
     with pytest.raises(Refusal, match=r"is an old Vicon ASCII export .* export C3D, or CSV from"):
         labels_of(make(tmp_path, name, before + old))
-
-
-# The smallest step

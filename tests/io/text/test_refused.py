@@ -5,6 +5,7 @@ import re
 import pytest
 from text_files import (
     FIRST_ROW,
+    LABELS,
     NEXUS,
     PLAIN,
     TRC,
@@ -41,7 +42,6 @@ HEADERS = [
     ("a.trc", "\tmm\t", "\tinch\t", "Units is 'inch'" + NO_UNIT),
     ("a.trc", "100.00\t100.00\t20", "0\t100.00\t20", NO_RATE),
     ("a.trc", "100.00\t100.00\t20", "120\t100.00\t20", "its frame rate is 120 Hz" + BY_TIME),
-    ("a.trc", "100.00\t100.00\t20", "50\t100.00\t20", "its frame rate is 50 Hz" + BY_TIME),
     ("a.trc", "Frame#\tTime", "Nr\tTime",
      "line 4 is 'Nr\\tTime\\tA\\t\\t\\tB\\t\\t\\t', expected Frame#, Time and labels"),
     ("m.csv", "Format Version", "Version", "6" + NEITHER),
@@ -162,23 +162,12 @@ def test_time_that_jumps(tmp_path):
     )
 
 
-def test_the_rate_of_the_sheet(tmp_path):
-    path = spoilt(tmp_path, "a.tsv", "FREQUENCY\t100", "FREQUENCY\tEXT")
-    assert read(path, frame_rate_hz=100.05).frame_rate_hz == 100.05
-    assert refusal(path, frame_rate_hz=60.0) == (
-        "a.tsv: its frame rate is 60 Hz, by its time column 100 Hz; they may differ by 0.1 %"
-    )
-
-
 def test_poses(tmp_path):
     rows = "1 0 0 1.5 0 1 0 2.5 0 0 1 3.5\n" * 5
     for text, why in (
         ("# Freq: 250\n", "has no frames: nothing follows the comment"),
         ("1 2 3\n", f"line 1 has numbers without names: {HOW}; {READ}"),
         (rows, "has no frame rate; give it in column frame_rate_hz"),
-        ("# Freq: 250\n" + rows + rows[:26] + "x" + rows[27:],
-         "line 7, column 12: 'x.5' is not a number"),
-        ("# Freq: 250\n" + rows + "0 " + rows, "line 7 has 13 cells, expected 12"),
     ):  # fmt: skip
         assert refusal(make(tmp_path, "p.txt", text), ["tracker"]) == f"p.txt: {why}"
 
@@ -189,3 +178,68 @@ def test_a_rate_with_a_decimal_comma_is_not_cut(tmp_path):
     lines[1] = "119,88"
     path = make(tmp_path, "n.csv", "\n".join([*lines, ""]))
     assert "n.csv: line 2 is '119,88'; expected the frame rate in Hz alone" in refusal(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "line"),
+    [("a.trc", "\tA\t", 4), ("m.csv", '"A"', 4), ("a.tsv", "\tA\t", 12), ("n.csv", ",A,", 3)],
+)
+def test_a_carriage_return_inside_the_header(tmp_path, name, label, line):
+    """A spreadsheet would read two lines, and another program a blank."""
+    path = spoilt(tmp_path, name, label, label.replace("A", "A\r"))
+    assert refusal(path) == f"{name}: line {line} has a carriage return inside"
+
+
+LONG = "1" * 200_000
+SPACES = " " * 100_000
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("a.trc", "\t20\t2\tmm", f"\t{LONG}x\t2\tmm"),
+        ("a.trc", "\t20\t2\tmm", "\t20\t1e12\tmm"),
+        ("a.trc", "\t20\t2\tmm", "\t1e999\t2\tmm"),
+        ("a.tsv", "NO_OF_FRAMES\t20", f"NO_OF_FRAMES\t{LONG}x"),
+        ("a.tsv", "NO_OF_FRAMES\t20", "NO_OF_FRAMES\t1e999"),
+        ("n.csv", "Trajectories\r\n", f"TRAJECTORIES\n1{SPACES}x\n"),
+        ("n.csv", "\n2,0,", f"\n2,0,1{SPACES}2"),
+        ("m.csv", "\n2,", f"\n2{SPACES}x,"),
+    ],
+)
+def test_long_cells_cost_no_time(tmp_path, cost, name, old, new):
+    """A pattern that can match a run of digits or blanks in several ways takes minutes."""
+    path, plain = spoilt(tmp_path, name, old, new), make(tmp_path, f"plain_{name}", PLAIN[name])
+
+    def refuse() -> None:
+        assert len(refusal(path)) < 2100
+
+    def read_some() -> None:
+        for _ in range(10):
+            read(plain, LABELS)
+
+    assert cost(refuse, read_some) < 30
+
+
+def test_an_unreadable_pose_is_no_gap(tmp_path):
+    pose = "1 0 0 0.1 0 1 0 0.2 0 0 1 0.3"
+    nan = " ".join(["nan"] * 12)
+    good = make(tmp_path, "good.txt", "\n".join(["# Freq: 10", pose, nan, pose, ""]))
+    assert read(good, ["tracker"]).n_invalid[0]["empty"] == 1
+    for line, message in (
+        ("lost", "line 3 has 1 cells, expected 12"),
+        ("1 0 0", "line 3 has 3 cells, expected 12"),
+        (pose.replace("1 0 0 0.1", "x 0 0 0.1"), "line 3, column 1: 'x' is not a number"),
+        (f"{pose} 7", "line 3 has 13 cells, expected 12"),
+    ):
+        path = make(tmp_path, "a.txt", "\n".join(["# Freq: 10", pose, line, pose, ""]))
+        assert message in refusal(path, ["tracker"])
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_a_row_without_its_time_is_no_gap(tmp_path, name):
+    if name == "n.csv":
+        pytest.skip("Nexus writes no times")
+    own, mark = row(name, 9), "," if name == "m.csv" else "\t"
+    path = spoilt(tmp_path, name, f"{own.strip()}", own.split(mark)[0])
+    assert "has no time, as other lines have" in refusal(path)

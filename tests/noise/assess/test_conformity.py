@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest, norm
 
-from mocap_metrology.common.hampel import hampel, white_level_kept
+from mocap_metrology.common.hampel import hampel
 from mocap_metrology.common.parallel import in_turn
 from mocap_metrology.noise.assess.checks import Code, Facts
 from mocap_metrology.noise.assess.recording import (
@@ -153,8 +153,7 @@ def test_what_is_left_where_a_marker_moves(moves, distance_mm, distance, still) 
 
 
 def test_share_of_outliers_is_the_least_by_wilson() -> None:
-    """Lower end of Wilson's interval of three standard deviations, less the share of clean noise;
-    30 frames of clean noise are then `bad` by it in 2 of 300 recordings at most."""
+    """Lower end of Wilson's interval of three standard deviations, less what clean noise loses."""
     rows = [{"series": str(k), "n_frames": n, "n_valid": n, "share": k / n,
              "share_of_clean_gaussian_noise": 0.0034}
             for n in (30, 1000, 100_000) for k in (0, 2, 7, 20)]  # fmt: skip
@@ -163,13 +162,6 @@ def test_share_of_outliers_is_the_least_by_wilson() -> None:
         low = count.proportion_ci(1 - 2 * norm.sf(3), "wilson").low
         expected = max(low - 0.0034, 0.0)
         assert excess_outliers([row])[row["series"]] == pytest.approx(expected, abs=1e-12)
-    rng, bad = np.random.default_rng(1), 0
-    clean, _ = white_level_kept(3.0, 100)
-    for _ in range(300):
-        shares = [hampel(rng.standard_normal(30), 100).outlier.mean() for _ in range(6)]
-        row = {"series": "x1", "n_valid": 30, "share": max(shares)}
-        bad += excess_outliers([row | {"share_of_clean_gaussian_noise": clean}])["x1"] > 0.05
-    assert bad <= 6
 
 
 SPAN = Span(120.0, horizon_s=600.0)

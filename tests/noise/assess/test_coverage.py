@@ -1,4 +1,6 @@
-"""Expected and measured spread of means: closed forms, covariances written out, Monte Carlo."""
+"""Expected and measured spread of means: by hand, covariances written out, Monte Carlo."""
+
+from __future__ import annotations
 
 import functools
 import math
@@ -7,9 +9,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from mocap_metrology.common.parallel import in_turn
 from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
+from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.spread import expected_spread, spread
 from mocap_metrology.noise.assess.uncertainty import Span, assess_series
+from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.model.components import (
@@ -21,6 +26,7 @@ from mocap_metrology.noise.model.components import (
     Sinusoid,
 )
 from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
+from mocap_metrology.settings import Verdict as Limits
 
 RATE, TAU0 = 100.0, 0.01
 COMPONENTS = (
@@ -59,23 +65,9 @@ def test_spread_is_that_of_the_covariances(component: PowerLaw, form: Form) -> N
     for n, N, within in ((1, 64, 1e-4), (20, 60, 3e-3)):
         expected = written_out(component, n, N, form)
         assert spread(component, n, N, RATE, form) == pytest.approx(expected, rel=within)
+    assert spread(PowerLaw(1, 0.0), 1, 64, RATE, form) == 0
     halves = component.avar(2.0 ** np.arange(3, 10), RATE, form).sum() / 2
     assert spread(component, 8, 1024, RATE, form) == pytest.approx(halves, rel=2e-6)
-
-
-def test_textbook_forms() -> None:
-    """White: sigma^2 (1/n - 1/N). Random walk: a sixth of its steps' sum. A line A sin(w t): of
-    means of n samples (A sin(n x) / (n sin x))^2 / 2, x = pi f tau0; A^2 of samples at Nyquist."""
-    white, walk = PowerLaw(0, 2 * TAU0 * 0.03**2), PowerLaw(-2, 0.002**2 / (2 * math.pi**2 * TAU0))
-    assert spread(white, 100, 10**6, RATE) == pytest.approx(0.03**2 * (1 / 100 - 1e-6), rel=1e-12)
-    assert spread(walk, 1, 10**6, RATE) == pytest.approx(0.002**2 * 1e6 / 6, rel=1e-9)
-    assert spread(Sinusoid(0.1, 2.0), 50, 100_000, RATE) == pytest.approx(0, abs=1e-12)
-    for n in (1, 3, 7):
-        x = math.pi * 3.7 * TAU0
-        gain = (math.sin(n * x) / (n * math.sin(x))) ** 2 / 2
-        assert spread(Sinusoid(0.2, 3.7), n, 100_000, RATE) == pytest.approx(0.04 * gain, rel=1e-6)
-        at_nyquist = spread(Sinusoid(0.3, 50.0), n, 999 * n + 1, RATE)
-        assert at_nyquist == pytest.approx(0.09 / n**2, rel=1e-3)
 
 
 @pytest.mark.parametrize("confidence", [0.683, 0.95])
@@ -218,3 +210,105 @@ def test_intervals_as_shipped(components, duration_s: float, runs: int, limits) 
     low, high, low_95 = np.array(limits) * runs
     assert ((low <= held[0]) & (held[0] <= high)).all() and (held[1] >= low_95).all()
     assert components is not MIXED or alone <= 0.75 * runs
+
+
+X = np.array([0.0, 4, 0, 4, 0, 4, 1, 3, 1, 3, 1, 3, 90, 0, 0, 0, 0, 90])
+
+
+def test_within_stretches_of_six_frames() -> None:
+    """Variances 4.8, 1.2 and 2160; what is left over at the end does not count."""
+    found = measured_within(np.append(X, [500.0, -500.0]), 6)
+    parts = np.array([4.8, 1.2, 2160.0])
+    assert found.variance == pytest.approx(parts.mean())
+    each = 2 * parts.mean() ** 2 / parts.var(ddof=1)
+    assert found.edf == pytest.approx(max(3 * min(each, 5.0), 1.0))
+    assert measured_within(X[:12], 99).variance == pytest.approx(X[:12].var(ddof=1))
+
+
+@pytest.mark.parametrize(("n_missing", "counts"), [(3, True), (4, False)])
+def test_a_stretch_counts_with_half_of_its_frames(n_missing: int, counts: bool) -> None:
+    series = X.copy()
+    series[12 : 12 + n_missing] = np.nan
+    left = series[12 + n_missing :]
+    parts = [4.8, 1.2] + ([float(left.var(ddof=1))] if counts else [])
+    assert measured_within(series, 6).variance == pytest.approx(np.mean(parts))
+
+
+def test_two_frames_make_a_variance_and_one_none() -> None:
+    assert measured_within(np.array([1.0, 3.0]), 2).variance == 2.0
+    assert measured_within(np.array([1.0, 3.0, 1.0, 5.0]), 1).variance == 5.0  # of two at least
+    one = np.array([1.0, np.nan, np.nan, 3.0])
+    for series in (one[:1], one):
+        assert math.isnan(measured_within(series, 2).variance)
+
+
+def test_spread_of_means_about_their_mean() -> None:
+    """Means of 2 of 8 frames: 2, 2, 4, 0: variance 2 with the number of them; half of the frames,
+    and half of the means, must be there."""
+    x = np.array([0.0, 4, 1, 3, 3, 5, 0, 0])
+    assert measured_spread(x, 2, 8).variance == pytest.approx(np.var([2, 2, 4, 0]))
+    assert measured_spread(np.tile(x, 3), 2, 8).variance == pytest.approx(2.0)
+    x[1] = np.nan
+    assert measured_spread(x, 2, 8).variance == pytest.approx(np.var([0, 2, 4, 0]))
+    x[0] = np.nan
+    assert measured_spread(x, 2, 8).variance == pytest.approx(np.var([2, 4, 0]))
+    x[2:4] = np.nan
+    assert measured_spread(x, 2, 8).variance == pytest.approx(np.var([4, 0]))
+    x[4:6] = np.nan
+    assert math.isnan(measured_spread(x, 2, 8).variance)
+    assert math.isnan(measured_spread(X, 10, 19).variance)
+    assert measured_spread(np.ones(8), 2, 8) == Measured(0.0, 1.0)
+
+
+@pytest.mark.parametrize("n", [1, 5, 40])
+def test_spread_of_white_noise_a_walk_and_a_sinusoid(n: int) -> None:
+    """h / (2 tau0) (1/n - 1/N); s^2/6 (N - 1/N - n + 1/n) of steps s; A^2/2 times the squared
+    means of n and of N points of exp(2 pi i f t)."""
+    rate, N, h = 50.0, 200, 3e-6
+    assert spread(PowerLaw(0, h), n, N, rate) == pytest.approx(h * rate / 2 * (1 / n - 1 / N))
+    square = 2 * math.pi**2 * h / rate
+    walk = square / 6 * (N - 1 / N - n + 1 / n)
+    assert spread(PowerLaw(-2, h), n, N, rate) == pytest.approx(walk)
+    of_averages = spread(PowerLaw(-2, h), n, N, rate, "continuous")
+    assert of_averages == pytest.approx(square / 6 * (N - n))
+
+    def gain(count: int, f: float) -> float:
+        return abs(np.exp(2j * math.pi * f * np.arange(count) / rate).mean()) ** 2
+
+    for f, size in ((3.3, 2), (25.0, 1), (50.0, 2)):
+        line = 0.04 / size * (gain(n, f) - gain(N, f))
+        assert spread(Sinusoid(0.2, f), n, N, rate) == pytest.approx(line, abs=1e-12)
+    phi = math.exp(-1 / (0.3 * rate))
+    term = GaussMarkov(0.1, 0.3)
+    lags = np.arange(N)
+    rho = phi**lags
+
+    def of_mean(count: int) -> float:
+        weight = np.where(lags[:count] > 0, 2.0, 1.0) * (count - lags[:count])
+        return float(weight @ rho[:count]) / count**2
+
+    expected = term.variance * (of_mean(n) - of_mean(N))
+    assert spread(term, n, N, rate) == pytest.approx(expected)
+
+
+def test_a_walk_is_not_named_where_the_wander_is_of_another_kind() -> None:
+    """Of two series alike the one with a cycle among its findings has slow wander, the other a
+    random walk; its mean over all time is no number."""
+    rng, rate = np.random.default_rng(3), 20.0
+    rows, series = [], {}
+    for name in ("x1", "y1", "z1"):
+        values = 0.02 * rng.standard_normal(4000) + 4e-3 * np.cumsum(rng.standard_normal(4000))
+        series[name] = values
+        walk = 16e-6 * rate / (2 * math.pi**2)
+        for parameter, value in (("h_0", 8e-4 / rate), ("h_-2", walk)):
+            rows.append({"series": name, "estimator": "likelihood", "parameter": parameter,
+                         "value": value, "status": "ok"})  # fmt: skip
+    keys = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")
+    allan = {k: np.array([1.0]) for k in keys}
+    allan |= {"series": np.array(["x1"]), "estimator": np.array(["oadev"])}
+    inputs = Inputs(series.items(), ["A"], rows, allan, [], [Finding("cycle", "x1", 30.0)])
+    found = assess_recording(inputs, Span(rate, horizon_s=200.0), Limits(), in_turn).series
+    kinds = {name: {one.kind for one in of.kinds} for name, of in found.items()}
+    assert "slow wander" in kinds["x1"] and "random walk" not in kinds["x1"]
+    for name in ("y1", "z1"):
+        assert "random walk" in kinds[name] and "slow wander" not in kinds[name]

@@ -7,7 +7,6 @@ import pytest
 from scipy import signal, stats
 from scipy.special import digamma, polygamma
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.changes.compare import (
@@ -116,9 +115,6 @@ def test_trends_by_monte_carlo() -> None:
         slopes.append(math.log(same.per_month))
     assert 0.935 <= held / 1000 <= 0.975
     assert abs(np.mean(slopes)) < 4 * np.std(slopes) / math.sqrt(1000)
-    for few_days in (days[:2], 0 * days[:3]):
-        with pytest.raises(Refusal, match="three or more"):
-            adev_trend(few_days, few_days + 1, few_days + 9, 0.95)
 
 
 @pytest.mark.parametrize(("edf", "places"), [(60.0, 9), (4.0, 5)])
@@ -172,19 +168,6 @@ def test_coherence_is_that_of_scipy(n: int) -> None:
     np.testing.assert_allclose(found.gain[middle], 3, rtol=0.1)
     behind = found.phase_rad[middle] / (2 * np.pi * found.f_hz[middle])
     np.testing.assert_allclose(behind, 3, atol=0.2)
-    for bad in (x[:35], np.where(np.arange(n) == 3, np.nan, x)):
-        with pytest.raises(Refusal, match="36 or more"):
-            coherence(y[: bad.size], bad, 1.0)
-
-
-@pytest.mark.parametrize(("noise", "n"), [(white, 60), (walk, 360)])
-def test_unrelated_series_are_rarely_coherent(noise, n: int) -> None:
-    """300 pairs at 5 %: 3 to 8 %."""
-    rng, false = np.random.default_rng(5), 0
-    for _ in range(300):
-        found = coherence(noise(rng, n), noise(rng, n), 10.0, 0.05)
-        false += bool((found.squared > found.threshold).any())
-    assert 0.03 < false / 300 < 0.08
 
 
 def columns(adev_mm: np.ndarray, edf: np.ndarray, name: str = "x1") -> dict[str, np.ndarray]:

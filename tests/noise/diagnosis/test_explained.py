@@ -104,32 +104,39 @@ def test_frequency_damping_and_size_of_a_resonance(
     assert found.rms_mm == pytest.approx(rms, rel=0.1)
 
 
-@pytest.mark.parametrize(
-    "kind", ["white", "walk", "line", "burst", "correlated", "falling", "hits", "sweep", "lobes"]
-)
+def correlated(times: int) -> np.ndarray:
+    drive = np.random.default_rng(11).standard_normal(N)
+    for _ in range(times):
+        drive = signal.lfilter([1], [1, -0.9], drive)
+    return 0.05 * drive / drive.std()
+
+
+def hits() -> np.ndarray:
+    times = np.cumsum(np.random.default_rng(12).exponential(40, 20))
+    since = np.maximum(T - times[:, None], 0)
+    ringing = (since > 0) * np.exp(-since / 0.3) * np.sin(16 * np.pi * since)
+    return 0.15 * ringing.sum(axis=0)
+
+
+OTHER: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "white": lambda x: x,
+    "walk": lambda x: x + np.cumsum(0.002 * np.random.default_rng(9).standard_normal(N)),
+    "line": lambda x: x + 0.03 * np.sin(2 * np.pi * 12 * T),
+    "burst": lambda x: x + oscillator(6.0, 0.03, 0.1, 10) * ((T > 200) & (T < 260)),
+    "correlated": lambda x: x + correlated(1),
+    "falling": lambda x: x + correlated(2),
+    "hits": lambda x: x + hits(),
+    "sweep": lambda x: x + 0.03 * np.sin(2 * np.pi * (2 * T + 9 * T**2 / T[-1])),
+    "lobes": lambda x: signal.savgol_filter(x, 21, 3),
+    "notch": lambda x: signal.filtfilt(*signal.iirnotch(RATE / 4, 5, fs=RATE), x),
+}
+
+
+@pytest.mark.parametrize("kind", OTHER)
 def test_other_spectra_are_no_resonance(kind: str) -> None:
     """A line that is known, an oscillation that goes on for a minute only, Gauss-Markov noise or
-    its filtered form (f^-4), hits that ring, a frequency that sweeps, a filter with lobes."""
-    values = 0.02 * np.random.default_rng(8).standard_normal(N)
-    if kind == "walk":
-        values += np.cumsum(0.002 * np.random.default_rng(9).standard_normal(N))
-    if kind == "line":
-        values += 0.03 * np.sin(2 * np.pi * 12 * T)
-    if kind == "burst":
-        values += oscillator(6.0, 0.03, 0.1, 10) * ((T > 200) & (T < 260))
-    if kind in ("correlated", "falling"):
-        drive = np.random.default_rng(11).standard_normal(N)
-        for _ in range(1 + (kind == "falling")):
-            drive = signal.lfilter([1], [1, -0.9], drive)
-        values += 0.05 * drive / drive.std()
-    if kind == "hits":
-        for at in np.cumsum(np.random.default_rng(12).exponential(40, 20)):
-            since = np.maximum(T - at, 0)
-            values += 0.15 * (since > 0) * np.exp(-since / 0.3) * np.sin(16 * np.pi * since)
-    if kind == "sweep":
-        values += 0.03 * np.sin(2 * np.pi * (2 * T + 9 * T**2 / T[-1]))
-    if kind == "lobes":
-        values = signal.savgol_filter(values, 21, 3)
+    its filtered form (f^-4), hits that ring, a frequency that sweeps, filters."""
+    values = OTHER[kind](0.02 * np.random.default_rng(8).standard_normal(N))
     assert resonance("x1", values, RATE, spectrum(values), [12.0]) is None
 
 
@@ -137,14 +144,6 @@ def spectrum(values: np.ndarray) -> dict[str, np.ndarray]:
     density = welch(values, RATE)
     n = np.full(density.f_hz.size, density.n_segments)
     return {"f_hz": density.f_hz, "psd_mm2_hz": density.psd, "n_segments": n}
-
-
-def test_what_a_notch_leaves_is_no_resonance() -> None:
-    """White noise through a notch at half of Nyquist, forwards and backwards."""
-    b, a = signal.iirnotch(RATE / 4, 5, fs=RATE)
-    for seed in range(4):
-        values = signal.filtfilt(b, a, np.random.default_rng([seed, 2]).normal(0, 0.02, N))
-        assert resonance("x1", values, RATE, spectrum(values)) is None
 
 
 def test_short_noise_behind_a_steep_filter_is_no_resonance() -> None:

@@ -1,14 +1,27 @@
-"""What an export did: gaps filled, low-pass filters, rounding; noise of no kind is any of them."""
+"""What an export did: gaps filled, low-pass filters, rounding; noise of no kind is any of
+them. What filters would do."""
 
 import math
 
 import numpy as np
 import pytest
+from mocap_workflow.recording_twins import twin_from_mapping
 from scipy import signal
 from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.signal import butter, filtfilt, sosfreqz
 
 from mocap_metrology.noise.diagnosis.export import bands, low_pass, resolution
 from mocap_metrology.noise.diagnosis.fills import filled, filled_frames
+from mocap_metrology.noise.diagnosis.filtering import (
+    averaging,
+    filtered_avar,
+    filters,
+    predicted,
+    tried,
+)
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.twins.published import published_row
+from mocap_metrology.noise.twins.simulate import simulate
 
 N, SIGMA = 30_000, 0.05
 STARTS = np.arange(1000, 29_000, 2000)
@@ -129,12 +142,6 @@ def test_a_filter_is_named_with_its_cutoff(kind: str, cutoff_hz: float, order: i
     assert found.ratio < 0.02
 
 
-def test_short_and_missing_series_are_not_judged() -> None:
-    assert low_pass("x1", bands(np.full(5000, np.nan), RATE), RATE) is None
-    assert low_pass("x1", bands(np.full(5000, 3.0), RATE), RATE) is None
-    assert low_pass("x1", bands(made("white")[:200], RATE), RATE) is None
-
-
 def test_resolution_against_rounded_noise():
     """Rounding adds q^2/12, whatever the noise, while that is above a third of a step."""
     q, rng = 0.01, np.random.default_rng(6)
@@ -159,13 +166,97 @@ def test_resolution_against_rounded_noise():
 
 
 def test_bands_are_medians_of_the_one_sided_density() -> None:
-    """White noise of variance s^2 has 2 s^2 / rate, and ordinates of median ln 2 times that; down
-    as far as they have eight ordinates: of one segment a band from e down has e (1 - 2^-0.25)."""
+    """White noise of variance s^2 has 2 s^2 / rate, and ordinates of median ln 2 times that."""
     found = bands(np.random.default_rng(5).normal(0, 0.3, 120_000), 120.0)
     assert found is not None
     for level in (found.middle, found.top, np.median(found.psd)):
         assert level == pytest.approx(2 * 0.09 / 120 * math.log(2), rel=0.05)
-    for lowest in (8.1, 8.7):
+    for lowest in (8.1, 8.7):  # ordinates at least: of one segment a band has e (1 - 2^-0.25)
         n = round(2 * lowest * 2 ** (10 / 4) / (1 - 2**-0.25) / 0.95)
         found = bands(np.random.default_rng(1).normal(size=n), 1000.0)
         assert found is not None and found.psd.size == 11
+
+
+HZ = 120.0
+AMONG = filters(HZ, (6.0, 10.0), (14.4,), 1.0)
+
+
+def white(f):
+    return np.full_like(np.asarray(f, float), 2 / HZ)
+
+
+@pytest.mark.parametrize("one", AMONG, ids=lambda one: one.name)
+def test_the_gain_is_scipys(one):
+    if one.sos is None:
+        pytest.skip("no filter")
+    f, h = sosfreqz(one.sos, 500, fs=HZ)
+    assert one.gain(f, HZ) == pytest.approx(np.abs(h) ** 2, rel=1e-9, abs=1e-15)
+    cutoff = float(one.name.split()[1])
+    assert one.gain(np.array([cutoff]), HZ)[0] == pytest.approx(
+        0.0 if "notch" in one.name else 0.5, abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("cutoff", [1.0, 2.0])
+def test_white_noise_through_a_butterworth_of_fourth_order(cutoff):
+    """Int_0^inf dx / (1 + x^4)^2 = 3 pi / (8 sqrt 2): share 2 f_c / rate times that, far below
+    Nyquist, where the bilinear transform does not bend frequencies."""
+    one = filters(HZ, (cutoff,), (), 1.0)[1]
+    share = predicted(white, [], one, averaging(100_000, HZ), HZ).sigma ** 2
+    # Ten-second means hold what is slower than 0.05 Hz: 1 / (10 s x rate) of the white variance
+    expected = 2 * cutoff / HZ * 3 * math.pi / (8 * math.sqrt(2)) - 1 / (10 * HZ)
+    assert share == pytest.approx(expected, rel=0.005)
+
+
+def test_filtering_is_filtfilt():
+    series = np.random.default_rng(3).normal(size=3000) + 1000.0
+    one = AMONG[1]
+    b, a = butter(2, 6.0, fs=HZ)
+    assert one.applied(series, HZ)[300:-300] == pytest.approx(
+        filtfilt(b, a, series)[300:-300], abs=1e-7
+    )
+
+
+@pytest.mark.parametrize(
+    "part",
+    [PowerLaw(-2, 1e-8), PowerLaw(-1, 1e-6), PowerLaw(0, 1e-6), PowerLaw(2, 1e-9),
+     GaussMarkov(0.01, 0.3)],
+    ids=str,
+)  # fmt: skip
+def test_without_a_filter_the_allan_variance_is_the_models(part):
+    m = averaging(1 << 20, HZ)
+    model = NoiseModel((part,))
+    found = filtered_avar(lambda f: model.psd(f, HZ), AMONG[0], m, HZ)
+    assert found == pytest.approx(model.avar(m, HZ), rel=1e-3)
+
+
+def test_published_noise_and_its_line_behind_filters():
+    """z1 of T40-10: every predicted number is the measured one, and the notch takes the line."""
+    twin = twin_from_mapping(
+        {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 5}, "T40-10"
+    )
+    model = published_row("T40", 10)["z1"]
+    series = simulate(twin, 1200.0).position_mm[0, 2]
+    left = tried("z1", series, HZ, AMONG, lambda f: model.psd(f, HZ), model.lines)
+    for one in left:
+        assert one.measured.sigma == pytest.approx(one.predicted.sigma, rel=0.03)
+        assert one.measured.adev[:3] == pytest.approx(one.predicted.adev[:3], rel=0.05)
+    none, notch = left[0].predicted, left[3].predicted
+    line = Sinusoid(model.lines[0].A_s, 14.4)
+    taken = none.sigma**2 - notch.sigma**2
+    assert taken == pytest.approx(line.A_s**2 / 2, rel=0.5)
+    assert taken > line.A_s**2 / 2  # and some noise
+
+
+def test_low_passes_well_below_nyquist_and_notches_that_have_room() -> None:
+    """Below 0.95 of 100 Hz; a notch, as wide as its frequency at most, ends below 100 Hz."""
+
+    def names(cutoffs: list[float], lines: list[float], width: float) -> list[str]:
+        return [one.name for one in filters(200.0, cutoffs, lines, width)][1:]
+
+    low = ["Butterworth 10 Hz", "Butterworth 94.9 Hz"]
+    assert names([10.0, 94.9, 95.0, 120.0], [], 1.0) == low
+    assert names([], [50.0, 99.4, 99.5, 99.6], 1.0) == ["notch 50 Hz", "notch 99.4 Hz"]
+    assert names([], [66.0, 67.0], 500.0) == ["notch 66 Hz"]
+    m = averaging(5000, 200.0)  # up to a tenth of the recording
+    assert (m[0], m[-1]) == (1, 500) and averaging(9, 200.0).tolist() == [1]

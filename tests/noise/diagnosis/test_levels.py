@@ -99,3 +99,31 @@ def test_what_goes_up_and_down_does_not_rise() -> None:
         for one in trends(found, NONE, []):
             assert one.direction == "changes" and one.lower < 0 < one.upper
             assert -0.4 < one.least <= 0 <= one.greatest < 0.67  # 0.75 / 1.25, 1.25 / 0.75
+
+
+def test_sides_without_noise_are_not_compared() -> None:
+    still, loud = Blocks(np.zeros(30), np.zeros(30), 1.0), levels(1.0)["x1"].between(0, 30)
+    for before, after in ((still, loud), (loud, still)):
+        assert compare("x1", before, after, 0.01).word == "unknown"
+    assert compare("x1", loud, levels(3.0)["x1"], 0.01).word == "changed"
+
+
+def test_blocks_with_half_of_their_samples() -> None:
+    x = np.arange(300.0)
+    x[100:150], x[200:251] = np.nan, np.nan
+    found = blocks(x, 100.0)
+    assert found.mean.tolist()[:2] == [49.5, 174.5]
+    for block, n in enumerate((100.0, 50.0)):
+        assert found.variance[block] == pytest.approx(np.var(np.arange(n), ddof=1))
+    assert np.isnan(found.mean[2]) and np.isnan(found.variance[2])
+    assert [found.between(0.0, end).mean.size for end in (2.0, 1.9)] == [2, 1]
+    assert found.between(1.0, 3.0).mean.size == 1
+
+
+def test_the_size_of_a_trend() -> None:
+    """Means of ten blocks each; noise that grows tenfold."""
+    growing = np.geomspace(1, 10, 12_000) * np.random.default_rng(6).standard_normal(12_000)
+    (found,) = trends({"x1": blocks(growing, 100.0)}, np.zeros(120, bool), [])
+    assert found.change == pytest.approx(9.0, rel=0.25)
+    assert found.direction == "rises" and found.matters
+    assert trends({"x1": blocks(growing[:11_000], 100.0)}, np.zeros(110, bool), []) == []

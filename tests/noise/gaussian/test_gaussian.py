@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.stats import chisquare, kstest, norm
+from scipy.stats import chisquare, gaussian_kde, kstest, norm
 
 from mocap_metrology.noise.gaussian import two_markers as gaussian
 from mocap_metrology.noise.gaussian.two_markers import (
@@ -11,6 +11,8 @@ from mocap_metrology.noise.gaussian.two_markers import (
     correlation_time,
     drift,
     gaussian_model,
+    kernel_density,
+    median_drift,
 )
 
 
@@ -143,3 +145,32 @@ def test_drift():
     assert short.block_s == pytest.approx(10 / 120)
     assert short.range < 0.03
     assert np.isnan(drift(np.full(9, np.nan), 120.0).range)
+
+
+def test_density_is_scipys() -> None:
+    rng = np.random.default_rng(1)
+    series = np.concatenate([rng.normal(166.0, 0.3, 3000), rng.normal(167.5, 0.2, 1000)])
+    found = kernel_density(np.append(series, [np.nan, np.inf]))
+    theirs = gaussian_kde(series, bw_method=found.bandwidth / series.std(ddof=1))
+    peak = found.density.max()
+    assert np.abs(found.density - theirs(found.x)).max() < 3e-3 * peak
+    assert np.trapezoid(found.density, found.x) == pytest.approx(1, abs=1e-3)
+    theirs = gaussian_kde(series, bw_method="silverman")  # 1.06 s n^(-1/5), s not robust
+    assert 0.5 < found.bandwidth / (theirs.factor * series.std(ddof=1)) < 1
+
+
+def test_a_constant_has_no_density() -> None:
+    assert kernel_density(np.ones(5)).x.size == 0
+    assert kernel_density(np.full(5, np.nan)).x.size == 0
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 7, 30, 95, 1000])
+def test_medians_as_numpy_makes_them(n: int) -> None:
+    series = np.random.default_rng(n).normal(size=n)
+    series[3::7] = np.nan
+    found = median_drift(series, 20.0)
+    width = round(found.block_s * 20)
+    blocks = series[: n // width * width].reshape(-1, width)
+    expected = np.ptp(np.nanmedian(blocks, axis=1)) if len(blocks) > 1 else np.nan
+    assert found.range == pytest.approx(expected, nan_ok=True)
+    assert width >= 5 or n < 10

@@ -1,4 +1,4 @@
-"""The noise model against series made by direct recipes, exact sums and textbook limits."""
+"""The noise model against integrals of its spectra, exact sums, textbook limits and S Table 1."""
 
 import csv
 import math
@@ -7,99 +7,31 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.model.curves import sinusoid_avar
-from mocap_metrology.noise.model.synthesis import Cross, draw_pair
-from tests.noise.model.textbook import allan_variance, density
+from mocap_metrology.noise.model.components import (
+    ALPHAS,
+    FORMS,
+    GaussMarkov,
+    NoiseModel,
+    PowerLaw,
+    Sinusoid,
+)
+from mocap_metrology.noise.model.scale_factors import (
+    MU,
+    integrated_avar,
+    mean_and_error,
+    printed_scale,
+    simulated_avar,
+    slope_and_error,
+    slope_weights,
+)
+from tests.noise.model.textbook import density
 
 RATE = 120.0
 TAU0 = 1 / RATE
-M = np.array([1, 2, 5, 30, 200, 1000])
-LENGTH = 1 << 20
-
-
-def white(rng):
-    return rng.normal(0, math.sqrt(3.0 / (2 * TAU0)), LENGTH)
-
-
-def random_walk(rng):
-    return np.cumsum(rng.normal(0, math.sqrt(2 * np.pi**2 * TAU0 * 3.0), LENGTH))
-
-
-def gauss_markov(T_c):
-    def recipe(rng):
-        from scipy.signal import lfilter
-
-        phi, sigma = math.exp(-TAU0 / T_c), math.sqrt(0.2**2 * T_c / 2)
-        drive = rng.normal(0, sigma * math.sqrt(1 - phi**2), LENGTH)
-        return lfilter([1], [1, -phi], drive, zi=[phi * rng.normal(0, sigma)])[0]
-
-    return recipe
-
-
-def sinusoid(rng):
-    return 0.7 * np.sin(2 * np.pi * 13.7 * TAU0 * np.arange(LENGTH) + rng.uniform(0, 6))
-
-
-def shaped(alpha):
-    def recipe(rng):  # stationary series, every bin of white noise weighted by f^(alpha/2)
-        from scipy.fft import irfft, rfft
-
-        bins = rfft(rng.normal(0, math.sqrt(3.0 / (2 * TAU0)), LENGTH))
-        f = np.fft.rfftfreq(LENGTH, TAU0)
-        f[0] = f[1]
-        return irfft(bins * f ** (alpha / 2))
-
-    return recipe
-
-
-RECIPES = [
-    (PowerLaw(-2, 3.0), random_walk),
-    (PowerLaw(-1, 3.0), shaped(-1)),
-    (PowerLaw(0, 3.0), white),
-    (PowerLaw(1, 3.0), shaped(1)),
-    (PowerLaw(2, 3.0), shaped(2)),
-    (GaussMarkov(0.2, 0.004), gauss_markov(0.004)),
-    (GaussMarkov(0.2, 0.01), gauss_markov(0.01)),
-    (GaussMarkov(0.2, 2.0), gauss_markov(2.0)),
-    (Sinusoid(0.7, 13.7), sinusoid),
-]
-NAMES = [f"{c}" for c, _ in RECIPES]
-
-
-BROADBAND = [c for c, _ in RECIPES if not isinstance(c, Sinusoid)]
-
-
-def mean_ratio(component, series):
-    found = np.mean([[allan_variance(y, m) for m in M] for y in series], axis=0)
-    return found / component.avar(M, RATE)
-
-
-def simulated(component, runs):
-    """Pairs of independent series of the project's simulator."""
-    model, rng = NoiseModel((component,)), np.random.default_rng(21)
-    for _ in range(runs // 2):
-        yield from draw_pair(model, model, Cross(), LENGTH, RATE, rng)
-
-
-@pytest.mark.parametrize(("component", "recipe"), RECIPES, ids=NAMES)
-def test_sampled_allan_variance_of_a_directly_made_series(component, recipe):
-    ratio = mean_ratio(component, [recipe(np.random.default_rng(20))])
-    # 2 %, or four standard errors of a million frames: 12 % at m = 1000
-    assert np.all(np.abs(ratio - 1) < np.maximum(0.02, 4 * np.sqrt(M / LENGTH)))
-
-
-@pytest.mark.study
-@pytest.mark.parametrize(("component", "recipe"), RECIPES, ids=NAMES)
-def test_sampled_allan_variance_within_2_percent_up_to_m_1000(component, recipe):
-    rng = np.random.default_rng(20)  # 17 million frames: standard error at m = 1000 about 1 %
-    assert mean_ratio(component, (recipe(rng) for _ in range(16))) == pytest.approx(1, abs=0.02)
-
-
-@pytest.mark.study
-@pytest.mark.parametrize("component", BROADBAND, ids=str)
-def test_simulated_allan_variance_within_2_percent_up_to_m_1000(component):
-    assert mean_ratio(component, simulated(component, 16)) == pytest.approx(1, abs=0.02)
+M = np.array([1, 2, 3, 5, 10, 37, 100, 1000])
+LAWS = [PowerLaw(alpha, 1.0) for alpha in (-2, -1, 0, 1, 2)]
+TERMS = [GaussMarkov(1.0, T_c) for T_c in (1e-4, 0.002, 0.0083, 0.0084, 0.3, 10.0, 2000.0)]
+FOLDED = [*LAWS[:1], *TERMS]  # by points; other laws end at half of the frame rate
 
 
 def lag_sum(alpha: int, m: int) -> float:
@@ -125,41 +57,34 @@ def test_band_limited_noise_against_the_exact_sum_over_lags(alpha):
     assert PowerLaw(alpha, 1.0).avar(m, 1.0) == pytest.approx(exact, rel=2e-7)
 
 
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("part", LAWS + TERMS, ids=str)
+def test_allan_variance_is_the_integral_over_the_spectrum(part, form):
+    """2 Int S(f) sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df by Gauss-Legendre."""
+    x, w = np.polynomial.legendre.leggauss(20)
+    for m in M:
+        edges = [0.0, *np.geomspace(1e-9, 1e-3, 60), *np.linspace(1e-3, 0.5, 4 * m + 40)[1:]]
+        half = np.diff(edges)[:, None] / 2
+        u = np.array(edges[:-1])[:, None] + half * (1 + x)
+        gain = np.sin(np.pi * u * m) ** 4 / (m * np.sin(np.pi * u)) ** 2
+        found = 2 * np.sum(part.psd(u / TAU0, RATE, form=form) * gain * half * w) / TAU0
+        assert found == pytest.approx(part.avar(m, RATE, form), rel=2e-8)
+
+
 @pytest.mark.parametrize(
-    "component",
-    [PowerLaw(-2, 2.0), PowerLaw(0, 2.0), *(GaussMarkov(0.3, T) for T in (0.002, 0.01, 0.3, 20))],
+    ("part", "form"),
+    [(part, "sampled") for part in FOLDED] + [(p, "continuous") for p in LAWS[:3] + TERMS],
     ids=str,
 )
-def test_closed_form_is_the_integral_of_the_sampled_spectrum(component):
-    # midpoint sums of a periodic integrand converge exponentially; 20 s is 2400 frames
-    u = (np.arange(200_000) + 0.5) / 400_000
-    density = component.psd(u / TAU0, RATE)
-    for m in (1, 2, 10, 300, 1000):
-        gain = np.sin(np.pi * u * m) ** 4 / (m * np.sin(np.pi * u)) ** 2
-        integral = 2 * (density @ gain) / (400_000 * TAU0)
-        assert component.avar(m, RATE) == pytest.approx(integral, rel=1e-9)
-
-
-@pytest.mark.parametrize("T_c", [0.001, 0.01, 0.3, 10])
-def test_spectrum_integrates_to_the_variance_and_is_the_folded_one(T_c):
-    part = GaussMarkov(0.3, T_c)
-    u = (np.arange(100_000) + 0.5) / 200_000
-    assert part.psd(u / TAU0, RATE).sum() / (200_000 * TAU0) == pytest.approx(part.variance)
-    f = np.array([0.01, 1.0, 25.0, 60.0])
-    aliases = np.arange(-20_000, 20_001)[:, None] * 120.0
-    # what lies beyond the last alias falls as 1/f^2
-    rest = 2 * 2 * part.q_c**2 / (2 * np.pi) ** 2 / (120 * 20_000.5 * 120)
-    folded = density(part, f + aliases).sum(0) + rest
-    assert part.psd(f, RATE) == pytest.approx(folded, rel=1e-6)
-
-
-def test_white_integrates_to_its_variance_and_random_walk_is_folded():
-    f = (np.arange(1000) + 0.5) * 0.06
-    assert PowerLaw(0, 3.0).psd(f, RATE).sum() * 0.06 == pytest.approx(3.0 / (2 * TAU0))
-    f, aliases = f[::40], np.arange(-20_000, 20_001)[:, None] * 120.0
-    rest = 2 / (120 * 20_000.5 * 120)
-    folded = (1 / (f + aliases) ** 2).sum(0) + rest
-    assert PowerLaw(-2, 1.0).psd(f, RATE) == pytest.approx(folded, rel=1e-9)
+def test_spectrum_is_the_folded_sum_of_what_points_and_averages_leave(part, form):
+    f = np.array([1e-4, 0.3, 12.0, 41.0, 60.0])
+    seen = np.abs(f + np.arange(-40_000, 40_001)[:, None] * RATE)
+    power = density(part, seen) * (np.sinc(seen * TAU0) ** 2 if form == "continuous" else 1)
+    expected = power.sum(axis=0)
+    if form == "sampled":  # beyond the last alias the density falls as 1/f^2
+        last = 40_000.5 * RATE
+        expected += 2 * last / RATE * density(part, np.array(last))
+    assert part.psd(f, RATE, form=form) == pytest.approx(expected, rel=2e-5)
 
 
 @pytest.mark.parametrize("T_c", [1e-5, 0.01, 1.0, 300.0, 2000.0, 1e7])
@@ -172,18 +97,8 @@ def test_gauss_markov_keeps_its_digits(T_c):
     assert np.all(part.avar(m, RATE) > 0) and np.all(part.avar(m, RATE, "continuous") > 0)
 
 
-def test_gauss_markov_limits():
-    m = np.array([1, 10, 100])
-    walk = PowerLaw(-2, 0.02**2 / (2 * np.pi**2))
-    slow = GaussMarkov(0.02, 1e6)
-    for form in ("sampled", "continuous"):
-        assert slow.avar(m, RATE, form) == pytest.approx(walk.avar(m, RATE, form), rel=1e-5)
-    fast = GaussMarkov(0.02, 1e-5)
-    assert fast.avar(m, RATE) == pytest.approx(fast.variance / m)
-    long = np.array([100_000])
-    plateau = PowerLaw(0, 2 * (0.02 * 0.01) ** 2)
+def test_gauss_markov_landmarks():
     point = GaussMarkov(0.02, 0.01)
-    assert point.avar(long, RATE, "continuous") == pytest.approx(plateau.avar(long, RATE), rel=1e-4)
     # point samples of T_c = 10 ms: 1.82 times the textbook form at one frame, 1.06 for ever
     ratio = point.avar([1, 100_000], RATE) / point.avar([1, 100_000], RATE, "continuous")
     assert ratio == pytest.approx([1.82, 1.06], abs=0.005)
@@ -256,15 +171,58 @@ def test_coefficients_that_make_no_model_are_refused(coefficients, words):
     assert words in str(refusal.value)
 
 
-@pytest.mark.parametrize("form", ["sampled", "continuous"])
-@pytest.mark.parametrize("f_0", [0.7, 14.4, 59.0])
-def test_the_envelope_of_a_sinusoid_touches_its_allan_variance(f_0: float, form: str) -> None:
-    """Beyond six periods: nowhere below it, and within 1 % of its greatest values, which lie at odd
-    multiples of half a period. Below six periods it is the Allan variance itself."""
-    line, m = Sinusoid(0.02, f_0), np.arange(1, 40_000)
-    exact, drawn = line.avar(m, RATE, form), sinusoid_avar(line, m, RATE, form)
-    periods = m * f_0 / RATE
-    assert np.array_equal(drawn[periods <= 6], exact[periods <= 6])
-    far = periods > 6
-    assert np.all(exact[far] <= drawn[far] * (1 + 1e-9))
-    assert np.max(exact[far] / drawn[far]) == pytest.approx(1, abs=0.01)
+F_H = RATE / 2
+
+
+@pytest.mark.parametrize("alpha", [-2, -1, 0])
+@pytest.mark.parametrize("tau", [0.003, 1.0, 700.0])
+def test_unlimited_integral_is_the_printed_formula(alpha: int, tau: float) -> None:
+    value, bound = integrated_avar(alpha, tau, math.inf)
+    printed = printed_scale(alpha, tau, F_H) * tau ** MU[alpha]
+    assert abs(value - printed) < max(bound, 1e-12 * printed)
+    assert bound < 1e-9 * printed
+
+
+def test_limited_integral_is_the_printed_formula_of_blue_and_violet() -> None:
+    """For f_h tau >> 1, and to the digits that are printed: 1.038 stands for 3 gamma - ln 2."""
+    tau = 1000 / F_H
+    blue, _ = integrated_avar(1, tau, F_H)
+    constant = 4 * math.pi**2 * tau**2 * blue - 3 * math.log(2 * math.pi * F_H * tau)
+    assert constant == pytest.approx(3 * np.euler_gamma - math.log(2), abs=1e-6)
+    assert round(constant, 3) == pytest.approx(1.038, abs=0.0011)
+    violet, _ = integrated_avar(2, tau, F_H)
+    assert violet == pytest.approx(printed_scale(2, tau, F_H) / tau**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_integral_over_whole_and_broken_periods_agrees_with_a_fine_sum(alpha: int) -> None:
+    for tau in (2.3 / F_H, 7 / F_H):
+        f = (np.arange(400_000) + 0.5) * F_H / 400_000
+        x = math.pi * f * tau
+        total = 2 * np.sum(f ** float(alpha) * np.sin(x) ** 4 / x**2) * F_H / f.size
+        assert integrated_avar(alpha, tau, F_H)[0] == pytest.approx(total, rel=1e-6)
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_simulated_averages_have_the_integral(alpha: int) -> None:
+    """At one sample too, where point samples are up to 1.8 times off."""
+    m = np.array([1, 5, 60])
+    rng = np.random.default_rng(10 + alpha)
+    found = simulated_avar(alpha, m, 1 << 13, RATE, 80, rng)
+    mean, error = mean_and_error(found)
+    exact = np.array([integrated_avar(alpha, float(t), F_H)[0] for t in m * TAU0])
+    assert np.all(np.abs(mean - exact) < 3.5 * error)
+    assert np.all(error < 0.03 * exact)
+    weights = slope_weights(m * TAU0)
+    slope, of_slope = slope_and_error(m * TAU0, found)
+    assert abs(slope - weights @ np.log(exact)) < 3.5 * of_slope < 0.05
+
+
+def test_error_of_a_slope_is_its_scatter() -> None:
+    """400 times 60 realisations of chi-squared estimates, as Allan variances are."""
+    rng = np.random.default_rng(3)
+    tau, truth, edf = np.array([1.0, 10.0, 100.0]), np.array([1.0, 0.1, 0.01]), [300, 40, 8]
+    found = [slope_and_error(tau, truth * rng.chisquare(edf, (60, 3)) / edf) for _ in range(400)]
+    z = np.array([(slope + 1) / error for slope, error in found])
+    assert abs(z.mean()) < 0.2
+    assert 0.9 < z.std() < 1.12

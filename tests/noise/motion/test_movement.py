@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from mocap_metrology.noise.gaussian.two_markers import drift
 from mocap_metrology.noise.motion.movement import (
     UNKNOWN,
+    most_moving,
     movement,
+    movements,
 )
-from mocap_metrology.noise.twins.published import published_row
-from mocap_metrology.noise.twins.simulate import simulate
-from mocap_metrology.noise.twins.twin import Twin
 
 RATE, SIGMA = 100.0, 0.05
 N = 30_000  # five minutes
@@ -117,16 +117,39 @@ def test_short_recordings_gaps_and_outliers() -> None:
         assert movement(noise[:n], RATE).moves is False
 
 
-@pytest.mark.parametrize("cameras", [2, 3, 5])
-def test_the_walk_of_published_systems_is_none(cameras: int) -> None:
-    position = simulate(
-        Twin("p", 3, published_row("Bonita", cameras), duration_s=300.0)
-    ).position_mm
-    assert not any(movement(axis, 120.0).moves for marker in position for axis in marker)
-
-
 @pytest.mark.parametrize("point", [1, 10, 21])
 def test_a_still_tracker_is_still(samples: Path, point: int) -> None:
     file = samples / f"static_vive_pose/20201001_Exp1_measurementPoint{point}.txt"
     position = 1000 * np.loadtxt(file)[:, [3, 7, 11]].T
     assert not any(movement(axis, 250.0).moves for axis in position)
+
+
+AT_REST = (2.0, 3600.0)  # range_mm, horizon_s
+
+
+def test_all_markers_that_move_are_found() -> None:
+    t = np.arange(340) / 200
+    walking = [np.stack([speed * t, 0 * t, 0 * t]) for speed in (1400.0, 1410.0, 1390.0)]
+    found = most_moving(movements(dict(zip("ABC", walking, strict=True)), 200.0, *AT_REST))
+    assert [(label, axis) for label, (axis, _) in found.items()] == [(name, "x") for name in "ABC"]
+    assert max(found, key=lambda label: found[label][1].size_mm) == "B"
+    assert 2300 < found["B"][1].size_mm < 2400
+
+
+@pytest.mark.filterwarnings("error")
+def test_wrong_samples_and_gaps_move_no_marker() -> None:
+    """One of 1e9 mm in a second makes its mean 1e7 mm, and its median nothing."""
+    still = 0.01 * np.random.default_rng(3).normal(size=(3, 6000))
+    still[0, 1234] = 1e9
+    still[1, 10::100] = -1e9
+    assert drift(still[0], 100.0).range > 1e6
+    assert most_moving(movements({"A": still}, 100.0, *AT_REST)) == {}
+    still[2, 1000:4000] = np.nan
+    still[2, 2000] = 1e9  # alone in its second
+    still[:, ::2] = np.nan
+    assert most_moving(movements({"A": still}, 100.0, *AT_REST)) == {}
+    still[1, 3001:] += 3.0
+    axis, most = most_moving(movements({"A": still}, 100.0, *AT_REST))["A"]
+    assert (axis, most.size_mm) == ("y", pytest.approx(2.99, abs=0.005))
+    assert most.time_s == pytest.approx(30.25, abs=0.005)
+    assert most_moving(movements({"A": np.full((3, 500), np.nan)}, 100.0, *AT_REST)) == {}

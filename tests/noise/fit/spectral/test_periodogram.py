@@ -14,7 +14,7 @@ from mocap_metrology.noise.fit.spectral.periodogram import (
     periodogram,
     power_law_unit,
 )
-from mocap_metrology.noise.model.components import PowerLaw
+from mocap_metrology.noise.model.components import FORMS, PowerLaw
 
 RATE = 100.0
 TAU0 = 1 / RATE
@@ -33,46 +33,33 @@ def single(monkeypatch):
 
 
 @pytest.mark.usefixtures("single")
-@pytest.mark.parametrize("share", [1e-5, 0.002, 0.02, 0.1, 0.25])
-def test_gauss_markov_expectation_is_exact_but_for_a_percent(share):
-    n = 1024
-    T_c = share * n * TAU0
-    phi = np.exp(-TAU0 / T_c)
-    exact = expected_exactly(T_c / 2 * toeplitz(phi ** np.arange(n)))
-    bins = bins_of(n, RATE)
-    assert np.all(bins.n == 1)
-    ours = gauss_markov_unit(bins, T_c)
-    # The end correction is of the continuous process; frames matter where T_c is near one
-    assert np.allclose(ours, exact, rtol=0.005)
+def test_white_noise_is_exact():
+    white = expected_exactly(np.eye(512) / (2 * TAU0))
+    assert np.allclose(power_law_unit(bins_of(512, RATE), 0), white, rtol=1e-12)
 
 
 @pytest.mark.usefixtures("single")
-def test_random_walk_and_white_noise_are_exact():
-    n = 512
-    step = 2 * np.pi**2 * TAU0  # variance of a step for h_-2 = 1
-    walk = step * np.minimum.outer(np.arange(n), np.arange(n))
-    bins = bins_of(n, RATE)
-    assert np.allclose(power_law_unit(bins, -2), expected_exactly(walk), rtol=1e-8)
-    white = np.eye(n) / (2 * TAU0)
-    assert np.allclose(power_law_unit(bins, 0), expected_exactly(white), rtol=1e-12)
-
-
-@pytest.mark.usefixtures("single")
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("share", [1e-5, 0.0005, 0.002, 0.02, 0.1, 0.25])
-def test_averages_over_a_frame_have_the_expectation_of_their_covariance(share):
-    # Integrals of exp(-|t| / T_c) over two frames, and over one
+def test_expectation_is_that_of_the_covariance(share, form):
+    """exp(-|t| / T_c) of points, and its integrals over two frames and over one; min(i, j) steps of
+    a random walk, of averages 1/2 more, and i + 1/3 of a frame with itself. The correction at the
+    ends is that of the continuous process, to 0.5 %."""
     n = 1024
-    T_c = share * n * TAU0
-    a, lag = TAU0 / T_c, np.arange(n)
-    covariance = 4 * np.sinh(a / 2) ** 2 / a**2 * np.exp(-a * lag)
-    covariance[0] = 2 * (a + np.expm1(-a)) / a**2
+    T_c, lag = share * n * TAU0, np.arange(n)
+    a = TAU0 / T_c
+    covariance, walk = np.exp(-a * lag), np.minimum.outer(lag, lag).astype(float)
+    if form == "continuous":
+        covariance *= 4 * np.sinh(a / 2) ** 2 / a**2
+        covariance[0] = 2 * (a + np.expm1(-a)) / a**2
+        walk += 0.5 - np.eye(n) / 6
+    bins = bins_of(n, RATE, form)
+    assert np.all(bins.n == 1)
     exact = expected_exactly(T_c / 2 * toeplitz(covariance))
-    bins = bins_of(n, RATE, "continuous")
     assert np.allclose(gauss_markov_unit(bins, T_c), exact, rtol=0.005)
-    # Random walk: covariance min(i, j) + 1/2 steps, and i + 1/3 of a frame with itself
-    walk = np.minimum.outer(lag, lag) + 0.5 - np.eye(n) / 6
     exact = expected_exactly(2 * np.pi**2 * TAU0 * walk)
-    assert np.allclose(power_law_unit(bins, -2), exact, rtol=1e-3)
+    tolerance = 1e-3 if form == "continuous" else 1e-8
+    assert np.allclose(power_law_unit(bins, -2), exact, rtol=tolerance)
 
 
 @pytest.mark.parametrize("alpha", [-1, 1, 2])

@@ -119,16 +119,27 @@ def test_poses_of_other_origins_are_refused():
         compare_with_earlier(new, content())
 
 
+SOUND = {"sd": [1e-3, 2e-3], "effect": [[0.1] * 6, [0.2] * 6]}
+LOPSIDED = np.eye(6) + 1e-3 * np.eye(6, k=1)
+ODD = [
+    *({"sd": [1e-3, sd]} for sd in (0.0, -1e-9, math.nan, math.inf)),
+    *({"effect": effect} for effect in ([[0.1] * 6], [[0.1] * 6, [math.nan] * 6])),
+    *({"sd": [[1e-3, 2e-3]]}, {"sd": 1e-3, "effect": [0.1] * 6}),
+]
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [
         ("shared_errors", {}),
-        ("shared_errors", {"digest": "a", "stations": {"sd": [1.0], "effect": []}, "board": {}}),
-        ("shared_errors", {"digest": "a", "stations": {"sd": [0.0], "effect": [[0.0] * 6]},
-                           "board": {"sd": [], "effect": []}}),
-        ("covariance_noise", [[1.0]]),
+        *(
+            ("shared_errors", {"digest": "a", "stations": SOUND, "board": SOUND, part: SOUND | odd})
+            for part in ("stations", "board")
+            for odd in ODD
+        ),
+        *(("covariance_noise", C.tolist()) for C in (LOPSIDED, np.eye(5), np.nan * np.eye(6))),
     ],
-)  # fmt: skip
+)
 def test_damaged_errors_are_refused(tmp_path, key, value):
     write_json(tmp_path / "pose.json", content([joint()]))
     document = json.loads((tmp_path / "pose.json").read_text())

@@ -13,10 +13,15 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.batch.trajectory import trajectory_of
-from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint
 from mocap_metrology.lighthouse.calibrate.network import islands, look, shared_moments, start
 from mocap_metrology.lighthouse.calibrate.turns import well_fitted
+from mocap_metrology.lighthouse.decode.chain import decode_light
+from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.records import Path
+from mocap_metrology.lighthouse.simulate.motion import facing_to
+from mocap_metrology.lighthouse.simulate.turns import TurnsTwin, simulate_turns, stations_around
+from mocap_metrology.lighthouse.simulate.twin import MotionTwin
 from tests.lighthouse.batch.planes_scene import Made, made, motion, room
 
 COVER_M = (-0.75e-3, 1.55e-3)
@@ -136,3 +141,30 @@ def test_a_station_without_a_common_view_is_an_island() -> None:
     found, _ = joint(given.scene)
     off = errors(found, given)
     assert squared(found, off) < chi2.ppf(0.999, off.size)
+
+
+DECK_M = np.array([[x, y, 0.0] for x in (-0.015, 0.015) for y in (-0.0075, 0.0075)])
+
+
+def test_a_deck_that_hovers_starts_from_the_right_minima() -> None:
+    """It hardly turns, so board poses that are mirrored for both stations agree as well as the
+    right ones, and K_1 decides."""
+    rng = np.random.default_rng(1)
+    R, t, middle, up = stations_around(2, rng, 2.4, 1.6)
+    x = np.cross(up, rng.normal(size=3))
+    x /= np.linalg.norm(x)
+    level = facing_to(middle, t).T @ np.column_stack([x, np.cross(up, x), up])
+    motion = MotionTwin(
+        centre_m=tuple(middle), speed_m_s=0.05, extent_m=0.02, wobble_deg=1.0, tremor_mm=0.2,
+        tremor_deg=0.2,
+    )  # fmt: skip
+    twin = TurnsTwin(
+        1, R, t, (0, 1), motion, DECK_M, np.tile([0.0, 0, 1], (4, 1)), (level, np.zeros(3)), up=up,
+        duration_s=12.0, incidence_deg=85.0, dropout=0.05, reflections=0.01,
+    )  # fmt: skip
+    flown = simulate_turns(twin)
+    found = decode_light(flown.light, DECK_M, None, Cleaning(), "twin")
+    how = "factory", flown.factories, None, "libsurvive", Priors()
+    scene = Scene(found.hits, DECK_M, *how, generation=2, names=["0", "1"])
+    _, _, poses = start(scene)
+    assert np.degrees(np.linalg.norm(rotation.error(poses[1][0], R[1]))) < 5.0

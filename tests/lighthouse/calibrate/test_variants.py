@@ -12,8 +12,6 @@ from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
 
 from mocap_metrology.common.entries import load_twins
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.fit_checks import Case
-from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint
 from mocap_metrology.lighthouse.calibrate import joint_variants
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
@@ -133,18 +131,6 @@ def test_simulated_rotors_of_either_kind(variant: str, estimator: str) -> None:
     others = [np.linalg.norm(w.t_m - own.truth.t_optical_m) for w in found.variants
               if w.variant == wrong]  # fmt: skip
     assert others[0] > 3e-3
-
-
-def test_the_file_and_the_verdict_tell_all_variants() -> None:
-    own = made("libsurvive", 8)
-    found = summary(calibrated(own), own.truth.stations)
-    told = found.document
-    assert {w["variant"] for w in told["variants"]} == {"crazyflie", "libsurvive", "astrobee"}
-    assert sum(w["chosen"] for w in told["variants"]) == 1
-    assert all(w["residual_rms_urad"] > 20 for w in told["variants"])
-    assert "rotor model" in {c["name"] for c in told["checks"]}
-    check = next(c for c in found.verdict.checks if c.name == "rotor model")
-    assert check.case in (Case.ROTOR_CLEAR, Case.ROTOR_OPEN)
 
 
 def test_lasers_off_their_origin_do_not_rule_out_the_true_variant() -> None:

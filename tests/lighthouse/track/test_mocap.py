@@ -9,15 +9,15 @@ from scipy.stats import chi2
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.simulate.recording import simulate
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.track.markers import Markers, Tracked
 from mocap_metrology.lighthouse.track.mocap import match
 from mocap_metrology.lighthouse.track.receiver import Calibrated, Track, track
 from mocap_metrology.lighthouse.track.resection import as_tracked, resected
+from tests.lighthouse import pairs
 from tests.lighthouse.batch.planes_scene import made, motion
+from tests.lighthouse.pairs import twin
 
 LEVERS = np.array([[0.05, 0.02, 0.08], [-0.04, 0.06, 0.05], [0.0, -0.05, 0.07]])
 TURN, SHIFT_M = rotation.exp(np.array([0.4, -1.1, 2.0])), np.array([1.2, -0.7, 0.3])
@@ -68,18 +68,8 @@ def three() -> Lab:
 @pytest.fixture(scope="module")
 def pair() -> Lab:
     """Master and slave."""
-    twin = LighthouseTwin(
-        seed=5,
-        duration_s=6.0,
-        master=StationTwin(id=1, mode="b"),
-        slave=StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40)),
-        motion=MotionTwin(centre_m=(3.0, 0.8, 0.2), wobble_deg=15),
-        common_urad=53.0,
-        independent_urad=49.0,
-    )
-    own = simulate(twin)
-    how = "ideal", [None, None], None, "crazyflie", Priors(0, 0, 0, 0, 0)
-    scene = Scene(own.hits, own.truth.board, *how)
+    own = simulate(twin(5, duration_s=6.0, motion={"wobble_deg": 15}))
+    scene = pairs.scene(own)
     true = Calibrated(own.truth.R, own.truth.t_m, np.zeros((6, 6)), False)
     return Lab(scene, true, own.truth.motion.poses, track(scene, true))
 

@@ -5,15 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
-from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
-from mocap_metrology.lighthouse.decode.chain import decode_light
-from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.wander import TurnClock, Wander
-from mocap_metrology.lighthouse.rotation import error
-from mocap_metrology.lighthouse.simulate.turns import TurnsTwin, simulate_turns, stations_around
-from mocap_metrology.lighthouse.simulate.twin import MotionTwin
 from tests.lighthouse.batch.planes_scene import TICKS, Made, made
 from tests.lighthouse.batch.test_planes_batch import errors, squared
 
@@ -51,25 +44,3 @@ def test_squared_errors_are_as_the_covariance_says() -> None:
         without.append(squared(replace(found, begins=0.0), off))
     assert np.mean(own) == pytest.approx(6.0, abs=3 * np.sqrt(12 / 10))
     assert np.mean(without) > 12
-
-
-def test_begins_of_the_first_second_only() -> None:
-    """A station whose begins are told in 1 s of 4: the line beyond them is off by up to 0.1 mrad,
-    which is as stated in six recordings together."""
-    squares = []
-    for seed in range(6):
-        R, t, middle, up = stations_around(2, np.random.default_rng([seed, 3]))
-        motion = MotionTwin(centre_m=tuple(middle), speed_m_s=0.5, extent_m=0.8)
-        twin = TurnsTwin(seed, R, t, (0, 1), motion, up=up, duration_s=4.0, place_mm=0.0)
-        given = simulate_turns(twin)
-        told = (given.light.begin_channel == 0) | (given.light.begin_s < 1.0)
-        names = ("begin_channel", "begin_s", "begin_bit")
-        light = replace(given.light, **{k: getattr(given.light, k)[told] for k in names})
-        found = decode_light(light, twin.board, None, Cleaning(), "twin")
-        how = "factory", given.factories, None, "libsurvive", Priors(0, 0, 0, 0, 0)
-        sensors = Sensors(clocks=tuple(found.clocks))
-        scene = Scene(found.hits, twin.board, *how, sensors=sensors, generation=2, names=["0", "1"])
-        own, _ = joint(scene)
-        off = np.r_[own.state.t_m[1] - t[1], error(own.state.R[1], R[1])]
-        squares.append(float(off @ np.linalg.solve(own.pose_covariance(), off)))
-    assert np.mean(squares) == pytest.approx(6.0, abs=3 * np.sqrt(12 / 6))

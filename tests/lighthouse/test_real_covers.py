@@ -92,16 +92,3 @@ def test_both_objects_agree_within_their_covariances(both: dict[str, Decoded]) -
         told = with_objects(one, {"controller": other.document})
         assert told.verdict.word == one.verdict.word == "usable"
         assert told.verdict.checks[-1].case is Case.OBJECTS
-
-
-def test_a_hand_is_followed_with_all_diodes(samples: Path) -> None:
-    """By half of a recording of 12 s. Knots that do not follow the hand leave 115 urad common to a
-    sweep, let good diodes look bad, and without these hits are too few for finer knots."""
-    found = decode(samples / "lighthouse2/haagh-tracking2.rec.gz", "libsurvive-rec", "KN0")
-    hits = found.hits.take(found.hits.time_s < np.ptp(found.hits.time_s) / 2)
-    how = "factory", [one.factory for one in found.stations], None, "libsurvive", Priors()
-    sensors = Sensors(normals=found.normals, clocks=tuple(found.clocks))
-    scene = Scene(hits, found.board, *how, sensors=sensors, generation=2, names=["2", "8"])
-    (one,) = joint(scene)[0].recordings
-    assert one.noise.sweep < 3e-5 and one.trajectory.knot_s == 0.0125
-    assert np.unique(one.sweeps.hits.diode).size >= 18

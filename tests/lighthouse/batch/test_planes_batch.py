@@ -11,18 +11,22 @@ from scipy.stats import chi2
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.batch.parts import halves
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.batch.trajectory import trajectory_of
 from mocap_metrology.lighthouse.calibrate.batch import Scene, joint
 from mocap_metrology.lighthouse.calibrate.network import islands, look, shared_moments, start
+from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.decode.chain import decode_light
 from mocap_metrology.lighthouse.decode.clean import Cleaning
+from mocap_metrology.lighthouse.decode.wander import TurnClock, Wander
 from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.simulate.motion import facing_to
 from mocap_metrology.lighthouse.simulate.turns import TurnsTwin, simulate_turns, stations_around
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
-from tests.lighthouse.batch.planes_scene import Made, made, motion, room
+from tests.lighthouse.batch import planes_scene
+from tests.lighthouse.batch.planes_scene import TICKS, Made, made, motion, room
 
 COVER_M = (-0.75e-3, 1.55e-3)
 TURNED = np.diag([1.0, -1.0, -1.0])
@@ -168,3 +172,103 @@ def test_a_deck_that_hovers_starts_from_the_right_minima() -> None:
     scene = Scene(found.hits, DECK_M, *how, generation=2, names=["0", "1"])
     _, _, poses = start(scene)
     assert np.degrees(np.linalg.norm(rotation.error(poses[1][0], R[1]))) < 5.0
+
+
+OF_BEGINS = Wander(1e-6, 3000.0, 2.0, 1.0)  # as of slow wander: errors of 0.2 us for half a second
+
+
+def with_errors(given: Made, seed: int) -> Made:
+    """Both planes of a turn are off by the error of its begin, drawn with its covariance."""
+    rng, scene = np.random.default_rng([seed, 77]), given.scene
+    angle, hits = scene.hits.angle_rad.copy(), scene.hits
+    clocks = []
+    for k in range(len(scene.names)):
+        period = TICKS[k] / 48e6
+        turn = np.arange(hits.cycle[hits.station == k].max() + 1)
+        clock = TurnClock(0.0, period, 0.0, **vars(OF_BEGINS), told=(0, int(turn[-1])))
+        covariance = clock.error_of(np.eye(turn.size), turn)
+        off = rng.multivariate_normal(np.zeros(turn.size), covariance) * 2 * np.pi / period
+        own = hits.station == k
+        angle[own] += off[hits.cycle[own]]
+        clocks.append(clock)
+    sensors = replace(scene.sensors, clocks=tuple(clocks))
+    return replace(
+        given, scene=replace(scene, hits=replace(hits, angle_rad=angle), sensors=sensors)
+    )
+
+
+def test_errors_of_begins_are_as_the_covariance_says() -> None:
+    """Six of ten runs on average; more than twice that without what the clocks tell."""
+    own, without = [], []
+    for seed in range(10):
+        given = with_errors(made(2, seed, 4.0, hit_urad=5.0, sweep_urad=0.0), seed)
+        found, _ = joint(given.scene)
+        off = errors(found, given)
+        own.append(squared(found, off))
+        without.append(squared(replace(found, begins=0.0), off))
+    assert np.mean(own) == pytest.approx(6.0, abs=3 * np.sqrt(12 / 10))
+    assert np.mean(without) > 12
+
+
+REAL = {"place_mm": 0.15, "cover": (-0.75e-3, 1.55e-3), "priors": Priors(phase_mrad=0.0)}
+
+
+def pose_and_halves(given: Made, still: bool = False) -> tuple[float, float]:
+    """Squared error of station 1, and that of the halves, 0 of a still board."""
+    scene = given.scene
+    at_rest = [median_angles(scene.hits, k, len(scene.board)) for k in (0, 1)] if still else None
+    found, _ = joint(scene, at_rest)
+    apart = None if still else halves(found)
+    return squared(found, errors(found, given)), apart.m2 if apart else 0.0
+
+
+def test_intervals_hold_where_diodes_are_seen_aside_by_direction() -> None:
+    """Three recordings of 4 s, sum of squares below its 99.5 % point; halves no more apart than
+    chance (99.9 % of the worst of three splits)."""
+    found = np.array(
+        [pose_and_halves(made(2, seed, 4.0, slow_mm=0.1, **REAL)) for seed in range(3)]
+    )
+    assert found[:, 0].sum() < chi2.ppf(0.995, 18)
+    assert found[:, 1].max() < chi2.isf(1e-3 / 9, 6)
+
+
+def test_intervals_hold_of_a_board_at_rest() -> None:
+    """Whose hits are thousands from one direction: by their number alone, errors were 25 sigma."""
+    total = sum(
+        pose_and_halves(made(2, seed, 4.0, slow_mm=0.07, still=True, **REAL), still=True)[0]
+        for seed in range(3)
+    )
+    assert total < chi2.ppf(0.995, 18)
+
+
+def test_knots_follow_a_hand_that_shakes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """8 Hz of 15 mm: knots 50 ms apart leave more than the noise of 25 urad."""
+    smooth = planes_scene.motion
+
+    def shaken(time_s: np.ndarray, seed: int, still: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        R, t = smooth(time_s, seed, still)
+        t[..., 1] += 0.015 * np.sin(2 * np.pi * 8 * np.asarray(time_s))
+        return R, t
+
+    monkeypatch.setattr(planes_scene, "motion", shaken)
+    given = made(2, 2, 4.0)
+    found, _ = joint(given.scene)
+    assert found.recordings[0].trajectory.knot_s < 0.03
+    assert 1e6 * found.recordings[0].noise.hit == pytest.approx(20.0, rel=0.1)
+    assert np.linalg.norm(found.state.t_m[1] - given.poses[1][1]) < 2e-3
+
+
+def test_wrong_hits_leave_once_the_pose_is_known() -> None:
+    """3 % of the hits 2 to 10 mrad off."""
+    given = made(2, 3, 4.0, wrong=0.03, **REAL)
+    clean = made(2, 3, 4.0, **REAL).scene.hits
+    wrong = np.isin(given.scene.hits.time_s, clean.time_s)
+    wrong &= np.abs(given.scene.hits.angle_rad - clean.angle_rad) > 1e-3
+    found, _ = joint(given.scene)
+    kept = found.recordings[0].sweeps.hits
+    assert wrong.sum() > 100
+    assert not np.isin(given.scene.hits.time_s[wrong], kept.time_s).any()
+    assert len(kept) > 0.93 * (len(clean) - wrong.sum())
+    without = replace(given.scene, hits=clean)
+    off = joint(without)[0].state.t_m[1] - found.state.t_m[1]
+    assert np.linalg.norm(off) < 1e-3

@@ -134,12 +134,12 @@ def test_optical_frames_are_where_the_lasers_are():
 def test_pose_files(tmp_path):
     q = Rotation.from_matrix(TRUE).as_quat().tolist()
     mm = (1e3 * T).tolist()
-    for path in (
-        pose_file(tmp_path),
-        pose_file(tmp_path, R=None, quaternion_xyzw=q, t_m=None, translation_mm=mm),
-        pose_file(tmp_path, t_m=None, t=T.tolist(), stations=None, master="0xb", slave={"id": 12}),
+    for entries in (
+        {},
+        {"R": None, "quaternion_xyzw": q, "t_m": None, "translation_mm": mm},
+        {"t_m": None, "t": T.tolist(), "stations": None, "master": "0xb", "slave": {"id": 12}},
     ):
-        found = ref.pose_reference(path)
+        found = ref.pose_reference(pose_file(tmp_path, **entries))
         np.testing.assert_allclose(found.R, TRUE, atol=1e-9)
         np.testing.assert_allclose(found.t_m, T, atol=1e-12)
         assert found.ids == (11, 12)

@@ -9,6 +9,8 @@ import pytest
 from mocap_workflow.calibration_twins import twin_from_mapping
 
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.fit_checks import Case
+from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint
 from mocap_metrology.lighthouse.calibrate import joint_variants
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
@@ -118,6 +120,10 @@ def test_simulated_rotors_of_either_kind(variant: str, estimator: str) -> None:
     standing = {w.variant: w.standing for w in found.variants}
     wrong = {"crazyflie": "libsurvive", "libsurvive": "crazyflie"}[variant]
     assert standing[wrong] == "worse" and standing[variant] in ("chosen", "open")
+    told = summary(found, own.truth.stations)
+    assert {w["variant"] for w in told.document["variants"]} == {*standing}
+    check = next(c for c in told.verdict.checks if c.name == "rotor model")
+    assert check.case in (Case.ROTOR_CLEAR, Case.ROTOR_OPEN)
     final = found.estimates[-1]
     off = np.r_[1e3 * (final.t_m - own.truth.t_optical_m)]
     turn = np.degrees(rotation.error(final.R, own.truth.R))

@@ -113,13 +113,14 @@ def test_stations_are_resected(generation: int, three: Lab, pair: Lab) -> None:
     """Where they are, within the 99.9 % ellipsoid; the search starts from stations that are wrong
     by 15 mm and 0.5 deg, with which the board was tracked."""
     lab = pair if generation == 1 else three
+    fewer = replace(lab.scene, hits=lab.scene.hits.take(slice(None, None, 3)))
     R = lab.true.R.reshape(-1, 3, 3) @ rotation.exp(np.array([0.0, 0.006, 0.006]))
     t = lab.true.t_m.reshape(-1, 3) + np.array([0.009, -0.009, 0.008])
     wrong = replace(lab.true, R=np.squeeze(R), t_m=np.squeeze(t))
-    tracked = as_tracked(track(lab.scene, wrong))
+    tracked = as_tracked(track(fewer, wrong))
     markers = seen(lab)
     found = match(tracked, markers)
-    placed = resected(lab.scene, wrong, tracked, markers, found.free)
+    placed = resected(fewer, wrong, tracked, markers, found.free)
     off = []
     for (R_1, t_1), (R_0, t_0) in zip(placed.relative, lab.true.poses[1:], strict=True):
         off += [*(t_1 - t_0), *rotation.error(R_1, R_0)]

@@ -4,11 +4,9 @@ from pathlib import Path
 
 import pytest
 from mocap_workflow import rows, startup
-from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
 from running import write_sheet
 
-from mocap_metrology.common.entries import TwinsFile
 from mocap_metrology.common.faults import Faults
 
 CALIBRATION = {
@@ -149,10 +147,3 @@ def test_a_bar_ends_in_the_recording_or_in_another_row_of_the_setup(folder: Path
         'calibrations, calibration "s1-1", column bar: "LHR-A1-s-2:T21"; expected a calibration of'
         " setup s1"
     ]
-
-
-@pytest.mark.parametrize("key", ["like", "setup"])
-def test_a_twin_that_names_another_entry_by_a_list_is_refused(key: str) -> None:
-    document: TwinsFile = {"twins": {"a": {key: ["b"]}, "b": {}}, "setups": {"b": {}}}
-    with pytest.raises(Faults, match=rf"^twin a: {key}: \['b'\], expected"):
-        calibration_twin(document, "a")

@@ -32,6 +32,17 @@ def test_a_take_has_defaults_of_its_kind_and_the_shorter_duration() -> None:
     assert used_twins(rows([]), twins(), 60.0)
 
 
+def test_a_twin_has_the_form_of_its_own_or_of_the_configuration() -> None:
+    common: dict[str, Any] = {"coefficients": {"all": {}}, "seed": 1}
+    for own, form in ((common, "continuous"), (common | {"form": "sampled"}, "sampled")):
+        made = used_twins(rows([]), {"twins": {"hall": own}, "defaults": {}}, 60.0, "continuous")
+        assert made["hall"].form == form
+    wrong = {"twins": {"hall": common}, "defaults": {"recording": {"form": "both"}}}
+    with pytest.raises(Faults) as faults:
+        used_twins(rows([]), wrong, 60.0)
+    assert faults.value.lines == ["twin hall: form: 'both', expected sampled or continuous"]
+
+
 def test_a_facility_over_dates_needs_dates() -> None:
     """The twin of a row is that of its date."""
     entry = {"coefficients": {"all": {"h_0": 1e-6}}, "seed": 1, "days": {}}

@@ -1,7 +1,5 @@
 """Twins of the configuration: what is refused, what is merged, and the protocol they keep to."""
 
-import csv
-
 import numpy as np
 import pytest
 import yaml
@@ -104,6 +102,8 @@ def test_keys_of_defaults_setup_and_like_are_merged():
     [
         ({"setup": "none"}, "setup: 'none', expected one of s"),
         ({"like": "none"}, "like: 'none'"),
+        ({"like": ["b"]}, "like: ['b'], expected"),
+        ({"setup": ["s"]}, "setup: ['s'], expected"),
         ({"like": "b"}, "like: 'b', expected a twin without a key like"),
         ({"setup": "s", "slave": {"factory": "two"}}, "slave.factory: 'two', expected one of one"),
         (3, "twin c: 3, expected keys"),
@@ -161,16 +161,3 @@ def test_twins_keep_to_the_protocol(twins):
         assert ranges.min() >= 2 and ranges.max() <= 6, name
         assert 0.15 <= twin.motion.speed_m_s <= 1 and 0.2 <= twin.motion.extent_m <= 0.5
         assert (twin.master.factory is None) == name.startswith("sim")
-
-
-def test_the_sheet_uses_twins_and_the_stations_of_a_setup_are_the_same(root, twins):
-    with (root / "config/calibrations.tsv").open() as stream:
-        rows = list(csv.DictReader(stream, delimiter="\t"))
-    rows = [row for row in rows if row["path"].startswith("simulate:")]
-    used = {row["path"].removeprefix("simulate:") for row in rows}
-    assert used <= set(twins)
-    ids = {}
-    for row in rows:
-        twin = twins[row["path"].removeprefix("simulate:")]
-        ids.setdefault(row["setup"], set()).add((twin.master.id, twin.slave.id))
-    assert all(len(pairs) == 1 for pairs in ids.values())

@@ -8,8 +8,9 @@ from figure_data import check, every_text
 from mocap_workflow.recording_twins import twin_from_mapping
 from noise_data import assert_texts_apart
 
-from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
-from mocap_metrology.noise.series import all_series
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.series import all_series, allan_columns
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.papers.shock import CUT, RECORDED, Shaken, find_shock
 from mocap_metrology.present.skurowski.crump import crump_figure
@@ -44,18 +45,9 @@ def coordinates(series: dict) -> dict:
 
 
 def columns(series: dict) -> dict:
-    """allan.parquet as the workflow would write it, without intervals that say anything."""
-    m = averaging_factors(series["L"].size, 60)
-    adev = np.sqrt(allan_variance(series["L"], m).variance)
-    return {
-        "series": np.full(m.size, "L", dtype=object),
-        "estimator": np.full(m.size, "oadev", dtype=object),
-        "m": m,
-        "tau_s": m / RATE,
-        "adev_mm": adev,
-        "adev_lower_mm": adev,
-        "adev_upper_mm": adev,
-    }
+    """allan.parquet as the workflow would write it."""
+    curve = allan_curve(series["L"], RATE, averaging_factors(series["L"].size, 60))
+    return allan_columns("L", curve)
 
 
 def test_a_shock_is_found_where_it_was_put(shaken) -> None:

@@ -44,17 +44,19 @@ def scene(
     still: bool = False,
     quantised: bool = True,
     board: np.ndarray | None = None,
+    more: tuple[tuple[np.ndarray, np.ndarray], ...] = (),
 ) -> Scene:
-    """Both stations, ideal optics, flat board 3.2 m away; the slave 2 m to the side, rolled."""
+    """Both stations, ideal optics, flat board 3.2 m away; the slave 2 m to the side, rolled; more:
+    poses of further stations, which sweep in turn."""
     board = flat_board() if board is None else board
     rng = np.random.default_rng(seed)
     R = from_angles(0.2, -0.1, -0.65)
     t = np.array([0.4, 2.0, 0.25])
-    stations = [(np.eye(3), np.zeros(3)), (R, t)]
+    stations = [(np.eye(3), np.zeros(3)), (R, t), *more]
     # slave axis 0, slave axis 1, master axis 0, master axis 1
-    plan = [(1, 0), (1, 1), (0, 0), (0, 1)]
+    plan = [(1, 0), (1, 1), (0, 0), (0, 1), *((2 + k // 2, k % 2) for k in range(2 * len(more)))]
     cycles = np.arange(int(seconds / CYCLE_S))
-    station, axis = np.array([plan[c % 4] for c in cycles]).T
+    station, axis = np.array([plan[c % len(plan)] for c in cycles]).T
     angle = np.zeros((len(cycles), len(board)))
     for _ in range(4):
         hit = (cycles[:, None] + 0.5) * CYCLE_S + angle * CYCLE_S / np.pi

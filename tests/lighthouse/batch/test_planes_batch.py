@@ -44,12 +44,12 @@ def squared(found: Joint, off: np.ndarray) -> float:
     return float(off.ravel() @ np.linalg.solve(found.covariance[np.ix_(rows, rows)], off.ravel()))
 
 
-@pytest.mark.parametrize("n", [2, 4])
-def test_poses_from_nothing_are_as_near_as_the_covariance_says(n: int) -> None:
-    """Three recordings; the sum of squares within its 99 % interval, noise as it was made."""
+def test_poses_from_nothing_are_as_near_as_the_covariance_says() -> None:
+    """Three recordings of four stations; the sum of squares within its 99 % interval, noise as it
+    was made."""
     total, freedom = 0.0, 0
     for seed in range(3):
-        given = made(n, seed, seconds=4.0)
+        given = made(4, seed, seconds=4.0)
         found, _ = joint(given.scene)
         total += squared(found, off := errors(found, given))
         freedom += off.size
@@ -60,27 +60,18 @@ def test_poses_from_nothing_are_as_near_as_the_covariance_says(n: int) -> None:
     assert chi2.ppf(0.005, freedom) < total < chi2.ppf(0.995, freedom)
 
 
-@pytest.mark.parametrize("known", [True, False])
-def test_errors_of_board_cover_and_factory_values_are_in_the_covariance(known: bool) -> None:
+def test_errors_of_board_cover_and_factory_values_are_in_the_covariance() -> None:
+    """Factory values are known of one station of three."""
     total, freedom = 0.0, 0
     for seed in range(2):
         given = made(
-            3, seed, 4.0, place_mm=0.2, cover=COVER_M, known=known, priors=Priors(board_scale=1e-3)
+            3, seed, 4.0, place_mm=0.2, cover=COVER_M, known=False, priors=Priors(board_scale=1e-3)
         )
-        found, _ = joint(given.scene)
+        found, _ = joint(replace(given.scene, factories=[None, given.factories[1], None]))
         assert found.state.cover == pytest.approx(COVER_M, abs=4e-4)
         total += squared(found, off := errors(found, given))
         freedom += off.size
     assert total < chi2.ppf(0.995, freedom)
-
-
-def test_factory_values_known_unknown_and_neglected() -> None:
-    """Unknown ones are those of real stations on average, with their spread."""
-    given = made(2, 3, 4.0, priors=Priors())
-    unknown = replace(given.scene, optics="estimated", factories=[None, given.factories[1]])
-    ways = given.scene, unknown, replace(given.scene, optics="ideal")
-    known, free, none = (np.linalg.norm(errors(joint(own)[0], given)[0, :3]) for own in ways)
-    assert known < 5e-3 and free < 0.02 and none > 0.05
 
 
 def test_reflections_onto_diodes_that_face_away_are_left_out() -> None:

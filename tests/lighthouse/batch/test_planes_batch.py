@@ -74,6 +74,12 @@ def test_errors_of_board_cover_and_factory_values_are_in_the_covariance() -> Non
     assert total < chi2.ppf(0.995, freedom)
 
 
+def test_poses_by_ideal_planes() -> None:
+    given = made(2, 3, 2.0, ideal=True)
+    found, _ = joint(replace(given.scene, optics="ideal"))
+    assert squared(found, errors(found, given)) < chi2.ppf(0.999, 6)
+
+
 def test_reflections_onto_diodes_that_face_away_are_left_out() -> None:
     """Beyond 75 deg of incidence: such hits are some mrad off."""
     given = made(2, 4, 4.0, cover=COVER_M, priors=Priors(), farthest_deg=100.0)

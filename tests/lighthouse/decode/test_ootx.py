@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES
+from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES, NAMES_OF
 from mocap_metrology.lighthouse.decode.flashes import find_flashes
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.libsurvive_solution import FROM_LIBSURVIVE, read_solution
@@ -24,7 +24,6 @@ from mocap_metrology.lighthouse.decode.ootx import (
 from mocap_metrology.lighthouse.records import Clock, Factory, Flashes, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
-NAMES = FACTORY_NAMES
 DUMP = 960  # cycles in 8 s
 RECORDING = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
 
@@ -55,7 +54,8 @@ def flashes_of(
 
 def same(station: Station, factory: Factory) -> bool:
     return station.factory is not None and all(
-        np.array_equal(getattr(station.factory, n), getattr(factory, n)) for n in NAMES
+        np.array_equal(getattr(station.factory, n), getattr(factory, n))
+        for n in NAMES_OF[factory.generation]
     )
 
 
@@ -182,7 +182,7 @@ def test_real_stations_have_the_values_libsurvive_found(real: list[Flashes], sam
     for flashes, index, role, mode in zip(real, (1, 0), ("master", "slave"), "bA", strict=True):
         station, truth = decode_station(flashes), solution[index]
         assert (station.role, station.id, station.mode) == (role, truth.id, mode)
-        for name in NAMES:
+        for name in FACTORY_NAMES:
             error = getattr(station.factory, name) - getattr(truth.factory, name)
             assert np.abs(error).max() <= 0.5001e-6, name
 

@@ -20,6 +20,7 @@ from mocap_metrology.lighthouse.decode.turns import Light, Turns, find_turns
 from mocap_metrology.lighthouse.decode.wander import Late, TurnClock
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
 from mocap_metrology.lighthouse.records import Factory, Station
+from tests.lighthouse.decode.test_ootx import same
 
 NAMES = NAMES_OF[2]
 READ = {  # recording, object: channels with a readable frame; those of 12 s by vote alone
@@ -37,12 +38,6 @@ def a_factory(rng: np.random.Generator) -> Factory:
         for name in NAMES
     }
     return Factory(**drawn, generation=2)
-
-
-def same(station: Station, factory: Factory) -> bool:
-    return station.factory is not None and all(
-        np.array_equal(getattr(station.factory, name), getattr(factory, name)) for name in NAMES
-    )
 
 
 @pytest.mark.parametrize(("file", "name"), READ)

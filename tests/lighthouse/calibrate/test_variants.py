@@ -83,12 +83,13 @@ SECOND = {"phase": [-0.00832, -0.0082], "tilt": [0.00035, 0.00778], "curve": [0.
 
 @cache
 def made(variant: str, seed: int) -> Made:
-    """Eight seconds by hand before rotors of two real stations that obey this variant."""
+    """Five seconds by hand before rotors of two real stations that obey this variant."""
     return simulate(
         twin_from_mapping(
             {
                 "seed": seed,
                 "variant": variant,
+                "duration_s": 5.0,
                 "master": {"id": 1, "mode": "b", "factory": FIRST},
                 "slave": {
                     "id": 2,

@@ -8,7 +8,7 @@ import pytest
 from mocap_workflow import rows, startup
 from mocap_workflow.recordings import RecordingRow
 from pydantic import ValidationError
-from running import write_sheet
+from running import faults_of, write_sheet
 
 from mocap_metrology.common.entries import load_twins
 from mocap_metrology.common.faults import Faults
@@ -23,9 +23,7 @@ def load(folder: Path, *cells: dict[str, str]) -> dict[str, RecordingRow]:
 
 
 def faults(folder: Path, *cells: dict[str, str]) -> list[str]:
-    with pytest.raises(Faults) as caught:
-        load(folder, *cells)
-    return caught.value.lines
+    return faults_of(load, folder, *cells)
 
 
 def test_the_order_of_rows_is_nothing(folder: Path) -> None:

@@ -11,6 +11,11 @@ from mocap_metrology.lighthouse.board import check_count, digest, flat_board, re
 SQUARE = ["0,0,0", "0,0.1,0", "0,0.1,0.1", "0,0,0.1"]
 
 
+def line(width: float) -> list[str]:
+    """Diodes whose root sum of squares off their line is `width`."""
+    return [f"0,{y},{z * width / 2}" for y, z in ((0, 1), (0.3, -1), (0.6, -1), (0.9, 1))]
+
+
 def written(folder: Path, rows: list[str], header: str = "x_m,y_m,z_m") -> Path:
     path = folder / "board.csv"
     path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8-sig")
@@ -40,14 +45,27 @@ def test_the_default_board_counts_along_rows_from_the_lower_left() -> None:
         ([*SQUARE, "0,nan,0"], "expected three finite numbers per diode"),
         ([*SQUARE, "0,x,0"], "a cell is not a number; expected positions in metres"),
         (SQUARE[:3], "3 diodes; a calibration needs at least 4"),
-        (["0,0,0", "0,100,0", "0,100,100", "0,0,100"], "the diodes span 100 m; expected metres"),
-        ([*SQUARE, "0,0.1,0.00005"], "diodes 1 and 4 have the same position"),
-        ([f"0,{0.1 * i},0" for i in range(4)], "all diodes are on one line; expected a surface"),
+        (["0,0,0", "0,2.0001,0", "0,1,1", "0,0,1"], "the diodes span 2.0001 m; expected metres"),
+        ([*SQUARE, "0,0.1,0.000099"], "diodes 1 and 4 have the same position"),
+        (line(0.99e-3), "all diodes are on one line; expected a surface"),
     ],
 )
 def test_what_is_no_board_is_refused(tmp_path: Path, rows: list[str], why: str) -> None:
     with pytest.raises(Refusal, match=f"^board.csv: {why}"):
         read_board(written(tmp_path, rows))
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        SQUARE,
+        ["0,0,0", "0,2,0", "0,1,1", "0,0,1"],
+        [*SQUARE, "0,0.1,0.000101"],
+        line(1.01e-3),
+    ],
+)
+def test_a_board_at_the_limits_is_none_less(tmp_path: Path, rows: list[str]) -> None:
+    assert len(read_board(written(tmp_path, rows))) == len(rows)
 
 
 def test_what_is_no_file_of_a_board_is_refused(tmp_path: Path) -> None:
@@ -62,7 +80,8 @@ def test_what_is_no_file_of_a_board_is_refused(tmp_path: Path) -> None:
 def test_a_board_has_the_diodes_that_the_recording_shows() -> None:
     board = flat_board(4, 2)
     check_count(board, 32, 7, "dump.bin")
-    for n_diodes, highest in ((32, 8), (7, 6)):
+    check_count(board, 8, 0, "dump.bin")
+    for n_diodes, highest in ((32, 8), (7, 6), (7, 0)):
         with pytest.raises(Refusal, match=rf"diode {highest} of {n_diodes} .*has 8 diodes"):
             check_count(board, n_diodes, highest, "dump.bin")
 

@@ -122,6 +122,7 @@ def test_directions_of_ideal_planes_are_the_closed_form() -> None:
 
 def test_values_of_no_second_generation_station_are_refused() -> None:
     for name, limit in planes.LIMITS.items():
+        rotor.rotor_parameters(replace(FACTORY, **{name: np.array([0.0, -limit])}))
         for value in (1.001 * limit, np.nan):
             wrong = replace(FACTORY, **{name: np.array([0.0, value])})
             with pytest.raises(Refusal, match=f"{name} is .* second-generation"):

@@ -76,32 +76,15 @@ def test_the_covers_are_those_of_second_generation_recordings(
 
 
 def test_both_objects_agree_within_their_covariances(both: dict[str, Decoded]) -> None:
-    """45 mm and 0.5 deg apart without covers (p 0.17), 66 mm and 0.9 deg with them (p 0.23)."""
-    for covers, shift, p in ((False, (45, 0.5), 0.17), (True, (66, 0.93), 0.23)):
-        found: dict[str, Summary] = {}
-        for name, own in both.items():
-            factories = [station.factory for station in own.stations]
-            sensors = Sensors(normals=own.normals if covers else None)
-            ways = calibrate(own.hits, own.board, factories, BATCH, sensors=sensors)
-            found[name] = summary(ways, own.stations, duration_s=own.duration_s)
-        one, other = found["HMD"], found["T20"]
-        compared = compare_with_earlier(one.document, other.document, one_board=False)
-        assert compared.basis == "difference"
-        assert compared.shift == pytest.approx(shift, rel=0.05)
-        assert compared.p_value == pytest.approx(p, abs=0.03)
-        told = with_objects(one, {"controller": other.document})
-        assert told.verdict.word == one.verdict.word == "usable"
-        assert told.verdict.checks[-1].case is Case.OBJECTS
-
-
-def test_a_hand_is_followed_with_all_diodes(samples: Path) -> None:
-    """By half of a recording of 12 s. Knots that do not follow the hand leave 115 urad common to a
-    sweep, let good diodes look bad, and without these hits are too few for finer knots."""
-    found = decode(samples / "lighthouse2/haagh-tracking2.rec.gz", "libsurvive-rec", "KN0")
-    hits = found.hits.take(found.hits.time_s < np.ptp(found.hits.time_s) / 2)
-    how = "factory", [one.factory for one in found.stations], None, "libsurvive", Priors()
-    sensors = Sensors(normals=found.normals, clocks=tuple(found.clocks))
-    scene = Scene(hits, found.board, *how, sensors=sensors, generation=2, names=["2", "8"])
-    (one,) = joint(scene)[0].recordings
-    assert one.noise.sweep < 3e-5 and one.trajectory.knot_s == 0.0125
-    assert np.unique(one.sweeps.hits.diode).size >= 18
+    """66 mm and 0.9 deg apart."""
+    found: list[Summary] = []
+    for own in both.values():
+        factories, sensors = [one.factory for one in own.stations], Sensors(normals=own.normals)
+        ways = calibrate(own.hits, own.board, factories, BATCH, sensors=sensors)
+        found.append(summary(ways, own.stations, duration_s=own.duration_s))
+    one, other = found
+    compared = compare_with_earlier(one.document, other.document, one_board=False)
+    assert compared.basis == "difference" and compared.p_value > 0.05
+    told = with_objects(one, {"controller": other.document})
+    assert told.verdict.word == one.verdict.word == "usable"
+    assert told.verdict.checks[-1].case is Case.OBJECTS

@@ -5,24 +5,19 @@ modes b and A, with libsurvive's own answer beside it: another estimate, not the
 mean angles of a still headset before two stations.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.pose_file import chosen_pose, matrix_and_metres
-from mocap_metrology.lighthouse.assess.summary import Summary, summary
-from mocap_metrology.lighthouse.assess.validation import apart, gravity_angle_deg
-from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
+from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.assess.validation import apart
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
-from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.decode.libsurvive_solution import (
     FROM_LIBSURVIVE,
@@ -31,156 +26,52 @@ from mocap_metrology.lighthouse.decode.libsurvive_solution import (
 )
 from mocap_metrology.lighthouse.export.formats import Export, libsurvive_json
 from mocap_metrology.lighthouse.export.world import Calibrated, world_of
-from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.records import MASTER, SLAVE, PoseEstimate
+from mocap_metrology.lighthouse.records import SLAVE, PoseEstimate
 from mocap_metrology.lighthouse.rotation import error
-from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameters
 
 FOLDER = "lighthouse/libsurvive_extras"
 NAME = "lh1_test_cal.rec.gz"
-OBJECTS = ("HMD", "T20")
 
 
-@dataclass(frozen=True)
-class Seen:
-    """A tracked object: decoded, and its poses by (optics, variant), by paper-lm and by batch."""
-
-    decoded: Decoded
-    poses: dict[tuple[str, str], PoseEstimate]
-    joint: dict[tuple[str, str], PoseEstimate]
-    summary: Summary
-
-
-def estimates(
-    found: Decoded, variant: str = "crazyflie", estimators: tuple[str, ...] = ("paper-lm",)
-) -> dict[tuple[str, str], PoseEstimate]:
-    """The static poses by estimator and optics; there is nothing else of a still board."""
+def estimates(found: Decoded) -> dict[str, PoseEstimate]:
+    """The static poses by optics; there is nothing else of a still board."""
     factories = [station.factory for station in found.stations]
-    settings = CalibrationSettings(variant=variant, estimators=estimators)
+    settings = CalibrationSettings(variant="crazyflie", estimators=("paper-lm",))
     calibration = calibrate(found.hits, found.board, factories, settings)
     assert calibration.still
     assert {pose.stage for pose in calibration.estimates} == {"static"}
-    return {(pose.estimator, pose.optics): pose for pose in calibration.estimates}
+    return {pose.optics: pose for pose in calibration.estimates}
 
 
 @pytest.fixture(scope="module")
-def seen(samples: Path) -> dict[str, Seen]:
-    result = {}
-    for name in OBJECTS:
-        found = decode(samples / FOLDER / NAME, "libsurvive-rec", name)
-        factories = [station.factory for station in found.stations]
-        calibration = calibrate(found.hits, found.board, factories)
-        told = summary(calibration, found.stations, duration_s=found.duration_s)
-        poses, joint = {}, {}
-        for variant in ("crazyflie", "libsurvive"):
-            every = estimates(found, variant, ("batch", "paper-lm"))
-            for (estimator, optics), pose in every.items():
-                (joint if estimator == "batch" else poses)[optics, variant] = pose
-        result[name] = Seen(found, poses, joint, told)
-    return result
+def seen(samples: Path) -> dict[str, Decoded]:
+    return {
+        name: decode(samples / FOLDER / NAME, "libsurvive-rec", name) for name in ("HMD", "T20")
+    }
 
 
 def baseline(pose: PoseEstimate) -> float:
     return float(np.linalg.norm(pose.t_m))
 
 
-def test_static_poses_of_both_objects(seen: dict[str, Seen]) -> None:
-    """Baselines are within 1.2 % of each other with factory values (3.917 and 3.960 m). Rotations
-    are 1.6 deg apart, not 0.5, with ideal optics 4 deg. Of the controller one diode is left out."""
-    headset, controller = (seen[name].poses for name in OBJECTS)
-    with_values = headset["factory", "crazyflie"], controller["factory", "crazyflie"]
-    assert [baseline(pose) for pose in with_values] == pytest.approx([3.917, 3.960], abs=2e-3)
-    assert baseline(with_values[0]) == pytest.approx(baseline(with_values[1]), rel=0.012)
-    assert 1.3 < apart(*with_values)[1] < 1.8
-    without = headset["ideal", "crazyflie"], controller["ideal", "crazyflie"]
-    assert [baseline(pose) for pose in without] == pytest.approx([4.008, 3.984], abs=2e-3)
-    assert 2.0 < apart(*without)[1] < 5.0
-    assert [pose.n_angles for pose in with_values] == [50, 26]
-    assert with_values[0].residual_rms_urad < 0.8 * without[0].residual_rms_urad
-    assert with_values[0].residual_rms_urad == pytest.approx(95, abs=5)
-    assert with_values[1].residual_rms_urad == pytest.approx(76, abs=5)
-
-
-def without_diode_8(found: Decoded) -> Decoded:
-    """The controller's recording without what its diode 8 saw of the slave."""
-    hits = found.hits
-    return replace(found, hits=hits.take((hits.station != SLAVE) | (hits.diode != 8)))
-
-
-def test_one_diode_does_not_decide(seen: dict[str, Seen]) -> None:
+def test_one_diode_does_not_decide(seen: dict[str, Decoded]) -> None:
     """Each station sees 7 of the controller's 24 diodes; 8, seen by the slave at a grazing angle
     (its pulses are half as long as those of its neighbours), is 1 mrad off in elevation. With it
     the residual was 229 urad and one standard deviation of the rotation 1.1-2.1 deg. It is left
     out, and said so; 1.6 deg to the headset are left."""
-    found, own = seen["T20"].decoded, seen["T20"].poses["factory", "crazyflie"]
+    headset, own = (estimates(one)["factory"] for one in seen.values())
     assert "diode 8 excluded from the slave's: the others contradict it" in own.note
-    assert "left out" not in seen["HMD"].poses["factory", "crazyflie"].note
-    hits = found.hits
+    assert "excluded" not in headset.note
+    hits = seen["T20"].hits
     of_slave = hits.station == SLAVE
     widths = {d: np.median(hits.width_s[of_slave & (hits.diode == d)]) for d in (7, 8, 11, 22)}
     assert widths.pop(8) < 0.6 * min(widths.values())
-    rest = estimates(without_diode_8(found))["paper-lm", "factory"]
+    rest = replace(seen["T20"], hits=hits.take(~of_slave | (hits.diode != 8)))
+    rest = estimates(rest)["factory"]
     assert apart(own, rest) == pytest.approx((0, 0), abs=1e-6)
     assert np.sqrt(np.diag(own.covariance))[3:].max() < 0.5
-    _, angle = apart(seen["HMD"].poses["factory", "crazyflie"], own)
+    _, angle = apart(headset, own)
     assert 1.2 < angle < 1.8
-
-
-def shared_pose(found: list[Decoded], start: list[np.ndarray]) -> tuple[np.ndarray, float]:
-    """Baseline vector in m of one pose of the stations for several objects, and the rms in urad;
-    by SciPy, with libsurvive's variant."""
-    rotors = [rotor_parameters(s.factory, None, LIBSURVIVE) for s in found[0].stations]
-    means = [[median_angles(f.hits, s, len(f.board)).angles_rad[0] for s in (0, 1)] for f in found]
-
-    def off(x: np.ndarray) -> np.ndarray:
-        (R, t), *boards = [(rotation.exp(p[:3]), p[3:]) for p in x.reshape(-1, 6)]
-        result = []
-        for (R_b, t_b), both, own in zip(boards, means, found, strict=True):
-            places = own.board @ R_b.T + t_b
-            for points, mean, rotor in zip((places, (places - t) @ R), both, rotors, strict=True):
-                seen = np.isfinite(mean).all(axis=1)
-                result.append(mean[seen] - angles(np.ascontiguousarray(points[seen]), rotor))
-        return 1e6 * np.concatenate(result).ravel()
-
-    fit = least_squares(off, np.concatenate(start), x_scale="jac")
-    return fit.x[3:6], float(np.sqrt(np.mean(fit.fun**2)))
-
-
-def test_one_pose_of_the_stations_explains_both_objects(seen: dict[str, Seen]) -> None:
-    """All 76 angles, diode 8 left out, fit to 97 urad with one pose (3.938 m); the headset alone
-    fits to 92. So what sets the objects' rotations apart are errors of 0.1 mrad in the angles, as
-    they are within each object; that is 0.2 mm at 2 m, no more than the boards are known to."""
-    found = [seen["HMD"].decoded, without_diode_8(seen["T20"].decoded)]
-    pose = seen["HMD"].poses["factory", "libsurvive"]
-    start = [np.r_[rotation.log(pose.R), pose.t_m]]
-    for own in found:
-        rotor = rotor_parameters(own.stations[MASTER].factory)
-        board = by_levenberg_marquardt(
-            median_angles(own.hits, MASTER, len(own.board)), own.board, rotor
-        )
-        start.append(np.r_[rotation.log(board.R[0]), board.t_m[0]])
-    t, rms = shared_pose(found, start)
-    assert np.linalg.norm(t) == pytest.approx(3.938, abs=5e-3)
-    assert rms == pytest.approx(97, abs=3)
-    assert rms < 1.1 * pose.residual_rms_urad
-
-
-def test_against_libsurvives_own_answer(seen: dict[str, Seen], samples: Path) -> None:
-    """4.011 m. The headset's pose with factory values is 0.09 m shorter and 2.0 deg off, the
-    controller's 0.05 m and 2.0 deg. Up as both stations feel it differs by 3.1 deg in libsurvive's
-    pose, by 1.4 deg in the headset's."""
-    R, t = solution_pose(read_solution(samples / FOLDER / f"{NAME}.json"))
-    theirs = PoseEstimate("paper-lm", "static", "factory", R, t)
-    assert baseline(theirs) == pytest.approx(4.011, abs=1e-3)
-    expected = {"HMD": (120, 2.0), "T20": (83.5, 2.05)}
-    for name, (mm, deg) in expected.items():
-        own = seen[name].poses["factory", "crazyflie"]
-        assert apart(own, theirs) == pytest.approx((mm, deg), rel=0.06)
-    stations = seen["HMD"].decoded.stations
-    own = gravity_angle_deg(seen["HMD"].poses["factory", "crazyflie"].R, stations)
-    assert own == pytest.approx(1.4, abs=0.1)
-    assert gravity_angle_deg(R, stations) == pytest.approx(3.15, abs=0.05)
-    assert gravity_angle_deg(seen["HMD"].poses["ideal", "crazyflie"].R, stations) > 4 * own
 
 
 # What libsurvive 1.1.21 itself computes from this recording, given its factory values in an export
@@ -195,17 +86,20 @@ SOLVED_ANEW = [
 
 
 def test_exports_are_those_of_libsurvive_within_the_interval(
-    seen: dict[str, Seen], samples: Path, tmp_path: Path
+    seen: dict[str, Decoded], samples: Path, tmp_path: Path
 ) -> None:
     """The exported poses are those of pose.json; libsurvive's newer estimate is 45 mm and 0.8 deg
     from them, inside the 95 % ellipsoid. The older one beside the recording is outside."""
     found = seen["HMD"]
-    stations = found.decoded.stations
-    entry = chosen_pose(found.summary.document)
+    stations = found.stations
+    calibration = calibrate(found.hits, found.board, [one.factory for one in stations])
+    told = summary(calibration, stations, duration_s=found.duration_s).document
+    assert told["verdict"]["word"] == "usable" and told["diagnostics"]["still"]
+    entry = chosen_pose(told)
     assert entry is not None
     R, t = matrix_and_metres(entry)
     poses = [(np.eye(3), np.zeros(3)), (R, t)]
-    world = world_of("gravity", Calibrated(stations, poses, found.decoded.board, None))
+    world = world_of("gravity", Calibrated(stations, poses, found.board, None))
     path = tmp_path / "libsurvive.json"
     path.write_text(libsurvive_json(Export(stations, [world.place(pose) for pose in poses], [])))
     exported = read_solution(path)
@@ -223,36 +117,6 @@ def test_exports_are_those_of_libsurvive_within_the_interval(
         off = np.r_[1e3 * (t_theirs - t), np.degrees(error(R_theirs, R))]
         distance = off @ np.linalg.solve(np.array(entry["covariance"]), off)
         assert (distance < chi2.ppf(0.95, 6)) == inside
-
-
-def test_all_hits_together_bring_the_objects_nearer(seen: dict[str, Seen]) -> None:
-    """By batch the objects' poses are 45 mm and 0.5 deg apart (by medians of the angles 1.1 deg),
-    within their own 95 % interval once the open variants of the rotor model are in it. Noise is the
-    smaller part of it: without errors of board and optics one standard deviation is 0.5 mm."""
-    pair = [seen[name].joint["factory", "libsurvive"] for name in OBJECTS]
-    mm, deg = apart(*pair)
-    assert mm == pytest.approx(45, abs=3) and deg == pytest.approx(0.50, abs=0.05)
-    off = np.r_[1e3 * (pair[0].t_m - pair[1].t_m), np.degrees(rotation.error(pair[0].R, pair[1].R))]
-    documents = [seen[name].summary.document for name in OBJECTS]
-    spread = sum(np.array(told["poses"][told["chosen"]]["covariance"]) for told in documents)
-    assert off @ np.linalg.solve(spread, off) < chi2.ppf(0.95, 6)
-    found = seen["HMD"].decoded
-    middle = tuple(median_angles(found.hits, s, len(found.board)) for s in (MASTER, SLAVE))
-    known = Priors(0.15, 0, 0, 0, 0)
-    factories = [station.factory for station in found.stations]
-    scene = Scene(found.hits, found.board, "factory", factories, None, "libsurvive", known)
-    noise = np.sqrt(np.diag(by_batch(scene, middle).covariance))
-    assert (noise < 0.5 * np.sqrt(np.diag(pair[0].covariance))).all()
-
-
-def test_verdicts_say_how_far_to_go(seen: dict[str, Seen]) -> None:
-    headset, controller = (seen[name].summary for name in OBJECTS)
-    assert headset.verdict.word == "usable"
-    assert Case.STILL in {c.case for c in headset.verdict.checks if c.level == "usable"}
-    assert controller.verdict.word == "doubtful"
-    for told in (headset, controller):
-        assert told.document["poses"][told.document["chosen"]]["optics"] == "factory"
-        assert told.document["diagnostics"]["still"]
 
 
 # Mean angles of a still headset
@@ -286,7 +150,7 @@ def test_mean_angles_of_the_attic(samples: Path, tmp_path: Path) -> None:
         path, board = mean_angles(samples, tmp_path, exchanged)
         found = decode(path, "angles-csv", board)
         assert [station.factory for station in found.stations] == [None, None]
-        poses.append(estimates(found)["paper-lm", "ideal"])
+        poses.append(estimates(found)["ideal"])
     pose, inverse = poses
     assert pose.n_angles == 38
     assert pose.residual_rms_urad == pytest.approx(31, abs=2)

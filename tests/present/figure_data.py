@@ -12,7 +12,6 @@ from matplotlib.text import Text
 from mocap_metrology.present.plot.figure import save, styled
 
 RATE = 120.0
-NINE_HOURS = 3_888_000
 ODD_TEXT = "a$b$_c^{2} -- <&> \\frac \x00\n\t é µ " + "unbroken" * 40
 
 
@@ -29,26 +28,17 @@ def recording(n: int, n_markers: int = 2, pairs: bool = True, seed: int = 1):
     return raw, clean, outliers
 
 
-def allan_columns(names, n: int = 40, estimators=("oadev",)):
+def allan_columns(names) -> dict:
     """Columns of allan.parquet for white noise and a random walk, in closed form."""
-    rows = {"series": [], "estimator": [], "m": [], "tau_s": [], "adev_mm": [], "edf": []}
-    m = np.unique(np.geomspace(1, 10_000, n).astype(int))
-    for name in names:
-        for estimator in estimators:
-            tau = m / RATE
-            rows["series"] += [name] * m.size
-            rows["estimator"] += [estimator] * m.size
-            rows["m"].append(m)
-            rows["tau_s"].append(tau)
-            rows["adev_mm"].append(np.sqrt(1e-6 / tau + 1e-8 * tau))
-            rows["edf"].append(np.full(m.size, 9.0))
-    out = {k: np.array(v) if k in ("series", "estimator") else join(v) for k, v in rows.items()}
-    out["adev_lower_mm"], out["adev_upper_mm"] = 0.8 * out["adev_mm"], 1.4 * out["adev_mm"]
-    return out
-
-
-def join(parts):
-    return np.concatenate(parts) if parts else np.array([])
+    m = np.unique(np.geomspace(1, 10_000, 40).astype(int))
+    tau = np.tile(m / RATE, len(names))
+    adev = np.sqrt(1e-6 / tau + 1e-8 * tau)
+    return {
+        **{"series": np.repeat(np.array(names, dtype=object), m.size), "tau_s": tau},
+        **{"estimator": np.full(tau.size, "oadev"), "m": np.tile(m, len(names))},
+        **{"adev_mm": adev, "adev_lower_mm": 0.8 * adev, "adev_upper_mm": 1.4 * adev},
+        "edf": np.full(tau.size, 9.0),
+    }
 
 
 def every_text(picture) -> list[str]:

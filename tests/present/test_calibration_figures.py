@@ -8,8 +8,6 @@ from calibration_inputs import COVARIANCE, DEAD, T_M, TURN, paths, write_calibra
 from figure_data import check_saved, every_text
 
 from mocap_metrology.lighthouse.assess.calibration_files import read_calibration
-from mocap_metrology.lighthouse.assess.evidence import faint_diodes
-from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.present.calibration import stations
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
@@ -146,15 +144,3 @@ def test_residuals_by_angle_time_and_diode(moving, tmp_path):
     assert "Excluded from the estimate, master: 5 (900 µrad)." in drawn.caption
     assert "noise of a hit: 47 µrad" in every_text(drawn)
     check_saved(drawn, tmp_path / "out")
-
-
-def test_a_diode_is_dead_only_where_others_prove_it():
-    shares = np.ones((2, 32))
-    shares[:, 3] = 0.0  # neither station
-    shares[0, 5], shares[0, 7], shares[0, 8] = 0.0, 0.49, 0.51
-    flat, solid = flat_board(), flat_board() + np.outer(np.arange(32) % 2, [0.1, 0, 0])
-    found = {word: own.tolist() for word, own in faint_diodes(shares, flat, 0).items()}
-    assert found == {"dead": [3], "not seen": [5], "seldom": [7]}  # the slave sees diode 5
-    found = faint_diodes(shares, solid, 0)  # it may face away
-    assert not found["dead"].size and found["not seen"].tolist() == [3, 5]
-    assert not faint_diodes(np.zeros((2, 32)), flat, 0)["dead"].size  # nothing proves anything

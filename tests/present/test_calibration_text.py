@@ -64,18 +64,11 @@ def test_one_of_many_stations_is_named() -> None:
     """Nothing says "both" or "the slave" where there is neither, nor a noise that V1 has."""
     said = [sentence(replace(check(case), why={}), "3") for case in Case]
     assert not any(word in line for line in said for word in ("oth stations", "slave"))
-    assert said[list(Case).index(Case.COMMON)].startswith(
-        "Station 3 and the reference saw the board"
-    )
-    assert "noise and places of the diodes make 75" in said[list(Case).index(Case.RESIDUAL)]
 
 
 def test_numbers_of_every_case() -> None:
     expected = {Case[name]: numbers for numbers, names in SAID.items() for name in names.split()}
     assert {case: numbers_in(sentence(check(case))) for case in Case} == expected
-    assert "(master: none found; slave: checksum wrong)" in sentence(check(Case.IDEAL))
-    assert "of the a and b and c come" in sentence(check(Case.FACTORY_FILE))
-    assert "models of a and b or c;" in sentence(check(Case.ROTOR_OPEN))
 
 
 ROUNDING = {"mm": 8.4e-12, "deg": 1.2e-13, "times": 0.1, "percent": 42.0}

@@ -1,14 +1,12 @@
 """Every sentence of a diagnosis with its numbers."""
 
 import math
-import tomllib
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from said import numbers_in
+from said import numbers_in, templates
 
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
@@ -201,8 +199,7 @@ def test_sentence_and_numbers_of_what_is_found(given, key, warns, numbers, monke
 
 
 def test_every_template_is_here() -> None:
-    path = Path(sentence.__file__).with_name("recording.toml")
-    texts = tomllib.loads(path.read_text(encoding="utf-8"))
+    texts = templates()
     elsewhere = {"check", "limit", "quantity", "measured", "verdict", "bar", "points", "receiver"}
     keys = {f"{kind}.{case}" for kind in set(texts) - elsewhere for case in texts[kind]}
     assert keys == {key for _, key, _, _ in SAID} | {"moving.line", "periodic.seen"}

@@ -1,15 +1,31 @@
-"""Figures 1-3 and 9-11 of S: what is drawn is what was computed, and odd input."""
+"""Figures of S: what is drawn is what was given, a shock where it was put; and odd input."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from mocap_workflow.recording_twins import twin_from_mapping
+from noise_data import RATE, TAU0, allan_arrays, assert_texts_apart, estimate
 
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
-from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.noise.series import all_series, allan_columns
+from mocap_metrology.noise.twins.published import published_gaussian, published_row
+from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.papers import subsets
+from mocap_metrology.papers.shock import CUT, RECORDED, Shaken, find_shock
 from mocap_metrology.present.skurowski import gaussian_figures as gaussians
 from mocap_metrology.present.skurowski import theory_figures as theory
+from mocap_metrology.present.skurowski.allan_figures import (
+    FINAL,
+    ORDINARY,
+    START,
+    periodic_figure,
+    regression_figure,
+)
+from mocap_metrology.present.skurowski.crump import crump_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 TEXTS = ("t", "s", "c")
@@ -138,3 +154,146 @@ def test_the_law_is_fitted_to_what_follows_it(power: int) -> None:
     assert sorted(points(axes, "*")[:, 1]) == pytest.approx(stars)
     assert len(points(axes, "_")) == 3  # of the only twin
     assert f"distance  −{power / 2:.2f} ± 0.00" in every_text(figure)
+
+
+def regression(n_starts: int = 10, n: int = 101):
+    model = published_row("T40", 10)["z1"]
+    starts = [estimate(model, "a", 0.1, k).model for k in range(n_starts)]
+    data = allan_arrays(model, n)
+    ordinary = estimate(model, "a", 0.4, 99).model
+    figure = regression_figure(
+        (data["tau_s"], data["adev_mm"]), starts, ordinary, model, RATE, ("s", "n"), "continuous"
+    )
+    return figure, data, starts, ordinary, model
+
+
+@pytest.mark.parametrize("n_starts", [10, 1, 0])
+def test_regression(n_starts) -> None:
+    figure, data, starts, ordinary, model = regression(n_starts)
+    above, below = figure.body.axes
+    for how, models in ((START, starts), (ORDINARY, [ordinary]), (FINAL, [model])):
+        lines = [
+            x
+            for x in above.lines
+            if x.get_color() == how["color"] and x.get_lw() == how["lw"] and x.get_xdata().size
+        ]
+        assert len(lines) == len(models)
+        for line, one in zip(lines, models, strict=True):
+            x, y = line.get_data()
+            expected = np.sqrt(one.avar(x / TAU0, RATE, "continuous"))
+            assert np.allclose(y, expected, rtol=1e-9)
+            assert np.diff(np.log10(x)).max() < 0.01  # smooth within a few frames too
+    points = next(x for x in above.lines if x.get_marker() == "o").get_xydata()
+    assert np.array_equal(points, np.column_stack([data["tau_s"], data["adev_mm"]]))
+    final = next(x for x in below.lines if x.get_color() == FINAL["color"]).get_ydata()
+    curve = np.sqrt(model.avar(data["m"], RATE, "continuous"))
+    assert np.allclose(final, 100 * (data["adev_mm"] / curve - 1))
+    assert np.abs(final).max() <= below.get_ylim()[1]
+    check(figure)
+    assert_texts_apart(figure)
+
+
+def spectra(names, line_hz: float = 14.4):
+    f = np.arange(36_001) / 600
+    rng = np.random.default_rng(1)
+    made = {}
+    for k, name in enumerate(names):
+        psd = 10.0 ** (k - 6) * (1 + 0.1 * rng.standard_normal(f.size))
+        if k == 0:
+            psd[round(line_hz * 600)] = 1e-3
+        made[name] = f, psd
+    return made
+
+
+def test_the_line_is_seen() -> None:
+    given = spectra(["T40", "Bonita", "Vantage"])
+    figure = periodic_figure(given, "s", "n")
+    whole, *close = figure.body.axes
+    tops = [line.get_ydata() for line in whole.lines if line.get_linewidth() == 0.5]
+    assert max(y.max() for y in tops) == 1e-3
+    for axes, (name, (f, psd)) in zip(close, given.items(), strict=True):
+        x, y = next(line for line in axes.lines if line.get_linewidth() == 0.6).get_data()
+        near = np.abs(f - 14.4) <= 2
+        assert np.array_equal(x, f[near])
+        scale = {"mm²/Hz": 1.0, "µm²/Hz": 1e6, "nm²/Hz": 1e12}[axes.get_ylabel()]
+        assert np.allclose(y / scale, psd[near])
+        assert any(line.get_xdata()[0] == 14.4 for line in axes.lines)
+        assert axes.get_title(loc="left").endswith(name)
+    check(figure)
+    assert_texts_apart(figure)
+
+
+SECONDS = 300.0
+CRUMP = {"time_share": 0.4, "amplitude_mm": 0.5, "decay_s": 2, "frequency_hz": 3}
+NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]
+
+
+def made(crump) -> tuple[dict, float | None]:
+    twin = twin_from_mapping(
+        {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 5, "crump": CRUMP}, "T"
+    )
+    told = simulate(twin if crump else replace(twin, crump=None), SECONDS)
+    values = dict(zip(NAMES, told.position_mm.reshape(6, -1), strict=True))
+    return dict(all_series(values, [(1, 2)])), crump and told.truth["crump"]["time_s"]
+
+
+@pytest.fixture(scope="module")
+def shaken():
+    return made(True)
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    return made(False)[0]
+
+
+def coordinates(series: dict) -> dict:
+    return {name: series[name] for name in NAMES}
+
+
+def columns(series: dict) -> dict:
+    """allan.parquet as the workflow would write it."""
+    curve = allan_curve(series["L"], RATE, averaging_factors(series["L"].size, 60))
+    return allan_columns("L", curve)
+
+
+def test_a_shock_is_found_where_it_was_put(shaken) -> None:
+    """Calmed down to less than the short-term noise, 10 um of 0.5 mm, after 8 s."""
+    series, time_s = shaken
+    found = find_shock(coordinates(series), RATE)
+    assert found.onset / RATE == pytest.approx(time_s, abs=0.1)
+    assert found.start <= time_s * RATE and time_s + 6 < found.stop / RATE < time_s + 12
+    still = {"x1": np.zeros(1000)}
+    assert find_shock(still, RATE) is None
+    assert find_shock({"x1": np.full(1000, np.nan)}, RATE) is None
+
+
+def test_cut_out_leaves_the_deviation_without_a_shock(shaken, quiet) -> None:
+    """Same noise with and without: 4 % of it is cut, so 2 to 8 % remain between the two."""
+    series, _ = shaken
+    given = Shaken(series, series, columns(series), RATE)
+    curves = given.curves(find_shock(coordinates(series), RATE)).groupby("curve")
+    recorded, cut = (curves.get_group(name).reset_index() for name in (RECORDED, CUT))
+    without = columns(quiet)["adev_mm"]
+    short = recorded.x < 3
+    assert np.abs(cut.y / without - 1)[short].max() < 0.08
+    assert np.abs(cut.y / without - 1)[recorded.x < 0.1].max() < 0.02
+    near = np.abs(np.log(recorded.x * 3 * 2)) < 0.3  # half a period of 3 Hz
+    assert np.all(recorded.y[near] > 3 * without[near])
+
+
+@pytest.mark.parametrize("other", [True, False])
+def test_the_figure(shaken, quiet, other) -> None:
+    series, _ = shaken
+    clean = {name: values.astype(np.float32) for name, values in series.items()}
+    clean["x1"][int(121 * RATE)] += 1.0
+    raw = {name: clean[name].astype(np.float64) for name in series}
+    raw["x1"][int(121 * RATE)] -= 1.0
+    given = Shaken(raw, clean, columns(series), RATE)
+    label = ("Q, without a shock", columns(quiet)) if other else None
+    figure = crump_figure(given, label, "s", "n")
+    texts = every_text(figure)
+    assert "from 120.0 s" in figure.caption and " 1 of " in figure.caption
+    assert ("(b) Q, without a shock" in texts) == other
+    check(figure)
+    assert_texts_apart(figure)

@@ -64,9 +64,7 @@ REFUSED = {  # recording: board, what its line says
     "odd": ("board.csv", "bytes are not a whole number of uint32 words"),
     "one-station": ("board.csv", "flashes of one base station only; expected two"),
     "three-diodes": ("board.csv", "sweeps on 3 diodes; a calibration needs at least 4"),
-    "millimetres": ("millimetres.csv", "is the file in mm?"),
     "small-board": ("small.csv", "the board has 24 diodes; expected a board in diode order"),
-    "large-board": ("large.csv", "the board has 33 diodes; expected a board in diode order"),
     "other-checksum": ("board.csv", f"expected {'0' * 64}"),
 }
 BAD_ROWS = ("odd",)  # in the sheet
@@ -112,9 +110,7 @@ def write_bad(folder: Path, brief: Made) -> None:
     """The files of `REFUSED`."""
     board, pulses = brief.truth.board, brief.pulses
     write_dump(folder / "brief.dump", pulses)
-    write_board(folder / "millimetres.csv", 1e3 * board)
     write_board(folder / "small.csv", board[:24])
-    write_board(folder / "large.csv", np.vstack([board, [0.0, 0.3, 0.3]]))
     words = np.fromfile(folder / "brief.dump", "<u4")
     (folder / "odd.dump").write_bytes(words.tobytes()[:-1])
     write_dump(folder / "three-diodes.dump", some(pulses, pulses.diode < 3))
@@ -125,8 +121,7 @@ def bad_rows() -> dict[str, dict[str, str]]:
     """Cells of each recording of `REFUSED`, besides those that all rows have."""
     bad = {name: {"path": f"{name}.dump", "board": board} for name, (board, _) in REFUSED.items()}
     bad["other-checksum"] |= {"path": "brief.dump", "sha256": "0" * 64}
-    for name in ("millimetres", "small-board", "large-board"):
-        bad[name]["path"] = "brief.dump"
+    bad["small-board"]["path"] = "brief.dump"
     return bad
 
 

@@ -9,6 +9,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from mocap_metrology.common.faults import Faults
+
 
 def command(*arguments: str) -> list[str]:
     """Snakemake of this environment, in plain lines."""
@@ -63,3 +67,10 @@ def write_sheet(folder: Path, header: list[str], *rows: dict[str, str]) -> str:
     lines = ["\t".join(header)] + ["\t".join(row.get(c, "") for c in header) for row in rows]
     (folder / "sheet.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     return "sheet.tsv"
+
+
+def faults_of(call: Callable[..., Any], *given: Any, **cells: Any) -> list[str]:
+    """The lines with which a call is refused."""
+    with pytest.raises(Faults) as caught:
+        call(*given, **cells)
+    return caught.value.lines

@@ -10,10 +10,10 @@ import pytest
 import yaml
 from mocap_workflow.rows import NAME
 from mocap_workflow.startup import configuration
+from running import faults_of
 from snakemake.io import PeriodicityDetector
 
 from mocap_metrology.calibration.pose import priors_of
-from mocap_metrology.common.faults import Faults
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
@@ -33,9 +33,7 @@ def changed(**values: Any) -> dict[str, Any]:
 
 
 def faults(config: dict[str, Any]) -> list[str]:
-    with pytest.raises(Faults) as caught:
-        checked(config)
-    return caught.value.lines
+    return faults_of(checked, config)
 
 
 def test_the_defaults_of_the_models_are_those_of_the_projects_own_configuration() -> None:
@@ -170,9 +168,7 @@ def test_pnp_without_opencv_is_refused_before_the_first_job(
 ) -> None:
     config = changed(lighthouse__estimators="paper-lm, pnp")
     monkeypatch.setattr(pnp, "find_spec", lambda name: None)
-    with pytest.raises(Faults) as caught:
-        configuration(config, ROOT)
-    assert caught.value.lines == [
+    assert faults_of(configuration, config, ROOT) == [
         "config, key lighthouse.estimators: pnp needs OpenCV, which is not installed;"
         " to install it type: make peers"
     ]

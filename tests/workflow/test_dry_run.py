@@ -10,9 +10,7 @@ import pytest
 from mocap_workflow import rows, startup
 from mocap_workflow.recordings import RecordingRow
 from rule_graph import shipped, write_shipped
-from running import finished, planned, side_by_side, write_sheet
-
-from mocap_metrology.common.faults import Faults
+from running import faults_of, finished, planned, side_by_side, write_sheet
 
 
 def test_both_entries_list_the_same_jobs_and_quick_outlives_other_settings(
@@ -51,9 +49,7 @@ def test_a_marker_that_the_file_lacks_is_refused_before_anything_runs(
     sheet = write_sheet(
         folder, ["recording", *cells], cells | {"recording": "a"}, beside | {"recording": "b"}
     )
-    with pytest.raises(Faults) as refused:
-        startup.missing_markers(rows.load(RecordingRow, sheet, []).values())
-    assert refused.value.lines == [
+    assert faults_of(startup.missing_markers, rows.load(RecordingRow, sheet, []).values()) == [
         "recordings, recording \"a\", column markers: a.c3d: no marker 'WheelchairRaerL';"
         " did you mean WheelchairRearL?"
     ]

@@ -2,12 +2,9 @@
 
 import json
 from importlib import import_module
-from pathlib import Path
 
 import pytest
 from mocap_workflow import report
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_no_cell_of_a_sheet_is_markup_in_the_data_of_the_report() -> None:

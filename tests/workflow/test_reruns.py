@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -95,18 +94,6 @@ def test_an_edit_runs_again_what_imports_the_file(computed: Path) -> None:
         assert plan(computed) == OF_ROTORS
     finally:
         file.write_text(before, encoding="utf-8")
-
-
-def test_a_source_with_an_older_date_is_computed_anew(computed: Path) -> None:
-    file = computed / "given.c3d"
-    before = file.stat()
-    file.write_text("another recording")
-    os.utime(file, ns=(0, 0))
-    try:
-        assert plan(computed) == {"clean"}  # on which the others depend
-    finally:
-        file.write_text("")
-        os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
 
 
 def test_a_changed_cell_computes_anew_what_reads_its_column(computed: Path) -> None:

@@ -43,60 +43,48 @@ def test_a_sheet_as_a_table_to_look_up_in() -> None:
     assert nothing.table.query("group == 'lab' and source == 'twin'").empty
 
 
+PLACE = {"place": "door"}
+
+
+def of(kind: str, count: int | None = None, **cells: Any) -> dict[str, Any]:
+    return {"kind": kind, "count": count, **cells}
+
+
 @pytest.mark.parametrize(
-    "select, rows, expected",
+    ("select", "rows", "expected"),
     [
-        (selection.first, [recording("a"), recording("b")], ["a"]),
-        (selection.first, [], []),
-        (selection.several, [recording("a"), recording("b")], ["a", "b"]),
-        (selection.several, [recording("a")], []),
-        (
-            selection.having("covariate"),
-            [recording("a", covariate=None), recording("b", covariate="t.csv")],
-            ["b"],
-        ),
+        (selection.first, {"a": {}, "b": {}}, ["a"]),
+        (selection.first, {}, []),
+        (selection.several, {"a": {}, "b": {}}, ["a", "b"]),
+        (selection.several, {"a": {}}, []),
+        (selection.having("place"), {"a": {"place": None}, "b": {"place": "door"}}, ["b"]),
         (
             selection.with_place,
-            [
-                recording("a", place="door"),
-                recording("b", place=None),
-                recording("c", place="wall"),
-            ],
+            {"a": PLACE, "b": {"place": None}, "c": {"place": "wall"}},
             ["a", "c"],
         ),
-        (selection.with_place, [recording("a", place="door"), recording("b", place="door")], []),
-        (
-            selection.scaled,
-            [recording("a", "V", 2), recording("b", "V", 3), recording("c")],
-            ["a", "b", "c"],
-        ),
-        (
-            selection.scaled,
-            [recording("a", "V", 2), recording("b", "T", 3), recording("c", "V")],
-            [],
-        ),
+        (selection.with_place, {"a": PLACE, "b": PLACE}, []),
+        (selection.scaled, {"a": of("V", 2), "b": of("V", 3), "c": {}}, ["a", "b", "c"]),
+        (selection.scaled, {"a": of("V", 2), "b": of("T", 3), "c": of("V")}, []),
         (
             selection.with_and_without_failing,
-            [
-                *(recording("few", "Vantage", 9), recording("again", "Vantage", 9)),
-                *(recording("all", "Vantage", 10), recording("other", "T40", 10)),
-            ],
+            {
+                **{"few": of("Vantage", 9), "again": of("Vantage", 9)},
+                **{"all": of("Vantage", 10), "other": of("T40", 10)},
+            },
             ["all", "few"],
         ),
-        (selection.with_and_without_failing, [recording("all", "Vantage", 10)], []),
+        (selection.with_and_without_failing, {"all": of("Vantage", 10)}, []),
         (
             selection.full_sets,
-            [
-                *(recording("twin", "T40", 10, twin="T"), recording("real", "T40", 10)),
-                recording("few", "Bonita", 8),
-            ],
+            {"twin": of("T40", 10, twin="T"), "real": of("T40", 10), "few": of("Bonita", 8)},
             ["real"],
         ),
-        (selection.full_sets, [recording("few", "T40", 8), recording("fewer", "T40", 6)], ["few"]),
+        (selection.full_sets, {"few": of("T40", 8), "fewer": of("T40", 6)}, ["few"]),
     ],
 )
-def test_recordings(select: Callable, rows: list[RecordingRow], expected: list[str]) -> None:
-    assert names(select(rows)) == expected
+def test_recordings(select: Callable, rows: dict[str, dict], expected: list[str]) -> None:
+    assert names(select([recording(name, **cells) for name, cells in rows.items()])) == expected
 
 
 def test_references_are_the_accepted_ones_each_once() -> None:

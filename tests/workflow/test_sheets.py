@@ -8,7 +8,7 @@ import pytest
 from mocap_workflow import rows, startup
 from mocap_workflow.recordings import RecordingRow
 from pydantic import ValidationError
-from running import write_sheet
+from running import faults_of, write_sheet
 
 from mocap_metrology.common.entries import load_twins
 from mocap_metrology.common.faults import Faults
@@ -23,9 +23,7 @@ def load(folder: Path, *cells: dict[str, str]) -> dict[str, RecordingRow]:
 
 
 def faults(folder: Path, *cells: dict[str, str]) -> list[str]:
-    with pytest.raises(Faults) as caught:
-        load(folder, *cells)
-    return caught.value.lines
+    return faults_of(load, folder, *cells)
 
 
 def test_the_order_of_rows_is_nothing(folder: Path) -> None:
@@ -223,23 +221,3 @@ def test_a_path_of_the_configuration_is_sought_here_then_in_the_project(folder: 
     )
     assert startup.found("nowhere.tsv", folder / "project") == "nowhere.tsv"
     assert startup.found(None, folder) is None
-
-
-def simulated(twin: str) -> RecordingRow:
-    return RecordingRow.model_construct(twin=twin, camera_ids=())
-
-
-def test_a_twin_has_length_and_form_of_its_own_or_of_the_configuration() -> None:
-    """It is no longer than the configuration says."""
-    common = {"coefficients": {"all": {}}, "seed": 1}
-    used = {name: simulated(name) for name in ("usual", "own")}
-    own = common | {"duration_s": 7200, "form": "sampled"}
-    twins = {"defaults": {}, "twins": {"usual": common, "own": own}}
-    for asked, length in ((600.0, 600.0), (32400.0, 7200.0)):
-        found = startup.recording_twins(used, twins, asked, "continuous")
-        assert [found[name].duration_s for name in used] == [asked, length]
-        assert [found[name].form for name in used] == ["continuous", "sampled"]
-    wrong = {"defaults": {"recording": {"form": "both"}}, "twins": {"usual": common}}
-    with pytest.raises(Faults) as caught:
-        startup.recording_twins({"usual": simulated("usual")}, wrong, 600.0)
-    assert caught.value.lines == ["twin usual: form: 'both', expected sampled or continuous"]

@@ -9,6 +9,7 @@ from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.selection import on_its_date
 from mocap_workflow.startup import missing_markers
 from mocap_workflow.startup import recording_twins as used_twins
+from running import faults_of
 
 from mocap_metrology.common.faults import Faults
 
@@ -32,6 +33,17 @@ def test_a_take_has_defaults_of_its_kind_and_the_shorter_duration() -> None:
     assert used_twins(rows([]), twins(), 60.0)
 
 
+def test_a_twin_has_the_form_of_its_own_or_of_the_configuration() -> None:
+    common: dict[str, Any] = {"coefficients": {"all": {}}, "seed": 1}
+    for own, form in ((common, "continuous"), (common | {"form": "sampled"}, "sampled")):
+        made = used_twins(rows([]), {"twins": {"hall": own}, "defaults": {}}, 60.0, "continuous")
+        assert made["hall"].form == form
+    wrong = {"twins": {"hall": common}, "defaults": {"recording": {"form": "both"}}}
+    assert faults_of(used_twins, rows([]), wrong, 60.0) == [
+        "twin hall: form: 'both', expected sampled or continuous"
+    ]
+
+
 def test_a_facility_over_dates_needs_dates() -> None:
     """The twin of a row is that of its date."""
     entry = {"coefficients": {"all": {"h_0": 1e-6}}, "seed": 1, "days": {}}
@@ -49,13 +61,9 @@ def test_a_bar_without_markers_is_for_its_step_to_read() -> None:
 
 
 def test_other_cameras_than_the_sheet_says_are_a_line() -> None:
-    with pytest.raises(Faults) as faults:
-        used_twins(rows([1, 3]), twins(), 60.0)
-    assert faults.value.lines == [
+    assert faults_of(used_twins, rows([1, 3]), twins(), 60.0) == [
         'recordings, recording "r", column camera_ids: "1;3"; expected those of its twin hall, 4;1'
     ]
-    with pytest.raises(Faults) as faults:
-        used_twins(rows([1, 3]), twins(camera_ids=[1, 9]), 60.0)
-    assert faults.value.lines == [
+    assert faults_of(used_twins, rows([1, 3]), twins(camera_ids=[1, 9]), 60.0) == [
         "twin hall: camera_ids: [1, 9], expected two or more different whole numbers from 1 to 4"
     ]

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2, f
 
+from benchmarks.sentences import objects
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.lighthouse.assess.comparison import (
@@ -16,9 +17,14 @@ from mocap_metrology.lighthouse.assess.comparison import (
     _significance,
     compare_with_earlier,
 )
+from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.intervals import length_interval
+from mocap_metrology.lighthouse.assess.objects import with_objects
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
+from mocap_metrology.lighthouse.assess.summary import Summary
+from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.records import SharedErrors, Station
+from mocap_metrology.present.text.calibration import pose_document
 from tests.lighthouse.assess.test_pose_file import R, T, content, estimate
 
 
@@ -119,16 +125,27 @@ def test_poses_of_other_origins_are_refused():
         compare_with_earlier(new, content())
 
 
+SOUND = {"sd": [1e-3, 2e-3], "effect": [[0.1] * 6, [0.2] * 6]}
+LOPSIDED = np.eye(6) + 1e-3 * np.eye(6, k=1)
+ODD = [
+    *({"sd": [1e-3, sd]} for sd in (0.0, -1e-9, math.nan, math.inf)),
+    *({"effect": effect} for effect in ([[0.1] * 6], [[0.1] * 6, [math.nan] * 6])),
+    *({"sd": [[1e-3, 2e-3]]}, {"sd": 1e-3, "effect": [0.1] * 6}),
+]
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [
         ("shared_errors", {}),
-        ("shared_errors", {"digest": "a", "stations": {"sd": [1.0], "effect": []}, "board": {}}),
-        ("shared_errors", {"digest": "a", "stations": {"sd": [0.0], "effect": [[0.0] * 6]},
-                           "board": {"sd": [], "effect": []}}),
-        ("covariance_noise", [[1.0]]),
+        *(
+            ("shared_errors", {"digest": "a", "stations": SOUND, "board": SOUND, part: SOUND | odd})
+            for part in ("stations", "board")
+            for odd in ODD
+        ),
+        *(("covariance_noise", C.tolist()) for C in (LOPSIDED, np.eye(5), np.nan * np.eye(6))),
     ],
-)  # fmt: skip
+)
 def test_damaged_errors_are_refused(tmp_path, key, value):
     write_json(tmp_path / "pose.json", content([joint()]))
     document = json.loads((tmp_path / "pose.json").read_text())
@@ -153,3 +170,60 @@ def test_intervals_hold_the_true_length(true):
     assert held / 300 > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 300)
     far = length_interval(np.array([100.0, 0, 0]), covariance)
     assert far == pytest.approx((98.04, 101.96), abs=0.05)
+
+
+def of(word: str, *poses) -> Summary:
+    document = content(list(poses) or [joint()], chosen=0)
+    document["verdict"]["word"], document["checks"] = word, []
+    return Summary(document, Verdict(word))
+
+
+def off(chi: float):
+    """An estimate that differs from `joint()`, of another board, by this squared distance."""
+    return joint(np.add(T, [0, 0, 1e-3 * np.sqrt(chi * (0.08 + 2 * 2**2))]))
+
+
+LIMIT = chi2.isf(0.01, 6)
+
+
+@pytest.mark.parametrize(
+    ("alone", "together"),
+    [("good", "usable"), ("usable", "doubtful"), ("doubtful", "doubtful"), ("failed", "failed")],
+)
+def test_beyond_the_joint_99_percent_a_word_is_one_worse(alone: str, together: str) -> None:
+    near, far = (of("good", off(times * LIMIT)).document for times in (0.99, 1.01))
+    same = with_objects(of(alone), {"other": near})
+    assert same.verdict.word == alone
+    assert [c.case for c in same.verdict.checks] == [Case.OBJECTS]
+    lower = with_objects(of(alone), {"other": far})
+    assert lower.verdict.word == lower.document["verdict"]["word"] == together
+    (check,) = lower.verdict.checks
+    assert check.value == pytest.approx(chi2.sf(1.01 * LIMIT, 6), rel=1e-3)
+    assert check.numbers["mm"] == pytest.approx(np.sqrt(1.01 * LIMIT * 8.08))
+    said = pose_document(lower)
+    assert (
+        "from other, another object of the same recording, differs by 12 mm"
+        in said["checks"][0]["sentence"]
+    )
+    if alone != "failed":
+        assert said["checks"][0]["sentence"] == said["verdict"]["reason"]
+
+
+def test_what_states_no_pose_is_not_compared() -> None:
+    own = of("usable")
+    blind = of("good", estimate(t=np.add(T, [1, 0, 0]), covariance=None)).document
+    failed = of("failed", off(10 * LIMIT)).document
+    assert with_objects(own, {"none": content([], chosen=None), "a": blind, "b": failed}) is own
+
+
+@pytest.mark.parametrize("n", [1, pytest.param(40, marks=pytest.mark.study)])
+def test_pairs_of_twins(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two sound objects agree within chance; the words of both are lower where the file of one is
+    stretched by 3 % along an axis."""
+    monkeypatch.setattr(objects, "SECONDS", 2.0 if n == 1 else 6.0)
+    sound = [objects.pair(seed) for seed in range(n)]
+    p = [float(one.verdict.checks[-1].value) for one, _ in sound]
+    assert objects.kstest(p, "uniform").pvalue > 0.01
+    for own in objects.pair(0, objects.STRETCH):
+        assert own.verdict.word in ("usable", "doubtful")
+        assert own.verdict.checks[-1].case is Case.OBJECTS_APART

@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
-from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
@@ -15,74 +13,42 @@ from mocap_metrology.lighthouse.assess.network_reference import network_referenc
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
 from mocap_metrology.lighthouse.assess.rows import calibration_rows
 from mocap_metrology.lighthouse.assess.summary import summary
-from mocap_metrology.lighthouse.calibrate.jansen import calibrate
 from mocap_metrology.lighthouse.calibrate.stages import Calibration
+from mocap_metrology.lighthouse.export.formats import Export, crazyflie_yaml, libsurvive_json
 from mocap_metrology.lighthouse.records import Station
 from mocap_metrology.present.text.calibration import pose_document
 from tests.lighthouse.batch.planes_scene import Made, made
+from tests.lighthouse.calibrate.test_stations import calibrated, told
 
 CHANNELS = (3, 7, 11)
 ROOM = rotation.exp(np.array([0.3, -0.8, 1.9])), np.array([4.0, -2.0, 1.5])  # of the reference
-Poses = dict[int, tuple[np.ndarray, np.ndarray]]
-# x forwards, y left, z up out of X right, Y up, -Z forwards [libsurvive]
-AXES = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 @pytest.fixture(scope="module")
 def three() -> tuple[Made, list[Station], Calibration]:
     given = made(3, 1, 4.0)
-    stations = [
-        Station(str(k), 100 + k, factory=own, generation=2, channel=k, frames_found=1)
-        for k, own in zip(CHANNELS, given.factories, strict=True)
-    ]
-    return given, stations, calibrate(given.scene.hits, given.scene.board, given.factories,
-                                      stations=stations)  # fmt: skip
+    return given, told(given), calibrated(given)[0]
 
 
-def in_room(given: Made) -> Poses:
+def in_room(given: Made) -> dict[int, tuple[np.ndarray, np.ndarray]]:
     R, t = ROOM
     return {k: (R @ own, R @ at + t) for k, (own, at) in zip(CHANNELS, given.poses, strict=True)}
 
 
-def lab(path: Path, poses: Poses) -> None:
-    stations = {str(k): {"id": 100 + k, "R": R.tolist(), "t_m": t.tolist()}
-                for k, (R, t) in poses.items()}  # fmt: skip
-    path.write_text(json.dumps({"stations": stations}))
+def lab(of: Export) -> str:
+    stations = {one.role: {"id": one.id, "R": pose[0].tolist(), "t_m": pose[1].tolist()}
+                for one, pose in of.placed}  # fmt: skip
+    return json.dumps({"stations": stations})
 
 
-def crazyflie(path: Path, poses: Poses) -> None:
-    sweep = dict.fromkeys(("phase", "tilt", "curve", "gibphase", "gibmag", "ogeephase",
-                           "ogeemag"), 0.01)  # fmt: skip
-    path.write_text(yaml.safe_dump({
-        "type": "lighthouse_system_configuration", "version": "1", "systemType": 2,
-        "geos": {k: {"origin": t.tolist(), "rotation": R.tolist()} for k, (R, t) in poses.items()},
-        "calibs": {k: {"uid": 100 + k, "sweeps": [sweep, sweep]} for k in poses},
-    }))  # fmt: skip
-
-
-def libsurvive(path: Path, poses: Poses) -> None:
-    blocks = []
-    for index, (k, (R, t)) in enumerate(poses.items()):
-        w = Rotation.from_matrix(R @ AXES).as_quat(scalar_first=True)
-        values = ",".join(f'"{x:.12f}"' for x in (*t, *w))
-        pairs = ",\n".join(
-            f'"{name}":["0.01","0.01"]'
-            for name in ("fcalphase", "fcaltilt", "fcalcurve", "fcalgibpha", "fcalgibmag",
-                         "fcalogeephase", "fcalogeemag")
-        )  # fmt: skip
-        blocks.append(f'"lighthouse{index}":{{"index":"{index}","id":"{100 + k}","mode":"{k}",'
-                      f'"pose":[{values}],{pairs},"OOTXSet":"1","PositionSet":"1"}}')  # fmt: skip
-    path.write_text('"v":"0",\n"lighthouse-gen":"2",\n' + ",\n".join(blocks))
-
-
-@pytest.mark.parametrize("write", [lab, crazyflie, libsurvive])
-def test_errors_are_those_of_each_station(write: object, three: tuple, tmp_path: Path) -> None:
+@pytest.mark.parametrize("write", [lab, crazyflie_yaml, libsurvive_json])
+def test_errors_are_those_of_each_station(write, three: tuple, tmp_path: Path) -> None:
     """Of the poses as seen from the reference, whatever frame the file has; station 11 is 25 mm off
     in the file."""
     given, stations, found = three
     poses = in_room(given)
     poses[11] = poses[11][0], poses[11][1] + ROOM[0] @ [0.025, 0, 0]
-    write(tmp_path / "reference.any", poses)
+    (tmp_path / "reference.any").write_text(write(Export(stations, [*poses.values()], [])))
     reference = network_reference(tmp_path / "reference.any")
     result = summary(found, stations, duration_s=6.0, reference=reference)
     write_json(tmp_path / "pose.json", pose_document(result))
@@ -115,7 +81,7 @@ def test_an_own_pose_file_is_a_reference(three: tuple, tmp_path: Path) -> None:
 def test_stations_are_matched_by_id_and_what_lacks_is_said(three: tuple, tmp_path: Path) -> None:
     given, stations, found = three
     poses = in_room(given)
-    lab(tmp_path / "r.json", {3: poses[3], 7: poses[7]})
+    (tmp_path / "r.json").write_text(lab(Export(stations[:2], [poses[3], poses[7]], [])))
     reference = network_reference(tmp_path / "r.json")
     document = summary(found, stations, duration_s=6.0, reference=reference).document
     assert "errors_mm" in document["poses"][0] and "errors_mm" not in document["poses"][1]

@@ -76,7 +76,8 @@ def test_other_files_are_refused(tmp_path, text):
         ("covariance", [[1.0], [2.0, 3.0]], "inhomogeneous"),
         ("covariance", [[0.0] * 5 + [float(k)] for k in range(6)], "symmetric"),
         ("covariance", [[float("nan")] * 6] * 6, "symmetric"),
-        ("quaternion_xyzw", [0.0, 0.0, 0.0, 7.0], "quaternion_xyzw is"),
+        ("quaternion_xyzw", [0.0, 0.0, 0.0, 1.0101], "quaternion_xyzw is"),
+        ("quaternion_xyzw", [0.0, 0.0, 0.0, 0.9899], "quaternion_xyzw is"),
         ("quaternion_xyzw", [0.0, 0.0, 1.0], "quaternion_xyzw is"),
         ("translation_mm", [10**400, 0, 0], "too large"),
     ],
@@ -89,6 +90,12 @@ def test_damaged_poses_are_refused(tmp_path, field, value, match):
     (tmp_path / "pose.json").write_text(json.dumps(document))
     with pytest.raises(Refusal, match=match):
         read_pose_json(tmp_path / "pose.json")
+
+
+def test_quaternions_to_a_percent_are_read():
+    for length in (0.9901, 1.0099):
+        entry = {"translation_mm": [1.0, 2, 3], "quaternion_xyzw": [0, 0, 0, length]}
+        assert matrix_and_metres(entry)[1] == pytest.approx([1e-3, 2e-3, 3e-3])
 
 
 @pytest.mark.parametrize("chosen", [-1, 1, True, "0"])

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.assess.fit_checks import Case, expected_noise_urad, uncertainty
-from mocap_metrology.lighthouse.assess.validation import Verdict, gravity_angle_deg, verdict
+from mocap_metrology.lighthouse.assess.fit_checks import Case, expected_noise_urad
+from mocap_metrology.lighthouse.assess.validation import Verdict, verdict
 from mocap_metrology.lighthouse.records import Factory, Halves, PoseEstimate, Station
 
 R = Rotation.from_euler("ZYX", [-40, 8, 15], degrees=True).as_matrix()
 T = np.array([0.4, 2.1, -0.2])
-X = np.array([1.0, 0, 0])
 UP = np.array([0.0, 0.1, 1.0]) / np.hypot(0.1, 1)
 STATIONS = [
     Station("master", 1, "b", Factory(), UP, 2),
@@ -44,58 +43,36 @@ def test_a_good_calibration_is_called_good_and_says_why():
     assert all(check.ok is not False for check in found.checks)
 
 
+WIDE = np.diag([100.0, 1, 1, 1e-4, 1e-4, 1e-4])
+
+
 @pytest.mark.parametrize(
     ("change", "expected", "case", "numbers"),
     [
         ({"residual_rms_urad": 900.0}, "usable", Case.RESIDUAL_HIGH, {"times": 12}),
-        ({"residual_rms_urad": 3400.0}, "doubtful", Case.RESIDUAL_HIGH, {"times": 45}),
+        ({"residual_rms_urad": 9000.0}, "failed", Case.RESIDUAL_HIGH, {"times": 120}),
         ({"stage": "static", "residual_rms_urad": 60.0}, "usable", Case.STILL, {}),
-        ({"residual_rms_urad": 400.0}, "usable", Case.RESIDUAL_HIGH, {"times": 5}),
-        ({"residual_rms_urad": 333.0}, "good", None, {}),
-        ({"weighted_rms_urad": 84.0}, "good", None, {}),
+        ({"weighted_rms_urad": 84.0, "halves": Halves(1.5, 0.03, 30.0)}, "good", None, {}),
         ({"weighted_rms_urad": 110.0}, "usable", Case.BEYOND_PATH, {"noise": 75}),
-        ({"weighted_rms_urad": 230.0}, "doubtful", Case.BEYOND_PATH, {"noise": 75}),
-        ({"halves": Halves(1.5, 0.03, 30.0)}, "good", None, {}),
         (
             {"halves": Halves(4.0, 0.05, 2238.0)},
             *("doubtful", Case.HALVES_OPEN, {"mm": 4.0, "deg": 0.05, "times": 19}),
         ),
-        ({"halves": Halves(7.0, 0.2, 157.0)}, "usable", Case.HALVES_OPEN, {"mm": 7.0}),
-        ({"mirrored_share": 0.02}, "usable", Case.MIRRORED_BOTH, {"percent": 2}),
         ({"mirrored_share": 0.42}, "doubtful", Case.MIRRORED_BOTH, {"percent": 42}),
-        ({"mirrored_share": 0.6}, "failed", Case.MIRRORED_BOTH, {"percent": 60}),
         ({"mirrored_share": 0.02, "estimator": "paper"}, "usable", Case.MIRRORED_FLAT, {}),
-        ({"residual_rms_urad": 9000.0}, "failed", Case.RESIDUAL_HIGH, {"times": 120}),
-        (
-            {"weighted_rms_urad": 2000.0, "residual_rms_urad": 3000.0},
-            *("failed", Case.RESIDUAL_HIGH, {"times": 40}),
-        ),
-        (
-            {"weighted_rms_urad": 980.0, "residual_rms_urad": 4000.0},
-            *("failed", Case.RESIDUAL_HIGH, {"times": 53}),
-        ),
-        (
-            {"weighted_rms_urad": 150.0, "residual_rms_urad": 400.0},
-            *("usable", Case.RESIDUAL_HIGH, {"times": 5}),
-        ),
-        ({"t_m": np.array([0.0, 20.5, 0.0])}, "failed", Case.TOO_DISTANT, {}),
         ({"t_m": np.array([1e24, 0.0, 0.0])}, "failed", Case.TOO_DISTANT, {}),
-        (
-            {"covariance": np.diag([100.0, 1, 1, 1e-4, 1e-4, 1e-4])},
-            *("usable", Case.UNCERTAINTY, {"value": 10}),
-        ),
-        (
-            {"covariance": np.diag([1.0, 1, 1, 1, 1e-4, 1e-4])},
-            *("doubtful", Case.UNCERTAINTY, {"deg": 1}),
-        ),
-        (
-            {"covariance": np.full((6, 6), np.nan)},
-            *("doubtful", Case.UNCERTAINTY_UNKNOWN, {"value": np.nan}),
-        ),
+        ({"covariance": WIDE}, "usable", Case.UNCERTAINTY, {"value": 10}),
+        ({"covariance": WIDE * np.nan}, "doubtful", Case.UNCERTAINTY_UNKNOWN, {"value": np.nan}),
+        ({"n_common": 30}, "doubtful", Case.COMMON_FEW, {"value": 30}),
+        ({"board_rms_urad": 40.0}, "good", None, {}),
+        ({"board_rms_urad": 120.0}, "usable", Case.BOARD_POSES_HIGH, {"value": 120}),
+        ({"duration_s": 2.0}, "usable", Case.DURATION_SHORT, {"value": 2}),
     ],
 )
-def test_of_the_pose(change, expected, case, numbers):
-    found = word(replace(POSE, **change))
+def test_of_a_pose_and_its_recording(change, expected, case, numbers):
+    """Each check has its word; `tests/frozen/words.py` has where each word begins."""
+    own = {name: value for name, value in change.items() if hasattr(POSE, name)}
+    found = word(replace(POSE, **own), **{k: v for k, v in change.items() if k not in own})
     assert found.word == expected
     decided(found, case, numbers)
 
@@ -130,11 +107,6 @@ def decided(found: Verdict, case: Case | None, numbers: dict[str, float]) -> Non
     assert {k: known[k] for k in numbers} == pytest.approx(numbers, abs=0.5, nan_ok=True)
 
 
-def test_a_pose_that_is_no_number_fails():
-    found = word(replace(POSE, R=np.full((3, 3), np.nan)))
-    assert found == Verdict("failed")
-
-
 def test_a_small_board_may_have_a_large_residual():
     """2 mrad where errors of its poses make 75 urad 60 times as large; not where they do not."""
     large = replace(POSE, residual_rms_urad=2000.0, weighted_rms_urad=45.0)
@@ -144,92 +116,7 @@ def test_a_small_board_may_have_a_large_residual():
     assert small.word == "good" and check.numbers["made_by_poses"] == pytest.approx(4500)
 
 
-@pytest.mark.parametrize(
-    ("given", "expected", "case", "numbers"),
-    [
-        ({"n_common": 199}, "usable", Case.COMMON_FEW, {"value": 199}),
-        ({"n_common": 200}, "good", None, {}),
-        ({"n_common": 30}, "doubtful", Case.COMMON_FEW, {"value": 30}),
-        ({"board_rms_urad": 40.0}, "good", None, {}),
-        ({"board_rms_urad": 120.0}, "usable", Case.BOARD_POSES_HIGH, {"value": 120}),
-        ({"board_rms_urad": 400.0}, "doubtful", Case.BOARD_POSES_HIGH, {"value": 400}),
-        ({"duration_s": 2.0}, "usable", Case.DURATION_SHORT, {"value": 2}),
-        (
-            {"errors": (np.array([50.0, 0, 0]), np.zeros(3))},
-            *("usable", Case.REFERENCE, {"value": 50, "deg": 0}),
-        ),
-        (
-            {"errors": (np.zeros(3), np.array([0, 6.0, 0]))},
-            *("doubtful", Case.REFERENCE, {"value": 0, "deg": 6}),
-        ),
-    ],
-)
-def test_of_the_recording(given, expected, case, numbers):
-    found = word(**given)
-    assert found.word == expected
-    decided(found, case, numbers)
-
-
-def test_stages_and_optics_that_disagree():
-    kabsch = replace(POSE, stage="kabsch", t_m=np.add(T, [0.03, 0, 0]))
-    assert word(poses=[kabsch]).word == "usable"
-    assert word(poses=[replace(kabsch, t_m=np.add(T, [0.2, 0, 0]))]).word == "doubtful"
-    ideal = replace(POSE, optics="ideal", t_m=np.add(T, [0.2, 0, 0]))
-    assert word(poses=[ideal]).word == "good"  # as factory values do
-    assert word(poses=[replace(ideal, t_m=np.add(T, [0.9, 0, 0]))]).word == "doubtful"
-    other = replace(POSE, estimator="paper", stage="kabsch", t_m=np.add(T, [5, 0, 0]))
-    assert word(poses=[other]).word == "good"
-
-
-@pytest.mark.parametrize(
-    ("deg", "expected"), [(1.0, "good"), (2.5, "good"), (5.0, "doubtful"), (40.0, "failed")]
-)
-def test_gravity(deg, expected):
-    """Turned about a level axis, up differs by the angle of the turn; about up, not at all."""
-    level = np.cross(UP, [1.0, 0, 0])
-    turn = Rotation.from_rotvec(np.radians(deg) * level / np.linalg.norm(level)).as_matrix()
-    assert gravity_angle_deg(turn @ R, STATIONS) == pytest.approx(deg, abs=1e-9)
-    assert word(replace(POSE, R=turn @ R)).word == expected
-    about_up = Rotation.from_rotvec(np.radians(deg) * UP).as_matrix()
-    assert gravity_angle_deg(about_up @ R, STATIONS) == pytest.approx(0, abs=1e-5)
-    assert np.isnan(gravity_angle_deg(R, [replace(s, gravity=None) for s in STATIONS]))
-
-
-def test_a_kabsch_pose_that_is_known_to_be_loose_is_no_fault():
-    """Apart by 60 mm at 50 mm standard deviation is what chance does; at 5 mm it is not."""
-    far = replace(POSE, stage="kabsch", t_m=np.add(T, [0.06, 0, 0]))
-    for sigma, expected in ((50.0, "good"), (5.0, "doubtful")):
-        loose = replace(far, covariance=np.diag([sigma**2] * 3 + [0.5**2] * 3))
-        assert word(poses=[loose]).word == expected
-
-
-@pytest.mark.parametrize("place", [(0, 0), (0, 5)], ids=["variance", "covariance"])
-@pytest.mark.parametrize(("mm", "expected"), [(40, "usable"), (100, "doubtful")])
-def test_a_covariance_that_is_no_number_excuses_no_difference_of_stages(mm, expected, place):
-    """And ends in a reason, not in an error of linear algebra."""
-    covariance = POSE.covariance.copy()
-    covariance[place] = covariance[place[::-1]] = np.nan
-    far = replace(POSE, stage="kabsch", t_m=T + 1e-3 * mm * X, covariance=covariance)
-    found = word(poses=[far])
-    decided(found, Case.STAGES_UNKNOWN, {"value": mm, "deg": 0})
-    assert found.word == expected
-    assert [c.ok for c in found.checks if c.case is Case.STAGES_UNKNOWN] == [None]
-    near = replace(far, t_m=T + 0.01 * X)  # needs no excuse
-    assert word(poses=[near]).word == "good"
-
-
 def test_noise_to_expect_grows_with_the_steps_of_the_clock():
     """61 urad of jitter and, of two edges, pi/8.333 ms x step / sqrt(24): 38.5 urad at 2 MHz."""
     assert expected_noise_urad(0.5e-6) == pytest.approx(np.hypot(61, 38.5), abs=0.1)
     assert expected_noise_urad(1 / 48e6) == pytest.approx(61, abs=0.1)
-
-
-@pytest.mark.parametrize(("far_m", "mm", "level"), [
-    (2.0, 9.9, "good"), (2.0, 10.1, "usable"), (4.0, 10.1, "usable"),
-    (8.0, 19.9, "good"), (8.0, 20.1, "usable"), (8.0, 59.9, "usable"), (8.0, 60.1, "doubtful"),
-])  # fmt: skip
-def test_errors_of_a_far_station_may_grow_with_its_distance(far_m, mm, level):
-    """Errors of a scale are a share of the distance: 10 mm at 4 m are 20 mm at 8 m."""
-    C = np.diag([mm**2, 1, 1, 1e-4, 1e-4, 1e-4])
-    own = uncertainty(replace(POSE, estimator="batch", t_m=far_m * X, covariance=C))
-    assert own.level == level

@@ -48,6 +48,9 @@ def test_markers_give_the_relative_pose_whatever_the_laboratory_frame():
     np.testing.assert_allclose(found.R, TRUE, atol=1e-12)
     np.testing.assert_allclose(found.t_m, T, atol=1e-12)
     assert max(found.residual_mm) < 1e-9 and found.n_markers == (4, 4)
+    three = dict(list(MOUNT.items())[:3])
+    found = ref.reference_from_markers(seen(), labels(), list(three), SLAVE[:3], three)
+    assert found.n_markers == (3, 3)
 
 
 def test_kabsch_is_that_of_scipy():
@@ -93,16 +96,15 @@ def test_what_markers_are_refused_for():
     shaken[0, 1] += np.linspace(0, 100, 50)
     refused("marker M1 moves by", shaken)
     swaying = np.sin(np.linspace(0, 12 * np.pi, 50, endpoint=False)) * 2**0.5  # 1 mm rms
-    for mm, name in ((6.0, "moves by 6.0 mm rms"), (4.0, None)):
-        shaken = seen()
-        shaken[0, 1] += mm * swaying
-        off = seen()
-        off[4:] += 1e3 * mm * 1e-3 * 2 * np.array([1, -1, 0, 0])[:, None, None] / 6**0.5
-        for positions in (shaken, off) if name else ():
-            refused(name if positions is shaken else "mm rms from the mount", positions)
-        if not name:
-            for positions in (shaken, off):
+    for fits in (True, False):
+        shaken, off = seen(), seen()
+        shaken[0, 1] += (4.99 if fits else 5.01) * swaying
+        off[4:] += (8 if fits else 12) * np.array([1, -1, 0, 0])[:, None, None] / 6**0.5
+        for positions, why in ((shaken, "moves by 5.0 mm rms"), (off, "mm rms from the mount")):
+            if fits:
                 ref.reference_from_markers(positions, labels(), list(MOUNT), SLAVE, MOUNT)
+            else:
+                refused(why, positions)
     line = {k: np.array([0.03 * i, 0.0, 0.0]) for i, k in enumerate(MOUNT)}
     refused("on one line", mount=line)
 
@@ -132,32 +134,39 @@ def test_optical_frames_are_where_the_lasers_are():
 def test_pose_files(tmp_path):
     q = Rotation.from_matrix(TRUE).as_quat().tolist()
     mm = (1e3 * T).tolist()
-    for path in (
-        pose_file(tmp_path),
-        pose_file(tmp_path, R=None, quaternion_xyzw=q, t_m=None, translation_mm=mm),
-        pose_file(tmp_path, t_m=None, t=T.tolist(), stations=None, master="0xb", slave={"id": 12}),
+    for entries in (
+        {},
+        {"R": None, "quaternion_xyzw": q, "t_m": None, "translation_mm": mm},
+        {"t_m": None, "t": T.tolist(), "stations": None, "master": "0xb", "slave": {"id": 12}},
     ):
-        found = ref.pose_reference(path)
+        found = ref.pose_reference(pose_file(tmp_path, **entries))
         np.testing.assert_allclose(found.R, TRUE, atol=1e-9)
         np.testing.assert_allclose(found.t_m, T, atol=1e-12)
         assert found.ids == (11, 12)
     diagonal = pose_file(tmp_path, t_m=[10, 10, 2])  # of the largest room, 10 m x 10 m
     assert ref.pose_reference(diagonal).t_m.tolist() == [10, 10, 2]
+    for at_limit in (
+        {"R": (1.00099**0.5 * TRUE).tolist(), "t_m": [0, 30.0, 0]},
+        {"R": None, "quaternion_xyzw": [0, 0, 0, 1.0099], "t_m": [0, 0, 0.1]},
+        {"R": None, "quaternion_xyzw": [0, 0, 0, 0.9901]},
+    ):
+        ref.pose_reference(pose_file(tmp_path, **at_limit))
 
 
 @pytest.mark.parametrize(
     ("entries", "match"),
     [
         ({"R": (-TRUE).tolist()}, "mirror image"),
-        ({"R": (1.01 * TRUE).tolist()}, "R is no rotation"),
+        ({"R": (1.00101**0.5 * TRUE).tolist()}, "R is no rotation"),
         ({"R": [1, 2]}, "expected 3 x 3 finite numbers"),
         ({"R": None}, "no rotation; expected R"),
-        ({"R": None, "quaternion_xyzw": [1, 1, 1, 1]}, "has norm 2"),
+        ({"R": None, "quaternion_xyzw": [0, 0, 0, 1.0101]}, "has norm 1.01"),
+        ({"R": None, "quaternion_xyzw": [0, 0, 0, 0.9899]}, "has norm 0.9899"),
         ({"t_m": (1e3 * T).tolist()}, "is the unit right"),
         ({"t_m": None, "translation_mm": T.tolist()}, "is the unit right"),
         ({"t_m": [50, 0, 0]}, "is the unit right"),  # cm; the least baseline tracked, 0.5 m
-        ({"t_m": [0, 39.4, 0]}, "is the unit right"),  # inches
-        ({"t_m": [0, 0, 0.09]}, "is the unit right"),  # one housing
+        ({"t_m": [0, 30.001, 0]}, "is the unit right"),
+        ({"t_m": [0, 0, 0.0999]}, "is the unit right"),  # one housing
         ({"t_m": None}, "no translation"),
         ({"stations": None}, "no station ids"),
         ({"stations": {"master": 11.5, "slave": 12}}, "expected a whole number"),

@@ -130,8 +130,11 @@ def test_a_difference_that_the_covariances_allow_is_no_fault() -> None:
     C[5, 5] = 3.0**2 / (2 * limit)
     assert stages(0.0, 2.99, C).level == "good"
     assert stages(0.0, 3.01, C).level == "doubtful"
-    unknown = stages(50.0, 0.0, C * np.nan)
-    assert (unknown.case, unknown.ok) == (Case.STAGES_UNKNOWN, None)
+    for place in ((0, 0), (0, 5)):
+        unknown = C.copy()
+        unknown[place] = unknown[place[::-1]] = np.nan
+        check = stages(50.0, 0.0, unknown)
+        assert (check.case, check.level, check.ok) == (Case.STAGES_UNKNOWN, "usable", None)
 
 
 def test_other_optics_of_the_same_stage() -> None:

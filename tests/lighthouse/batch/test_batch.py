@@ -10,54 +10,29 @@ from scipy.stats import chi2
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.board import flat_board
+from mocap_metrology.lighthouse.batch.residuals import BINS
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.records import Factory, Hits, PoseEstimate
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
-from mocap_metrology.lighthouse.simulate.twin import (
-    FactoryValues,
-    LighthouseTwin,
-    MotionTwin,
-    StationTwin,
-)
+from mocap_metrology.lighthouse.simulate.twin import FactoryValues
+from tests.lighthouse import pairs
 from tests.lighthouse.calibrate import scenes
+from tests.lighthouse.pairs import EXACT, UNITS, squared, twin
 
-EXACT = Priors(0, 0, 0, 0, 0)
-UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
+FACTORIES = [Factory(), Factory()]
 
 
-def by_ideal(hits: Hits, board: np.ndarray, priors: Priors) -> PoseEstimate:
-    return by_batch(Scene(hits, board, "ideal", [None, None], None, "crazyflie", priors))
+def of_scene(own: scenes.Scene) -> Scene:
+    return Scene(own.hits, own.board, "ideal", [None] * 2, None, "crazyflie", EXACT)
+
+
+def estimated(made: Made, hits: Hits | None = None, priors: Priors = EXACT) -> PoseEstimate:
+    return by_batch(pairs.scene(made, hits, priors))
 
 
 def off(pose: PoseEstimate, R: np.ndarray, t_m: np.ndarray) -> np.ndarray:
     """Error in mm and deg, as the covariance counts."""
-    return np.r_[pose.t_m - t_m, rotation.error(pose.R, R)] * UNITS
-
-
-def squared(pose: PoseEstimate, error: np.ndarray) -> float:
-    return float(error @ np.linalg.solve(pose.covariance, error))
-
-
-def twin(seed: int, **more: object) -> LighthouseTwin:
-    slave = {"id": 2, "mode": "c", "position_m": (0.5, 2.5, 0.3), "rotation_deg": (5, 4, -40)}
-    slave |= more.pop("slave", {})
-    given = {"duration_s": 5.0, "common_urad": 53.0, "independent_urad": 49.0, "dropout": 0.1}
-    motion = MotionTwin(centre_m=(3.0, 0.8, 0.2), tremor_mm=0.05, tremor_deg=0.014)
-    return LighthouseTwin(
-        seed=seed,
-        master=StationTwin(id=1, mode="b", **more.pop("master", {})),
-        slave=StationTwin(**slave),
-        motion=motion,
-        **given | more,
-    )
-
-
-def estimated(made: Made, hits: Hits | None = None, board: np.ndarray | None = None,
-              priors: Priors = EXACT) -> PoseEstimate:  # fmt: skip
-    return by_ideal(
-        made.hits if hits is None else hits, made.truth.board if board is None else board, priors
-    )
+    return pairs.error(pose.R, pose.t_m, R, t_m) * UNITS
 
 
 def test_quantised_hits_of_another_generator() -> None:
@@ -67,7 +42,7 @@ def test_quantised_hits_of_another_generator() -> None:
     squares = []
     for seed in range(5):
         own = scenes.scene(seed, seconds=5)
-        pose = by_ideal(own.hits, own.board, EXACT)
+        pose = by_batch(of_scene(own))
         error = off(pose, own.R, own.t_m)
         assert np.abs(error[:3]).max() < 1.5 and np.abs(error[3:]).max() < 0.04
         assert pose.path is not None
@@ -75,7 +50,7 @@ def test_quantised_hits_of_another_generator() -> None:
         R, t = scenes.pose_at(pose.path.time_s, seed, 0.4)
         assert np.abs(pose.path.t_m - t).max() < 4e-3  # ends of the spline included
         assert np.abs(rotation.log(pose.path.R @ np.swapaxes(R, 1, 2))).max() < 0.02
-        squares.append(squared(pose, error))
+        squares.append(squared(error, pose.covariance))
     assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 5))
 
 
@@ -92,7 +67,7 @@ def test_noise_that_sweeps_share() -> None:
         assert told["noise_sweep_urad"] == pytest.approx(53, rel=0.35)
         assert set(told["residual_ratios"]["station"]) == {"master", "slave"}
         assert all(0.8 < x < 1.2 for x in told["residual_ratios"]["diode"].values())
-        squares.append(squared(pose, off(pose, made.truth.R, made.truth.t_m)))
+        squares.append(squared(off(pose, made.truth.R, made.truth.t_m), pose.covariance))
     inside = np.array(squares) < chi2.ppf(0.68, 6)
     assert 5 <= inside.sum() <= 11
     assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 12))
@@ -103,40 +78,63 @@ def test_depth_of_the_lasers_is_estimated() -> None:
     without depth is centimetres off; and within its own interval."""
     lasers = ((0.005, 0.0, 0.0), (-0.005, 0.0, 0.0))
     made = simulate(twin(5, master={"lasers_m": lasers}, slave={"lasers_m": lasers}))
-    scene = Scene(
-        made.hits, made.truth.board, "factory", [Factory(), Factory()], None, "crazyflie", EXACT
-    )
+    scene = replace(pairs.scene(made), optics="factory", factories=FACTORIES)
     errors = []
     for depth_mm in (0.0, 10.0):
         pose = by_batch(replace(scene, priors=Priors(0, 0, depth_mm, 0, 0)))
         errors.append(off(pose, made.truth.R, made.truth.t_optical_m))
     without, with_depth = (np.linalg.norm(error[:3]) for error in errors)
     assert without > 10 and with_depth < 5
-    assert squared(pose, errors[1]) < chi2.ppf(0.999, 6)
+    assert squared(errors[1], pose.covariance) < chi2.ppf(0.999, 6)
 
 
-def test_a_station_that_is_bumped_shows_in_the_halves() -> None:
-    """5 mm at 2.6 s of 5: the halves are 3 to 8 mm apart, far beyond chance; sound ones are not."""
-    sound = simulate(twin(6))
-    moved = simulate(twin(6, slave={"position_m": (0.503, 2.504, 0.3)}))
-    early, late = sound.hits.time_s < 2.6, moved.hits.time_s >= 2.6
-    parts = sound.hits.take(early), moved.hits.take(late)
-    hits = Hits(
-        **{
-            name: np.concatenate([getattr(part, name) for part in parts])
-            for name in Hits.__dataclass_fields__
-        }
+def steps(pose: PoseEstimate) -> float:
+    """Largest difference of mean residuals in urad, of a station and axis, late and early."""
+    rows = [r for r in pose.details["residuals"]["against"] if r["against"] == "time_s"]
+    assert len(rows) == 4
+    means, middle = np.array([row["mean_urad"] for row in rows]), BINS // 2
+    return np.abs(means[:, : middle - 1].mean(axis=1) - means[:, middle + 1 :].mean(axis=1)).max()
+
+
+def test_a_station_that_is_bumped_shows_in_the_halves_and_residuals() -> None:
+    """5 mm: the halves are 3 to 8 mm apart, far beyond chance, and mean residuals have a step."""
+    made, hits = pairs.bumped(6)
+    bumped, sound = (estimated(made, own, Priors()) for own in (hits, made.hits))
+    assert bumped.halves.m2 > 150 and 3 < bumped.halves.mm < 8 and sound.halves.m2 < 30
+    assert steps(bumped) > 100 > 4 * steps(sound)
+
+
+def test_a_displaced_diode_has_its_residual_though_it_is_excluded() -> None:
+    """4 mm along y at about 3 m are 1.3 mrad of azimuth: rms over both axes near 1 mrad."""
+    made = simulate(twin(7))
+    wrong = made.truth.board.copy()
+    wrong[13] += [0.0, 0.004, 0.0]
+    pose = by_batch(replace(pairs.scene(made, priors=Priors()), board=wrong))
+    for row in pose.details["residuals"]["by_diode"]:
+        assert row["excluded"] == [13]
+        rms = dict(zip(row["diode"], row["rms_urad"], strict=True))
+        assert 600 < rms.pop(13) < 1600 and max(rms.values()) < 100
+        assert row["n"][row["diode"].index(13)] > 200
+
+
+@pytest.mark.parametrize(("station", "hidden"), [(0, (0.0, 0.8)), (1, (2 / 3, 1.0))])
+def test_a_station_hidden_for_a_part_leaves_a_pose(station: int, hidden) -> None:
+    """Its error is within what its covariance allows, which is positive."""
+    blocked = ((station, *(6.0 * share for share in hidden)),)
+    made = simulate(twin(50 + station, duration_s=6.0, blocked=blocked))
+    pose = by_batch(replace(pairs.scene(made), optics="factory", factories=FACTORIES))
+    assert np.linalg.eigvalsh(pose.covariance)[0] > 0
+    assert squared(off(pose, made.truth.R, made.truth.t_optical_m), pose.covariance) < chi2.ppf(
+        0.9999, 6
     )
-    bumped = estimated(sound, hits, priors=Priors())
-    assert bumped.halves.m2 > 150 and 3 < bumped.halves.mm < 8
-    assert estimated(sound, priors=Priors()).halves.m2 < 30
+    assert np.sqrt(np.diag(pose.covariance)[:3]).max() < 20  # mm, and no absurd limit
 
 
 def test_too_little_is_refused() -> None:
     own = scenes.scene(1, seconds=2)
     few = own.hits.take((own.hits.station == 0) | (own.hits.diode < 3))
     with pytest.raises(Refusal, match=r"batch, ideal: \d+ and 0 moments at which a station sees"):
-        by_ideal(few, flat_board(), EXACT)
+        by_batch(replace(of_scene(own), hits=few))
 
 
 def test_unknown_rotors_are_estimated_with_the_pose() -> None:
@@ -154,11 +152,11 @@ def test_unknown_rotors_are_estimated_with_the_pose() -> None:
     ]
     stations = [{"factory": factory} for factory in of_rotors]
     made = simulate(twin(10, duration_s=8.0, master=stations[0], slave=stations[1]))
-    scene = Scene(made.hits, made.truth.board, "ideal", [None, None], None, "crazyflie", EXACT)
+    scene = pairs.scene(made)
     errors = []
     for optics in ("ideal", "estimated"):
         pose = by_batch(replace(scene, optics=optics))
         errors.append(off(pose, made.truth.R, made.truth.t_m))
     ideal, free = (np.linalg.norm(error[:3]) for error in errors)
     assert ideal > 30 and free < 40 and free < ideal
-    assert squared(pose, errors[1]) < chi2.ppf(0.999, 6)
+    assert squared(errors[1], pose.covariance) < chi2.ppf(0.999, 6)

@@ -60,6 +60,8 @@ POINTS = {"master": np.zeros(3), "diode 1": np.array([3.0, 0, 0]), "slave": np.a
         ),
         ("points", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.005),
         ("points 0.001", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.001),
+        ("stations 100 0.000000001", (MASTER, SLAVE), 5000**0.5, 1e-9 / 2**0.5),
+        ("stations 2 1.999", (MASTER, SLAVE), 2**0.5, 1.999 / 2**0.5),
     ],
 )
 def test_a_length_in_a_cell(cell: str, places, size_m: float, sd_m: float) -> None:
@@ -72,8 +74,8 @@ def test_a_length_in_a_cell(cell: str, places, size_m: float, sd_m: float) -> No
     ("cell", "why"),
     [
         ("stations 4.33", "expected `stations 4.330 0.005`"),
-        ("stations 4330 0.005", "expected `stations"),
-        ("stations 0.004 0.005", "expected `stations"),
+        ("stations 100.0001 0.005", "expected `stations"),
+        ("stations 2 2", "expected `stations"),
         ("stations 4.33 0", "expected `stations"),
         ("diode 4 at 2 s - diode 0 at 7 s 2 0.002", "the board has the diodes 0 to 3"),
         ("diode 0 - diode 1 2 0.002", "expected `stations"),
@@ -84,9 +86,12 @@ def test_cells_that_state_no_length(cell: str, why: str) -> None:
         known_length(cell, 4)
 
 
-def test_the_size_of_points_needs_these() -> None:
+def test_the_size_of_points_and_of_three_stations_needs_more() -> None:
     with pytest.raises(Refusal, match="a file of points"):
         known_length("points", 4)
+    assert known_length("stations 2 0.1", 4, names=("3", "5")).places == (MASTER, SLAVE)
+    with pytest.raises(Refusal):
+        known_length("stations 2 0.1", 4, names=("3", "5", "7"))
 
 
 @pytest.mark.parametrize("name", ["none", "diode"])

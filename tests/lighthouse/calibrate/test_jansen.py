@@ -14,8 +14,7 @@ from mocap_metrology.lighthouse.calibrate.jansen import (
 )
 from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
 from mocap_metrology.lighthouse.calibrate.reconstruction import METHODS
-from mocap_metrology.lighthouse.records import Factory, Hits, PoseEstimate
-from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
+from mocap_metrology.lighthouse.records import PoseEstimate
 
 from .scenes import Scene, scene
 
@@ -84,65 +83,6 @@ def test_peers_that_j_discusses(estimator: str) -> None:
     found = calibrate(own.hits, own.board, [None, None], settings)
     assert [e.stage for e in found.estimates] == ["kabsch"]
     assert off(found.estimates[0], own) < (40.0, 1.0)
-
-
-def distorted(own: Scene, factories: list[Factory]) -> Hits:
-    """The hits as imperfect rotors would give them: the model is applied to each ideal pair.
-
-    Uses neighbouring hits for the other angle, so it is right to some 1e-6 rad.
-    """
-    hits, out = own.hits, own.hits.angle_rad.copy()
-    for station, factory in enumerate(factories):
-        rotors = rotor_parameters(factory)
-        for diode in range(len(own.board)):
-            mine = (hits.station == station) & (hits.diode == diode)
-            both = [mine & (hits.axis == axis) for axis in (0, 1)]
-            for axis in (0, 1):
-                time = hits.time_s[both[axis]]
-                pair = np.column_stack(
-                    [np.interp(time, hits.time_s[b], hits.angle_rad[b]) for b in both]
-                )
-                pair[:, axis] = hits.angle_rad[both[axis]]
-                rays = np.column_stack([np.ones(len(time)), np.tan(pair)])
-                out[both[axis]] = angles(rays, rotors)[:, axis]
-    return Hits(**{**vars(hits), "angle_rad": out})
-
-
-def test_factory_values_take_off_what_they_put_on() -> None:
-    """Values of real stations: centimetres with ideal optics, millimetres with the factory's."""
-    own = scene(3)
-    columns = ("phase", "tilt", "curve", "gibphase", "gibmag")
-    real = (
-        [
-            (0.05, 0.0241),
-            (-0.0091, 0.0008),
-            (-0.0038, -0.0015),
-            (1.8633, -0.792),
-            (0.0113, -0.0112),
-        ],
-        [
-            (0.0284, 0.0487),
-            (-0.0036, -0.008),
-            (-0.001, -0.0023),
-            (2.1758, 0.4695),
-            (0.0086, -0.0086),
-        ],
-    )
-    factories = [Factory(**dict(zip(columns, map(np.array, v), strict=True))) for v in real]
-    hits = distorted(own, factories)
-    settings = CalibrationSettings(estimators=("paper-lm",))
-    found = calibrate(hits, own.board, factories, settings)
-    ideal = off(pick(found, "paper-lm", "final", "ideal"), own)
-    factory = off(pick(found, "paper-lm", "final", "factory"), own)
-    assert ideal[0] > 10 and factory < (3.0, 0.04)
-    # With the lasers named, the model keeps the factory values; the same to a tenth of the error.
-    named = CalibrationSettings(estimators=("paper-lm",), lasers_m=np.zeros((2, 2, 3)))
-    again = calibrate(hits, own.board, factories, named)
-    np.testing.assert_allclose(
-        pick(again, "paper-lm", "final", "factory").t_m,
-        pick(found, "paper-lm", "final", "factory").t_m,
-        atol=2e-4,
-    )
 
 
 def test_a_board_at_rest_has_one_stage() -> None:

@@ -1,5 +1,6 @@
-"""Several recordings of a setup in one estimate."""
+"""Several recordings of any number of stations in one estimate."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -8,83 +9,160 @@ from scipy.stats import chi2
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.same_stations import same_stations
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
-from mocap_metrology.lighthouse.calibrate.setup import by_setup
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate
-from mocap_metrology.lighthouse.simulate.twin import (
-    FactoryValues,
-    LighthouseTwin,
-    MotionTwin,
-    StationTwin,
-)
+from mocap_metrology.lighthouse.calibrate.setup import Setup, by_setup
+from mocap_metrology.lighthouse.records import Factory, Station
+from mocap_metrology.lighthouse.simulate import recording
+from tests.lighthouse import pairs
+from tests.lighthouse.batch.planes_scene import Made, made
+from tests.lighthouse.pairs import twin
 
-UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
-ROTORS = (
-    FactoryValues(phase=(0.03, 0.05), tilt=(-0.004, 0.002), curve=(-0.003, 0.001),
-                  gibphase=(1.9, -0.8), gibmag=(0.011, -0.011)),
-    FactoryValues(phase=(0.01, 0.02), tilt=(0.003, -0.005), curve=(0.004, -0.002),
-                  gibphase=(2.2, 1.1), gibmag=(0.008, -0.012)),
-)  # fmt: skip
+ALL, NEVER = (0.0, 1.0), (0.0, 0.0)
+
+
+def misses(found: Setup, given: Made, stations: list[int]) -> float:
+    """Squared distance of all poses together from the truth, by their covariance."""
+    assert found.network is not None and found.network.covariance is not None
+    off = []
+    for pose, k in zip(found.poses, stations, strict=True):
+        R, t = given.poses[k]
+        off += [*(1e3 * (pose.t_m - t)), *np.degrees(rotation.error(pose.R, R))]
+    return float(np.array(off) @ np.linalg.solve(found.network.covariance, off))
+
+
+def subsets(seed: int, seen: Mapping[str, tuple[int, ...]], n: int = 4) -> dict[str, Made]:
+    """Recordings in each of which some of the stations see the board."""
+    return {
+        name: made(n, seed, 3.0, keep=[ALL if k in own else NEVER for k in range(n)], take=take)
+        for take, (name, own) in enumerate(seen.items(), start=1)
+    }
+
+
+def test_recordings_that_see_different_stations_place_all_of_them() -> None:
+    """No recording sees the reference and station 3 or 2; a chain does. The errors of all poses
+    are within the 99.9 % ellipsoid of their covariance (18 degrees of freedom)."""
+    given = subsets(3, {"a": (0, 1), "b": (1, 2), "c": (2, 3), "d": (1, 2, 3)})
+    found = by_setup({name: own.scene for name, own in given.items()})
+    assert [pose.station for pose in found.poses] == ["1", "2", "3"]
+    assert not found.network.apart and found.network.connected == ["0", "1", "2", "3"]
+    assert misses(found, given["a"], [1, 2, 3]) < chi2.ppf(0.999, 18)
+    sd = [np.sqrt(np.trace(pose.covariance[:3, :3])) for pose in found.poses]
+    assert max(sd) < 3.0, sd
+    # Only recording a shows where station 1 is, so nothing predicts it; none of the others does.
+    assert found.predicted == {"1": {}, "2": {}, "3": {}}
+
+
+def test_recordings_of_all_stations_predict_each_other() -> None:
+    given = subsets(5, {"a": (0, 1, 2), "b": (0, 1, 2)}, 3)
+    found = by_setup({name: own.scene for name, own in given.items()})
+    assert misses(found, given["a"], [1, 2]) < chi2.ppf(0.999, 12)
+    for name in "12":
+        assert {k: one.m2 < chi2.ppf(0.999, 6) for k, one in found.predicted[name].items()} == {
+            "a": True,
+            "b": True,
+        }
+    alone = by_batch(given["a"].scene)
+    assert np.trace(found.pose.covariance[:3, :3]) < 0.8 * np.trace(alone.covariance[:3, :3])
+
+
+def test_objects_may_differ() -> None:
+    """Each has diodes in wrong places of its own; the errors are within the 99.9 % ellipsoid, and
+    the diodes that a recording does not see do not count as seen."""
+    how = {"place_mm": 0.2, "priors": Priors(0, 0, 0, 1e-4, 0.2)}
+    one = made(3, 6, 4.0, take=1, **how)
+    other = made(3, 6, 4.0, take=2, board_seed=8, **how)
+    short = replace(other.scene, board=other.scene.board[:24])
+    hits = short.hits.take(short.hits.diode < 24)
+    found = by_setup({"one": one.scene, "other": replace(short, hits=hits)})
+    assert misses(found, one, [1, 2]) < chi2.ppf(0.999, 12)
+    same = by_setup({str(k): made(2, 6, 2.0, take=k, **how).scene for k in (1, 2)})
+    assert found.pose.shared.board != same.pose.shared.board
+
+
+def test_stations_that_nothing_connects_are_named() -> None:
+    given = subsets(3, {"a": (0, 1), "b": (0, 1), "c": (2, 3)})
+    found = by_setup({name: own.scene for name, own in given.items()})
+    assert found.network.connected == ["0", "1"]
+    assert "station 2 (connected with 3 only) shares no view" in found.network.apart["2"]
+    assert "c: no station that is connected with 0" in found.why
+    with pytest.raises(Refusal, match="1 recordings of the setup can be used"):
+        by_setup({name: given[name].scene for name in "ac"})
+
+
+FACTORY = Factory(generation=2)
+
+
+def station(channel: int, uid: int | None, factory: Factory | None = None) -> Station:
+    return Station(str(channel), uid, factory=factory, generation=2, channel=channel)
+
+
+def test_stations_are_matched_by_id_then_by_channel() -> None:
+    """A station that changed its channel between recordings is one by its id, named by the first;
+    where a recording has no id, its channel decides."""
+    every = {
+        "a": [station(3, 33), station(7, 77)],
+        "b": [station(1, None), station(5, 77, FACTORY), station(7, None)],
+        "c": [station(3, None)],
+    }
+    with pytest.raises(Refusal, match="b: two of its stations are one in the other recordings"):
+        same_stations(every)
+    every["b"] = every["b"][:2]
+    found, places = same_stations(every)
+    assert [(one.role, one.channel, one.id) for one in found] == [
+        ("1", 1, None),
+        ("3", 3, 33),
+        ("7", 7, 77),
+    ]
+    assert places == {"a": [1, 2], "b": [0, 2], "c": [1]}
+    assert [one.factory for one in found] == [None, None, FACTORY]
+
+
+@pytest.mark.parametrize(
+    ("other", "why"),
+    [
+        ([station(3, 34)], "station 3 is 34 in b and 33 in a; expected one station a channel"),
+        ([Station("master", 1), Station("slave", 2)], "stations of both generations"),
+    ],
+)
+def test_other_stations_are_refused(other: list[Station], why: str) -> None:
+    with pytest.raises(Refusal, match=why):
+        same_stations({"a": [station(3, 33)], "b": other})
+
+
+def test_a_channel_of_two_stations_does_not_tell_which() -> None:
+    every = {"a": [station(3, 33), station(5, 55)], "b": [station(5, 33), station(3, 55)]}
+    found, places = same_stations(every)
+    assert [one.id for one in found] == [33, 55] and places["b"] == [0, 1]
+    with pytest.raises(Refusal, match="c: station 3 has no id, and 33 and 55 have that channel"):
+        same_stations(every | {"c": [station(3, None)]})
+
+
 PLACES = ((3.0, 0.8, 0.2), (3.6, 0.3, -0.4), (2.5, 1.3, 0.5), (3.3, 1.5, -0.1), (2.7, 0.2, 0.4))
 
 
-def made(k: int, at: tuple[float, ...] = (0.5, 2.5, 0.3), factory: bool = True) -> Made:
+def of_pair(k: int, **slave: object) -> recording.Made:
     """Recording k of a setup, at a place of its own."""
-    master, slave = ROTORS if factory else (None, None)
-    return simulate(
-        LighthouseTwin(
-            seed=40 + k,
-            duration_s=4.0,
-            common_urad=53.0,
-            independent_urad=49.0,
-            dropout=0.1,
-            master=StationTwin(id=1, mode="b", factory=master),
-            slave=StationTwin(id=2, mode="c", factory=slave, position_m=at,
-                              rotation_deg=(5, 4, -40)),
-            motion=MotionTwin(centre_m=PLACES[k], tremor_mm=0.05, tremor_deg=0.014),
-        )
-    )  # fmt: skip
-
-
-def scene(own: Made, optics: str = "ideal") -> Scene:
-    variant = "crazyflie"
-    return Scene(own.hits, own.truth.board, optics, [None, None], None, variant, Priors())
-
-
-def off(pose, own: Made) -> np.ndarray:
-    """Error in mm and deg."""
-    return np.r_[pose.t_m - own.truth.t_optical_m, rotation.error(pose.R, own.truth.R)] * UNITS
-
-
-def test_three_recordings_are_better_than_one_and_agree() -> None:
-    """Of equal recordings the variance of the noise would be a third; the whole error is within its
-    95 % ellipsoid, and so is each recording's from the others."""
-    recordings = [made(k, factory=False) for k in range(3)]
-    scenes = {str(k): scene(own) for k, own in enumerate(recordings)}
-    found = by_setup(scenes)
-    alone = [np.trace(by_batch(one).covariance_noise[:3, :3]) for one in scenes.values()]
-    assert np.trace(found.pose.covariance_noise[:3, :3]) < 0.6 * min(alone)
-    error = off(found.pose, recordings[0])
-    assert error @ np.linalg.solve(found.pose.covariance, error) < chi2.ppf(0.95, 6)
-    assert set(found.predicted["slave"]) == set(scenes)
-    assert all(
-        pair.recordings and pair.m2 < chi2.ppf(0.999, 6)
-        for pair in found.predicted["slave"].values()
+    return recording.simulate(
+        twin(40 + k, duration_s=4.0, motion={"centre_m": PLACES[k]}, slave=slave)
     )
-    assert found.pose.n_angles == sum(len(own.hits) for own in recordings)
+
+
+def one_of(own: recording.Made) -> Scene:
+    return pairs.scene(own, priors=Priors())
 
 
 def test_a_station_moved_between_recordings_is_found() -> None:
-    recordings = [made(k, factory=False) for k in range(2)]
-    recordings.append(made(2, (0.505, 2.5, 0.3), factory=False))
-    found = by_setup({str(k): scene(own) for k, own in enumerate(recordings)})
+    recordings = [of_pair(k) for k in range(2)]
+    recordings.append(of_pair(2, position_m=(0.505, 2.5, 0.3)))
+    found = by_setup({str(k): one_of(own) for k, own in enumerate(recordings)})
     assert max(pair.m2 for pair in found.predicted["slave"].values()) > 10 * chi2.ppf(0.999, 6)
     assert found.pose.halves.m2 == max(pair.m2 for pair in found.predicted["slave"].values())
 
 
 def test_a_bad_recording_is_left_out_by_name_and_one_is_too_few() -> None:
-    own, other = scene(made(0, factory=False)), scene(made(1, factory=False))
+    own, other = one_of(of_pair(0)), one_of(of_pair(1))
     short = replace(other, hits=other.hits.take(other.hits.time_s < other.hits.time_s.min() + 0.2))
     with pytest.raises(Refusal, match=r"1 recordings of the setup can be used; .*short: "):
         by_setup({"own": own, "short": short})

@@ -103,14 +103,6 @@ def test_a_robust_mean_of_rotations_ignores_a_minority() -> None:
     assert np.linalg.norm(off) < 0.003
 
 
-@pytest.mark.parametrize("angle", [(0.1, 0.2, 0.3), (-2.0, 1.2, 3.0), (0.4, np.pi / 2, 0.0)])
-def test_angles_are_those_of_scipy(angle: tuple[float, ...]) -> None:
-    R = rotation.from_angles(*angle)
-    np.testing.assert_allclose(R, Rotation.from_euler("ZYX", angle[::-1]).as_matrix(), atol=1e-15)
-    np.testing.assert_allclose(rotation.from_angles(*rotation.to_angles(R)), R, atol=1e-9)
-    np.testing.assert_allclose(rotation.exp(rotation.log(R)), R, atol=1e-12)
-
-
 @pytest.mark.parametrize("n", [0, 1])
 def test_of_a_single_pose_nothing_is_interpolated(n: int) -> None:
     found, kept = at_times(random_path(n, 9), np.array([-0.1, 0.0, 0.1]))

@@ -91,10 +91,10 @@ def test_not_whole_words(tmp_path) -> None:
         read_dump(tmp_path / "absent.bin")
 
 
-@pytest.mark.parametrize("n_words", [900_000, 121_000_000])
-def test_length(n_words: int) -> None:
-    with pytest.raises(Refusal, match=r"expected 0\.5 to 60 s"):
-        pulses_of_words(np.broadcast_to(np.uint32(0), n_words))
+@pytest.mark.parametrize("n_words, fits", [(999, 0), (1000, 1), (120_000, 1), (120_001, 0)])
+def test_length(n_words: int, fits: bool) -> None:
+    with pytest.raises(Refusal, match="no light" if fits else r"expected 0\.5 to 60 s"):
+        pulses_of_words(np.zeros(n_words, np.uint32), sample_rate_hz=2000)
 
 
 @pytest.mark.parametrize("word", [0, 0xFFFFFFFF, 5])

@@ -110,18 +110,16 @@ def test_false_and_merged_flashes() -> None:
     assert min(f.cycle.size for f in found) > 470
 
 
-def dimmed(scene: Scene, diodes: int, dim: int, late_s: object, run_on: object = 0.0) -> Pulses:
+def dimmed(scene: Scene, diodes: int, dim: int, late_s: object) -> Pulses:
     """The slave seen by the first diodes only; the first `dim` of them see it late by late_s(t, d),
-    but its end in time; and a share of its pulses run on into other light for 4-40 us."""
-    rng, pulses = np.random.default_rng(4), scene.pulses()
+    but its end in time."""
+    pulses = scene.pulses()
     own = of_slave(scene, pulses) & (pulses.length_s > LONG_S)
     pulses = drop(pulses, own & (pulses.diode >= diodes))
     own = of_slave(scene, pulses) & (pulses.length_s > LONG_S)
     t, d = pulses.start_s, pulses.diode
     late = np.where(own & (d < dim), np.round(2e6 * late_s(t, d)) / 2e6, 0)
-    share = np.broadcast_to(run_on, 32)[d]  # by diode
-    more = np.where(own & (rng.uniform(size=t.size) < share), rng.integers(8, 80, t.size) / 2e6, 0)
-    return by_start(pulses, t + late, pulses.length_s - late + more, d)
+    return by_start(pulses, t + late, pulses.length_s - late, d)
 
 
 @pytest.mark.parametrize("diodes, dim", [(2, 1), (3, 2), (5, 3)])

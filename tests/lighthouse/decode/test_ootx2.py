@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.chain import decode
@@ -21,6 +20,7 @@ from mocap_metrology.lighthouse.decode.turns import Light, Turns, find_turns
 from mocap_metrology.lighthouse.decode.wander import Late, TurnClock
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
 from mocap_metrology.lighthouse.records import Factory, Station
+from tests.lighthouse.decode.test_ootx import same
 
 NAMES = NAMES_OF[2]
 READ = {  # recording, object: channels with a readable frame; those of 12 s by vote alone
@@ -38,12 +38,6 @@ def a_factory(rng: np.random.Generator) -> Factory:
         for name in NAMES
     }
     return Factory(**drawn, generation=2)
-
-
-def same(station: Station, factory: Factory) -> bool:
-    return station.factory is not None and all(
-        np.array_equal(getattr(station.factory, name), getattr(factory, name)) for name in NAMES
-    )
 
 
 @pytest.mark.parametrize(("file", "name"), READ)
@@ -117,8 +111,8 @@ def test_values_that_no_station_has(at: int, message: str) -> None:
         unpack(bytes(data))
 
 
-def test_files_of_this_project_and_of_a_crazyflie(tmp_path: Path) -> None:
-    """Seven values, order and channels there and back; libsurvive's clipped id is no id."""
+def test_files_of_this_project() -> None:
+    """Seven values, order and channels there and back."""
     rng = np.random.default_rng(7)
     stations = [
         Station(str(k), id=k + 9, factory=a_factory(rng), generation=2, channel=k) for k in (1, 15)
@@ -126,27 +120,3 @@ def test_files_of_this_project_and_of_a_crazyflie(tmp_path: Path) -> None:
     for station, back in zip(stations, stations_from_json(stations_to_json(stations)), strict=True):
         assert same(back, station.factory)
         assert (back.role, back.id, back.channel) == (station.role, station.id, station.channel)
-    calibs = {
-        one.channel: {
-            "uid": one.id,
-            "sweeps": [
-                {name: float(getattr(one.factory, name)[p]) for name in NAMES} for p in (0, 1)
-            ],
-        }
-        for one in stations
-    }
-    (path := tmp_path / "system.yaml").write_text(
-        yaml.safe_dump(
-            {
-                "type": "lighthouse_system_configuration",
-                "version": "1",
-                "systemType": 2,
-                "calibs": calibs,
-                "geos": {1: {"origin": [0, 0, 2], "rotation": np.eye(3).tolist()}},
-            }
-        )
-    )
-    found = read_factory(path)
-    assert [one.channel for one in found] == [1, 15]
-    assert all(same(one, other.factory) for one, other in zip(found, stations, strict=True))
-    assert found[0].up_by_geometry.tolist() == [0, 0, 1] and found[1].up_by_geometry is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -215,6 +216,25 @@ def test_bad_points_are_refused_in_one_line(tmp_path: Path, case: str) -> None:
     with pytest.raises(Refusal, match=r"room\.csv: ") as refused:
         read_points(str(path))
     assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("off_m", "narrow_m", "why"),
+    [
+        *((0.122, 1.0, None), (0.123, 1.0, "expected at most 100")),
+        *((0.0, 0.0123, None), (0.0, 0.0122, "lie on one line")),
+    ],
+)
+def test_points_at_the_limits(tmp_path: Path, off_m: float, narrow_m: float, why) -> None:
+    """Of three stations two are off_m aside, along their line; the third is narrow_m from it."""
+    t = np.array([[0.0, 0, 0], [4.0, 0, 0], [2.0, narrow_m, 0]])
+    measured = t + np.array([[-off_m, 0, 0], [off_m, 0, 0], [0, 0, 0]])
+    lines = [f"{k},{x},{y},{z}\n" for k, (x, y, z) in enumerate(measured)]
+    (tmp_path / "room.csv").write_text("".join([HEADER, *lines]))
+    stations = [Station(str(k)) for k in range(3)]
+    found = Calibrated(stations, [(np.eye(3), own) for own in t], BOARD, None)
+    with pytest.raises(Refusal, match=why) if why else nullcontext():
+        world_of("points", found, str(tmp_path / "room.csv"))
 
 
 @pytest.mark.parametrize("case", UNSUITED)

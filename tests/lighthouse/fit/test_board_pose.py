@@ -5,7 +5,6 @@ import pytest
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.fit.board_pose import (
     MIRRORED_RAD,
     START_M,
@@ -65,17 +64,6 @@ def test_poses_are_right_and_as_good_as_the_angles_allow(kind: str) -> None:
         error = np.r_[found.t_m[i] - truth.t_m[i], rotation.error(found.R[i], truth.R[i])]
         ratios.append(error / sd)
     assert np.sqrt(np.mean(np.square(ratios))) == pytest.approx(1, abs=0.06)
-
-
-def test_without_the_mirror_test_poses_are_in_the_wrong_minimum(monkeypatch) -> None:
-    """The trap of the issue: from one start a flat board ends mirrored again and again."""
-    board = BOARDS["flat"]
-    given, truth = poses(100, board, seed=5)
-    both = by_levenberg_marquardt(given, board, IDEAL)
-    once = board_pose._affine_starts(given, board).R
-    start = Path(truth.time_s, once, truth.t_m, truth.epsilon, truth.n_angles, truth.ambiguity)
-    assert 0.2 < (apart(start, truth) > MIRRORED_RAD).mean() < 0.8
-    assert (apart(both, truth) > MIRRORED_RAD).mean() <= 0.01
 
 
 def test_first_guess_of_j() -> None:

@@ -18,7 +18,7 @@ from mocap_metrology.settings import Lighthouse
 
 FILE: TwinsFile = {
     "defaults": {"calibration": {"motion": {"centre_m": [3, 0, 0]}, "dropout": 0.5}},
-    "setups": {"room": {"stations": 3, "room_seed": 4}},
+    "setups": {"room": {"stations": 3, "room_seed": 4, "duration_s": 3.0}},
     "twins": {
         "a": {"setup": "room", "seed": 1},
         "b": {"like": "a", "seed": 2},

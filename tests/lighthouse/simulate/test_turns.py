@@ -9,6 +9,7 @@ import pytest
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light
 from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.planes import parameters, plane_angles
+from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.turns import (
     MadeTurns,
     TurnsTwin,
@@ -31,12 +32,12 @@ def decoded(made: MadeTurns) -> Decoded:
     return decode_light(made.light, made.twin.board, None, Cleaning(), "twin")
 
 
-def residuals(made: MadeTurns, found: Decoded) -> np.ndarray:
+def residuals(made: MadeTurns, hits: Hits, begin_s: float = 0.0) -> np.ndarray:
     """Angles less those of the model at the true places of diodes without cover, by rotation and
     translation written out; rad."""
-    hits, out = found.hits, np.empty(len(found.hits))
-    R, p = made.motion.poses(hits.time_s)
-    place = np.einsum("nij,nj->ni", R, made.places[hits.diode]) + p
+    out, (turn, shift) = np.empty(len(hits)), made.twin.mount
+    R, p = made.motion.poses(hits.time_s + begin_s)
+    place = np.einsum("nij,nj->ni", R, (made.places @ turn.T + shift)[hits.diode]) + p
     for s, factory in enumerate(made.factories):
         own = hits.station == s
         angle = plane_angles(
@@ -49,13 +50,13 @@ def residuals(made: MadeTurns, found: Decoded) -> np.ndarray:
 def test_angles_are_those_of_the_model_with_the_stated_noise() -> None:
     """15 urad common, 15 of each hit, 3 of half ticks; the begins add little."""
     made = simulate_turns(twin(collisions=False))
-    off = residuals(made, found := decoded(made))
+    off = residuals(made, (found := decoded(made)).hits)
     assert found.notes == [] and not made.wrong.any() and sum(found.report["sweep"]) == 0
     assert 20e-6 < off.std() < 25e-6 and np.abs(off).max() < 150e-6
     exact = twin(
         collisions=False, common_urad=0.0, independent_urad=0.0, begin_ns=0.0, wander_ns=0.0
     )
-    off = residuals(made := simulate_turns(exact), decoded(made))
+    off = residuals(made := simulate_turns(exact), decoded(made).hits)
     assert off.std() < 5e-6  # ticks
 
 

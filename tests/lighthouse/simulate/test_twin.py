@@ -1,7 +1,5 @@
 """Twins of the configuration: what is refused, what is merged, and the protocol they keep to."""
 
-import csv
-
 import numpy as np
 import pytest
 import yaml
@@ -13,6 +11,8 @@ from mocap_metrology.lighthouse.simulate.motion import motion_of
 MASTER = {"id": 1, "mode": "b"}
 SLAVE = {"id": 2, "mode": "c", "position_m": [0, 2, 0]}
 TWIN = {"seed": 1, "master": MASTER, "slave": SLAVE, "motion": {"centre_m": [3, 1, 0]}}
+LINE = {"centre_m": [3, 1, 0], "pattern": "line"}
+ALONE = {"slave": None, "master": {"id": 1, "mode": "A"}}
 
 
 @pytest.mark.parametrize(
@@ -26,22 +26,27 @@ TWIN = {"seed": 1, "master": MASTER, "slave": SLAVE, "motion": {"centre_m": [3, 
         ({"motion": {"centre_m": [3, 1]}}, "centre_m: [3, 1], expected a list of 3 numbers"),
         ({"motion": {"centre_m": [3000, 1, 0]}}, "3000, expected a number from -20 to 20"),
         ({"motion": {"centre_m": [3, 1, 0], "pattern": "loop"}}, "expected one of line, arc"),
-        ({"motion": {"centre_m": [3, 1, 0], "speed_m_s": 0}}, "speed or extent is 0"),
+        ({"motion": {**LINE, "speed_m_s": 0}}, "speed or extent is 0"),
+        ({"motion": {**LINE, "extent_m": 0}}, "speed or extent is 0"),
         ({"motion": 3}, "motion: 3, expected keys with values"),
         ({"slave": None}, "slave is missing"),
         ({"slave": {**SLAVE, "id": 1}}, "the master's too"),
         ({"slave": {**SLAVE, "mode": "b"}}, "modes b + b, expected b + c or b + A"),
-        ({"slave": {**SLAVE, "position_m": [0, 0, 0.05]}}, "0.05 m apart"),
-        ({"master": {**MASTER, "position_m": [1, 0, 0]}}, "has a pose"),
+        ({"slave": {**SLAVE, "position_m": [0, 0.0999, 0]}}, "0.0999 m apart"),
+        ({"master": {**MASTER, "position_m": [1e-9, 0, 0]}}, "has a pose"),
+        ({"master": {**MASTER, "rotation_deg": [0, 0, 1e-9]}}, "has a pose"),
         ({"master": {**MASTER, "factory": {"curve": [0.2, 0.2]}}}, "second-generation"),
         ({"master": {**MASTER, "factory": {"phase": [0.2]}}}, "expected a list of 2 numbers"),
         ({"master": {**MASTER, "lasers_m": [1, 2, 3]}}, "of axis 0 and axis 1"),
-        ({"board": {"columns": 9}}, "36 diodes, expected 3 to 32"),
+        ({"board": {"columns": 11, "rows": 3}}, "33 diodes, expected 3 to 32"),
+        ({"board": {"columns": 2, "rows": 1}}, "2 diodes, expected 3 to 32"),
         ({"dropout": 1.5}, "dropout: 1.5, expected a number from 0 to 1"),
         ({"dropout": "many"}, "dropout: 'many', expected a number"),
         ({"common_urad": float("nan")}, "common_urad: nan, expected a number"),
-        ({"blocked": [[0, 2, 1]]}, "2 to 1 s, expected an end after"),
-        ({"blocked": [[0, 2, 11]]}, "no such station or time"),
+        ({"blocked": [[0, 1, 1]]}, "1 to 1 s, expected an end after"),
+        ({"blocked": [[0, 2, 8.0001]]}, "no such station or time"),
+        ({"blocked": [[2, 0, 8]]}, "blocked: 2, expected a whole number from 0 to 1"),
+        ({**ALONE, "blocked": [[1, 0, 8]]}, "no such station or time"),
         ({"blocked": [3]}, "expected a list of [station, from_s, to_s]"),
     ],
 )
@@ -50,6 +55,21 @@ def test_refused_in_one_line(changes, message):
         twin_from_mapping({**TWIN, **changes}, "t")
     text = str(refusal.value)
     assert text.startswith("twin t: ") and message in text and "\n" not in text
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"motion": {**LINE, "speed_m_s": 1e-9, "extent_m": 1e-9}},
+        {"slave": {**SLAVE, "position_m": [0, 0.1, 0]}},
+        {"board": {"columns": 3, "rows": 1}},
+        {"board": {"columns": 8, "rows": 4}},
+        {"blocked": [[1, 0, 8], [0, 1, 1.0001]]},
+        {**ALONE, "blocked": [[0, 0, 8]]},
+    ],
+)
+def test_accepted_at_the_limits(changes):
+    twin_from_mapping({**TWIN, **changes}, "t")
 
 
 DOCUMENT = {
@@ -82,6 +102,8 @@ def test_keys_of_defaults_setup_and_like_are_merged():
     [
         ({"setup": "none"}, "setup: 'none', expected one of s"),
         ({"like": "none"}, "like: 'none'"),
+        ({"like": ["b"]}, "like: ['b'], expected"),
+        ({"setup": ["s"]}, "setup: ['s'], expected"),
         ({"like": "b"}, "like: 'b', expected a twin without a key like"),
         ({"setup": "s", "slave": {"factory": "two"}}, "slave.factory: 'two', expected one of one"),
         (3, "twin c: 3, expected keys"),
@@ -139,16 +161,3 @@ def test_twins_keep_to_the_protocol(twins):
         assert ranges.min() >= 2 and ranges.max() <= 6, name
         assert 0.15 <= twin.motion.speed_m_s <= 1 and 0.2 <= twin.motion.extent_m <= 0.5
         assert (twin.master.factory is None) == name.startswith("sim")
-
-
-def test_the_sheet_uses_twins_and_the_stations_of_a_setup_are_the_same(root, twins):
-    with (root / "config/calibrations.tsv").open() as stream:
-        rows = list(csv.DictReader(stream, delimiter="\t"))
-    rows = [row for row in rows if row["path"].startswith("simulate:")]
-    used = {row["path"].removeprefix("simulate:") for row in rows}
-    assert used <= set(twins)
-    ids = {}
-    for row in rows:
-        twin = twins[row["path"].removeprefix("simulate:")]
-        ids.setdefault(row["setup"], set()).add((twin.master.id, twin.slave.id))
-    assert all(len(pairs) == 1 for pairs in ids.values())

@@ -9,39 +9,20 @@ from scipy import linalg
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.bias import selected_inverse
-from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Scene, solved
-from mocap_metrology.lighthouse.records import Hits, Measurements
+from mocap_metrology.lighthouse.calibrate.batch import solved
+from mocap_metrology.lighthouse.records import Measurements
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.track.receiver import Calibrated, Track, along, columns, track
 from mocap_metrology.lighthouse.track.start import triangulated
+from tests.lighthouse.pairs import UNITS, scene, twin
 
-EXACT = Priors(0, 0, 0, 0, 0)
-UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
 MM_DEG = np.r_[np.full(3, 1e-3), np.full(3, np.pi / 180)]  # 1 mm, 1 deg in m and rad
 
 
 def made(seed: int, duration_s: float = 2.0) -> Made:
-    slave = StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40))
-    return simulate(
-        LighthouseTwin(
-            seed=seed,
-            duration_s=duration_s,
-            master=StationTwin(id=1, mode="b"),
-            slave=slave,
-            motion=MotionTwin(centre_m=(3.0, 0.8, 0.2)),
-            common_urad=53.0,
-            independent_urad=49.0,
-            dropout=0.1,
-        )
-    )
-
-
-def scene(own: Made, hits: Hits | None = None, priors: Priors = EXACT) -> Scene:
-    hits = own.hits if hits is None else hits
-    return Scene(hits, own.truth.board, "ideal", [None, None], None, "crazyflie", priors)
+    steady = {"tremor_mm": 0.0, "tremor_deg": 0.0}
+    return simulate(twin(seed, duration_s=duration_s, motion=steady))
 
 
 def exact(own: Made, covariance: np.ndarray | None = None) -> Calibrated:

@@ -109,6 +109,7 @@ class Case(StrEnum):
     DURATION_UNKNOWN = "duration_unknown"
     FACTORY = "factory"
     FACTORY_FILE = "factory_file"
+    FACTORY_EXCHANGED = "factory_exchanged"
     IDEAL = "ideal"
     ESTIMATED = "estimated"
     ROTOR_CLEAR = "rotor_clear"

@@ -218,6 +218,7 @@ def verdict(
         fit_checks.residual(chosen, expected_urad),
         fit_checks.weight(weighed),
         fit_checks.priors(weighed),
+        *fit_checks.length(weighed),
         fit_checks.misfit(weighed),
         factory(chosen, stations, exchanged),
         rotor_model(chosen, variants),

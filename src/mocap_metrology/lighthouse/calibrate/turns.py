@@ -45,7 +45,7 @@ FEWEST = 2.0  # likewise, of finer knots
 ROUGH = 6  # steps to the first estimate, which shows reflections
 COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better estimate
 GATE = 8.0  # likewise, over the robust spread
-LOST = 3.0  # median of a station at a time over that of all: it sees another board than the others
+LOST, LOST_RAD = 3.0, 1e-2  # median of a station at a time over that of all, and at least
 TOGETHER_S = 0.1  # for what is usual of a station
 RENEWALS = 3  # of bad diodes, at most
 BAD_DIODE = 2.0  # its rms residual over the median of all; of good ones at most 1.5
@@ -151,7 +151,7 @@ def _gated(
     wrong = off > np.maximum(least_rad, GATE * MAD_TO_SIGMA * usual)
     if least_rad <= FINE_RAD:
         seen = np.bincount(group, minlength=of_group.size) > 0
-        lost = (of_group > max(LOST * np.median(off), COARSE_RAD)) & seen
+        lost = (of_group > max(LOST * np.median(off), LOST_RAD)) & seen
         wrong |= _without_view(lost.reshape(shape), seen.reshape(shape)).ravel()[group]
     if (normals := scene.sensors.normals) is not None:
         wrong |= grazing(own, one.trajectory, found.state, normals)

@@ -27,9 +27,10 @@ SAID = {  # numbers, and the cases whose sentences have these
         "RESIDUAL_UNKNOWN WEIGHT_UNKNOWN PRIORS PRIORS_UNKNOWN MISFIT_NONE MISFIT_UNKNOWN "
         "PATH_ERRORS_UNKNOWN HALVES_UNKNOWN MIRRORED_UNKNOWN MOVED STILL COMMON_UNNEEDED "
         "BOARD_POSES_NONE PATH_UNNEEDED PATH_NONE UNCERTAINTY_NONE UNCERTAINTY_UNKNOWN "
-        "DURATION_UNKNOWN FACTORY FACTORY_FILE ESTIMATED ROTOR_CLEAR ROTOR_UNASKED "
-        "GRAVITY_UNKNOWN REFERENCE_NONE",
+        "DURATION_UNKNOWN FACTORY FACTORY_FILE FACTORY_EXCHANGED ESTIMATED ROTOR_CLEAR "
+        "ROTOR_UNASKED GRAVITY_UNKNOWN REFERENCE_NONE",
     "12": "MISFIT",
+    "42 %, +0.9 %, +2.1": "LENGTH",
     "2.1": "PRIORS_LEFT",
     "2.1°": "GRAVITY GRAVITY_OFF",
     "42 %": "WEIGHT WEIGHT_LOST MIRRORED MIRRORED_FLAT MIRRORED_BOTH",
@@ -52,7 +53,7 @@ SAID = {  # numbers, and the cases whose sentences have these
     "4 mm, 0.05°, 2.1": "OBJECTS_APART",
     "2.1 mm, 0.05°, 42 %": "UNCERTAINTY_SCALE",
 }  # fmt: skip
-NUMBERS = {"noise": 75.0, "times": 12.0, "mm": 4.0, "deg": 0.05, "percent": 42.0}
+NUMBERS = {"noise": 75.0, "times": 12.0, "mm": 4.0, "deg": 0.05, "percent": 42.0, "larger": 0.9}
 WHY = {"master": "", "slave": "checksum wrong"}
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.lighthouse_recordings import hand, real_flight
+from benchmarks.lighthouse_recordings import flight, hand, real_flight
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.fit_checks import Case
+from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch import problem
 from mocap_metrology.lighthouse.batch.length import LengthView, equation
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
@@ -138,3 +142,31 @@ def test_a_length_at_a_moment_that_no_hit_shows_is_noted() -> None:
         notes.append(found.estimates[0].note)
     assert not notes[0]
     assert "times less certain, as the place of the board is at 5 s, 3.25 s" in notes[1]
+
+
+@pytest.mark.parametrize("wrong", [0.98, 1.0, 1.02])
+def test_what_a_length_says_of_the_deck_and_the_deck_of_it(wrong: float) -> None:
+    """By a length of 4.3 m that is 2 % wrong the deck is as much larger than it is: in standard
+    deviations of its size, (0.3 mm)^2 over its largest extent. Two independent values of the scale
+    share it by the inverse of their variances."""
+    made, sd_m = flight(1, seconds=10.0), 0.02
+    larger = 1.007
+    deck = made.truth.board / larger
+    hits, _ = clean_hits(made.hits, deck)
+    apart = float(np.linalg.norm(made.truth.t_optical_m))
+    lengths = (KnownLength.between(Place(station=0), Place(station=1), wrong * apart, sd_m),)
+    settings = CalibrationSettings(("batch",), ("factory",), variant="libsurvive")
+    factories = [station.factory for station in made.truth.stations]
+    found = calibrate(hits, deck, factories, settings, sensors=Sensors(lengths=lengths))
+    stations = [replace(station, frames_found=1) for station in made.truth.stations]
+    told = summary(found, stations, duration_s=10.0)
+    check = next(check for check in told.verdict.checks if check.case is Case.LENGTH)
+    own = 3e-4 / np.hypot(0.03, 0.015)
+    length = sd_m / apart
+    share = own**2 / (own**2 + length**2)
+    expected = share * (larger * wrong - 1)
+    assert check.numbers["percent"] == pytest.approx(100 * share, abs=3.0)  # places of diodes count
+    assert check.numbers["larger"] == pytest.approx(100 * expected, abs=0.1)
+    assert check.value == pytest.approx(
+        (larger * wrong - 1) / np.hypot(own, length), rel=0.1, abs=0.1
+    )

@@ -6,7 +6,7 @@ The wording for readers is made elsewhere, from case and numbers.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -69,6 +69,7 @@ class Case(StrEnum):
     PRIORS = "priors"
     PRIORS_LEFT = "priors_left"
     PRIORS_UNKNOWN = "priors_unknown"
+    LENGTH = "length"
     MISFIT_NONE = "misfit_none"
     MISFIT = "misfit"
     MISFIT_UNKNOWN = "misfit_unknown"
@@ -109,6 +110,7 @@ class Case(StrEnum):
     DURATION_UNKNOWN = "duration_unknown"
     FACTORY = "factory"
     FACTORY_FILE = "factory_file"
+    FACTORY_EXCHANGED = "factory_exchanged"
     IDEAL = "ideal"
     ESTIMATED = "estimated"
     ROTOR_CLEAR = "rotor_clear"
@@ -245,6 +247,17 @@ def priors(chosen: PoseEstimate) -> Check:
     case = Case.PRIORS if word == "good" else Case.PRIORS_LEFT
     limit = PRIOR_P[word != "good"]
     return Check("board and optics", case, p, "", limit, word == "good", word)
+
+
+def length(chosen: PoseEstimate) -> Iterator[Check]:
+    """Where a length is known: how much it says of the scale, and what the board says to it."""
+    sigma = _detail(chosen, "board_sigma")
+    if math.isfinite(sigma):
+        keys = {"larger": "board_larger", "percent": "length_share"}
+        numbers = {name: 100 * _detail(chosen, key) for name, key in keys.items()}
+        agrees = _detail(chosen, "scale_p") >= PRIOR_P[0]
+        limit = float(np.sqrt(chdtri(1, PRIOR_P[0])))
+        yield Check("known length", Case.LENGTH, sigma, "", limit, agrees, "good", numbers)
 
 
 def misfit(chosen: PoseEstimate) -> Check:

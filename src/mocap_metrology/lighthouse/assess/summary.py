@@ -100,6 +100,7 @@ def summary(
         places_urad=places,
         errors=None if reference is None or best is None else errors(best.R, best.t_m, reference),
         variants=found.variants,
+        exchanged=found.exchanged,
         why_none="; ".join(why),
     )
     diagnostics = {
@@ -154,6 +155,7 @@ def _of_network(
             duration_s=duration_s,
             errors=errors(best.R, best.t_m, true[name]) if best and name in true else None,
             variants=found.variants,
+            exchanged=found.exchanged,
             why_none="; ".join(found.why),
         )
     judged = worst_of(verdicts, list(network.apart.values()))

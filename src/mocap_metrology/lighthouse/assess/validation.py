@@ -36,14 +36,22 @@ RIVALS = ("board and optics", "board poses", "gravity")  # fail where halves dif
 REFERENCE = ((30.0, 2.0), (100.0, 5.0))
 
 
-def factory(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
-    """Errors by neglected factory values do not show in any fit (facts of eight real stations)."""
+def factory(
+    chosen: PoseEstimate, stations: Sequence[Station], exchanged: Sequence[str] = ()
+) -> Check:
+    """Errors by neglected factory values do not show in any fit (facts of eight real stations);
+    exchanged: stations of any pair whose values fit better exchanged."""
     name, limit = "factory values", "of both stations, from the recording"
     if chosen.optics != "factory":
         why = {station.role: station.why for station in stations if station.factory is None}
         if chosen.optics == "estimated":
             return Check(name, Case.ESTIMATED, "estimated", "", limit, False, "usable", why=why)
         return Check(name, Case.IDEAL, "ideal", "", limit, False, "doubtful", why=why)
+    if any(station.role in exchanged for station in stations):
+        names = tuple(exchanged)
+        return Check(
+            name, Case.FACTORY_EXCHANGED, "file", "", limit, False, "doubtful", names=names
+        )
     filed = tuple(s.role for s in stations if s.frames_found == 0)
     if filed:
         return Check(name, Case.FACTORY_FILE, "file", "", limit, False, "usable", names=filed)
@@ -190,6 +198,7 @@ def verdict(
     places_urad: float = 0.0,
     errors: tuple[np.ndarray, np.ndarray] | None = None,
     variants: Sequence[Weighed] = (),
+    exchanged: Sequence[str] = (),
     why_none: str = "",
 ) -> Verdict:
     """Verdict on the pose `chosen` out of `poses`.
@@ -198,8 +207,8 @@ def verdict(
     distance between two places of the board's path, or about it; duration_s: of the recording;
     expected_urad: noise of one angle; board_rms_urad: angles about single board poses; places_urad:
     part of it that errors of the board make, as stated; errors: mm and deg against a reference, see
-    `reference`; variants: of the rotor model, as the recording weighed them; why_none: the reason
-    where nothing was chosen.
+    `reference`; variants: of the rotor model, as the recording weighed them; exchanged: as of
+    `factory`; why_none: the reason where nothing was chosen.
     """
     if chosen is None or not (np.isfinite(chosen.R).all() and np.isfinite(chosen.t_m).all()):
         return Verdict("failed", why_none=why_none)
@@ -209,8 +218,9 @@ def verdict(
         fit_checks.residual(chosen, expected_urad),
         fit_checks.weight(weighed),
         fit_checks.priors(weighed),
+        *fit_checks.length(weighed),
         fit_checks.misfit(weighed),
-        factory(chosen, stations),
+        factory(chosen, stations, exchanged),
         rotor_model(chosen, variants),
         fit_checks.mirrored(chosen),
         fit_checks.motion(chosen),

@@ -304,17 +304,26 @@ def prior_p(found: Joint) -> float:
     return min(1.0, len(p) * min(p))
 
 
-def scale_p(found: Joint) -> float:
-    """Probability by chance that a known length and the size of the board differ so much; 1 without
-    such a length. In the notation of `prior_p`, of the scale alone."""
+def of_length(found: Joint) -> dict[str, float]:
+    """What a known length says of the size of the board; none without one. board_larger: than its
+    file, a share; board_sigma: this over its standard deviation, by what is known of that size, and
+    scale_p the probability by chance, in the notation of `prior_p`; length_share: of what is known
+    of the scale."""
     at = found.of.scale
     if at < 0 or found.working[at] < found.of.sd[at]:
-        return 1.0
+        return {}
     known = 1 / found.working**2
     M = solved(found.S + np.diag(known), np.eye(known.size))
     by_prior = (np.eye(known.size)[at] - M[at] * known) * np.where(known > 0, found.believed, 0.0)
     variance = by_prior @ by_prior + M[at] @ found.pull @ M[at]
-    return float(chdtrc(1, found.state.values[at] ** 2 / variance))
+    larger = float(found.state.values[at])
+    sigma = larger / float(np.sqrt(variance))
+    return {
+        "board_larger": larger,
+        "board_sigma": sigma,
+        "scale_p": float(chdtrc(1, sigma**2)),
+        "length_share": 1 - float(found.covariance[at, at] / found.believed[at] ** 2),
+    }
 
 
 def _strains(board: np.ndarray) -> Iterator[Floats]:

@@ -21,10 +21,10 @@ from mocap_metrology.lighthouse.batch.length import added, equation
 from mocap_metrology.lighthouse.batch.parts import (
     halves,
     misfit_of,
+    of_length,
     pieces_of,
     prior_p,
     residual_ratios,
-    scale_p,
     scale_share,
     shared_errors,
 )
@@ -154,7 +154,7 @@ def _sizes(found: Joint, names: Sequence[str]) -> dict[str, object]:
 def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
     """rms residual in urad of hits as they are weighed; lost share of the weight of all hits on
     diodes that light can reach, at times at which the board's place is sought; misfit of pieces as
-    in `Joint`; and probabilities by chance that estimates are so far from their priors."""
+    in `Joint`; probabilities by chance that estimates are so far from their priors; `of_length`."""
     residual = np.concatenate([one.residual for one in found.recordings])
     weight = np.concatenate([one.total_weight() for one in found.recordings])
     total = residual.size
@@ -170,7 +170,8 @@ def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
         "weight_lost": 1 - float(weight.sum()) / total,
         "misfit": found.misfit,
         "prior_p": prior_p(found),
-        "scale_p": scale_p(found),
+        "scale_p": 1.0,
+        **of_length(found),
     }
 
 

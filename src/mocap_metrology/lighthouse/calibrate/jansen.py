@@ -30,6 +30,7 @@ from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, Sensors, solved
 from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
+from mocap_metrology.lighthouse.calibrate.exchange import exchanged
 from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
 from mocap_metrology.lighthouse.calibrate.stages import (
@@ -143,9 +144,10 @@ def calibrate(
         return _by_optics(Calibration(variants=ways), own, settings, report)
 
     found = _joined(over(by_optics, settings.optics))
-    ways = found.variants
+    ways, known = found.variants, found.joints.get("factory")
     return replace(
         found,
+        exchanged=exchanged(*known, stations) if known and stations else (),
         estimates=[widened(e, ways) if e.optics == "factory" else e for e in found.estimates],
     )
 

@@ -80,7 +80,8 @@ class Calibration:
 
     paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
     could not be estimated; variants: of the rotor model, where the recording chose; joints: by
-    optics, what `batch` was given, and its estimate; network: of any number of stations.
+    optics, what `batch` was given, and its estimate; network: of any number of stations; exchanged:
+    as `exchange.exchanged`.
     """
 
     estimates: list[PoseEstimate] = field(default_factory=list)
@@ -91,6 +92,7 @@ class Calibration:
     variants: list[Weighed] = field(default_factory=list)
     joints: dict[str, tuple[Scene, Joint]] = field(default_factory=dict)
     network: Network | None = None
+    exchanged: tuple[str, ...] = ()
 
     def paths_of(self, pose: PoseEstimate) -> tuple[Path, ...] | None:
         """Board poses behind an estimate; of `batch`, which has one trajectory, those of

@@ -17,6 +17,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate.batch import all_solved, joint
+from mocap_metrology.lighthouse.calibrate.exchange import exchanged
 from mocap_metrology.lighthouse.calibrate.fits import refitted
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
@@ -106,6 +107,7 @@ def calibrate_stations(
         variants=ways[0] if ways else [],
         joints={scene.optics: (scene, found)},
         network=replace(network, covariance=covariance_of_all(found, open_ways)),
+        exchanged=exchanged(scene, found, stations),
     )
 
 

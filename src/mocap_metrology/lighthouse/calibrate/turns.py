@@ -45,6 +45,7 @@ FEWEST = 2.0  # likewise, of finer knots
 ROUGH = 6  # steps to the first estimate, which shows reflections
 COARSE_RAD, FINE_RAD = 1e-3, 3e-4  # from an angle by a first and by a better estimate
 GATE = 8.0  # likewise, over the robust spread
+LOST, LOST_RAD = 3.0, 3e-3  # median of a station at a time over that of all, and at least
 TOGETHER_S = 0.1  # for what is usual of a station
 RENEWALS = 3  # of bad diodes, at most
 BAD_DIODE = 2.0  # its rms residual over the median of all; of good ones at most 1.5
@@ -138,15 +139,28 @@ def _gated(
     """Without hits of diodes that are out, and those that an estimate shows to be reflections:
     farther off than least_rad and `GATE` times what is usual, of all and of the station at that
     time, or on diodes that light cannot reach. Where most hits of a station are off, it is the
-    board that is not there."""
+    board that is not there; by a better estimate, the station may see a reflection of it."""
     hits = hits.take(~np.isin(hits.diode, out)) if len(out) else hits
     one = recording(Given(hits, found.recordings[0].trajectory), found.state)
     off, own = np.abs(one.residual), one.sweeps.hits
     when = ((own.time_s - own.time_s.min()) / TOGETHER_S).astype(np.int64)
-    group = own.station * (when.max() + 1) + when
-    of_group = ndimage.median(off, group, np.arange(group.max() + 1))
+    shape = len(scene.names), when.max() + 1
+    group = own.station * shape[1] + when
+    of_group = ndimage.median(off, group, np.arange(shape[0] * shape[1]))
     usual = np.maximum(of_group[group], np.median(off))
     wrong = off > np.maximum(least_rad, GATE * MAD_TO_SIGMA * usual)
+    if least_rad <= FINE_RAD:
+        seen = np.bincount(group, minlength=of_group.size) > 0
+        lost = (of_group > max(LOST * np.median(off), LOST_RAD)) & seen
+        wrong |= _without_view(lost.reshape(shape), seen.reshape(shape)).ravel()[group]
     if (normals := scene.sensors.normals) is not None:
         wrong |= grazing(own, one.trajectory, found.state, normals)
     return one.sweeps.hits.take(~wrong)
+
+
+def _without_view(lost: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Which stations tell nothing of the others at a time, (stations, times): those that are lost,
+    and one that remains alone with these, as none tells which is right."""
+    alone = lost.any(axis=0) & ((seen & ~lost).sum(axis=0) < 2)
+    out: np.ndarray = lost | alone
+    return out

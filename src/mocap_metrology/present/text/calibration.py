@@ -50,14 +50,15 @@ def _reason_of(word: str, checks: Sequence[Check], station: str, why_none: str) 
     if not checks:
         return why_none or "No pose of the slave was found."
     say = partial(sentence, station=station)
-    models = [say(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_apart(c))]
+    always = [say(c) for c in checks if c.case is Case.LENGTH]
+    always += [say(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_apart(c))]
     if word == "good":
         passed = sum(c.ok is True for c in checks)
         said = [say(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
-        return " ".join([f"All {passed} checks passed.", *said, *models])
+        return " ".join([f"All {passed} checks passed.", *said, *always])
     bad = [c for c in checks if c.level == word]
     rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
-    return " ".join([*map(say, bad[:2]), *(_in_short(say(c)) for c in rest), *models])
+    return " ".join([*map(say, bad[:2]), *(_in_short(say(c)) for c in rest), *always])
 
 
 def _capital(line: str) -> str:

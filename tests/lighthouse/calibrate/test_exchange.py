@@ -1,0 +1,53 @@
+"""Factory values of two stations, each stated for the other."""
+
+import numpy as np
+import pytest
+
+from benchmarks.lighthouse_recordings import flight
+from mocap_metrology.lighthouse.assess.fit_checks import Case
+from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.decode.clean import clean_hits
+from mocap_metrology.lighthouse.records import ROLES, Station
+from tests.lighthouse.batch.planes_scene import made
+
+SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",), variant="libsurvive")
+
+
+def first_generation():
+    """Ten seconds of a deck's flight; the error of a true pose is below 5 mm."""
+    one = flight(1, seconds=10.0)
+    hits, _ = clean_hits(one.hits, one.truth.board)
+    factories = [station.factory for station in one.truth.stations]
+    return hits, one.truth.board, factories, list(ROLES), one.truth.t_optical_m
+
+
+def second_generation():
+    one = made(2, 3, 6.0)
+    scene = one.scene
+    return scene.hits, scene.board, list(scene.factories), list(scene.names), one.poses[1][1]
+
+
+@pytest.mark.parametrize("recording", [first_generation, second_generation])
+def test_exchanged_values_are_named(recording) -> None:
+    hits, board, factories, names, t_m = recording()
+    errors = {}
+    for exchanged in (False, True):
+        stations = [
+            Station(name, id=k, factory=own, frames_found=0, generation=own.generation)
+            for k, (name, own) in enumerate(
+                zip(names, factories[:: -1 if exchanged else 1], strict=True)
+            )
+        ]
+        given = [station.factory for station in stations]
+        found = calibrate(hits, board, given, SETTINGS, stations=stations)
+        told = summary(found, stations, duration_s=8.0)
+        cases = {check.case: check for check in told.verdict.checks}
+        errors[exchanged] = 1e3 * np.linalg.norm(found.estimates[0].t_m - t_m)
+        assert (Case.FACTORY_EXCHANGED in cases) is exchanged
+        if exchanged:
+            assert cases[Case.FACTORY_EXCHANGED].names == tuple(names)
+            assert told.verdict.word in ("doubtful", "failed")
+        else:
+            assert told.verdict.word in ("good", "usable")
+    assert errors[True] > 5 * errors[False]

@@ -11,6 +11,7 @@ MEAN_S, LEAST_MEANS = 1.0, 8
 CLIP_FROM, CLIP_FEW = 2.0, 0.1  # an axis stops short of what lies so many times the range of the
 CORE = (0.01, 0.99)  # rest (between these quantiles) off it, in less than this share of columns
 LEAST_RANGE_MM = 1e-3  # of an axis
+CHUNK = 1 << 16  # samples
 MOST_STEPS = 100_000  # differences from which the noise of one frame is estimated
 MARKED_SIGMA = 6.0  # outliers farther off than noise ever is are marked
 
@@ -52,14 +53,28 @@ def columns(values: np.ndarray, n_columns: int) -> pd.DataFrame:
     if not n_columns:
         return pd.DataFrame(columns=names, dtype=float)
     edges = np.arange(n_columns + 1) * values.size // n_columns
-    first, valid = edges[:-1], np.isfinite(values)
-    known = np.where(valid, values, np.nan)
-    centre = known[valid][0] if valid.any() else 0.0  # sums about it keep their digits
+    valid = np.isfinite(values)
+    centre = values[np.argmax(valid)] if valid.any() else 0.0  # sums about it keep their digits
+    step = max(CHUNK // max(values.size // n_columns, 1), 1)  # columns at once, in the cache
+    parts = [
+        _columns(values[part[0] : part[-1]], part[:-1] - part[0], centre)
+        for part in (edges[k : k + step + 1] for k in range(0, n_columns, step))
+    ]
+    of = (edges[:-1], edges[1:], *np.concatenate(parts, axis=1))
+    return pd.DataFrame(dict(zip(names, of, strict=True))).astype({"n_valid": np.int64})
+
+
+def _columns(values: np.ndarray, first: np.ndarray, centre: float) -> np.ndarray:
+    """(4, k): low, high, mean and number of valid samples of the columns that begin at `first`."""
+    valid = np.isfinite(values)
+    about = values - centre
+    if not valid.all():
+        values = np.where(valid, values, np.nan)
+        about = np.where(valid, about, 0.0)
     n_valid = np.add.reduceat(valid, first, dtype=np.int64)
-    sums = np.add.reduceat(np.nan_to_num(known - centre), first)
-    mean = centre + np.where(n_valid > 0, sums / np.maximum(n_valid, 1), np.nan)
-    low, high = np.fmin.reduceat(known, first), np.fmax.reduceat(known, first)
-    return pd.DataFrame(dict(zip(names, (first, edges[1:], low, high, mean, n_valid), strict=True)))
+    mean = centre + np.add.reduceat(about, first) / np.where(n_valid > 0, n_valid, np.nan)
+    low, high = np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
+    return np.array([low, high, mean, n_valid])
 
 
 def trace_of(
@@ -81,11 +96,14 @@ def trace_of(
     for part in (ranges, cleaned, means):
         part[["low", "high", "mean"]] -= centre
     limits, core = axis_limits(ranges, cleaned)
-    about = raw - centre
-    at = np.flatnonzero(outlier & np.isfinite(raw))
+    at = np.flatnonzero(outlier)
+    at = at[np.isfinite(raw[at])]
     expected = cleaned["mean"].to_numpy()[np.searchsorted(ranges["first"], at, side="right") - 1]
-    off = np.nan_to_num(np.abs(about[at] - expected), nan=np.inf)
+    off = np.nan_to_num(np.abs(raw[at] - centre - expected), nan=np.inf)
     far = at[off > MARKED_SIGMA * _frame_sigma(clean)]
+    wide = np.flatnonzero((ranges["low"] < limits[0]) | (ranges["high"] > limits[1]))
+    around = [raw[ranges["first"][k] : ranges["stop"][k]] - centre for k in wide]
+    about = np.concatenate([np.empty(0), *around])
     return Trace(
         name=name,
         n=raw.size,
@@ -96,7 +114,7 @@ def trace_of(
         clean=cleaned,
         means=means,
         mean_s=raw.size / frame_rate_hz / max(n_means, 1),
-        marked=pd.Series(about[far], far),
+        marked=pd.Series(raw[far] - centre, far),
         limits=limits,
         core=core,
         beyond=about[np.isfinite(about) & ((about < limits[0]) | (about > limits[1]))],

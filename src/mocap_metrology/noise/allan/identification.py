@@ -37,9 +37,11 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     needs.) NaN samples are left out of the means, windows without any out of the sum.
     """
     valid = np.isfinite(series)
-    mean = series[valid].mean() if valid.any() else 0.0
-    sums = running_sum(np.where(valid, series - mean, 0.0))
-    counts = running_sum(valid)
+    if valid.all():
+        sums, counts = running_sum(series - series.mean() if series.size else series), np.empty(0)
+    else:
+        mean = series[valid].mean() if valid.any() else 0.0
+        sums, counts = running_sum(np.where(valid, series - mean, 0.0)), running_sum(valid)
     exponents = np.zeros(len(m), dtype=np.int64)
     last = None
     for k in np.argsort(m):
@@ -61,7 +63,8 @@ def _departs(exponent: float, last: int, n_means: int) -> bool:
 
 
 def _lag1_exponent(sums: Floats, counts: Floats, m: int, most: int) -> float | None:
-    """-2 (delta + d), of window means differenced `most` times at most."""
+    """-2 (delta + d), of window means differenced `most` times at most. sums, counts: running sums
+    (n + 1,) of values and of how many there are, the latter empty where none is missing."""
     for differences, row in enumerate(_moments(sums, counts, m, most)):
         n_known, n_pairs, first, squares, products, both = row
         if n_known < MIN_MEANS - most or not n_pairs:
@@ -109,23 +112,28 @@ def _moments(sums: Floats, counts: Floats, m: int, most: int) -> Floats:
 @njit
 def _slope(sums: Floats, counts: Floats, m: int, n: int) -> float:
     """From the first known mean to the last, per window."""
-    first, last = 0, n - 1
-    while first < last and counts[(first + 1) * m] == counts[first * m]:
+    first, last, whole = 0, n - 1, counts.size == 0
+    while not whole and first < last and counts[(first + 1) * m] == counts[first * m]:
         first += 1
-    while first < last and counts[(last + 1) * m] == counts[last * m]:
+    while not whole and first < last and counts[(last + 1) * m] == counts[last * m]:
         last -= 1
     if first == last:
         return 0.0
     ends = np.empty(2)
     for k, window in enumerate((first, last)):
         a, b = window * m, (window + 1) * m
-        ends[k] = (sums[b] - sums[a]) / (counts[b] - counts[a])
+        ends[k] = (sums[b] - sums[a]) / (m if whole else counts[b] - counts[a])
     return (ends[1] - ends[0]) / (last - first)
 
 
 @njit(fastmath=REORDER)
 def _means(sums: Floats, counts: Floats, at: int, m: int, x: Floats, known: Floats) -> None:
     """Of windows from this sample on; 0 where none is known."""
+    if counts.size == 0:
+        known[:] = 1.0
+        for i in range(x.size):
+            x[i] = (sums[at + (i + 1) * m] - sums[at + i * m]) / m
+        return
     for i in range(x.size):
         a = at + i * m
         count = counts[a + m] - counts[a]

@@ -144,8 +144,10 @@ class File:
         limits = {n} if n < 65536 else {n % 65536, 65535, 32767}
         if any(v not in (None, n) for v in wide) or any(
             v not in (None, 0) and v not in limits for v in narrow
-        ):  # where they differ, the data must show where they end
-            shown = {int(v) for v in [*wide, *narrow] if v and self._ends(int(v) * stride, stride)}
+        ):  # where they differ, the data must show where they end, or one alone go with the size
+            said = {int(v) for v in [*wide, *narrow] if v}
+            fits = {v for v in said if v * stride <= there <= v * stride + BLOCK}
+            shown = {v for v in said if self._ends(v * stride, stride)} or fits
             need(len(shown) == 1)
             n = shown.pop()
         need(n > 0)

@@ -71,7 +71,8 @@ def _in_order(
 def _rate(times: Sequence[float]) -> float:
     steps = np.diff(times)
     need(np.isfinite(times).all() and (steps > 0).all())
-    return float(np.round(steps / np.median(steps)).sum() / (times[-1] - times[0]))
+    rate = np.round(steps / np.median(steps)).sum() / (times[-1] - times[0])
+    return float(f"{rate:.6g}")
 
 
 def _missing(cell: str) -> bool:

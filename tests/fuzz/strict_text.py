@@ -19,6 +19,7 @@ from .strict_c3d import MM, Unreadable, Values, need
 DECIMAL = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 NONE = ("", "NULL", "null", "NaN", "nan", "NAN", "NA", "N/A", "None", "-nan")
 TICKS = 48_000_000
+LARGEST_CELL = 131_072
 
 
 def decoded(raw: bytes) -> str:
@@ -31,6 +32,7 @@ def decoded(raw: bytes) -> str:
 def lines_of(raw: bytes) -> list[str]:
     need(not any(byte < 32 and byte not in b"\t\r\n" for byte in raw))
     lines = [line.rstrip("\r") for line in decoded(raw).split("\n")]
+    need(all(len(cell) <= LARGEST_CELL for line in lines for cell in line.split(",")))
     need(not any("\r" in line for line in lines))
     return lines
 
@@ -70,6 +72,7 @@ def series(
         need(np.isfinite(table[:, lead - 1]).all())
         steps = np.diff(table[:, lead - 1]) * rate
         index = index if numbered else np.concatenate([[0], np.cumsum(np.round(steps))])
+        need(abs(steps.sum() / index[-1] - 1) <= 1.027e-3)  # the rate, by the times
         need((np.abs(steps - np.diff(index)) < 0.51).all())
     need((np.diff(index) >= 1).all() and index[-1] < 11 * len(rows))
     xyz = np.full((len(labels), 3, int(index[-1]) + 1), np.nan)
@@ -134,8 +137,9 @@ def motive(raw: bytes, labels: Sequence[str]) -> Values:
     need(axes[2:] == ["X", "Y", "Z"] * k)
     need(head["Type"][2:] == ["Marker"] * 3 * k)
     need(lines[at - 1].split(",")[2:] == ["Position"] * 3 * k)
-    every = [cell.strip().strip('"') for cell in head["Name"][2::3]]
-    need(len(every) == k)
+    names = [cell.strip().strip('"') for cell in head["Name"][2:]]
+    every = names[::3]
+    need(names == [name for name in every for _ in range(3)] and len(every) == k)
     rows = [line.split(",") for line in lines[at + 1 :] if line.strip(", ")]
     rate = number(said.get("Export Frame Rate", ""))
     found = series(rows, labels, every, rate, unit_mm(said["Length Units"]), True, True)
@@ -270,6 +274,7 @@ def angles(raw: bytes) -> Values:
 
 
 def board(raw: bytes) -> Values:
+    need(decoded(raw).splitlines()[0].strip())
     rows = table_of(raw, ("x_m", "y_m", "z_m"))
     return {"board": np.array([[number(row[c]) for c in ("x_m", "y_m", "z_m")] for row in rows])}
 
@@ -280,6 +285,7 @@ def sheet(raw: bytes) -> Values:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise Unreadable from None
+    text = re.sub(r'(^|\t) *"([^"\t\r\n]*)" *(?=[\t\r\n]|$)', r"\1\2", text, flags=re.M)
     rows = [line for line in re.split(r"\r\n|\n|\r", text) if line.strip(" \t;,")]
     rows = [line for line in rows if not line.lstrip(' "').startswith("#")]
     need(rows and "\0" not in text and not re.search(r'(^|\t) *"', text, re.M))
@@ -336,8 +342,9 @@ def leaf(value: Any) -> Any:
         return [leaf(one) for one in value]
     text = str(value).strip()
     words = {"yes": "true", "on": "true", "no": "false", "off": "false", "null": "none", "": "none"}
-    words |= {"true": "true", "false": "false", "none": "none", "nan": "nan"}
-    text = words.get(text.lower(), text)
+    words |= {"true": "true", "false": "false", "none": "none", "nan": "nan", "-nan": "nan"}
+    written = text in (text.lower(), text.upper(), text.capitalize())
+    text = words.get(text.lower(), text) if written else text
     if "," in text:
         return [leaf(part) for part in text.split(",")]
     try:

@@ -93,6 +93,8 @@ def test_a_board_has_the_diodes_that_the_recording_shows() -> None:
         ("0,0.\u0661,0.2", "a cell is not a number"),  # float of Python takes it
         ("0,0_1,0.2", "a cell is not a number"),
         ("0,0," + "1" * 200_000, "cannot be read"),
+        ('0,0.1,"0.2', "cannot be read"),
+        ("0,0.1,0.2\v", "control character, '.x0b'"),
     ],
 )
 def test_damaged_lines(tmp_path: Path, line: str, message: str) -> None:

@@ -65,6 +65,8 @@ def load_yaml(text: str) -> Any:
     if (at := text.find("\ufeff", 1)) > 0:  # which the one reads and the other does not
         raise ValueError(f"line {text.count(chr(10), 0, at) + 1}: a byte order mark in the text")
     try:
+        if "\t" in text:  # of which the one reads some and the other none
+            _expect_shallow(yaml.parse(text, yaml.SafeLoader))
         _expect_shallow(yaml.parse(text, kind))
         loader = kind(text)
         node = loader.get_single_node()

@@ -11,6 +11,7 @@ from functools import lru_cache
 from mocap_metrology.common.errors import Refusal, printable
 
 NUMBER = re.compile(r"\s*[+-]?\d*,\d*([eE][+-]?\d+)?\s*", re.ASCII)
+CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]")  # not \t, \n, \r
 
 # At the start of a cell, or behind what may separate cells too; a number is none
 FORMULA = re.compile(r"(^|[;\t\r\n]\s*)(?=[=@\t\r]|[+-](?![\d.]*([eE][+-]?\d+)?($|;)))")
@@ -51,10 +52,13 @@ def _of_text(text: str) -> str:
 def rows(text: str) -> list[list[str]]:
     """Cells of each line of a table, its header first; numbers have points. ValueError where a line
     is not to be split."""
+    if odd := CONTROL.search(text):
+        line = len(re.findall(r"\r\n|\r|\n", text[: odd.start()])) + 1
+        raise ValueError(f"line {line} has a control character, {odd[0]!r}")
     lines = text.splitlines()
     between = delimiter(lines[0]) if lines else ","
     try:
-        found = list(csv.reader(lines, delimiter=between))
+        found = list(csv.reader(lines, delimiter=between, strict=True))
     except csv.Error as error:
         raise ValueError(error) from None
     if between == ",":

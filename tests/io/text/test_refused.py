@@ -153,6 +153,17 @@ def test_types_of_motive_below_the_other_rows_of_its_header(tmp_path):
     assert said == "m.csv: no row of types (Marker, Rigid Body, ...) in the header"
 
 
+def test_coordinates_of_two_markers_of_motive(tmp_path):
+    lines = PLAIN["m.csv"].split("\r\n")
+    at = next(k for k, line in enumerate(lines) if line.startswith(",Name"))
+    names = lines[at].split(",")
+    names[3] = "B2"
+    lines[at] = ",".join(names)
+    said = refusal(make(tmp_path, "m.csv", "\r\n".join(lines)))
+    assert said.startswith("m.csv: X, Y, Z in columns 3 to 5 are of ")
+    assert said.endswith(" and 'B2'; expected one")
+
+
 def test_time_that_jumps(tmp_path):
     text = TRC
     for i in range(10, 20):

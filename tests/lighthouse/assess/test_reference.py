@@ -170,6 +170,8 @@ def test_pose_files(tmp_path):
         ({"t_m": None}, "no translation"),
         ({"stations": None}, "no station ids"),
         ({"stations": {"master": 11.5, "slave": 12}}, "expected a whole number"),
+        ({"stations": {"master": "0x\u0663", "slave": 12}}, "expected a whole number"),
+        ({"stations": {"master": "1" * 5000, "slave": 12}}, "id is '1{30}'; expected a whole"),
     ],
 )
 def test_pose_files_that_are_refused(tmp_path, entries, match):

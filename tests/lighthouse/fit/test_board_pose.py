@@ -95,3 +95,16 @@ def test_a_lost_search_does_not_spoil_those_after_it() -> None:
     given, _ = poses(40, BOARDS["flat"], seed=8)
     path = by_nelder_mead(given, BOARDS["flat"], IDEAL, TIGHT, warm=True)
     assert np.linalg.norm(path.t_m, axis=1).max() < 10
+
+
+def test_a_pose_of_diodes_on_a_line_does_not_spoil_the_others() -> None:
+    """The first row of the board alone is seen, exactly on a line: others are as without it."""
+    board = flat_board()
+    given, _ = poses(8, board, seed=9)
+    others = np.arange(8) != 3
+    alone = by_levenberg_marquardt(
+        Measurements(given.time_s[others], given.angles_rad[others]), board, IDEAL
+    )
+    given.angles_rad[3, np.abs(board[:, 2] - board[0, 2]) > 1e-9] = np.nan
+    path = by_levenberg_marquardt(given, board, IDEAL)
+    np.testing.assert_allclose(path.t_m[others], alone.t_m, atol=1e-6)

@@ -213,6 +213,12 @@ def _positions(
         raise Refusal(
             f"{file}: has no positions of markers or bodies: export it with Markers switched on"
         )
+    for i in chosen:
+        if len(set(columns.names[i : i + 3])) > 1:
+            of = " and ".join(map(repr, dict.fromkeys(columns.names[i : i + 3])))
+            raise Refusal(
+                f"{file}: X, Y, Z in columns {i + 1} to {i + 3} are of {of}; expected one"
+            )
     after = len(measured) + len(solved)
     remarks = dict.fromkeys(range(len(measured), after), SOLVED_MARKER)
     remarks |= dict.fromkeys(range(after, len(chosen)), BODY)

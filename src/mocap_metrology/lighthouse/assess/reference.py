@@ -11,6 +11,7 @@ Stations are known by the id in their flashes: poses of different ones are never
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,6 +30,7 @@ from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution,
 from mocap_metrology.lighthouse.places import narrowness_m, read_places
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 
+ID = re.compile(r"\s*[+-]?(0[xX][0-9a-fA-F]{1,16}|[0-9]{1,20})\s*")
 LARGEST_RESIDUAL_MM = 5.0
 LARGEST_MOTION_MM = 5.0  # standard deviation of a marker that ought to be at rest
 LONGEST_M, SHORTEST_M = 30.0, 0.1  # baselines outside are given in the wrong unit
@@ -322,12 +324,14 @@ def station_id(given: object, where: str) -> int | None:
         return None
     try:
         if isinstance(given, str):
+            if not ID.fullmatch(given):
+                raise ValueError
             return int(given, 0)
         if isinstance(given, (bool, float)) or not isinstance(given, SupportsInt):
             raise ValueError
         return int(given)
     except (TypeError, ValueError):
-        raise Refusal(f"{where}: id is {given!r}; expected a whole number") from None
+        raise Refusal(f"{where}: id is {str(given)[:30]!r}; expected a whole number") from None
 
 
 def check_same_ids(theirs: Ids, own: Ids, what: str, where: str) -> str:

@@ -221,11 +221,15 @@ def _affine_starts(measurements: Measurements, board: np.ndarray) -> _Starts:
 def _affine_fit(
     offset: np.ndarray, axes: np.ndarray, image: np.ndarray, seen: np.ndarray
 ) -> np.ndarray:
-    """What a step along each of k axes moves in the image, (n, k, 2), by least squares."""
+    """What a step along each of k axes moves in the image, (n, k, 2), by least squares; 0 along an
+    axis across which there is no diode."""
     along = np.einsum("ndi,nki->ndk", offset, axes)
     A = np.concatenate([along, np.ones_like(along[:, :, :1])], axis=2) * seen[:, :, None]
     At = A.transpose(0, 2, 1)
-    return np.linalg.solve(At @ A, At @ image)[:, :-1]
+    try:
+        return np.linalg.solve(At @ A, At @ image)[:, :-1]
+    except np.linalg.LinAlgError:  # of one that sees diodes on a line
+        return (np.linalg.pinv(At @ A, hermitian=True) @ (At @ image))[:, :-1]
 
 
 def _rows(F: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

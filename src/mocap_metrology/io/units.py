@@ -22,6 +22,7 @@ MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0} | {
 }
 KNOWN = "mm, cm, m, millimetre, centimetre, metre"
 NEAR_MM = 20.0  # no volume is so small, and none measures 20 m to each side of its origin
+NOWHERE_MM = 1e10  # 10 000 km
 FAR_MM = 1e5  # no volume is so large; in mm it is a few cm from the origin
 
 
@@ -54,13 +55,19 @@ class LengthUnit:
 
     def check_size(self, position_mm: npt.NDArray[np.floating], file: str) -> None:
         """Refuse coordinates that are in m where the unit is mm, or the other way round, unless the
-        user gave it. `position_mm` of any shape, NaN where invalid."""
-        if self.source == "given" or MM.get(self.name.lower()) not in (MM["mm"], MM["m"]):
-            return
+        user gave it, and what is no position in any unit. `position_mm` of any shape, NaN where
+        invalid."""
         largest = max(
             np.fmax.reduce(position_mm, axis=None, initial=np.nan),
             -np.fmin.reduce(position_mm, axis=None, initial=np.nan),
         )
+        if largest > NOWHERE_MM:
+            raise Refusal(
+                f"{file}: a coordinate is {largest:.3g} mm: the file is damaged, or its numbers are"
+                " no positions"
+            )
+        if self.source == "given" or MM.get(self.name.lower()) not in (MM["mm"], MM["m"]):
+            return
         how = "assumed, as the file names none" if self.source == "assumed" else "the file's unit"
         if self.mm == MM["mm"] and largest <= NEAR_MM:
             raise UnknownUnit(

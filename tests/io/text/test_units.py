@@ -80,6 +80,8 @@ def test_sizes_that_are_believed_up_to_their_limit(unit, plausible, wrong, sign)
                 unit.check_size(position, "a")
         for other in (read_unit(["cm"], "Units", "a"), unit.stated("mm", "a")):
             other.check_size(position, "a")
+            with pytest.raises(Refusal, match=r"^a: a coordinate is 2e\+12 mm: the file"):
+                other.check_size(np.append(position, sign * 2e12), "a")
 
 
 def test_every_spelling_of_a_unit() -> None:

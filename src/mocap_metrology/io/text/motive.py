@@ -214,11 +214,10 @@ def _positions(
             f"{file}: has no positions of markers or bodies: export it with Markers switched on"
         )
     for i in chosen:
-        if len(set(columns.names[i : i + 3])) > 1:
-            of = " and ".join(map(repr, dict.fromkeys(columns.names[i : i + 3])))
-            raise Refusal(
-                f"{file}: X, Y, Z in columns {i + 1} to {i + 3} are of {of}; expected one"
-            )
+        own = dict.fromkeys(columns.names[i : i + 3])
+        if len(own) > 1:
+            where = f"{file}: X, Y, Z in columns {i + 1} to {i + 3}"
+            raise Refusal(f"{where} are of {' and '.join(map(repr, own))}; expected one")
     after = len(measured) + len(solved)
     remarks = dict.fromkeys(range(len(measured), after), SOLVED_MARKER)
     remarks |= dict.fromkeys(range(after, len(chosen)), BODY)

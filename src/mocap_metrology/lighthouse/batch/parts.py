@@ -305,13 +305,13 @@ def prior_p(found: Joint) -> float:
 
 
 def of_length(found: Joint) -> dict[str, float]:
-    """What a known length says of the size of the board; none without one. board_larger: than its
-    file, a share; board_sigma: this over its standard deviation, by what is known of that size, and
-    scale_p the probability by chance, in the notation of `prior_p`; length_share: of what is known
-    of the scale."""
+    """What a known length says of the size of the board. scale_p: probability by chance that it
+    differs so much from its file, 1 without such a length; with one also board_larger: than its
+    file, a share; board_sigma: this over its standard deviation, by what is known of that size, in
+    the notation of `prior_p`; length_share: of what is known of the scale."""
     at = found.of.scale
     if at < 0 or found.working[at] < found.of.sd[at]:
-        return {}
+        return {"scale_p": 1.0}
     known = 1 / found.working**2
     M = solved(found.S + np.diag(known), np.eye(known.size))
     by_prior = (np.eye(known.size)[at] - M[at] * known) * np.where(known > 0, found.believed, 0.0)

@@ -170,7 +170,6 @@ def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
         "weight_lost": 1 - float(weight.sum()) / total,
         "misfit": found.misfit,
         "prior_p": prior_p(found),
-        "scale_p": 1.0,
         **of_length(found),
     }
 

@@ -9,9 +9,8 @@ with the one-sided density
 (f^-2, f^-1, 1, f^2), correlated noise of any time constants and noise behind Butterworth filters
 (1 / (1 + (f/f_c)^2n) and its square), or with R as well; the deviance of gamma-distributed
 ordinates decides. These densities only fall, so that R is a resonance by its peak alone. It is
-reported where
-nothing else in the recording has the same spectrum: no line at its frequency, no filter, no
-smoothing.
+reported where nothing else in the recording has the same spectrum: no line at its frequency, no
+filter, no smoothing.
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ def _write_pose(axes: figure.Axes, files: CalibrationFiles) -> None:
     lines = lines if rows else ["No pose of the slave.", *lines]
     if rows:
         labels, cells = zip(*rows, strict=True)
-        where: Keywords = {"bbox": (0.48, 1 - 0.07 * len(rows), 0.6, 0.07 * len(rows))}
+        where: Keywords = {"bbox": (0.48, 1 - 0.07 * len(rows), 0.72, 0.07 * len(rows))}
         table = axes.table(cellText=cells, rowLabels=labels, edges="open", **where)
         table.auto_set_font_size(value=False)
         table.set_fontsize(figure.SMALL_PT)

@@ -202,18 +202,19 @@ def read(raw: bytes, labels: Sequence[str]) -> Values:
     xyz = values[..., :3]
     bad = (values[..., 3] < 0) | (xyz == 0).all(axis=2) | ~np.isfinite(xyz).all(axis=2)
     xyz = np.where(bad[..., None], np.nan, xyz) * (unit or 1.0) * (1.0 if is_float else scale)
+    trial = file.trial()  # one that does not go with the data gives no number, either
     return {
         "position_mm": xyz.transpose(0, 2, 1),
         "rate": known[0],
         "unit_assumed": unit is None,
-        "first": (file.trial() or (file.first,))[0],
+        "first": trial[0] if trial and trial[1] - trial[0] + 1 == n else file.first,
     }
 
 
 def join(parts: Sequence[bytes], labels: Sequence[str]) -> Values:
     """Segments of one take in order, by the numbers of their first frames."""
     found = [read(part, labels) for part in parts]
-    need(len({one["rate"] for one in found}) == 1)
+    need(all(math.isclose(one["rate"], found[0]["rate"], rel_tol=2e-6) for one in found))
     pieces = [found[0]["position_mm"]]
     for one, other in pairwise(found):
         gap = other["first"] - one["first"] - one["position_mm"].shape[2]

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Sequence
 from typing import Any
+from unicodedata import category
 
 import numpy as np
 import yaml
@@ -126,7 +127,7 @@ def motive(raw: bytes, labels: Sequence[str]) -> Values:
     lines = lines_of(raw)
     first = [cell.strip() for cell in next(csv.reader([lines[0]]))]
     said = dict(zip(first[::2], first[1::2], strict=False))
-    need(first[0] == "Format Version" and "Length Units" in said)
+    need(first[0] == "Format Version" and said.get("Length Units", "").strip())
     at = next((i for i, line in enumerate(lines) if line.lower().startswith("frame,")), 0)
     need(4 < at < 20 and not any(line.count('"') % 2 for line in lines[:at]))
     above = [line.split(",") for line in lines[1:at] if line.count(",") > 1]
@@ -242,9 +243,9 @@ def dump(raw: bytes, n_diodes: int = 32) -> Values:
 
 
 def table_of(raw: bytes, columns: Sequence[str], exact: bool = True) -> list[dict[str, str]]:
-    need(b"\0" not in raw)
     try:
         text = raw.decode("utf-8-sig")
+        need(all(c in "\t\r\n" or category(c) not in ("Cc", "Zl", "Zp") for c in text))
         rows = [row for row in csv.reader(io.StringIO(text, newline=""), strict=True) if any(row)]
     except (csv.Error, UnicodeDecodeError):
         raise Unreadable from None

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.board import check_count, digest, flat_board, read_board
+from mocap_metrology.lighthouse.board import (
+    check_count,
+    digest,
+    flat_board,
+    read_board,
+    read_normals,
+)
 
 SQUARE = ["0,0,0", "0,0.1,0", "0,0.1,0.1", "0,0,0.1"]
 
@@ -25,8 +31,26 @@ def written(folder: Path, rows: list[str], header: str = "x_m,y_m,z_m") -> Path:
 def test_a_board_is_read_in_the_order_of_the_file(tmp_path: Path) -> None:
     """Blank lines, further columns, spaces and the byte order mark of a spreadsheet are no part."""
     rows = [row + ",note" for row in SQUARE]
-    path = written(tmp_path, [*rows[:2], "", *rows[2:]], "x_m, y_m ,z_m,comment")
+    path = written(tmp_path, [*rows[:2], "", *rows[2:], ", ,,"], "x_m, y_m ,z_m,comment")
     assert read_board(path).tolist() == [[0, 0, 0], [0, 0.1, 0], [0, 0.1, 0.1], [0, 0, 0.1]]
+
+
+@pytest.mark.parametrize(
+    ("normal", "why"),
+    [
+        ("0,0,x", "line 5 is '.*,0,0,x'; expected numbers"),
+        ("0,0,nan", "nx,ny,nz of diode 3 have the length nan; expected unit vectors"),
+        ("0,1,1", "nx,ny,nz of diode 3 have the length 1.41421; expected unit vectors"),
+    ],
+)
+def test_directions_of_diodes_are_unit_vectors(tmp_path: Path, normal: str, why: str) -> None:
+    rows = [f"{row},0.6,0,0.8" for row in SQUARE[:3]]
+    header = "x_m,y_m,z_m,nx,ny,nz"
+    found = read_normals(written(tmp_path, [*rows, f"{SQUARE[3]},1.001,0,0"], header))
+    np.testing.assert_allclose(found, [[0.6, 0, 0.8]] * 3 + [[1, 0, 0]])
+    with pytest.raises(Refusal, match=f"^board.csv: {why}"):
+        read_normals(written(tmp_path, [*rows, f"{SQUARE[3]},{normal}"], header))
+    assert read_normals(written(tmp_path, SQUARE)) is None
 
 
 def test_the_default_board_counts_along_rows_from_the_lower_left() -> None:
@@ -43,7 +67,7 @@ def test_the_default_board_counts_along_rows_from_the_lower_left() -> None:
     [
         ([], "expected three finite numbers per diode"),
         ([*SQUARE, "0,nan,0"], "expected three finite numbers per diode"),
-        ([*SQUARE, "0,x,0"], "a cell is not a number; expected positions in metres"),
+        ([*SQUARE, "0,x,0"], "line 6 is '0,x,0'; expected numbers, positions in metres"),
         (SQUARE[:3], "3 diodes; a calibration needs at least 4"),
         (["0,0,0", "0,2.0001,0", "0,1,1", "0,0,1"], "the diodes span 2.0001 m; expected metres"),
         ([*SQUARE, "0,0.1,0.000099"], "diodes 1 and 4 have the same position"),
@@ -90,8 +114,8 @@ def test_a_board_has_the_diodes_that_the_recording_shows() -> None:
     ("line", "message"),
     [
         ("0,0.1,0.2,0,0.3,0.4", "line 3 has 6 cells, expected 3"),  # two lines joined
-        ("0,0.\u0661,0.2", "a cell is not a number"),  # float of Python takes it
-        ("0,0_1,0.2", "a cell is not a number"),
+        ("0,0.\u0661,0.2", "line . is .*; expected numbers"),  # float of Python takes it
+        ("0,0_1,0.2", "line . is .*; expected numbers"),
         ("0,0," + "1" * 200_000, "cannot be read"),
         ('0,0.1,"0.2', "cannot be read"),
         ("0,0.1,0.2\v", "control character, '.x0b'"),

@@ -50,15 +50,16 @@ def _of_text(text: str) -> str:
 
 
 def rows(text: str) -> list[list[str]]:
-    """Cells of each line of a table, its header first; numbers have points. ValueError where a line
-    is not to be split."""
+    """Cells of each line of a table, its header first; numbers have points; a line of blank cells
+    has none. ValueError where a line is not to be split."""
     if odd := CONTROL.search(text):
         line = len(re.findall(r"\r\n|\r|\n", text[: odd.start()])) + 1
         raise ValueError(f"line {line} has a control character, {odd[0]!r}")
     lines = text.splitlines()
     between = delimiter(lines[0]) if lines else ","
     try:
-        found = list(csv.reader(lines, delimiter=between, strict=True))
+        read = csv.reader(lines, delimiter=between, strict=True)
+        found = [row if any(cell.strip() for cell in row) else [] for row in read]
     except csv.Error as error:
         raise ValueError(error) from None
     if between == ",":

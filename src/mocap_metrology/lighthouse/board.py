@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -37,21 +36,39 @@ def read_board(path: str | Path) -> np.ndarray:
 
     Raises `Refusal` for missing columns, cells that are no numbers, and a board in mm.
     """
-    name, rows = Path(path).name, csv_rows(path, COLUMNS)
-    try:
-        board = np.array([[spreadsheet.number(cell) for cell in row[:3]] for row in rows if row])
-    except ValueError:
-        raise Refusal(f"{name}: a cell is not a number; expected positions in metres") from None
-    return check_board(board, name)
+    name = Path(path).name
+    return check_board(_numbers(csv_rows(path, COLUMNS), 0, f"{name}: line"), name)
 
 
 def read_normals(path: str | Path) -> np.ndarray | None:
     """Unit vectors in which the diodes look, (n, 3), from the columns nx, ny, nz of a file that
-    `read_board` accepts; None where it has none."""
-    with suppress(Refusal):
+    `read_board` accepts; None where it has none. Raises `Refusal` for what is no direction."""
+    try:
         rows = csv_rows(path, COLUMNS + NORMALS)
-        return np.array([[spreadsheet.number(cell) for cell in row[3:6]] for row in rows if row])
-    return None
+    except Refusal:
+        return None
+    name = Path(path).name
+    normals = _numbers(rows, len(COLUMNS), f"{name}: line")
+    length = np.linalg.norm(normals, axis=1)
+    if odd := np.flatnonzero(~(np.abs(length - 1) < 0.01)).tolist():
+        said = f"{name}: nx,ny,nz of diode {odd[0]} have the length {length[odd[0]]:g}"
+        raise Refusal(f"{said}; expected unit vectors, or no such columns")
+    return normals / length[:, None]
+
+
+def _numbers(rows: list[list[str]], first: int, where: str) -> np.ndarray:
+    """Three cells of each row from the `first` on."""
+    found = []
+    for number, row in enumerate(rows, start=2):
+        if not row:
+            continue
+        try:
+            x, y, z = (spreadsheet.number(cell) for cell in row[first : first + 3])
+        except ValueError:
+            said = f"{where} {number} is {','.join(row)[:80]!r}"
+            raise Refusal(f"{said}; expected numbers, positions in metres") from None
+        found.append([x, y, z])
+    return np.array(found)
 
 
 def digest(board: np.ndarray) -> str:

@@ -39,7 +39,7 @@ def read_places(
     rows = csv_rows(path, COLUMNS)
     places: dict[str, np.ndarray] = {}
     for number, row in enumerate(rows, start=2):
-        if not any(cell.strip() for cell in row):
+        if not row:
             continue
         label = row[0].strip()
         try:

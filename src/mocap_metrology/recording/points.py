@@ -65,9 +65,9 @@ def read_reference(path: str | Path) -> dict[str, tuple[np.ndarray, float]]:
     spreadsheet.check_width(rows, name)
     found: dict[str, tuple[np.ndarray, float]] = {}
     for line, cells in enumerate(rows[1:], start=2):
-        row = {key: cell.strip() for key, cell in zip(header, cells, strict=False)}
-        if not any(row.values()):
+        if not cells:
             continue
+        row = {key: cell.strip() for key, cell in zip(header, cells, strict=False)}
         try:
             place = np.array([spreadsheet.number(row[axis]) for axis in COLUMNS[1:]])
             u = spreadsheet.number(row.get("u_mm") or "0")

@@ -40,7 +40,7 @@ TWINS: dict[str, type] = {
 
 
 def help_of(field: FieldInfo) -> str:
-    """In one line."""
+    """The description of a setting in one line."""
     return " ".join((field.description or "").split())
 
 

@@ -296,7 +296,7 @@ class RecordingRow(SheetRow):
     @field_validator("date")
     @classmethod
     def _such_a_day(cls, text: str | None) -> str | None:
-        """As ISO 8601 has it."""
+        """A date, or date and time, in the form of ISO 8601."""
         if text is None:
             return None
         try:

@@ -55,7 +55,7 @@ class Sheet(Generic[OfSheet]):
 
     @property
     def groups(self) -> list[str]:
-        """In the order of their first rows."""
+        """Groups in the order of their first rows."""
         return list(dict.fromkeys(row.group for row in self.rows.values()))
 
 

@@ -97,7 +97,8 @@ def _bias(bar: Bar) -> list[Finding]:
 
 
 def _angle(bar: Bar, u_deg: float) -> list[Finding]:
-    """Of the mean rotation against the stated one, beyond its uncertainty."""
+    """A finding where the mean rotation differs from the stated one by more than its
+    uncertainty."""
     found = repeated([take.angle_bias_deg for take in bar.takes])
     least = NORMAL * u_deg + float(np.nan_to_num(found.upper - found.value))
     if not found.value > least:
@@ -113,8 +114,9 @@ def _direction(bar: Bar) -> list[Finding]:
 
 
 def _place(bar: Bar) -> list[Finding]:
-    """Of classes whose surface is more than chance: its F for effective frames is beyond the
-    quantile SURE, and it explains some of each part that it was not fitted to."""
+    """Findings for classes whose error depends on the place by more than chance: its F for
+    effective frames is beyond the quantile SURE, and it explains some of each part that it was not
+    fitted to."""
     return [
         Finding("by_place", one.name, part.value, part.lower, part.upper)
         for one in bar.classes

@@ -77,25 +77,26 @@ class Series:
     watched: Watched
 
     def natural(self, values: Floats) -> Floats:
-        """In mm."""
+        """Charted values in mm."""
         if self.kind == "jitter":
             return np.exp(values)
         return np.maximum(values, 0) ** 1.5 if self.kind == "wander" else values
 
     def change(self, difference: Floats, mean: Floats) -> Floats:
-        """Of a difference of charted values: mm, of jitter and wander a share."""
+        """The change that a difference of charted values means: in mm, of jitter and wander as a
+        share."""
         if self.kind in ("place", "length"):
             return difference
         return self.natural(mean + difference) / self.natural(mean) - 1
 
     @property
     def unit(self) -> str:
-        """Of a change."""
+        """Unit of a change."""
         return "mm" if self.kind in ("place", "length") else ""
 
     @property
     def code(self) -> str:
-        """Of a finding on a change."""
+        """Code of a finding that reports a change."""
         return f"{self.kind}_changed"
 
 

@@ -25,11 +25,11 @@ BLOCKS = 5  # of one pass
 
 @dataclass(frozen=True)
 class Parts:
-    """Of one class. sizes: of bias, pass, place, rest, frame in mm; place_share: of the variance
-    about the pass's mean that the surface of other dates, or of other passes, explains in what it
-    was not fitted to (NaN of one pass); predicts: whether it explains some in each, or in each of
-    BLOCKS parts of one pass; rest: (n,) of each pass; n_eff: of the rest; n_terms: of the
-    surface."""
+    """The parts of the error of one class. sizes: of bias, pass, place, rest, frame in mm;
+    place_share: share of the variance about the pass's mean that the surface of other dates, or of
+    other passes, explains in what it was not fitted to (NaN of one pass); predicts: whether it
+    explains some in each, or in each of BLOCKS parts of one pass; rest: (n,) of each pass; n_eff:
+    of the rest; n_terms: of the surface."""
 
     sizes: Mapping[str, Repeated]
     place_share: float
@@ -54,7 +54,8 @@ class Parts:
 def parts_of(
     errors: Sequence[np.ndarray], middles: Sequence[np.ndarray], dates: Sequence[str]
 ) -> Parts:
-    """Of the passes of a class: errors (n,) mm, NaN in gaps, middles (3, n) mm."""
+    """The parts of the error of a class, from its passes: errors (n,) mm, NaN in gaps, middles of
+    the bar (3, n) mm."""
     centred = [e - np.nanmean(e) for e in errors]
     terms = surface_terms(middles)
     surfaces = [own @ _fitted(terms, centred) for own in terms]

@@ -34,8 +34,9 @@ BETWEEN = ("date", "pass")  # the first of them is of the means that the correct
 
 @dataclass(frozen=True)
 class Statement:
-    """Of one direction, or of any. correction_mm: to be added to a measured length; n_dates: whose
-    scatter is in the budget, 0 if that of passes is."""
+    """The uncertainty of a length in one direction, or in any. correction_mm: to be added to a
+    measured length; n_dates: number of dates whose scatter is in the budget, 0 if that of passes
+    is."""
 
     direction: str
     passes: int
@@ -47,9 +48,9 @@ class Statement:
 def statements(
     bar: Bar, known: Sequence[Component] = (), averaged: float = 1
 ) -> tuple[Statement, ...]:
-    """Of each class of FEWEST passes or more, first of any of them; none where there is none.
-    known: otherwise, `drift` by a monitor and `scale`, relative; averaged: frames of one place and
-    pass of which a mean is stated."""
+    """Statements for any direction, then for each class of FEWEST passes or more; none without such
+    a class. known: components from elsewhere, `drift` by a monitor and `scale`, relative; averaged:
+    frames of one place and pass of which a mean is stated."""
     classes = [one for one in bar.classes if len(one.passes) >= FEWEST]
     own = [_of_passes(one, averaged) for one in classes]
     if not own:
@@ -100,7 +101,8 @@ def _mean_square(name: str, squares: np.ndarray, most: float, averaged: float = 
 
 
 def _any(own: Sequence[Statement]) -> Statement:
-    """Of any class, each as likely as another: mean variances, and that of the means."""
+    """The statement for any class, each as likely as another: mean variances, and the variance of
+    the means."""
     by_name: dict[str, list[Component]] = {}
     for one in own:
         for component in one.budget.components:

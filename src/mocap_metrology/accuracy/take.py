@@ -68,8 +68,8 @@ def take_of(
 
 
 def with_angles(take: Take, quaternions: np.ndarray, stated: np.ndarray | None) -> Take:
-    """With angles |log(R_ref^T R_A^T R_B)| of two bodies, quaternions (2, 4, n), x y z w; R_ref:
-    the stated rotation of B in A as a quaternion (4,), or the mean one."""
+    """The take with angles |log(R_ref^T R_A^T R_B)| of two bodies, quaternions (2, 4, n), x y z w;
+    R_ref: the stated rotation of B in A as a quaternion (4,), or the mean one."""
     from scipy.spatial.transform import Rotation
 
     known = take.known & np.isfinite(quaternions).all(axis=(0, 1))

@@ -131,8 +131,9 @@ def _scene(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Scene, Cal
 def _stations(
     scene: Scene, known: Calibrated, track: Tracked, seen: Markers, found: Match
 ) -> dict[str, Row]:
-    """By name: what the calibration has of a station less what motion capture shows, as seen from
-    the reference; and, of the reference too, its pose in the frame of motion capture."""
+    """Errors of the stations by name: the pose by the calibration less that by motion capture, as
+    seen from the reference; and each pose, that of the reference too, in the frame of motion
+    capture."""
     placed = resected(scene, known, track, seen, found.free)
     rows = {
         scene.names[k]: {

@@ -201,17 +201,17 @@ class Recorded:
 
     @property
     def names(self) -> list[str]:
-        """Of the stations."""
+        """Names of the stations."""
         return [station.role for station in self.stations]
 
     @property
     def generation(self) -> int:
-        """Of the stations."""
+        """Generation of the stations, 1 or 2."""
         return self.stations[0].generation if self.stations else 1
 
     @property
     def clocks(self) -> tuple[TurnClock, ...]:
-        """Of stations of the second generation, where their light tells them."""
+        """Clocks of the turns of second-generation stations, where their light shows them."""
         return tuple(TurnClock(**own) for own in self.origin["clocks"] if self.generation == 2)
 
     @property

@@ -164,7 +164,7 @@ def _tell_truth(
 
 
 def format_of(path: Path) -> str:
-    """By the suffix."""
+    """The format of a recording by its suffix."""
     name = path.name.lower()
     if name.endswith((".rec", ".rec.gz")):
         return "libsurvive-rec"

@@ -60,7 +60,7 @@ def add_take(options: argparse.Namespace) -> int:
 
 
 def _settings(folder: Path) -> Settings:
-    """Of config.yaml in the folder, where there is one; what it lacks has its default."""
+    """Settings of config.yaml in the folder, where there is one; defaults for the others."""
     own = Settings(noise=Noise(estimators=("likelihood",)))
     try:
         raw = (folder / CONFIG).read_bytes()

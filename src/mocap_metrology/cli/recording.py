@@ -87,7 +87,8 @@ def processors() -> int:
 
 
 def _entry(path: Path, options: argparse.Namespace) -> Entry:
-    """With the named markers, or a choice of markers, which is reported."""
+    """The entry of a file with the named markers, or with a choice of markers, which is
+    reported."""
     named = [part.strip() for text in options.markers for part in text.split(";") if part.strip()]
     truncated, columns = options.accept_truncated, options.columns
     entry = Entry([str(path)], named, options.rate, truncated, options.unit, column_names=columns)

@@ -60,7 +60,7 @@ def whole(path: str | Path) -> Iterator[Path]:
 
 
 def part_prefix(run: str) -> str:
-    """With what the names of unfinished files of a run begin."""
+    """The prefix of the names of unfinished files of a run."""
     return f".part-{run[:12]}-" if run else ".part-"
 
 
@@ -235,7 +235,7 @@ def write_table(
 def write_series(
     path: str | Path, columns: Iterable[tuple[str, np.ndarray]], metadata: Mapping[str, object]
 ) -> None:
-    """As `write_table`, of columns of numbers that come one at a time.
+    """Write a table like `write_table`, from columns of numbers that come one at a time.
 
     In a Parquet file all columns of some rows come before the next rows, so the columns wait in a
     file without a name, which goes when the process ends, however it ends.
@@ -293,8 +293,8 @@ def _metadata(file: pq.ParquetFile, path: str | Path) -> Metadata:
 
 
 def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
-    """As `read_table`; each column of a large table is read whenever it is asked for: of 90 hours
-    of two markers at 120 Hz all would be 1.2 GB together."""
+    """Read a table like `read_table`, but each column of a large one whenever it is asked for: of
+    90 hours of two markers at 120 Hz all would be 1.2 GB together."""
     with parquet.reading(path) as file:
         names, metadata = file.schema_arrow.names, _metadata(file, path)
         large = is_large(len(names), file.metadata.num_rows)

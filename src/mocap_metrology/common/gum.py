@@ -16,8 +16,8 @@ COVERAGE = 0.95
 
 @dataclass(frozen=True)
 class Component:
-    """Of a budget. name: key of its words; kind: type of evaluation, `A` by statistics, `B` by
-    other means; u: standard uncertainty; dof: its degrees of freedom."""
+    """One component of an uncertainty budget. name: key of its words; kind: type of evaluation, `A`
+    by statistics, `B` by other means; u: standard uncertainty; dof: its degrees of freedom."""
 
     name: str
     kind: str
@@ -52,7 +52,7 @@ class Budget:
         return self.k * self.u
 
     def share(self, component: Component) -> float:
-        """Of u_c^2."""
+        """Share of the component in u_c^2."""
         return component.u**2 / self.u**2 if self.u > 0 else 0.0
 
 

@@ -68,7 +68,7 @@ def _seal(path: Path) -> None:
 
 
 def _footer(file: Any, path: Path) -> tuple[int, bytes]:
-    """Where the footer begins, and its bytes to the end of the file."""
+    """Position at which the footer begins, and its bytes to the end of the file."""
     size = file.seek(0, 2)
     file.seek(max(size - END, 0))
     end = file.read()

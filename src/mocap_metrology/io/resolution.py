@@ -34,7 +34,8 @@ def coarsest(found: Sequence[Resolution]) -> Resolution:
 
 
 def float_resolution(position_mm: npt.NDArray[np.floating], mm_per_unit: float) -> Resolution:
-    """Of coordinates that a file stores as float32: rounded before, or their spacing."""
+    """Resolution of coordinates that a file stores as float32: of an earlier rounding, or else the
+    spacing of float32."""
     step = rounding_step_mm(position_mm, mm_per_unit)
     if step is not None:
         return Resolution(step, "rounded")
@@ -47,7 +48,7 @@ def text_resolution(
     written: Sequence[set[str]],
     sample: npt.NDArray[np.float64],
 ) -> Resolution:
-    """Of coordinates that a file writes as text: the coarsest of what limits them.
+    """Resolution of coordinates that a file writes as text: the coarsest of its possible limits.
 
     `written`: the cells of the first rows of each coordinate; `sample`: first values in the file's
     unit, of any shape. `text`: 10^-d of the unit, d the most decimals of each coordinate (the

@@ -195,8 +195,9 @@ def _percent(value: float | None, reference: float | None) -> float | None:
 
 
 def count_white_levels(levels: Sequence[Row]) -> Row:
-    """Of the series that have a recording: how many there are, of how many expected and regenerated
-    deviate by more than 5 %, and in which likelihood deviates by more than is allowed."""
+    """Counts of the series that have a recording: all; those of which the expected and the
+    regenerated level deviate by more than 5 %; those in which likelihood deviates by more than is
+    allowed."""
     known = [row for row in levels if row["recording"]]
     far = {
         name: sum(not _within(row[f"{name}_percent"], 100 * NEAR) for row in known)

@@ -28,7 +28,7 @@ PUBLISHED = {1: OVERALL, 2: AVERAGE}  # rows of J's tables of real stations
 
 
 def _errors(record: Record) -> dict[str, list[float]]:
-    """Of the chosen pose of each station against its reference, mm and deg."""
+    """Errors of the chosen pose of each station against its reference, mm and deg."""
     document = record["pose"]
     chosen: Mapping[str, int | None] = document["chosen"] or {}
     poses = {name: document["poses"][k] for name, k in chosen.items() if k is not None}

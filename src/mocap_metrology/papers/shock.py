@@ -120,7 +120,8 @@ class ShockEffect:
 
 
 def shock_effect(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> ShockEffect | None:
-    """Of cleaned coordinates and L (n,) in mm; None without a shock, or with one near an end.
+    """The effect of the shock on cleaned coordinates and L (n,) in mm; None without a shock, or
+    with one near an end.
 
     The noise of a side is the root mean square of the frames about means of one second, so that a
     random walk between the sides does not count as noise.

@@ -152,7 +152,7 @@ def study_figure(shown: Shown, rows: Sequence[Row], source: str) -> fig.Picture:
 
 
 def _places(values: pd.Series) -> pd.Series:
-    """Where values are on the x axis: numbers at themselves (0 at a third of the next), kinds
+    """Positions of values on the x axis: numbers at their value (0 at a third of the next), kinds
     beside each other."""
     if isinstance(values.iloc[0], str):
         return pd.Series(np.arange(1.0, len(values) + 1), values)

@@ -295,7 +295,7 @@ def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> tuple[Tabl
 
 
 def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row]:
-    """As `cleaned`, written one series at a time to `path`; returns the report."""
+    """Clean like `cleaned`, written one series at a time to `path`; returns the report."""
     report = []
 
     def columns() -> Iterator[Series]:

@@ -39,7 +39,7 @@ class Table:
 
     @classmethod
     def open(cls, path: str | Path) -> Table:
-        """Of columns that are read when they are asked for, see `files.open_table`."""
+        """A table whose columns are read when they are asked for, see `files.open_table`."""
         return cls(*files.open_table(path))
 
     def write(self, path: str | Path) -> None:

@@ -125,7 +125,7 @@ TWO = AfterValidator(Once(least=2))
 
 
 def _numbers(low: str, high: str, unit: str = "") -> Words:
-    """Of a list of numbers."""
+    """Words on a list of numbers."""
     words = f"a list of numbers{unit} >= {low} and <= {high}, at least two, each at most once"
     return Words(words, f"each >= {low}, <= {high}")
 

@@ -171,7 +171,7 @@ def _parameter_bytes(start: int, n_blocks: int, header: _Header, size: int) -> i
 
 @dataclass(frozen=True)
 class _Layout:
-    """Where the point data lie and how many frames there are."""
+    """Position and size of the point data, and the number of frames."""
 
     is_float: bool
     scale: float

@@ -164,7 +164,7 @@ class _Columns:
     axes: list[str]
 
     def of(self, kinds: Sequence[str]) -> list[int]:
-        """Where positions of these types begin."""
+        """The columns in which positions of these types begin."""
         there = range(1, len(self.axes) - 2)
         return [i for i in there if self.types[i] in kinds and self.hold(i, "position", "XYZ")]
 

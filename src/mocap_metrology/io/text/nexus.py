@@ -69,7 +69,7 @@ def refuse_old(path: Path) -> None:
 
 
 def _rate(line: Line, delimiter: str, name: str) -> float:
-    """In Hz; alone on its line, or a decimal comma would cut it."""
+    """The frame rate in Hz; it stands alone on its line, else a decimal comma would cut it."""
     first, *others = line.cells(delimiter)
     if any(cell.strip() for cell in others):
         where = f"{name}: line {line.number} is {line.text.strip()!r}"

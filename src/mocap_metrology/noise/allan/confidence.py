@@ -134,12 +134,13 @@ class AllanCurve:
         return np.sqrt(self.variance)
 
     def with_upper_raised(self, taken: float) -> AllanCurve:
-        """Of a filtered series: the deviation before the filter was higher, at most by the share
-        `taken` of it. The interval then holds it at least as often as it says."""
+        """The curve of a filtered series with its upper ends raised: before the filter the
+        deviation was higher, at most by the share `taken` of it. The interval then holds it at
+        least as often as it says."""
         return replace(self, upper=self.upper / (1 - taken))
 
     def as_scattered(self, series: np.ndarray, confidence: float = 0.683) -> AllanCurve:
-        """With the degrees of freedom that the scatter of parts of the series leaves
+        """The curve with the degrees of freedom that the scatter of parts of the series leaves
         (`excess_scatter`), where it is more than that of stationary Gaussian noise."""
         edf = np.maximum(self.edf / excess_scatter(series, self.m, self.edf), 1.0)
         lower, upper = interval(self.variance, edf, confidence)

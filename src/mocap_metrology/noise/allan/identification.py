@@ -85,10 +85,11 @@ def _lag1_exponent(sums: Floats, counts: Floats, m: int, most: int) -> float | N
 
 @njit
 def _moments(sums: Floats, counts: Floats, m: int, most: int) -> Floats:
-    """Of window means, and of their differences of the orders up to `most`, a row each: how many
-    are known, and neighbouring pairs of these; sums of values and their squares; over pairs, of
-    products and of both values. Means are about that of the series, first differences about the
-    slope from end to end, so that no digits are lost on a drift.
+    """Sums that give the lag-1 autocorrelation of window means and of their differences up to the
+    order `most`, a row an order: numbers of known values and of neighbouring pairs; sums of values
+    and of squares; over pairs, sums of products and of both values. Means are about that of the
+    series, first differences about the slope from end to end, so that no digits are lost on a
+    drift.
 
     One pass, block by block: a block stays in the cache while all orders use it.
     """
@@ -128,7 +129,8 @@ def _slope(sums: Floats, counts: Floats, m: int, n: int) -> float:
 
 @njit(fastmath=REORDER)
 def _means(sums: Floats, counts: Floats, at: int, m: int, x: Floats, known: Floats) -> None:
-    """Of windows from this sample on; 0 where none is known."""
+    """Write the means of the windows from sample `at` on to `x`, and to `known` whether they are
+    known; an unknown mean is 0."""
     if counts.size == 0:
         known[:] = 1.0
         for i in range(x.size):

@@ -248,7 +248,8 @@ def _sum_modified_gapped(
     total: Floats,
     n_terms: Floats,
 ) -> None:
-    """As `_sum_modified`, over the differences that exist; a term needs nine tenths of them."""
+    """Sum like `_sum_modified`, over the differences that exist; a term needs nine tenths of
+    them."""
     differences, uses = np.empty(s.size), np.empty(s.size)
     for k in range(m.size):
         f = m[k]

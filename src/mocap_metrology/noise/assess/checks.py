@@ -25,10 +25,10 @@ Series = Mapping[str, SeriesNumbers]
 
 @dataclass(frozen=True)
 class Facts:
-    """Of a recording: duration and horizon actually reached, s; number of markers; by coordinate
-    the share of missing frames, and of outliers beyond what clean noise would have. labels: of the
-    markers, in order, where they are known. asked_s: requested horizon, if longer.
-    n_frames: of the recording, where that is known. findings: of the diagnosis."""
+    """What the checks need to know of a recording: duration and horizon actually reached, s; number
+    of markers; by coordinate the share of missing frames, and of outliers beyond what clean noise
+    would have. labels: of the markers, in order, where they are known. asked_s: requested horizon,
+    if longer. n_frames: of the recording, where that is known. findings: of the diagnosis."""
 
     duration_s: float
     horizon_s: float
@@ -55,7 +55,8 @@ class Facts:
         return self.horizon_s < SHORT * self.asked_s
 
     def label(self, coordinate: str) -> str:
-        """Of the marker of a coordinate; its number where the label is not known."""
+        """Label of the marker to which a coordinate belongs; its number where the label is not
+        known."""
         number = int(coordinate[1:])
         return self.labels[number - 1] if number <= len(self.labels) else f"marker {number}"
 
@@ -108,7 +109,7 @@ class Check:
 
 @dataclass(frozen=True)
 class LengthCheck(Check):
-    """Of a recording too short to judge."""
+    """The check that a recording is long enough to be judged."""
 
     n_frames: float = math.nan
     duration_s: float = math.nan
@@ -157,7 +158,7 @@ def measured(coordinates: Series, facts: Facts) -> Series:
 
 
 def uncertainty(series: Series, facts: Facts, limits: Limits) -> Check:
-    """Of one frame in the worst coordinate."""
+    """Check of the uncertainty of one frame in the worst coordinate."""
     key, limit = "verdict.usable_mm", limits.usable_mm
     constant = tuple(k for k, v in series.items() if v.status == "constant")
     if constant:
@@ -177,9 +178,9 @@ def uncertainty(series: Series, facts: Facts, limits: Limits) -> Check:
 
 
 def upper_end(series: Series, facts: Facts, limits: Limits, main: Check) -> Check:
-    """In a recording shorter than the horizon a good value may be luck: slow wander has one degree
-    of freedom or two there. Then the upper end of the interval counts (a longer one has seen
-    the whole horizon, and the value decides)."""
+    """Check of the upper end of the interval of one frame. In a recording shorter than the horizon
+    a good value may be luck: slow wander has one or two degrees of freedom there. Then the upper
+    end of the interval counts (a longer one has seen the whole horizon, and the value decides)."""
     judged = facts.short and main.word == "good"
     name, value = worst({k: v.frame_upper_end_mm for k, v in series.items()} if judged else {})
     limit = limits.good_mm
@@ -189,8 +190,9 @@ def upper_end(series: Series, facts: Facts, limits: Limits, main: Check) -> Chec
 
 
 def movement(series: Series, coordinates: Series, facts: Facts, limits: Limits) -> Check:
-    """Of the findings: what noise does not explain. A distance still tells of noise unless a frame
-    of it is less certain than the largest usable drift: then it moves, too."""
+    """Check of movement that noise does not explain, as the findings state it. A distance still
+    tells of noise unless a frame of it is less certain than the largest usable drift: then it
+    moves, too."""
     moving = facts.found("moves")
     moved = {k: v for k, v in moving.items() if k in coordinates}
     name, value = worst(moved)
@@ -227,7 +229,8 @@ def resolution(coordinates: Series, facts: Facts, limits: Limits) -> Check:
 
 
 def low_pass(coordinates: Series, facts: Facts) -> Check:
-    """Of filtered data no word is better than usable: what a frame scattered by is gone."""
+    """Check for low-pass filters: filtered data are at best usable, as the scatter of single frames
+    is lost."""
     cutoffs = {k: v for k, v in facts.found("low_pass").items() if k in coordinates}
     known = sorted(v for v in cutoffs.values() if math.isfinite(v))
     value = known[len(known) // 2] if known else math.nan
@@ -237,7 +240,7 @@ def low_pass(coordinates: Series, facts: Facts) -> Check:
 
 
 def processed(coordinates: Series, facts: Facts) -> Check:
-    """Of frames that hold others in them no word is better than usable."""
+    """Check for frames that software computed from other frames: these are at best usable."""
     for code in PROCESSED:
         names = {k: v for k, v in facts.found(code).items() if k in coordinates}
         if names:

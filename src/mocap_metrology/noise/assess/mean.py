@@ -57,8 +57,8 @@ def mean_of_all(
     part: Deterministic,
     wanted_mm: float,
 ) -> MeanOfAll:
-    """Of (n,) values in mm, NaN in gaps; model, part: what is fitted to them, or None where no
-    model is believed."""
+    """The mean of a whole series (n,) in mm, NaN in gaps, with its uncertainty; model, part: what
+    is fitted to them, or None where no model is believed."""
     n = int(np.isfinite(series).sum())
     duration = n / frame_rate_hz
     if model is None:

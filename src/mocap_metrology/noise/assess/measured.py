@@ -38,7 +38,7 @@ class Measured:
         return math.sqrt(self.variance) if self.variance >= 0 else math.nan
 
     def interval(self, confidence: float) -> tuple[float, float]:
-        """Of the deviation, mm: edf * estimate / truth is chi-squared."""
+        """Confidence interval of the deviation, mm: edf * estimate / truth is chi-squared."""
         low, high = interval(np.array([self.variance]), np.array([self.edf]), confidence)
         return float(low[0]), float(high[0])
 

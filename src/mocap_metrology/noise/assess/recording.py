@@ -224,7 +224,7 @@ def _curve(allan: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
 
 
 def excess_outliers(rows: Sequence[OutlierRow]) -> dict[str, float]:
-    """By series of outliers.csv: share of outliers less that of clean Gaussian noise, >= 0.
+    """Share of outliers less that of clean Gaussian noise, >= 0, by series of outliers.csv.
 
     The share is the least that goes with the count (Wilson's interval, CHANCE standard deviations):
     of 30 frames of clean noise three may well be beyond a threshold that they make themselves.

@@ -75,7 +75,7 @@ class Uncertainty(WithShares):
 
 @dataclass(frozen=True)
 class Mean(Uncertainty):
-    """Of a mean over duration_s; adev_mm: the Allan deviation there."""
+    """Uncertainty of a mean over duration_s; adev_mm: the Allan deviation there."""
 
     duration_s: float = math.nan
     adev_mm: float = math.nan
@@ -113,7 +113,7 @@ class SeriesNumbers(WithShares):
 
     @property
     def frame_upper_end_mm(self) -> float:
-        """Of the interval of one frame; the value where there is no interval."""
+        """Upper end of the interval of one frame; the value itself where there is no interval."""
         return self.frame_upper_mm if math.isfinite(self.frame_upper_mm) else self.frame_mm
 
 
@@ -298,7 +298,8 @@ def _sigma_frame(
 def _uncertainty(
     series: np.ndarray, fitted: Fitted, n: int, span: Span, floor: float
 ) -> Uncertainty:
-    """Of the series itself where there is no model."""
+    """Uncertainty of a mean of n frames: by the model, or measured in the series where there is no
+    model."""
     model, part, A_error = fitted
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1 and 2 * n > N:

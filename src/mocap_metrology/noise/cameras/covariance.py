@@ -50,9 +50,9 @@ def factors(frame_rate_hz: float, n_frames: int, n_blocks: int = 1) -> list[int]
 def block_sums(
     series: Sequence[Sliced], chosen: Sequence[int], n_blocks: int
 ) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """Of each of these factors: (n_blocks, k, k) sums over the terms that begin in each equal part
-    of the recording, halved as in the formula, and (n_blocks,) numbers of terms. series: k of (n,),
-    NaN where missing, read once.
+    """For each of these averaging factors (n_blocks, k, k) sums over the terms that begin in each
+    equal part of the recording, halved as in the formula, and (n_blocks,) numbers of terms. series:
+    k of (n,), NaN where missing, read once.
 
     A window counts with half of its frames in which all series are there; those are its mean.
     """

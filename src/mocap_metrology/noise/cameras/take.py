@@ -99,8 +99,8 @@ def one_frame(covariance: pd.DataFrame) -> dict[str, float]:
 
 
 def levels_of(camera_ids: Ids, sigma_mm: Deviations) -> dict[str, Row]:
-    """Of each recording the number `n` of cameras, the ids of the largest subset that it is
-    `without`, and its deviations."""
+    """For each recording the number `n` of its cameras, the ids of those cameras of the largest
+    subset that it is `without`, and its deviations."""
     largest = max(camera_ids.values(), key=len)
     return {
         name: {"n": len(ids), "without": [i for i in largest if i not in ids], **sigma_mm[name]}

@@ -32,7 +32,7 @@ class Curve:
     edf: np.ndarray
 
     def usable(self) -> Curve:
-        """Where there is a positive deviation with enough degrees of freedom."""
+        """The part of the curve that has positive deviations with enough degrees of freedom."""
         with np.errstate(invalid="ignore"):
             keep = (self.adev > 0) & (self.edf >= LEAST_EDF)
         return Curve(self.tau_s[keep], self.adev[keep], self.edf[keep])

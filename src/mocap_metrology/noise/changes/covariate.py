@@ -36,7 +36,8 @@ class Covariate:
 
 
 def together(series: np.ndarray, frame_rate_hz: float, covariate: Covariate, alpha: float) -> Row:
-    """Where a series (n,) in mm and the covariate have most in common, as a row of a table.
+    """The period at which a series (n,) in mm and the covariate are most coherent, as a row of a
+    table.
 
     Both are means over blocks as long as a step of the covariate, or longer: `BLOCKS` blocks of
     the time both were recorded at most. `word`: `goes with it` where the coherence exceeds what an

@@ -93,7 +93,8 @@ def dynamic_allan(
     resolution: float = 0.0,
     baseline_s: float = 300.0,
 ) -> list[Dynamic]:
-    """Of (n,) series, NaN in gaps, at all `scales` that have enough windows.
+    """Dynamic Allan variances of a series (n,), NaN in gaps, at all `scales` that have enough
+    windows.
 
     baseline_s: length of the running median the windows are compared with, so that a change that
     lasts for more than half of it is a new baseline and no event. resolution: step of the stored

@@ -192,7 +192,7 @@ class _Excursion:
 
 
 def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excursion:
-    """Of centred means over frames that are few enough to leave the event as it is."""
+    """Extremes of an event in centred means, over few enough frames to leave its shape as it is."""
     begin, end = min(a.start_s for a in group), max(a.stop_s for a in group)
     surest = max(group, key=lambda a: a.x)
     width = max(round(surest.tau_s * rate_hz / SMOOTHED), 1)

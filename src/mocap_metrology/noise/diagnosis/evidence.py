@@ -47,7 +47,8 @@ def largest_event(found: Diagnosis) -> Event | None:
 
 
 def view_of(found: Diagnosis, event: Event | None) -> View | None:
-    """Of the event, or else of the most unusual window, if there are windows."""
+    """The part of the recording to draw: the event, or else the most unusual window, if there is
+    one."""
     if event and event.kind == "burst":
         return View("burst", event.largest, event.time_s, event.stop_s)
     if event:
@@ -63,7 +64,7 @@ def view_of(found: Diagnosis, event: Event | None) -> View | None:
 
 
 def series_of_surest_line(found: Diagnosis) -> str | None:
-    """Of the surest line, of those that show in the Allan deviation if any does."""
+    """The series with the surest line; lines that show in the Allan deviation come first."""
     most = max(found.lines, key=lambda x: (bool(x.in_adev), x.line.gain), default=None)
     return most.series if most else None
 

@@ -131,8 +131,9 @@ class Bands:
 
 
 def bands(series: np.ndarray, rate_hz: float) -> Bands | None:
-    """Of (n,) values, NaN in gaps: medians over Hann segments of half a minute and over the band,
-    which no event and no line decides. None where too little is left."""
+    """The spectrum of a series (n,), NaN in gaps, in bands: medians over Hann segments of half a
+    minute and over each band, which neither an event nor a line decides. None where too little is
+    left."""
     size = min(round(SEGMENT_S * rate_hz), series.size)
     parts = stretches(series, LONGEST_GAP, LEAST_SEGMENT)
     if not parts:
@@ -180,7 +181,7 @@ def _inside(f: np.ndarray, low: float, high: float) -> np.ndarray:
 def low_pass(
     name: str, found: Bands | None, rate_hz: float, step_mm: float = 0.0
 ) -> LowPass | None:
-    """Of the spectrum of a series; step_mm: of the file."""
+    """The low-pass filter that a spectrum shows, or None; step_mm: resolution of the file."""
     if found is None or not found.psd.min() > 0:
         return None
     steps = 4 * np.sin(np.pi * found.f_hz / rate_hz) ** 2
@@ -208,7 +209,8 @@ def low_pass(
 def low_passes(
     spectra: Mapping[str, Bands | None], rate_hz: float, resolution_mm: float
 ) -> list[LowPass]:
-    """Of still series, where most of their coordinates agree: an export filters all of them."""
+    """The low-pass filters of still series where most coordinates show one, since an export filters
+    all of them; else none."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
     found = {name: low_pass(name, one, rate_hz, step) for name, one in spectra.items()}
     coordinates = [v is not None for k, v in found.items() if not k.startswith("L")]
@@ -226,8 +228,9 @@ def wander(means: np.ndarray, of: int = 10) -> float:
 
 
 def _cutoff(found: Bands, steps: np.ndarray, fallen: int, rounding: float) -> float:
-    """Of the best fit of (a + b / f + c / f^2) |H|^2 + d round the edge: from three octaves below
-    it to where W is least, or a hundredth of its greatest; least squares of logarithms."""
+    """The cutoff, Hz, of the best fit of (a + b / f + c / f^2) |H|^2 + d around the edge: from
+    three octaves below it to where W is least, or a hundredth of its greatest; least squares of
+    logarithms."""
     w = found.psd * steps
     greatest = w[:fallen].max()
     edge = int(np.flatnonzero(w[:fallen] >= greatest / 2)[-1])

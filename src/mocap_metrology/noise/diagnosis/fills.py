@@ -36,7 +36,8 @@ MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
 
 @dataclass(frozen=True)
 class Rule:
-    """Of one order: limit of the differences, mm, and the probability of one within it."""
+    """The test of one order of differences: their limit, mm, and the probability of one within
+    it."""
 
     order: int
     limit: float

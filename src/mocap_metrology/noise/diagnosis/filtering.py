@@ -131,8 +131,9 @@ def predicted(
     m: np.ndarray,
     rate_hz: float,
 ) -> Left:
-    """Of noise of one-sided density f -> mm^2/Hz and lines, after a filter of gain |H|^2 a pass:
-    S |H|^4 and A |H|^2 through the transfer functions of means and of the Allan variance."""
+    """What a filter of gain |H|^2 a pass leaves of lines and of noise with this one-sided density,
+    f -> mm^2/Hz: S |H|^4 and A |H|^2 through the transfer functions of means and of the Allan
+    variance."""
     avar = filtered_avar(density, one, m, rate_hz)
     size = _means_size(rate_hz)
     variance = _about_means(density, one, size, rate_hz)

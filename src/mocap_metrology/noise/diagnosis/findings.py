@@ -89,7 +89,7 @@ class Finding:
 
     @property
     def unit(self) -> str:
-        """Of value and interval."""
+        """Unit of the value and of its interval."""
         return CODES[self.code][0]
 
     def as_dict(self) -> FindingRow:
@@ -141,7 +141,8 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
 
 
 def _gap_filled(recording: Recording, found: Diagnosis) -> list[Finding]:
-    """Of all coordinates of a marker, as they are filled together; not of smooth frames."""
+    """Shares of filled frames, for all coordinates of a marker, which are filled together; none
+    where frames are smooth."""
     return [
         Finding("gap_filled", f"{axis}{k}", recording.n_filled[label] / recording.n_frames)
         for k, label in enumerate(recording.labels, start=1)
@@ -151,7 +152,7 @@ def _gap_filled(recording: Recording, found: Diagnosis) -> list[Finding]:
 
 
 def _repeated(recording: Recording, found: Diagnosis) -> list[Finding]:
-    """Of all coordinates of a marker, as they repeat together."""
+    """Shares of repeated frames, for all coordinates of a marker, which repeat together."""
     return [
         Finding("repeated", f"{axis}{recording.labels.index(one.label) + 1}", one.share)
         for one in found.repeats
@@ -160,7 +161,7 @@ def _repeated(recording: Recording, found: Diagnosis) -> list[Finding]:
 
 
 def _exchanged(recording: Recording) -> list[Finding]:
-    """Of all coordinates of both markers."""
+    """Shares of frames with exchanged labels, for all coordinates of both markers."""
     return [
         Finding("exchanged", f"{axis}{k}", one["n_frames"] / recording.n_frames)
         for one in recording.exchanged

@@ -59,7 +59,7 @@ class Blocks:
 
     @property
     def fast_sd(self) -> float:
-        """Of the noise about the blocks' means."""
+        """Standard deviation of the noise about the means of the blocks."""
         return math.sqrt(self.variance.mean()) if self.mean.size else math.nan
 
 
@@ -95,7 +95,8 @@ class Sides:
 
 
 def blocks(series: np.ndarray, rate_hz: float) -> Blocks:
-    """Of (n,) series with NaN in gaps; the variance is unbiased for white noise."""
+    """Means and variances of blocks of a series (n,), NaN in gaps; the variance is unbiased for
+    white noise."""
     size = max(round(BLOCK_S * rate_hz), 2)
     rows = series[: series.size // size * size].reshape(-1, size)
     count = np.isfinite(rows).sum(axis=1)
@@ -174,7 +175,7 @@ class Trend:
 
     @property
     def extent(self) -> float:
-        """By which the largest of trends of one direction is found."""
+        """The size by which the largest of several trends is found."""
         return abs(self.change) if self.steady else self.greatest - self.least
 
     @property
@@ -272,7 +273,8 @@ def trends(
 
 
 def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Trend | None:
-    """By the polynomial of the least BIC, if an F test distinguishes it from constant noise."""
+    """The trend by the polynomial of the least BIC, or None where an F test does not distinguish it
+    from constant noise."""
     from scipy.special import fdtrc, stdtrit
 
     k = np.flatnonzero(np.isfinite(g))
@@ -314,8 +316,8 @@ def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Tr
 
 
 def _up_and_down(g: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Of points that no polynomial describes: the means of tenths less that of the first; the last
-    of them with what it may be off by, as tenths scatter."""
+    """Change of points that no polynomial describes: the last of the means of tenths less the
+    first, its uncertainty by the scatter of the tenths, and all of them less the first."""
     from scipy.special import stdtrit
 
     tenths = np.array([part.mean() for part in np.array_split(g, TENTHS)])
@@ -341,7 +343,8 @@ def log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:
 
 
 def _split(g: np.ndarray, at: int, reach: int) -> int:
-    """Where two levels fit the points within `reach` of `at` best, by least squares."""
+    """The index at which two levels fit the points within `reach` of `at` best, by least
+    squares."""
     first, last = max(at - reach, 0), min(at + reach, g.size)
     points = g[first:last]
     known = np.isfinite(points)

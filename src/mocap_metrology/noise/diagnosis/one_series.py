@@ -193,7 +193,8 @@ def _gapless(
 
 
 def _widened(away: np.ndarray) -> np.ndarray:
-    """With gaps long enough that the likelihood parts the series there and fills nothing."""
+    """The mask `away` with gaps so long that the likelihood parts the series there and fills
+    nothing."""
     wide = away.copy()
     edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(np.int8), [0]])))
     for first, last in edges.reshape(-1, 2):
@@ -216,7 +217,7 @@ def _refitted(
 
 
 def _rows(columns: Columns | None, series: str) -> dict[str, np.ndarray] | None:
-    """Of one series."""
+    """The rows of one series, without the column of its name; None where there are none."""
     if columns is None:
         return None
     keep = columns["series"] == series

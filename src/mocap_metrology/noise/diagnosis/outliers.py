@@ -42,8 +42,8 @@ class Tails:
 def heavy_tails(
     series: Mapping[str, np.ndarray], resolution_mm: float, over: Over = in_turn
 ) -> list[Tails]:
-    """Of (n,) values in mm, NaN in gaps, those with surely more than a Gaussian's. over: how series
-    are worked on."""
+    """The series (n,) in mm, NaN in gaps, whose tails are surely heavier than those of a Gaussian.
+    over: how the series are shared among threads."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
     chance = CHANCE / max(len(series), 1)
     found = over(lambda one: _tails(*one, step, chance), series.items())
@@ -197,7 +197,8 @@ def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarr
 
 
 def _together(off: np.ndarray, n_series: int) -> np.ndarray:
-    """Where more are off among a few frames than chance explains. off: (n,) how many are."""
+    """Frames around which more values are off than chance explains, (n,). off: (n,) number of
+    series that are off."""
     from scipy.ndimage import binary_dilation
     from scipy.special import bdtrc
 

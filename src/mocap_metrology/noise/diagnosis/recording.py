@@ -197,7 +197,7 @@ def _missing(recording: Recording) -> dict[str, float]:
 def _movements(
     recording: Recording, settings: DiagnosisSettings, over: Over
 ) -> dict[str, Movement]:
-    """Of every coordinate as recorded, and of every distance."""
+    """Movement of every coordinate as recorded, and of every distance."""
     given = (
         *(recording.frame_rate_hz, settings.still_range_mm, settings.horizon_s),
         recording.step_mm,
@@ -216,7 +216,7 @@ def _still(
     levels: Mapping[str, Blocks],
     settings: DiagnosisSettings,
 ) -> Mapping[str, np.ndarray]:
-    """Of markers that do not move all the time, as movement may have any spectrum."""
+    """The series of markers that do not move all the time, as movement may have any spectrum."""
     busy = {k for k, v in levels.items() if wander(v.mean) > settings.still_range_mm}
     numbers = {k[1:] for k in busy if k in recording.coordinates}
     still = [
@@ -226,7 +226,7 @@ def _still(
 
 
 def _repeats(recording: Recording) -> list[Repeats]:
-    """Of every marker, as recorded."""
+    """Repeated positions of every marker, as recorded."""
     found = [
         repeats(label, [recording.coordinates[f"{axis}{k}"] for axis in AXES], recording.step_mm)
         for k, label in enumerate(recording.labels, start=1)

@@ -76,21 +76,21 @@ class Recording:
 
     @property
     def step_mm(self) -> float:
-        """Of the file; 0 where it is not known."""
+        """Resolution of the file in mm; 0 where it is not known."""
         return self.resolution_mm if np.isfinite(self.resolution_mm) else 0.0
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Of one recording. spikes: isolated frames that were off, a coordinate; missing: share of
-    frames a marker lacks; drifts: a series; movements: a series; dynamics, levels
-    (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
-    and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
-    before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
-    their position; wanders: what slow wander is, a series;
-    solved: distances within rigid bodies that the software solved; processed: what else software
-    did to the frames; recurring: period in s of bursts, a series; resonances: broad ones;
-    bouts: begin and end in s of bursts that recur in a part of the recording."""
+    """What was found in one recording, by series, coordinate or marker. spikes: isolated frames
+    that were off, by coordinate; missing: share of the frames in which a marker is missing; drifts,
+    movements, dynamics, levels (blocks of a second): by series; n_windows: that events were looked
+    for in; quiet: coordinates and distances, spikes bridged; spectra: Welch's, without the events;
+    low_pass: filters that ran before the export; trends: slow changes of the level of the noise;
+    repeats: markers that repeat their position; wanders: what slow wander is, a series; solved:
+    distances within rigid bodies that the software solved; processed: what else software did to the
+    frames; recurring: period in s of bursts, a series; resonances: broad ones; bouts: begin and end
+    in s of bursts that recur in a part of the recording."""
 
     events: list[Event]
     lines: list[Found]

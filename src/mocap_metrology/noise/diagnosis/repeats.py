@@ -29,8 +29,8 @@ MANY = 1e-3  # share of the frames that is reported
 
 @dataclass(frozen=True)
 class Repeats:
-    """Of one marker: share of the frames that repeat the one before; the longest such stretch, in
-    frames; change_mm: what the marker does when it leaves one (median)."""
+    """Repeated positions of one marker: share of the frames that repeat the one before; the longest
+    such stretch, in frames; change_mm: what the marker does when it leaves one (median)."""
 
     label: str
     share: float
@@ -41,7 +41,8 @@ class Repeats:
 def repeats(
     label: str, position_mm: Sequence[npt.NDArray[np.floating]], step_mm: float
 ) -> Repeats | None:
-    """Of x, y, z (n,) in mm, NaN in gaps; `step_mm`: of the file, 0 where it is not known.
+    """Frames that repeat the one before, in x, y, z (n,) in mm, NaN in gaps; `step_mm`: resolution
+    of the file, 0 where it is not known.
 
     None where there are no more repeats than chance and the steps of the file make.
     """

@@ -58,9 +58,9 @@ def resonance(
     spectrum: Mapping[str, np.ndarray],
     lines_hz: Iterable[float] = (),
 ) -> Resonance | None:
-    """Of (n,) values in mm, NaN in gaps, and columns `f_hz`, `psd_mm2_hz` (k,), `n_segments` of
-    their Welch spectrum; lines_hz: frequencies of periodic disturbances, whose bins are left out.
-    """
+    """The broad resonance of a series (n,) in mm, NaN in gaps, or None. spectrum: columns `f_hz`,
+    `psd_mm2_hz` (k,), `n_segments` of their Welch spectrum; lines_hz: frequencies of periodic
+    disturbances, whose bins are left out."""
     f, psd = spectrum["f_hz"], spectrum["psd_mm2_hz"]
     if f.size < PLACES or np.isnan(values).mean() > MOST_GAPS:
         return None

@@ -138,7 +138,7 @@ def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:
 
 
 def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
-    """Of 3/4 to n/8 cycles the best, alone and beside a warm-up."""
+    """The best cycle of 3/4 to n/8 periods, alone and beside a warm-up."""
     from scipy.fft import rfft
 
     n, t = int(k[-1] - k[0]), time_of(k)

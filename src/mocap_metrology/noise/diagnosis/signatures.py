@@ -121,7 +121,8 @@ class Wander:
         return self.net_mm - sum(size for _, size in self.jumps)
 
     def size_of(self, kind: str) -> float:
-        """Of a curve beside a change at once what is left of all movement; of others size_mm."""
+        """Size of one kind of movement: for a curve beside a sudden change what is left of all
+        movement, for others size_mm."""
         return self.size_mm if kind in AT_ONCE or not self.jumps else self.moved_mm
 
     def without_jumps(self, series: np.ndarray, frame_rate_hz: float) -> np.ndarray:
@@ -143,7 +144,7 @@ class Wander:
 
     @property
     def lasting_s(self) -> float:
-        """Of a shift, from its begin to its end."""
+        """Duration of a shift, from its begin to its end, s."""
         return self.at_s[1] - self.at_s[0] if "shift" in self.kinds else math.inf
 
 
@@ -251,7 +252,7 @@ def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray, float]:
 
 
 def _mean_variance(values: Floats) -> float:
-    """Of the mean of values that are correlated, by means of eighths."""
+    """Variance of the mean of correlated values, by the means of eighths."""
     parts = np.array([part.mean() for part in np.array_split(values, min(8, values.size))])
     return float(parts.var(ddof=1) / parts.size) if parts.size > 1 else math.nan
 
@@ -304,7 +305,8 @@ def _described(y: Floats, X: Floats, spectrum: Floats) -> tuple[bool, bool]:
 
 
 def _scores(z: Floats) -> Floats:
-    """Of (n,) values the Gaussian ones of the same ranks: some that are loud are not far there."""
+    """Normal scores of (n,) values: Gaussian values of the same ranks, among which a few extreme
+    ones are not far off."""
     from scipy.special import ndtri
 
     return np.asarray(ndtri((z.argsort().argsort() + 1) / (z.size + 1)))

@@ -58,7 +58,8 @@ def processed(
     step_mm: float,
     over: Over = in_turn,
 ) -> list[Processed]:
-    """Of still coordinates (n,) in mm, NaN in gaps, where most of them agree."""
+    """What software did to the frames of still coordinates (n,) in mm, NaN in gaps, where most of
+    them agree."""
     own = {name: None for name in series if not name.startswith("L")}
     chance = CHANCE / max(len(own), 1)
 
@@ -126,7 +127,7 @@ def variance_cycle(values: np.ndarray, rate_hz: float, chance: float) -> float:
 def running_median(
     axes: Mapping[str, npt.NDArray[np.floating]], step_mm: float
 ) -> Sequence[Processed]:
-    """Of the x, y, z (n,) of one marker."""
+    """Signs of a running median in x, y, z (n,) of one marker."""
     axes = {name: axis[:LONGEST] for name, axis in axes.items()}
     same = {name: axis[1:] == axis[:-1] for name, axis in axes.items()}
     together = np.logical_and.reduce(list(same.values()))

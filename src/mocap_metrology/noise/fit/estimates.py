@@ -88,7 +88,8 @@ class Coefficient:
 
     @classmethod
     def limit(cls, name: str, upper: float = math.nan, note: str = "") -> Coefficient:
-        """Of what was not detected: its 95 % limit, if there is one."""
+        """The coefficient of a component that was not detected, with its 95 % limit, if there is
+        one."""
         return cls(name, math.nan, upper_95=upper, detected=False, status="not_detected", note=note)
 
 
@@ -190,7 +191,7 @@ def unit_key(parameter: str) -> str:
 
 
 def unit_of(parameter: str) -> str:
-    """Of a parameter of noise.csv."""
+    """Unit of a parameter of noise.csv."""
     return {**NoiseModel.UNITS, **DETERMINISTIC_UNITS}.get(unit_key(parameter), "")
 
 

@@ -68,7 +68,7 @@ class NoiseSettings:
         return printed or Components(gauss_markov=noise.gauss_markov, sinusoid=noise.sinusoid)
 
     def averaging_factors(self, n: int) -> np.ndarray:
-        """Of the Allan variances of n samples."""
+        """Averaging factors m of the Allan variances of n samples."""
         allan = self.allan
         return averaging_factors(n, allan.n_taus, allan.min_m, allan.max_fraction)
 

@@ -223,7 +223,8 @@ def _names(twin: Twin) -> tuple[str, ...]:
 
 
 def _coherence(twin: Twin, spectra: np.ndarray) -> np.ndarray:
-    """As the simulation has it: clipped, times the twin's factor; none without a model of L."""
+    """Coherence of both markers as simulated: clipped, times the factor of the twin; zero without a
+    model of L."""
     if spectra.shape[0] == 2:
         return np.zeros(spectra.shape[1])
     return np.clip(implied_coherence(*spectra), -1.0, 1.0) * twin.coherence_factor

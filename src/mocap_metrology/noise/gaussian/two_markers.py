@@ -278,7 +278,7 @@ def _blocks(series: np.ndarray, frame_rate_hz: float, least: int) -> np.ndarray:
 
 
 def _drift(values: np.ndarray, known: np.ndarray, frames: int, frame_rate_hz: float) -> Drift:
-    """Of one value a block, of the blocks `known` by number."""
+    """Drift of one value a block; `known`: the numbers of the blocks that have one."""
     block_s = max(frames, 1) / frame_rate_hz
     if known.size < 2:
         return Drift(math.nan, math.nan, block_s)
@@ -304,10 +304,9 @@ def drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
 
 
 def median_drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
-    """As `drift`, of medians and not of means: of raw data, where one wrong sample of 1e9 mm would
-    move a mean by kilometres. Blocks have `LEAST_OF_MEDIAN` frames or more where the series (n,)
-    has twice as many; those with less than half as many valid samples as is usual are left out.
-    """
+    """Drift of block medians, for raw data, where one wrong sample of 1e9 mm would move a mean by
+    kilometres. Blocks have `LEAST_OF_MEDIAN` frames or more where the series (n,) has twice as
+    many; those with less than half as many valid samples as is usual are left out."""
     blocks = _blocks(series, frame_rate_hz, LEAST_OF_MEDIAN)
     valid = np.isfinite(blocks)
     counts = valid.sum(axis=1)

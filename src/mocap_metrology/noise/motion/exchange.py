@@ -20,7 +20,7 @@ class Exchange:
 
     @property
     def share(self) -> float:
-        """Of the frames."""
+        """Share of the frames."""
         return float(self.frames.mean())
 
 

@@ -44,8 +44,8 @@ PART = 4  # what goes on does so by this part of the range that matters
 
 @dataclass(frozen=True)
 class Movement:
-    """Of one coordinate: size_mm, 0 for what is still, NaN where it is unknown; lower_95 and
-    upper_95 of a jump, NaN of other movement; time_s: of a jump, else NaN."""
+    """Movement of one coordinate: size_mm, 0 for what is still, NaN where it is unknown; lower_95
+    and upper_95 of a jump, NaN of other movement; time_s: of a jump, else NaN."""
 
     size_mm: float
     lower_95: float = math.nan
@@ -78,9 +78,9 @@ def movements(
 
 
 def most_moving(found: Mapping[str, Mapping[str, Movement]]) -> dict[str, tuple[str, Movement]]:
-    """Of every marker, label -> axis -> movement, that does what its noise cannot: the axis along
-    which it does most, and what. The Allan variance takes every change for noise, so it supposes
-    markers that do not move."""
+    """The markers that move more than their noise can, each with the axis along which it moves most
+    and the movement there. found: label -> axis -> movement. The Allan variance takes every change
+    for noise, so it supposes markers that do not move."""
     moving = {}
     for label, axes in found.items():
         axis, most = max(axes.items(), key=lambda item: np.nan_to_num(item[1].size_mm))
@@ -217,7 +217,7 @@ def _levels(blocks: np.ndarray, within: int) -> Iterator[tuple[np.ndarray, int]]
 
 
 def _sliding_medians(values: np.ndarray) -> np.ndarray:
-    """Of SIDE successive ones; NaN where less than half is there."""
+    """Medians of SIDE successive values; NaN where less than half of them are known."""
     rising = np.sort(np.lib.stride_tricks.sliding_window_view(values, SIDE), axis=1)
     known = np.isfinite(rising).sum(axis=1)
     row, last = np.arange(known.size), np.maximum(known - 1, 0)
@@ -226,8 +226,8 @@ def _sliding_medians(values: np.ndarray) -> np.ndarray:
 
 
 def _beyond_chance(n_blocks: int) -> float:
-    """Of a random walk of n blocks the largest step in units of their median deviation stays
-    below: 10,000 walks of 100 blocks reached 17, of 300 9, of 4800 5.1."""
+    """The limit below which the largest step of a random walk of n blocks stays, in units of their
+    median deviation: 10,000 walks of 100 blocks reached 17, of 300 9, of 4800 5.1."""
     return 8.0 + 60.0 * (2 * SIDE + BETWEEN) / n_blocks
 
 

@@ -91,8 +91,8 @@ def unknown(n: int) -> Orientation:
 
 
 def of_poses(xyzw: np.ndarray) -> Orientation:
-    """Of quaternions (4, n) that turn the body's axes into the room's; NaN stays NaN. Nothing is
-    known of residuals and spread."""
+    """The orientation by quaternions (4, n) that turn the axes of the body into those of the room;
+    NaN stays NaN, residuals and spread are unknown."""
     known = np.isfinite(xyzw).all(axis=0) & (np.abs(xyzw).max(axis=0) > 0)
     if not known.any():
         raise Refusal("orientation: no pose with an orientation")

@@ -198,7 +198,8 @@ def _parameters(source: Calibrations) -> Answer:
 
 @decides("J-VIII-minutes")
 def _minutes(source: Calibrations, most: float) -> Answer:
-    """In steps, because it varies from run to run."""
+    """Whether a calibration takes less than `most` seconds; the answer is in steps, because times
+    vary from run to run."""
     if not math.isfinite(source.seconds):
         raise Missing("no simulated calibrations")
     step = next((s for s in (10, 60, most) if source.seconds < s), math.inf)

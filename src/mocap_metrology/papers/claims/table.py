@@ -43,7 +43,8 @@ class Claim:
         return self.id[0]
 
     def find(self, source: Any) -> Finding:
-        """By the numbers of a source; undecided without one, or if it lacks some."""
+        """The finding on the claim by the numbers of a source; undecided without a source, or where
+        it lacks some."""
         if source is None:
             return decide.finding("no recordings", UNKNOWN)
         try:

@@ -42,8 +42,8 @@ class Approach:
 
 @dataclass(frozen=True)
 class Error:
-    """Of the slave's pose by a method: mm and deg, infinite where there is no pose, and why;
-    mirrored: share of board poses in the other minimum (NaN: unknown)."""
+    """Error of the pose of the slave by a method: mm and deg, infinite where there is no pose, and
+    the reason; mirrored: share of board poses in the other minimum (NaN: unknown)."""
 
     estimator: str
     stage: str
@@ -55,7 +55,7 @@ class Error:
 
 
 def errors_of(approach: Approach, drawn: Drawn) -> list[Error]:
-    """Of each estimator and stage of an approach."""
+    """Errors of each estimator and stage of an approach."""
     estimated = approach.lasers == "estimated"
     settings = CalibrationSettings(
         estimators=approach.estimators,

@@ -41,7 +41,7 @@ class Study:
     at: str = ""  # setting with distances of the board: the study is made at each
 
     def cases(self, settings: Mapping[str, Any]) -> Iterator[Case]:
-        """Of each point."""
+        """The cases of each point of the study."""
         for base in self._bases(settings):
             for value in settings[self.values]:
                 yield replace(base, **{self.field: value})

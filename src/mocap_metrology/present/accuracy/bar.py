@@ -137,7 +137,7 @@ def _maps(parent: plot.SubFigure, bar: Bar, cell_mm: float) -> list[plot.Axes]:
 
 
 def _columns(n: int, wide: float) -> int:
-    """In how many columns n maps of this ratio of width and height are largest."""
+    """The number of columns in which n maps of this ratio of width and height are largest."""
 
     def width(columns: int) -> float:
         rows = -(-n // columns)

@@ -223,7 +223,7 @@ def _draw_means(panels: Mapping[str, figure.Axes], residuals: Record, names: Seq
 
 
 def _beside(station: int, many: int, half: float) -> float:
-    """Where a station is drawn of so many, from -half to half."""
+    """The offset at which one of many stations is drawn, from -half to half."""
     return half * (2 * station / max(many - 1, 1) - 1)
 
 

@@ -45,8 +45,8 @@ def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
 
 
 def all_rows(files: CalibrationFiles) -> list[tuple[str, list[str]]]:
-    """As `pose_rows`, of two stations; of any number the place and the standard deviations of each
-    but the reference."""
+    """The rows of `pose_rows` for two stations; for more of them the place and the standard
+    deviations of each but the reference."""
     if not is_network(files.pose):
         return pose_rows(files.chosen) if files.chosen else []
     rows = []

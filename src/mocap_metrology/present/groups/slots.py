@@ -126,7 +126,8 @@ def floor_axis(axes: fig.Axes, marks: pd.DataFrame, floor: float = FLOOR) -> Non
 
 
 def in_band(floor: float) -> float:
-    """Where smaller values than the floor are drawn: in the middle of the band below it."""
+    """The height at which values smaller than the floor are drawn: the middle of the band below
+    it."""
     return floor * float(10 ** (-BAND_DECADES / 2))
 
 
@@ -144,7 +145,7 @@ def shade_classes(axes: fig.Axes, limits: Limits) -> None:
 
 
 def offsets(names: Sequence[str]) -> dict[str, float]:
-    """Where the slot of each series is, from the middle of its group and in groups."""
+    """The offset of the slot of each series from the middle of its group, in groups."""
     pitch = 1 / (len(names) + EMPTY_SLOTS)
     return {name: (j - (len(names) - 1) / 2) * pitch for j, name in enumerate(names)}
 

@@ -196,8 +196,8 @@ def reason(variant: Variant, mirrored: float, ideal_rotors: bool = False) -> str
 
 
 def gain(records: Sequence[Record]) -> str:
-    """By what factor the factory values cut the errors of `paper-lm`, over calibrations that have
-    both."""
+    """The factor by which factory values reduce the errors of `paper-lm`, over calibrations that
+    have both."""
     ideal, factory = (Variant("paper-lm", "final", optics) for optics in ("ideal", "factory"))
     each = [(pose_of(r, ideal), pose_of(r, factory)) for r in records]
     pairs = [(a, b) for a, b in each if a is not None and b is not None]

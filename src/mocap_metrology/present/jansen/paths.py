@@ -76,7 +76,7 @@ class Superposed:
 
     @classmethod
     def of(cls, files: CalibrationFiles) -> Superposed:
-        """Of the Kabsch stage of `paper`, else of `paper-lm`, or of the chosen pose.
+        """The paths by the Kabsch stage of `paper`, else of `paper-lm`, or by the chosen pose.
 
         Raises `Refusal` where the calibration has neither.
         """

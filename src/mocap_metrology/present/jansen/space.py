@@ -111,7 +111,8 @@ def arc(start: np.ndarray, turn: np.ndarray) -> np.ndarray:
 
 
 def clearest_point(paths: tuple[Path, Path], board: np.ndarray) -> np.ndarray:
-    """Of the diodes at some moments, in the frame of a station: the one farthest off both axes."""
+    """The place of that diode, at some moments, which is farthest off both axes, in the frame of a
+    station."""
     some = [path.take(np.arange(0, len(path), max(len(path) // MOST_MOMENTS, 1))) for path in paths]
     every = np.concatenate([
         ((path.R @ board.T).transpose(0, 2, 1) + path.t_m[:, None]).reshape(-1, 3) for path in some

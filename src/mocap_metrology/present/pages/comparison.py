@@ -60,7 +60,7 @@ class Rule:
 
 
 def _likelihood(row: Record) -> str:
-    """With its interval, or the limit of what was not detected."""
+    """The estimate by likelihood with its interval, or the limit where nothing was detected."""
     low, high = row["likelihood_lower_95"], row["likelihood_upper_95"]
     if row["likelihood_status"] == "not_detected" and known(row, "likelihood_upper_95"):
         return f"< {significant(high)}"

@@ -47,7 +47,7 @@ class PaperTable(NamedTuple):
 
 
 def address(kind: str, name: str) -> str:
-    """Where the page of a recording, calibration, group or paper is, from the folder of results."""
+    """Path of the page of a recording, calibration, group or paper, from the folder of results."""
     return f"details/{kind}s/{name}.html"
 
 

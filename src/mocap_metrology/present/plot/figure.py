@@ -157,7 +157,7 @@ def literal(text: str) -> str:
 
 
 def clipped(name: str, most: int = LONGEST_NAME) -> str:
-    """As much of a user's name as a legend (or what holds `most` characters) has room for."""
+    """A user's name, cut to at most `most` characters, for which a legend has room."""
     name = plain(name)
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
@@ -210,7 +210,7 @@ def log_label(value: float, written_out: bool) -> str:
 
 
 def room_for(values: Sequence[float], close: float) -> list[float]:
-    """Of ascending values those that have room for a label on a logarithmic axis, the largest
+    """Those of ascending values that have room for a label on a logarithmic axis, the largest
     first: no two with a ratio of `close` or more."""
     shown = [values[-1]]
     for value in values[-2::-1]:

@@ -76,5 +76,6 @@ def crump_figure(
 
 
 def guessed(crumps: Sequence[Mapping[str, float]]) -> str:
-    """Of the shock of a twin (settings of `twins.Crump`), none for a real recording."""
+    """Words on the assumed shock of a twin (settings of `twins.Crump`); none for a real
+    recording."""
     return ASSUMED.format(**crumps[0]) if crumps else ""

@@ -69,5 +69,5 @@ def spread_sentence(twin: Twin | None) -> str:
 
 
 def gaussian_row(rows: Sequence[Row], axis: str) -> Row:
-    """Of gaussian.csv: the first row along that axis, else the first there is."""
+    """The first row of gaussian.csv along that axis, else the first row."""
     return next((row for row in rows if row["axis"] == axis), rows[0] if rows else {})

@@ -148,7 +148,7 @@ def _resonances(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
 
 
 def line_words(line: Found) -> str:
-    """Where a line shows, and what it is of."""
+    """Words on where a line shows and what causes it."""
     return render("periodic.seen", x=line)
 
 

@@ -133,7 +133,7 @@ def _decimals(value: float) -> int:
 
 
 def _prefix(value: float, unit: str) -> tuple[float, str]:
-    """By what to multiply a value in `unit`, and the unit with its prefix."""
+    """The factor for a value in `unit`, and the unit with its prefix."""
     rows = PREFIXED.get(unit, ()) if value else ()
     return next((row[1:] for row in rows if abs(value) >= row[0]), (1.0, unit))
 

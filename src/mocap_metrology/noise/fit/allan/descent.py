@@ -67,8 +67,8 @@ def _correlated(log_T: float, problem: Problem, curve: Floats, slope: Floats) ->
 
 @njit
 def _points(a: float) -> tuple[float, float, float, float]:
-    """Of a sampled Gauss-Markov term: (a / (2 sinh(a/2)))^2 and (sinh a - a) / (2 sinh^2(a/2)),
-    and their derivatives by log T_c = -log a + constant."""
+    """Functions of a = tau0 / T_c for a sampled Gauss-Markov term: (a / (2 sinh(a/2)))^2 and
+    (sinh a - a) / (2 sinh^2(a/2)), and their derivatives by log T_c = -log a + constant."""
     if a > 300:  # white: variance / m
         return 0.0, 1.0, 0.0, 0.0
     half = math.sinh(a / 2)

@@ -100,8 +100,8 @@ class Misfit:
         return NoiseModel(tuple(parts)).ordered()
 
     def at_bound(self, x: np.ndarray) -> dict[str, bool]:
-        """By coefficient (named as in `model`): whether x lies on a bound there. Where a share
-        does, so do q_c and T_c, or A_s and f_0, together: an absent component has no T_c."""
+        """Whether x lies on a bound, by coefficient (named as in `model`). Where a share does, so
+        do q_c and T_c, or A_s and f_0, together: an absent component has no T_c."""
         on = (x <= self.lower + WITHIN) | (x >= self.upper - WITHIN)
         n, count = len(self.components.alphas), self.components.gauss_markov
         pairs = [(on[i], on[i] or on[i + 1]) for i in range(n, x.size, 2)]
@@ -111,7 +111,7 @@ class Misfit:
         return dict(zip(self.components.names, map(bool, flags), strict=True))
 
     def freedom(self, x: np.ndarray, rise: float) -> dict[str, float]:
-        """By power law off its bounds: how far, relatively, its coefficient can move from the
+        """For each power law off its bounds how far, relatively, its coefficient can move from the
         minimum x while the cost, with all others refitted, grows by `rise` (in the quadratic
         approximation: sqrt(rise [(J'J)^-1]_ii))."""
         inside = np.flatnonzero((x > self.lower + WITHIN) & (x < self.upper - WITHIN))

@@ -50,7 +50,7 @@ class Part:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the rows of the covariance."""
+        """Names of the rows of the covariance."""
         return KINDS[self.kind]
 
 

@@ -80,7 +80,7 @@ def coefficients(
 
 
 def _ends(value: float, error: float) -> dict[str, Any]:
-    """Of the normal intervals, from 0 up."""
+    """Ends of the normal intervals at 68 and 95 %, not below 0."""
     return {
         f"{end}_{level}": max(value + sign * z * error, 0.0)
         for level, z in ((68, Z_68), (95, Z_95))

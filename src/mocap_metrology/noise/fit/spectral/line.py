@@ -166,7 +166,7 @@ class Transform:
 
     @classmethod
     def of(cls, series: np.ndarray, spacing_s: float) -> Transform:
-        """Of a complete series (n,)."""
+        """The transform of a complete series (n,)."""
         n = series.size
         width = END_FRAMES
         slope = (series[-width:].mean() - series[:width].mean()) / (n - width)
@@ -178,7 +178,7 @@ class Transform:
 
     @property
     def duration_s(self) -> float:
-        """Of the series."""
+        """Duration of the series, s."""
         return self.n * self.spacing_s
 
     @property

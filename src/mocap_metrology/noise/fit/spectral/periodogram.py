@@ -174,7 +174,8 @@ def periodogram(
 
 
 def _slow(c: np.ndarray, bins: Bins, stretch: Stretch, first: int) -> Slow:
-    """Of a stretch of transform `c` (n,), whose first bin has the number `first` among all."""
+    """The slowest coefficients of one stretch, from its transform `c` (n,); its first bin has the
+    number `first` among all."""
     edge = edges(c.size)
     whole = int(np.searchsorted(edge[1:], SLOWEST, side="right"))
     k = np.arange(1, edge[whole])
@@ -195,9 +196,9 @@ def _outside(
 
 
 def _binned(c: np.ndarray, bins: Bins, stretch: Stretch) -> Periodogram:
-    """Of one stretch of transform `c` (n,). Without the coefficients in its bands, bins hold the
-    mean of what is left, with so many degrees of freedom less, and next to none (and what their
-    neighbours hold) where nothing is."""
+    """The binned periodogram of one stretch, from its transform `c` (n,). Without the coefficients
+    in its bands, bins hold the mean of what is left, with so many degrees of freedom less, and next
+    to none (and what their neighbours hold) where nothing is."""
     tau0, first, weight = 1 / bins.frame_rate_hz, edges(c.size)[:-1], bins.n * stretch.share
     if stretch.bands:
         left = _outside(np.arange(c.size), c.size, bins.frame_rate_hz, stretch.bands)

@@ -241,7 +241,8 @@ class Fit:
 
 
 class Likelihood:
-    """Of one periodogram; T_c is confined to `bounds` (s), by default those of its bins."""
+    """Whittle likelihood of one periodogram; T_c is confined to `bounds` (s), by default those of
+    its bins."""
 
     def __init__(self, data: Periodogram, bounds: tuple[float, float] | None = None) -> None:
         self.bins, self.weight, self.bounds = data.bins, data.weight, bounds or data.bins.T_c_range

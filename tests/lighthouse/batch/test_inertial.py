@@ -58,7 +58,7 @@ def values(trajectory: Trajectory) -> tuple[State, Layout]:
     own[of.inertial[0] :] = (
         0.5 * np.random.default_rng(2).standard_normal(inertial.OWN) * INERTIAL_SD
     )
-    return replace(state, gravity=-9.8 * UP, values=own), of
+    return state._replace(gravity=-9.8 * UP, values=own), of
 
 
 @pytest.mark.parametrize("still", [False, True])
@@ -133,7 +133,7 @@ def test_gravity_by_the_stations_ways_up() -> None:
     R = [np.eye(3), rotation.exp(np.array([0.2, -0.4, 1.0]))]
     state = start(R, [np.zeros(3)] * 2, np.zeros((2, 2, 10)), np.zeros((4, 3)), of.size)
     ups = np.array([UP, R[1].T @ rotation.exp(np.array([0.03, 0.01, 0.0])) @ UP])
-    state = replace(state, gravity=first_gravity(state, ups) + np.array([0.02, 0.01, 0.05]))
+    state = state._replace(gravity=first_gravity(state, ups) + np.array([0.02, 0.01, 0.05]))
     S, h, _ = gravity_equations(state, of, ups)
 
     def gradient(at: State) -> np.ndarray:

@@ -157,10 +157,10 @@ def estimate(
             felt = inertial.residuals(its, one.trajectory, state, column)
             one.sensors = Sensed(its, column, felt, inertial.rough_noise(felt))
             if not state.gravity.any():
-                state = replace(state, gravity=inertial.first_gravity(its, felt))
+                state = state._replace(gravity=inertial.first_gravity(its, felt))
                 one.renew(state)
     if ups is not None and by_ups and not any(there):
-        state = replace(state, gravity=first_gravity(state, ups))
+        state = state._replace(gravity=first_gravity(state, ups))
     search = _Search(of, state, own, sized, ups if by_ups else None)
     found = search.run(rounds)
     return found if sized else search.without_bias(found)
@@ -181,7 +181,7 @@ def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint
     have the freedom of the full priors, with which one can imitate another."""
     own = rotors.copy()
     own[..., X : Z + 1] = found.state.rotors[..., X : Z + 1]
-    state = replace(found.state, rotors=own)
+    state = found.state._replace(rotors=own)
     parts = [replace(one) for one in found.recordings]
     for one in parts:
         one.renew(state)

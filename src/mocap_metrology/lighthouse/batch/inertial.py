@@ -24,9 +24,8 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.inverse import selected_inverse
-from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, right_jacobians, rotated
+from mocap_metrology.lighthouse.batch.kernel import POSE, Equations, right_jacobians, rotated
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2, INERTIAL_SD, Layout, State
-from mocap_metrology.lighthouse.batch.solve import Equations
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, cubic
 from mocap_metrology.lighthouse.batch.view import LIMIT
 from mocap_metrology.lighthouse.records import Inertial
@@ -140,8 +139,8 @@ def residuals(
     e, turn = at(near_s)
     by_delay = (at(near_s + STEP_S)[0] - at(near_s - STEP_S)[0]) / (2 * STEP_S)
     e += (own[DELAY][0] - near_s) * by_delay
-    by_knots = _right_jacobians(v).reshape(-1, 3, 3, 3)
-    by_bias, by_turn = _right_jacobians(log(turn)), _right_jacobians(own[None, TURN])[0]
+    by_knots = right_jacobians(v).reshape(-1, 3, 3, 3)
+    by_bias, by_turn = right_jacobians(log(turn)), right_jacobians(own[None, TURN])[0]
     return Residuals(e, R, by_knots, by_bias, by_turn, by_delay, y, felt, gain, M, place)
 
 
@@ -163,12 +162,6 @@ def sensed(seen: Windows, bias: Floats, delay_s: float) -> tuple[Floats, Floats]
 def _weights(seen: Windows) -> Floats:
     """Of the control points at begin, middle and end, (3, 4)."""
     return np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)) if seen.still else ENDS
-
-
-def _right_jacobians(v: np.ndarray) -> Floats:
-    out = np.empty((len(v), 3, 3))
-    right_jacobians(np.ascontiguousarray(v), out)
-    return out
 
 
 def _cross(v: np.ndarray) -> Floats:
@@ -228,8 +221,7 @@ def equations(
     weight = (_robust(found.e, noise)[0] / noise[:, None] ** 2).reshape(-1, 6)
     e = found.e.reshape(-1, 6)
     at = np.r_[of.gravity : of.gravity + 3, column : column + OWN]
-    band, cross = np.zeros((SPAN, size)), np.zeros((size, of.size))
-    inner, g, h = np.zeros((of.size, of.size)), np.zeros(size), np.zeros(of.size)
+    band, cross, inner, g, h = total = Equations.zeros(size, of.size)
     rows = POSE * seen.interval[:, None] + np.arange(NEAR)
     w_near = np.swapaxes(near * weight[..., None], 1, 2)
     i, j = np.tril_indices(NEAR)
@@ -239,7 +231,7 @@ def equations(
     w_far = np.swapaxes(far * weight[..., None], 1, 2)
     inner[np.ix_(at, at)] = (w_far @ far).sum(axis=0)
     h[at] = (w_far @ e[..., None]).sum(axis=0)[:, 0]
-    return Equations(band, cross, inner, g, h)
+    return total
 
 
 def rough_noise(found: Residuals) -> Floats:

@@ -7,6 +7,7 @@ from scipy import linalg, optimize
 
 from mocap_metrology.lighthouse.batch import sweep_kernel
 from mocap_metrology.lighthouse.batch.inverse import selected_inverse
+from mocap_metrology.lighthouse.batch.kernel import Equations
 from mocap_metrology.lighthouse.batch.solve import Sums, known_of, reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.batch.view import Noise
@@ -48,18 +49,17 @@ def _by_more(sums: Sums, trajectory: Trajectory, noise: Noise) -> float:
 
 def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: float) -> Noise:
     bend, bend_g = known_of(trajectory, sums.more, start.hit)
-    p = int((sums.band[0] > 0).sum())
+    p = int((sums.hits.band[0] > 0).sum())
     wrong = sums.held < WRONG
     free = max(sums.n_hits - p + by_more - float(np.sum(np.where(wrong, 1, 1 - sums.held))), 1)
-    cross, inner, h = np.zeros((sums.g.size, 0)), np.zeros((0, 0)), np.zeros(0)
-    nothing = np.zeros((sums.begin.size, 0))
+    nothing, none = np.zeros((sums.begin.size, 0)), Equations.zeros(sums.hits.g.size, 0)
 
     def at(ratio: float) -> tuple[float, float]:
-        band, g = sums.band + bend, sums.g + bend_g
+        band, g = sums.hits.band + bend, sums.hits.g + bend_g
         own = ratio / sums.held
         factor = np.where(wrong, 1 / sums.weight, own / (1 + own * sums.weight))
         of_sweeps = sums.begin, factor, sums.of_sweep, nothing, sums.residual
-        sweep_kernel.without_offsets(*of_sweeps, band, cross, inner, g, h)
+        sweep_kernel.without_offsets(*of_sweeps, none._replace(band=band, g=g))
         L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
         x = linalg.cho_solve_banded((L, True), g, check_finite=False)
         Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)

@@ -30,11 +30,11 @@ used.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.lighthouse.batch.kernel import HELD, POSE
+from mocap_metrology.lighthouse.batch.kernel import HELD, POSE, Values
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.rotor import (
@@ -144,6 +144,11 @@ class Layout:
         """How many unknowns."""
         return int(self.sd.size)
 
+    @property
+    def rows(self) -> tuple[np.ndarray, int, int, int]:
+        """As the kernels read them."""
+        return self.columns, self.scale, self.places, self.cover
+
 
 def layout(
     n_stations: int,
@@ -203,25 +208,8 @@ def layout(
     return Layout(columns, scale, places, down, tuple(sensors), *sizes, covers)
 
 
-@dataclass(frozen=True)
-class State:
-    """Values of all unknowns but the trajectory.
-
-    R (stations, 3, 3), t_m (stations, 3): into the master's frame; rotors (stations, 2, 13) as
-    `rotor_parameters`; offsets (stations, 2) in rad; board (n, 3) in m; gravity (3,) in m/s^2, of
-    the master's frame; values (unknowns,): steps from where the priors are centred; normals (n, 3)
-    of the diodes, (0, 3) where no cover is taken into account; cover (2,): a and t in m.
-    """
-
-    R: np.ndarray
-    t_m: np.ndarray
-    rotors: np.ndarray
-    offsets: np.ndarray
-    board: np.ndarray
-    gravity: np.ndarray
-    values: np.ndarray
-    normals: np.ndarray = field(default_factory=NO_NORMALS.copy)
-    cover: np.ndarray = field(default_factory=COVER_M.copy)
+class State(Values):
+    """`Values` that a step changes."""
 
     def moved(self, step: np.ndarray, of: Layout) -> State:
         """With a step (unknowns,) added; poses turn by left rotation vectors."""
@@ -279,7 +267,7 @@ def start(
     """Stations at these poses in the master's frame, the first of them the master; n unknowns."""
     offsets, own = np.zeros((len(R), 2)), np.array(rotors)
     known = offsets, board.copy(), np.zeros(3), np.zeros(n), np.ascontiguousarray(normals)
-    return State(np.array(R), np.array(t_m), own, *known)
+    return State(np.array(R), np.array(t_m), own, *known, COVER_M.copy())
 
 
 @dataclass(frozen=True)

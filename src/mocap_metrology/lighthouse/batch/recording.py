@@ -10,10 +10,11 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.inertial import Windows, windows
+from mocap_metrology.lighthouse.batch.kernel import Equations
 from mocap_metrology.lighthouse.batch.length import LengthView, added, equation
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
 from mocap_metrology.lighthouse.batch.share import shares
-from mocap_metrology.lighthouse.batch.solve import Equations, Reduced, Sums, bend_cost, linearised
+from mocap_metrology.lighthouse.batch.solve import Reduced, Sums, bend_cost, linearised
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.batch.view import Noise, View, Weights, residuals, view, weights
 from mocap_metrology.lighthouse.known_length import KnownLength

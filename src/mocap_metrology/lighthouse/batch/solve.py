@@ -11,7 +11,6 @@ board have an S and h each, which are simply added.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +18,7 @@ from scipy import linalg
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import kernel, sweep_kernel
-from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
 from mocap_metrology.lighthouse.batch.problem import Layout, State
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.batch.view import Noise, View
@@ -33,26 +32,11 @@ NOT_RULED_OUT = 4.0  # of -2 log likelihood: two standard deviations
 
 
 @dataclass(frozen=True)
-class Equations:
-    """Normal equations of other data than hits, with their own weights: as in `Sums`."""
-
-    band: np.ndarray
-    cross: np.ndarray
-    inner: np.ndarray
-    g: np.ndarray
-    g_inner: np.ndarray
-
-
-@dataclass(frozen=True)
 class Sums:
     """Normal equations with V = I, what sweeps have in sum, and w e^2 in all; and those of other
     data."""
 
-    band: np.ndarray
-    cross: np.ndarray
-    inner: np.ndarray
-    g: np.ndarray
-    g_inner: np.ndarray
+    hits: Equations
     begin: np.ndarray
     of_sweep: np.ndarray
     of_sweep_inner: np.ndarray
@@ -76,46 +60,18 @@ def linearised(
 ) -> Sums:
     """Sums over all hits at the present values; more: equations of other data; held: of `Weights`,
     1 without it."""
-    K, G, m = trajectory.control.size, of.size, seen.sweeps.first.size - 1
-    band, cross, inner = np.zeros((SPAN, K)), np.zeros((K, G)), np.zeros((G, G))
-    g, g_inner = np.zeros(K), np.zeros(G)
-    of_sweep, of_inner = np.zeros((m, SPAN)), np.zeros((m, G))
-    at = seen.who, seen.basis, seen.turned, seen.sweeps.first, residual, weight, trajectory.control
-    model = state.R, state.t_m, state.rotors, state.board, state.normals, state.cover
-    columns = of.columns, of.scale, of.places, of.cover
-    normal, by_sweep = (band, cross, inner, g, g_inner), (of_sweep, of_inner)
-    kernel.accumulate(*at, *model, *columns, *normal, *by_sweep)
-    low, held = seen.sweeps.first[:-1], np.ones(m) if held is None else held
+    first, control, m = seen.sweeps.first, trajectory.control, seen.sweeps.first.size - 1
+    found, by_sweep = (
+        Equations.zeros(control.size, of.size),
+        (np.zeros((m, SPAN)), np.zeros((m, of.size))),
+    )
+    kernel.accumulate(
+        seen.light, first, residual, weight, control, state, of.rows, found, *by_sweep
+    )
+    low, held = first[:-1], np.ones(m) if held is None else held
     total, off = np.add.reduceat(weight, low), np.add.reduceat(weight * residual, low)
     of_all = float(weight @ residual**2), residual.size
-    return Sums(*normal, seen.begin, *by_sweep, total, held, off, *of_all, more)
-
-
-def added(parts: Sequence[Sums]) -> Sums:
-    """Sums over several parts of a recording; other data count once."""
-
-    def all_of(name: str) -> Floats:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    def in_all(name: str) -> Floats:
-        return np.sum([getattr(part, name) for part in parts], axis=0)
-
-    return Sums(
-        band=in_all("band"),
-        cross=in_all("cross"),
-        inner=in_all("inner"),
-        g=in_all("g"),
-        g_inner=in_all("g_inner"),
-        begin=all_of("begin"),
-        of_sweep=all_of("of_sweep"),
-        of_sweep_inner=all_of("of_sweep_inner"),
-        weight=all_of("weight"),
-        held=all_of("held"),
-        residual=all_of("residual"),
-        square=sum(part.square for part in parts),
-        n_hits=sum(part.n_hits for part in parts),
-        more=parts[0].more,
-    )
+    return Sums(found, seen.begin, *by_sweep, total, held, off, *of_all, more)
 
 
 @dataclass(frozen=True)
@@ -171,8 +127,8 @@ def reduced(
     it is not determined."""
     variance = noise.hit**2
     band, g = known_of(trajectory, sums.more, noise.hit)
-    band, g = sums.band + band, sums.g + g
-    cross, inner, h = sums.cross.copy(), sums.inner.copy(), sums.g_inner.copy()
+    band, g = sums.hits.band + band, sums.hits.g + g
+    cross, inner, h = sums.hits.cross.copy(), sums.hits.inner.copy(), sums.hits.g_inner.copy()
     if sums.more is not None:
         cross += variance * sums.more.cross
         inner += variance * sums.more.inner
@@ -180,7 +136,7 @@ def reduced(
     ratio = (noise.sweep / noise.hit) ** 2 / sums.held
     factor = ratio / (1 + ratio * sums.weight)
     of_sweeps = sums.begin, factor, sums.of_sweep, sums.of_sweep_inner, sums.residual
-    sweep_kernel.without_offsets(*of_sweeps, band, cross, inner, g, h)
+    sweep_kernel.without_offsets(*of_sweeps, Equations(band, cross, inner, g, h))
     band[0] *= 1 + damping
     L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
     both = linalg.cho_solve_banded(

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
 
 
 @njit
@@ -17,14 +17,11 @@ def without_offsets(
     sums: np.ndarray,
     sums_inner: np.ndarray,
     sum_residual: np.ndarray,
-    band: np.ndarray,
-    cross: np.ndarray,
-    inner: np.ndarray,
-    g: np.ndarray,
-    g_inner: np.ndarray,
+    of_all: Equations,
 ) -> None:
     """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times
     the outer products of its sums; begin (sweeps,): its first control point."""
+    band, cross, inner, g, g_inner = of_all
     G = g_inner.size
     own = np.empty(G, np.int64)  # those that a sweep depends on
     for m in range(begin.size):

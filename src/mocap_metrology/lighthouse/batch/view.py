@@ -32,6 +32,11 @@ class View:
     turned: np.ndarray
 
     @property
+    def light(self) -> kernel.Light:
+        """Likewise, for the kernels."""
+        return kernel.Light(self.who, self.basis, self.turned)
+
+    @property
     def begin(self) -> np.ndarray:
         """First control point of each sweep."""
         return np.minimum.reduceat(self.who[:, 3], self.sweeps.first[:-1])
@@ -63,22 +68,7 @@ def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
 
 def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
     """Predicted minus measured angle of every hit, rad."""
-    out = np.empty(len(seen.sweeps.hits))
-    kernel.predicted(
-        seen.who,
-        seen.basis,
-        seen.turned,
-        trajectory.control,
-        state.R,
-        state.t_m,
-        state.rotors,
-        state.offsets,
-        state.board,
-        state.normals,
-        state.cover,
-        out,
-    )
-    return out - seen.sweeps.hits.angle_rad
+    return kernel.predicted(seen.light, trajectory.control, state) - seen.sweeps.hits.angle_rad
 
 
 @dataclass(frozen=True)

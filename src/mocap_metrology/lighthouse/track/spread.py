@@ -98,9 +98,7 @@ def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Fl
     for i in range(4):
         by -= weights[:, i, None, None] * rows[near[:, i]]
     turn = np.einsum("ni,nia->na", weights, trajectory.control[near, 3:])
-    J = np.zeros((time_s.size, 3, 3))
-    right_jacobians(turn, J)
-    J = trajectory.reference(time_s) @ exp(turn) @ J
+    J = trajectory.reference(time_s) @ exp(turn) @ right_jacobians(turn)
     by[:, 3:] = J @ by[:, 3:]
     of_hits[:, 3:] = J @ of_hits[:, 3:]
     of_hits[:, :, 3:] = of_hits[:, :, 3:] @ np.swapaxes(J, 1, 2)

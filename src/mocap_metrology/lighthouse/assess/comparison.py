@@ -18,13 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.types import Row
+from mocap_metrology.common.types import Record, Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.intervals import length_interval
 from mocap_metrology.lighthouse.assess.pose_file import (
     PoseEntry,
     PoseFile,
-    Shared,
     chosen_pose,
     kind_of,
     matrix_and_metres,
@@ -169,7 +168,7 @@ def _scale(entry: PoseEntry) -> float:
     return max(1.0, m2 / SOUND_M2) if isinstance(m2, (int, float)) else 1.0
 
 
-def _left_of_shared(first: Shared, second: Shared, one_board: bool) -> np.ndarray:
+def _left_of_shared(first: Record, second: Record, one_board: bool) -> np.ndarray:
     """What errors of board and stations make of the difference, (6, 6): each group cancels where
     both recordings have it alike; of two boards both errors count.
 
@@ -188,7 +187,7 @@ def _left_of_shared(first: Shared, second: Shared, one_board: bool) -> np.ndarra
     return total
 
 
-def _errors(shared: Shared, group: str) -> tuple[np.ndarray, np.ndarray]:
+def _errors(shared: Record, group: str) -> tuple[np.ndarray, np.ndarray]:
     own = shared["stations"] if group == "stations" else shared["board"]
     return np.array(own["sd"], dtype=np.float64), np.reshape(own["effect"], (-1, 6))
 
@@ -210,11 +209,11 @@ def _by_variants(new: PoseFile, old: PoseFile) -> tuple[np.ndarray, np.ndarray]:
     return step, off.T @ off / (len(off) + 1)
 
 
-def _open(variant: Row | None) -> bool:
+def _open(variant: Record | None) -> bool:
     return variant is not None and variant["standing"] != "worse"
 
 
-def _apart(one: Row, other: Row) -> np.ndarray:
+def _apart(one: Record, other: Record) -> np.ndarray:
     (R, mm), (R_other, mm_other) = (
         (np.array(way["rotation_matrix"]), np.array(way["translation_mm"])) for way in (one, other)
     )

@@ -38,9 +38,10 @@ from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.assess.summary import refused, summary
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, by_batch
+from mocap_metrology.lighthouse.calibrate.batch import Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
+from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
@@ -290,24 +291,23 @@ def _taken(found: Calibration, document: PoseFile) -> dict[str, PoseEstimate]:
 
 
 def warm_up() -> None:
-    """Compile the kernels of `batch` and of the sensors, with what a calibration gives them."""
-    master = twins.StationTwin(id=1, mode="b")
+    """Compile all kernels of the first generation, with what a calibration gives them."""
+    master = twins.StationTwin(id=1, mode="b", factory=twins.FactoryValues(phase=(0.001, 0.001)))
     slave = twins.StationTwin(id=2, mode="c", position_m=(0.0, 1.0, 0.0))
-    motion = twins.MotionTwin(centre_m=(3.0, 0.5, 0.0))
     twin = twins.LighthouseTwin(
         seed=0,
         master=master,
         slave=slave,
-        motion=motion,
+        motion=twins.MotionTwin(centre_m=(3.0, 0.5, 0.0)),
         inertial=twins.InertialTwin(),
         board=twins.BoardTwin(columns=3, rows=2),
-        duration_s=0.6,
+        duration_s=1.0,
         independent_urad=50.0,
     )
     made = simulated.simulate(twin)
-    rng = np.random.default_rng(0)
-    series = sensed(
-        made.truth.motion, simulated.up_of(twin), twins.InertialTwin(), twin.duration_s, rng
-    )
-    how = "ideal", [None, None], None, "crazyflie", Priors()
-    by_batch(Scene(made.hits, made.truth.board, *how, sensors=Sensors(series)))
+    up, rng = simulated.up_of(twin), np.random.default_rng(0)
+    series = sensed(made.truth.motion, up, twins.InertialTwin(), twin.duration_s, rng)
+    hits, _ = clean_hits(made.hits, made.truth.board)
+    factories = [station.factory for station in made.truth.stations]
+    how = CalibrationSettings(("batch", "paper", "paper-lm", "geometric"), ("factory", "ideal"))
+    calibrate(hits, made.truth.board, factories, how, sensors=Sensors(series))

@@ -317,8 +317,3 @@ def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray
     )
     rotors = optics.rotors[0], optics.rotors[1]
     return agree(master, slave, board, rotors, order, near)
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    _viterbi(np.zeros((2, 2)), np.zeros((2, 2, 1)))

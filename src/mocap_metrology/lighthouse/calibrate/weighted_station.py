@@ -245,19 +245,6 @@ def by_gauss_newton(
     return R, t, jackknife(steps) if np.isfinite(steps).all() else None
 
 
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.lighthouse.board import flat_board
-    from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
-
-    board, rotors, t = flat_board(), rotor_parameters(), np.array([3.0, 0, 0])
-    given = Measurements(np.zeros(1), angles(board + t, rotors)[None])
-    zero = np.zeros(1)
-    path = Path(zero, np.eye(3)[None], t[None], zero, zero, zero)
-    _information(path.R, path.t_m, given.seen, board, rotors)
-    _blocks(np.eye(3), np.zeros(3), path.R, path.t_m, board, given.angles_rad, rotors)
-
-
 def halves(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Halves | None:
     """Poses of the slave from the measurements before and after each of `SPLITS`, both from near
     the pose R, t (m) of all: the two that are farthest apart by m2; None where no part tells its

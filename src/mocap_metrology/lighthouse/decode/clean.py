@@ -289,11 +289,3 @@ def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray
     if not fits.any() and worst[best] < 0.5 * worst[second]:
         fits[best] = True
     return seen[fits]
-
-
-def warm_up() -> None:
-    """Compile for float64."""
-    gate_sweeps(
-        np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad, 0.0
-    )
-    hampel(np.arange(8.0), half_window=2)

@@ -321,14 +321,3 @@ def apart(path: Path, other: Path) -> np.ndarray:
     """Angle in rad between the rotations of two paths of the same measurements."""
     trace = np.einsum("nij,nij->n", path.R, other.R)
     return np.arccos(np.clip((trace - 1) / 2, -1, 1))
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.lighthouse.board import flat_board
-    from mocap_metrology.lighthouse.rotor import angles
-
-    board, rotors = flat_board(), rotor_parameters()
-    given = Measurements(np.zeros(1), angles(board + np.array([3.0, 0, 0]), rotors)[None])
-    by_nelder_mead(given, board, rotors)
-    by_levenberg_marquardt(given, board, rotors)

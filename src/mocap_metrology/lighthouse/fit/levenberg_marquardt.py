@@ -12,7 +12,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import solve
-from mocap_metrology.lighthouse.fit.simplex import BOARD, STATION
+from mocap_metrology.lighthouse.fit.simplex import STATION
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
 N = 6  # unknowns of a pose
@@ -153,14 +153,3 @@ def minimise(
             if damping > 1e10:
                 return R, t, f, False
     return R, t, f, False
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.lighthouse.board import flat_board
-    from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
-
-    points, rotors = flat_board(), rotor_parameters()
-    t = np.array([3.0, 0.0, 0.0])
-    for unknown in (BOARD, STATION):
-        minimise(np.eye(3), t, unknown, points, angles(points + t, rotors), rotors, 1)

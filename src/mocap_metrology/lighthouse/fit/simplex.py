@@ -286,10 +286,3 @@ def search(
         settings.tol_fun,
         settings.evaluations,
     )
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.lighthouse.rotor import rotor_parameters
-
-    search(np.ones(N), 0, np.ones((4, 3)), np.ones((4, 2)), rotor_parameters())

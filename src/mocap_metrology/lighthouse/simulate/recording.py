@@ -21,7 +21,7 @@ from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 from mocap_metrology.lighthouse.simulate import light
 from mocap_metrology.lighthouse.simulate.motion import Motion, motion_of
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
 # Streams of random numbers, so that a twin with more noise has the same motion and dropouts.
@@ -256,10 +256,3 @@ def write_dump(path: str | Path, pulses: Pulses) -> None:
     words = words_of(pulses).astype("<u4", copy=False)
     with whole(path) as part:
         words.tofile(part)
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    station = StationTwin(id=1, mode="A")
-    motion = MotionTwin(centre_m=(2.0, 0.0, 0.0))
-    simulate(LighthouseTwin(seed=0, master=station, motion=motion, duration_s=0.05))

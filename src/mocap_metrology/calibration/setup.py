@@ -16,8 +16,8 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
 from mocap_metrology.lighthouse.assess.same_stations import same_stations
 from mocap_metrology.lighthouse.assess.summary import refused, summary
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration
+from mocap_metrology.lighthouse.calibrate.scene import Scene, optics_for
 from mocap_metrology.lighthouse.calibrate.setup import by_setup
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.records import ROLES, SLAVE, Hits, Measurements, Station
@@ -101,8 +101,7 @@ def _scenes(
     """What `by_setup` is given."""
     how = calibration_settings(settings)
     factories = [station.factory for station in stations]
-    known = "factory" in how.optics and None not in factories
-    optics = "factory" if known else ESTIMATED if ESTIMATED in how.optics else "ideal"
+    optics = optics_for(how.optics, factories)
     generation, names = stations[0].generation, [station.role for station in stations]
     scenes, still = {}, {}
     for one in members:

@@ -16,7 +16,7 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Check
 from mocap_metrology.lighthouse.assess.reference import Reference, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict
-from mocap_metrology.lighthouse.calibrate.stages import Network
+from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
 CONVENTION = (

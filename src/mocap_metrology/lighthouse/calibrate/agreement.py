@@ -305,8 +305,7 @@ def _sample(
     """Evidence of some of the slave's measurements, over the whole recording."""
     then, kept = at_times(path, slave.time_s, order)
     rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
-    own = Measurements(slave.time_s[kept][rows], slave.angles_rad[kept][rows])
-    return evidence(then.take(rows), own, master, board, rotors)
+    return evidence(then.take(rows), slave.take(kept).take(rows), master, board, rotors)
 
 
 def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None) -> Agreed:

@@ -44,6 +44,13 @@ UNKNOWN_SD = np.stack(
 )
 
 
+def optics_for(asked: Sequence[str], factories: Sequence[Factory | None]) -> str:
+    """The best of the optics asked for, by what is known of all stations."""
+    if "factory" in asked and None not in factories:
+        return "factory"
+    return ESTIMATED if ESTIMATED in asked else "ideal"
+
+
 @dataclass(frozen=True)
 class Sensors:
     """Data that are used besides hits: gyroscope and accelerometer of the board, and the way up in

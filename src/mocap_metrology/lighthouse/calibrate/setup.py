@@ -31,18 +31,15 @@ from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
     FEWEST_MOMENTS,
     HERE,
+    Network,
     islands,
     look,
+    network_of,
     shared_moments,
     start,
 )
 from mocap_metrology.lighthouse.calibrate.scene import Pose
-from mocap_metrology.lighthouse.calibrate.stages import Network
-from mocap_metrology.lighthouse.calibrate.stations import (
-    OF_PLANES,
-    covariance_of_all,
-    unconnected,
-)
+from mocap_metrology.lighthouse.calibrate.stations import OF_PLANES, covariance_of_all
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
     NAMES,
@@ -195,20 +192,14 @@ def _connected(
     for piece in pieces:
         both = np.ix_(piece.members, piece.members)
         shared[both] += piece.shared[both]
-    parts = islands(shared)
-    own = parts[0] if len(parts[0]) > 1 else max(parts, key=len)
-    moments = (shared - np.diag(np.diag(shared))).max(axis=1)
-    apart = {names[k]: unconnected(k, names, parts, own) for p in parts if p != own for k in p}
-    network = Network(
-        [names[k] for k in own], apart, dict(zip(names, moments.tolist(), strict=True))
-    )
+    own, network = network_of(names, shared)
     kept = []
     for piece in pieces:
         if piece.members[0] in own:
             kept.append(replace(piece, members=[own.index(k) for k in piece.members]))
         else:
             why.append(f"{piece.title}: no station that is connected with {network.connected[0]}")
-    why += apart.values()
+    why += network.apart.values()
     return scene.of(own), kept, network
 
 

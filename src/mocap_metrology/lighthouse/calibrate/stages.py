@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
+from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
@@ -60,18 +61,6 @@ class CalibrationSettings:
     variant: str = AUTO
     pnp_method: str = "auto"
     priors: Priors = field(default_factory=Priors)
-
-
-@dataclass(frozen=True)
-class Network:
-    """Stations by name, the reference first: those that are connected; for the others what would
-    connect them, in words; moments that each shares with another; covariance of all poses together,
-    6 (n - 1) square in mm and deg, None without a pose."""
-
-    connected: Sequence[str]
-    apart: Mapping[str, str]
-    common: Mapping[str, int]
-    covariance: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,7 @@ def seen_on_path(paths: tuple[Path, Path], optics: Optics, order: int) -> tuple[
     """The slave's measurements that have the master's path on both sides, and the path then."""
     own = optics.measurements[SLAVE]
     then, kept = at_times(paths[MASTER], own.time_s, order)
-    return then, Measurements(own.time_s[kept], own.angles_rad[kept])
+    return then, own.take(kept)
 
 
 def last_step(

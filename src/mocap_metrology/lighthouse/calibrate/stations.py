@@ -22,13 +22,13 @@ from mocap_metrology.lighthouse.calibrate.fits import refitted
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
     FEWEST_MOMENTS,
-    islands,
     look,
+    network_of,
     shared_moments,
     start,
 )
-from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
-from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings, Network
+from mocap_metrology.lighthouse.calibrate.scene import NAME, Scene, Sensors, optics_for
+from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
@@ -63,31 +63,19 @@ def calibrate_stations(
     how = factories, None, variant, settings.priors
     every = Scene(hits, board, "factory", *how, generation=generation, names=names)
     every = replace(every, sensors=sensors or Sensors())
-    every = replace(every, optics=_optics(every, settings))
+    every = replace(every, optics=optics_for(settings.optics, factories))
     began = time.perf_counter()
     seen = look(every)
     shared = shared_moments(seen)
-    parts = islands(shared)
-    own = parts[0] if len(parts[0]) > 1 else max(parts, key=len)
+    own, network = network_of(names, shared)
     if len(own) < 2:
         raise Refusal(
             f"no two of the stations {', '.join(names)} see four diodes at {FEWEST_MOMENTS}"
             " common moments; expected a board that at least two stations see at a time"
         )
     scene = every.of(own)
-    scene = replace(scene, optics=_optics(scene, settings))
+    scene = replace(scene, optics=optics_for(settings.optics, scene.factories))
     views = [seen[k] for k in own]
-    moments = shared - np.diag(np.diag(shared))
-    network = Network(
-        [names[k] for k in own],
-        {
-            names[k]: unconnected(k, names, parts, own)
-            for part in parts
-            if part != own
-            for k in part
-        },
-        {names[k]: int(moments[k].max()) for k in range(len(names))},
-    )
     still = None
     if all(view is not None and is_still(view.paths[0]) for view in views):
         still = [median_angles(scene.hits, k, len(board)) for k in range(len(own))]
@@ -108,26 +96,6 @@ def calibrate_stations(
         joints={scene.optics: (scene, found)},
         network=replace(network, covariance=covariance_of_all(found, open_ways)),
         exchanged=exchanged(scene, found, stations),
-    )
-
-
-def _optics(scene: Scene, settings: CalibrationSettings) -> str:
-    if "factory" in settings.optics and None not in scene.factories:
-        return "factory"
-    return ESTIMATED if ESTIMATED in settings.optics else "ideal"
-
-
-def unconnected(
-    k: int, names: Sequence[str], parts: Sequence[Sequence[int]], own: Sequence[int]
-) -> str:
-    """Why a station has no pose, and what would change that."""
-    with_it = [names[j] for part in parts if k in part for j in part if j != k]
-    connected = ", ".join(names[j] for j in own)
-    beside = f" (connected with {', '.join(with_it)} only)" if with_it else ""
-    join = " or ".join([names[k], *with_it])
-    return (
-        f"station {names[k]}{beside} shares no view of the board with {connected}: move the board"
-        f" where {join} and one of these see four diodes at a time, for a second or more"
     )
 
 

@@ -37,7 +37,7 @@ def well_posed(measurements: Measurements, board: np.ndarray) -> Measurements:
     spread = np.linalg.eigvalsh(np.einsum("ndi,ndj->nij", offset, offset) / total[:, None, None])
     own = np.linalg.eigvalsh(np.cov(board.T, bias=True))
     wide = spread[:, 1] >= NARROW**2 * own[1]
-    return Measurements(measurements.time_s[wide], measurements.angles_rad[wide])
+    return measurements.take(wide)
 
 
 def upright(x: np.ndarray) -> np.ndarray:

@@ -8,13 +8,12 @@ that of the smaller K_1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, trajectory_of
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
-from mocap_metrology.lighthouse.calibrate.moments import moments
+from mocap_metrology.lighthouse.calibrate.network import moments
 from mocap_metrology.lighthouse.calibrate.scene import Pose
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
 from mocap_metrology.lighthouse.records import Hits, Measurements, Path
@@ -41,12 +40,14 @@ def trajectory(
         for i in range(max(j - 2, 0), j):
             (R, t_m), (R_j, t_j) = stations[i], stations[j]
             both = triangulated([seen[i], seen[j]], board, R.T @ R_j, R.T @ (t_j - t_m))
-            parts.append(replace(both, R=R @ both.R, t_m=both.t_m @ R.T + t_m))
+            parts.append(both.seen_from(R, t_m))
     alone = ~np.isin(seen[0].time_s, np.concatenate([part.time_s for part in parts]))
-    for own, (R_own, t_own) in zip(seen, stations, strict=True):
-        parts.append(_alone(own, alone, board, R_own, t_own))
-    names = Path.__dataclass_fields__
-    every = Path(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
+    for own, pose in zip(seen, stations, strict=True):
+        rows = alone & (own.seen.sum(axis=1) >= FEWEST_DIODES)
+        if len(given := well_posed(own.take(rows), board)):
+            by_one = by_levenberg_marquardt(given, board, rotor_parameters())
+            parts.append(by_one.seen_from(*pose))
+    every = Path.joined(parts)
     if not len(every):
         return None
     begin, end = hits.time_s.min(), hits.time_s.max()
@@ -93,18 +94,6 @@ def _superposed(
     U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
     R = U @ Vt
     return R, centre - np.einsum("nij,nj->ni", R, own)
-
-
-def _alone(
-    own: Measurements, alone: np.ndarray, board: np.ndarray, R: np.ndarray, t_m: np.ndarray
-) -> Path:
-    """Poses by one station with pose R, t at the moments bool (n,)."""
-    rows = alone & (own.seen.sum(axis=1) >= FEWEST_DIODES)
-    given = well_posed(Measurements(own.time_s[rows], own.angles_rad[rows]), board)
-    if not len(given):
-        return _path(np.zeros(0), np.zeros((0, 3, 3)), np.zeros((0, 3)))
-    path = by_levenberg_marquardt(given, board, rotor_parameters())
-    return _path(path.time_s, R @ path.R, path.t_m @ R.T + t_m)
 
 
 def _path(time_s: np.ndarray, R: np.ndarray, t_m: np.ndarray) -> Path:

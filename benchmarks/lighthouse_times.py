@@ -25,7 +25,8 @@ import yaml
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate import jansen
-from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
+from mocap_metrology.lighthouse.calibrate.batch import by_batch
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.fit import simplex
 from mocap_metrology.lighthouse.fit.board_pose import START_M, first_guesses

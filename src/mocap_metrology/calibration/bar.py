@@ -26,7 +26,7 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.io.labels import pair_of
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile, is_network, read_pose_json
-from mocap_metrology.lighthouse.decode.objects import TrackedObject, tracked_objects
+from mocap_metrology.lighthouse.decode.libsurvive import TrackedObject, tracked_objects
 from mocap_metrology.lighthouse.records import Hits, Inertial, Station
 from mocap_metrology.lighthouse.track.bar import Heads, Object, heads
 from mocap_metrology.lighthouse.track.receiver import STEP_S

@@ -33,21 +33,20 @@ from mocap_metrology.lighthouse.assess.network_reference import (
     NetworkReference,
     network_reference,
 )
-from mocap_metrology.lighthouse.assess.objects import with_objects
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
-from mocap_metrology.lighthouse.assess.summary import refused, summary
+from mocap_metrology.lighthouse.assess.summary import refused, summary, with_objects
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
-from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
+from mocap_metrology.lighthouse.simulate.recording import sensed
 from mocap_metrology.present.text.calibration import pose_document, reason
 from mocap_metrology.settings import Allan, Lighthouse
 

@@ -30,7 +30,6 @@ from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
 from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
-from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.network_twin import (
@@ -38,6 +37,7 @@ from mocap_metrology.lighthouse.simulate.network_twin import (
     simulate_network,
     truth_json,
 )
+from mocap_metrology.lighthouse.simulate.recording import sensed
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
 

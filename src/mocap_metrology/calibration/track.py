@@ -24,8 +24,8 @@ from mocap_metrology.lighthouse.assess.pose_file import (
     pairs,
     read_pose_json,
 )
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, FALLBACK
 from mocap_metrology.lighthouse.records import Factory, Hits
 from mocap_metrology.lighthouse.track import receiver

@@ -11,17 +11,24 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch import inertial
-from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equations
-from mocap_metrology.lighthouse.batch.problem import INERTIAL_SD, Layout, Priors, State, start
+from mocap_metrology.lighthouse.batch.problem import (
+    INERTIAL_SD,
+    Layout,
+    Priors,
+    State,
+    first_gravity,
+    gravity_equations,
+    start,
+)
 from mocap_metrology.lighthouse.batch.problem import layout as layout_of
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, through
-from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, joint
+from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Inertial
-from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.motion import motion_of
-from mocap_metrology.lighthouse.simulate.recording import simulate, up_of
+from mocap_metrology.lighthouse.simulate.recording import sensed, simulate, up_of
 from mocap_metrology.lighthouse.simulate.twin import (
     BoardTwin,
     InertialTwin,

@@ -12,10 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
-from mocap_metrology.lighthouse.batch.damping import more_damping
-from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
-from mocap_metrology.lighthouse.batch.recording import Recording
+from mocap_metrology.lighthouse.batch.recording import Recording, more_damping
+from mocap_metrology.lighthouse.batch.solve import estimated_noise
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
 from mocap_metrology.lighthouse.batch.view import Noise
 from mocap_metrology.lighthouse.board import flat_board

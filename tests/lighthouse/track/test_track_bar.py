@@ -19,8 +19,7 @@ from mocap_metrology.lighthouse.simulate.turns import (
     stations_around,
 )
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
-from mocap_metrology.lighthouse.track.bar import Object, heads
-from mocap_metrology.lighthouse.track.clocks import clock_map
+from mocap_metrology.lighthouse.track.bar import Object, clock_map, heads
 from mocap_metrology.lighthouse.track.receiver import Calibrated
 
 LENGTH_M = 0.26786

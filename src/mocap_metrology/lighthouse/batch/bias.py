@@ -27,11 +27,11 @@ from scipy.linalg import hadamard
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import kernel
-from mocap_metrology.lighthouse.batch.inverse import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import Layout, State
 from mocap_metrology.lighthouse.batch.recording import Recording
 from mocap_metrology.lighthouse.batch.solve import Reduced, by_bends, linearised, reduced
+from mocap_metrology.lighthouse.batch.sweep_kernel import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.batch.view import View
 

@@ -17,12 +17,8 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
-from mocap_metrology.lighthouse.batch.begins import pull_of_begins
 from mocap_metrology.lighthouse.batch.bias import bias_equations
-from mocap_metrology.lighthouse.batch.damping import more_damping
-from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equations
 from mocap_metrology.lighthouse.batch.kernel import POSE
-from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import (
     GROUPS,
     NO_NORMALS,
@@ -30,15 +26,26 @@ from mocap_metrology.lighthouse.batch.problem import (
     More,
     Priors,
     State,
+    first_gravity,
+    gravity_equations,
     layout,
     start,
 )
-from mocap_metrology.lighthouse.batch.recording import Given, Recording, Sensed, recording, rough
+from mocap_metrology.lighthouse.batch.recording import (
+    Given,
+    Recording,
+    Sensed,
+    more_damping,
+    pull_of_begins,
+    recording,
+    rough,
+)
 from mocap_metrology.lighthouse.batch.solve import (
     Reduced,
     Sums,
     by_bends,
     covariance_of,
+    estimated_noise,
     reduced,
     solved,
     supported,

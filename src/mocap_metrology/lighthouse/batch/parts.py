@@ -11,11 +11,10 @@ import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.begins import pull_of_begins
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import GROUPS, NEARLY_KNOWN, Priors
-from mocap_metrology.lighthouse.batch.recording import Recording, rough
+from mocap_metrology.lighthouse.batch.recording import Recording, pull_of_begins, rough
 from mocap_metrology.lighthouse.batch.solve import by_bends, linearised, reduced, solved
 from mocap_metrology.lighthouse.batch.view import Noise, stretch, sweeps_of, weights
 from mocap_metrology.lighthouse.records import AXES, Halves, SharedErrors

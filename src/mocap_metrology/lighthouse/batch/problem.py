@@ -34,6 +34,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.kernel import HELD, POSE, Values
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import exp
@@ -64,6 +65,8 @@ COVER_M = np.array([-0.8e-3, 1.6e-3])  # a and t of two kinds of trackers, withi
 COVER_SD_M = np.array([0.15e-3, 0.8e-3])
 NO_NORMALS = np.zeros((0, 3))
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for
+MAGNITUDE_SD = 0.03  # m/s^2: between equator and pole, and by altitude
+UP_SD = np.radians(1.5)  # of the accelerometer of a station
 
 
 @dataclass(frozen=True)
@@ -295,3 +298,40 @@ def by_sweep(hits: Hits) -> Sweeps:
         shift = np.repeat(first[by_time] - np.r_[0, np.cumsum(size)[:-1]], size)
         order, ends = order[np.arange(order.size) + shift], np.r_[0, np.cumsum(size)]
     return Sweeps(hits.take(order), ends)
+
+
+def first_gravity(state: State, ups: np.ndarray) -> Floats:
+    """Gravity (3,) in m/s^2 by the stations' ways up (stations, 3), NaN where unknown."""
+    up = np.nansum(np.einsum("sij,sj->si", state.R, ups), axis=0)
+    return -GRAVITY_M_S2 * up / np.linalg.norm(up)
+
+
+def gravity_equations(
+    state: State, of: Layout, ups: np.ndarray | None
+) -> tuple[Floats, Floats, float]:
+    """Normal matrix, gradient and sum of squares of what is known of gravity: its magnitude, and
+    the way up that stations transmit. With g in the master's frame, u = -g / |g|, R of a station,
+        (|g| - 9.81) / 0.03,   (R' u - up) / 1.5 deg.
+    Real stations were wrong by 1 to 2.5 deg, so this helps only where the pose is known no better.
+    """
+    S, h, cost = np.zeros((of.size, of.size)), np.zeros(of.size), 0.0
+    if of.gravity < 0:
+        return S, h, cost
+    down = of.gravity + np.arange(3)
+    size = np.linalg.norm(state.gravity)
+    u = -state.gravity / size
+    rows = [((size - GRAVITY_M_S2) / MAGNITUDE_SD, down, -u / MAGNITUDE_SD)]
+    for station, up in enumerate(() if ups is None else ups):
+        if not np.isfinite(up).all():
+            continue
+        R, pose = state.R[station], int(of.columns[station, 0, 0])
+        by_g = R.T @ (np.outer(u, u) - np.eye(3)) / size
+        by_turn = R.T @ np.cross(np.eye(3), u)  # [u]
+        at = np.r_[down, pose + 3 + np.arange(3)] if pose >= 0 else down
+        D = np.hstack([by_g, by_turn])[:, : at.size] / UP_SD
+        rows += zip((R.T @ u - up) / UP_SD, [at] * 3, D, strict=True)
+    for e, at, d in rows:
+        S[np.ix_(at, at)] += np.outer(d, d)
+        h[at] += e * d
+        cost += float(e * e)
+    return S, h, cost

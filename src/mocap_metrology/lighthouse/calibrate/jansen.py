@@ -28,11 +28,11 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, Sensors, solved
-from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
-from mocap_metrology.lighthouse.calibrate.exchange import exchanged
-from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint
+from mocap_metrology.lighthouse.calibrate.batch import solved
+from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint, exchanged
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors
+from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.stages import (
     FEWEST_POSES,
     INTERPOLATIONS,

@@ -25,7 +25,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
 from mocap_metrology.lighthouse.batch.recording import Given
-from mocap_metrology.lighthouse.calibrate.batch import Scene, details_of, joint, pose_of
+from mocap_metrology.lighthouse.calibrate.batch import details_of, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.fits import poses_of
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
@@ -38,7 +38,7 @@ from mocap_metrology.lighthouse.calibrate.network import (
     shared_moments,
     start,
 )
-from mocap_metrology.lighthouse.calibrate.scene import Pose
+from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.calibrate.stations import OF_PLANES, covariance_of_all
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,

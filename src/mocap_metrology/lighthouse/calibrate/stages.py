@@ -13,10 +13,10 @@ from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
-from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
+from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, Weighed

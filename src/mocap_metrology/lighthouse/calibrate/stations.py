@@ -17,9 +17,8 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate.batch import all_solved, joint
-from mocap_metrology.lighthouse.calibrate.exchange import exchanged
 from mocap_metrology.lighthouse.calibrate.fits import refitted
-from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
+from mocap_metrology.lighthouse.calibrate.joint_variants import exchanged, weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
     FEWEST_MOMENTS,
     look,

@@ -45,6 +45,7 @@ EVENT = re.compile(rb"^[-+.\de]+ +\S+ +\S", re.M)
 ANY_C = re.compile(rb"^[-+.\de]+ +\S+ +C(?=\s)", re.M)
 MOST_UNREADABLE = 1_000_000  # lines, where fewer can be read
 MOST_BYTES = 1 << 33  # unpacked: some hours
+UNIT = 1e-2  # deviation of the axes of a head from right angles and unit length
 
 
 @dataclass
@@ -285,3 +286,44 @@ def _pulses(
         notes=tuple(notes),
     )
     return pulses, begin
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedObject:
+    """An object: its name in the recording, by order of enumeration, and serial number; R (3, 3)
+    and t_m (3,): its head, whose pose other programs give, in the frame of its diodes."""
+
+    name: str
+    serial: str | None = None
+    R: np.ndarray = field(default_factory=lambda: np.eye(3))
+    t_m: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+
+def tracked_objects(path: str | Path) -> list[TrackedObject]:
+    """The objects of a recording; those without a head have it in the frame of their diodes.
+
+    Raises `Refusal` for a description that cannot be read.
+    """
+    texts: dict[str, bytes] = {}
+    for block in blocks(path, Seen()):
+        for name, text in CONFIG.findall(block):
+            texts.setdefault(name.decode("utf-8", "replace"), text)
+    return [_described(name, text, Path(path).name) for name, text in texts.items()]
+
+
+def _described(name: str, text: bytes, file: str) -> TrackedObject:
+    try:
+        config = json.loads(text)
+        told, head = config.get("device_serial_number"), config.get("head")
+        serial = told if isinstance(told, str) else None
+        if head is None:
+            return TrackedObject(name, serial)
+        x, z, t = (np.array(head[k], np.float64) for k in ("plus_x", "plus_z", "position"))
+        R = np.column_stack([x, np.cross(z, x), z])
+        if t.shape == (3,) and np.abs(R.T @ R - np.eye(3)).max() <= UNIT:
+            left, _, right = np.linalg.svd(R)
+            return TrackedObject(name, serial, left @ right, t)
+    except UNREADABLE:
+        pass
+    what = "with a head of position, and plus_x and plus_z of unit length and at right angles"
+    raise Refusal(f"{file}, {name}: its CONFIG is unreadable; expected JSON {what}")

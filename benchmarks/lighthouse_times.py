@@ -107,7 +107,10 @@ def simplex_beside_scipy(n: int = 10) -> tuple[float, float, float]:
 
     def ours() -> list[np.ndarray]:
         pairs = zip(starts, seen, strict=True)
-        return [simplex.search(x, BOARD, board, m, ideal)[0] for x, m in pairs]
+        return [
+            simplex.nelder_mead(x, simplex.seen_at(BOARD, board, m, ideal), simplex.MATLAB)[0]
+            for x, m in pairs
+        ]
 
     options = {"xatol": 1e-4, "fatol": 1e-4, "maxfev": 1200, "maxiter": 1200}
 

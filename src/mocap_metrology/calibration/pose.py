@@ -19,7 +19,7 @@ from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.exports import frame_of, write_exports
 from mocap_metrology.calibration.sweeps import Entry, Paths
 from mocap_metrology.calibration.tables import DECODED, TABLES, TWIN
-from mocap_metrology.calibration.track import write_track
+from mocap_metrology.calibration.track import Sight, write_track
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.common.parallel import Over, in_turn
@@ -42,7 +42,7 @@ from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, Inertial, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
@@ -153,8 +153,8 @@ def write_poses(
     origin["versions"] = files.versions("numpy", "scipy", "numba")
     files.write_table(paths["poses"], records.pose_columns(found.paths), origin)
     earlier = given.get("tracked_with")
-    given_to = read.seen, how, origin, sensors, read.names
-    write_track(paths["track"], entry, found, result.document, earlier, *given_to)
+    sight = Sight(read, how, sensors)
+    write_track(paths["track"], entry, found, result.document, earlier, sight, origin)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, paths)
     document |= {"world": world, "origin": origin}
     files.write_json(paths["pose"], document)
@@ -164,7 +164,7 @@ def write_poses(
 def _sensors(entry: Entry, settings: Lighthouse, given: Paths, read: sweeps.Recorded) -> Sensors:
     """What else a calibration uses."""
     lengths = sweeps.lengths_of(entry, given.get("points"), len(read.board), read.names)
-    how = given.get("inertial"), lengths, read.normals, read.clocks
+    how = read.inertial, lengths, read.normals, read.clocks
     return sensors_of(settings, read.stations, *how)
 
 
@@ -212,20 +212,17 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
 def sensors_of(
     settings: Lighthouse,
     stations: Sequence[Station],
-    inertial: str | None,
+    inertial: Inertial | None = None,
     lengths: tuple[KnownLength, ...] = (),
     normals: np.ndarray | None = None,
     clocks: tuple[Clock | None, ...] = (),
 ) -> Sensors:
-    """What a calibration uses besides hits, by the settings; inertial: path of inertial.parquet;
-    lengths, normals, clocks: as of `Sensors`."""
-    series = ups = None
-    if settings.inertial and inertial is not None:
-        series = records.inertial_of(files.read_table(inertial)[0])
+    """What a calibration uses besides hits, by the settings; the others as of `Sensors`."""
+    ups = None
     if settings.gravity:
         unknown = np.full(3, np.nan)
         ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
-    return Sensors(series, ups, lengths, normals, clocks)
+    return Sensors(inertial if settings.inertial else None, ups, lengths, normals, clocks)
 
 
 def priors_of(settings: Lighthouse) -> Priors:

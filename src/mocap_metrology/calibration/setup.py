@@ -42,7 +42,7 @@ class Member:
 def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, output: str) -> Row:
     """Poses from all recordings of a setup, with what each says of the others."""
     stations: list[Station] = []
-    every = {one.name: recorded(vars(one)) for one in members}
+    every = {one.name: recorded({k: v for k, v in vars(one).items() if v}) for one in members}
     try:
         stations, places = same_stations({name: own.stations for name, own in every.items()})
         hits = {name: _renamed(own.hits, places[name]) for name, own in every.items()}
@@ -105,9 +105,10 @@ def _scenes(
     generation, names = stations[0].generation, [station.role for station in stations]
     scenes, still = {}, {}
     for one in members:
-        own, board = hits[one.name], every[one.name].board
-        more = sensors_of(settings, stations, one.inertial, normals=every[one.name].normals)
-        clocks = dict(zip(every[one.name].names, every[one.name].clocks, strict=False))
+        own, read = hits[one.name], every[one.name]
+        board = read.board
+        more = sensors_of(settings, stations, read.inertial, normals=read.normals)
+        clocks = dict(zip(read.names, read.clocks, strict=False))
         more = replace(more, clocks=tuple(map(clocks.get, names)))
         lasers = how.lasers_m if generation == 1 else None
         scene = Scene(own, board, optics, factories, lasers, how.variant, how.priors, sensors=more)

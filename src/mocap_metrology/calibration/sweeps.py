@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, s
 from mocap_metrology.lighthouse.decode.wander import TurnClock
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
-from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Station
+from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Inertial, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.motion import motion_of
@@ -191,13 +191,14 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
 @dataclass(frozen=True)
 class Recorded:
     """A decoded recording, read again: clean hits, board (n, 3) in m, directions of its diodes
-    where they are known; origin: metadata of the hits."""
+    where they are known; origin: metadata of the hits; sensors of the board."""
 
     hits: Hits
     stations: list[Station]
     board: np.ndarray
     normals: np.ndarray | None
     origin: files.Metadata
+    inertial: Inertial | None = None
 
     @property
     def names(self) -> list[str]:
@@ -221,11 +222,14 @@ class Recorded:
 
 
 def recorded(given: Paths) -> Recorded:
-    """`given` are named sweeps, stations, board."""
+    """`given` are named sweeps, stations, board, inertial (if any)."""
     columns, origin = files.read_table(given["sweeps"])
     stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
     board, normals = read_board(given["board"]), read_normals(given["board"])
-    return Recorded(records.hits_of(columns), stations, board, normals, origin)
+    inertial = None
+    if (path := given.get("inertial")) is not None:
+        inertial = records.inertial_of(files.read_table(path)[0])
+    return Recorded(records.hits_of(columns), stations, board, normals, origin, inertial)
 
 
 def write_board(path: str, board: np.ndarray, normals: np.ndarray | None = None) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from mocap_metrology.calibration.sweeps import Entry
+from mocap_metrology.calibration.sweeps import Entry, Recorded
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import Metadata
@@ -27,10 +28,17 @@ from mocap_metrology.lighthouse.assess.pose_file import (
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, FALLBACK
-from mocap_metrology.lighthouse.records import Factory, Hits
 from mocap_metrology.lighthouse.track import receiver
 
 log = logging.getLogger(__name__)
+
+
+class Sight(NamedTuple):
+    """Light on an object, by which settings it is tracked, and data besides hits."""
+
+    read: Recorded
+    settings: CalibrationSettings
+    sensors: Sensors
 
 
 def write_track(
@@ -39,18 +47,14 @@ def write_track(
     found: Calibration,
     own: PoseFile,
     earlier: str | None,
-    recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
-    settings: CalibrationSettings,
+    sight: Sight,
     origin: Metadata,
-    sensors: Sensors,
-    names: Sequence[str],
 ) -> None:
     """Track the board of a recording and write its poses; where that cannot be, no rows, and the
     reason in the metadata.
 
     own: pose.json of this recording, `found` its estimates; earlier: that of another, whose
-    stations are used where the row names it; recorded: hits, board in m, factory values; sensors:
-    data besides hits; names: of the stations.
+    stations are used where the row names it.
     """
     more: Metadata = {"still": found.still, "tracked_with": entry.tracked_with}
     tracked = None
@@ -59,7 +63,7 @@ def write_track(
         more["stations"] = used["stations"]
         if is_network(used):
             more["reference"] = used["reference"]
-        tracked = _tracked(found, used, used is own, recorded, settings, sensors, names)
+        tracked = _tracked(found, used, used is own, sight)
         more["note"] = tracked.note
         seen = tracked.hits.any(axis=1)
         log.info("receiver: %d of %d moments have a pose", seen.sum(), seen.size)
@@ -94,22 +98,14 @@ def stations_used(entry: Entry, own: PoseFile, earlier: str | None) -> PoseFile:
     return used
 
 
-def _tracked(
-    found: Calibration,
-    used: PoseFile,
-    is_own: bool,
-    recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
-    settings: CalibrationSettings,
-    sensors: Sensors,
-    names: Sequence[str],
-) -> receiver.Track:
+def _tracked(found: Calibration, used: PoseFile, is_own: bool, sight: Sight) -> receiver.Track:
     placed = _placed(used)
     entry = next(iter(placed.values()))
     by_batch = is_own and entry["estimator"] == NAME
     if by_batch and entry["stage"] == "final":
         scene, joint = found.joints[entry["optics"]]
         return receiver.along(joint, scene, _calibrated(used, placed, by_batch), entry["note"])
-    return receiver.track(*scene_before(used, is_own, recorded, settings, sensors, names))
+    return receiver.track(*scene_before(used, is_own, sight))
 
 
 def _placed(used: PoseFile) -> dict[str, PoseEntry]:
@@ -121,21 +117,15 @@ def _placed(used: PoseFile) -> dict[str, PoseEntry]:
     return placed
 
 
-def scene_before(
-    used: PoseFile,
-    is_own: bool,
-    recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
-    settings: CalibrationSettings,
-    sensors: Sensors,
-    names: Sequence[str],
-) -> tuple[Scene, receiver.Calibrated]:
+def scene_before(used: PoseFile, is_own: bool, sight: Sight) -> tuple[Scene, receiver.Calibrated]:
     """What `receiver.track` needs for an object before the stations of a pose.json; is_own: which
-    comes from the same hits; recorded, names: as of `write_track`."""
+    comes from the same hits."""
+    read, settings, sensors = sight
     placed = _placed(used)
     entry = next(iter(placed.values()))
     by_batch = is_own and entry["estimator"] == NAME
     _, _, optics = kind_of(entry)
-    hits, board, factories = recorded
+    names = read.names
     if optics == ESTIMATED and not is_own:
         raise Refusal("the rotors of these stations were estimated; expected factory values")
     housing = settings.lasers_m is not None
@@ -144,10 +134,11 @@ def scene_before(
             f"the pose is of the {entry['frame']} frame; expected the frame that lasers_mm implies"
         )
     how = settings.lasers_m, _variant(used, settings), settings.priors
+    hits, board, factories = read.seen
     scene = Scene(hits, board, optics, factories, *how, sensors=sensors)
     if is_network(used):
         reference = str(used["reference"])
-        scene = replace(scene, names=list(names), generation=2)
+        scene = replace(scene, names=names, generation=2)
         if reference not in names:
             raise Refusal(f"the recording has no light of station {reference}, the reference")
         placed = {name: own for name, own in placed.items() if name in names}

@@ -148,14 +148,14 @@ def both_stages(
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
     then, own = seen_on_path(paths, optics, order)
-    given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
+    given = station_pose.scene(then, own, board, optics.rotors[SLAVE])
     weighed = None
     if estimator == "paper-lm":
-        weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
+        weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors)
     share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
-        there = None if weighed is None else residuals(R, t, weighed, rotors)
+        there = None if weighed is None else residuals(R, t, weighed)
         return PoseEstimate(
             estimator=estimator,
             stage=stage,
@@ -164,7 +164,7 @@ def both_stages(
             t_m=t,
             frame=optics.frame,
             covariance=None if cov is None else cov * MM_DEG,
-            residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given, rotors),
+            residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given),
             n_angles=2 * len(given.time_s),
             mirrored_share=share,
             weighted_rms_urad=math.nan if there is None else there.rms_urad(),
@@ -178,13 +178,13 @@ def both_stages(
         # On a straight path positions leave the turn about it open, the board's rotations do not.
         both = [] if agreed.R is None else [(agreed.R, agreed.t_m)]
         starts = [(R, t), (turned, moved), *both]
-        R, t, spread = last_step(starts, given, weighed, rotors, settings.lm_weights)
-        parts = halves(R, t, weighed, rotors)
+        R, t, spread = last_step(starts, given, weighed, settings.lm_weights)
+        parts = halves(R, t, weighed)
         found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
-        R, t, _ = station_pose.by_nelder_mead(R, t, given, rotors, tolerances)
-        spread = station_pose.covariance(R, t, given, rotors)
+        R, t, _ = station_pose.by_nelder_mead(R, t, given, tolerances)
+        spread = station_pose.covariance(R, t, given)
         found.estimates.append(estimate("final", R, t, spread))
     report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
     return replace(found, n_common=max(found.n_common, len(master_then)))

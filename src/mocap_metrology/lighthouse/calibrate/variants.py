@@ -197,10 +197,10 @@ def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order:
     then, own = seen_on_path(agreed.paths, optics, order)
     if agreed.R is None or agreed.t_m is None or len(then) < FEWEST_MOMENTS:
         return None
-    given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
-    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
-    R, t, _ = last_step([(agreed.R, agreed.t_m)], given, weighed, rotors)
-    left, master = residuals(R, t, weighed, rotors), agreed.paths[MASTER]
+    given = station_pose.scene(then, own, board, optics.rotors[SLAVE])
+    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors)
+    R, t, _ = last_step([(agreed.R, agreed.t_m)], given, weighed)
+    left, master = residuals(R, t, weighed), agreed.paths[MASTER]
     time = np.concatenate([master.time_s, then.time_s])
     angles = np.concatenate([master.n_angles, left.count])
     loss = np.concatenate([master.epsilon / np.maximum(master.n_angles, 1), left.cost])

@@ -16,6 +16,7 @@ what came after then have poses of their own.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,9 +25,14 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.parts import SPLITS
 from mocap_metrology.lighthouse.calibrate.superpose import blocks_of, jackknife
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import damped_step, normal_equations, turn
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
+    Given,
+    damped_step,
+    normal_equations,
+    turn,
+)
 from mocap_metrology.lighthouse.fit.simplex import BOARD
-from mocap_metrology.lighthouse.records import Halves, Measurements, Path
+from mocap_metrology.lighthouse.records import MASTER, SLAVE, Halves, Measurements, Path
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
 ITERATIONS, ROUNDS = 20, 5  # of one descent; of descents, each with its own outliers
@@ -40,28 +46,33 @@ OUTLIER = 25.0  # times the median cost a measurement: a mirrored pose, left out
 class Evidence:
     """Slave's measurements and the board poses of the master's path at their times.
 
-    path: at the n times; angles (n, diodes, 2), NaN where unseen; information (n, 6, 6): H_n.
+    path: at the n times; angles (n, diodes, 2), NaN where unseen; information (n, 6, 6): H_n;
+    rotors: of the slave.
     """
 
     path: Path
     angles: np.ndarray
     information: np.ndarray
     board: np.ndarray
+    rotors: np.ndarray
 
 
 def evidence(
-    path: Path, own: Measurements, master: Measurements, board: np.ndarray, rotors: np.ndarray
+    path: Path,
+    own: Measurements,
+    master: Measurements,
+    board: np.ndarray,
+    rotors: Sequence[np.ndarray],
 ) -> Evidence:
     """Evidence of a path at the times of `own`; its information is that of the nearest of the
-    master's measurements, which has as many diodes as another. rotors: of the master."""
+    master's measurements, which has as many diodes as another. rotors: of master and slave."""
     nearest = np.searchsorted(master.time_s, path.time_s)
     nearest = np.clip(nearest, 1, len(master) - 1)
     earlier = path.time_s - master.time_s[nearest - 1] < master.time_s[nearest] - path.time_s
     seen = master.seen[nearest - earlier]
     board = np.ascontiguousarray(board)
-    return Evidence(
-        path, own.angles_rad, _information(path.R, path.t_m, seen, board, rotors), board
-    )
+    known = _information(path.R, path.t_m, seen, board, rotors[MASTER])
+    return Evidence(path, own.angles_rad, known, board, rotors[SLAVE])
 
 
 @njit
@@ -73,7 +84,8 @@ def _information(
     nothing = np.zeros((board.shape[0], 2))
     for i in range(n):
         own = board[seen[i]]
-        normal_equations(R[i], t[i], BOARD, own, nothing[: own.shape[0]], rotors, out[i], g)
+        given = Given(BOARD, own, nothing[: own.shape[0]], rotors)
+        normal_equations(R[i], t[i], given, out[i], g)
     return out
 
 
@@ -171,11 +183,10 @@ class Residuals:
         return float(np.sum(np.minimum(self.cost, limit) * self.count))
 
 
-def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Residuals:
+def residuals(R: np.ndarray, t: np.ndarray, given: Evidence) -> Residuals:
     """Residuals of a slave's pose R, t (m), without what the path's uncertainty explains."""
-    H, g, square, count = _blocks(
-        np.ascontiguousarray(R), t, given.path.R, given.path.t_m, given.board, given.angles, rotors
-    )
+    seen = given.path.R, given.path.t_m, given.board, given.angles, given.rotors
+    H, g, square, count = _blocks(np.ascontiguousarray(R), t, *seen)
     # The ridge is far below the information of a diode; it only makes a lost board pose soluble.
     A = given.information + H[:, 6:, 6:] + RIDGE * np.eye(6)
     right = np.concatenate([H[:, 6:, :6], g[:, 6:, None]], axis=2)
@@ -189,16 +200,16 @@ def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray)
 
 
 def _descend(
-    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray, limit: float
+    R: np.ndarray, t: np.ndarray, given: Evidence, limit: float
 ) -> tuple[np.ndarray, np.ndarray, Residuals]:
     """Levenberg-Marquardt on `Residuals.total`: a step is accepted only if it falls."""
-    at, damping = residuals(R, t, given, rotors), 0.0
+    at, damping = residuals(R, t, given), 0.0
     for _ in range(ITERATIONS):
         kept = (at.count > 0) & (at.cost <= limit)
         step = damped_step(at.H[kept].sum(axis=0), at.g[kept].sum(axis=0), damping)
         if np.isfinite(step).all():
             R2, t2 = turn(step[3:], np.ascontiguousarray(R)), t + step[:3]
-            then = residuals(R2, t2, given, rotors)
+            then = residuals(R2, t2, given)
             small = np.abs(step).max() < SMALLEST_STEP
             if then.total(limit) <= at.total(limit):
                 R, t, at, damping = R2, t2, then, damping / 10
@@ -214,46 +225,46 @@ def _descend(
 
 
 def by_gauss_newton(
-    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray
+    R: np.ndarray, t: np.ndarray, given: Evidence
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Slave pose R, t (m) of the least weighted K_2, from a pose near it; and its covariance.
 
-    rotors: of the slave. Steps are damped and accepted only if the weighted K_2 falls, so what
+    Steps are damped and accepted only if the weighted K_2 falls, so what
     comes out is never worse than the start. Covariance (6, 6) of t and the left rotation vector in
     m and rad, by a jackknife over blocks of time; None with fewer than three blocks.
     """
     for _ in range(ROUNDS):
-        limit = residuals(R, t, given, rotors).limit()
-        R, t, at = _descend(R, t, given, rotors, limit)
+        limit = residuals(R, t, given).limit()
+        R, t, at = _descend(R, t, given, limit)
         if at.limit() >= limit / 2:
             break
     kept = (at.count > 0) & (at.cost <= at.limit())
     block = blocks_of(given.path.time_s[kept])
-    count = int(block.max()) + 1
-    if count < 3:
-        return R, t, None
     H, g = at.H[kept], at.g[kept]
-    whole = H.sum(axis=0), g.sum(axis=0)
-    steps = np.array(
-        [
-            damped_step(
-                whole[0] - H[block == b].sum(axis=0), whole[1] - g[block == b].sum(axis=0), 0.0
-            )
-            for b in range(count)
-        ]
-    )
-    return R, t, jackknife(steps) if np.isfinite(steps).all() else None
+    parts = [(H[block == b].sum(axis=0), g[block == b].sum(axis=0)) for b in np.unique(block)]
+    return R, t, jackknife_of_steps(parts)
 
 
-def halves(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Halves | None:
+def jackknife_of_steps(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:
+    """Covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over blocks
+    of time: each estimate without one is a single Gauss-Newton step from the minimum,
+    -(H - H_b)^-1 (g - g_b). parts: H_b, g_b. None with fewer than three."""
+    if len(parts) < 3:
+        return None
+    H, g = (np.sum(own, axis=0) for own in zip(*parts, strict=True))
+    steps = np.array([damped_step(H - H_b, g - g_b, 0.0) for H_b, g_b in parts])
+    return jackknife(steps) if np.isfinite(steps).all() else None
+
+
+def halves(R: np.ndarray, t: np.ndarray, given: Evidence) -> Halves | None:
     """Poses of the slave from the measurements before and after each of `SPLITS`, both from near
     the pose R, t (m) of all: the two that are farthest apart by m2; None where no part tells its
-    uncertainty. rotors: of the slave."""
+    uncertainty."""
     time = given.path.time_s
     found = []
     for split in SPLITS:
         early = time < time.min() + split * np.ptp(time)
-        parts = [by_gauss_newton(R, t, _part(given, own), rotors) for own in (early, ~early)]
+        parts = [by_gauss_newton(R, t, _part(given, own)) for own in (early, ~early)]
         told = [(R, t, spread) for R, t, spread in parts if spread is not None]
         if len(told) == 2:
             found.append(_apart(*told))

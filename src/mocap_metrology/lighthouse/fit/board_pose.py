@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import ITERATIONS, minimise
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import ITERATIONS, Given, minimise
 from mocap_metrology.lighthouse.fit.simplex import (
     BOARD,
     MATLAB,
+    Seen,
     SimplexSettings,
     cost,
     evaluate,
     nelder_mead,
+    seen_at,
     trig_of,
 )
 from mocap_metrology.lighthouse.records import Measurements, Path
@@ -76,12 +78,9 @@ def first_guesses(
     costs = np.zeros(len(frames))
     for i in range(0, len(measurements), max(len(measurements) // 8, 1)):
         known = measurements.seen[i]
-        own = measurements.angles_rad[i, known]
+        given = seen_at(BOARD, board[known], measurements.angles_rad[i, known], ideal)
         costs += [
-            evaluate(
-                np.r_[t[i], rotation.to_angles(back[i] @ frame)], BOARD, board[known], own, ideal
-            )
-            for frame in frames
+            evaluate(np.r_[t[i], rotation.to_angles(back[i] @ frame)], given) for frame in frames
         ]
     best = 0 if costs[0] <= 2 * costs.min() else int(np.argmin(costs))
     return back @ frames[best], t
@@ -96,9 +95,7 @@ def _search_all(
     angles: np.ndarray,
     trig: np.ndarray,
     rotors: np.ndarray,
-    tol_x: float,
-    tol_fun: float,
-    evaluations: int,
+    end: SimplexSettings,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nelder-Mead for every measurement; `warm` starts each from the pose before."""
     n = seen.shape[0]
@@ -108,15 +105,12 @@ def _search_all(
         points, m, cs = np.empty((3, own.size)), np.empty((2, own.size)), np.empty((4, own.size))
         for k in range(own.size):
             points[:, k], m[:, k], cs[:, k] = board[own[k]], angles[i, own[k]], trig[:, i, own[k]]
-        x0 = starts[i]
+        x0, given = starts[i], Seen(BOARD, points, m, cs, rotors)
         if warm and i > 0:  # unless the search before was lost
             R, room = np.empty((3, 3)), np.empty((4, own.size))
-            before = cost(poses[i - 1], BOARD, points, m, cs, rotors, R, room)
-            if before < cost(x0, BOARD, points, m, cs, rotors, R, room):
+            if cost(poses[i - 1], given, R, room) < cost(x0, given, R, room):
                 x0 = poses[i - 1]
-        poses[i], epsilon[i], _ = nelder_mead(
-            x0, BOARD, points, m, cs, rotors, tol_x, tol_fun, evaluations
-        )
+        poses[i], epsilon[i], _ = nelder_mead(x0, given, end)
     return poses, epsilon
 
 
@@ -136,18 +130,8 @@ def by_nelder_mead(
     R, t = first_guesses(measurements, board, distance_m)
     starts = np.column_stack([t, rotation.to_angles(R)])
     trig = trig_of(np.moveaxis(angles, 2, 0))
-    poses, epsilon = _search_all(
-        starts,
-        warm,
-        seen,
-        np.ascontiguousarray(board),
-        angles,
-        trig,
-        rotors,
-        settings.tol_x,
-        settings.tol_fun,
-        settings.evaluations,
-    )
+    own = np.ascontiguousarray(board)
+    poses, epsilon = _search_all(starts, warm, seen, own, angles, trig, rotors, settings)
     R = rotation.from_angles(*poses[:, 3:].T)
     unknown = np.full(len(measurements), np.nan)
     return Path(measurements.time_s, R, poses[:, :3], epsilon, 2 * seen.sum(axis=1), unknown)
@@ -178,8 +162,7 @@ def _mirrored(
     return R2, t2
 
 
-@dataclass(frozen=True)
-class _Starts:
+class _Starts(NamedTuple):
     """Where the search for each of n poses begins: R (n, 3, 3), t (n, 3); centre (n, 3) and normal
     (n, 3) of the diodes seen, in the board's frame."""
 
@@ -258,7 +241,7 @@ def _minimise_all(
     board: np.ndarray,
     angles: np.ndarray,
     rotors: np.ndarray,
-    start: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    start: _Starts,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Levenberg-Marquardt and the mirror test for every measurement."""
     n, d = seen.shape
@@ -272,9 +255,10 @@ def _minimise_all(
             if seen[i, j]:
                 points[k], m[k] = board[j], angles[i, j]
                 k += 1
-        R, t, f, _ = minimise(Rs[i], ts[i], BOARD, points[:k], m[:k], rotors, ITERATIONS)
+        given = Given(BOARD, points[:k], m[:k], rotors)
+        R, t, f, _ = minimise(Rs[i], ts[i], given, ITERATIONS)
         R2, t2 = _mirrored(R, t, centre[i], normal[i])
-        R2, t2, f2, _ = minimise(R2, t2, BOARD, points[:k], m[:k], rotors, ITERATIONS)
+        R2, t2, f2, _ = minimise(R2, t2, given, ITERATIONS)
         trace = 0.0
         for j in range(3):
             for k in range(3):
@@ -296,13 +280,8 @@ def both_minima(
     one; where both end in one pose, the paths share it and `ambiguity` is infinite.
     """
     seen, start = measurements.seen, _affine_starts(measurements, board)
-    R, t, epsilon, ambiguity = _minimise_all(
-        seen,
-        np.ascontiguousarray(board),
-        measurements.angles_rad,
-        rotors,
-        (start.R, start.t, start.centre, start.normal),
-    )
+    own, angles = np.ascontiguousarray(board), measurements.angles_rad
+    R, t, epsilon, ambiguity = _minimise_all(seen, own, angles, rotors, start)
     count = 2 * seen.sum(axis=1)
     first, second = (
         Path(measurements.time_s, R[k], t[k], epsilon[k], count, ambiguity) for k in (0, 1)

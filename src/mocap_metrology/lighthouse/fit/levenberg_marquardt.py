@@ -7,6 +7,7 @@ p(d) = Exp(w) R b + t + s for the board's pose, p(d) = R^T Exp(-w) (q - t - s) f
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,16 @@ from mocap_metrology.lighthouse.rotor import angle_gradient
 N = 6  # unknowns of a pose
 ITERATIONS = 40  # at most
 SINGULAR = 1e-14  # what is left of a diagonal element, over it
+
+
+class Given(NamedTuple):
+    """Whose pose is unknown, BOARD or STATION; points (n, 3) in m with both angles, measured (n, 2)
+    in rad; rotors of the station."""
+
+    unknown: int
+    points: np.ndarray
+    measured: np.ndarray
+    rotors: np.ndarray
 
 
 @njit
@@ -47,20 +58,13 @@ def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
 
 @njit
 def normal_equations(
-    R: np.ndarray,
-    t: np.ndarray,
-    unknown: int,
-    points: np.ndarray,
-    measured: np.ndarray,
-    rotors: np.ndarray,
-    H: np.ndarray,
-    g: np.ndarray,
+    R: np.ndarray, t: np.ndarray, given: Given, H: np.ndarray, g: np.ndarray
 ) -> float:
     """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, written in place; returns the cost.
 
-    Order: position in m, left rotation vector in rad. Points without both angles are left out
-    before (NaN is not looked for).
+    Order: position in m, left rotation vector in rad.
     """
+    unknown, points, measured, rotors = given
     H[:], g[:] = 0.0, 0.0
     row = np.empty(N)
     total = 0.0
@@ -112,13 +116,7 @@ def damped_step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
 
 @njit
 def minimise(
-    R: np.ndarray,
-    t: np.ndarray,
-    unknown: int,
-    points: np.ndarray,
-    measured: np.ndarray,
-    rotors: np.ndarray,
-    iterations: int,
+    R: np.ndarray, t: np.ndarray, given: Given, iterations: int
 ) -> tuple[np.ndarray, np.ndarray, float, bool]:
     """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged.
 
@@ -126,7 +124,7 @@ def minimise(
     """
     H, g = np.empty((N, N)), np.empty(N)
     H2, g2 = np.empty((N, N)), np.empty(N)
-    f = normal_equations(R, t, unknown, points, measured, rotors, H, g)
+    f = normal_equations(R, t, given, H, g)
     damping = 1e-3
     for _ in range(iterations):
         d = damped_step(H, g, damping)
@@ -136,7 +134,7 @@ def minimise(
                 return R, t, f, False
             continue
         R2, t2 = turn(d[3:], R), t + d[:3]
-        f2 = normal_equations(R2, t2, unknown, points, measured, rotors, H2, g2)
+        f2 = normal_equations(R2, t2, given, H2, g2)
         largest = np.abs(d).max()
         if f2 <= f:
             gained = f - f2

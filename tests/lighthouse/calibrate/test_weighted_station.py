@@ -6,7 +6,7 @@ import pytest
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.calibrate import station_pose
+from mocap_metrology.lighthouse.calibrate import weighted_station
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
     Evidence,
     _blocks,
@@ -103,8 +103,8 @@ def runs() -> dict[str, np.ndarray]:
         at_truth = evidence(path, slave, master, BOARD, BOTH)
         H, _, _ = equations(R, T, at_truth)
         sd = SIGMA * np.sqrt(np.diag(np.linalg.inv(H.sum(axis=0))))
-        plain = station_pose.by_levenberg_marquardt(
-            R, T, station_pose.scene(found, slave, BOARD, IDEAL)
+        plain = weighted_station.by_levenberg_marquardt(
+            R, T, weighted_station.scene(found, slave, BOARD, IDEAL)
         )
         weighted = by_gauss_newton(plain[0], plain[1], evidence(found, slave, master, BOARD, BOTH))
         for kind, pose in (("plain", plain), ("weighted", weighted)):
@@ -129,8 +129,8 @@ def test_no_bias(runs: dict[str, np.ndarray]) -> None:
 
 def test_mirrored_poses_are_left_out() -> None:
     _, master, slave, found = recording(60, 3)
-    start = station_pose.by_levenberg_marquardt(
-        R, T, station_pose.scene(found, slave, BOARD, IDEAL)
+    start = weighted_station.by_levenberg_marquardt(
+        R, T, weighted_station.scene(found, slave, BOARD, IDEAL)
     )
     clean = by_gauss_newton(start[0], start[1], evidence(found, slave, master, BOARD, BOTH))
     turned = found.R.copy()

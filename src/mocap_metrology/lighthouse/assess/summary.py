@@ -91,7 +91,6 @@ def summary(
     assert not isinstance(reference, NetworkReference)
     index = chosen(found.estimates)
     best = None if index is None else found.estimates[index]
-    why = list(found.why)
     note = check_ids(reference, stations) if reference is not None else ""
     span, board_rms, places = None, None, 0.0
     both = None if best is None else found.paths_of(best)
@@ -111,29 +110,44 @@ def summary(
         errors=None if reference is None or best is None else errors(best.R, best.t_m, reference),
         variants=found.variants,
         exchanged=found.exchanged,
-        why_none="; ".join(why),
+        why_none="; ".join(found.why),
     )
-    diagnostics = {
-        "still": found.still,
-        "n_common": found.n_common,
-        "span_m": span,
-        "duration_s": duration_s,
-        "board_rms_urad": board_rms,
-        "left_out": why,
-        "notes": [*notes, *([note] if note else [])],
-    }
+    diagnostics = _diagnostics(found, duration_s, [*notes, note])
+    diagnostics |= {"span_m": span, "board_rms_urad": board_rms}
     result = pose_json(found.estimates, stations, index, judged, diagnostics, reference)
-    result["variants"] = [way.as_dict() for way in found.variants]
     if truths is not None:
         for entry, pose in zip(result["poses"], found.estimates, strict=True):
             mm, deg = errors(pose.R, pose.t_m, truths[pose.frame])
             entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}
-    comparison = None
-    if earlier is not None and result["chosen"] is not None:
-        comparison = compare_with_earlier(result, read_pose_json(earlier))
-    if earlier is not None:
-        result["check_against"] = NO_POSE if comparison is None else comparison.as_dict()
-    return Summary(result, judged, comparison)
+    return _compared(found, result, judged, earlier)
+
+
+def _diagnostics(found: Calibration, duration_s: float | None, notes: Sequence[str]) -> Row:
+    return {
+        "still": found.still,
+        "n_common": found.n_common,
+        "duration_s": duration_s,
+        "left_out": list(found.why),
+        "notes": [note for note in notes if note],
+    }
+
+
+def _compared(
+    found: Calibration, result: PoseFile, judged: Verdict, earlier: str | None
+) -> Summary:
+    """With the variants, and held against the earlier pose; of several stations the worst."""
+    result["variants"] = [way.as_dict() for way in found.variants]
+    if earlier is None:
+        return Summary(result, judged)
+    own = {name: one for name, one in pairs(result).items() if one["chosen"] is not None}
+    old = pairs(read_pose_json(earlier)) if own else {}
+    both = [(one, old[name]) for name, one in own.items() if name in old]
+    if found.network is not None:
+        both = [pair for pair in both if pair[1]["chosen"] is not None]
+    comparisons = [compare_with_earlier(*pair) for pair in both]
+    worst = max(comparisons, key=lambda one: (one.moved, not one.valid, *one.shift), default=None)
+    result["check_against"] = NO_POSE if worst is None else worst.as_dict()
+    return Summary(result, judged, worst)
 
 
 def _of_network(
@@ -169,30 +183,10 @@ def _of_network(
             why_none="; ".join(found.why),
         )
     judged = worst_of(verdicts, list(network.apart.values()))
-    diagnostics = {
-        "still": found.still,
-        "n_common": found.n_common,
-        "common": dict(network.common),
-        "duration_s": duration_s,
-        "left_out": list(found.why),
-        "notes": [*notes, *([note] if note else [])],
-    }
+    diagnostics = _diagnostics(found, duration_s, [*notes, note])
+    diagnostics["common"] = dict(network.common)
     result = network_json(found.estimates, stations, taken, judged, network, diagnostics, true)
-    result["variants"] = [way.as_dict() for way in found.variants]
-    comparison = None
-    if earlier is not None:
-        old = pairs(read_pose_json(earlier))
-        both = [(one, old[name]) for name, one in pairs(result).items() if name in old]
-        all_of = [
-            compare_with_earlier(*pair)
-            for pair in both
-            if None not in (pair[0]["chosen"], pair[1]["chosen"])
-        ]
-        comparison = max(
-            all_of, key=lambda one: (one.moved, not one.valid, *one.shift), default=None
-        )
-        result["check_against"] = NO_POSE if comparison is None else comparison.as_dict()
-    return Summary(result, judged, comparison)
+    return _compared(found, result, judged, earlier)
 
 
 def refused(stations: Sequence[Station], why: str) -> Summary:

@@ -31,9 +31,8 @@ from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import Layout, State
 from mocap_metrology.lighthouse.batch.recording import Recording
 from mocap_metrology.lighthouse.batch.solve import Reduced, by_bends, linearised, reduced
-from mocap_metrology.lighthouse.batch.sweep_kernel import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
-from mocap_metrology.lighthouse.batch.view import View
+from mocap_metrology.lighthouse.batch.view import View, pose_blocks, selected_inverse
 
 SIGNS = hadamard(8)[:, 1 : 1 + POSE]
 UNSURE_RAD = 0.3  # of a rotation, as beside a gap: beyond it the second order does not suffice

@@ -17,12 +17,11 @@ import numpy as np
 from scipy import linalg, optimize
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch import kernel, sweep_kernel
+from mocap_metrology.lighthouse.batch import kernel
 from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
 from mocap_metrology.lighthouse.batch.problem import Layout, State
-from mocap_metrology.lighthouse.batch.sweep_kernel import selected_inverse
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
-from mocap_metrology.lighthouse.batch.view import Noise, View
+from mocap_metrology.lighthouse.batch.view import Noise, View, selected_inverse, without_offsets
 
 # Of the second difference of control points 50 ms apart: 20 m/s^2 and 400 rad/s^2. They are to
 # count only where a board is not seen, as they make every turn smaller: a bias of the stations
@@ -140,7 +139,7 @@ def reduced(
     ratio = (noise.sweep / noise.hit) ** 2 / sums.held
     factor = ratio / (1 + ratio * sums.weight)
     of_sweeps = sums.begin, factor, sums.of_sweep, sums.of_sweep_inner, sums.residual
-    sweep_kernel.without_offsets(*of_sweeps, Equations(band, cross, inner, g, h))
+    without_offsets(*of_sweeps, Equations(band, cross, inner, g, h))
     band[0] *= 1 + damping
     L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
     both = linalg.cho_solve_banded(
@@ -239,7 +238,7 @@ def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
     few beside it and count as known. r of a sweep is divided by its weight in `Sums.held`; as much
     of its offset as this leaves open counts as an unknown. The offset of a sweep that lost most of
     its weight is one more unknown, with r infinite and no term in the second sum: by the limited
-    loss of `sweep_kernel.robust` alone a few wrong sweeps make the noise of all larger. The ratio
+    loss of `view.robust` alone a few wrong sweeps make the noise of all larger. The ratio
     is found by bounded search; 0 is tried, too.
     """
     if sums.more is None:
@@ -269,7 +268,7 @@ def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: 
         own = ratio / sums.held
         factor = np.where(wrong, 1 / sums.weight, own / (1 + own * sums.weight))
         of_sweeps = sums.begin, factor, sums.of_sweep, nothing, sums.residual
-        sweep_kernel.without_offsets(*of_sweeps, none._replace(band=band, g=g))
+        without_offsets(*of_sweeps, none._replace(band=band, g=g))
         L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
         x = linalg.cho_solve_banded((L, True), g, check_finite=False)
         Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)

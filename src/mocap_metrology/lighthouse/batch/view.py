@@ -1,16 +1,149 @@
-"""Hits as a trajectory sees them: residuals, and what each hit counts for."""
+"""Hits as a trajectory sees them: residuals, and what each hit counts for; kernels of whole sweeps,
+and covariances out of the factor of a banded matrix.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.lighthouse.batch import kernel, sweep_kernel
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse.batch import kernel
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
 from mocap_metrology.lighthouse.batch.problem import State, Sweeps
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 
 LIMIT = 3.5  # of |z|, beyond which a hit loses weight: of good hits 1 in 2000
+
+
+@njit
+def without_offsets(
+    begin: np.ndarray,
+    factor: np.ndarray,
+    sums: np.ndarray,
+    sums_inner: np.ndarray,
+    sum_residual: np.ndarray,
+    of_all: Equations,
+) -> None:
+    """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times
+    the outer products of its sums; begin (sweeps,): its first control point."""
+    band, cross, inner, g, g_inner = of_all
+    G = g_inner.size
+    own = np.empty(G, np.int64)  # those that a sweep depends on
+    for m in range(begin.size):
+        f, of = factor[m], POSE * begin[m]
+        if f == 0.0:
+            continue
+        n = 0
+        for j in range(G):
+            if sums_inner[m, j] != 0.0:
+                own[n] = j
+                n += 1
+        for i in range(min(SPAN, g.size - of)):
+            x = f * sums[m, i]
+            if x == 0.0:
+                continue
+            for j in range(i + 1):
+                band[i - j, of + j] -= x * sums[m, j]
+            for k in range(n):
+                cross[of + i, own[k]] -= x * sums_inner[m, own[k]]
+            g[of + i] -= x * sum_residual[m]
+        for k in range(n):
+            i = own[k]
+            x = f * sums_inner[m, i]
+            for j in range(n):
+                inner[i, own[j]] -= x * sums_inner[m, own[j]]
+            g_inner[i] -= x * sum_residual[m]
+
+
+@njit
+def robust(
+    first: np.ndarray,
+    residual: np.ndarray,
+    sigma: float,
+    common: float,
+    limit: float,
+    share: np.ndarray,
+    weight: np.ndarray,
+    offset: np.ndarray,
+    held: np.ndarray,
+    cost: np.ndarray,
+) -> None:
+    """Weights of the hits, offsets of the sweeps with their weights, costs of sweeps, in place.
+
+    With z = (e - offset) / sigma, a hit costs z^2 up to |z| = limit and limit^2 (1 + 2 ln(|z| /
+    limit)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,
+    (limit / z)^2 beyond. Cost and weight of a hit are times its share. So a sweep that is wrong as
+    a whole has an offset of its own, and determines nothing but differences of its hits. The offset
+    is the minimum for these weights, found by repetition from the median.
+    """
+    for m in range(first.size - 1):
+        low, high = first[m], first[m + 1]
+        b, v = 0.0, 1.0
+        if common > 0:
+            b = float(np.median(residual[low:high]))
+            v = _weight(b / common, limit)
+            b /= 1 + v * (sigma / common) ** 2 / np.sum(share[low:high])
+        for _ in range(4 if common > 0 else 1):
+            v = _weight(b / common, limit) if common > 0 else 1.0
+            up, down = 0.0, v * (sigma / common) ** 2 if common > 0 else 1.0
+            for h in range(low, high):
+                weight[h] = share[h] * _weight((residual[h] - b) / sigma, limit)
+                up += weight[h] * residual[h]
+                down += weight[h]
+            if common > 0:
+                b = up / down
+        offset[m], held[m] = b, v
+        total = _loss(b / common, limit) if common > 0 else 0.0
+        for h in range(low, high):
+            total += share[h] * _loss((residual[h] - b) / sigma, limit)
+        cost[m] = total
+
+
+@njit(inline="always")
+def _weight(z: float, limit: float) -> float:
+    return 1.0 if abs(z) <= limit else (limit / z) ** 2
+
+
+@njit(inline="always")
+def _loss(z: float, limit: float) -> float:
+    z = abs(z)
+    return z * z if z <= limit else limit * limit * (1 + 2 * math.log(z / limit))
+
+
+@njit
+def selected_inverse(L: np.ndarray) -> np.ndarray:
+    """The band of A^-1 from that of the Cholesky factor of A (Takahashi, Fagan & Chin 1973).
+
+    L (w + 1, n): lower diagonals, L[d, j] = L_{j+d, j}; returned likewise. With A^-1 = Z,
+    Z_ij = (delta_ij / L_jj - sum_{k > j} L_kj Z_ik) / L_jj for i >= j, columns from the last on.
+    """
+    w, n = L.shape[0] - 1, L.shape[1]
+    Z = np.zeros_like(L)
+    for j in range(n - 1, -1, -1):
+        most = min(w, n - 1 - j)
+        for d in range(most, -1, -1):
+            i, total = j + d, 1.0 / L[0, j] if d == 0 else 0.0
+            for e in range(1, most + 1):
+                k = j + e
+                total -= L[e, j] * Z[abs(i - k), min(i, k)]
+            Z[d, j] = total / L[0, j]
+    return Z
+
+
+@njit
+def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+    """Blocks (n, 6, 6) of the covariance of sum_i weights_i x_{first + i}."""
+    for m in range(first.size):
+        for i in range(4):
+            for j in range(4):
+                w = weights[m, i] * weights[m, j]
+                for a in range(POSE):
+                    for b in range(POSE):
+                        r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
+                        out[m, a, b] += w * Z[abs(r - c), min(r, c)]
 
 
 @dataclass(frozen=True)
@@ -91,5 +224,5 @@ def weights(
     first, hit, sweep = seen.sweeps.first, noise.hit, noise.sweep
     share = np.ones(residual.size) if share is None else share
     of_sweep = found.offset, found.held, found.cost
-    sweep_kernel.robust(first, residual, hit, sweep, LIMIT, share, found.hit, *of_sweep)
+    robust(first, residual, hit, sweep, LIMIT, share, found.hit, *of_sweep)
     return found

@@ -34,10 +34,15 @@ from mocap_metrology.lighthouse.batch.residuals import residual_rows
 from mocap_metrology.lighthouse.batch.solve import reduced
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest
-from mocap_metrology.lighthouse.calibrate.fits import facing, fitted, grazing, if_they_agree
+from mocap_metrology.lighthouse.calibrate.fits import (
+    facing,
+    fitted,
+    grazing,
+    if_they_agree,
+    well_fitted,
+)
 from mocap_metrology.lighthouse.calibrate.network import Start, placed, start, still_start
 from mocap_metrology.lighthouse.calibrate.scene import NAME, Scene
-from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.records import SLAVE, Measurements, Path, PoseEstimate
 

@@ -33,6 +33,7 @@ from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint, exch
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
+from mocap_metrology.lighthouse.calibrate.setup import calibrate_stations
 from mocap_metrology.lighthouse.calibrate.stages import (
     FEWEST_POSES,
     INTERPOLATIONS,
@@ -45,7 +46,6 @@ from mocap_metrology.lighthouse.calibrate.stages import (
     both_stages,
 )
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
-from mocap_metrology.lighthouse.calibrate.stations import calibrate_stations
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
     FALLBACK,
@@ -201,9 +201,7 @@ def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[Weighed]]:
             joint = None
     if joint is None:
         measured, middle = own.measured[own.smooth], _middle(scene.hits, len(scene.board))
-        ways = best_variant(
-            measured, middle, scene.board, scene.factories, scene.lasers_m, own.smooth
-        )
+        ways = best_variant(scene, measured, middle, own.smooth)
     best = next((way for way in ways if way.standing == "chosen"), None)
     seconds = time.perf_counter() - begun
     if best is not None and best.variant != scene.variant:

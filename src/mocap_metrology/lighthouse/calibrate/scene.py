@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.lighthouse.batch.problem import More, Priors
-from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
 from mocap_metrology.lighthouse.records import (
@@ -19,7 +19,7 @@ from mocap_metrology.lighthouse.records import (
     Inertial,
     Measurements,
 )
-from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
+from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
 
 NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
@@ -68,7 +68,7 @@ class Sensors:
 @dataclass(frozen=True)
 class Scene:
     """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
-    `reconstruction.optics_of` or `estimated`, and what is known beforehand; known_pose: those of
+    `seen` or `estimated`, and what is known beforehand; known_pose: those of
     the stations are held; sensors: data besides hits; generation: of the stations; names: of the
     stations."""
 
@@ -168,9 +168,17 @@ class Scene:
 
     def seen(self, measured: Sequence[Measurements]) -> Optics:
         """Measurements as the optics see them; where these are estimated, it starts from ideal, of
-        the second generation from usual ones."""
-        if self.generation == 2:
-            seen = optics_of("factory", measured, self.assumed, None, self.model)
-            return replace(seen, name=self.optics)
-        name = "ideal" if self.optics == ESTIMATED else self.optics
-        return optics_of(name, measured, self.factories, self.lasers_m, self.variant)
+        the second generation from usual ones. With lasers in the origin, factory values are
+        subtracted from the angles once (to 1e-12 rad); with lasers elsewhere they stay in the
+        model."""
+        first, rotors = self.generation == 1, tuple(self.rotors)
+        name = "ideal" if first and self.optics == ESTIMATED else self.optics
+        housing = first and self.lasers_m is not None
+        if housing or (first and name == "ideal"):
+            frame = "housing" if housing else "optical"
+            return Optics(name, tuple(measured), rotors, frame)
+        seen = tuple(
+            replace(own, angles_rad=directions(own.angles_rad, rotor))
+            for own, rotor in zip(measured, rotors, strict=True)
+        )
+        return Optics(name, seen, (rotor_parameters(),) * len(seen), "optical")

@@ -11,16 +11,21 @@ import numpy as np
 
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate import station_pose
+from mocap_metrology.lighthouse.calibrate import weighted_station
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed
 from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
-from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, Weighed
-from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, halves, residuals
+from mocap_metrology.lighthouse.calibrate.weighted_station import (
+    evidence,
+    halves,
+    last_step,
+    residuals,
+    seen_on_path,
+)
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
@@ -148,7 +153,7 @@ def both_stages(
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
     then, own = seen_on_path(paths, optics, order)
-    given = station_pose.scene(then, own, board, optics.rotors[SLAVE])
+    given = weighted_station.scene(then, own, board, optics.rotors[SLAVE])
     weighed = None
     if estimator == "paper-lm":
         weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors)
@@ -164,7 +169,7 @@ def both_stages(
             t_m=t,
             frame=optics.frame,
             covariance=None if cov is None else cov * MM_DEG,
-            residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given),
+            residual_rms_urad=1e6 * weighted_station.residual_rms(R, t, given),
             n_angles=2 * len(given.time_s),
             mirrored_share=share,
             weighted_rms_urad=math.nan if there is None else there.rms_urad(),
@@ -183,8 +188,8 @@ def both_stages(
         found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
-        R, t, _ = station_pose.by_nelder_mead(R, t, given, tolerances)
-        spread = station_pose.covariance(R, t, given)
+        R, t, _ = weighted_station.by_nelder_mead(R, t, given, tolerances)
+        spread = weighted_station.covariance(R, t, given)
         found.estimates.append(estimate("final", R, t, spread))
     report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
     return replace(found, n_common=max(found.n_common, len(master_then)))

@@ -20,10 +20,10 @@ from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobians
 from mocap_metrology.lighthouse.batch.problem import layout
 from mocap_metrology.lighthouse.batch.recording import Recording
 from mocap_metrology.lighthouse.batch.solve import Reduced, covariance_of, reduced
-from mocap_metrology.lighthouse.batch.sweep_kernel import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S
+from mocap_metrology.lighthouse.batch.view import pose_blocks, selected_inverse
+from mocap_metrology.lighthouse.calibrate.fits import well_fitted
 from mocap_metrology.lighthouse.calibrate.scene import Scene
-from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.records import ROLES, Hits
 from mocap_metrology.lighthouse.rotation import exp

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.lighthouse.assess.evidence import (
+from mocap_metrology.lighthouse.assess.calibration_files import (
     Columns,
     deviations_mm,
     jitter,

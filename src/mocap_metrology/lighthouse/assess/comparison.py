@@ -20,13 +20,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Record, Row
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.pose_file import (
-    PoseEntry,
-    PoseFile,
-    chosen_pose,
-    kind_of,
-    matrix_and_metres,
-)
+from mocap_metrology.lighthouse.assess import pose_file
 from mocap_metrology.lighthouse.assess.reference import check_same_ids, station_id
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.records import ROLES
@@ -95,7 +89,7 @@ class Comparison:
 
 
 def compare_with_earlier(
-    pose_new: PoseFile, pose_old: PoseFile, one_board: bool = True
+    pose_new: pose_file.PoseFile, pose_old: pose_file.PoseFile, one_board: bool = True
 ) -> Comparison:
     """Compare two pose.json contents of the same two stations.
 
@@ -107,12 +101,12 @@ def compare_with_earlier(
     pose.
     """
     note = check_same_ids(ids_of(pose_old), ids_of(pose_new), "the earlier pose", "the recording")
-    new = chosen_pose(pose_new)
-    old = chosen_pose(pose_old)
+    new = pose_file.chosen_pose(pose_new)
+    old = pose_file.chosen_pose(pose_old)
     if new is None or old is None:
         which = "the new" if new is None else "the earlier"
         raise Refusal(f"check_against: {which} calibration has no pose; expected one in both")
-    same = [p for p in pose_old["poses"] if kind_of(p) == kind_of(new)]
+    same = [p for p in pose_old["poses"] if pose_file.kind_of(p) == pose_file.kind_of(new)]
     old = same[0] if same else old
     frames = [pose.get("frame", "optical") for pose in (old, new)]
     if frames[0] != frames[1]:
@@ -120,7 +114,7 @@ def compare_with_earlier(
             f"check_against: the earlier pose is of frame {frames[0]}, the new one of {frames[1]};"
             " expected one lasers_mm in both"
         )
-    (R, t), (R_old, t_old) = matrix_and_metres(new), matrix_and_metres(old)
+    (R, t), (R_old, t_old) = pose_file.matrix_and_metres(new), pose_file.matrix_and_metres(old)
     off = np.r_[1e3 * (t - t_old), np.degrees(rotation.error(R, R_old))]
     basis, covariance = _covariance(new, old, one_board)
     if basis == "difference" and new["optics"] == "factory":
@@ -137,17 +131,19 @@ def compare_with_earlier(
         own = slice(0, 3), slice(3, 6)
         ends = [length_interval(off[k], covariance[k, k]) for k in own]
     lower, upper = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
-    other = None if same else kind_of(old)
+    other = None if same else pose_file.kind_of(old)
     return Comparison(mm, deg, chi2, p, moved, basis, lower, upper, other, note)
 
 
-def ids_of(given: PoseFile) -> tuple[int | None, int | None]:
+def ids_of(given: pose_file.PoseFile) -> tuple[int | None, int | None]:
     """Ids of master and slave."""
     master, slave = (station_id(given["stations"][role], role) for role in ROLES)
     return master, slave
 
 
-def _covariance(new: PoseEntry, old: PoseEntry, one_board: bool) -> tuple[str, np.ndarray]:
+def _covariance(
+    new: pose_file.PoseEntry, old: pose_file.PoseEntry, one_board: bool
+) -> tuple[str, np.ndarray]:
     """Basis and covariance (6, 6) of the difference; NaN where one has none."""
     noise = new.get("covariance_noise"), old.get("covariance_noise")
     first, second = new.get("shared_errors"), old.get("shared_errors")
@@ -161,7 +157,7 @@ def _covariance(new: PoseEntry, old: PoseEntry, one_board: bool) -> tuple[str, n
     return "sum", np.sum(np.array(whole, dtype=np.float64), axis=0)
 
 
-def _scale(entry: PoseEntry) -> float:
+def _scale(entry: pose_file.PoseEntry) -> float:
     """Factor of the noise by which parts of one recording differ from each other, at least 1: what
     else depends on the path of the board, such as rotors that obey another model."""
     m2 = (entry.get("halves") or {}).get("m2")
@@ -192,7 +188,7 @@ def _errors(shared: Record, group: str) -> tuple[np.ndarray, np.ndarray]:
     return np.array(own["sd"], dtype=np.float64), np.reshape(own["effect"], (-1, 6))
 
 
-def _by_variants(new: PoseFile, old: PoseFile) -> tuple[np.ndarray, np.ndarray]:
+def _by_variants(new: pose_file.PoseFile, old: pose_file.PoseFile) -> tuple[np.ndarray, np.ndarray]:
     """Difference that another variant of the rotor model makes, and the covariance of variants
     left open, of which each would move both poses alike but for the path of the board."""
     both = [{one["variant"]: one for one in given.get("variants", [])} for given in (new, old)]

@@ -10,6 +10,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
+from mocap_metrology.lighthouse.assess import pose_file
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
 from mocap_metrology.lighthouse.assess.fit_checks import (
     WORDS,
@@ -19,14 +20,6 @@ from mocap_metrology.lighthouse.assess.fit_checks import (
     places_urad,
 )
 from mocap_metrology.lighthouse.assess.network_reference import NetworkReference
-from mocap_metrology.lighthouse.assess.pose_file import (
-    PoseFile,
-    check_row,
-    network_json,
-    pairs,
-    pose_json,
-    read_pose_json,
-)
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict, worst_of
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
@@ -41,7 +34,7 @@ class Summary:
     """document: contents of pose.json but for its sentences, which are of verdict and comparison
     with an earlier pose, where one is given."""
 
-    document: PoseFile
+    document: pose_file.PoseFile
     verdict: Verdict
     comparison: Comparison | None = None
 
@@ -114,7 +107,7 @@ def summary(
     )
     diagnostics = _diagnostics(found, duration_s, [*notes, note])
     diagnostics |= {"span_m": span, "board_rms_urad": board_rms}
-    result = pose_json(found.estimates, stations, index, judged, diagnostics, reference)
+    result = pose_file.pose_json(found.estimates, stations, index, judged, diagnostics, reference)
     if truths is not None:
         for entry, pose in zip(result["poses"], found.estimates, strict=True):
             mm, deg = errors(pose.R, pose.t_m, truths[pose.frame])
@@ -133,14 +126,14 @@ def _diagnostics(found: Calibration, duration_s: float | None, notes: Sequence[s
 
 
 def _compared(
-    found: Calibration, result: PoseFile, judged: Verdict, earlier: str | None
+    found: Calibration, result: pose_file.PoseFile, judged: Verdict, earlier: str | None
 ) -> Summary:
     """With the variants, and held against the earlier pose; of several stations the worst."""
     result["variants"] = [way.as_dict() for way in found.variants]
     if earlier is None:
         return Summary(result, judged)
-    own = {name: one for name, one in pairs(result).items() if one["chosen"] is not None}
-    old = pairs(read_pose_json(earlier)) if own else {}
+    own = {name: one for name, one in pose_file.pairs(result).items() if one["chosen"] is not None}
+    old = pose_file.pairs(pose_file.read_pose_json(earlier)) if own else {}
     both = [(one, old[name]) for name, one in own.items() if name in old]
     if found.network is not None:
         both = [pair for pair in both if pair[1]["chosen"] is not None]
@@ -185,7 +178,9 @@ def _of_network(
     judged = worst_of(verdicts, list(network.apart.values()))
     diagnostics = _diagnostics(found, duration_s, [*notes, note])
     diagnostics["common"] = dict(network.common)
-    result = network_json(found.estimates, stations, taken, judged, network, diagnostics, true)
+    result = pose_file.network_json(
+        found.estimates, stations, taken, judged, network, diagnostics, true
+    )
     return _compared(found, result, judged, earlier)
 
 
@@ -194,7 +189,7 @@ def refused(stations: Sequence[Station], why: str) -> Summary:
     return summary(Calibration(why=[why]), stations)
 
 
-def with_objects(found: Summary, others: Mapping[str, PoseFile]) -> Summary:
+def with_objects(found: Summary, others: Mapping[str, pose_file.PoseFile]) -> Summary:
     """With a check against the poses from other objects of the same recording, by name.
 
     Of m comparisons the least probability by chance p counts as min(1, m p). Below `APART_P` one
@@ -222,9 +217,9 @@ def with_objects(found: Summary, others: Mapping[str, PoseFile]) -> Summary:
     )
     word = max(word, level, key=WORDS.index)
     judged = replace(found.verdict, word=word, checks=(*found.verdict.checks, check))
-    document: PoseFile = {
+    document: pose_file.PoseFile = {
         **found.document,
         "verdict": found.document["verdict"] | {"word": word},
-        "checks": [*found.document["checks"], check_row(check)],
+        "checks": [*found.document["checks"], pose_file.check_row(check)],
     }
     return replace(found, document=document, verdict=judged)

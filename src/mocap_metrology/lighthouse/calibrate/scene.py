@@ -7,24 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.problem import More, Priors
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
-from mocap_metrology.lighthouse.records import (
-    ROLES,
-    Clock,
-    Factory,
-    Hits,
-    Inertial,
-    Measurements,
-)
 from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
 
 NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
-IDEAL_PLANES = Factory(generation=2)
-MEAN_PLANES = Factory(**FACTORY2_MEAN, generation=2)
+IDEAL_PLANES = records.Factory(generation=2)
+MEAN_PLANES = records.Factory(**FACTORY2_MEAN, generation=2)
 Pose = tuple[np.ndarray, np.ndarray]
 
 
@@ -44,7 +37,7 @@ UNKNOWN_SD = np.stack(
 )
 
 
-def optics_for(asked: Sequence[str], factories: Sequence[Factory | None]) -> str:
+def optics_for(asked: Sequence[str], factories: Sequence[records.Factory | None]) -> str:
     """The best of the optics asked for, by what is known of all stations."""
     if "factory" in asked and None not in factories:
         return "factory"
@@ -58,11 +51,11 @@ class Sensors:
     the room; normals (n, 3) of the diodes, whose cover then is an unknown; clocks of the stations,
     where the recording tells them."""
 
-    inertial: Inertial | None = None
+    inertial: records.Inertial | None = None
     ups: np.ndarray | None = None
     lengths: tuple[KnownLength, ...] = ()
     normals: np.ndarray | None = None
-    clocks: tuple[Clock | None, ...] = ()
+    clocks: tuple[records.Clock | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,17 +65,17 @@ class Scene:
     the stations are held; sensors: data besides hits; generation: of the stations; names: of the
     stations."""
 
-    hits: Hits
+    hits: records.Hits
     board: np.ndarray
     optics: str
-    factories: Sequence[Factory | None]
+    factories: Sequence[records.Factory | None]
     lasers_m: np.ndarray | None
     variant: str
     priors: Priors
     known_pose: bool = False
     sensors: Sensors = Sensors()
     generation: int = 1
-    names: Sequence[str] = ROLES
+    names: Sequence[str] = records.ROLES
 
     @property
     def title(self) -> str:
@@ -97,7 +90,7 @@ class Scene:
         return "libsurvive" if self.generation == 2 else "crazyflie"
 
     @property
-    def assumed(self) -> list[Factory | None]:
+    def assumed(self) -> list[records.Factory | None]:
         """Factory values of the stations as the optics has them, None for ideal rotors; of unknown
         planes those of real ones on average."""
         if self.generation == 2:
@@ -166,7 +159,7 @@ class Scene:
             priors = replace(priors, laser_depth_mm=0.0)
         return priors.of_board(self.board)
 
-    def seen(self, measured: Sequence[Measurements]) -> Optics:
+    def seen(self, measured: Sequence[records.Measurements]) -> Optics:
         """Measurements as the optics see them; where these are estimated, it starts from ideal, of
         the second generation from usual ones. With lasers in the origin, factory values are
         subtracted from the angles once (to 1e-12 rad); with lasers elsewhere they stay in the

@@ -19,13 +19,6 @@ from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, Weighed
-from mocap_metrology.lighthouse.calibrate.weighted_station import (
-    evidence,
-    halves,
-    last_step,
-    residuals,
-    seen_on_path,
-)
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
@@ -152,15 +145,17 @@ def both_stages(
         return found
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
-    then, own = seen_on_path(paths, optics, order)
+    then, own = weighted_station.seen_on_path(paths, optics, order)
     given = weighted_station.scene(then, own, board, optics.rotors[SLAVE])
     weighed = None
     if estimator == "paper-lm":
-        weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors)
+        weighed = weighted_station.evidence(
+            then, own, optics.measurements[MASTER], board, optics.rotors
+        )
     share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
-        there = None if weighed is None else residuals(R, t, weighed)
+        there = None if weighed is None else weighted_station.residuals(R, t, weighed)
         return PoseEstimate(
             estimator=estimator,
             stage=stage,
@@ -183,8 +178,8 @@ def both_stages(
         # On a straight path positions leave the turn about it open, the board's rotations do not.
         both = [] if agreed.R is None else [(agreed.R, agreed.t_m)]
         starts = [(R, t), (turned, moved), *both]
-        R, t, spread = last_step(starts, given, weighed, settings.lm_weights)
-        parts = halves(R, t, weighed)
+        R, t, spread = weighted_station.last_step(starts, given, weighed, settings.lm_weights)
+        parts = weighted_station.halves(R, t, weighed)
         found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB

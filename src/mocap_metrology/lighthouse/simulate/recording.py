@@ -15,17 +15,9 @@ import numpy as np
 
 from mocap_metrology.common.files import whole
 from mocap_metrology.common.types import Floats, Row
+from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
-from mocap_metrology.lighthouse.records import (
-    ROLES,
-    Clock,
-    Factory,
-    Hits,
-    Inertial,
-    Pulses,
-    Station,
-)
 from mocap_metrology.lighthouse.rotation import exp, from_angles, log
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 from mocap_metrology.lighthouse.simulate import light
@@ -46,12 +38,12 @@ class Truth:
     R: np.ndarray | None  # housing of the slave in that of the master; None with one station
     t_m: np.ndarray | None
     t_optical_m: np.ndarray | None  # the same between the origins of the optics
-    stations: tuple[Station, ...]  # id, mode, factory, way up
+    stations: tuple[records.Station, ...]  # id, mode, factory, way up
     rotors: np.ndarray  # (stations, 2, 10), as `rotor_parameters`, lasers included
-    clocks: tuple[Clock, ...]
+    clocks: tuple[records.Clock, ...]
     board: np.ndarray  # (diodes, 3)
     motion: Motion  # .poses(time_s): R and p of the board in the master's frame
-    hits: Hits  # without noise, row by row those of the recording
+    hits: records.Hits  # without noise, row by row those of the recording
 
 
 @dataclass(frozen=True)
@@ -59,8 +51,8 @@ class Made:
     """A simulated recording; edges of pulses are not sampled yet."""
 
     twin: LighthouseTwin
-    pulses: Pulses
-    hits: Hits  # with noise; of direct light only
+    pulses: records.Pulses
+    hits: records.Hits  # with noise; of direct light only
     truth: Truth
 
 
@@ -93,7 +85,7 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> Made:
     start, length, diode = (np.concatenate(column) for column in zip(*every, strict=True))
     order = np.argsort(start, kind="stable")
     start, length, diode = start[order], length[order], diode[order].astype(np.int16)
-    pulses = Pulses(start, length, diode, len(scene.board), twin.duration_s, 0.0)
+    pulses = records.Pulses(start, length, diode, len(scene.board), twin.duration_s, 0.0)
     return Made(twin, pulses, noisy, _truth(scene, exact))
 
 
@@ -118,7 +110,7 @@ def truth_json(made: Made) -> dict[str, object]:
 def _keys(twin: LighthouseTwin) -> Row:
     """All keys of a twin; factory values as its stations state them."""
     keys = twin.model_dump()
-    for role, station in zip(ROLES, twin.stations, strict=False):
+    for role, station in zip(records.ROLES, twin.stations, strict=False):
         keys[role]["factory"] = vars(station.optics) if station.optics else None
     return keys
 
@@ -140,7 +132,8 @@ def _scene(twin: LighthouseTwin, seed: int, blocked: list[tuple[int, float, floa
     skip = np.array([of_slave, ~of_slave]) if len(stations) == 2 else np.zeros((1, cycle.size))
     rng = np.random.default_rng([seed, BITS])
     frames = [
-        encode_frame(s.optics or Factory(), s.id, s.mode, accel_of(s.R.T @ up)) for s in stations
+        encode_frame(s.optics or records.Factory(), s.id, s.mode, accel_of(s.R.T @ up))
+        for s in stations
     ]
     bit = [frame[(cycle + rng.integers(frame.size)) % frame.size] for frame in frames]
     return _Scene(
@@ -158,14 +151,14 @@ def _scene(twin: LighthouseTwin, seed: int, blocked: list[tuple[int, float, floa
     )
 
 
-def _truth(scene: _Scene, hits: Hits) -> Truth:
+def _truth(scene: _Scene, hits: records.Hits) -> Truth:
     twin, up = scene.twin, up_of(scene.twin)
     stations = tuple(
-        Station(role, s.id, s.mode, s.optics or Factory(), s.R.T @ up)
-        for role, s in zip(ROLES, twin.stations, strict=False)
+        records.Station(role, s.id, s.mode, s.optics or records.Factory(), s.R.T @ up)
+        for role, s in zip(records.ROLES, twin.stations, strict=False)
     )
     epochs = scene.start_s[:, 0] - scene.cycle[0] * twin.cycle_s
-    clocks = tuple(Clock(e, twin.cycle_s, 1e-6 * twin.sync_jitter_us) for e in epochs)
+    clocks = tuple(records.Clock(e, twin.cycle_s, 1e-6 * twin.sync_jitter_us) for e in epochs)
     R = t = t_optical = None
     if twin.slave is not None:
         R, t = twin.slave.R, twin.slave.t
@@ -175,7 +168,7 @@ def _truth(scene: _Scene, hits: Hits) -> Truth:
 
 def _sweeps(
     scene: _Scene, faults: np.random.Generator, noise: np.random.Generator
-) -> tuple[Hits, Hits, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+) -> tuple[records.Hits, records.Hits, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Hits without and with noise, and pulses (start, length, diode) of reflections."""
     twin = scene.twin
     every, lit = _lit_sweeps(scene)
@@ -191,7 +184,7 @@ def _sweeps(
     return exact.take(rows), noisy.take(rows), (middle - length / 2, length, diode)
 
 
-def _lit_sweeps(scene: _Scene) -> tuple[Hits, np.ndarray]:
+def _lit_sweeps(scene: _Scene) -> tuple[records.Hits, np.ndarray]:
     """Every sweep on every diode, row by row, and which of them (sweeps, diodes) give light."""
     twin = scene.twin
     station, at = np.nonzero(scene.skip == 0)
@@ -208,7 +201,7 @@ def _lit_sweeps(scene: _Scene) -> tuple[Hits, np.ndarray]:
     of_sweep = station.astype(np.int8), (cycle & 1).astype(np.int8), cycle.astype(np.int32)
     diode = np.tile(np.arange(n, dtype=np.int16), len(lit))
     of_hit = [x.ravel() for x in (swept.time_s, swept.angle_rad, width)]
-    return Hits(*[*(np.repeat(x, n) for x in of_sweep), diode, *of_hit]), lit
+    return records.Hits(*[*(np.repeat(x, n) for x in of_sweep), diode, *of_hit]), lit
 
 
 def sweep_width(
@@ -248,7 +241,7 @@ def _faces(scene: _Scene, station: np.ndarray, time_s: np.ndarray) -> np.ndarray
     return (toward > limit) & (np.einsum("nij,nj->ni", way, scene.R[station, :, 0]) < 0)
 
 
-def words_of(pulses: Pulses) -> np.ndarray:
+def words_of(pulses: records.Pulses) -> np.ndarray:
     """Samples k at k/2e6 s, uint32 (duration * 2e6,): bit d is set where start <= t < start +
     length of a pulse on diode d, so that an edge is seen at the next sample. Pulses that overlap
     merge; what lies before or after the recording is cut off."""
@@ -261,7 +254,7 @@ def words_of(pulses: Pulses) -> np.ndarray:
     return words
 
 
-def write_dump(path: str | Path, pulses: Pulses) -> None:
+def write_dump(path: str | Path, pulses: records.Pulses) -> None:
     """Write the words as a raw dump, little-endian, whole or not at all."""
     words = words_of(pulses).astype("<u4", copy=False)
     with whole(path) as part:
@@ -270,7 +263,7 @@ def write_dump(path: str | Path, pulses: Pulses) -> None:
 
 def sensed(
     motion: Motion, up: np.ndarray, twin: InertialTwin, duration_s: float, rng: np.random.Generator
-) -> Inertial:
+) -> records.Inertial:
     """What the sensors of a board record; up (3,): the way up in the frame of the motion.
 
     Rates and forces are central differences of the motion over 2 ms, with bias, scale, another
@@ -294,7 +287,7 @@ def sensed(
         root * density * rng.standard_normal(rate.shape)
         for density in (twin.gyro_density, twin.accel_density)
     )
-    return Inertial(
+    return records.Inertial(
         time_s,
         rate @ M + bias_w + noise_w,
         (force @ M + bias_f) / scale + noise_f,

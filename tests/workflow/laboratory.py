@@ -90,7 +90,7 @@ def write_laboratory(folder: Path, recording: Made) -> None:
     seen, truth = simulate_mounts(recording.twin, 77), recording.truth
     frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
     write_c3d(folder / "lab.c3d", seen.labels, seen.rate_hz, [frames], len(frames))
-    write_mounts(folder / "mount.csv", seen.mounts)
+    write_mounts(folder / "mount.csv", seen.labels)
     write_json(folder / "truth.json", truth_json(recording))
     stranger = truth_json(recording) | {"stations": {"master": 7, "slave": 8}}
     write_json(folder / "stranger.json", stranger)

@@ -11,13 +11,13 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypedDict
 
 import numpy as np
 
 from mocap_metrology.calibration.tables import DECODED
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
@@ -43,15 +43,6 @@ from mocap_metrology.settings import Lighthouse
 
 log = logging.getLogger(__name__)
 Paths = Mapping[str, str]
-
-
-class Check(TypedDict):
-    """Contents of check.json."""
-
-    ok: bool
-    why: str
-    warnings: list[str]
-    notes: list[str]
 
 
 @dataclass(frozen=True)
@@ -94,7 +85,7 @@ def _cleaning(settings: Lighthouse) -> Cleaning:
     )
 
 
-def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, Decoded]:
+def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Row, Decoded]:
     """Contents of check.json, and the decoded recording; raises `Refusal` for one that cannot be
     used, and for such points in the room, where they are given."""
     if entry.sha256 and (found := files.sha256(str(entry.path))) != entry.sha256:
@@ -128,7 +119,7 @@ def lengths_of(
     return (known_length(entry.known_length, n_diodes, places, names),)
 
 
-def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Check:
+def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Row:
     """Check and decode a recording: check.json and `DECODED`. Raises `Refusal` for one that cannot
     be used; then nothing has been written."""
     check, recording = checked(entry, given, settings)
@@ -250,7 +241,7 @@ def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
     seen = simulate_mounts(twin, seed)
     frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
     write_c3d(paths["reference"], seen.labels, seen.rate_hz, [frames], len(frames))
-    write_mounts(paths["mount"], seen.mounts)
+    write_mounts(paths["mount"], seen.labels)
     write_board(paths["twin_board"], made.truth.board)
     files.write_json(paths["truth"], simulated.truth_json(made))
     simulated.write_dump(paths["dump"], made.pulses)

@@ -195,6 +195,11 @@ class Halves:
     recordings: bool = False
     stepped: bool | None = None
 
+    @classmethod
+    def of(cls, d: np.ndarray, m2: float) -> Halves:
+        """By the difference (6,) in m and rad."""
+        return cls(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)
+
 
 @dataclass(frozen=True)
 class SharedErrors:

@@ -130,7 +130,7 @@ def test_minimum_is_that_of_scipy(unknown: int, optics: str) -> None:
 
     peer = least_squares(residuals, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     R, t, cost, converged = minimise(
-        rotation.from_angles(*start[3:]), start[:3], Given(unknown, points, measured, rotors), 40
+        rotation.from_angles(*start[3:]), start[:3], Given(unknown, points, measured, rotors)
     )
     assert converged
     assert cost == pytest.approx(2 * peer.cost, rel=1e-9)

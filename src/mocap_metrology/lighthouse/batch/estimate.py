@@ -76,6 +76,17 @@ class Joint:
         misfit, which says nothing about a measured length, and that of the begins of turns."""
         return self.S + (self.misfit - 1) * (self.S - self.others) + self.begins
 
+    @property
+    def inverse(self) -> tuple[Floats, Floats]:
+        """(S + L)^-1 and the diagonal of L, the information of the priors."""
+        known = 1 / self.working**2
+        return solve.solved(self.S + np.diag(known), np.eye(known.size)), known
+
+    @property
+    def sd(self) -> Floats:
+        """Prior standard deviations that the recordings do not contradict, 0 of what has none."""
+        return np.where(np.isfinite(self.believed), self.believed, 0.0)
+
     def pose_covariance(self, station: int = 1) -> np.ndarray:
         """Covariance (6, 6) of t and the left rotation vector of a station in m and rad."""
         return self.covariance[np.ix_(*2 * [self.pose(station)])]

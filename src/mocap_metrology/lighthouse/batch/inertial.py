@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2, INERTIAL_SD, 
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, cubic
 from mocap_metrology.lighthouse.batch.view import LIMIT, selected_inverse
 from mocap_metrology.lighthouse.records import Inertial
-from mocap_metrology.lighthouse.rotation import exp, log
+from mocap_metrology.lighthouse.rotation import cross, exp, log
 
 KNOT_S = 0.025  # a hand's tremor of 10 Hz, which 50 ms hide from angles, is seen by accelerometers
 LONGEST_GAP_S = 0.02  # between samples
@@ -163,14 +163,6 @@ def _weights(seen: Windows) -> Floats:
     return np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)) if seen.still else ENDS
 
 
-def _cross(v: np.ndarray) -> Floats:
-    """Matrices (..., 3, 3) with [v] w = v x w."""
-    out = np.zeros((*v.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., i, j], out[..., j, i] = -v[..., k], v[..., k]
-    return out
-
-
 def derivatives(seen: Windows, found: Residuals) -> tuple[Floats, Floats]:
     """Of e_w and e_f, by the control points of the interval (n, 6, 24), and by gravity and the
     sensors' unknowns (n, 6, 3 + OWN)."""
@@ -183,15 +175,15 @@ def derivatives(seen: Windows, found: Residuals) -> tuple[Floats, Floats]:
     P = M.T @ np.swapaxes(R[:, 1], 1, 2)
     for j, factor in enumerate(SECOND / h**2):
         at[:, 3:, j, :3] = factor * P
-        at[:, 3:, j, 3:] = -factor * P @ R[:, j] @ _cross(found.place) @ found.by_knots[:, j]
-    at[:, 3:, 1, 3:] += M.T @ _cross(found.y) @ found.by_knots[:, 1]
+        at[:, 3:, j, 3:] = -factor * P @ R[:, j] @ cross(found.place) @ found.by_knots[:, j]
+    at[:, 3:, 1, 3:] += M.T @ cross(found.y) @ found.by_knots[:, 1]
     near = np.einsum("ji,nrja->nria", _weights(seen), at).reshape(n, 6, NEAR)
     far = np.zeros((n, 6, 3 + OWN))
     far[:, 3:, :3] = -P
     own = far[:, :, 3:]
     own[:, :3, BIAS_W], own[:, 3:, BIAS_F] = found.by_bias, np.eye(3)
     own[:, :3, TURN] = (np.eye(3) - M.T @ back @ M) @ found.by_turn / (2 * h)
-    own[:, 3:, TURN] = _cross(found.y @ M) @ found.by_turn
+    own[:, 3:, TURN] = cross(found.y @ M) @ found.by_turn
     own[:, 3:, PLACE] = P @ np.einsum("j,njab->nab", SECOND / h**2, R)
     near[:, 3:] *= found.gain
     far[:, 3:] *= found.gain

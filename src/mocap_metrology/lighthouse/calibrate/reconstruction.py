@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
+from mocap_metrology.lighthouse.calibrate.superpose import lagrange
 from mocap_metrology.lighthouse.records import Hits, Measurements
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -107,15 +108,7 @@ def _at_middle(sweeps: _Sweeps) -> _Sweeps:
 
 def _polynomial(sweeps: _Sweeps, nodes: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """Angles (n, diodes) at `time_s` of the polynomial through the sweeps `nodes` (k, n)."""
-    times = sweeps.time_s[nodes]
-    total = np.zeros_like(time_s)
-    for i in range(len(nodes)):
-        weight = np.ones_like(time_s)
-        for j in range(len(nodes)):
-            if i != j:
-                weight *= (time_s - times[j]) / (times[i] - times[j])
-        total += weight * sweeps.angle_rad[nodes[i]]
-    return total
+    return (lagrange(sweeps.time_s[nodes], time_s) * sweeps.angle_rad[nodes]).sum(axis=0)
 
 
 def _dominant(sweeps: list[_Sweeps]) -> int:

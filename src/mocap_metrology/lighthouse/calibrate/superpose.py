@@ -42,7 +42,7 @@ def at_times(path: Path, time_s: np.ndarray, order: int = 1) -> tuple[Path, np.n
 
 
 def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Weights (k, n) of the polynomial through k nodes (k, n), at (n,)."""
+    """Weights (k, ...) of the polynomial through k nodes (k, ...), at (...)."""
     weights = np.ones_like(nodes)
     for i in range(len(nodes)):
         for j in range(len(nodes)):

@@ -27,7 +27,6 @@ from mocap_metrology.lighthouse.batch.parts import SPLITS
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, blocks_of, jackknife
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
-    ITERATIONS,
     Given,
     damped_step,
     minimise,
@@ -298,8 +297,7 @@ def _apart(
     a: tuple[np.ndarray, np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray, np.ndarray]
 ) -> Halves:
     d = np.r_[a[1] - b[1], rotation.error(a[0], b[0])]
-    m2 = float(d @ np.linalg.pinv(a[2] + b[2], rcond=1e-12) @ d)
-    return Halves(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)
+    return Halves.of(d, float(d @ np.linalg.pinv(a[2] + b[2], rcond=1e-12) @ d))
 
 
 @dataclass(frozen=True)
@@ -337,7 +335,7 @@ def by_levenberg_marquardt(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """J Eq. 5 by Levenberg-Marquardt from (R, t): R, t (m), K_2 in rad^2."""
     seen = Given(STATION, given.points, given.angles, given.rotors)
-    return minimise(np.ascontiguousarray(R), t, seen, ITERATIONS)[:3]
+    return minimise(np.ascontiguousarray(R), t, seen)[:3]
 
 
 def covariance(R: np.ndarray, t: np.ndarray, given: Scene) -> np.ndarray | None:

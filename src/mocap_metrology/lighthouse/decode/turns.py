@@ -33,6 +33,7 @@ from mocap_metrology.lighthouse.decode.ootx import (
     told,
     values,
 )
+from mocap_metrology.lighthouse.decode.sweeps import counts_of
 from mocap_metrology.lighthouse.decode.wander import Late, TurnClock, wander
 from mocap_metrology.lighthouse.records import Factory, Hits, Inertial, Pulses, Station
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
@@ -176,11 +177,8 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
     again = _again(hits)
     fate[chosen[again]] = SECOND
     hits = hits.take(~again)
-    number = fate.astype(np.int64) * light.n_diodes + light.hit_diode
-    count = np.bincount(number, minlength=len(FATES) * light.n_diodes)
-    by_fate = count.reshape(len(FATES), -1).tolist()
     order = np.argsort(hits.time_s, kind="stable")
-    return hits.take(order), dict(zip(FATES, by_fate, strict=True))
+    return hits.take(order), counts_of(FATES, fate, light.hit_diode, light.n_diodes)
 
 
 def channels_by_period(pulses: Pulses) -> list[int]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import ITERATIONS, Given, minimise
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import Given, minimise
 from mocap_metrology.lighthouse.fit.simplex import (
     BOARD,
     MATLAB,
@@ -256,9 +256,9 @@ def _minimise_all(
                 points[k], m[k] = board[j], angles[i, j]
                 k += 1
         given = Given(BOARD, points[:k], m[:k], rotors)
-        R, t, f, _ = minimise(Rs[i], ts[i], given, ITERATIONS)
+        R, t, f, _ = minimise(Rs[i], ts[i], given)
         R2, t2 = _mirrored(R, t, centre[i], normal[i])
-        R2, t2, f2, _ = minimise(R2, t2, given, ITERATIONS)
+        R2, t2, f2, _ = minimise(R2, t2, given)
         trace = 0.0
         for j in range(3):
             for k in range(3):

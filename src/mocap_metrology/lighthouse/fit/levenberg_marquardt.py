@@ -116,7 +116,7 @@ def damped_step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
 
 @njit
 def minimise(
-    R: np.ndarray, t: np.ndarray, given: Given, iterations: int
+    R: np.ndarray, t: np.ndarray, given: Given
 ) -> tuple[np.ndarray, np.ndarray, float, bool]:
     """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged.
 
@@ -126,7 +126,7 @@ def minimise(
     H2, g2 = np.empty((N, N)), np.empty(N)
     f = normal_equations(R, t, given, H, g)
     damping = 1e-3
-    for _ in range(iterations):
+    for _ in range(ITERATIONS):
         d = damped_step(H, g, damping)
         if not math.isfinite(d[0]):
             damping = max(10.0 * damping, 1e-6)

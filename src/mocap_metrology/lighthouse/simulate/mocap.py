@@ -33,21 +33,12 @@ PREFIXES = ("M", "S")  # of the labels: M1 ... on the master, S1 ... on the slav
 
 
 @dataclass(frozen=True)
-class Mount:
-    """Markers on a housing, in its frame."""
-
-    labels: tuple[str, ...]
-    positions_m: np.ndarray  # (n, 3)
-
-
-@dataclass(frozen=True)
 class MountRecording:
-    """What the motion-capture system delivers, and the mounts as they are known."""
+    """What the motion-capture system delivers."""
 
     labels: tuple[str, ...]  # the master's, then the slave's
     positions_mm: np.ndarray  # (markers, 3, frames), in the system's own frame
     rate_hz: float
-    mounts: tuple[Mount, ...]
 
 
 def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
@@ -59,24 +50,20 @@ def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
     rng = np.random.default_rng([seed, MOCAP])
     R_world, t_world = exp(rng.normal(size=3) * 2), rng.uniform(-3, 3, 3)
     of_setup = np.random.default_rng([zlib.crc32(twin.setup.encode()), MOCAP])
-    mounts, places = [], []
+    labels, places = list[str](), []
     for prefix, station in zip(PREFIXES, twin.stations, strict=False):
-        mounts.append(Mount(tuple(f"{prefix}{i + 1}" for i in range(len(MOUNT_M))), MOUNT_M))
+        labels += [f"{prefix}{i + 1}" for i in range(len(MOUNT_M))]
         axis = of_setup.normal(size=3)
         turned = exp(np.radians(twin.mount_error_deg) * axis / np.linalg.norm(axis))
         in_master = MOUNT_M @ (station.R @ turned).T + station.t
         places.append(in_master @ R_world.T + t_world)
     still = 1e3 * np.concatenate(places)[:, :, None]
     noise = twin.mocap_noise_mm * rng.standard_normal((*still.shape[:2], twin.mocap_frames))
-    labels = tuple(label for mount in mounts for label in mount.labels)
-    return MountRecording(labels, still + noise, twin.mocap_rate_hz, tuple(mounts))
+    return MountRecording(tuple(labels), still + noise, twin.mocap_rate_hz)
 
 
-def write_mounts(path: str | Path, mounts: Sequence[Mount]) -> None:
+def write_mounts(path: str | Path, labels: Sequence[str]) -> None:
     """Write the known geometry of mounts as CSV: label, x_m, y_m, z_m in the housing's frame."""
-    rows = [
-        {"label": label, **dict(zip(("x_m", "y_m", "z_m"), place.tolist(), strict=True))}
-        for mount in mounts
-        for label, place in zip(mount.labels, mount.positions_m, strict=True)
-    ]
-    write_csv(path, rows)
+    places = np.tile(MOUNT_M, (len(labels) // len(MOUNT_M), 1)).tolist()
+    rows = zip(labels, *zip(*places, strict=True), strict=True)
+    write_csv(path, [dict(zip(("label", "x_m", "y_m", "z_m"), row, strict=True)) for row in rows])

@@ -17,8 +17,14 @@ from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import PoseEstimate, Pulses
 from mocap_metrology.lighthouse.rotation import from_angles
-from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate, truth_json, write_dump
+from mocap_metrology.lighthouse.simulate.recording import (
+    Made,
+    simulate,
+    simulate_mounts,
+    truth_json,
+    write_dump,
+    write_mounts,
+)
 
 HEADER = [
     *("calibration", "setup", "group", "path", "format", "board", "factory", "sha256"),

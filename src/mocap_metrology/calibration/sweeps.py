@@ -30,14 +30,13 @@ from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
 from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Inertial, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
-from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.network_twin import (
     NetworkTwin,
     simulate_network,
     truth_json,
 )
-from mocap_metrology.lighthouse.simulate.recording import sensed
+from mocap_metrology.lighthouse.simulate.recording import sensed, simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
 

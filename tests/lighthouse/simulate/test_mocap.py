@@ -4,7 +4,7 @@ import numpy as np
 from mocap_workflow.calibration_twins import twin_from_mapping
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.simulate.mocap import MOUNT_M, simulate_mounts, write_mounts
+from mocap_metrology.lighthouse.simulate.recording import MOUNT_M, simulate_mounts, write_mounts
 
 TWIN = {
     "seed": 21,

@@ -193,20 +193,10 @@ def _of_others(
 
 def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
     """`CalibrationSettings` of the section lighthouse."""
-    lasers = settings.lasers_mm
-    return CalibrationSettings(
-        estimators=settings.estimators,
-        optics=settings.optics,
-        simplex_optics=settings.simplex_optics,
-        reconstruction=settings.reconstruction,
-        lm_interpolation=settings.lm_interpolation,
-        lm_weights=settings.lm_weights,
-        start_distance_m=settings.start_distance_m,
-        lasers_m=None if lasers is None else 1e-3 * np.reshape(lasers, (2, 2, 3)),
-        variant=settings.variant,
-        pnp_method=settings.pnp_method,
-        priors=priors_of(settings),
-    )
+    own = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
+    if settings.lasers_mm is not None:
+        own["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
+    return CalibrationSettings(**own, priors=priors_of(settings))
 
 
 def sensors_of(

@@ -23,7 +23,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
-from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch
+from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch, nearest
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
     _information,
     by_gauss_newton,
@@ -106,8 +106,7 @@ def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) ->
 
 def _nearest(time_s: np.ndarray, other_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Index of the nearest of `other_s` to each time, and whether it is the same moment."""
-    after = np.clip(np.searchsorted(other_s, time_s), 1, other_s.size - 1)
-    near = after - (time_s - other_s[after - 1] < other_s[after] - time_s)
+    near = nearest(time_s, other_s)
     return near, np.abs(other_s[near] - time_s) <= PAIR_S
 
 

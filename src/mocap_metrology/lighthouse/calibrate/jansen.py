@@ -95,37 +95,21 @@ def calibrate(
             )
 
     def by_optics(name: str) -> Calibration:
-        try:
-            return of_optics(name)
-        except np.linalg.LinAlgError as error:
-            return Calibration(why=[f"{name} optics: the hits do not determine a pose ({error})"])
-
-    def of_optics(name: str) -> Calibration:
         if name == "factory" and any(factory is None for factory in factories):
             why = "factory optics omitted: factory values of both stations are needed"
             return Calibration(why=[why])
         if name == ESTIMATED and "factory" in settings.optics and None not in factories:
             return Calibration()  # these values are better known
         auto = name == "factory" and settings.variant == variants.AUTO
-        variant = variants.FALLBACK if auto else settings.variant
-        own = _Optics(
-            Scene(
-                hits,
-                board,
-                name,
-                factories,
-                settings.lasers_m,
-                variant,
-                settings.priors,
-                sensors=sensors or Sensors(),
-            ),
-            measured,
-            smooth,
-        )
-        ways: list[variants.Weighed] = []
-        if auto:
-            own, ways = _best(own, BATCH in settings.estimators)
-        return _by_optics(Calibration(variants=ways), own, settings, report)
+        how = settings.lasers_m, variants.FALLBACK if auto else settings.variant, settings.priors
+        scene = Scene(hits, board, name, factories, *how, sensors=sensors or Sensors())
+        try:
+            own, ways = _Optics(scene, measured, smooth), list[variants.Weighed]()
+            if auto:
+                own, ways = _best(own, BATCH in settings.estimators)
+            return _by_optics(Calibration(variants=ways), own, settings, report)
+        except np.linalg.LinAlgError as error:
+            return Calibration(why=[f"{name} optics: the hits do not determine a pose ({error})"])
 
     found = _joined(over(by_optics, settings.optics))
     ways, known = found.variants, found.joints.get("factory")

@@ -25,7 +25,7 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.parts import SPLITS
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
-from mocap_metrology.lighthouse.calibrate.superpose import at_times, blocks_of, jackknife
+from mocap_metrology.lighthouse.calibrate.superpose import at_times, blocks_of, jackknife, nearest
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
     Given,
     damped_step,
@@ -79,10 +79,7 @@ def evidence(
 ) -> Evidence:
     """Evidence of a path at the times of `own`; its information is that of the nearest of the
     master's measurements, which has as many diodes as another. rotors: of master and slave."""
-    nearest = np.searchsorted(master.time_s, path.time_s)
-    nearest = np.clip(nearest, 1, len(master) - 1)
-    earlier = path.time_s - master.time_s[nearest - 1] < master.time_s[nearest] - path.time_s
-    seen = master.seen[nearest - earlier]
+    seen = master.seen[nearest(path.time_s, master.time_s)]
     board = np.ascontiguousarray(board)
     known = _information(path.R, path.t_m, seen, board, rotors[MASTER])
     return Evidence(path, own.angles_rad, known, board, rotors[SLAVE])

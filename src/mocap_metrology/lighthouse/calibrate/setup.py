@@ -72,11 +72,10 @@ def calibrate_stations(
     names = [station.role for station in stations]
     factories = [station.factory for station in stations]
     generation = stations[0].generation
-    variant = FALLBACK if settings.variant == AUTO else settings.variant
-    how = factories, None, variant, settings.priors
-    every = Scene(hits, board, "factory", *how, generation=generation, names=names)
+    how = None, FALLBACK if settings.variant == AUTO else settings.variant, settings.priors
+    optics = optics_for(settings.optics, factories)
+    every = Scene(hits, board, optics, factories, *how, generation=generation, names=names)
     every = replace(every, sensors=sensors or Sensors())
-    every = replace(every, optics=optics_for(settings.optics, factories))
     began = time.perf_counter()
     seen = look(every)
     shared = shared_moments(seen)

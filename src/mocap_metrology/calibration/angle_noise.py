@@ -23,7 +23,7 @@ import numpy as np
 from mocap_metrology import settings as of
 from mocap_metrology.common.files import Metadata, read_table, versions, write_table
 from mocap_metrology.common.types import Columns, Floats, Row
-from mocap_metrology.lighthouse.records import AXES, ROLES, Hits, hits_of
+from mocap_metrology.lighthouse.records import AXES, PLANES, ROLES, Hits, hits_of
 from mocap_metrology.lighthouse.timing import CYCLE_S
 from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve, interval
 from mocap_metrology.noise.allan.variance import averaging_factors
@@ -31,7 +31,6 @@ from mocap_metrology.noise.series import ALLAN, allan_columns, joined
 
 MOVED = "the board moved: its angles show motion, not noise"
 UNKNOWN = "no pose of the board: whether it was at rest is not known"
-PLANES = ("plane0", "plane1")
 SWEEP_CYCLES = 4  # between sweeps of one axis of one of two stations
 FEWEST_SWEEPS = 30
 LEAST_SEEN = 0.5  # of the sweeps, by a diode that counts

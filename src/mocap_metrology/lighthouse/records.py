@@ -14,6 +14,7 @@ import numpy as np
 MASTER, SLAVE = 0, 1
 ROLES = ("master", "slave")
 AXES = ("azimuth", "elevation")
+PLANES = ("plane0", "plane1")  # in place of the axes, of generation 2
 
 
 @dataclass(frozen=True)

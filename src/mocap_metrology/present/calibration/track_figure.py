@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocap_metrology.calibration.angle_noise import PLANES
 from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse.assess.calibration_files import (
     Columns,
@@ -13,7 +12,7 @@ from mocap_metrology.lighthouse.assess.calibration_files import (
     lengths,
     settled,
 )
-from mocap_metrology.lighthouse.records import AXES, ROLES
+from mocap_metrology.lighthouse.records import AXES, PLANES, ROLES
 from mocap_metrology.present.calibration.stations import ALL_COLOURS, COLOURS, NAMES
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits

@@ -130,7 +130,7 @@ class Sensed:
 @dataclass
 class Recording:
     """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad; its
-    sensors, where it has any; share, tau_rad: as `share.shares`."""
+    sensors, where it has any; share, tau_rad: as `shares`."""
 
     sweeps: Sweeps
     trajectory: Trajectory
@@ -203,7 +203,7 @@ class Recording:
         alone = self.residual - own.offset[self.sweeps.sweep]
         at = self.seen, self.trajectory, state
         self.share, self.tau_rad, hit = shares(*at, alone, own.hit, self.noise.hit)
-        self.noise = replace(self.noise, hit=hit)
+        self.noise = self.noise._replace(hit=hit)
 
     def total_weight(self) -> Floats:
         """Of each hit, with that of its sweep."""

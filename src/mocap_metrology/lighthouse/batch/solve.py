@@ -238,7 +238,7 @@ def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
     few beside it and count as known. r of a sweep is divided by its weight in `Sums.held`; as much
     of its offset as this leaves open counts as an unknown. The offset of a sweep that lost most of
     its weight is one more unknown, with r infinite and no term in the second sum: by the limited
-    loss of `view.robust` alone a few wrong sweeps make the noise of all larger. The ratio
+    loss of `view.weights` alone a few wrong sweeps make the noise of all larger. The ratio
     is found by bounded search; 0 is tried, too.
     """
     if sums.more is None:

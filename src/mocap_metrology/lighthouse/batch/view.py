@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,59 +59,62 @@ def without_offsets(
             g_inner[i] -= x * sum_residual[m]
 
 
-@njit
-def robust(
-    first: np.ndarray,
-    residual: np.ndarray,
-    sigma: float,
-    common: float,
-    limit: float,
-    share: np.ndarray,
-    weight: np.ndarray,
-    offset: np.ndarray,
-    held: np.ndarray,
-    cost: np.ndarray,
-) -> None:
-    """Weights of the hits, offsets of the sweeps with their weights, costs of sweeps, in place.
+class Noise(NamedTuple):
+    """Standard deviations in rad: of a hit alone, and of the offset that a sweep's hits share."""
 
-    With z = (e - offset) / sigma, a hit costs z^2 up to |z| = limit and limit^2 (1 + 2 ln(|z| /
-    limit)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,
-    (limit / z)^2 beyond. Cost and weight of a hit are times its share. So a sweep that is wrong as
-    a whole has an offset of its own, and determines nothing but differences of its hits. The offset
-    is the minimum for these weights, found by repetition from the median.
-    """
-    for m in range(first.size - 1):
+    hit: float
+    sweep: float
+
+
+class Weights(NamedTuple):
+    """Weight of each hit; offset in rad, the weight of what is known of it, and robust cost of
+    each sweep."""
+
+    hit: np.ndarray
+    offset: np.ndarray
+    held: np.ndarray
+    cost: np.ndarray
+
+
+@njit
+def _robust(first: np.ndarray, residual: np.ndarray, noise: Noise, share: np.ndarray) -> Weights:
+    sigma, common = noise
+    n = first.size - 1
+    found = Weights(np.empty(residual.size), np.empty(n), np.empty(n), np.empty(n))
+    weight = found.hit
+    for m in range(n):
         low, high = first[m], first[m + 1]
         b, v = 0.0, 1.0
         if common > 0:
             b = float(np.median(residual[low:high]))
-            v = _weight(b / common, limit)
+            v = _weight(b / common)
             b /= 1 + v * (sigma / common) ** 2 / np.sum(share[low:high])
         for _ in range(4 if common > 0 else 1):
-            v = _weight(b / common, limit) if common > 0 else 1.0
+            v = _weight(b / common) if common > 0 else 1.0
             up, down = 0.0, v * (sigma / common) ** 2 if common > 0 else 1.0
             for h in range(low, high):
-                weight[h] = share[h] * _weight((residual[h] - b) / sigma, limit)
+                weight[h] = share[h] * _weight((residual[h] - b) / sigma)
                 up += weight[h] * residual[h]
                 down += weight[h]
             if common > 0:
                 b = up / down
-        offset[m], held[m] = b, v
-        total = _loss(b / common, limit) if common > 0 else 0.0
+        found.offset[m], found.held[m] = b, v
+        total = _loss(b / common) if common > 0 else 0.0
         for h in range(low, high):
-            total += share[h] * _loss((residual[h] - b) / sigma, limit)
-        cost[m] = total
+            total += share[h] * _loss((residual[h] - b) / sigma)
+        found.cost[m] = total
+    return found
 
 
 @njit(inline="always")
-def _weight(z: float, limit: float) -> float:
-    return 1.0 if abs(z) <= limit else (limit / z) ** 2
+def _weight(z: float) -> float:
+    return 1.0 if abs(z) <= LIMIT else (LIMIT / z) ** 2
 
 
 @njit(inline="always")
-def _loss(z: float, limit: float) -> float:
+def _loss(z: float) -> float:
     z = abs(z)
-    return z * z if z <= limit else limit * limit * (1 + 2 * math.log(z / limit))
+    return z * z if z <= LIMIT else LIMIT * LIMIT * (1 + 2 * math.log(z / LIMIT))
 
 
 @njit
@@ -144,14 +148,6 @@ def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.n
                     for b in range(POSE):
                         r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
                         out[m, a, b] += w * Z[abs(r - c), min(r, c)]
-
-
-@dataclass(frozen=True)
-class Noise:
-    """Standard deviations in rad: of a hit alone, and of the offset that a sweep's hits share."""
-
-    hit: float
-    sweep: float
 
 
 @dataclass(frozen=True)
@@ -204,25 +200,16 @@ def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
     return kernel.predicted(seen.light, trajectory.control, state) - seen.sweeps.hits.angle_rad
 
 
-@dataclass(frozen=True)
-class Weights:
-    """Weight of each hit; offset in rad, the weight of what is known of it, and robust cost of
-    each sweep."""
-
-    hit: np.ndarray
-    offset: np.ndarray
-    held: np.ndarray
-    cost: np.ndarray
-
-
 def weights(
     seen: View, residual: np.ndarray, noise: Noise, share: np.ndarray | None = None
 ) -> Weights:
-    """Of hits by their residuals; share: of each as `share.shares`, 1 without it."""
-    n = seen.sweeps.first.size - 1
-    found = Weights(np.empty(residual.size), *np.empty((3, n)))
-    first, hit, sweep = seen.sweeps.first, noise.hit, noise.sweep
+    """Of hits by their residuals; share: of each as `recording.shares`, 1 without it.
+
+    With z = (e - offset) / sigma, a hit costs z^2 up to |z| = `LIMIT` and LIMIT^2 (1 + 2 ln(|z| /
+    LIMIT)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,
+    (LIMIT / z)^2 beyond. Cost and weight of a hit are times its share. So a sweep that is wrong as
+    a whole has an offset of its own, and determines nothing but differences of its hits. The offset
+    is the minimum for these weights, found by repetition from the median.
+    """
     share = np.ones(residual.size) if share is None else share
-    of_sweep = found.offset, found.held, found.cost
-    robust(first, residual, hit, sweep, LIMIT, share, found.hit, *of_sweep)
-    return found
+    return _robust(seen.sweeps.first, residual, noise, share)

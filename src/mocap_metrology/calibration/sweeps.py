@@ -23,8 +23,8 @@ from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.board import COLUMNS, NORMALS, read_board, read_normals
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light, dropped_share
-from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, stations_to_json
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.wander import TurnClock
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length

@@ -20,7 +20,7 @@ from mocap_metrology.lighthouse.calibrate.network import islands, look, shared_m
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import decode_light
-from mocap_metrology.lighthouse.decode.clean import Cleaning
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.wander import TurnClock, Wander
 from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.simulate.motion import facing_to

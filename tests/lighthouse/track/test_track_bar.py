@@ -10,7 +10,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode_light
-from mocap_metrology.lighthouse.decode.clean import Cleaning
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.simulate.turns import (
     MadeTurns,

@@ -12,16 +12,12 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles, read_counts
-from mocap_metrology.lighthouse.decode.clean import (
-    RESOLUTION_RAD,
-    Cleaning,
-    clean_hits,
-    clean_turn_hits,
-)
+from mocap_metrology.lighthouse.decode.clean import RESOLUTION_RAD, clean_hits, clean_turn_hits
 from mocap_metrology.lighthouse.decode.crazyflie import read_log, read_uart
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
 from mocap_metrology.lighthouse.decode.sweeps import find_hits

@@ -18,8 +18,9 @@ from matplotlib.axes import Axes
 
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint
+from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import (
     INK,

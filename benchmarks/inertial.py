@@ -32,11 +32,11 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, joint
+from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import decode
-from mocap_metrology.lighthouse.simulate.inertial import sensed
-from mocap_metrology.lighthouse.simulate.recording import Made, up_of
+from mocap_metrology.lighthouse.simulate.recording import Made, sensed, up_of
 from mocap_metrology.lighthouse.simulate.twin import InertialTwin
 
 SENSORS = InertialTwin(place_m=(0.0, 0.02, 0.01))

@@ -35,7 +35,8 @@ from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors, layout
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, joint
+from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.setup import by_setup
 from mocap_metrology.lighthouse.calibrate.variants import AUTO
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode

@@ -25,7 +25,8 @@ import yaml
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate import jansen
-from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
+from mocap_metrology.lighthouse.calibrate.batch import by_batch
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.fit import simplex
 from mocap_metrology.lighthouse.fit.board_pose import START_M, first_guesses
@@ -106,7 +107,10 @@ def simplex_beside_scipy(n: int = 10) -> tuple[float, float, float]:
 
     def ours() -> list[np.ndarray]:
         pairs = zip(starts, seen, strict=True)
-        return [simplex.search(x, BOARD, board, m, ideal)[0] for x, m in pairs]
+        return [
+            simplex.nelder_mead(x, simplex.seen_at(BOARD, board, m, ideal), simplex.MATLAB)[0]
+            for x, m in pairs
+        ]
 
     options = {"xatol": 1e-4, "fatol": 1e-4, "maxfev": 1200, "maxiter": 1200}
 

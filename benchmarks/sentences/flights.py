@@ -29,8 +29,8 @@ from benchmarks.sentences.stations import Row, _off
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.known_length import KnownLength, Place
 from mocap_metrology.lighthouse.records import Hits

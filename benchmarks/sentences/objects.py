@@ -17,8 +17,7 @@ from scipy.stats import kstest
 
 from benchmarks.moved_stations import Setup
 from benchmarks.sentences.stations import Row
-from mocap_metrology.lighthouse.assess.objects import APART_P, with_objects
-from mocap_metrology.lighthouse.assess.summary import Summary, summary
+from mocap_metrology.lighthouse.assess.summary import APART_P, Summary, summary, with_objects
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits

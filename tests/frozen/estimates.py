@@ -14,8 +14,9 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
-from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch, details_of, joint
+from mocap_metrology.lighthouse.calibrate.batch import by_batch, details_of, joint
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, reconstruct
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotor import rotor_parameters

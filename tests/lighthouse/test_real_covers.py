@@ -11,14 +11,14 @@ import pytest
 
 from mocap_metrology.lighthouse.assess.comparison import compare_with_earlier
 from mocap_metrology.lighthouse.assess.fit_checks import Case
-from mocap_metrology.lighthouse.assess.objects import with_objects
-from mocap_metrology.lighthouse.assess.summary import Summary, summary
+from mocap_metrology.lighthouse.assess.summary import Summary, summary, with_objects
 from mocap_metrology.lighthouse.batch import problem
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import COVER_M, Priors, by_sweep
 from mocap_metrology.lighthouse.batch.view import residuals, view
-from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, joint
+from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Hits

@@ -8,8 +8,7 @@ import pytest
 from mocap_metrology.lighthouse.assess.rows import track_row
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import exp
-from mocap_metrology.lighthouse.track.receiver import Track, columns
-from mocap_metrology.lighthouse.track.spread import Spread
+from mocap_metrology.lighthouse.track.receiver import Spread, Track, columns
 from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.tables import markdown

@@ -5,14 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.calibration.angle_noise import MOVED, UNKNOWN, write_angle_noise
+from mocap_metrology.calibration.angle_noise import MOVED, UNKNOWN, still_angles, write_angle_noise
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.assess.rows import ANGLE_HEAD, angle_rows
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
-from mocap_metrology.lighthouse.still_angles import still_angles
 from mocap_metrology.settings import Allan
 
 COMMON, INDEPENDENT, SECONDS = 53e-6, 30e-6, 30.0

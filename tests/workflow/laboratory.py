@@ -17,8 +17,14 @@ from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import PoseEstimate, Pulses
 from mocap_metrology.lighthouse.rotation import from_angles
-from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate, truth_json, write_dump
+from mocap_metrology.lighthouse.simulate.recording import (
+    Made,
+    simulate,
+    simulate_mounts,
+    truth_json,
+    write_dump,
+    write_mounts,
+)
 
 HEADER = [
     *("calibration", "setup", "group", "path", "format", "board", "factory", "sha256"),
@@ -90,7 +96,7 @@ def write_laboratory(folder: Path, recording: Made) -> None:
     seen, truth = simulate_mounts(recording.twin, 77), recording.truth
     frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
     write_c3d(folder / "lab.c3d", seen.labels, seen.rate_hz, [frames], len(frames))
-    write_mounts(folder / "mount.csv", seen.mounts)
+    write_mounts(folder / "mount.csv", seen.labels)
     write_json(folder / "truth.json", truth_json(recording))
     stranger = truth_json(recording) | {"stations": {"master": 7, "slave": 8}}
     write_json(folder / "stranger.json", stranger)

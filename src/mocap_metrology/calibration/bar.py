@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,35 +18,20 @@ from mocap_metrology.accuracy.bar_rows import bar_rows
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of
 from mocap_metrology.calibration.receiver import stated
-from mocap_metrology.calibration.sweeps import Entry, Paths, decoded, recorded
-from mocap_metrology.calibration.track import scene_before, stations_used
+from mocap_metrology.calibration.sweeps import Entry, Paths, Recorded, decoded, recorded
+from mocap_metrology.calibration.track import Sight, scene_before, stations_used
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.labels import pair_of
-from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile, is_network, read_pose_json
-from mocap_metrology.lighthouse.decode.objects import TrackedObject, tracked_objects
-from mocap_metrology.lighthouse.records import Hits, Inertial, Station
+from mocap_metrology.lighthouse.decode.libsurvive import TrackedObject, tracked_objects
 from mocap_metrology.lighthouse.track.bar import Heads, Object, heads
 from mocap_metrology.lighthouse.track.receiver import STEP_S
 from mocap_metrology.present.accuracy.bar import bar_document
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.settings import Bar as Limits
 from mocap_metrology.settings import Lighthouse
-
-
-@dataclass(frozen=True)
-class _Seen:
-    """Light on one object, and where that was recorded; host_s: as of `Object`."""
-
-    hits: Hits
-    stations: Sequence[Station]
-    board: np.ndarray
-    normals: np.ndarray | None
-    inertial: Inertial | None
-    host_s: float
-    sha256: str | None = None
 
 
 def bar(
@@ -95,7 +80,7 @@ def _judged(
     board = own.get(_board(entry))
     if sum(ends[label][1] is board for label in pair) != 1:
         raise Refusal(f"bar is {asked.bar}; expected the board {_board(entry)} and another object")
-    first, objects = _of_tables(given), []
+    first, objects = recorded(given), []
     for label in pair:
         row, found = ends[label]
         is_own, seen = found is board, first
@@ -123,32 +108,23 @@ def _by_labels(entry: Entry, dump: str) -> dict[str, TrackedObject]:
     return {one.name: one for one in found} | {one.serial: one for one in found if one.serial}
 
 
-def _of_tables(given: Paths) -> _Seen:
-    read = recorded(given)
-    inertial = records.inertial_of(files.read_table(given["inertial"])[0])
-    host_s = read.origin.get("host_s", math.nan)
-    own = read.hits, read.stations, read.board, read.normals
-    return _Seen(*own, inertial, host_s, read.origin["sha256"])
-
-
-def _of_other_row(given: Paths, first: _Seen) -> _Seen:
+def _of_other_row(given: Paths, first: Recorded) -> Recorded:
     """The computer's times of two files are of one clock only where these are the same."""
     start = "other_"
-    seen = _of_tables({k.removeprefix(start): v for k, v in given.items() if k.startswith(start)})
-    same = seen.sha256 is not None and seen.sha256 == first.sha256
-    return seen if same else replace(seen, host_s=math.nan)
+    seen = recorded({k.removeprefix(start): v for k, v in given.items() if k.startswith(start)})
+    same = seen.origin["sha256"] is not None and seen.origin["sha256"] == first.origin["sha256"]
+    return seen if same else replace(seen, origin=seen.origin | {"host_s": None})
 
 
-def _of_recording(entry: Entry, given: Paths, settings: Lighthouse) -> _Seen:
+def _of_recording(entry: Entry, given: Paths, settings: Lighthouse) -> Recorded:
     found = decoded(entry, given, settings)
-    inertial = found.pulses.inertial if found.pulses else None
-    host_s = math.nan if found.host_s is None else found.host_s
-    return _Seen(found.hits, found.stations, found.board, found.normals, inertial, host_s)
+    inertial, origin = found.pulses.inertial if found.pulses else None, {"host_s": found.host_s}
+    return Recorded(found.hits, found.stations, found.board, found.normals, origin, inertial)
 
 
 def _object(
-    seen: _Seen,
-    first: _Seen,
+    seen: Recorded,
+    first: Recorded,
     found: TrackedObject,
     used: PoseFile,
     is_own: bool,
@@ -156,15 +132,12 @@ def _object(
 ) -> Object:
     """first: the board of the row, whose factory values the calibration has used."""
     known = {station.role: station.factory for station in first.stations}
-    factories = [known.get(one.role) or one.factory for one in seen.stations]
-    sensors = sensors_of(settings, seen.stations, None)
-    inertial = seen.inertial if settings.inertial else None
-    sensors = replace(sensors, inertial=inertial, normals=seen.normals)
-    recorded = seen.hits, seen.board, factories
-    names = [one.role for one in seen.stations]
-    how = calibration_settings(settings)
-    scene, calibrated = scene_before(used, is_own, recorded, how, sensors, names)
-    return Object(scene, calibrated, (found.R, found.t_m), seen.host_s)
+    stations = [replace(s, factory=known.get(s.role) or s.factory) for s in seen.stations]
+    sensors = sensors_of(settings, stations, seen.inertial, normals=seen.normals)
+    sight = Sight(replace(seen, stations=stations), calibration_settings(settings), sensors)
+    scene, calibrated = scene_before(used, is_own, sight)
+    host_s = seen.origin.get("host_s")
+    return Object(scene, calibrated, (found.R, found.t_m), math.nan if host_s is None else host_s)
 
 
 def _document(

@@ -19,7 +19,7 @@ from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.exports import frame_of, write_exports
 from mocap_metrology.calibration.sweeps import Entry, Paths
 from mocap_metrology.calibration.tables import DECODED, TABLES, TWIN
-from mocap_metrology.calibration.track import write_track
+from mocap_metrology.calibration.track import Sight, write_track
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.common.parallel import Over, in_turn
@@ -33,20 +33,20 @@ from mocap_metrology.lighthouse.assess.network_reference import (
     NetworkReference,
     network_reference,
 )
-from mocap_metrology.lighthouse.assess.objects import with_objects
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
-from mocap_metrology.lighthouse.assess.summary import refused, summary
+from mocap_metrology.lighthouse.assess.summary import refused, summary, with_objects
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
+from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, Inertial, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
-from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
+from mocap_metrology.lighthouse.simulate.recording import sensed
 from mocap_metrology.present.text.calibration import pose_document, reason
 from mocap_metrology.settings import Allan, Lighthouse
 
@@ -153,8 +153,8 @@ def write_poses(
     origin["versions"] = files.versions("numpy", "scipy", "numba")
     files.write_table(paths["poses"], records.pose_columns(found.paths), origin)
     earlier = given.get("tracked_with")
-    given_to = read.seen, how, origin, sensors, read.names
-    write_track(paths["track"], entry, found, result.document, earlier, *given_to)
+    sight = Sight(read, how, sensors)
+    write_track(paths["track"], entry, found, result.document, earlier, sight, origin)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, paths)
     document |= {"world": world, "origin": origin}
     files.write_json(paths["pose"], document)
@@ -164,7 +164,7 @@ def write_poses(
 def _sensors(entry: Entry, settings: Lighthouse, given: Paths, read: sweeps.Recorded) -> Sensors:
     """What else a calibration uses."""
     lengths = sweeps.lengths_of(entry, given.get("points"), len(read.board), read.names)
-    how = given.get("inertial"), lengths, read.normals, read.clocks
+    how = read.inertial, lengths, read.normals, read.clocks
     return sensors_of(settings, read.stations, *how)
 
 
@@ -193,39 +193,26 @@ def _of_others(
 
 def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
     """`CalibrationSettings` of the section lighthouse."""
-    lasers = settings.lasers_mm
-    return CalibrationSettings(
-        estimators=settings.estimators,
-        optics=settings.optics,
-        simplex_optics=settings.simplex_optics,
-        reconstruction=settings.reconstruction,
-        lm_interpolation=settings.lm_interpolation,
-        lm_weights=settings.lm_weights,
-        start_distance_m=settings.start_distance_m,
-        lasers_m=None if lasers is None else 1e-3 * np.reshape(lasers, (2, 2, 3)),
-        variant=settings.variant,
-        pnp_method=settings.pnp_method,
-        priors=priors_of(settings),
-    )
+    own = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
+    if settings.lasers_mm is not None:
+        own["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
+    return CalibrationSettings(**own, priors=priors_of(settings))
 
 
 def sensors_of(
     settings: Lighthouse,
     stations: Sequence[Station],
-    inertial: str | None,
+    inertial: Inertial | None = None,
     lengths: tuple[KnownLength, ...] = (),
     normals: np.ndarray | None = None,
     clocks: tuple[Clock | None, ...] = (),
 ) -> Sensors:
-    """What a calibration uses besides hits, by the settings; inertial: path of inertial.parquet;
-    lengths, normals, clocks: as of `Sensors`."""
-    series = ups = None
-    if settings.inertial and inertial is not None:
-        series = records.inertial_of(files.read_table(inertial)[0])
+    """What a calibration uses besides hits, by the settings; the others as of `Sensors`."""
+    ups = None
     if settings.gravity:
         unknown = np.full(3, np.nan)
         ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
-    return Sensors(series, ups, lengths, normals, clocks)
+    return Sensors(inertial if settings.inertial else None, ups, lengths, normals, clocks)
 
 
 def priors_of(settings: Lighthouse) -> Priors:
@@ -290,24 +277,23 @@ def _taken(found: Calibration, document: PoseFile) -> dict[str, PoseEstimate]:
 
 
 def warm_up() -> None:
-    """Compile the kernels of `batch` and of the sensors, with what a calibration gives them."""
-    master = twins.StationTwin(id=1, mode="b")
+    """Compile all kernels of the first generation, with what a calibration gives them."""
+    master = twins.StationTwin(id=1, mode="b", factory=twins.FactoryValues(phase=(0.001, 0.001)))
     slave = twins.StationTwin(id=2, mode="c", position_m=(0.0, 1.0, 0.0))
-    motion = twins.MotionTwin(centre_m=(3.0, 0.5, 0.0))
     twin = twins.LighthouseTwin(
         seed=0,
         master=master,
         slave=slave,
-        motion=motion,
+        motion=twins.MotionTwin(centre_m=(3.0, 0.5, 0.0)),
         inertial=twins.InertialTwin(),
         board=twins.BoardTwin(columns=3, rows=2),
-        duration_s=0.6,
+        duration_s=1.0,
         independent_urad=50.0,
     )
     made = simulated.simulate(twin)
-    rng = np.random.default_rng(0)
-    series = sensed(
-        made.truth.motion, simulated.up_of(twin), twins.InertialTwin(), twin.duration_s, rng
-    )
-    how = "ideal", [None, None], None, "crazyflie", Priors()
-    by_batch(Scene(made.hits, made.truth.board, *how, sensors=Sensors(series)))
+    up, rng = simulated.up_of(twin), np.random.default_rng(0)
+    series = sensed(made.truth.motion, up, twins.InertialTwin(), twin.duration_s, rng)
+    hits, _ = clean_hits(made.hits, made.truth.board)
+    factories = [station.factory for station in made.truth.stations]
+    how = CalibrationSettings(("batch", "paper", "paper-lm", "geometric"), ("factory", "ideal"))
+    calibrate(hits, made.truth.board, factories, how, sensors=Sensors(series))

@@ -13,7 +13,7 @@ import numpy as np
 
 from mocap_metrology.calibration.pose import calibration_settings, captured, sensors_of
 from mocap_metrology.calibration.sweeps import Entry, Paths, recorded
-from mocap_metrology.calibration.track import scene_before, stations_used
+from mocap_metrology.calibration.track import Sight, scene_before, stations_used
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats, Row
@@ -120,9 +120,9 @@ def _scene(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Scene, Cal
     """The light on the receiver, and the stations as the row tracks with them."""
     read, own = recorded(given), read_pose_json(given["pose"])
     used = stations_used(entry, own, given.get("tracked_with"))
-    sensors = sensors_of(settings, read.stations, None, normals=read.normals)
-    how = calibration_settings(settings), sensors, read.names
-    scene, known = scene_before(used, used is own, read.seen, *how)
+    sensors = sensors_of(settings, read.stations, normals=read.normals)
+    sight = Sight(read, calibration_settings(settings), sensors)
+    scene, known = scene_before(used, used is own, sight)
     if scene.optics == ESTIMATED:
         raise Refusal("the rotors of these stations were estimated; expected factory values")
     return scene, known

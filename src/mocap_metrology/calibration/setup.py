@@ -14,13 +14,13 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import versions, write_json
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
-from mocap_metrology.lighthouse.assess.same_stations import same_stations
+from mocap_metrology.lighthouse.assess.reference import check_same_ids
 from mocap_metrology.lighthouse.assess.summary import refused, summary
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration
+from mocap_metrology.lighthouse.calibrate.scene import Scene, optics_for
 from mocap_metrology.lighthouse.calibrate.setup import by_setup
 from mocap_metrology.lighthouse.calibrate.static import median_angles
-from mocap_metrology.lighthouse.records import ROLES, SLAVE, Hits, Measurements, Station
+from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE, Hits, Measurements, Station
 from mocap_metrology.present.text.calibration import pose_document
 from mocap_metrology.settings import Lighthouse
 
@@ -42,7 +42,7 @@ class Member:
 def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, output: str) -> Row:
     """Poses from all recordings of a setup, with what each says of the others."""
     stations: list[Station] = []
-    every = {one.name: recorded(vars(one)) for one in members}
+    every = {one.name: recorded({k: v for k, v in vars(one).items() if v}) for one in members}
     try:
         stations, places = same_stations({name: own.stations for name, own in every.items()})
         hits = {name: _renamed(own.hits, places[name]) for name, own in every.items()}
@@ -101,14 +101,14 @@ def _scenes(
     """What `by_setup` is given."""
     how = calibration_settings(settings)
     factories = [station.factory for station in stations]
-    known = "factory" in how.optics and None not in factories
-    optics = "factory" if known else ESTIMATED if ESTIMATED in how.optics else "ideal"
+    optics = optics_for(how.optics, factories)
     generation, names = stations[0].generation, [station.role for station in stations]
     scenes, still = {}, {}
     for one in members:
-        own, board = hits[one.name], every[one.name].board
-        more = sensors_of(settings, stations, one.inertial, normals=every[one.name].normals)
-        clocks = dict(zip(every[one.name].names, every[one.name].clocks, strict=False))
+        own, read = hits[one.name], every[one.name]
+        board = read.board
+        more = sensors_of(settings, stations, read.inertial, normals=read.normals)
+        clocks = dict(zip(read.names, read.clocks, strict=False))
         more = replace(more, clocks=tuple(map(clocks.get, names)))
         lasers = how.lasers_m if generation == 1 else None
         scene = Scene(own, board, optics, factories, lasers, how.variant, how.priors, sensors=more)
@@ -123,3 +123,74 @@ def _objects(scenes: Mapping[str, Scene], files: Mapping[str, str | None]) -> di
     files: SHA-256 of the recordings."""
     seen = [(files[name], own.board.tobytes()) for name, own in scenes.items() if files[name]]
     return {name: name for name in scenes} if len(set(seen)) < len(seen) else None
+
+
+def same_stations(
+    every: Mapping[str, Sequence[Station]],
+) -> tuple[list[Station], dict[str, list[int]]]:
+    """Stations of all recordings, with what any recording tells of them, and the places in this
+    list of those of each: by id, by channel where that is unknown.
+
+    Of the first generation master and slave. Of the second by rising channel, that of the first
+    recording that has the station. Raises `Refusal` where the recordings are of other stations or
+    of both generations, or where a channel is of two stations.
+    """
+    if len({one.generation for own in every.values() for one in own}) > 1:
+        raise Refusal("recordings of stations of both generations; expected those of one")
+    first, *others = every
+    if every[first][0].generation == 1:
+        for name in others:
+            theirs, its = ((own[MASTER].id, own[SLAVE].id) for own in (every[name], every[first]))
+            check_same_ids(theirs, its, name, first)
+        both = [_best([own[k] for own in every.values()]) for k in (MASTER, SLAVE)]
+        return both, {name: [MASTER, SLAVE] for name in every}
+    found = _of_channels(every)
+    order = sorted(range(len(found)), key=lambda k: found[k][0].channel or 0)
+    places = {}
+    for name, own in every.items():
+        rank = [next(k for k, same in enumerate(found) if one in _ids(same)) for one in _ids(own)]
+        places[name] = [order.index(k) for k in rank]
+        if len(set(places[name])) < len(own):
+            raise Refusal(f"{name}: two of its stations are one in the other recordings")
+    return [_best(found[k]) for k in order], places
+
+
+def _of_channels(every: Mapping[str, Sequence[Station]]) -> list[list[Station]]:
+    """Stations of the second generation as each recording tells them, those that are one together;
+    the first of these names it."""
+    found: list[list[Station]] = []
+    told = [(name, one) for name, own in every.items() for one in own]
+    named: dict[int | None, str] = {}
+    for name, one in sorted(told, key=lambda pair: pair[1].id is None):
+        if one.id is None:
+            same = [own for own in found if any(one.channel == other.channel for other in own)]
+        else:
+            same = [own for own in found if own[0].id == one.id]
+        if len(same) > 1:
+            ids = " and ".join(str(own[0].id) for own in same)
+            raise Refusal(f"{name}: station {one.role} has no id, and {ids} have that channel")
+        if same:
+            same[0].append(one)
+            continue
+        if one.channel in named:
+            other = next(own[0].id for own in found if own[0].channel == one.channel)
+            raise Refusal(
+                f"station {one.role} is {one.id} in {name} and {other} in {named[one.channel]};"
+                " expected one station a channel"
+            )
+        found.append([one])
+        named[one.channel] = name
+    return found
+
+
+def _ids(stations: Sequence[Station]) -> list[int]:
+    """By which these very entries are told from equal ones."""
+    return [id(one) for one in stations]
+
+
+def _best(told: Sequence[Station]) -> Station:
+    """A station as one recording tells it, with factory values if any does, named as by the first;
+    its id, too, where another one tells it."""
+    best = next((one for one in told if one.factory is not None), told[0])
+    uid = next((one.id for one in told if one.id is not None), None)
+    return replace(best, role=told[0].role, channel=told[0].channel, id=best.id or uid)

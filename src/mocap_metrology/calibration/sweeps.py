@@ -11,47 +11,37 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypedDict
 
 import numpy as np
 
 from mocap_metrology.calibration.tables import DECODED
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.board import COLUMNS, NORMALS, read_board, read_normals
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light, dropped_share
-from mocap_metrology.lighthouse.decode.clean import Cleaning
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, stations_to_json
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.wander import TurnClock
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.known_length import KnownLength, known_length
-from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Station
+from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Inertial, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
-from mocap_metrology.lighthouse.simulate.inertial import sensed
-from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.network_twin import (
     NetworkTwin,
     simulate_network,
     truth_json,
 )
+from mocap_metrology.lighthouse.simulate.recording import sensed, simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
 
 log = logging.getLogger(__name__)
 Paths = Mapping[str, str]
-
-
-class Check(TypedDict):
-    """Contents of check.json."""
-
-    ok: bool
-    why: str
-    warnings: list[str]
-    notes: list[str]
 
 
 @dataclass(frozen=True)
@@ -94,7 +84,7 @@ def _cleaning(settings: Lighthouse) -> Cleaning:
     )
 
 
-def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Check, Decoded]:
+def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Row, Decoded]:
     """Contents of check.json, and the decoded recording; raises `Refusal` for one that cannot be
     used, and for such points in the room, where they are given."""
     if entry.sha256 and (found := files.sha256(str(entry.path))) != entry.sha256:
@@ -128,7 +118,7 @@ def lengths_of(
     return (known_length(entry.known_length, n_diodes, places, names),)
 
 
-def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Check:
+def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Row:
     """Check and decode a recording: check.json and `DECODED`. Raises `Refusal` for one that cannot
     be used; then nothing has been written."""
     check, recording = checked(entry, given, settings)
@@ -191,13 +181,14 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
 @dataclass(frozen=True)
 class Recorded:
     """A decoded recording, read again: clean hits, board (n, 3) in m, directions of its diodes
-    where they are known; origin: metadata of the hits."""
+    where they are known; origin: metadata of the hits; sensors of the board."""
 
     hits: Hits
     stations: list[Station]
     board: np.ndarray
     normals: np.ndarray | None
     origin: files.Metadata
+    inertial: Inertial | None = None
 
     @property
     def names(self) -> list[str]:
@@ -221,11 +212,14 @@ class Recorded:
 
 
 def recorded(given: Paths) -> Recorded:
-    """`given` are named sweeps, stations, board."""
+    """`given` are named sweeps, stations, board, inertial (if any)."""
     columns, origin = files.read_table(given["sweeps"])
     stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
     board, normals = read_board(given["board"]), read_normals(given["board"])
-    return Recorded(records.hits_of(columns), stations, board, normals, origin)
+    inertial = None
+    if (path := given.get("inertial")) is not None:
+        inertial = records.inertial_of(files.read_table(path)[0])
+    return Recorded(records.hits_of(columns), stations, board, normals, origin, inertial)
 
 
 def write_board(path: str, board: np.ndarray, normals: np.ndarray | None = None) -> None:
@@ -246,7 +240,7 @@ def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
     seen = simulate_mounts(twin, seed)
     frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
     write_c3d(paths["reference"], seen.labels, seen.rate_hz, [frames], len(frames))
-    write_mounts(paths["mount"], seen.mounts)
+    write_mounts(paths["mount"], seen.labels)
     write_board(paths["twin_board"], made.truth.board)
     files.write_json(paths["truth"], simulated.truth_json(made))
     simulated.write_dump(paths["dump"], made.pulses)

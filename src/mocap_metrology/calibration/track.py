@@ -3,63 +3,57 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from mocap_metrology.calibration.sweeps import Entry
+from mocap_metrology.calibration.sweeps import Entry, Recorded
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import Metadata
-from mocap_metrology.lighthouse.assess import reference
+from mocap_metrology.lighthouse.assess import pose_file, reference
 from mocap_metrology.lighthouse.assess.comparison import ids_of
-from mocap_metrology.lighthouse.assess.pose_file import (
-    PoseEntry,
-    PoseFile,
-    chosen_pose,
-    is_network,
-    kind_of,
-    matrix_and_metres,
-    pairs,
-    read_pose_json,
-)
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, FALLBACK
-from mocap_metrology.lighthouse.records import Factory, Hits
 from mocap_metrology.lighthouse.track import receiver
 
 log = logging.getLogger(__name__)
+
+
+class Sight(NamedTuple):
+    """Light on an object, by which settings it is tracked, and data besides hits."""
+
+    read: Recorded
+    settings: CalibrationSettings
+    sensors: Sensors
 
 
 def write_track(
     path: str,
     entry: Entry,
     found: Calibration,
-    own: PoseFile,
+    own: pose_file.PoseFile,
     earlier: str | None,
-    recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
-    settings: CalibrationSettings,
+    sight: Sight,
     origin: Metadata,
-    sensors: Sensors,
-    names: Sequence[str],
 ) -> None:
     """Track the board of a recording and write its poses; where that cannot be, no rows, and the
     reason in the metadata.
 
     own: pose.json of this recording, `found` its estimates; earlier: that of another, whose
-    stations are used where the row names it; recorded: hits, board in m, factory values; sensors:
-    data besides hits; names: of the stations.
+    stations are used where the row names it.
     """
     more: Metadata = {"still": found.still, "tracked_with": entry.tracked_with}
     tracked = None
     try:
         used = stations_used(entry, own, earlier)
         more["stations"] = used["stations"]
-        if is_network(used):
+        if pose_file.is_network(used):
             more["reference"] = used["reference"]
-        tracked = _tracked(found, used, used is own, recorded, settings, sensors, names)
+        tracked = _tracked(found, used, used is own, sight)
         more["note"] = tracked.note
         seen = tracked.hits.any(axis=1)
         log.info("receiver: %d of %d moments have a pose", seen.sum(), seen.size)
@@ -70,16 +64,16 @@ def write_track(
     files.write_table(path, receiver.columns(tracked), origin | more)
 
 
-def stations_used(entry: Entry, own: PoseFile, earlier: str | None) -> PoseFile:
+def stations_used(entry: Entry, own: pose_file.PoseFile, earlier: str | None) -> pose_file.PoseFile:
     """pose.json to track with; refused if it is of other stations, or with swapped roles."""
     if entry.tracked_with is None:
         return own
     if earlier is None:
         raise Refusal(f"calibration {entry.tracked_with}, to track with, is refused itself")
-    used = read_pose_json(earlier)
-    if is_network(used) != is_network(own):
+    used = pose_file.read_pose_json(earlier)
+    if pose_file.is_network(used) != pose_file.is_network(own):
         raise Refusal("the calibration to track with is of stations of the other generation")
-    if is_network(used):
+    if pose_file.is_network(used):
         for name in used["stations"].keys() & own["stations"].keys():
             first, second = (one["stations"][name]["id"] for one in (used, own))
             if None not in (first, second) and first != second:
@@ -95,13 +89,7 @@ def stations_used(entry: Entry, own: PoseFile, earlier: str | None) -> PoseFile:
 
 
 def _tracked(
-    found: Calibration,
-    used: PoseFile,
-    is_own: bool,
-    recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
-    settings: CalibrationSettings,
-    sensors: Sensors,
-    names: Sequence[str],
+    found: Calibration, used: pose_file.PoseFile, is_own: bool, sight: Sight
 ) -> receiver.Track:
     placed = _placed(used)
     entry = next(iter(placed.values()))
@@ -109,12 +97,12 @@ def _tracked(
     if by_batch and entry["stage"] == "final":
         scene, joint = found.joints[entry["optics"]]
         return receiver.along(joint, scene, _calibrated(used, placed, by_batch), entry["note"])
-    return receiver.track(*scene_before(used, is_own, recorded, settings, sensors, names))
+    return receiver.track(*scene_before(used, is_own, sight))
 
 
-def _placed(used: PoseFile) -> dict[str, PoseEntry]:
+def _placed(used: pose_file.PoseFile) -> dict[str, pose_file.PoseEntry]:
     """The chosen pose of each station that has one."""
-    entries = {name: chosen_pose(one) for name, one in pairs(used).items()}
+    entries = {name: pose_file.chosen_pose(one) for name, one in pose_file.pairs(used).items()}
     placed = {name: entry for name, entry in entries.items() if entry is not None}
     if not placed:
         raise Refusal("no pose of the slave to track with")
@@ -122,20 +110,16 @@ def _placed(used: PoseFile) -> dict[str, PoseEntry]:
 
 
 def scene_before(
-    used: PoseFile,
-    is_own: bool,
-    recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
-    settings: CalibrationSettings,
-    sensors: Sensors,
-    names: Sequence[str],
+    used: pose_file.PoseFile, is_own: bool, sight: Sight
 ) -> tuple[Scene, receiver.Calibrated]:
     """What `receiver.track` needs for an object before the stations of a pose.json; is_own: which
-    comes from the same hits; recorded, names: as of `write_track`."""
+    comes from the same hits."""
+    read, settings, sensors = sight
     placed = _placed(used)
     entry = next(iter(placed.values()))
     by_batch = is_own and entry["estimator"] == NAME
-    _, _, optics = kind_of(entry)
-    hits, board, factories = recorded
+    _, _, optics = pose_file.kind_of(entry)
+    names = read.names
     if optics == ESTIMATED and not is_own:
         raise Refusal("the rotors of these stations were estimated; expected factory values")
     housing = settings.lasers_m is not None
@@ -144,10 +128,11 @@ def scene_before(
             f"the pose is of the {entry['frame']} frame; expected the frame that lasers_mm implies"
         )
     how = settings.lasers_m, _variant(used, settings), settings.priors
+    hits, board, factories = read.seen
     scene = Scene(hits, board, optics, factories, *how, sensors=sensors)
-    if is_network(used):
+    if pose_file.is_network(used):
         reference = str(used["reference"])
-        scene = replace(scene, names=list(names), generation=2)
+        scene = replace(scene, names=names, generation=2)
         if reference not in names:
             raise Refusal(f"the recording has no light of station {reference}, the reference")
         placed = {name: own for name, own in placed.items() if name in names}
@@ -158,11 +143,11 @@ def scene_before(
 
 
 def _calibrated(
-    used: PoseFile, placed: Mapping[str, PoseEntry], is_own: bool
+    used: pose_file.PoseFile, placed: Mapping[str, pose_file.PoseEntry], is_own: bool
 ) -> receiver.Calibrated:
     """What is known of these stations."""
-    R, t = zip(*map(matrix_and_metres, placed.values()), strict=True)
-    if not is_network(used):
+    R, t = zip(*map(pose_file.matrix_and_metres, placed.values()), strict=True)
+    if not pose_file.is_network(used):
         given = next(iter(placed.values()))["covariance"]
         covariance = np.full((6, 6), np.nan) if given is None else np.array(given)
     else:
@@ -176,7 +161,7 @@ def _calibrated(
     return receiver.Calibrated(np.squeeze(R), np.squeeze(t), covariance, is_own)
 
 
-def _variant(used: PoseFile, settings: CalibrationSettings) -> str:
+def _variant(used: pose_file.PoseFile, settings: CalibrationSettings) -> str:
     """How factory values enter: as they did in the calibration."""
     chosen = (str(way["variant"]) for way in used.get("variants", []) if way["chosen"])
     fixed = FALLBACK if settings.variant == AUTO else settings.variant

@@ -5,14 +5,16 @@ Arrays of one record have one length; all times are of one clock.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
 MASTER, SLAVE = 0, 1
 ROLES = ("master", "slave")
 AXES = ("azimuth", "elevation")
+PLANES = ("plane0", "plane1")  # in place of the axes, of generation 2
 
 
 @dataclass(frozen=True)
@@ -68,8 +70,27 @@ class Flashes:
     code: np.ndarray  # int8: 0..7, -1 where the length decides nothing
 
 
+class Rows:
+    """Arrays with one row each at times `time_s`."""
+
+    time_s: np.ndarray
+
+    def __len__(self) -> int:
+        return int(self.time_s.size)
+
+    def take(self, chosen: np.ndarray) -> Self:
+        """The chosen rows, by a mask or by indices."""
+        return type(self)(**{name: values[chosen] for name, values in vars(self).items()})
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """The rows of all, one after another."""
+        every = [vars(part) for part in parts]
+        return cls(**{name: np.concatenate([own[name] for own in every]) for name in every[0]})
+
+
 @dataclass(frozen=True)
-class Hits:
+class Hits(Rows):
     """Sweeps of a laser over photodiodes, sorted by time.
 
     In generation 2 a station is its place in the list of stations (the reference first, then by
@@ -85,9 +106,6 @@ class Hits:
     angle_rad: np.ndarray  # pi (time - begin of the station's cycle) / cycle length - pi/2
     width_s: np.ndarray
 
-    def __len__(self) -> int:
-        return int(self.time_s.size)
-
     def by_sweep(self) -> tuple[np.ndarray, np.ndarray]:
         """Order of the hits by cycle, station and axis, and where each sweep begins in it."""
         order = np.lexsort((self.axis, self.station, self.cycle))
@@ -95,13 +113,9 @@ class Hits:
         new = (np.diff(keys, axis=1, prepend=keys[:, :1] - 1) != 0).any(axis=0)
         return order, np.flatnonzero(new)
 
-    def take(self, chosen: np.ndarray) -> Hits:
-        """The chosen hits, by a mask or by indices."""
-        return Hits(**{name: getattr(self, name)[chosen] for name in self.__dataclass_fields__})
-
 
 @dataclass(frozen=True)
-class Measurements:
+class Measurements(Rows):
     """M_t of J Eq. 2 at n moments, of one station.
 
     time_s (n,); angles_rad (n, diodes, 2): azimuth and elevation, NaN where either is missing.
@@ -110,9 +124,6 @@ class Measurements:
     time_s: np.ndarray
     angles_rad: np.ndarray
 
-    def __len__(self) -> int:
-        return int(self.time_s.size)
-
     @property
     def seen(self) -> np.ndarray:
         """Diodes with both angles, (n, diodes)."""
@@ -120,7 +131,7 @@ class Measurements:
 
 
 @dataclass(frozen=True)
-class Path:
+class Path(Rows):
     """Board poses of n measurements in a station's frame.
 
     time_s (n,), R (n, 3, 3), t_m (n, 3); epsilon (n,) the remaining K_1 in rad^2; n_angles (n,);
@@ -135,12 +146,9 @@ class Path:
     n_angles: np.ndarray
     ambiguity: np.ndarray
 
-    def __len__(self) -> int:
-        return int(self.time_s.size)
-
-    def take(self, chosen: np.ndarray) -> Path:
-        """The chosen poses, by a mask or by indices."""
-        return Path(**{name: getattr(self, name)[chosen] for name in self.__dataclass_fields__})
+    def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Path:
+        """In a frame in which that of the station has the pose R, t."""
+        return replace(self, R=R @ self.R, t_m=self.t_m @ R.T + t_m)
 
 
 @dataclass(frozen=True)
@@ -187,6 +195,11 @@ class Halves:
     m2: float
     recordings: bool = False
     stepped: bool | None = None
+
+    @classmethod
+    def of(cls, d: np.ndarray, m2: float) -> Halves:
+        """By the difference (6,) in m and rad."""
+        return cls(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)
 
 
 @dataclass(frozen=True)

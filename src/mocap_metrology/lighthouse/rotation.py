@@ -57,6 +57,11 @@ def log(R: np.ndarray) -> np.ndarray:
     return Rotation.from_matrix(R).as_rotvec()
 
 
+def cross(v: np.ndarray) -> np.ndarray:
+    """Matrices (..., 3, 3) with [v] w = v x w."""
+    return np.cross(v[..., None, :], -np.eye(3))
+
+
 def error(R_est: np.ndarray, R_true: np.ndarray) -> np.ndarray:
     """Rotation vector in rad of R_est R_true^T, in master axes: the error in every table."""
     return log(R_est @ R_true.T)

@@ -225,9 +225,3 @@ def _directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
                 break
         out[i, 0], out[i, 1] = math.atan(y), math.atan(z)
     return out
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    factory = Factory(*(np.full(2, 0.001) for _ in range(5)))
-    directions(angles(np.array([[3.0, 0.1, 0.2]]), rotor_parameters(factory)), rotor_parameters())

@@ -16,12 +16,11 @@ from mocap_metrology.lighthouse.assess.comparison import (
     SOUND_M2,
     _significance,
     compare_with_earlier,
+    length_interval,
 )
 from mocap_metrology.lighthouse.assess.fit_checks import Case
-from mocap_metrology.lighthouse.assess.intervals import length_interval
-from mocap_metrology.lighthouse.assess.objects import with_objects
 from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
-from mocap_metrology.lighthouse.assess.summary import Summary
+from mocap_metrology.lighthouse.assess.summary import Summary, with_objects
 from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.records import SharedErrors, Station
 from mocap_metrology.present.text.calibration import pose_document

@@ -11,17 +11,24 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch import inertial
-from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equations
-from mocap_metrology.lighthouse.batch.problem import INERTIAL_SD, Layout, Priors, State, start
+from mocap_metrology.lighthouse.batch.problem import (
+    INERTIAL_SD,
+    Layout,
+    Priors,
+    State,
+    first_gravity,
+    gravity_equations,
+    start,
+)
 from mocap_metrology.lighthouse.batch.problem import layout as layout_of
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, through
-from mocap_metrology.lighthouse.calibrate.batch import Scene, Sensors, joint
+from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Inertial
-from mocap_metrology.lighthouse.simulate.inertial import sensed
 from mocap_metrology.lighthouse.simulate.motion import motion_of
-from mocap_metrology.lighthouse.simulate.recording import simulate, up_of
+from mocap_metrology.lighthouse.simulate.recording import sensed, simulate, up_of
 from mocap_metrology.lighthouse.simulate.twin import (
     BoardTwin,
     InertialTwin,
@@ -58,7 +65,7 @@ def values(trajectory: Trajectory) -> tuple[State, Layout]:
     own[of.inertial[0] :] = (
         0.5 * np.random.default_rng(2).standard_normal(inertial.OWN) * INERTIAL_SD
     )
-    return replace(state, gravity=-9.8 * UP, values=own), of
+    return state._replace(gravity=-9.8 * UP, values=own), of
 
 
 @pytest.mark.parametrize("still", [False, True])
@@ -133,7 +140,7 @@ def test_gravity_by_the_stations_ways_up() -> None:
     R = [np.eye(3), rotation.exp(np.array([0.2, -0.4, 1.0]))]
     state = start(R, [np.zeros(3)] * 2, np.zeros((2, 2, 10)), np.zeros((4, 3)), of.size)
     ups = np.array([UP, R[1].T @ rotation.exp(np.array([0.03, 0.01, 0.0])) @ UP])
-    state = replace(state, gravity=first_gravity(state, ups) + np.array([0.02, 0.01, 0.05]))
+    state = state._replace(gravity=first_gravity(state, ups) + np.array([0.02, 0.01, 0.05]))
     S, h, _ = gravity_equations(state, of, ups)
 
     def gradient(at: State) -> np.ndarray:

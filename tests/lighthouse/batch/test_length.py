@@ -16,8 +16,8 @@ from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch import problem
 from mocap_metrology.lighthouse.batch.length import LengthView, equation
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
-from mocap_metrology.lighthouse.calibrate.batch import Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.known_length import KnownLength, Place, known_length
 

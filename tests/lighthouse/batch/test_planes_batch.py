@@ -14,12 +14,13 @@ from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.parts import halves
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.batch.trajectory import trajectory_of
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint
+from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.fits import well_fitted
 from mocap_metrology.lighthouse.calibrate.network import islands, look, shared_moments, start
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.static import median_angles
-from mocap_metrology.lighthouse.calibrate.turns import well_fitted
 from mocap_metrology.lighthouse.decode.chain import decode_light
-from mocap_metrology.lighthouse.decode.clean import Cleaning
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.wander import TurnClock, Wander
 from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.simulate.motion import facing_to

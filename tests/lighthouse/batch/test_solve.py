@@ -12,10 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
-from mocap_metrology.lighthouse.batch.damping import more_damping
-from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
-from mocap_metrology.lighthouse.batch.recording import Recording
+from mocap_metrology.lighthouse.batch.recording import Recording, more_damping
+from mocap_metrology.lighthouse.batch.solve import estimated_noise
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
 from mocap_metrology.lighthouse.batch.view import Noise
 from mocap_metrology.lighthouse.board import flat_board
@@ -114,9 +113,10 @@ def test_sums_are_those_of_numerical_derivatives(priors: Priors) -> None:
     J = numerical_jacobian(seen, trajectory, state, of)
     H, g = J.T @ (w[:, None] * J), J.T @ (w * e)
     scale = np.sqrt(np.outer(np.diag(H), np.diag(H))) + 1e-12
-    found = np.block([[dense(sums.band), sums.cross], [sums.cross.T, sums.inner]])
+    own = sums.hits
+    found = np.block([[dense(own.band), own.cross], [own.cross.T, own.inner]])
     assert np.abs((found - H) / scale).max() < 1e-6
-    np.testing.assert_allclose(np.r_[sums.g, sums.g_inner], g, atol=1e-6 * np.abs(g).max())
+    np.testing.assert_allclose(np.r_[own.g, own.g_inner], g, atol=1e-6 * np.abs(g).max())
     assert sums.square == pytest.approx(float(w @ e**2))
 
 

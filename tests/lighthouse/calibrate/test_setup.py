@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from mocap_metrology.calibration.setup import same_stations
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.same_stations import same_stations
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
+from mocap_metrology.lighthouse.calibrate.batch import by_batch
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.setup import Setup, by_setup
 from mocap_metrology.lighthouse.records import Factory, Station
 from mocap_metrology.lighthouse.simulate import recording

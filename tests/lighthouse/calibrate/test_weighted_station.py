@@ -6,7 +6,7 @@ import pytest
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.calibrate import station_pose
+from mocap_metrology.lighthouse.calibrate import weighted_station
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
     Evidence,
     _blocks,
@@ -23,6 +23,7 @@ from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 BOARD = flat_board()
 IDEAL = rotor_parameters()
+BOTH = IDEAL, IDEAL
 SIGMA = 5e-5
 R, T = rotation.from_angles(0.2, -0.1, -0.65), np.array([0.4, 2.0, 0.25])
 
@@ -58,7 +59,7 @@ def equations(
     R: np.ndarray, t: np.ndarray, given: Evidence
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Normal equations of each measurement, (n, 6, 6) and (n, 6), outliers left out."""
-    found = residuals(R, t, given, IDEAL)
+    found = residuals(R, t, given)
     kept = (found.count > 0) & (found.cost <= found.limit())
     return found.H[kept], found.g[kept], kept
 
@@ -67,7 +68,7 @@ def test_weights_are_those_of_the_whole_covariance() -> None:
     """e^T W e and the normal equations with W = (I + J_P H^-1 J_P^T)^-1 inverted as a matrix,
     derivatives by finite differences."""
     _, master, slave, found = recording(3, 1)
-    given = evidence(found, slave, master, BOARD, IDEAL)
+    given = evidence(found, slave, master, BOARD, BOTH)
     at_R, at_t = turn(np.array([0.002, -0.001, 0.003]), R), T + np.array([0.01, -0.02, 0.005])
     H, g, kept = equations(at_R, at_t, given)
     assert kept.all()
@@ -99,15 +100,13 @@ def runs() -> dict[str, np.ndarray]:
     ratios: dict[str, list] = {"plain": [], "weighted": []}
     for seed in range(30):
         path, master, slave, found = recording(60, seed)
-        at_truth = evidence(path, slave, master, BOARD, IDEAL)
+        at_truth = evidence(path, slave, master, BOARD, BOTH)
         H, _, _ = equations(R, T, at_truth)
         sd = SIGMA * np.sqrt(np.diag(np.linalg.inv(H.sum(axis=0))))
-        plain = station_pose.by_levenberg_marquardt(
-            R, T, station_pose.scene(found, slave, BOARD), IDEAL
+        plain = weighted_station.by_levenberg_marquardt(
+            R, T, weighted_station.scene(found, slave, BOARD, IDEAL)
         )
-        weighted = by_gauss_newton(
-            plain[0], plain[1], evidence(found, slave, master, BOARD, IDEAL), IDEAL
-        )
+        weighted = by_gauss_newton(plain[0], plain[1], evidence(found, slave, master, BOARD, BOTH))
         for kind, pose in (("plain", plain), ("weighted", weighted)):
             ratios[kind].append(np.r_[pose[1] - T, rotation.error(pose[0], R)] / sd)
     return {kind: np.array(values) for kind, values in ratios.items()}
@@ -130,14 +129,14 @@ def test_no_bias(runs: dict[str, np.ndarray]) -> None:
 
 def test_mirrored_poses_are_left_out() -> None:
     _, master, slave, found = recording(60, 3)
-    start = station_pose.by_levenberg_marquardt(
-        R, T, station_pose.scene(found, slave, BOARD), IDEAL
+    start = weighted_station.by_levenberg_marquardt(
+        R, T, weighted_station.scene(found, slave, BOARD, IDEAL)
     )
-    clean = by_gauss_newton(start[0], start[1], evidence(found, slave, master, BOARD, IDEAL), IDEAL)
+    clean = by_gauss_newton(start[0], start[1], evidence(found, slave, master, BOARD, BOTH))
     turned = found.R.copy()
     turned[7] = rotation.exp(np.array([0.0, 0.9, 0.0])) @ turned[7]
     wrong = Path(**{**vars(found), "R": turned})
-    dirty = by_gauss_newton(start[0], start[1], evidence(wrong, slave, master, BOARD, IDEAL), IDEAL)
+    dirty = by_gauss_newton(start[0], start[1], evidence(wrong, slave, master, BOARD, BOTH))
     np.testing.assert_allclose(dirty[1], clean[1], atol=2e-4)
 
 
@@ -157,7 +156,7 @@ def seen(n: int, bump_m: np.ndarray, at: float, rng: np.random.Generator):
     ]
     master = Measurements(time, both[0])
     path = by_levenberg_marquardt(master, board, IDEAL)
-    return evidence(path, Measurements(time, both[1]), master, board, IDEAL)
+    return evidence(path, Measurements(time, both[1]), master, board, BOTH)
 
 
 @pytest.mark.parametrize("at", [2.5, 4.0, 5.0])
@@ -168,8 +167,8 @@ def test_a_bump_shows_in_the_parts(at: float) -> None:
     bumped = [seen(200, 5e-3 * v, at, rng) for v in np.eye(3)]
     worst = []
     for given in (*sound, *bumped):
-        pose_R, pose_t, _ = by_gauss_newton(R, T, given, IDEAL)
-        worst.append(halves(pose_R, pose_t, given, IDEAL))
+        pose_R, pose_t, _ = by_gauss_newton(R, T, given)
+        worst.append(halves(pose_R, pose_t, given))
     assert max(one.m2 for one in worst[:4]) < 60
     assert min(one.m2 for one in worst[4:]) > 200
     if at == 4.0:
@@ -178,4 +177,4 @@ def test_a_bump_shows_in_the_parts(at: float) -> None:
 
 def test_nothing_is_said_of_too_little() -> None:
     given = seen(4, np.zeros(3), 4.0, np.random.default_rng(1))
-    assert halves(R, T, given, IDEAL) is None
+    assert halves(R, T, given) is None

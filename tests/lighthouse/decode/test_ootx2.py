@@ -15,8 +15,14 @@ from mocap_metrology.lighthouse.decode.factory_file import (
     stations_to_json,
 )
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
-from mocap_metrology.lighthouse.decode.ootx2 import decode_turns, encode_frame2, unpack
-from mocap_metrology.lighthouse.decode.turns import Light, Turns, find_turns
+from mocap_metrology.lighthouse.decode.turns import (
+    Light,
+    Turns,
+    decode_turns,
+    encode_frame2,
+    find_turns,
+    unpack,
+)
 from mocap_metrology.lighthouse.decode.wander import Late, TurnClock
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
 from mocap_metrology.lighthouse.records import Factory, Station

@@ -7,12 +7,21 @@ from scipy.optimize import least_squares, minimize
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
+    Given,
     damped_step,
     minimise,
     normal_equations,
     turn,
 )
-from mocap_metrology.lighthouse.fit.simplex import BOARD, MATLAB, STATION, TIGHT, evaluate, search
+from mocap_metrology.lighthouse.fit.simplex import (
+    BOARD,
+    MATLAB,
+    STATION,
+    TIGHT,
+    evaluate,
+    nelder_mead,
+    seen_at,
+)
 from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
@@ -55,7 +64,7 @@ def test_cost_is_the_squared_frobenius_norm(unknown: int, optics: str) -> None:
         x = pose + step * np.array([0.1, 0.3, -0.2, 0.3, 0.2, -0.1])
         off = angles(np.ascontiguousarray(points_of(x, unknown)), ROTORS[optics]) - measured
         off = (off + np.pi) % (2 * np.pi) - np.pi
-        assert evaluate(x, unknown, points, measured, ROTORS[optics]) == pytest.approx(
+        assert evaluate(x, seen_at(unknown, points, measured, ROTORS[optics])) == pytest.approx(
             np.linalg.norm(off, "fro") ** 2, rel=1e-11
         )
 
@@ -66,9 +75,10 @@ def test_the_simplex_takes_the_same_steps_as_scipy(settings, start: float) -> No
     pose, points, measured = case(BOARD, "lasers")
     x0 = pose * (1 - start)
     x0[4] = 0.0  # where the first simplex takes 0.00025
-    ours = search(x0, BOARD, points, measured, ROTORS["lasers"], settings)
+    given = seen_at(BOARD, points, measured, ROTORS["lasers"])
+    ours = nelder_mead(x0, given, settings)
     peer = minimize(
-        lambda x: evaluate(x, BOARD, points, measured, ROTORS["lasers"]),
+        lambda x: evaluate(x, given),
         x0,
         method="Nelder-Mead",
         options={
@@ -98,7 +108,7 @@ def test_derivatives(unknown: int, optics: str) -> None:
     h = 1e-6
     J = np.column_stack([(residuals(h * e) - residuals(-h * e)) / (2 * h) for e in np.eye(6)])
     H, g = np.empty((6, 6)), np.empty(6)
-    f = normal_equations(R, t, unknown, points, measured, rotors, H, g)
+    f = normal_equations(R, t, Given(unknown, points, measured, rotors), H, g)
     assert f == pytest.approx((residuals(np.zeros(6)) ** 2).sum(), rel=1e-12)
     np.testing.assert_allclose(H, J.T @ J, rtol=1e-6, atol=1e-6 * H.max())
     np.testing.assert_allclose(g, J.T @ residuals(np.zeros(6)), rtol=1e-5, atol=1e-7)
@@ -120,7 +130,7 @@ def test_minimum_is_that_of_scipy(unknown: int, optics: str) -> None:
 
     peer = least_squares(residuals, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     R, t, cost, converged = minimise(
-        rotation.from_angles(*start[3:]), start[:3], unknown, points, measured, rotors, 40
+        rotation.from_angles(*start[3:]), start[:3], Given(unknown, points, measured, rotors)
     )
     assert converged
     assert cost == pytest.approx(2 * peer.cost, rel=1e-9)

@@ -4,7 +4,7 @@ import numpy as np
 from mocap_workflow.calibration_twins import twin_from_mapping
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.simulate.mocap import MOUNT_M, simulate_mounts, write_mounts
+from mocap_metrology.lighthouse.simulate.recording import MOUNT_M, simulate_mounts, write_mounts
 
 TWIN = {
     "seed": 21,
@@ -23,13 +23,11 @@ def recorded(**changes):
 def relative_pose(recording):
     """R and t of the slave's housing in the master's, from the mean of the frames."""
     poses = []
-    for i, mount in enumerate(recording.mounts):
-        rows = [recording.labels.index(label) for label in mount.labels]
-        seen = 1e-3 * recording.positions_mm[rows].mean(axis=2)
-        own = mount.positions_m
+    for prefix in "MS":
+        rows = [k for k, label in enumerate(recording.labels) if label[0] == prefix]
+        seen, own = 1e-3 * recording.positions_mm[rows].mean(axis=2), MOUNT_M
         R = Rotation.align_vectors(seen - seen.mean(axis=0), own - own.mean(axis=0))[0].as_matrix()
         poses.append((R, seen.mean(axis=0) - R @ own.mean(axis=0)))
-        assert i == ("MS".index(mount.labels[0][0]))
     (Rm, tm), (Rs, ts) = poses
     return Rm.T @ Rs, Rm.T @ (ts - tm)
 
@@ -51,7 +49,7 @@ def test_without_noise_the_true_pose_whatever_the_frame_of_the_system():
 
 
 def test_mount_file(tmp_path):
-    write_mounts(tmp_path / "mounts.csv", recorded().mounts)
+    write_mounts(tmp_path / "mounts.csv", recorded().labels)
     rows = [row.split(",") for row in (tmp_path / "mounts.csv").read_text().splitlines()]
     assert rows[0] == ["label", "x_m", "y_m", "z_m"]
     assert [row[0] for row in rows[1:]] == [f"{c}{i}" for c in "MS" for i in range(1, 6)]

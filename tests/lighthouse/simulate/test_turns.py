@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light
-from mocap_metrology.lighthouse.decode.clean import Cleaning
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.planes import parameters, plane_angles
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.turns import (

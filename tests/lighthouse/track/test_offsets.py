@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.track.markers import Markers, Tracked
-from mocap_metrology.lighthouse.track.offsets import offsets
+from mocap_metrology.lighthouse.track.mocap import offsets
 
 STEP, LATE_S = 0.02, 1.36
 LEVER = np.array([0.0, 0.12, 0.0])

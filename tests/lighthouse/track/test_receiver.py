@@ -13,8 +13,14 @@ from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.records import Measurements
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
-from mocap_metrology.lighthouse.track.receiver import Calibrated, Track, along, columns, track
-from mocap_metrology.lighthouse.track.start import triangulated
+from mocap_metrology.lighthouse.track.receiver import (
+    Calibrated,
+    Track,
+    along,
+    columns,
+    track,
+    triangulated,
+)
 from tests.lighthouse.pairs import UNITS, scene, twin
 
 MM_DEG = np.r_[np.full(3, 1e-3), np.full(3, np.pi / 180)]  # 1 mm, 1 deg in m and rad

@@ -10,7 +10,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode_light
-from mocap_metrology.lighthouse.decode.clean import Cleaning
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.simulate.turns import (
     MadeTurns,
@@ -19,8 +19,7 @@ from mocap_metrology.lighthouse.simulate.turns import (
     stations_around,
 )
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
-from mocap_metrology.lighthouse.track.bar import Object, heads
-from mocap_metrology.lighthouse.track.clocks import clock_map
+from mocap_metrology.lighthouse.track.bar import Object, clock_map, heads
 from mocap_metrology.lighthouse.track.receiver import Calibrated
 
 LENGTH_M = 0.26786

@@ -18,17 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.types import Row
+from mocap_metrology.common.types import Record, Row
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.intervals import length_interval
-from mocap_metrology.lighthouse.assess.pose_file import (
-    PoseEntry,
-    PoseFile,
-    Shared,
-    chosen_pose,
-    kind_of,
-    matrix_and_metres,
-)
+from mocap_metrology.lighthouse.assess import pose_file
 from mocap_metrology.lighthouse.assess.reference import check_same_ids, station_id
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.records import ROLES
@@ -39,6 +31,7 @@ SMALLEST_MM, SMALLEST_DEG = 2.0, 0.05  # differences below do not matter, howeve
 TOLERANCE_MM, TOLERANCE_DEG = 5.0, 0.2  # beyond, an earlier pose is not confirmed
 LARGE_MM, LARGE_DEG = 20.0, 0.5  # where a covariance is missing
 SOUND_M2 = 16.0  # largest squared distance between parts that 1 sound recording in 20 exceeds
+POINTS = 12  # 2^12 normal vectors: quantiles within 1 % of a standard deviation
 
 
 @dataclass(frozen=True)
@@ -96,7 +89,7 @@ class Comparison:
 
 
 def compare_with_earlier(
-    pose_new: PoseFile, pose_old: PoseFile, one_board: bool = True
+    pose_new: pose_file.PoseFile, pose_old: pose_file.PoseFile, one_board: bool = True
 ) -> Comparison:
     """Compare two pose.json contents of the same two stations.
 
@@ -108,12 +101,12 @@ def compare_with_earlier(
     pose.
     """
     note = check_same_ids(ids_of(pose_old), ids_of(pose_new), "the earlier pose", "the recording")
-    new = chosen_pose(pose_new)
-    old = chosen_pose(pose_old)
+    new = pose_file.chosen_pose(pose_new)
+    old = pose_file.chosen_pose(pose_old)
     if new is None or old is None:
         which = "the new" if new is None else "the earlier"
         raise Refusal(f"check_against: {which} calibration has no pose; expected one in both")
-    same = [p for p in pose_old["poses"] if kind_of(p) == kind_of(new)]
+    same = [p for p in pose_old["poses"] if pose_file.kind_of(p) == pose_file.kind_of(new)]
     old = same[0] if same else old
     frames = [pose.get("frame", "optical") for pose in (old, new)]
     if frames[0] != frames[1]:
@@ -121,7 +114,7 @@ def compare_with_earlier(
             f"check_against: the earlier pose is of frame {frames[0]}, the new one of {frames[1]};"
             " expected one lasers_mm in both"
         )
-    (R, t), (R_old, t_old) = matrix_and_metres(new), matrix_and_metres(old)
+    (R, t), (R_old, t_old) = pose_file.matrix_and_metres(new), pose_file.matrix_and_metres(old)
     off = np.r_[1e3 * (t - t_old), np.degrees(rotation.error(R, R_old))]
     basis, covariance = _covariance(new, old, one_board)
     if basis == "difference" and new["optics"] == "factory":
@@ -138,17 +131,19 @@ def compare_with_earlier(
         own = slice(0, 3), slice(3, 6)
         ends = [length_interval(off[k], covariance[k, k]) for k in own]
     lower, upper = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
-    other = None if same else kind_of(old)
+    other = None if same else pose_file.kind_of(old)
     return Comparison(mm, deg, chi2, p, moved, basis, lower, upper, other, note)
 
 
-def ids_of(given: PoseFile) -> tuple[int | None, int | None]:
+def ids_of(given: pose_file.PoseFile) -> tuple[int | None, int | None]:
     """Ids of master and slave."""
     master, slave = (station_id(given["stations"][role], role) for role in ROLES)
     return master, slave
 
 
-def _covariance(new: PoseEntry, old: PoseEntry, one_board: bool) -> tuple[str, np.ndarray]:
+def _covariance(
+    new: pose_file.PoseEntry, old: pose_file.PoseEntry, one_board: bool
+) -> tuple[str, np.ndarray]:
     """Basis and covariance (6, 6) of the difference; NaN where one has none."""
     noise = new.get("covariance_noise"), old.get("covariance_noise")
     first, second = new.get("shared_errors"), old.get("shared_errors")
@@ -162,14 +157,14 @@ def _covariance(new: PoseEntry, old: PoseEntry, one_board: bool) -> tuple[str, n
     return "sum", np.sum(np.array(whole, dtype=np.float64), axis=0)
 
 
-def _scale(entry: PoseEntry) -> float:
+def _scale(entry: pose_file.PoseEntry) -> float:
     """Factor of the noise by which parts of one recording differ from each other, at least 1: what
     else depends on the path of the board, such as rotors that obey another model."""
     m2 = (entry.get("halves") or {}).get("m2")
     return max(1.0, m2 / SOUND_M2) if isinstance(m2, (int, float)) else 1.0
 
 
-def _left_of_shared(first: Shared, second: Shared, one_board: bool) -> np.ndarray:
+def _left_of_shared(first: Record, second: Record, one_board: bool) -> np.ndarray:
     """What errors of board and stations make of the difference, (6, 6): each group cancels where
     both recordings have it alike; of two boards both errors count.
 
@@ -188,12 +183,12 @@ def _left_of_shared(first: Shared, second: Shared, one_board: bool) -> np.ndarra
     return total
 
 
-def _errors(shared: Shared, group: str) -> tuple[np.ndarray, np.ndarray]:
+def _errors(shared: Record, group: str) -> tuple[np.ndarray, np.ndarray]:
     own = shared["stations"] if group == "stations" else shared["board"]
     return np.array(own["sd"], dtype=np.float64), np.reshape(own["effect"], (-1, 6))
 
 
-def _by_variants(new: PoseFile, old: PoseFile) -> tuple[np.ndarray, np.ndarray]:
+def _by_variants(new: pose_file.PoseFile, old: pose_file.PoseFile) -> tuple[np.ndarray, np.ndarray]:
     """Difference that another variant of the rotor model makes, and the covariance of variants
     left open, of which each would move both poses alike but for the path of the board."""
     both = [{one["variant"]: one for one in given.get("variants", [])} for given in (new, old)]
@@ -210,11 +205,11 @@ def _by_variants(new: PoseFile, old: PoseFile) -> tuple[np.ndarray, np.ndarray]:
     return step, off.T @ off / (len(off) + 1)
 
 
-def _open(variant: Row | None) -> bool:
+def _open(variant: Record | None) -> bool:
     return variant is not None and variant["standing"] != "worse"
 
 
-def _apart(one: Row, other: Row) -> np.ndarray:
+def _apart(one: Record, other: Record) -> np.ndarray:
     (R, mm), (R_other, mm_other) = (
         (np.array(way["rotation_matrix"]), np.array(way["translation_mm"])) for way in (one, other)
     )
@@ -240,3 +235,32 @@ def _significance(
         return chi2, float(chdtrc(6, chi2))
     nu = 2 * (BLOCKS - 1)
     return chi2, float(fdtrc(6, nu - 5, chi2 * (nu - 5) / (6 * nu)))
+
+
+def length_interval(vector: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:
+    """95 % interval of the true length |v| where v + e is measured, e normal with a covariance.
+
+    A measured length is larger than the true one on average. So the lower end is the true length s,
+    along the measured direction, with which the measured length would be exceeded with probability
+    2.5 %; 0 where s = 0 exceeds it more often. The upper end is the quantile
+    97.5 % of the length of the measured vector with as much noise again: 1.96
+    standard deviations above a length far from 0, and conservative near 0, where it stays above the
+    measured one. Quantiles are of a Sobol sequence of normal vectors.
+    """
+    from scipy.optimize import brentq
+    from scipy.stats import norm, qmc
+
+    n, size = len(vector), float(np.linalg.norm(vector))
+    uniform = qmc.Sobol(n, scramble=False).random_base2(POINTS) + 0.5 ** (POINTS + 1)
+    variances, axes = np.linalg.eigh(covariance)
+    error = norm.ppf(uniform) * np.sqrt(np.maximum(variances, 0)) @ axes.T
+    direction = vector / size if size > 0 else axes[:, -1]
+
+    def reached(s: float) -> float:
+        lengths = np.linalg.norm(s * direction + error, axis=1)
+        return float(np.quantile(lengths, 0.975))
+
+    lower = 0.0
+    if reached(0.0) < size:
+        lower = float(brentq(lambda s: reached(s) - size, 0.0, size))
+    return lower, reached(size)

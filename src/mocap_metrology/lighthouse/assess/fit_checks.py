@@ -55,80 +55,20 @@ FAR_M = 4.0  # from the reference: farther, an error of the scale in mm may grow
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board
 
 
-class Case(StrEnum):
-    """What a check found: one for every sentence."""
-
-    DISTANCE = "distance"
-    TOO_DISTANT = "too_distant"
-    RESIDUAL = "residual"
-    RESIDUAL_HIGH = "residual_high"
-    RESIDUAL_UNKNOWN = "residual_unknown"
-    WEIGHT = "weight"
-    WEIGHT_LOST = "weight_lost"
-    WEIGHT_UNKNOWN = "weight_unknown"
-    PRIORS = "priors"
-    PRIORS_LEFT = "priors_left"
-    PRIORS_UNKNOWN = "priors_unknown"
-    LENGTH = "length"
-    MISFIT_NONE = "misfit_none"
-    MISFIT = "misfit"
-    MISFIT_UNKNOWN = "misfit_unknown"
-    PATH_ERRORS = "path_errors"  # explain the residual
-    BEYOND_PATH = "beyond_path"
-    PATH_ERRORS_UNKNOWN = "path_errors_unknown"
-    HALVES = "halves"
-    HALVES_APART = "halves_apart"
-    HALVES_MISFIT = "halves_misfit"  # apart by no step in time
-    HALVES_OPEN = "halves_open"  # apart by a step or not
-    HALVES_UNKNOWN = "halves_unknown"
-    RECORDINGS = "recordings"
-    RECORDINGS_APART = "recordings_apart"
-    MIRRORED = "mirrored"
-    MIRRORED_FLAT = "mirrored_flat"  # where one station decided
-    MIRRORED_BOTH = "mirrored_both"  # where both stations decided
-    MIRRORED_UNKNOWN = "mirrored_unknown"
-    MOVED = "moved"
-    STILL = "still"
-    COMMON = "common"
-    COMMON_FEW = "common_few"
-    COMMON_UNNEEDED = "common_unneeded"
-    BOARD_POSES = "board_poses"
-    BOARD_POSES_HIGH = "board_poses_high"
-    BOARD_POSES_NONE = "board_poses_none"
-    PATH = "path"
-    PATH_SHORT = "path_short"
-    PATH_UNNEEDED = "path_unneeded"
-    PATH_NONE = "path_none"
-    UNCERTAINTY = "uncertainty"
-    UNCERTAINTY_ALL = "uncertainty_all"  # errors of board and optics included
-    UNCERTAINTY_SCALE = "uncertainty_scale"  # most of which are of the board's scale
-    UNCERTAINTY_NONE = "uncertainty_none"
-    UNCERTAINTY_UNKNOWN = "uncertainty_unknown"  # the covariance is no number
-    DURATION = "duration"
-    DURATION_UNUSUAL = "duration_unusual"
-    DURATION_SHORT = "duration_short"
-    DURATION_UNKNOWN = "duration_unknown"
-    FACTORY = "factory"
-    FACTORY_FILE = "factory_file"
-    FACTORY_EXCHANGED = "factory_exchanged"
-    IDEAL = "ideal"
-    ESTIMATED = "estimated"
-    ROTOR_CLEAR = "rotor_clear"
-    ROTOR_OPEN = "rotor_open"
-    ROTOR_UNASKED = "rotor_unasked"
-    STAGES = "stages"
-    STAGES_LOOSE = "stages_loose"  # apart by no more than the covariances allow
-    STAGES_UNKNOWN = "stages_unknown"  # apart, by covariances that are no numbers
-    OPTICS = "optics"
-    OPTICS_FAR = "optics_far"
-    GRAVITY = "gravity"
-    GRAVITY_OFF = "gravity_off"
-    GRAVITY_OFF_IDEAL = "gravity_off_ideal"
-    GRAVITY_UNKNOWN = "gravity_unknown"
-    REFERENCE = "reference"
-    REFERENCE_NONE = "reference_none"
-    OBJECTS = "objects"
-    OBJECTS_APART = "objects_apart"
+# What a check found: one for every sentence.
+Case = StrEnum(
+    "Case",
+    "DISTANCE TOO_DISTANT RESIDUAL RESIDUAL_HIGH RESIDUAL_UNKNOWN WEIGHT WEIGHT_LOST WEIGHT_UNKNOWN"
+    " PRIORS PRIORS_LEFT PRIORS_UNKNOWN LENGTH MISFIT_NONE MISFIT MISFIT_UNKNOWN PATH_ERRORS"
+    " BEYOND_PATH PATH_ERRORS_UNKNOWN HALVES HALVES_APART HALVES_MISFIT HALVES_OPEN HALVES_UNKNOWN"
+    " RECORDINGS RECORDINGS_APART MIRRORED MIRRORED_FLAT MIRRORED_BOTH MIRRORED_UNKNOWN MOVED STILL"
+    " COMMON COMMON_FEW COMMON_UNNEEDED BOARD_POSES BOARD_POSES_HIGH BOARD_POSES_NONE PATH"
+    " PATH_SHORT PATH_UNNEEDED PATH_NONE UNCERTAINTY UNCERTAINTY_ALL UNCERTAINTY_SCALE"
+    " UNCERTAINTY_NONE UNCERTAINTY_UNKNOWN DURATION DURATION_UNUSUAL DURATION_SHORT"
+    " DURATION_UNKNOWN FACTORY FACTORY_FILE FACTORY_EXCHANGED IDEAL ESTIMATED ROTOR_CLEAR"
+    " ROTOR_OPEN ROTOR_UNASKED STAGES STAGES_LOOSE STAGES_UNKNOWN OPTICS OPTICS_FAR GRAVITY"
+    " GRAVITY_OFF GRAVITY_OFF_IDEAL GRAVITY_UNKNOWN REFERENCE REFERENCE_NONE OBJECTS OBJECTS_APART",
+)
 
 
 @dataclass(frozen=True)
@@ -181,6 +121,21 @@ def unknown(name: str, case: Case, unit: str, level: str = "good") -> Check:
     return Check(name, case, None, unit, None, None, level)
 
 
+def judged(
+    name: str,
+    cases: tuple[Case, Case],
+    value: float,
+    unit: str,
+    grade: tuple[str, float | tuple[float, float]],
+    **numbers: float,
+) -> Check:
+    """A check by the word of its value and the limit of the next worse one; cases: of the word
+    good, and of others."""
+    word, limit = grade
+    good = word == "good"
+    return Check(name, cases[not good], value, unit, limit, good, word, numbers)
+
+
 def expected_noise_urad(resolution_s: float | None) -> float:
     """Noise of one angle by jitter and by the clock's steps at both edges of a pulse, urad."""
     if resolution_s is None:
@@ -212,10 +167,9 @@ def residual(chosen: PoseEstimate, noise: float) -> Check:
     lost = chosen.weighted_rms_urad > WEIGHTED_FAILED * noise
     if lost or not value < RESIDUAL_FAILED * expected:
         word, limit = "failed", RESIDUAL_FAILED
-    good = word == "good"
-    case = Case.RESIDUAL if good else Case.RESIDUAL_HIGH
     numbers["times"] = value / noise
-    return Check("residual", case, value, "urad", limit * expected, good, word, numbers)
+    cases = Case.RESIDUAL, Case.RESIDUAL_HIGH
+    return judged("residual", cases, value, "urad", (word, limit * expected), **numbers)
 
 
 def _detail(chosen: PoseEstimate, name: str, default: float = math.nan) -> float:
@@ -229,10 +183,8 @@ def weight(chosen: PoseEstimate) -> Check:
     lost = _detail(chosen, "weight_lost")
     if not math.isfinite(lost):
         return unknown("weight of hits", Case.WEIGHT_UNKNOWN, "")
-    word, limit = graded(lost, WEIGHT_LOST)
-    case = Case.WEIGHT if word == "good" else Case.WEIGHT_LOST
-    numbers = {"percent": 100 * lost}
-    return Check("weight of hits", case, lost, "", limit, word == "good", word, numbers)
+    cases = Case.WEIGHT, Case.WEIGHT_LOST
+    return judged("weight of hits", cases, lost, "", graded(lost, WEIGHT_LOST), percent=100 * lost)
 
 
 def priors(chosen: PoseEstimate) -> Check:
@@ -244,9 +196,8 @@ def priors(chosen: PoseEstimate) -> Check:
     apart = p < PRIOR_P[1] or of_scale < SCALE_P
     p = min(p, of_scale)
     word = "doubtful" if apart else "good" if p >= PRIOR_P[0] else "usable"
-    case = Case.PRIORS if word == "good" else Case.PRIORS_LEFT
-    limit = PRIOR_P[word != "good"]
-    return Check("board and optics", case, p, "", limit, word == "good", word)
+    cases = Case.PRIORS, Case.PRIORS_LEFT
+    return judged("board and optics", cases, p, "", (word, PRIOR_P[word != "good"]))
 
 
 def length(chosen: PoseEstimate) -> Iterator[Check]:
@@ -265,10 +216,8 @@ def misfit(chosen: PoseEstimate) -> Check:
     times = _detail(chosen, "misfit")
     if not math.isfinite(times):
         return unknown("pieces agree", Case.MISFIT_UNKNOWN, "")
-    word, limit = graded(times, MISFIT)
-    case = Case.MISFIT_NONE if word == "good" else Case.MISFIT
-    numbers = {"times": math.sqrt(times)}
-    return Check("pieces agree", case, times, "", limit, word == "good", word, numbers)
+    cases, grade = (Case.MISFIT_NONE, Case.MISFIT), graded(times, MISFIT)
+    return judged("pieces agree", cases, times, "", grade, times=math.sqrt(times))
 
 
 def weighted(chosen: PoseEstimate, noise: float) -> Check:
@@ -277,9 +226,8 @@ def weighted(chosen: PoseEstimate, noise: float) -> Check:
     if not math.isfinite(value):
         return unknown(name, Case.PATH_ERRORS_UNKNOWN, "urad")
     word, limit = graded(value / noise, WEIGHTED)
-    good = word == "good"
-    case = Case.PATH_ERRORS if good else Case.BEYOND_PATH
-    return Check(name, case, value, "urad", limit * noise, good, word, {"noise": noise})
+    cases = Case.PATH_ERRORS, Case.BEYOND_PATH
+    return judged(name, cases, value, "urad", (word, limit * noise), noise=noise)
 
 
 def halves(chosen: PoseEstimate) -> Check:
@@ -292,15 +240,12 @@ def halves(chosen: PoseEstimate) -> Check:
     value, limits = parts.m2, HALVES_BATCH if chosen.estimator == "batch" else HALVES_M2
     if parts.stepped is False:  # sigma includes the misfit
         value /= max(_detail(chosen, "misfit", 1.0), 1.0)
-    word, limit = graded(value, limits)
-    good = word == "good"
-    case = Case.HALVES if good else Case.HALVES_APART
-    if not good and parts.stepped is not True:
-        case = Case.HALVES_OPEN if parts.stepped is None else Case.HALVES_MISFIT
+    by_step = {True: Case.HALVES_APART, False: Case.HALVES_MISFIT, None: Case.HALVES_OPEN}
+    cases = Case.HALVES, by_step[parts.stepped]
     if parts.recordings:
-        case = Case.RECORDINGS if good else Case.RECORDINGS_APART
+        cases = Case.RECORDINGS, Case.RECORDINGS_APART
     numbers = {"mm": parts.mm, "deg": parts.deg, "times": math.sqrt(parts.m2 / 6)}
-    return Check(name, case, value, "", limit, good, word, numbers)
+    return judged(name, cases, value, "", graded(value, limits), **numbers)
 
 
 def mirrored(chosen: PoseEstimate) -> Check:
@@ -308,12 +253,11 @@ def mirrored(chosen: PoseEstimate) -> Check:
     share, name = chosen.mirrored_share, "mirrored board poses"
     if not math.isfinite(share):
         return unknown(name, Case.MIRRORED_UNKNOWN, "")
-    word, limit = graded(share, MIRRORED)
-    if share > MIRRORED_FAILED:
-        word, limit = "failed", MIRRORED_FAILED
-    good, both = word == "good", chosen.estimator == "paper-lm"
-    case = Case.MIRRORED if good else Case.MIRRORED_BOTH if both else Case.MIRRORED_FLAT
-    return Check(name, case, share, "", limit, good, word, {"percent": 100 * share})
+    failed = share > MIRRORED_FAILED
+    grade = ("failed", MIRRORED_FAILED) if failed else graded(share, MIRRORED)
+    both = chosen.estimator == "paper-lm"
+    cases = Case.MIRRORED, Case.MIRRORED_BOTH if both else Case.MIRRORED_FLAT
+    return judged(name, cases, share, "", grade, percent=100 * share)
 
 
 def motion(chosen: PoseEstimate) -> Check:
@@ -328,11 +272,8 @@ def common_measurements(chosen: PoseEstimate, n_common: int | None) -> Check:
     name = "common measurements"
     if n_common is None or chosen.stage == "static":
         return unknown(name, Case.COMMON_UNNEEDED, "")
-    network = chosen.station.isdigit()
-    word, limit = graded_low(n_common, COMMON_MOMENTS if network else COMMON)
-    good = word == "good"
-    case = Case.COMMON if good else Case.COMMON_FEW
-    return Check(name, case, n_common, "", limit, good, word)
+    grade = graded_low(n_common, COMMON_MOMENTS if chosen.station.isdigit() else COMMON)
+    return judged(name, (Case.COMMON, Case.COMMON_FEW), n_common, "", grade)
 
 
 def places_urad(places_m: float, range_m: float, n_diodes: int) -> float:
@@ -350,10 +291,8 @@ def board_poses(board_rms_urad: float | None, noise: float, by_places: float = 0
         return unknown(name, Case.BOARD_POSES_NONE, "urad")
     both = math.hypot(noise, by_places)
     limits = BOARD[0] * both, max(BOARD[1] * noise, BOARD_PLACES * both)
-    word, limit = graded(board_rms_urad, limits)
-    good = word == "good"
-    case = Case.BOARD_POSES if good else Case.BOARD_POSES_HIGH
-    return Check(name, case, board_rms_urad, "urad", limit, good, word)
+    cases = Case.BOARD_POSES, Case.BOARD_POSES_HIGH
+    return judged(name, cases, board_rms_urad, "urad", graded(board_rms_urad, limits))
 
 
 def path(chosen: PoseEstimate, span_m: float | None) -> Check:
@@ -362,9 +301,7 @@ def path(chosen: PoseEstimate, span_m: float | None) -> Check:
         return unknown("path", Case.PATH_UNNEEDED, "m")
     if span_m is None or chosen.stage == "static":
         return unknown("path", Case.PATH_NONE, "m")
-    word, limit = graded_low(span_m, SPAN_M)
-    good = word == "good"
-    return Check("path", Case.PATH if good else Case.PATH_SHORT, span_m, "m", limit, good, word)
+    return judged("path", (Case.PATH, Case.PATH_SHORT), span_m, "m", graded_low(span_m, SPAN_M))
 
 
 def uncertainty(chosen: PoseEstimate) -> Check:
@@ -380,13 +317,12 @@ def uncertainty(chosen: PoseEstimate) -> Check:
     whole = chosen.estimator == "batch"
     far = max(float(np.linalg.norm(chosen.t_m)) / FAR_M, 1.0)
     limits = [(far * most, angle) for most, angle in SIGMA_BATCH] if whole else SIGMA
-    word, limit = worst(mm, deg, limits)
     case, numbers = Case.UNCERTAINTY, {"deg": deg}
     if whole:
         share = _detail(chosen, "scale_share", 0.0)
         case = Case.UNCERTAINTY_ALL if share < SCALE_SHARE else Case.UNCERTAINTY_SCALE
         numbers["percent"] = 100 * share
-    return Check(name, case, mm, "mm", limit, word == "good", word, numbers)
+    return judged(name, (case, case), mm, "mm", worst(mm, deg, limits), **numbers)
 
 
 def duration(duration_s: float | None) -> Check:

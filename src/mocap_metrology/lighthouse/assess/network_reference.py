@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.common.documents import load_json, text_of
-from mocap_metrology.common.errors import UNREADABLE, Refusal
+from mocap_metrology.common.documents import text_of
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.assess.pose_file import (
     chosen_pose,
     matrix_and_metres,
@@ -29,6 +29,8 @@ from mocap_metrology.lighthouse.assess.pose_file import (
 from mocap_metrology.lighthouse.assess.reference import (
     LONGEST_M,
     Reference,
+    is_libsurvive,
+    of_json,
     rotation_in,
     station_id,
     translation_in,
@@ -109,7 +111,7 @@ def network_reference(path: str | Path) -> NetworkReference:
             Placed(k, uid, rotation_in({"R": R}, f"{name}: geos.{k}.rotation"), t)
             for k, (uid, R, t) in geometry.items()
         ]
-    elif '"lighthouse' in text and not text.lstrip().startswith("{"):
+    elif is_libsurvive(text):
         every = _of_libsurvive(path)
     else:
         every = _of_json(path, text)
@@ -136,10 +138,7 @@ def _of_libsurvive(path: str | Path) -> list[Placed]:
 
 def _of_json(path: str | Path, text: str) -> list[Placed]:
     name = Path(path).name
-    try:
-        given = load_json(text)
-    except UNREADABLE as error:
-        raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
+    given = of_json(text, name)
     stations = given.get("stations") if isinstance(given, Mapping) else None
     channels = {str(k) for k in range(CHANNELS)}
     if not isinstance(stations, Mapping) or not stations or not stations.keys() <= channels:

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import NotRequired, TypedDict, cast
+from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.documents import load_json
 from mocap_metrology.common.errors import UNREADABLE, Refusal
-from mocap_metrology.common.types import Row
+from mocap_metrology.common.types import Record, Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Check
 from mocap_metrology.lighthouse.assess.reference import Reference, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict
-from mocap_metrology.lighthouse.calibrate.stages import Network
+from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
 CONVENTION = (
@@ -39,85 +39,10 @@ NETWORK_CONVENTION = (
 LARGEST_OFF_UNIT = 1e-2  # of the length of a quaternion
 
 
-class StationEntry(TypedDict):
-    """A station of pose.json."""
-
-    id: int | None
-    mode: str | None
-
-
-class SharedGroup(TypedDict):
-    """Standard deviations (n), and effects (n, 6) of each on the pose, mm and deg."""
-
-    sd: list[float]
-    effect: list[list[float]]
-
-
-class Shared(TypedDict):
-    """Errors that recordings of the same hardware share; fields as of `SharedErrors`."""
-
-    digest: str
-    stations: SharedGroup
-    board: SharedGroup
-
-
-class PoseEntry(TypedDict):
-    """One of the `poses` of pose.json; fields as of `PoseEstimate`."""
-
-    estimator: str
-    stage: str
-    optics: str
-    frame: str
-    translation_mm: list[float]
-    quaternion_xyzw: list[float]
-    rotation_deg: dict[str, float]
-    covariance: list[list[float]] | None
-    covariance_noise: NotRequired[list[list[float]]]
-    shared_errors: NotRequired[Shared]
-    residual_rms_urad: float
-    n_angles: int
-    mirrored_share: float
-    weighted_rms_urad: float
-    noise_gain: float
-    halves: Row | None
-    note: str
-    details: NotRequired[Row]
-    station: NotRequired[str]
-    errors_mm: NotRequired[list[float]]
-    errors_deg: NotRequired[list[float]]
-    truth_errors_mm: NotRequired[list[float]]
-    truth_errors_deg: NotRequired[list[float]]
-
-
-class ReferenceEntry(TypedDict):
-    """The reference of pose.json; rms and numbers of markers by role."""
-
-    source: str
-    translation_mm: list[float]
-    rotation_deg: dict[str, float]
-    residual_rms_mm: dict[str, float]
-    n_markers: dict[str, int]
-
-
-class PoseFile(TypedDict):
-    """pose.json; of any number of stations (`is_network`) `reference` is the name of one, `chosen`
-    an index of `poses` for each other, and there are the last three."""
-
-    stations: dict[str, StationEntry]
-    chosen: int | None
-    verdict: dict[str, str]
-    checks: list[Row]
-    convention: str
-    reference: ReferenceEntry | None
-    diagnostics: Row
-    poses: list[PoseEntry]
-    variants: NotRequired[list[Row]]
-    check_against: NotRequired[Row]
-    world: NotRequired[Row]
-    station_verdicts: NotRequired[dict[str, str]]
-    covariance_joint: NotRequired[list[list[float]] | None]
-    covariance_joint_stations: NotRequired[list[str]]
-    reference_poses: NotRequired[Row]
+# Contents of pose.json, and one of its `poses`: keys as `pose_json`, `network_json` and `_entry`
+# write them.
+PoseFile = dict[str, Any]
+PoseEntry = dict[str, Any]
 
 
 def pose_json(
@@ -165,13 +90,13 @@ def network_json(
     poses by name that a lab measured."""
     document = pose_json(poses, stations, None, verdict, diagnostics)
     for index, pose in enumerate(poses):
-        entry = {**_entry(pose, true.get(pose.station)), "station": pose.station}
-        document["poses"][index] = cast("PoseEntry", entry)
+        entry = document["poses"][index] = _entry(pose, true.get(pose.station))
+        entry["station"] = pose.station
         if index in chosen.values():
-            _add_for_later(document["poses"][index], pose)
+            _add_for_later(entry, pose)
     reference, joint = network.connected[0], network.covariance
     rest = [station.role for station in stations if station.role != reference]
-    general: Row = {
+    document |= {
         "reference": reference,
         "chosen": {name: chosen.get(name) for name in rest},
         "convention": NETWORK_CONVENTION,
@@ -181,14 +106,13 @@ def network_json(
     }
     if true:
         kept = ("source", "translation_mm", "rotation_deg")
-        every = {name: dict(_reference(one)) for name, one in true.items()}
-        general["reference_poses"] = {
+        every = {name: _reference(one) for name, one in true.items()}
+        document["reference_poses"] = {
             k: {key: one[key] for key in kept} for k, one in every.items()
         }
     for station in stations:
         if station.generation == 2:
             document["stations"][station.role]["mode"] = str(station.channel)
-    document.update(general)  # type: ignore[typeddict-item]
     return document
 
 
@@ -203,7 +127,7 @@ def pairs(given: PoseFile) -> dict[str, PoseFile]:
     reference as master; of two stations of the first generation the file itself."""
     if not is_network(given):
         return {ROLES[1]: given}
-    stations, taken = given["stations"], cast("dict[str, int | None] | None", given["chosen"])
+    stations, taken = given["stations"], given["chosen"]
     reference = str(given["reference"] or next(iter(stations)))
     found: dict[str, PoseFile] = {}
     for name in stations:
@@ -212,13 +136,13 @@ def pairs(given: PoseFile) -> dict[str, PoseFile]:
         own = [k for k, entry in enumerate(given["poses"]) if entry.get("station") == name]
         index = None if taken is None else taken[name]
         both = {ROLES[0]: stations[reference], ROLES[1]: stations[name]}
-        one: Row = {
+        found[name] = {
+            **given,
             "stations": both,
             "poses": [given["poses"][k] for k in own],
             "chosen": None if index is None else own.index(index),
             "reference": None,
         }
-        found[name] = {**given, **one}  # type: ignore[typeddict-item]
     return found
 
 
@@ -235,7 +159,7 @@ def check_row(check: Check) -> Row:
     }
 
 
-def _reference(reference: Reference) -> ReferenceEntry:
+def _reference(reference: Reference) -> Row:
     alpha, beta, gamma = np.degrees(rotation.to_angles(reference.R)).tolist()
     return {
         "source": reference.source,
@@ -281,7 +205,7 @@ def _add_for_later(entry: PoseEntry, pose: PoseEstimate) -> None:
         return
     shared = pose.shared
 
-    def group(own: np.ndarray) -> SharedGroup:
+    def group(own: np.ndarray) -> Row:
         effect = [[float(f"{value:.5g}") for value in row] for row in shared.effect[own]]
         return {"sd": shared.sd[own].tolist(), "effect": effect}
 
@@ -343,7 +267,7 @@ def _check_covariance(given: object) -> None:
         raise ValueError("a covariance is no symmetric matrix of 6 x 6 finite numbers")
 
 
-def _check_variant(given: Row) -> None:
+def _check_variant(given: Record) -> None:
     _ = given["chosen"], given["standing"], hash(given["variant"])
     R = np.array(given["rotation_matrix"], dtype=np.float64)
     t = np.array(given["translation_mm"], dtype=np.float64)
@@ -353,7 +277,7 @@ def _check_variant(given: Row) -> None:
         raise ValueError(f"translation_mm of variant {given['variant']!r} is {t.tolist()}")
 
 
-def _check_shared(given: Shared | None) -> None:
+def _check_shared(given: Record | None) -> None:
     if given is None:
         return
     _ = given["digest"]

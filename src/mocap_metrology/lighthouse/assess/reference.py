@@ -16,7 +16,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import SupportsInt
+from typing import Any, SupportsInt
 
 import numpy as np
 
@@ -24,10 +24,10 @@ from mocap_metrology.common.documents import load_json, text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.board import narrowness_m, read_places
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 from mocap_metrology.lighthouse.decode.factory_file import crazyflie_poses, finite, is_crazyflie
 from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
-from mocap_metrology.lighthouse.places import narrowness_m, read_places
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 
 ID = re.compile(r"\s*[+-]?(0[xX][0-9a-fA-F]{1,16}|[0-9]{1,20})\s*")
@@ -130,7 +130,7 @@ def pose_reference(path: str | Path) -> Reference:
     """
     name = Path(path).name
     text = text_of(path, "a pose file")
-    given = _of_crazyflie(text, name) or _of_libsurvive(path, text) or _of_json(text, name)
+    given = _of_crazyflie(text, name) or _of_libsurvive(path, text) or of_json(text, name)
     if not isinstance(given, dict):
         raise Refusal(f"{name}: expected an object with R, t_m and stations")
     stations = given.get("stations", given)
@@ -141,11 +141,17 @@ def pose_reference(path: str | Path) -> Reference:
     return Reference(R, t_m, (master, slave), f"pose file {name}")
 
 
-def _of_json(text: str, name: str) -> object:
+def of_json(text: str, name: str) -> Any:
+    """A pose file of JSON."""
     try:
         return load_json(text)
     except UNREADABLE as error:
         raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
+
+
+def is_libsurvive(text: str) -> bool:
+    """Whether a text is libsurvive's configuration, which has no outer braces."""
+    return '"lighthouse' in text and not text.lstrip().startswith("{")
 
 
 def _of_crazyflie(text: str, name: str) -> Row | None:
@@ -159,8 +165,8 @@ def _of_crazyflie(text: str, name: str) -> Row | None:
 
 
 def _of_libsurvive(path: str | Path, text: str) -> Row | None:
-    """Likewise from libsurvive's configuration, which has no outer braces."""
-    if '"lighthouse' not in text or text.lstrip().startswith("{"):
+    """Likewise from libsurvive's configuration."""
+    if not is_libsurvive(text):
         return None
     found = read_solution(path)
     R, t = solution_pose(found)

@@ -10,7 +10,13 @@ import numpy as np
 
 from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.evidence import AXES, KINDS, Columns, jitter, lengths
+from mocap_metrology.lighthouse.assess.calibration_files import (
+    AXES,
+    KINDS,
+    Columns,
+    jitter,
+    lengths,
+)
 from mocap_metrology.lighthouse.assess.pose_file import is_network, pairs
 from mocap_metrology.lighthouse.published import QUANTITIES
 

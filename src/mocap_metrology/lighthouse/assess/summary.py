@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
+from mocap_metrology.lighthouse.assess import pose_file
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
-from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad, places_urad
-from mocap_metrology.lighthouse.assess.network_reference import NetworkReference
-from mocap_metrology.lighthouse.assess.pose_file import (
-    PoseFile,
-    network_json,
-    pairs,
-    pose_json,
-    read_pose_json,
+from mocap_metrology.lighthouse.assess.fit_checks import (
+    WORDS,
+    Case,
+    Check,
+    expected_noise_urad,
+    places_urad,
 )
+from mocap_metrology.lighthouse.assess.network_reference import NetworkReference
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict, worst_of
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
 from mocap_metrology.lighthouse.records import MASTER, Path, PoseEstimate, Station
 
 NO_POSE: Row = {"moved": None, "valid": None}  # nothing to compare
+APART_P = 0.01  # by chance, of all comparisons of an object together
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Summary:
     """document: contents of pose.json but for its sentences, which are of verdict and comparison
     with an earlier pose, where one is given."""
 
-    document: PoseFile
+    document: pose_file.PoseFile
     verdict: Verdict
     comparison: Comparison | None = None
 
@@ -81,7 +84,6 @@ def summary(
     assert not isinstance(reference, NetworkReference)
     index = chosen(found.estimates)
     best = None if index is None else found.estimates[index]
-    why = list(found.why)
     note = check_ids(reference, stations) if reference is not None else ""
     span, board_rms, places = None, None, 0.0
     both = None if best is None else found.paths_of(best)
@@ -101,29 +103,44 @@ def summary(
         errors=None if reference is None or best is None else errors(best.R, best.t_m, reference),
         variants=found.variants,
         exchanged=found.exchanged,
-        why_none="; ".join(why),
+        why_none="; ".join(found.why),
     )
-    diagnostics = {
-        "still": found.still,
-        "n_common": found.n_common,
-        "span_m": span,
-        "duration_s": duration_s,
-        "board_rms_urad": board_rms,
-        "left_out": why,
-        "notes": [*notes, *([note] if note else [])],
-    }
-    result = pose_json(found.estimates, stations, index, judged, diagnostics, reference)
-    result["variants"] = [way.as_dict() for way in found.variants]
+    diagnostics = _diagnostics(found, duration_s, [*notes, note])
+    diagnostics |= {"span_m": span, "board_rms_urad": board_rms}
+    result = pose_file.pose_json(found.estimates, stations, index, judged, diagnostics, reference)
     if truths is not None:
         for entry, pose in zip(result["poses"], found.estimates, strict=True):
             mm, deg = errors(pose.R, pose.t_m, truths[pose.frame])
             entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}
-    comparison = None
-    if earlier is not None and result["chosen"] is not None:
-        comparison = compare_with_earlier(result, read_pose_json(earlier))
-    if earlier is not None:
-        result["check_against"] = NO_POSE if comparison is None else comparison.as_dict()
-    return Summary(result, judged, comparison)
+    return _compared(found, result, judged, earlier)
+
+
+def _diagnostics(found: Calibration, duration_s: float | None, notes: Sequence[str]) -> Row:
+    return {
+        "still": found.still,
+        "n_common": found.n_common,
+        "duration_s": duration_s,
+        "left_out": list(found.why),
+        "notes": [note for note in notes if note],
+    }
+
+
+def _compared(
+    found: Calibration, result: pose_file.PoseFile, judged: Verdict, earlier: str | None
+) -> Summary:
+    """With the variants, and held against the earlier pose; of several stations the worst."""
+    result["variants"] = [way.as_dict() for way in found.variants]
+    if earlier is None:
+        return Summary(result, judged)
+    own = {name: one for name, one in pose_file.pairs(result).items() if one["chosen"] is not None}
+    old = pose_file.pairs(pose_file.read_pose_json(earlier)) if own else {}
+    both = [(one, old[name]) for name, one in own.items() if name in old]
+    if found.network is not None:
+        both = [pair for pair in both if pair[1]["chosen"] is not None]
+    comparisons = [compare_with_earlier(*pair) for pair in both]
+    worst = max(comparisons, key=lambda one: (one.moved, not one.valid, *one.shift), default=None)
+    result["check_against"] = NO_POSE if worst is None else worst.as_dict()
+    return Summary(result, judged, worst)
 
 
 def _of_network(
@@ -159,32 +176,50 @@ def _of_network(
             why_none="; ".join(found.why),
         )
     judged = worst_of(verdicts, list(network.apart.values()))
-    diagnostics = {
-        "still": found.still,
-        "n_common": found.n_common,
-        "common": dict(network.common),
-        "duration_s": duration_s,
-        "left_out": list(found.why),
-        "notes": [*notes, *([note] if note else [])],
-    }
-    result = network_json(found.estimates, stations, taken, judged, network, diagnostics, true)
-    result["variants"] = [way.as_dict() for way in found.variants]
-    comparison = None
-    if earlier is not None:
-        old = pairs(read_pose_json(earlier))
-        both = [(one, old[name]) for name, one in pairs(result).items() if name in old]
-        all_of = [
-            compare_with_earlier(*pair)
-            for pair in both
-            if None not in (pair[0]["chosen"], pair[1]["chosen"])
-        ]
-        comparison = max(
-            all_of, key=lambda one: (one.moved, not one.valid, *one.shift), default=None
-        )
-        result["check_against"] = NO_POSE if comparison is None else comparison.as_dict()
-    return Summary(result, judged, comparison)
+    diagnostics = _diagnostics(found, duration_s, [*notes, note])
+    diagnostics["common"] = dict(network.common)
+    result = pose_file.network_json(
+        found.estimates, stations, taken, judged, network, diagnostics, true
+    )
+    return _compared(found, result, judged, earlier)
 
 
 def refused(stations: Sequence[Station], why: str) -> Summary:
     """pose.json of a calibration that cannot be: no pose, and the reason."""
     return summary(Calibration(why=[why]), stations)
+
+
+def with_objects(found: Summary, others: Mapping[str, pose_file.PoseFile]) -> Summary:
+    """With a check against the poses from other objects of the same recording, by name.
+
+    Of m comparisons the least probability by chance p counts as min(1, m p). Below `APART_P` one
+    pose at least is farther off than stated, and it is unknown which: the word is one worse, but
+    `failed` only where it was so before. Others that are `failed` state nothing. Without a
+    comparison the summary is unchanged.
+    """
+    compared: list[tuple[Comparison, str]] = []
+    for name, other in others.items():
+        with suppress(Refusal):  # without a pose, or of other stations
+            one = compare_with_earlier(found.document, other, one_board=False)
+            if other["verdict"]["word"] != "failed" and np.isfinite(one.p_value):
+                compared.append((one, name))
+    if not compared:
+        return found
+    worst, name = min(compared, key=lambda pair: pair[0].p_value)
+    p, word = min(1.0, len(compared) * worst.p_value), found.verdict.word
+    case, level = Case.OBJECTS, "good"
+    if p < APART_P:
+        case, level = Case.OBJECTS_APART, WORDS[min(WORDS.index(word) + 1, 2)]
+    mm, deg = worst.shift
+    numbers = {"mm": mm, "deg": deg}
+    check = Check(
+        "objects agree", case, p, "", APART_P, level == "good", level, numbers, names=(name,)
+    )
+    word = max(word, level, key=WORDS.index)
+    judged = replace(found.verdict, word=word, checks=(*found.verdict.checks, check))
+    document: pose_file.PoseFile = {
+        **found.document,
+        "verdict": found.document["verdict"] | {"word": word},
+        "checks": [*found.document["checks"], pose_file.check_row(check)],
+    }
+    return replace(found, document=document, verdict=judged)

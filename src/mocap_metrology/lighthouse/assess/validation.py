@@ -21,6 +21,7 @@ from mocap_metrology.lighthouse.assess.fit_checks import (
     WORDS,
     Case,
     Check,
+    judged,
     unknown,
     worst,
 )
@@ -88,10 +89,8 @@ def agreements(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> Iterator[
             yield _stages(chosen, p)
         if p.stage == chosen.stage and {p.optics, chosen.optics} == {"ideal", "factory"}:
             mm, deg = apart(chosen, p)
-            word, limit = worst(mm, deg, (OPTICS_APART, OPTICS_APART))
-            good = word == "good"
-            case = Case.OPTICS if good else Case.OPTICS_FAR
-            yield Check("optics agree", case, mm, "mm", limit, good, word, {"deg": deg})
+            cases, grade = (Case.OPTICS, Case.OPTICS_FAR), worst(mm, deg, 2 * (OPTICS_APART,))
+            yield judged("optics agree", cases, mm, "mm", grade, deg=deg)
 
 
 def _stages(chosen: PoseEstimate, other: PoseEstimate) -> Check:
@@ -136,11 +135,11 @@ def gravity(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
     value = gravity_angle_deg(chosen.R, stations)
     if not math.isfinite(value):
         return unknown("gravity", Case.GRAVITY_UNKNOWN, "deg")
-    word = "good" if value < GRAVITY_DEG[0] else "doubtful" if value < GRAVITY_DEG[1] else "failed"
-    good = word == "good"
-    limit = GRAVITY_DEG[0] if good else GRAVITY_DEG[1]
+    first, second = GRAVITY_DEG
+    grade = ("doubtful" if value < second else "failed"), second
     off = Case.GRAVITY_OFF_IDEAL if chosen.optics == "ideal" else Case.GRAVITY_OFF
-    return Check("gravity", Case.GRAVITY if good else off, value, "deg", limit, good, word)
+    grade = ("good", first) if value < first else grade
+    return judged("gravity", (Case.GRAVITY, off), value, "deg", grade)
 
 
 def against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:
@@ -148,9 +147,8 @@ def against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:
     if errors is None:
         return unknown("reference", Case.REFERENCE_NONE, "mm")
     mm, deg = (float(np.linalg.norm(e)) for e in errors)
-    word, limit = worst(mm, deg, REFERENCE)
-    good, numbers = word == "good", {"deg": deg}
-    return Check("reference", Case.REFERENCE, mm, "mm", limit, good, word, numbers)
+    cases = Case.REFERENCE, Case.REFERENCE
+    return judged("reference", cases, mm, "mm", worst(mm, deg, REFERENCE), deg=deg)
 
 
 def _by_batch(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> PoseEstimate:

@@ -27,13 +27,12 @@ from scipy.linalg import hadamard
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import kernel
-from mocap_metrology.lighthouse.batch.inverse import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import Layout, State
 from mocap_metrology.lighthouse.batch.recording import Recording
 from mocap_metrology.lighthouse.batch.solve import Reduced, by_bends, linearised, reduced
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
-from mocap_metrology.lighthouse.batch.view import View
+from mocap_metrology.lighthouse.batch.view import View, pose_blocks, selected_inverse
 
 SIGNS = hadamard(8)[:, 1 : 1 + POSE]
 UNSURE_RAD = 0.3  # of a rotation, as beside a gap: beyond it the second order does not suffice
@@ -57,7 +56,7 @@ def bias_equations(one: Recording, state: State, of: Layout, factor: np.ndarray)
     d = _curvature(seen, trajectory, state, one.residual + seen.sweeps.hits.angle_rad, root)
     flat = replace(trajectory, control=np.zeros_like(trajectory.control))  # its prior pulls nothing
     if (more := one.more(of)) is not None:
-        more = replace(more, g=np.zeros_like(more.g), g_inner=np.zeros_like(more.g_inner))
+        more = more._replace(g=np.zeros_like(more.g), g_inner=np.zeros_like(more.g_inner))
     sums = linearised(seen, trajectory, state, d, weight.hit, of, more, weight.held)
     part = reduced(sums, flat, noise)
     return replace(part, h=part.h - by_bends(part, trajectory, noise))
@@ -79,11 +78,8 @@ def _curvature(
     shift = sum(root[sweep, :, k] * signs[:, k, None] for k in range(POSE))
     who, only = seen.who.copy(), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
     who[:, 3] = np.arange(n)  # a control point for each hit
-    station = state.R, state.t_m, state.rotors, state.offsets
-    board = state.board, state.normals, state.cover
     total = -angle
     for sign in (1, -1):
-        control, out = np.vstack([pose + sign * shift, np.zeros((3, POSE))]), np.empty(n)
-        kernel.predicted(who, only, seen.turned, control, *station, *board, out)
-        total += out / 2
+        control = np.vstack([pose + sign * shift, np.zeros((3, POSE))])
+        total += kernel.predicted(kernel.Light(who, only, seen.turned), control, state) / 2
     return total

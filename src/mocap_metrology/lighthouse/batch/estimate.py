@@ -16,33 +16,9 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch import inertial
-from mocap_metrology.lighthouse.batch.begins import pull_of_begins
+from mocap_metrology.lighthouse.batch import inertial, problem, recording, solve
 from mocap_metrology.lighthouse.batch.bias import bias_equations
-from mocap_metrology.lighthouse.batch.damping import more_damping
-from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equations
 from mocap_metrology.lighthouse.batch.kernel import POSE
-from mocap_metrology.lighthouse.batch.noise import estimated_noise
-from mocap_metrology.lighthouse.batch.problem import (
-    GROUPS,
-    NO_NORMALS,
-    Layout,
-    More,
-    Priors,
-    State,
-    layout,
-    start,
-)
-from mocap_metrology.lighthouse.batch.recording import Given, Recording, Sensed, recording, rough
-from mocap_metrology.lighthouse.batch.solve import (
-    Reduced,
-    Sums,
-    by_bends,
-    covariance_of,
-    reduced,
-    solved,
-    supported,
-)
 from mocap_metrology.lighthouse.rotor import GENERATION, X, Z
 
 ROUNDS = 60  # steps at most
@@ -70,9 +46,9 @@ class Joint:
     `batch.begins`, of an estimate that is not `sized`.
     """
 
-    state: State
-    recordings: tuple[Recording, ...]
-    of: Layout
+    state: problem.State
+    recordings: tuple[recording.Recording, ...]
+    of: problem.Layout
     S: np.ndarray
     working: np.ndarray
     believed: np.ndarray
@@ -92,13 +68,24 @@ class Joint:
     @property
     def covariance(self) -> np.ndarray:
         """Of all global unknowns, in m and rad."""
-        return covariance_of(self.S, self.working, self.believed, self.pull)
+        return solve.covariance_of(self.S, self.working, self.believed, self.pull)
 
     @property
     def pull(self) -> Floats:
         """Covariance of what the data pull at all unknowns: S, that of the recordings times their
         misfit, which says nothing about a measured length, and that of the begins of turns."""
         return self.S + (self.misfit - 1) * (self.S - self.others) + self.begins
+
+    @property
+    def inverse(self) -> tuple[Floats, Floats]:
+        """(S + L)^-1 and the diagonal of L, the information of the priors."""
+        known = 1 / self.working**2
+        return solve.solved(self.S + np.diag(known), np.eye(known.size)), known
+
+    @property
+    def sd(self) -> Floats:
+        """Prior standard deviations that the recordings do not contradict, 0 of what has none."""
+        return np.where(np.isfinite(self.believed), self.believed, 0.0)
 
     def pose_covariance(self, station: int = 1) -> np.ndarray:
         """Covariance (6, 6) of t and the left rotation vector of a station in m and rad."""
@@ -119,16 +106,16 @@ def determined(what: str) -> Iterator[None]:
 
 
 def estimate(
-    recordings: Sequence[Given],
+    recordings: Sequence[recording.Given],
     R: Sequence[np.ndarray],
     t_m: Sequence[np.ndarray],
     rotors: np.ndarray,
     board: np.ndarray,
-    priors: Priors | None = None,
+    priors: problem.Priors | None = None,
     known_poses: bool = False,
     *,
     sized: bool = False,
-    more: More | None = None,
+    more: problem.More | None = None,
     near: Joint | None = None,
     rounds: int = ROUNDS,
 ) -> Joint:
@@ -141,26 +128,28 @@ def estimate(
     """
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
-    more = more or More()
+    more = more or problem.More()
     ups, normals = more.ups, more.normals
     by_ups = ups is not None and bool(np.isfinite(ups).all(axis=1).any())
     there = [one is not None for one in seen]
     sized_scale = any(one.lengths for one in recordings)
-    priors = priors or Priors()
-    of = layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale, more)
-    state = start(R, t_m, rotors, board, of.size, NO_NORMALS if normals is None else normals)
+    priors = priors or problem.Priors()
+    of = problem.layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale, more)
+    state = problem.start(
+        R, t_m, rotors, board, of.size, problem.NO_NORMALS if normals is None else normals
+    )
     if near is not None:
         state = near.state
-    own = [recording(one, state) for one in recordings]
+    own = [recording.recording(one, state) for one in recordings]
     for one, its, column in zip(own, seen, of.inertial, strict=True):
         if its is not None:
             felt = inertial.residuals(its, one.trajectory, state, column)
-            one.sensors = Sensed(its, column, felt, inertial.rough_noise(felt))
+            one.sensors = recording.Sensed(its, column, felt, inertial.rough_noise(felt))
             if not state.gravity.any():
-                state = replace(state, gravity=inertial.first_gravity(its, felt))
+                state = state._replace(gravity=inertial.first_gravity(its, felt))
                 one.renew(state)
     if ups is not None and by_ups and not any(there):
-        state = replace(state, gravity=first_gravity(state, ups))
+        state = state._replace(gravity=problem.first_gravity(state, ups))
     search = _Search(of, state, own, sized, ups if by_ups else None)
     found = search.run(rounds)
     return found if sized else search.without_bias(found)
@@ -181,7 +170,7 @@ def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint
     have the freedom of the full priors, with which one can imitate another."""
     own = rotors.copy()
     own[..., X : Z + 1] = found.state.rotors[..., X : Z + 1]
-    state = replace(found.state, rotors=own)
+    state = found.state._replace(rotors=own)
     parts = [replace(one) for one in found.recordings]
     for one in parts:
         one.renew(state)
@@ -195,9 +184,9 @@ class _Search:
 
     def __init__(
         self,
-        of: Layout,
-        state: State,
-        recordings: list[Recording],
+        of: problem.Layout,
+        state: problem.State,
+        recordings: list[recording.Recording],
         sized: bool,
         ups: np.ndarray | None,
     ):
@@ -209,10 +198,10 @@ class _Search:
         # Of each control point of the recordings, in the last step.
         self.damping = [np.full(len(one.trajectory.control), first) for one in recordings]
         self.weighed = False  # the sensors' noise remains as it is
-        self.parts: list[Reduced] = []  # the recordings, in the last step
+        self.parts: list[solve.Reduced] = []  # the recordings, in the last step
         self.others: Floats | float = 0.0  # as in `Joint`, in the last step
         self.last = False  # whether all priors are as large as they will be
-        held = (of.group != GROUPS.index("pose")).all()
+        held = (of.group != problem.GROUPS.index("pose")).all()
         self.same_cost = SMALL_GAIN if held else 0.0
 
     def run(self, most: int = ROUNDS) -> Joint:
@@ -233,7 +222,9 @@ class _Search:
                     self.last = True
         if not converged and self.last and abs(gain) < SAME_COST:
             converged = self._size_of(S, step) < SMALL_ENOUGH
-        begins = sum(map(pull_of_begins, self.recordings, sums, self.parts)) if final else 0.0
+        begins = (
+            sum(map(recording.pull_of_begins, self.recordings, sums, self.parts)) if final else 0.0
+        )
         values = self.state, tuple(self.recordings), self.of, S, self.working, self.believed
         how = converged, rounds, self.ups
         return Joint(*values, *how, others=self.others, begins=begins)
@@ -249,7 +240,7 @@ class _Search:
             for one, part in zip(own, self.parts, strict=True)
         ]
         M = found.S + np.diag(1 / found.working**2)
-        y = -solved(M, np.sum([part.h for part in parts], axis=0))
+        y = -solve.solved(M, np.sum([part.h for part in parts], axis=0))
         if y @ M @ y > LARGEST_BIAS**2:
             return found
         state = state.moved(-y, of)
@@ -257,11 +248,11 @@ class _Search:
             one.move(-part.trajectory_step(y), state)
         return replace(found, state=state)
 
-    def _linearise(self) -> list[Sums]:
+    def _linearise(self) -> list[solve.Sums]:
         settled = True
         for one in self.recordings:
             if not self.refined:
-                before, one.noise = one.noise, rough(one)
+                before, one.noise = one.noise, recording.rough(one)
                 settled &= one.noise.hit > SETTLED * before.hit
         self._weigh_sensors()
         sums = [one.sums(self.state, self.of) for one in self.recordings]
@@ -270,10 +261,10 @@ class _Search:
         self.refined = True
         return self._renoised(sums)
 
-    def _renoised(self, sums: list[Sums]) -> list[Sums]:
+    def _renoised(self, sums: list[solve.Sums]) -> list[solve.Sums]:
         """Estimate the noise, by sums over hits that count alike; sums at it."""
         for one, own in zip(self.recordings, sums, strict=True):
-            one.noise = estimated_noise(own, one.trajectory, one.noise)
+            one.noise = solve.estimated_noise(own, one.trajectory, one.noise)
             if self.share:
                 one.shared(self.state)
         return [one.sums(self.state, self.of) for one in self.recordings] if self.share else sums
@@ -316,11 +307,11 @@ class _Search:
     def _cost(self) -> float:
         """Robust sum of squares, with those of the priors."""
         known = float(np.sum((self.state.values / self.working) ** 2))
-        _, _, of_gravity = gravity_equations(self.state, self.of, self.ups)
+        _, _, of_gravity = problem.gravity_equations(self.state, self.of, self.ups)
         lengths = sum(one.cost_of_lengths(self.state, self.of) for one in self.recordings)
         return known + of_gravity + lengths + sum(one.cost() for one in self.recordings)
 
-    def _step(self, sums: list[Sums]) -> tuple[Floats, Floats, Floats, float]:
+    def _step(self, sums: list[solve.Sums]) -> tuple[Floats, Floats, Floats, float]:
         """Take a step by which the cost does not rise; S and h before it, the step without damping,
         and by how much the cost falls.
 
@@ -329,13 +320,13 @@ class _Search:
         damped where it fails, and all else, the global unknowns too, where that does not help.
         """
         before, old = self.state, [replace(one) for one in self.recordings]
-        down, pull, _ = gravity_equations(self.state, self.of, self.ups)
+        down, pull, _ = problem.gravity_equations(self.state, self.of, self.ups)
         cost, known, tries = self._cost(), 1 / self.working**2, 0
         damping = [np.zeros_like(own) for own in self.damping]
         plain: tuple[Floats, Floats, Floats] | None = None
         while True:
             parts = [
-                reduced(own, one.trajectory, one.noise, np.repeat(its, POSE))
+                solve.reduced(own, one.trajectory, one.noise, np.repeat(its, POSE))
                 for own, one, its in zip(sums, old, damping, strict=True)
             ]
             more = [
@@ -346,7 +337,7 @@ class _Search:
             h = pull + np.sum([own.h for own in parts] + [own[1] for own in more], axis=0)
             M = S + np.diag(known)
             M[np.diag_indices(len(M))] *= 1 + min(its.min() for its in damping)
-            step = -solved(M, h + known * before.values)
+            step = -solve.solved(M, h + known * before.values)
             if plain is None:
                 plain, self.parts, self.others = (S, h, step), parts, others
             self.state = before.moved(step, self.of)
@@ -360,9 +351,9 @@ class _Search:
             tries += 1
             every = self.share or tries > LOCAL
             least = [np.maximum(own / 10, self.least_damping) for own in self.damping]
-            damping = more_damping(damping, least, old, self.recordings, every)
+            damping = recording.more_damping(damping, least, old, self.recordings, every)
 
-    def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:
+    def _size(self, S: Floats, h: Floats, values: Floats, sums: list[solve.Sums]) -> None:
         """Noise, and priors of `SIZED` groups, as large as the hits show; S and h at these
         values."""
         self.weighed = True
@@ -370,10 +361,10 @@ class _Search:
             sums = [replace(one, share=None).sums(self.state, self.of) for one in self.recordings]
         self._renoised(sums)
         for one, part in zip(self.recordings, self.parts, strict=True):
-            h = h + by_bends(part, one.trajectory, one.noise)
+            h = h + solve.by_bends(part, one.trajectory, one.noise)
         for name in SIZED:
-            own = self.of.group == GROUPS.index(name)
+            own = self.of.group == problem.GROUPS.index(name)
             if own.any():
-                best, most = supported(S, h, values, self.working, own)
+                best, most = solve.supported(S, h, values, self.working, own)
                 self.working[own] = best * self.of.sd[own]
                 self.believed[own] = most * self.of.sd[own]

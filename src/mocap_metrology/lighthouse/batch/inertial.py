@@ -23,14 +23,13 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.inverse import selected_inverse
-from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, right_jacobians, rotated
+from mocap_metrology.lighthouse.batch.kernel import POSE, Equations, right_jacobians
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2, INERTIAL_SD, Layout, State
-from mocap_metrology.lighthouse.batch.solve import Equations
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, cubic
-from mocap_metrology.lighthouse.batch.view import LIMIT
+from mocap_metrology.lighthouse.batch.view import LIMIT, selected_inverse
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import rotated
 from mocap_metrology.lighthouse.records import Inertial
-from mocap_metrology.lighthouse.rotation import exp, log
+from mocap_metrology.lighthouse.rotation import cross, exp, log
 
 KNOT_S = 0.025  # a hand's tremor of 10 Hz, which 50 ms hide from angles, is seen by accelerometers
 LONGEST_GAP_S = 0.02  # between samples
@@ -140,8 +139,8 @@ def residuals(
     e, turn = at(near_s)
     by_delay = (at(near_s + STEP_S)[0] - at(near_s - STEP_S)[0]) / (2 * STEP_S)
     e += (own[DELAY][0] - near_s) * by_delay
-    by_knots = _right_jacobians(v).reshape(-1, 3, 3, 3)
-    by_bias, by_turn = _right_jacobians(log(turn)), _right_jacobians(own[None, TURN])[0]
+    by_knots = right_jacobians(v).reshape(-1, 3, 3, 3)
+    by_bias, by_turn = right_jacobians(log(turn)), right_jacobians(own[None, TURN])[0]
     return Residuals(e, R, by_knots, by_bias, by_turn, by_delay, y, felt, gain, M, place)
 
 
@@ -165,20 +164,6 @@ def _weights(seen: Windows) -> Floats:
     return np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)) if seen.still else ENDS
 
 
-def _right_jacobians(v: np.ndarray) -> Floats:
-    out = np.empty((len(v), 3, 3))
-    right_jacobians(np.ascontiguousarray(v), out)
-    return out
-
-
-def _cross(v: np.ndarray) -> Floats:
-    """Matrices (..., 3, 3) with [v] w = v x w."""
-    out = np.zeros((*v.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., i, j], out[..., j, i] = -v[..., k], v[..., k]
-    return out
-
-
 def derivatives(seen: Windows, found: Residuals) -> tuple[Floats, Floats]:
     """Of e_w and e_f, by the control points of the interval (n, 6, 24), and by gravity and the
     sensors' unknowns (n, 6, 3 + OWN)."""
@@ -191,15 +176,15 @@ def derivatives(seen: Windows, found: Residuals) -> tuple[Floats, Floats]:
     P = M.T @ np.swapaxes(R[:, 1], 1, 2)
     for j, factor in enumerate(SECOND / h**2):
         at[:, 3:, j, :3] = factor * P
-        at[:, 3:, j, 3:] = -factor * P @ R[:, j] @ _cross(found.place) @ found.by_knots[:, j]
-    at[:, 3:, 1, 3:] += M.T @ _cross(found.y) @ found.by_knots[:, 1]
+        at[:, 3:, j, 3:] = -factor * P @ R[:, j] @ cross(found.place) @ found.by_knots[:, j]
+    at[:, 3:, 1, 3:] += M.T @ cross(found.y) @ found.by_knots[:, 1]
     near = np.einsum("ji,nrja->nria", _weights(seen), at).reshape(n, 6, NEAR)
     far = np.zeros((n, 6, 3 + OWN))
     far[:, 3:, :3] = -P
     own = far[:, :, 3:]
     own[:, :3, BIAS_W], own[:, 3:, BIAS_F] = found.by_bias, np.eye(3)
     own[:, :3, TURN] = (np.eye(3) - M.T @ back @ M) @ found.by_turn / (2 * h)
-    own[:, 3:, TURN] = _cross(found.y @ M) @ found.by_turn
+    own[:, 3:, TURN] = cross(found.y @ M) @ found.by_turn
     own[:, 3:, PLACE] = P @ np.einsum("j,njab->nab", SECOND / h**2, R)
     near[:, 3:] *= found.gain
     far[:, 3:] *= found.gain
@@ -228,8 +213,7 @@ def equations(
     weight = (_robust(found.e, noise)[0] / noise[:, None] ** 2).reshape(-1, 6)
     e = found.e.reshape(-1, 6)
     at = np.r_[of.gravity : of.gravity + 3, column : column + OWN]
-    band, cross = np.zeros((SPAN, size)), np.zeros((size, of.size))
-    inner, g, h = np.zeros((of.size, of.size)), np.zeros(size), np.zeros(of.size)
+    band, cross, inner, g, h = total = Equations.zeros(size, of.size)
     rows = POSE * seen.interval[:, None] + np.arange(NEAR)
     w_near = np.swapaxes(near * weight[..., None], 1, 2)
     i, j = np.tril_indices(NEAR)
@@ -239,7 +223,7 @@ def equations(
     w_far = np.swapaxes(far * weight[..., None], 1, 2)
     inner[np.ix_(at, at)] = (w_far @ far).sum(axis=0)
     h[at] = (w_far @ e[..., None]).sum(axis=0)[:, 0]
-    return Equations(band, cross, inner, g, h)
+    return total
 
 
 def rough_noise(found: Residuals) -> Floats:

@@ -18,10 +18,12 @@ sigma_c can be put in later.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import rotated
 from mocap_metrology.lighthouse.rotor import (
     GENERATION,
     angle_gradient,
@@ -35,6 +37,52 @@ LOCAL = 28  # most global unknowns of one hit
 ROOM = 43  # of the work of one hit
 HELD = 0.5  # of the factor of t: where the places of a board's file hold
 INDEX2 = 1.5**2  # of refraction, of the cover of a diode
+
+
+class Light(NamedTuple):
+    """Of hits (n,): station, axis, diode and first control point (n, 4); weights of four control
+    points (n, 4); reference rotation (n, 3, 3)."""
+
+    who: np.ndarray
+    basis: np.ndarray
+    turned: np.ndarray
+
+
+class Equations(NamedTuple):
+    """Normal equations of K control points and G other unknowns: lower diagonals (SPAN, 6 K);
+    (6 K, G); (G, G); gradients (6 K,) and (G,)."""
+
+    band: np.ndarray
+    cross: np.ndarray
+    inner: np.ndarray
+    g: np.ndarray
+    g_inner: np.ndarray
+
+    @classmethod
+    def zeros(cls, K: int, G: int) -> Equations:
+        """Of K coordinates of control points."""
+        shapes = (SPAN, K), (K, G), (G, G), (K,), (G,)
+        return cls(*(np.zeros(shape) for shape in shapes))
+
+
+class Values(NamedTuple):
+    """Values of all unknowns but the trajectory.
+
+    R (stations, 3, 3), t_m (stations, 3): into the master's frame; rotors (stations, 2, 13) as
+    `rotor_parameters`; offsets (stations, 2) in rad; board (n, 3) in m; gravity (3,) in m/s^2, of
+    the master's frame; values (unknowns,): steps from where the priors are centred; normals (n, 3)
+    of the diodes, (0, 3) where no cover is taken into account; cover (2,): a and t in m.
+    """
+
+    R: np.ndarray
+    t_m: np.ndarray
+    rotors: np.ndarray
+    offsets: np.ndarray
+    board: np.ndarray
+    gravity: np.ndarray
+    values: np.ndarray
+    normals: np.ndarray
+    cover: np.ndarray
 
 
 @njit(inline="always")
@@ -59,48 +107,24 @@ def right_jacobian(v: np.ndarray, J: np.ndarray) -> None:
 
 
 @njit
-def right_jacobians(v: np.ndarray, out: np.ndarray) -> None:
-    """Those of rotation vectors (n, 3), into out (n, 3, 3)."""
+def right_jacobians(v: np.ndarray) -> np.ndarray:
+    """Those of rotation vectors (n, 3), (n, 3, 3)."""
+    out = np.empty((len(v), 3, 3))
     for m in range(len(v)):
         right_jacobian(v[m], out[m])
-
-
-@njit(inline="always")
-def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
-    """out = Exp(v) q (Rodrigues)."""
-    a2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-    if a2 < 1e-8:
-        s, c = 1 - a2 / 6, 0.5 - a2 / 24
-    else:
-        a = math.sqrt(a2)
-        s, c = math.sin(a) / a, (1 - math.cos(a)) / a2
-    k0, k1, k2 = v[1] * q[2] - v[2] * q[1], v[2] * q[0] - v[0] * q[2], v[0] * q[1] - v[1] * q[0]
-    out[0] = q[0] + s * k0 + c * (v[1] * k2 - v[2] * k1)
-    out[1] = q[1] + s * k1 + c * (v[2] * k0 - v[0] * k2)
-    out[2] = q[2] + s * k2 + c * (v[0] * k1 - v[1] * k0)
+    return out
 
 
 @njit(inline="always")
 def _hit(
-    h: int,
-    who: np.ndarray,
-    basis: np.ndarray,
-    turned: np.ndarray,
-    control: np.ndarray,
-    R: np.ndarray,
-    t: np.ndarray,
-    rotors: np.ndarray,
-    board: np.ndarray,
-    normals: np.ndarray,
-    cover: np.ndarray,
-    row: np.ndarray,
-    work: np.ndarray,
+    h: int, seen: Light, control: np.ndarray, of: Values, row: np.ndarray, work: np.ndarray
 ) -> float:
     """Predicted angle; derivative by the board's pose at the time, in row[:6]; work[3:6] is that
     by the diode's place, work[6:9] by the master's coordinates, work[9:12] the diode from the
     station, work[12:15] in the station's frame, work[30:36] those of `plane_gradient`, work[36]
-    the factor of t, work[37:43] the normal in the master's frame and the diode under its cover.
-    normals (0, 3): without covers."""
+    the factor of t, work[37:43] the normal in the master's frame and the diode under its cover."""
+    who, basis, normals, cover = seen.who, seen.basis, of.normals, of.cover
+    t, rotors = of.t_m, of.rotors
     s, axis, d, k = who[h, 0], who[h, 1], who[h, 2], who[h, 3]
     p0 = p1 = p2 = 0.0
     v = work[15:18]
@@ -113,7 +137,7 @@ def _hit(
         v[0] += b * c[3]
         v[1] += b * c[4]
         v[2] += b * c[5]
-    q, a, F, S = board[d], work[0:3], turned[h], R[s]
+    q, a, F, S = of.board[d], work[0:3], seen.turned[h], of.R[s]
     rotated(v, q, a)
     far, x = work[9:12], work[12:15]
     far[0] = p0 - t[s, 0] + F[0, 0] * a[0] + F[0, 1] * a[1] + F[0, 2] * a[2]
@@ -157,22 +181,20 @@ def _hit(
 def _globals(
     h: int,
     who: np.ndarray,
-    rotors: np.ndarray,
-    board: np.ndarray,
-    normals: np.ndarray,
-    columns: np.ndarray,
-    scale: int,
-    places: int,
-    cover: int,
+    of: Values,
+    rows: tuple[np.ndarray, int, int, int],
     work: np.ndarray,
     at: np.ndarray,
     value: np.ndarray,
 ) -> int:
     """Which global unknowns the angle depends on, and its derivatives; returns how many.
 
-    columns (stations, 2, 9): first column of the station's pose, of its laser depth, then of each
-    axis' offset, tilt, curve and both parts of gibbous, and of ogee; -1 where known.
+    rows: columns (stations, 2, 9), first column of the station's pose, of its laser depth, then of
+    each axis' offset, tilt, curve and both parts of gibbous, and of ogee; that of the scale, of the
+    diodes' places and of the cover; -1 where known.
     """
+    columns, scale, places, cover = rows
+    board, normals = of.board, of.normals
     s, axis, d = who[h, 0], who[h, 1], who[h, 2]
     own, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
     if own[0] >= 0:
@@ -182,7 +204,7 @@ def _globals(
             at[n + 3], value[n + 3] = own[0] + 3 + i, D[j] * far[k] - D[k] * far[j]
             n += 1
         n += 3
-    x, p = work[12:15], rotors[s, axis]
+    x, p = work[12:15], of.rotors[s, axis]
     if own[1] >= 0:
         _, gx, _, _ = angle_gradient(axis, x[0], x[1], x[2], p)
         at[n], value[n] = own[1], (0.5 if axis == 1 else -0.5) * gx
@@ -196,9 +218,9 @@ def _globals(
                 at[n], value[n] = own[3 + i], work[30 + i]
                 n += 1
         else:
-            of = intrinsic_gradient(axis, x[0], x[1], x[2], p)
+            by = intrinsic_gradient(axis, x[0], x[1], x[2], p)
             for i in range(4):
-                at[n], value[n] = own[3 + i], of[1 + i]
+                at[n], value[n] = own[3 + i], by[1 + i]
                 n += 1
     if scale >= 0:
         at[n] = scale
@@ -217,62 +239,35 @@ def _globals(
 
 
 @njit
-def predicted(
-    who: np.ndarray,
-    basis: np.ndarray,
-    turned: np.ndarray,
-    control: np.ndarray,
-    R: np.ndarray,
-    t: np.ndarray,
-    rotors: np.ndarray,
-    offsets: np.ndarray,
-    board: np.ndarray,
-    normals: np.ndarray,
-    cover: np.ndarray,
-    out: np.ndarray,
-) -> None:
+def predicted(seen: Light, control: np.ndarray, of: Values) -> np.ndarray:
     """Angles of all hits in rad."""
-    row, work = np.empty(POSE), np.empty(ROOM)
-    for h in range(who.shape[0]):
-        theta = _hit(h, who, basis, turned, control, R, t, rotors, board, normals, cover, row, work)
-        out[h] = theta + offsets[who[h, 0], who[h, 1]]
+    row, work, out = np.empty(POSE), np.empty(ROOM), np.empty(seen.who.shape[0])
+    for h in range(out.size):
+        theta = _hit(h, seen, control, of, row, work)
+        out[h] = theta + of.offsets[seen.who[h, 0], seen.who[h, 1]]
+    return out
 
 
 @njit
 def accumulate(
-    who: np.ndarray,
-    basis: np.ndarray,
-    turned: np.ndarray,
+    seen: Light,
     first: np.ndarray,
     residual: np.ndarray,
     weight: np.ndarray,
     control: np.ndarray,
-    R: np.ndarray,
-    t: np.ndarray,
-    rotors: np.ndarray,
-    board: np.ndarray,
-    normals: np.ndarray,
-    cover: np.ndarray,
-    columns: np.ndarray,
-    scale: int,
-    places: int,
-    covers: int,
-    band: np.ndarray,
-    cross: np.ndarray,
-    inner: np.ndarray,
-    g: np.ndarray,
-    g_inner: np.ndarray,
+    of: Values,
+    rows: tuple[np.ndarray, int, int, int],
+    total: Equations,
     sums: np.ndarray,
     sums_inner: np.ndarray,
 ) -> None:
     """Add up w J J^T and w J e over the hits, with V = I.
 
-    who (n, 4): station, axis, diode, first control point; basis (n, 4); turned (n, 3, 3): reference
-    rotation; first (sweeps + 1,): hits of each sweep; band (SPAN, 6 K): lower diagonals for the K
-    control points, cross (6 K, G), inner (G, G), g (6 K,), g_inner (G,); of each sweep sum(w J) in
-    sums (sweeps, SPAN), from the first control point of its first hit on, and sums_inner
-    (sweeps, G). All are zero before.
+    first (sweeps + 1,): hits of each sweep; rows: as of `_globals`; of each sweep sum(w J) in sums
+    (sweeps, SPAN), from the first control point of its first hit on, and sums_inner (sweeps, G).
+    All are zero before.
     """
+    who, basis, inner, g_inner = seen.who, seen.basis, total.inner, total.g_inner
     row, work = np.empty(POSE), np.empty(ROOM)
     at, value = np.empty(LOCAL, np.int64), np.empty(LOCAL)
     own = np.zeros((4 * POSE, 4 * POSE)), np.zeros((4 * POSE, g_inner.size)), np.zeros(4 * POSE)
@@ -285,12 +280,10 @@ def accumulate(
         for h in range(first[m], first[m + 1]):
             k = who[h, 3]
             if k != at_knot:
-                _flush(at_knot, own, band, cross, g)
+                _flush(at_knot, own, total)
                 at_knot = k
-            _hit(h, who, basis, turned, control, R, t, rotors, board, normals, cover, row, work)
-            n = _globals(
-                h, who, rotors, board, normals, columns, scale, places, covers, work, at, value
-            )
+            _hit(h, seen, control, of, row, work)
+            n = _globals(h, who, of, rows, work, at, value)
             w = weight[h]
             we, shift = w * residual[h], POSE * (k - begin)
             for i in range(4):
@@ -309,21 +302,15 @@ def accumulate(
                 g_inner[at[i]] += we * value[i]
                 for j in range(n):
                     inner[at[i], at[j]] += w * value[i] * value[j]
-    _flush(at_knot, own, band, cross, g)
+    _flush(at_knot, own, total)
 
 
 @njit
-def _flush(
-    knot: int,
-    own: tuple[np.ndarray, np.ndarray, np.ndarray],
-    band: np.ndarray,
-    cross: np.ndarray,
-    g: np.ndarray,
-) -> None:
+def _flush(knot: int, own: tuple[np.ndarray, np.ndarray, np.ndarray], total: Equations) -> None:
     """Move the sums over hits of one interval, which fit in the cache, to those of all."""
     if knot < 0:
         return
-    of = POSE * knot
+    of, band, cross, g = POSE * knot, total.band, total.cross, total.g
     for i in range(4 * POSE):
         for j in range(i + 1):
             band[i - j, of + j] += own[0][i, j]

@@ -60,8 +60,7 @@ def equation(seen: LengthView, control: Floats, state: State, of: Layout) -> Len
     places = seen.known.places
     n, rows = len(places), seen.first[:, None] + np.arange(4)
     own = np.einsum("ni,nij->nj", seen.basis, control[rows])
-    J = np.zeros((n, 3, 3))
-    right_jacobians(np.ascontiguousarray(own[:, 3:]), J)
+    J = right_jacobians(np.ascontiguousarray(own[:, 3:]))
     R = seen.turned @ exp(own[:, 3:])
     at, by = own[:, :3].copy(), np.zeros((n, 3, of.size))
     by_pose = np.zeros((n, 3, POSE))

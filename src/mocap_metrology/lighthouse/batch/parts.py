@@ -11,11 +11,10 @@ import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.begins import pull_of_begins
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import GROUPS, NEARLY_KNOWN, Priors
-from mocap_metrology.lighthouse.batch.recording import Recording, rough
+from mocap_metrology.lighthouse.batch.recording import Recording, pull_of_begins, rough
 from mocap_metrology.lighthouse.batch.solve import by_bends, linearised, reduced, solved
 from mocap_metrology.lighthouse.batch.view import Noise, stretch, sweeps_of, weights
 from mocap_metrology.lighthouse.records import AXES, Halves, SharedErrors
@@ -79,14 +78,11 @@ def others_of(found: Joint, station: int) -> np.ndarray:
 def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
     """How far two parts are apart; own: standard deviations that each part has for itself."""
     rows = found.pose(station)
-    believed = np.where(np.isfinite(found.believed), found.believed, 0.0)
-    gain = (a.gain - b.gain) * np.sqrt(np.maximum(believed**2 - own**2, 0.0))
+    gain = (a.gain - b.gain) * np.sqrt(np.maximum(found.sd**2 - own**2, 0.0))
     alone = [part.noise + (part.gain * own**2) @ part.gain.T for part in (a, b)]
     covariance = (alone[0] + alone[1] + gain @ gain.T)[np.ix_(rows, rows)]
     d = (a.step - b.step)[rows]
-    m2 = float(d @ np.linalg.solve(covariance, d))
-    mm, deg = 1e3 * np.linalg.norm(d[:3]), np.degrees(np.linalg.norm(d[3:]))
-    return Halves(float(mm), float(deg), m2)
+    return Halves.of(d, float(d @ np.linalg.solve(covariance, d)))
 
 
 def pieces_of(found: Joint, one: Recording) -> list[Piece]:
@@ -256,12 +252,10 @@ def shared_errors(
     With M = S + L, an error e of what has a prior moves the estimate by -M^-1 L e. Noise makes
     M^-1 S M^-1, to which the time zeros are added: flashes reach other diodes the next time.
     """
-    known = 1 / found.working**2
-    M = np.linalg.inv(found.S + np.diag(known))
+    M, known = found.inverse
     gain, rows = M * known, found.pose(station)
     group, zero = np.array(GROUPS)[found.of.group], _of_one(found, priors)
-    sd = np.where(np.isfinite(found.believed), found.believed, 0.0)
-    sd = np.sqrt(np.maximum(sd**2 - zero**2, 0.0))
+    sd = np.sqrt(np.maximum(found.sd**2 - zero**2, 0.0))
     noise = M @ found.pull @ M + (gain * zero**2) @ gain.T
     own = sd > 1e-6 * zero
     effect = (gain * sd)[np.ix_(rows, own)].T * units
@@ -283,9 +277,7 @@ def prior_p(found: Joint) -> float:
     own = np.isin(found.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
     if not own.any():
         return 1.0
-    known, sd = 1 / found.working**2, found.of.sd[own]
-    M = solved(found.S + np.diag(known), np.eye(known.size))
-    rows = np.ix_(own, own)
+    (M, known), sd, rows = found.inverse, found.of.sd[own], np.ix_(own, own)
     by_prior = (np.eye(sd.size) - M[rows] * known[own]) * sd / sd[:, None]
     C = by_prior @ by_prior.T + (M @ found.pull @ M)[rows] / np.outer(sd, sd)
     size, axes = np.linalg.eigh((C + C.T) / 2)
@@ -312,8 +304,7 @@ def of_length(found: Joint) -> dict[str, float]:
     at = found.of.scale
     if at < 0 or found.working[at] < found.of.sd[at]:
         return {"scale_p": 1.0}
-    known = 1 / found.working**2
-    M = solved(found.S + np.diag(known), np.eye(known.size))
+    M, known = found.inverse
     by_prior = (np.eye(known.size)[at] - M[at] * known) * np.where(known > 0, found.believed, 0.0)
     variance = by_prior @ by_prior + M[at] @ found.pull @ M[at]
     larger = float(found.state.values[at])
@@ -340,8 +331,7 @@ def scale_share(found: Joint, station: int) -> float:
     """Share that the scale of the board has in the variance of a station's position."""
     if found.of.scale < 0:
         return 0.0
-    known = 1 / found.working**2
-    M = solved(found.S + np.diag(known), np.eye(known.size))
+    M, known = found.inverse
     rows, scale = found.pose(station)[:3], found.of.scale
     effect = M[rows, scale] * known[scale] * found.believed[scale]
     return float(effect @ effect / np.trace(found.pose_covariance(station)[:3, :3]))

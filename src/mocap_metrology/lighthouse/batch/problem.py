@@ -30,11 +30,12 @@ used.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.lighthouse.batch.kernel import HELD, POSE
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.kernel import HELD, POSE, Values
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.rotor import (
@@ -64,6 +65,8 @@ COVER_M = np.array([-0.8e-3, 1.6e-3])  # a and t of two kinds of trackers, withi
 COVER_SD_M = np.array([0.15e-3, 0.8e-3])
 NO_NORMALS = np.zeros((0, 3))
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for
+MAGNITUDE_SD = 0.03  # m/s^2: between equator and pole, and by altitude
+UP_SD = np.radians(1.5)  # of the accelerometer of a station
 
 
 @dataclass(frozen=True)
@@ -144,6 +147,11 @@ class Layout:
         """How many unknowns."""
         return int(self.sd.size)
 
+    @property
+    def rows(self) -> tuple[np.ndarray, int, int, int]:
+        """As the kernels read them."""
+        return self.columns, self.scale, self.places, self.cover
+
 
 def layout(
     n_stations: int,
@@ -203,25 +211,8 @@ def layout(
     return Layout(columns, scale, places, down, tuple(sensors), *sizes, covers)
 
 
-@dataclass(frozen=True)
-class State:
-    """Values of all unknowns but the trajectory.
-
-    R (stations, 3, 3), t_m (stations, 3): into the master's frame; rotors (stations, 2, 13) as
-    `rotor_parameters`; offsets (stations, 2) in rad; board (n, 3) in m; gravity (3,) in m/s^2, of
-    the master's frame; values (unknowns,): steps from where the priors are centred; normals (n, 3)
-    of the diodes, (0, 3) where no cover is taken into account; cover (2,): a and t in m.
-    """
-
-    R: np.ndarray
-    t_m: np.ndarray
-    rotors: np.ndarray
-    offsets: np.ndarray
-    board: np.ndarray
-    gravity: np.ndarray
-    values: np.ndarray
-    normals: np.ndarray = field(default_factory=NO_NORMALS.copy)
-    cover: np.ndarray = field(default_factory=COVER_M.copy)
+class State(Values):
+    """`Values` that a step changes."""
 
     def moved(self, step: np.ndarray, of: Layout) -> State:
         """With a step (unknowns,) added; poses turn by left rotation vectors."""
@@ -279,7 +270,7 @@ def start(
     """Stations at these poses in the master's frame, the first of them the master; n unknowns."""
     offsets, own = np.zeros((len(R), 2)), np.array(rotors)
     known = offsets, board.copy(), np.zeros(3), np.zeros(n), np.ascontiguousarray(normals)
-    return State(np.array(R), np.array(t_m), own, *known)
+    return State(np.array(R), np.array(t_m), own, *known, COVER_M.copy())
 
 
 @dataclass(frozen=True)
@@ -307,3 +298,40 @@ def by_sweep(hits: Hits) -> Sweeps:
         shift = np.repeat(first[by_time] - np.r_[0, np.cumsum(size)[:-1]], size)
         order, ends = order[np.arange(order.size) + shift], np.r_[0, np.cumsum(size)]
     return Sweeps(hits.take(order), ends)
+
+
+def first_gravity(state: State, ups: np.ndarray) -> Floats:
+    """Gravity (3,) in m/s^2 by the stations' ways up (stations, 3), NaN where unknown."""
+    up = np.nansum(np.einsum("sij,sj->si", state.R, ups), axis=0)
+    return -GRAVITY_M_S2 * up / np.linalg.norm(up)
+
+
+def gravity_equations(
+    state: State, of: Layout, ups: np.ndarray | None
+) -> tuple[Floats, Floats, float]:
+    """Normal matrix, gradient and sum of squares of what is known of gravity: its magnitude, and
+    the way up that stations transmit. With g in the master's frame, u = -g / |g|, R of a station,
+        (|g| - 9.81) / 0.03,   (R' u - up) / 1.5 deg.
+    Real stations were wrong by 1 to 2.5 deg, so this helps only where the pose is known no better.
+    """
+    S, h, cost = np.zeros((of.size, of.size)), np.zeros(of.size), 0.0
+    if of.gravity < 0:
+        return S, h, cost
+    down = of.gravity + np.arange(3)
+    size = np.linalg.norm(state.gravity)
+    u = -state.gravity / size
+    rows = [((size - GRAVITY_M_S2) / MAGNITUDE_SD, down, -u / MAGNITUDE_SD)]
+    for station, up in enumerate(() if ups is None else ups):
+        if not np.isfinite(up).all():
+            continue
+        R, pose = state.R[station], int(of.columns[station, 0, 0])
+        by_g = R.T @ (np.outer(u, u) - np.eye(3)) / size
+        by_turn = R.T @ np.cross(np.eye(3), u)  # [u]
+        at = np.r_[down, pose + 3 + np.arange(3)] if pose >= 0 else down
+        D = np.hstack([by_g, by_turn])[:, : at.size] / UP_SD
+        rows += zip((R.T @ u - up) / UP_SD, [at] * 3, D, strict=True)
+    for e, at, d in rows:
+        S[np.ix_(at, at)] += np.outer(d, d)
+        h[at] += e * d
+        cost += float(e * e)
+    return S, h, cost

@@ -1,7 +1,12 @@
-"""A recording in a joint estimate: hits, trajectory, sensors of the board, and their noise."""
+"""A recording in a joint estimate: hits, trajectory, sensors of the board, and their noise.
+
+Steps are damped by control point: one stretch in which hits are few or wrong fails at steps that
+all others need, and damped alone it holds up no other.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,16 +15,81 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.inertial import Windows, windows
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
 from mocap_metrology.lighthouse.batch.length import LengthView, added, equation
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
-from mocap_metrology.lighthouse.batch.share import shares
-from mocap_metrology.lighthouse.batch.solve import Equations, Reduced, Sums, bend_cost, linearised
+from mocap_metrology.lighthouse.batch.solve import Reduced, Sums, bend_cost, linearised
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.batch.view import Noise, View, Weights, residuals, view, weights
+from mocap_metrology.lighthouse.decode.wander import TurnClock
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import Clock, Hits, Inertial
+from mocap_metrology.lighthouse.rotation import exp
 
 LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
+RISE, SHARE = 0.01, 0.03  # of the cost, which is a chi squared; of the largest rise
+REACH = np.ones(SPAN // POSE)  # control points of a sweep
+CELL = 0.2  # of the direction, a unit vector in the board's axes: 11 deg
+PER_AXIS = 12  # cells
+USUAL_RAD, AS_MANY_AS = 25e-6, 2.0  # tau of two boards, 16 and 36 urad; and what that counts for
+FEWEST_HITS = 4.0  # of a cell whose mean counts
+
+
+def shares(
+    seen: View,
+    trajectory: Trajectory,
+    state: State,
+    alone: Floats,
+    weight: Floats,
+    hit_rad: float,
+) -> tuple[Floats, float, float]:
+    """Errors that the hits of a diode share from one direction, in light of the second generation:
+    share of each hit; tau, and the noise of a hit with it, in rad.
+
+    What cover, housing and active area of a diode do to an angle depends on the direction of the
+    light, not on time: residuals of a moved controller (23 diodes, 2 to 3 m) covary by (34 urad)^2
+    within 0.5 deg of direction, (28)^2 at 2 deg, (18)^2 at 8 deg and not at all beyond 16 deg; the
+    white noise is 24 urad. Of n hits of a diode, of the white noise s, in a cell of directions of
+    which the error has the variance tau^2, the mean has s^2 / n + tau^2: all are worth as much as
+        n share,   share = (s^2 + tau^2) / (s^2 + n tau^2)
+    independent ones. tau is what means of cells of one diode, station and plane differ by; a board
+    that shows its diodes from one direction has that of other boards.
+
+    alone, weight: residual beyond its sweep's offset in rad, robust weight; hit_rad: noise of a
+    hit.
+    """
+    who = seen.who
+    own = np.einsum("ni,nia->na", seen.basis, trajectory.control[who[:, 3, None] + np.arange(4)])
+    far = state.t_m[who[:, 0]] - own[:, :3]
+    turn = seen.turned @ exp(own[:, 3:])
+    way = np.einsum("nji,nj->ni", turn, far / np.linalg.norm(far, axis=1, keepdims=True))
+    diode = (2 * who[:, 0] + who[:, 1]) * len(state.board) + who[:, 2]
+    place = np.floor(way / CELL).astype(np.int64) + PER_AXIS // 2
+    numbers = ((diode * PER_AXIS + place[:, 0]) * PER_AXIS + place[:, 1]) * PER_AXIS + place[:, 2]
+    number, cell = np.unique(numbers, return_inverse=True)
+    n = np.bincount(cell, weight).astype(np.float64)
+    views = 2 * len(state.R) * who.shape[0] / (seen.sweeps.first.size - 1)
+    mean = np.bincount(cell, weight * alone) / n
+    within = float(weight @ (alone - mean[cell]) ** 2) / max(float(np.sum(n - 1)), 1.0)
+    tau2 = _variance(number // PER_AXIS**3, n, mean, within, views)
+    white = hit_rad**2 * min(within * float(n.sum()) / float(weight @ alone**2), 1.0)
+    share = np.asarray((white + tau2) / (white + n * tau2), np.float64)
+    return share[cell], float(np.sqrt(tau2)), float(np.sqrt(white + tau2))
+
+
+def _variance(diode: np.ndarray, n: Floats, mean: Floats, within: float, views: float) -> float:
+    """tau^2 in rad^2. diode, n, mean (cells,): what a cell is of, hits and their mean; within:
+    variance of hits of a cell; views: hits of a moment, six of which the board's pose explains."""
+    used = n >= FEWEST_HITS
+    _, group = np.unique(diode[used], return_inverse=True)
+    count = np.bincount(group)
+    centre = np.bincount(group, mean[used]) / count
+    several = (count > 1)[group]
+    freedom = float(count.sum() - count.size)
+    apart = (mean[used] - centre[group]) ** 2 - within / n[used] * (1 - 1 / count[group])
+    total = float(np.sum(apart[several])) * views / max(views - POSE, 1.0)
+    prior = AS_MANY_AS * USUAL_RAD**2
+    return max(total + prior, 0.0) / (freedom + AS_MANY_AS)
 
 
 @dataclass(frozen=True)
@@ -60,7 +130,7 @@ class Sensed:
 @dataclass
 class Recording:
     """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad; its
-    sensors, where it has any; share, tau_rad: as `share.shares`."""
+    sensors, where it has any; share, tau_rad: as `shares`."""
 
     sweeps: Sweeps
     trajectory: Trajectory
@@ -133,7 +203,7 @@ class Recording:
         alone = self.residual - own.offset[self.sweeps.sweep]
         at = self.seen, self.trajectory, state
         self.share, self.tau_rad, hit = shares(*at, alone, own.hit, self.noise.hit)
-        self.noise = replace(self.noise, hit=hit)
+        self.noise = self.noise._replace(hit=hit)
 
     def total_weight(self) -> Floats:
         """Of each hit, with that of its sweep."""
@@ -168,3 +238,57 @@ def rough(one: Recording) -> Noise:
     many = (n > 1)[one.sweeps.sweep]
     inside = one.residual - mean[one.sweeps.sweep]
     return Noise(_spread(inside[many] if many.any() else one.residual), _spread(mean))
+
+
+def more_damping(
+    damping: Sequence[Floats],
+    least: Sequence[Floats],
+    before: Sequence[Recording],
+    after: Sequence[Recording],
+    everywhere: bool,
+) -> list[Floats]:
+    """Ten times as much for control points of stretches in which a step raised the cost of the
+    sweeps most, at least so much; for all, where no stretch has, or everywhere.
+
+    damping, least (control points,): of each recording, times the diagonal.
+    """
+    rises = [
+        np.bincount(own.seen.begin, then.weights().cost - own.weights().cost, its.size)
+        for own, then, its in zip(before, after, damping, strict=True)
+    ]
+    much = max(RISE, SHARE * max(float(rise.max()) for rise in rises))
+    worse = [np.convolve(rise > much, REACH)[: rise.size] > 0 for rise in rises]
+    everywhere |= not any(own.any() for own in worse)
+    return [
+        np.where(own | everywhere, np.maximum(10 * its, low), its)
+        for own, its, low in zip(worse, damping, least, strict=True)
+    ]
+
+
+def pull_of_begins(one: Recording, sums: Sums, part: Reduced) -> Floats:
+    """P' C P of a recording, or a piece of it, by its normal equations, and these without the
+    trajectory; 0 for stations that tell no begins.
+
+    A station of the second generation tells by its light when a turn began, with noise;
+    `decode.wander` smooths it. What is left moves both planes of neighbouring turns together. It is
+    no unknown: an error u of the begins, of the covariance C of `decode.wander`, pulls at the other
+    unknowns, trajectory and offsets of sweeps eliminated, by P' u. The noise of sweeps is estimated
+    with the variance of u in it, which is taken out again.
+    """
+    first, noise = one.sweeps.first[:-1], one.noise
+    station, turn = one.sweeps.hits.station[first], one.sweeps.hits.cycle[first]
+    open_ = 1 / (1 + (noise.sweep / noise.hit) ** 2 / sums.held * sums.weight)
+    total, last = np.zeros_like(part.S), len(part.A_C) - 1
+    for k, clock in enumerate(one.clocks):
+        own = np.flatnonzero(station == k)
+        if not isinstance(clock, TurnClock) or not own.size:
+            continue
+        pull, low = sums.of_sweep_inner[own], POSE * sums.begin[own]
+        for j in range(SPAN):
+            row = np.minimum(low + j, last)  # beyond the last, `of_sweep` is 0
+            pull = pull - sums.of_sweep[own, j, None] * part.A_C[row]
+        rad_per_s = 2 * np.pi / clock.cycle_s
+        pull *= rad_per_s * open_[own, None] / noise.hit**2
+        twice = min(clock.variance, (noise.sweep / rad_per_s) ** 2)
+        total += clock.error_of(pull, turn[own]) - twice * pull.T @ pull
+    return total

@@ -11,18 +11,17 @@ board have an S and h each, which are simply added.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, optimize
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch import kernel, sweep_kernel
-from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
+from mocap_metrology.lighthouse.batch import kernel
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
 from mocap_metrology.lighthouse.batch.problem import Layout, State
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
-from mocap_metrology.lighthouse.batch.view import Noise, View
+from mocap_metrology.lighthouse.batch.view import Noise, View, selected_inverse, without_offsets
 
 # Of the second difference of control points 50 ms apart: 20 m/s^2 and 400 rad/s^2. They are to
 # count only where a board is not seen, as they make every turn smaller: a bias of the stations
@@ -30,17 +29,9 @@ from mocap_metrology.lighthouse.batch.view import Noise, View
 BEND = np.r_[np.full(3, 0.05), np.full(3, 1.0)]
 FACTORS = (1e-3, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 NOT_RULED_OUT = 4.0  # of -2 log likelihood: two standard deviations
-
-
-@dataclass(frozen=True)
-class Equations:
-    """Normal equations of other data than hits, with their own weights: as in `Sums`."""
-
-    band: np.ndarray
-    cross: np.ndarray
-    inner: np.ndarray
-    g: np.ndarray
-    g_inner: np.ndarray
+WRONG = 0.5  # of the weight of a sweep: below it is farther off than five standard deviations
+NOISE_ROUNDS = 2  # of its estimate beside other data
+RATIOS = (0.05, 20.0)  # of common to independent noise that are told from none and from only
 
 
 @dataclass(frozen=True)
@@ -48,11 +39,7 @@ class Sums:
     """Normal equations with V = I, what sweeps have in sum, and w e^2 in all; and those of other
     data."""
 
-    band: np.ndarray
-    cross: np.ndarray
-    inner: np.ndarray
-    g: np.ndarray
-    g_inner: np.ndarray
+    hits: Equations
     begin: np.ndarray
     of_sweep: np.ndarray
     of_sweep_inner: np.ndarray
@@ -76,46 +63,18 @@ def linearised(
 ) -> Sums:
     """Sums over all hits at the present values; more: equations of other data; held: of `Weights`,
     1 without it."""
-    K, G, m = trajectory.control.size, of.size, seen.sweeps.first.size - 1
-    band, cross, inner = np.zeros((SPAN, K)), np.zeros((K, G)), np.zeros((G, G))
-    g, g_inner = np.zeros(K), np.zeros(G)
-    of_sweep, of_inner = np.zeros((m, SPAN)), np.zeros((m, G))
-    at = seen.who, seen.basis, seen.turned, seen.sweeps.first, residual, weight, trajectory.control
-    model = state.R, state.t_m, state.rotors, state.board, state.normals, state.cover
-    columns = of.columns, of.scale, of.places, of.cover
-    normal, by_sweep = (band, cross, inner, g, g_inner), (of_sweep, of_inner)
-    kernel.accumulate(*at, *model, *columns, *normal, *by_sweep)
-    low, held = seen.sweeps.first[:-1], np.ones(m) if held is None else held
+    first, control, m = seen.sweeps.first, trajectory.control, seen.sweeps.first.size - 1
+    found, by_sweep = (
+        Equations.zeros(control.size, of.size),
+        (np.zeros((m, SPAN)), np.zeros((m, of.size))),
+    )
+    kernel.accumulate(
+        seen.light, first, residual, weight, control, state, of.rows, found, *by_sweep
+    )
+    low, held = first[:-1], np.ones(m) if held is None else held
     total, off = np.add.reduceat(weight, low), np.add.reduceat(weight * residual, low)
     of_all = float(weight @ residual**2), residual.size
-    return Sums(*normal, seen.begin, *by_sweep, total, held, off, *of_all, more)
-
-
-def added(parts: Sequence[Sums]) -> Sums:
-    """Sums over several parts of a recording; other data count once."""
-
-    def all_of(name: str) -> Floats:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    def in_all(name: str) -> Floats:
-        return np.sum([getattr(part, name) for part in parts], axis=0)
-
-    return Sums(
-        band=in_all("band"),
-        cross=in_all("cross"),
-        inner=in_all("inner"),
-        g=in_all("g"),
-        g_inner=in_all("g_inner"),
-        begin=all_of("begin"),
-        of_sweep=all_of("of_sweep"),
-        of_sweep_inner=all_of("of_sweep_inner"),
-        weight=all_of("weight"),
-        held=all_of("held"),
-        residual=all_of("residual"),
-        square=sum(part.square for part in parts),
-        n_hits=sum(part.n_hits for part in parts),
-        more=parts[0].more,
-    )
+    return Sums(found, seen.begin, *by_sweep, total, held, off, *of_all, more)
 
 
 @dataclass(frozen=True)
@@ -171,8 +130,8 @@ def reduced(
     it is not determined."""
     variance = noise.hit**2
     band, g = known_of(trajectory, sums.more, noise.hit)
-    band, g = sums.band + band, sums.g + g
-    cross, inner, h = sums.cross.copy(), sums.inner.copy(), sums.g_inner.copy()
+    band, g = sums.hits.band + band, sums.hits.g + g
+    cross, inner, h = sums.hits.cross.copy(), sums.hits.inner.copy(), sums.hits.g_inner.copy()
     if sums.more is not None:
         cross += variance * sums.more.cross
         inner += variance * sums.more.inner
@@ -180,7 +139,7 @@ def reduced(
     ratio = (noise.sweep / noise.hit) ** 2 / sums.held
     factor = ratio / (1 + ratio * sums.weight)
     of_sweeps = sums.begin, factor, sums.of_sweep, sums.of_sweep_inner, sums.residual
-    sweep_kernel.without_offsets(*of_sweeps, band, cross, inner, g, h)
+    without_offsets(*of_sweeps, Equations(band, cross, inner, g, h))
     band[0] *= 1 + damping
     L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
     both = linalg.cho_solve_banded(
@@ -265,3 +224,63 @@ def _lowest(values: list[float], at: int) -> float:
     below, here, above = values[at - 1 : at + 2]
     bend = below - 2 * here + above
     return at + 0.5 * (below - above) / bend if bend > 0 else float(at)
+
+
+def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
+    """Standard deviations of the greatest restricted likelihood (Patterson & Thompson 1971).
+
+    For a ratio r = (sweep / hit)^2 of the variances, with A and g of the trajectory alone,
+
+        Q = sum(w e^2) - sum_m r / (1 + r W_m) (sum_m w e)^2 - g' A^-1 g,
+        -2 log L = (n - p) log Q + sum_m log(1 + r W_m) + log det A,   hit^2 = Q / (n - p),
+
+    p unknowns of the trajectory, less what other data determine of them; those of the border are
+    few beside it and count as known. r of a sweep is divided by its weight in `Sums.held`; as much
+    of its offset as this leaves open counts as an unknown. The offset of a sweep that lost most of
+    its weight is one more unknown, with r infinite and no term in the second sum: by the limited
+    loss of `view.weights` alone a few wrong sweeps make the noise of all larger. The ratio
+    is found by bounded search; 0 is tried, too.
+    """
+    if sums.more is None:
+        return _estimated_noise(sums, trajectory, start, 0.0)
+    for _ in range(NOISE_ROUNDS):
+        start = _estimated_noise(sums, trajectory, start, _by_more(sums, trajectory, start))
+    return start
+
+
+def _by_more(sums: Sums, trajectory: Trajectory, noise: Noise) -> float:
+    """How many unknowns of the trajectory other data determine: trace(A^-1 A_more)."""
+    assert sums.more is not None
+    Z = selected_inverse(reduced(sums, trajectory, noise).factor)
+    both = (Z * sums.more.band).sum(axis=1)
+    return noise.hit**2 * float(2 * both.sum() - both[0])
+
+
+def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: float) -> Noise:
+    bend, bend_g = known_of(trajectory, sums.more, start.hit)
+    p = int((sums.hits.band[0] > 0).sum())
+    wrong = sums.held < WRONG
+    free = max(sums.n_hits - p + by_more - float(np.sum(np.where(wrong, 1, 1 - sums.held))), 1)
+    nothing, none = np.zeros((sums.begin.size, 0)), Equations.zeros(sums.hits.g.size, 0)
+
+    def at(ratio: float) -> tuple[float, float]:
+        band, g = sums.hits.band + bend, sums.hits.g + bend_g
+        own = ratio / sums.held
+        factor = np.where(wrong, 1 / sums.weight, own / (1 + own * sums.weight))
+        of_sweeps = sums.begin, factor, sums.of_sweep, nothing, sums.residual
+        without_offsets(*of_sweeps, none._replace(band=band, g=g))
+        L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+        x = linalg.cho_solve_banded((L, True), g, check_finite=False)
+        Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)
+        log_det = 2 * float(np.log(L[0]).sum())
+        rest = float(np.log1p((own * sums.weight)[~wrong]).sum())
+        return free * np.log(Q) + rest + log_det, Q / free
+
+    low, high = 2 * np.log(RATIOS)
+    found = optimize.minimize_scalar(
+        lambda x: at(np.exp(x))[0], bounds=(low, high), method="bounded", options={"xatol": 0.05}
+    )
+    ratio = float(np.exp(found.x))
+    ratio = min((0.0, ratio), key=lambda r: at(r)[0])
+    hit = float(np.sqrt(at(ratio)[1]))
+    return Noise(hit, hit * float(np.sqrt(ratio)))

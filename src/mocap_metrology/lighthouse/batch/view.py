@@ -1,24 +1,153 @@
-"""Hits as a trajectory sees them: residuals, and what each hit counts for."""
+"""Hits as a trajectory sees them: residuals, and what each hit counts for; kernels of whole sweeps,
+and covariances out of the factor of a banded matrix.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from mocap_metrology.lighthouse.batch import kernel, sweep_kernel
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse.batch import kernel
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
 from mocap_metrology.lighthouse.batch.problem import State, Sweeps
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 
 LIMIT = 3.5  # of |z|, beyond which a hit loses weight: of good hits 1 in 2000
 
 
-@dataclass(frozen=True)
-class Noise:
+@njit
+def without_offsets(
+    begin: np.ndarray,
+    factor: np.ndarray,
+    sums: np.ndarray,
+    sums_inner: np.ndarray,
+    sum_residual: np.ndarray,
+    of_all: Equations,
+) -> None:
+    """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times
+    the outer products of its sums; begin (sweeps,): its first control point."""
+    band, cross, inner, g, g_inner = of_all
+    G = g_inner.size
+    own = np.empty(G, np.int64)  # those that a sweep depends on
+    for m in range(begin.size):
+        f, of = factor[m], POSE * begin[m]
+        if f == 0.0:
+            continue
+        n = 0
+        for j in range(G):
+            if sums_inner[m, j] != 0.0:
+                own[n] = j
+                n += 1
+        for i in range(min(SPAN, g.size - of)):
+            x = f * sums[m, i]
+            if x == 0.0:
+                continue
+            for j in range(i + 1):
+                band[i - j, of + j] -= x * sums[m, j]
+            for k in range(n):
+                cross[of + i, own[k]] -= x * sums_inner[m, own[k]]
+            g[of + i] -= x * sum_residual[m]
+        for k in range(n):
+            i = own[k]
+            x = f * sums_inner[m, i]
+            for j in range(n):
+                inner[i, own[j]] -= x * sums_inner[m, own[j]]
+            g_inner[i] -= x * sum_residual[m]
+
+
+class Noise(NamedTuple):
     """Standard deviations in rad: of a hit alone, and of the offset that a sweep's hits share."""
 
     hit: float
     sweep: float
+
+
+class Weights(NamedTuple):
+    """Weight of each hit; offset in rad, the weight of what is known of it, and robust cost of
+    each sweep."""
+
+    hit: np.ndarray
+    offset: np.ndarray
+    held: np.ndarray
+    cost: np.ndarray
+
+
+@njit
+def _robust(first: np.ndarray, residual: np.ndarray, noise: Noise, share: np.ndarray) -> Weights:
+    sigma, common = noise
+    n = first.size - 1
+    found = Weights(np.empty(residual.size), np.empty(n), np.empty(n), np.empty(n))
+    weight = found.hit
+    for m in range(n):
+        low, high = first[m], first[m + 1]
+        b, v = 0.0, 1.0
+        if common > 0:
+            b = float(np.median(residual[low:high]))
+            v = _weight(b / common)
+            b /= 1 + v * (sigma / common) ** 2 / np.sum(share[low:high])
+        for _ in range(4 if common > 0 else 1):
+            v = _weight(b / common) if common > 0 else 1.0
+            up, down = 0.0, v * (sigma / common) ** 2 if common > 0 else 1.0
+            for h in range(low, high):
+                weight[h] = share[h] * _weight((residual[h] - b) / sigma)
+                up += weight[h] * residual[h]
+                down += weight[h]
+            if common > 0:
+                b = up / down
+        found.offset[m], found.held[m] = b, v
+        total = _loss(b / common) if common > 0 else 0.0
+        for h in range(low, high):
+            total += share[h] * _loss((residual[h] - b) / sigma)
+        found.cost[m] = total
+    return found
+
+
+@njit(inline="always")
+def _weight(z: float) -> float:
+    return 1.0 if abs(z) <= LIMIT else (LIMIT / z) ** 2
+
+
+@njit(inline="always")
+def _loss(z: float) -> float:
+    z = abs(z)
+    return z * z if z <= LIMIT else LIMIT * LIMIT * (1 + 2 * math.log(z / LIMIT))
+
+
+@njit
+def selected_inverse(L: np.ndarray) -> np.ndarray:
+    """The band of A^-1 from that of the Cholesky factor of A (Takahashi, Fagan & Chin 1973).
+
+    L (w + 1, n): lower diagonals, L[d, j] = L_{j+d, j}; returned likewise. With A^-1 = Z,
+    Z_ij = (delta_ij / L_jj - sum_{k > j} L_kj Z_ik) / L_jj for i >= j, columns from the last on.
+    """
+    w, n = L.shape[0] - 1, L.shape[1]
+    Z = np.zeros_like(L)
+    for j in range(n - 1, -1, -1):
+        most = min(w, n - 1 - j)
+        for d in range(most, -1, -1):
+            i, total = j + d, 1.0 / L[0, j] if d == 0 else 0.0
+            for e in range(1, most + 1):
+                k = j + e
+                total -= L[e, j] * Z[abs(i - k), min(i, k)]
+            Z[d, j] = total / L[0, j]
+    return Z
+
+
+@njit
+def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+    """Blocks (n, 6, 6) of the covariance of sum_i weights_i x_{first + i}."""
+    for m in range(first.size):
+        for i in range(4):
+            for j in range(4):
+                w = weights[m, i] * weights[m, j]
+                for a in range(POSE):
+                    for b in range(POSE):
+                        r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
+                        out[m, a, b] += w * Z[abs(r - c), min(r, c)]
 
 
 @dataclass(frozen=True)
@@ -30,6 +159,11 @@ class View:
     who: np.ndarray
     basis: np.ndarray
     turned: np.ndarray
+
+    @property
+    def light(self) -> kernel.Light:
+        """Likewise, for the kernels."""
+        return kernel.Light(self.who, self.basis, self.turned)
 
     @property
     def begin(self) -> np.ndarray:
@@ -63,43 +197,19 @@ def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
 
 def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
     """Predicted minus measured angle of every hit, rad."""
-    out = np.empty(len(seen.sweeps.hits))
-    kernel.predicted(
-        seen.who,
-        seen.basis,
-        seen.turned,
-        trajectory.control,
-        state.R,
-        state.t_m,
-        state.rotors,
-        state.offsets,
-        state.board,
-        state.normals,
-        state.cover,
-        out,
-    )
-    return out - seen.sweeps.hits.angle_rad
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Weight of each hit; offset in rad, the weight of what is known of it, and robust cost of
-    each sweep."""
-
-    hit: np.ndarray
-    offset: np.ndarray
-    held: np.ndarray
-    cost: np.ndarray
+    return kernel.predicted(seen.light, trajectory.control, state) - seen.sweeps.hits.angle_rad
 
 
 def weights(
     seen: View, residual: np.ndarray, noise: Noise, share: np.ndarray | None = None
 ) -> Weights:
-    """Of hits by their residuals; share: of each as `share.shares`, 1 without it."""
-    n = seen.sweeps.first.size - 1
-    found = Weights(np.empty(residual.size), *np.empty((3, n)))
-    first, hit, sweep = seen.sweeps.first, noise.hit, noise.sweep
+    """Of hits by their residuals; share: of each as `recording.shares`, 1 without it.
+
+    With z = (e - offset) / sigma, a hit costs z^2 up to |z| = `LIMIT` and LIMIT^2 (1 + 2 ln(|z| /
+    LIMIT)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,
+    (LIMIT / z)^2 beyond. Cost and weight of a hit are times its share. So a sweep that is wrong as
+    a whole has an offset of its own, and determines nothing but differences of its hits. The offset
+    is the minimum for these weights, found by repetition from the median.
+    """
     share = np.ones(residual.size) if share is None else share
-    of_sweep = found.offset, found.held, found.cost
-    sweep_kernel.robust(first, residual, hit, sweep, LIMIT, share, found.hit, *of_sweep)
-    return found
+    return _robust(seen.sweeps.first, residual, noise, share)

@@ -15,6 +15,7 @@ ones give another at each place and turn of the board. So
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,9 +23,8 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
-from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch
+from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch, nearest
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
-    Evidence,
     _information,
     by_gauss_newton,
     evidence,
@@ -106,8 +106,7 @@ def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) ->
 
 def _nearest(time_s: np.ndarray, other_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Index of the nearest of `other_s` to each time, and whether it is the same moment."""
-    after = np.clip(np.searchsorted(other_s, time_s), 1, other_s.size - 1)
-    near = after - (time_s - other_s[after - 1] < other_s[after] - time_s)
+    near = nearest(time_s, other_s)
     return near, np.abs(other_s[near] - time_s) <= PAIR_S
 
 
@@ -225,7 +224,7 @@ class Agreed:
 
 
 def agree(
-    master: Minima, slave: Minima, board: np.ndarray, rotors: tuple[np.ndarray, np.ndarray],
+    master: Minima, slave: Minima, board: np.ndarray, rotors: Sequence[np.ndarray],
     order: int, near: np.ndarray | None = None, roughly: bool = False,
 ) -> Agreed:  # fmt: skip
     """Board poses of both stations, the mirror decided by both; rotors of master and slave.
@@ -274,7 +273,7 @@ def _tried(
     master: Minima,
     slave: Minima,
     board: np.ndarray,
-    rotors: tuple[np.ndarray, np.ndarray],
+    rotors: Sequence[np.ndarray],
     order: int,
     which: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float] | None:
@@ -282,31 +281,19 @@ def _tried(
     minima of both stations exceed the lower ones on average; None where there are too few."""
     which = choose(master, slave, R) if which is None else which
     paths = master.chosen(which[0]), slave.chosen(which[1])
-    given = _sample(paths[0], master.measurements, slave.measurements, board, rotors[0], order)
+    then, kept = at_times(paths[0], slave.measurements.time_s, order)
+    rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
+    some = slave.measurements.take(kept).take(rows)
+    given = evidence(then.take(rows), some, master.measurements, board, rotors)
     near, same = _nearest(paths[0].time_s, paths[1].time_s)
     if len(given.path) < 3 or same.sum() < 3:
         return None
     t = np.median(paths[0].t_m[same] - paths[1].t_m[near[same]] @ R.T, axis=0)
-    R, t, _ = by_gauss_newton(R, t, given, rotors[1])
-    found = residuals(R, t, given, rotors[1])
+    R, t, _ = by_gauss_newton(R, t, given)
+    found = residuals(R, t, given)
     chosen = (np.choose(w, own.excess) for w, own in zip(which, (master, slave), strict=True))
     excess = sum(float(np.minimum(one, CAP).mean()) for one in chosen)
     return R, t, found.cost[found.count > 0], excess
-
-
-def _sample(
-    path: Path,
-    master: Measurements,
-    slave: Measurements,
-    board: np.ndarray,
-    rotors: np.ndarray,
-    order: int,
-) -> Evidence:
-    """Evidence of some of the slave's measurements, over the whole recording."""
-    then, kept = at_times(path, slave.time_s, order)
-    rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
-    own = Measurements(slave.time_s[kept][rows], slave.angles_rad[kept][rows])
-    return evidence(then.take(rows), own, master, board, rotors)
 
 
 def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None) -> Agreed:
@@ -315,10 +302,4 @@ def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
-    rotors = optics.rotors[0], optics.rotors[1]
-    return agree(master, slave, board, rotors, order, near)
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    _viterbi(np.zeros((2, 2)), np.zeros((2, 2, 1)))
+    return agree(master, slave, board, optics.rotors, order, near)

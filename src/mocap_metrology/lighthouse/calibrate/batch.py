@@ -15,33 +15,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from mocap_metrology.lighthouse.batch import inertial
+from mocap_metrology.lighthouse.batch import inertial, parts
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined
 from mocap_metrology.lighthouse.batch.length import added, equation
-from mocap_metrology.lighthouse.batch.parts import (
-    halves,
-    misfit_of,
-    of_length,
-    pieces_of,
-    prior_p,
-    residual_ratios,
-    scale_share,
-    shared_errors,
-)
 from mocap_metrology.lighthouse.batch.problem import GROUPS, State
 from mocap_metrology.lighthouse.batch.recording import Sensed
 from mocap_metrology.lighthouse.batch.residuals import residual_rows
 from mocap_metrology.lighthouse.batch.solve import reduced
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest
-from mocap_metrology.lighthouse.calibrate.fits import facing, fitted, grazing, if_they_agree
+from mocap_metrology.lighthouse.calibrate import fits
 from mocap_metrology.lighthouse.calibrate.network import Start, placed, start, still_start
-from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
-from mocap_metrology.lighthouse.calibrate.turns import well_fitted
+from mocap_metrology.lighthouse.calibrate.scene import NAME, Scene
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.records import SLAVE, Measurements, Path, PoseEstimate
-
-__all__ = ["ESTIMATED", "NAME", "Scene", "Sensors", "by_batch", "joint", "solved", "start"]
 
 
 def by_batch(scene: Scene, still: Sequence[Measurements] | None = None) -> PoseEstimate:
@@ -73,7 +60,7 @@ def all_solved(
     found, note = known or joint(scene, still)
     one, stage = found.recordings[0], "final" if still is None else "static"
     with determined(scene.title):
-        pieces = pieces_of(found, one) if still is None else []
+        pieces = parts.pieces_of(found, one) if still is None else []
         residuals = residual_rows(found, scene.hits, scene.names)
         path = _path(one.trajectory, one.sweeps.hits.time_s)
         details = {**details_of(scene, found), "residuals": residuals}
@@ -82,7 +69,7 @@ def all_solved(
             pose = pose_of(scene, found, stage, details, k)
             pose = replace(
                 pose,
-                halves=halves(found, k, pieces) if still is None else None,
+                halves=parts.halves(found, k, pieces) if still is None else None,
                 path=path,
                 note=note,
             )
@@ -98,7 +85,7 @@ def pose_of(
     position of this one."""
     units = COVARIANCE_UNITS
     board = digest(scene.board)
-    noise, shared = shared_errors(found, scene.used_priors, units, board, station)
+    noise, shared = parts.shared_errors(found, scene.used_priors, units, board, station)
     residual = np.concatenate([one.residual for one in found.recordings])
     return PoseEstimate(
         estimator=NAME,
@@ -112,7 +99,7 @@ def pose_of(
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
-        details={**details, "scale_share": scale_share(found, station)},
+        details={**details, "scale_share": parts.scale_share(found, station)},
         station=scene.names[station],
     )
 
@@ -144,7 +131,7 @@ def _sizes(found: Joint, names: Sequence[str]) -> dict[str, object]:
         "offset_urad": (1e6 * state.offsets).tolist(),
         "laser_depth_mm": (1e3 * state.values[depth]).tolist() if (depth >= 0).all() else None,
         "board_position_mm": 1e3 * float(found.believed[place].max()) if place.any() else None,
-        "residual_ratios": residual_ratios(one, names),
+        "residual_ratios": parts.residual_ratios(one, names),
         "inertial": _of_sensors(one.sensors, state),
         "steps": found.rounds,
         **({"cover_mm": (1e3 * state.cover).tolist()} if of.cover >= 0 else {}),
@@ -163,14 +150,14 @@ def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
         used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode)) & placed(scene)
         if scene.sensors.normals is not None:
             normals = scene.sensors.normals
-            used &= ~grazing(scene.hits, one.trajectory, found.state, normals)
+            used &= ~fits.grazing(scene.hits, one.trajectory, found.state, normals)
         total = max(int(used.sum()), residual.size)
     return {
         "weighted_rms_urad": 1e6 * float(np.sqrt(weight @ residual**2 / weight.sum())),
         "weight_lost": 1 - float(weight.sum()) / total,
         "misfit": found.misfit,
-        "prior_p": prior_p(found),
-        **of_length(found),
+        "prior_p": parts.prior_p(found),
+        **parts.of_length(found),
     }
 
 
@@ -205,16 +192,18 @@ def joint(
         if still is None:
             near = near or start(scene)
             if scene.generation == 1 and first is None:
-                near = facing(scene, *near)
-            found, note = well_fitted(scene, *near, first)
+                near = fits.facing(scene, *near)
+            found, note = fits.well_fitted(scene, *near, first)
         else:
             hits, trajectory, poses, note = still_start(scene, still)
-            hits, trajectory, poses = facing(scene, hits, trajectory, poses)
-            found, _, why = if_they_agree(scene, lambda own: fitted(own, hits, trajectory, poses))
+            hits, trajectory, poses = fits.facing(scene, hits, trajectory, poses)
+            found, _, why = fits.if_they_agree(
+                scene, lambda own: fits.fitted(own, hits, trajectory, poses)
+            )
             note = "; ".join(filter(None, (note, why)))
         found = found.sure(scene.title)
         if not scene.known_pose:
-            found = replace(found, misfit=misfit_of(found))
+            found = replace(found, misfit=parts.misfit_of(found))
     return found, "; ".join(filter(None, (note, less_certain(found))))
 
 

@@ -148,8 +148,3 @@ def _step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
         damped[i, i] = H[i, i] * (1.0 + damping) + 1e-14 * trace
     solve(damped, x, LEAST_PIVOT, 0.0, LEAST_PIVOT)
     return x
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    solve_ranges(np.eye(3), np.full((3, 3), 2.0), np.ones(3))

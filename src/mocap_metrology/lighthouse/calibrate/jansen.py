@@ -26,13 +26,16 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.calibrate import variants
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, Sensors, solved
-from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
-from mocap_metrology.lighthouse.calibrate.exchange import exchanged
-from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint
+from mocap_metrology.lighthouse.calibrate.batch import solved
+from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint, exchanged
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors
+from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
+from mocap_metrology.lighthouse.calibrate.setup import calibrate_stations
 from mocap_metrology.lighthouse.calibrate.stages import (
     FEWEST_POSES,
     INTERPOLATIONS,
@@ -45,26 +48,7 @@ from mocap_metrology.lighthouse.calibrate.stages import (
     both_stages,
 )
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
-from mocap_metrology.lighthouse.calibrate.stations import calibrate_stations
-from mocap_metrology.lighthouse.calibrate.variants import (
-    AUTO,
-    FALLBACK,
-    Weighed,
-    all_one,
-    best_variant,
-    widened,
-)
 from mocap_metrology.lighthouse.fit import board_pose
-from mocap_metrology.lighthouse.records import (
-    MASTER,
-    ROLES,
-    SLAVE,
-    Factory,
-    Hits,
-    Measurements,
-    PoseEstimate,
-    Station,
-)
 
 FAILED_M2 = 22.46  # of halves of batch: by chance one time in a thousand
 FAILED_RATIO = 0.5  # of the differences of halves
@@ -78,14 +62,14 @@ __all__ = [
 
 
 def calibrate(
-    hits: Hits,
+    hits: records.Hits,
     board: np.ndarray,
-    factories: Sequence[Factory | None],
+    factories: Sequence[records.Factory | None],
     settings: CalibrationSettings | None = None,
     report: Callable[[str], None] = lambda line: None,
     over: Over = in_turn,
     sensors: Sensors | None = None,
-    stations: Sequence[Station] | None = None,
+    stations: Sequence[records.Station] | None = None,
 ) -> Calibration:
     """Pose of the slave in the master's frame by every requested estimator and optics.
 
@@ -103,7 +87,7 @@ def calibrate(
     smooth = INTERPOLATIONS[settings.lm_interpolation]
     orders = {smooth} if set(settings.estimators) <= {"paper-lm", BATCH} else {1, smooth}
     measured = {order: _measured(hits, board, settings, order) for order in orders}
-    for role, moments in zip(ROLES, measured[smooth], strict=True):
+    for role, moments in zip(records.ROLES, measured[smooth], strict=True):
         if len(moments) < FEWEST_POSES:
             raise Refusal(
                 f"{role}: {len(moments)} moments with both angles of four diodes;"
@@ -111,44 +95,30 @@ def calibrate(
             )
 
     def by_optics(name: str) -> Calibration:
-        try:
-            return of_optics(name)
-        except np.linalg.LinAlgError as error:
-            return Calibration(why=[f"{name} optics: the hits do not determine a pose ({error})"])
-
-    def of_optics(name: str) -> Calibration:
         if name == "factory" and any(factory is None for factory in factories):
             why = "factory optics omitted: factory values of both stations are needed"
             return Calibration(why=[why])
         if name == ESTIMATED and "factory" in settings.optics and None not in factories:
             return Calibration()  # these values are better known
-        auto = name == "factory" and settings.variant == AUTO
-        variant = FALLBACK if auto else settings.variant
-        own = _Optics(
-            Scene(
-                hits,
-                board,
-                name,
-                factories,
-                settings.lasers_m,
-                variant,
-                settings.priors,
-                sensors=sensors or Sensors(),
-            ),
-            measured,
-            smooth,
-        )
-        ways: list[Weighed] = []
-        if auto:
-            own, ways = _best(own, BATCH in settings.estimators)
-        return _by_optics(Calibration(variants=ways), own, settings, report)
+        auto = name == "factory" and settings.variant == variants.AUTO
+        how = settings.lasers_m, variants.FALLBACK if auto else settings.variant, settings.priors
+        scene = Scene(hits, board, name, factories, *how, sensors=sensors or Sensors())
+        try:
+            own, ways = _Optics(scene, measured, smooth), list[variants.Weighed]()
+            if auto:
+                own, ways = _best(own, BATCH in settings.estimators)
+            return _by_optics(Calibration(variants=ways), own, settings, report)
+        except np.linalg.LinAlgError as error:
+            return Calibration(why=[f"{name} optics: the hits do not determine a pose ({error})"])
 
     found = _joined(over(by_optics, settings.optics))
     ways, known = found.variants, found.joints.get("factory")
     return replace(
         found,
         exchanged=exchanged(*known, stations) if known and stations else (),
-        estimates=[widened(e, ways) if e.optics == "factory" else e for e in found.estimates],
+        estimates=[
+            variants.widened(e, ways) if e.optics == "factory" else e for e in found.estimates
+        ],
     )
 
 
@@ -176,7 +146,7 @@ class _Optics:
     def __init__(
         self,
         scene: Scene,
-        measured: Mapping[int, tuple[Measurements, Measurements]],
+        measured: Mapping[int, tuple[records.Measurements, records.Measurements]],
         smooth: int,
         near: np.ndarray | None = None,
     ):
@@ -188,11 +158,11 @@ class _Optics:
         self.still = all(is_still(path) for path in self.agreed.paths)
 
 
-def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[Weighed]]:
+def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[variants.Weighed]]:
     """With the best variant of the rotor model, and all of them; by_batch: of a moving board."""
     scene, joint, begun = own.scene, None, time.perf_counter()
-    ways: list[Weighed] = []
-    if all_one(scene.factories):
+    ways: list[variants.Weighed] = []
+    if variants.all_one(scene.factories):
         return own, []
     if by_batch and not own.still:
         try:
@@ -201,9 +171,7 @@ def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[Weighed]]:
             joint = None
     if joint is None:
         measured, middle = own.measured[own.smooth], _middle(scene.hits, len(scene.board))
-        ways = best_variant(
-            measured, middle, scene.board, scene.factories, scene.lasers_m, own.smooth
-        )
+        ways = variants.best_variant(scene, measured, middle, own.smooth)
     best = next((way for way in ways if way.standing == "chosen"), None)
     seconds = time.perf_counter() - begun
     if best is not None and best.variant != scene.variant:
@@ -251,7 +219,7 @@ def _with_batch(
     found: Calibration,
     own: _Optics,
     report: Callable[[str], None],
-    still: tuple[Measurements, Measurements] | None = None,
+    still: tuple[records.Measurements, records.Measurements] | None = None,
 ) -> Calibration:
     """The estimate by `batch`, or why there is none."""
     try:
@@ -265,23 +233,27 @@ def _with_batch(
     return replace(found, estimates=[*found.estimates, pose], joints=joints)
 
 
-def _middle(hits: Hits, n_diodes: int) -> tuple[Measurements, Measurements]:
+def _middle(hits: records.Hits, n_diodes: int) -> tuple[records.Measurements, records.Measurements]:
     """Median angles of each diode, of master and slave."""
-    return median_angles(hits, MASTER, n_diodes), median_angles(hits, SLAVE, n_diodes)
+    return median_angles(hits, records.MASTER, n_diodes), median_angles(
+        hits, records.SLAVE, n_diodes
+    )
 
 
 def _measured(
-    hits: Hits, board: np.ndarray, settings: CalibrationSettings, order: int
-) -> tuple[Measurements, Measurements]:
+    hits: records.Hits, board: np.ndarray, settings: CalibrationSettings, order: int
+) -> tuple[records.Measurements, records.Measurements]:
     """Measurements of master and slave (J IV)."""
     master, slave = (
         reconstruct(hits, station, len(board), settings.reconstruction, order)
-        for station in (MASTER, SLAVE)
+        for station in (records.MASTER, records.SLAVE)
     )
     return board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
 
 
-def _static(middle: tuple[Measurements, Measurements], scene: Scene) -> list[PoseEstimate]:
+def _static(
+    middle: tuple[records.Measurements, records.Measurements], scene: Scene
+) -> list[records.PoseEstimate]:
     """Stage `static` from the median angles of each diode."""
     board, name = scene.board, scene.optics
     still = scene.seen(middle)
@@ -289,7 +261,7 @@ def _static(middle: tuple[Measurements, Measurements], scene: Scene) -> list[Pos
     if pose is None:
         return []
     return [
-        PoseEstimate(
+        records.PoseEstimate(
             estimator="paper-lm",
             stage="static",
             optics=name,
@@ -304,7 +276,7 @@ def _static(middle: tuple[Measurements, Measurements], scene: Scene) -> list[Pos
     ]
 
 
-def chosen(estimates: Sequence[PoseEstimate]) -> int | None:
+def chosen(estimates: Sequence[records.PoseEstimate]) -> int | None:
     """Index of the estimate to use: factory optics before estimated before ideal, batch before
     paper-lm before the simplex, final before Kabsch; None if there is none.
 
@@ -321,7 +293,7 @@ def chosen(estimates: Sequence[PoseEstimate]) -> int | None:
     ]
     final = {(e.optics, e.estimator): e.halves for e in estimates if e.stage == "final"}
 
-    def failed(e: PoseEstimate) -> bool:
+    def failed(e: records.PoseEstimate) -> bool:
         own, other = e.halves, final.get((e.optics, "paper-lm"))
         if e.estimator != BATCH or own is None or other is None or own.m2 < FAILED_M2:
             return False

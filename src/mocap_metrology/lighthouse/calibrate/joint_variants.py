@@ -11,16 +11,20 @@ all, and the priors are the full ones: `batch` would give each the more freedom,
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations, islice
 
 import numpy as np
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, start
-from mocap_metrology.lighthouse.calibrate.fits import explored, facing
+from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.fits import explored, facing, fitted, poses_of
+from mocap_metrology.lighthouse.calibrate.network import start
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
@@ -31,6 +35,9 @@ from mocap_metrology.lighthouse.calibrate.variants import (
     units_of,
     weigh,
 )
+from mocap_metrology.lighthouse.records import Station
+
+MOST_PAIRS = 6  # of four stations: each is one more estimate
 
 
 def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
@@ -91,3 +98,47 @@ def _fit(name: str, found: Joint, station: int) -> Fit:
     expected = loss * np.minimum(1.0, (HIT_RAD / noise) ** 2)
     state = found.state
     return Fit(name, state.R[station], state.t_m[station], loss, n, np.concatenate(unit), expected)
+
+
+def exchanged(scene: Scene, found: Joint, stations: Sequence[Station]) -> tuple[str, ...]:
+    """Names of two stations whose factory values a file states for the wrong ones, if any.
+
+    A pose from exchanged values is wrong by decimetres at a residual little above noise. Where
+    pieces of the recording differ by more than chance, each two stations whose values are not from
+    the recording are fitted with them exchanged; the values as stated are wrong where the test of
+    `variants` finds them worse than that.
+    """
+    if scene.optics != "factory" or found.misfit <= 1 or found.recordings[0].trajectory.still:
+        return ()
+    told = {station.role for station in stations if station.frames_found}
+    filed = [k for k, name in enumerate(scene.names) if name not in told]
+    for pair in islice(combinations(filed, 2), MOST_PAIRS):
+        factories = list(scene.factories)
+        factories[pair[0]], factories[pair[1]] = factories[pair[1]], factories[pair[0]]
+        other = replace(scene, factories=factories)
+        if not np.array_equal(other.rotors, scene.rotors) and _worse(scene, found, other):
+            return tuple(scene.names[k] for k in pair)
+    return ()
+
+
+def _worse(scene: Scene, found: Joint, other: Scene) -> bool:
+    """Whether a scene, of which `found` is, fits worse than another of the same hits."""
+    try:
+        of = {"stated": scene, "exchanged": other}
+        first = {"stated": found, "exchanged": joint(other)[0]}
+        paths = {name: own.recordings[0].trajectory for name, own in first.items()}
+        hits = found.recordings[0].sweeps.hits
+        for path in paths.values():
+            hits = hits.take(path.known(hits.time_s))
+        fits = {
+            name: fitted(own, hits, paths[name], poses_of(first[name]), sized=True)
+            for name, own in of.items()
+        }
+        parts = [fit.recordings[0] for fit in fits.values()]
+        best = min(parts, key=lambda one: one.noise.hit**2 + one.noise.sweep**2)
+        for one in parts:
+            one.noise, one.share, one.tau_rad = best.noise, best.share, best.tau_rad
+        ways = weighed_stations(of, fits)[0]
+    except (Refusal, np.linalg.LinAlgError):
+        return False
+    return any(way.variant == "stated" and way.standing == "worse" for way in ways)

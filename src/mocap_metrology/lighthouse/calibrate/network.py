@@ -7,10 +7,11 @@ moments (a maximum spanning tree) give where each station begins, and all hits d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
 from mocap_metrology.common.errors import Refusal
@@ -22,18 +23,54 @@ from mocap_metrology.lighthouse.batch.trajectory import (
 )
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.agreement import Minima, agree, minima
-from mocap_metrology.lighthouse.calibrate.moments import joined, moments
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.calibrate.static import static_pose
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
 from mocap_metrology.lighthouse.records import MASTER, Hits, Measurements, Path
+from mocap_metrology.lighthouse.timing import CYCLE_S
 
 FEWEST_MOMENTS = 10
 ORDER = 3  # of interpolation between moments
+STEP_S = 4 * CYCLE_S  # between moments: each axis of each station sweeps once
+LONGEST_GAP_S = 8.5 * CYCLE_S  # between hits of a diode: one may be missing, not two
 NOTHING = Measurements(np.zeros(0), np.zeros((0, 1, 2)))
 HERE: Pose = (np.eye(3), np.zeros(3))
 
 Start = tuple[Hits, Trajectory, list[Pose]]
+
+
+def moments(hits: Hits, n_diodes: int, n_stations: int = 2) -> list[Measurements]:
+    """Both angles of the diodes in each station's view at moments `STEP_S` apart, the same for all
+    stations, by cubic splines in time; NaN where a diode was not hit just before and after."""
+    count = max(int(np.ptp(hits.time_s) / STEP_S), 1)
+    time = hits.time_s.min() + STEP_S * (0.5 + np.arange(count))
+    angles = np.full((n_stations, count, n_diodes, 2), np.nan)
+    key = (hits.station * 2 + hits.axis).astype(np.int64) * n_diodes + hits.diode
+    order = np.lexsort((hits.time_s, key))
+    own, first = np.unique(key[order], return_index=True)
+    for k, rows in zip(own, np.split(order, first[1:]), strict=True):
+        at, angle = hits.time_s[rows], hits.angle_rad[rows]
+        if at.size < 4:
+            continue
+        after = np.clip(np.searchsorted(at, time), 1, at.size - 1)
+        inside = (time >= at[0]) & (time <= at[-1])
+        inside &= at[after] - at[after - 1] <= LONGEST_GAP_S
+        station, axis, diode = k // n_diodes // 2, k // n_diodes % 2, k % n_diodes
+        angles[station, inside, diode, axis] = CubicSpline(at, angle)(time[inside])
+    angles[~np.isfinite(angles).all(axis=3)] = np.nan
+    return [Measurements(time, of_station) for of_station in angles]
+
+
+@dataclass(frozen=True)
+class Network:
+    """Stations by name, the reference first: those that are connected; for the others what would
+    connect them, in words; moments that each shares with another; covariance of all poses together,
+    6 (n - 1) square in mm and deg, None without a pose."""
+
+    connected: Sequence[str]
+    apart: Mapping[str, str]
+    common: Mapping[str, int]
+    covariance: np.ndarray | None = None
 
 
 def look(scene: Scene, views: Sequence[Measurements] | None = None) -> list[Minima | None]:
@@ -51,8 +88,7 @@ def _views(scene: Scene) -> list[Measurements]:
     found = []
     for own in moments(scene.hits, len(scene.board), len(scene.factories)):
         seen = own.seen.sum(axis=1) >= FEWEST_DIODES
-        kept = Measurements(own.time_s[seen], own.angles_rad[seen])
-        found.append(well_posed(kept, scene.board))
+        found.append(well_posed(own.take(seen), scene.board))
     return found
 
 
@@ -75,6 +111,30 @@ def islands(shared: np.ndarray) -> list[list[int]]:
     """Stations by what connects them: the island of the first station, then the others."""
     _, island = connected_components(shared > 0, directed=False)
     return [np.flatnonzero(island == k).tolist() for k in np.unique(island)]
+
+
+def network_of(names: Sequence[str], shared: np.ndarray) -> tuple[list[int], Network]:
+    """The stations that are connected with the reference (or, if none is, most stations)."""
+    parts = islands(shared)
+    own = parts[0] if len(parts[0]) > 1 else max(parts, key=len)
+    moments = (shared - np.diag(np.diag(shared))).max(axis=1)
+    apart = {names[k]: _unconnected(k, names, parts, own) for p in parts if p != own for k in p}
+    common = dict(zip(names, moments.tolist(), strict=True))
+    return own, Network([names[k] for k in own], apart, common)
+
+
+def _unconnected(
+    k: int, names: Sequence[str], parts: Sequence[Sequence[int]], own: Sequence[int]
+) -> str:
+    """Why a station has no pose, and what would change that."""
+    with_it = [names[j] for part in parts if k in part for j in part if j != k]
+    connected = ", ".join(names[j] for j in own)
+    beside = f" (connected with {', '.join(with_it)} only)" if with_it else ""
+    join = " or ".join([names[k], *with_it])
+    return (
+        f"station {names[k]}{beside} shares no view of the board with {connected}: move the board"
+        f" where {join} and one of these see four diodes at a time, for a second or more"
+    )
 
 
 def start(scene: Scene, seen: Sequence[Minima | None] | None = None) -> Start:
@@ -100,12 +160,11 @@ def start(scene: Scene, seen: Sequence[Minima | None] | None = None) -> Start:
             raise Refusal(f"{scene.title}: the stations never see the board at once")
         R, t = poses[known]
         poses[new] = R @ agreed.R, R @ agreed.t_m + t
-        both = joined(agreed)
-        if paths:
-            both = both.take(np.arange(len(agreed.paths[0]), len(both)))
-        paths.append(both if known == MASTER else _moved(both, R, t))
-    names = Path.__dataclass_fields__
-    path = Path(**{k: np.concatenate([getattr(p, k) for p in paths]) for k in names})
+        master, slave = agreed.paths
+        both = [slave.seen_from(agreed.R, agreed.t_m)]
+        both = both if paths else [master, *both]
+        paths += both if known == MASTER else [own.seen_from(R, t) for own in both]
+    path = Path.joined(paths)
     time_s = scene.hits.time_s
     trajectory = trajectory_of(path, time_s.min(), time_s.max())
     return scene.hits.take(trajectory.known(time_s)), trajectory, poses
@@ -145,8 +204,3 @@ def _tree(shared: np.ndarray) -> Sequence[tuple[int, int]]:
             " connected to the master see four diodes"
         )
     return [(int(before[k]), int(k)) for k in order[1:]]
-
-
-def _moved(path: Path, R: np.ndarray, t: np.ndarray) -> Path:
-    """Poses in the frame of a station with pose R, t, in the reference's."""
-    return replace(path, R=R @ path.R, t_m=path.t_m @ R.T + t)

@@ -4,14 +4,13 @@ these as an optics sees them: ideal, or with factory values.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
-from mocap_metrology.lighthouse.records import Factory, Hits, Measurements
-from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, directions, rotor_parameters
+from mocap_metrology.lighthouse.calibrate.superpose import lagrange
+from mocap_metrology.lighthouse.records import Hits, Measurements
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 METHODS = ("full-interpolation", "dominant-axis", "pairs")
@@ -109,15 +108,7 @@ def _at_middle(sweeps: _Sweeps) -> _Sweeps:
 
 def _polynomial(sweeps: _Sweeps, nodes: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """Angles (n, diodes) at `time_s` of the polynomial through the sweeps `nodes` (k, n)."""
-    times = sweeps.time_s[nodes]
-    total = np.zeros_like(time_s)
-    for i in range(len(nodes)):
-        weight = np.ones_like(time_s)
-        for j in range(len(nodes)):
-            if i != j:
-                weight *= (time_s - times[j]) / (times[i] - times[j])
-        total += weight * sweeps.angle_rad[nodes[i]]
-    return total
+    return (lagrange(sweeps.time_s[nodes], time_s) * sweeps.angle_rad[nodes]).sum(axis=0)
 
 
 def _dominant(sweeps: list[_Sweeps]) -> int:
@@ -146,29 +137,3 @@ class Optics:
     measurements: tuple[Measurements, ...]
     rotors: tuple[np.ndarray, ...]
     frame: str  # optical, or housing where the lasers' places are named
-
-
-def optics_of(
-    name: str,
-    measured: Sequence[Measurements],
-    factories: Sequence[Factory | None],
-    lasers_m: np.ndarray | None,
-    variant: str,
-) -> Optics:
-    """With lasers in the origin, factory values are subtracted from the angles once (to
-    1e-12 rad); with lasers elsewhere they stay in the model."""
-    n = len(measured)
-    lasers = [None] * n if lasers_m is None else lasers_m
-    frame = "optical" if lasers_m is None else "housing"
-    ideal = name == "ideal"
-    factories, model = ([None] * n, CRAZYFLIE) if ideal else (factories, VARIANTS[variant])
-    rotors = tuple(
-        rotor_parameters(f, own, model) for f, own in zip(factories, lasers, strict=True)
-    )
-    if ideal or lasers_m is not None:
-        return Optics(name, tuple(measured), rotors, frame)
-    seen = tuple(
-        Measurements(own.time_s, directions(own.angles_rad, rotor))
-        for own, rotor in zip(measured, rotors, strict=True)
-    )
-    return Optics(name, seen, (rotor_parameters(),) * n, frame)

@@ -7,24 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.problem import More, Priors
-from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
-from mocap_metrology.lighthouse.records import (
-    ROLES,
-    Clock,
-    Factory,
-    Hits,
-    Inertial,
-    Measurements,
-)
-from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
+from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
 
 NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
-IDEAL_PLANES = Factory(generation=2)
-MEAN_PLANES = Factory(**FACTORY2_MEAN, generation=2)
+IDEAL_PLANES = records.Factory(generation=2)
+MEAN_PLANES = records.Factory(**FACTORY2_MEAN, generation=2)
 Pose = tuple[np.ndarray, np.ndarray]
 
 
@@ -44,6 +37,13 @@ UNKNOWN_SD = np.stack(
 )
 
 
+def optics_for(asked: Sequence[str], factories: Sequence[records.Factory | None]) -> str:
+    """The best of the optics asked for, by what is known of all stations."""
+    if "factory" in asked and None not in factories:
+        return "factory"
+    return ESTIMATED if ESTIMATED in asked else "ideal"
+
+
 @dataclass(frozen=True)
 class Sensors:
     """Data that are used besides hits: gyroscope and accelerometer of the board, and the way up in
@@ -51,31 +51,31 @@ class Sensors:
     the room; normals (n, 3) of the diodes, whose cover then is an unknown; clocks of the stations,
     where the recording tells them."""
 
-    inertial: Inertial | None = None
+    inertial: records.Inertial | None = None
     ups: np.ndarray | None = None
     lengths: tuple[KnownLength, ...] = ()
     normals: np.ndarray | None = None
-    clocks: tuple[Clock | None, ...] = ()
+    clocks: tuple[records.Clock | None, ...] = ()
 
 
 @dataclass(frozen=True)
 class Scene:
     """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
-    `reconstruction.optics_of` or `estimated`, and what is known beforehand; known_pose: those of
+    `seen` or `estimated`, and what is known beforehand; known_pose: those of
     the stations are held; sensors: data besides hits; generation: of the stations; names: of the
     stations."""
 
-    hits: Hits
+    hits: records.Hits
     board: np.ndarray
     optics: str
-    factories: Sequence[Factory | None]
+    factories: Sequence[records.Factory | None]
     lasers_m: np.ndarray | None
     variant: str
     priors: Priors
     known_pose: bool = False
     sensors: Sensors = Sensors()
     generation: int = 1
-    names: Sequence[str] = ROLES
+    names: Sequence[str] = records.ROLES
 
     @property
     def title(self) -> str:
@@ -90,7 +90,7 @@ class Scene:
         return "libsurvive" if self.generation == 2 else "crazyflie"
 
     @property
-    def assumed(self) -> list[Factory | None]:
+    def assumed(self) -> list[records.Factory | None]:
         """Factory values of the stations as the optics has them, None for ideal rotors; of unknown
         planes those of real ones on average."""
         if self.generation == 2:
@@ -159,11 +159,19 @@ class Scene:
             priors = replace(priors, laser_depth_mm=0.0)
         return priors.of_board(self.board)
 
-    def seen(self, measured: Sequence[Measurements]) -> Optics:
+    def seen(self, measured: Sequence[records.Measurements]) -> Optics:
         """Measurements as the optics see them; where these are estimated, it starts from ideal, of
-        the second generation from usual ones."""
-        if self.generation == 2:
-            seen = optics_of("factory", measured, self.assumed, None, self.model)
-            return replace(seen, name=self.optics)
-        name = "ideal" if self.optics == ESTIMATED else self.optics
-        return optics_of(name, measured, self.factories, self.lasers_m, self.variant)
+        the second generation from usual ones. With lasers in the origin, factory values are
+        subtracted from the angles once (to 1e-12 rad); with lasers elsewhere they stay in the
+        model."""
+        first, rotors = self.generation == 1, tuple(self.rotors)
+        name = "ideal" if first and self.optics == ESTIMATED else self.optics
+        housing = first and self.lasers_m is not None
+        if housing or (first and name == "ideal"):
+            frame = "housing" if housing else "optical"
+            return Optics(name, tuple(measured), rotors, frame)
+        seen = tuple(
+            replace(own, angles_rad=directions(own.angles_rad, rotor))
+            for own, rotor in zip(measured, rotors, strict=True)
+        )
+        return Optics(name, seen, (rotor_parameters(),) * len(seen), "optical")

@@ -16,7 +16,7 @@ certain of them.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,34 +25,119 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
 from mocap_metrology.lighthouse.batch.recording import Given
-from mocap_metrology.lighthouse.calibrate.batch import Scene, details_of, joint, pose_of
-from mocap_metrology.lighthouse.calibrate.fits import poses_of
-from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_stations
+from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, joint, pose_of
+from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
+from mocap_metrology.lighthouse.calibrate.joint_variants import exchanged, weighed_stations
 from mocap_metrology.lighthouse.calibrate.network import (
     FEWEST_MOMENTS,
     HERE,
+    Network,
     islands,
     look,
+    network_of,
     shared_moments,
     start,
 )
-from mocap_metrology.lighthouse.calibrate.scene import Pose
-from mocap_metrology.lighthouse.calibrate.stages import Network
-from mocap_metrology.lighthouse.calibrate.stations import (
-    OF_PLANES,
-    covariance_of_all,
-    unconnected,
-)
+from mocap_metrology.lighthouse.calibrate.scene import NAME, Pose, Scene, Sensors, optics_for
+from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
+from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
+    COVARIANCE_UNITS,
+    FALLBACK,
     NAMES,
     Weighed,
     all_one,
+    steps,
     widened,
 )
-from mocap_metrology.lighthouse.records import Halves, Measurements, PoseEstimate
+from mocap_metrology.lighthouse.records import Halves, Hits, Measurements, PoseEstimate, Station
 
 FEWEST = 2  # recordings
+OF_PLANES = (FALLBACK, "crazyflie")  # variants of the rotor model of the second generation
+
+
+def calibrate_stations(
+    hits: Hits,
+    board: np.ndarray,
+    stations: Sequence[Station],
+    settings: CalibrationSettings,
+    report: Callable[[str], None],
+    sensors: Sensors | None,
+) -> Calibration:
+    """Poses of all stations that are connected with the reference, the first of `stations`.
+
+    Raises `Refusal` where no two are connected, or the search does not converge.
+    """
+    names = [station.role for station in stations]
+    factories = [station.factory for station in stations]
+    generation = stations[0].generation
+    how = None, FALLBACK if settings.variant == AUTO else settings.variant, settings.priors
+    optics = optics_for(settings.optics, factories)
+    every = Scene(hits, board, optics, factories, *how, generation=generation, names=names)
+    every = replace(every, sensors=sensors or Sensors())
+    began = time.perf_counter()
+    seen = look(every)
+    shared = shared_moments(seen)
+    own, network = network_of(names, shared)
+    if len(own) < 2:
+        raise Refusal(
+            f"no two of the stations {', '.join(names)} see four diodes at {FEWEST_MOMENTS}"
+            " common moments; expected a board that at least two stations see at a time"
+        )
+    scene = every.of(own)
+    scene = replace(scene, optics=optics_for(settings.optics, scene.factories))
+    views = [seen[k] for k in own]
+    still = None
+    if all(view is not None and is_still(view.paths[0]) for view in views):
+        still = [median_angles(scene.hits, k, len(board)) for k in range(len(own))]
+    near = start(scene, views) if still is None else None
+    given = joint(scene, still, near)
+    scene, given, ways = _best(scene, given, settings, near is not None)
+    poses, found = all_solved(scene, still, given)
+    seconds = time.perf_counter() - began
+    report(f"{NAME}, {scene.optics}, {len(own)} stations: {seconds:.2f} s")
+    open_ways = ways or [[] for _ in poses]
+    return Calibration(
+        estimates=[widened(pose, way) for pose, way in zip(poses, open_ways, strict=True)],
+        paths={(NAME, scene.optics): (poses[0].path,)} if poses[0].path is not None else {},
+        still=still is not None,
+        n_common=min(network.common[name] for name in network.connected),
+        why=list(network.apart.values()),
+        variants=ways[0] if ways else [],
+        joints={scene.optics: (scene, found)},
+        network=replace(network, covariance=covariance_of_all(found, open_ways)),
+        exchanged=exchanged(scene, found, stations),
+    )
+
+
+def _best(
+    scene: Scene, given: tuple[Joint, str], settings: CalibrationSettings, moved: bool
+) -> tuple[Scene, tuple[Joint, str], list[list[Weighed]]]:
+    """By the variant of the rotor model that the recording prefers, and all of them a station."""
+    auto = scene.optics == "factory" and settings.variant == AUTO and scene.generation == 2
+    if not auto or not moved or all_one(scene.factories):
+        return scene, given, []
+    of = {name: replace(scene, variant=name) for name in OF_PLANES}
+    try:
+        ways = weighed_stations(of, dict.fromkeys(of, given[0]))
+        best = next(way.variant for way in ways[0] if way.standing == "chosen")
+        if best != scene.variant:
+            given = refitted(of[best], given[0]), given[1]
+            ways = weighed_stations(of, dict.fromkeys(of, given[0]))
+    except Refusal:  # the other variant fits no better than not at all
+        return scene, given, []
+    return of[best], given, ways
+
+
+def covariance_of_all(found: Joint, ways: Sequence[Sequence[Weighed]]) -> np.ndarray:
+    """Covariance of all poses in mm and deg, with the variants that are left open."""
+    n = len(ways)
+    rows = np.concatenate([found.pose(k) for k in range(1, n + 1)])
+    units = np.tile(COVARIANCE_UNITS, n)
+    own = found.covariance[np.ix_(rows, rows)] * np.outer(units, units)
+    off = np.hstack([steps(way) for way in ways])
+    return own + off.T @ off / (len(off) + 1)
 
 
 @dataclass(frozen=True)
@@ -195,20 +280,14 @@ def _connected(
     for piece in pieces:
         both = np.ix_(piece.members, piece.members)
         shared[both] += piece.shared[both]
-    parts = islands(shared)
-    own = parts[0] if len(parts[0]) > 1 else max(parts, key=len)
-    moments = (shared - np.diag(np.diag(shared))).max(axis=1)
-    apart = {names[k]: unconnected(k, names, parts, own) for p in parts if p != own for k in p}
-    network = Network(
-        [names[k] for k in own], apart, dict(zip(names, moments.tolist(), strict=True))
-    )
+    own, network = network_of(names, shared)
     kept = []
     for piece in pieces:
         if piece.members[0] in own:
             kept.append(replace(piece, members=[own.index(k) for k in piece.members]))
         else:
             why.append(f"{piece.title}: no station that is connected with {network.connected[0]}")
-    why += apart.values()
+    why += network.apart.values()
     return scene.of(own), kept, network
 
 

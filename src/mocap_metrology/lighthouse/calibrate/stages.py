@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate import station_pose
+from mocap_metrology.lighthouse.calibrate import weighted_station
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
-from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
+from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
-from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
+from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, Weighed
-from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, halves, residuals
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
@@ -60,18 +59,6 @@ class CalibrationSettings:
     variant: str = AUTO
     pnp_method: str = "auto"
     priors: Priors = field(default_factory=Priors)
-
-
-@dataclass(frozen=True)
-class Network:
-    """Stations by name, the reference first: those that are connected; for the others what would
-    connect them, in words; moments that each shares with another; covariance of all poses together,
-    6 (n - 1) square in mm and deg, None without a pose."""
-
-    connected: Sequence[str]
-    apart: Mapping[str, str]
-    common: Mapping[str, int]
-    covariance: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -158,15 +145,17 @@ def both_stages(
         return found
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
-    then, own = seen_on_path(paths, optics, order)
-    given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
+    then, own = weighted_station.seen_on_path(paths, optics, order)
+    given = weighted_station.scene(then, own, board, optics.rotors[SLAVE])
     weighed = None
     if estimator == "paper-lm":
-        weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
+        weighed = weighted_station.evidence(
+            then, own, optics.measurements[MASTER], board, optics.rotors
+        )
     share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
-        there = None if weighed is None else residuals(R, t, weighed, rotors)
+        there = None if weighed is None else weighted_station.residuals(R, t, weighed)
         return PoseEstimate(
             estimator=estimator,
             stage=stage,
@@ -175,7 +164,7 @@ def both_stages(
             t_m=t,
             frame=optics.frame,
             covariance=None if cov is None else cov * MM_DEG,
-            residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given, rotors),
+            residual_rms_urad=1e6 * weighted_station.residual_rms(R, t, given),
             n_angles=2 * len(given.time_s),
             mirrored_share=share,
             weighted_rms_urad=math.nan if there is None else there.rms_urad(),
@@ -189,13 +178,13 @@ def both_stages(
         # On a straight path positions leave the turn about it open, the board's rotations do not.
         both = [] if agreed.R is None else [(agreed.R, agreed.t_m)]
         starts = [(R, t), (turned, moved), *both]
-        R, t, spread = last_step(starts, given, weighed, rotors, settings.lm_weights)
-        parts = halves(R, t, weighed, rotors)
+        R, t, spread = weighted_station.last_step(starts, given, weighed, settings.lm_weights)
+        parts = weighted_station.halves(R, t, weighed)
         found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
-        R, t, _ = station_pose.by_nelder_mead(R, t, given, rotors, tolerances)
-        spread = station_pose.covariance(R, t, given, rotors)
+        R, t, _ = weighted_station.by_nelder_mead(R, t, given, tolerances)
+        spread = weighted_station.covariance(R, t, given)
         found.estimates.append(estimate("final", R, t, spread))
     report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
     return replace(found, n_common=max(found.n_common, len(master_then)))

@@ -15,9 +15,10 @@ from scipy.special import fdtrc
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import normal_equations
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import Given, normal_equations
 from mocap_metrology.lighthouse.fit.simplex import BOARD
 from mocap_metrology.lighthouse.records import ROLES, Hits, Measurements, Path
+from mocap_metrology.lighthouse.rotation import cross, log, mean
 from mocap_metrology.lighthouse.rotor import angles
 
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
@@ -63,8 +64,6 @@ def is_still(path: Path) -> bool:
     and of its rotation about the mean below `STILL_RAD` beyond what the noise of a pose makes; and
     less than `PART` of the stretches of `STRETCH` poses are farther away, which else is a board
     that moved for a part of the time."""
-    from mocap_metrology.lighthouse.rotation import log, mean
-
     off = path.t_m - np.median(path.t_m, axis=0)
     spread = MAD_TO_SIGMA * np.linalg.norm(np.median(np.abs(off), axis=0))
     if spread >= STILL_M:
@@ -115,7 +114,7 @@ def static_pose(
     t = master.t_m[0] - R @ slave.t_m[0]
     covariance = np.zeros((6, 6))
     # d(R) = w_m - R w_s; d(t) = d(t_m) - R d(t_s) + (R t_s) x (w_m - R w_s)
-    arm = _cross(R @ slave.t_m[0])
+    arm = cross(R @ slave.t_m[0])
     jacobians = (
         np.block([[np.eye(3), arm], [np.zeros((3, 3)), np.eye(3)]]),
         np.block([[-R, -arm @ R], [np.zeros((3, 3)), -R]]),
@@ -181,25 +180,13 @@ def residuals_by_diode(
     return np.concatenate(found)
 
 
-def _cross(v: np.ndarray) -> np.ndarray:
-    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-
-
 def _covariance(
     path: Path, given: Measurements, board: np.ndarray, rotors: np.ndarray
 ) -> np.ndarray:
     """sigma^2 (J^T J)^-1 of a board pose, sigma^2 = K_1 / (angles - 6); m and rad."""
     seen = given.seen[0]
     H, g = np.empty((6, 6)), np.empty(6)
-    normal_equations(
-        path.R[0],
-        path.t_m[0],
-        BOARD,
-        np.ascontiguousarray(board[seen]),
-        np.ascontiguousarray(given.angles_rad[0, seen]),
-        rotors,
-        H,
-        g,
-    )
+    own = Given(BOARD, board[seen], given.angles_rad[0, seen], rotors)
+    normal_equations(path.R[0], path.t_m[0], own, H, g)
     freedom = max(int(path.n_angles[0]) - 6, 1)
     return path.epsilon[0] / freedom * np.linalg.inv(H)

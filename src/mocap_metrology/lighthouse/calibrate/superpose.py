@@ -41,8 +41,15 @@ def at_times(path: Path, time_s: np.ndarray, order: int = 1) -> tuple[Path, np.n
     return Path(time, R, t, epsilon, n_angles, path.ambiguity[a]), kept
 
 
+def nearest(time_s: np.ndarray, other_s: np.ndarray) -> np.ndarray:
+    """Index of the nearest of `other_s`, which rise, to each time."""
+    after = np.clip(np.searchsorted(other_s, time_s), 1, other_s.size - 1)
+    near: np.ndarray = after - (time_s - other_s[after - 1] < other_s[after] - time_s)
+    return near
+
+
 def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Weights (k, n) of the polynomial through k nodes (k, n), at (n,)."""
+    """Weights (k, ...) of the polynomial through k nodes (k, ...), at (...)."""
     weights = np.ones_like(nodes)
     for i in range(len(nodes)):
         for j in range(len(nodes)):

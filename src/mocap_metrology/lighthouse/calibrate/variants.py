@@ -23,13 +23,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit
 
-from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
-from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
+from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.static import is_still, residuals_by_diode, static_pose
-from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
-from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, residuals
+from mocap_metrology.lighthouse.calibrate.weighted_station import (
+    evidence,
+    last_step,
+    residuals,
+    seen_on_path,
+)
+from mocap_metrology.lighthouse.calibrate.weighted_station import scene as k2_scene
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory, Measurements, PoseEstimate
 from mocap_metrology.lighthouse.rotation import error
 from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
@@ -162,11 +167,9 @@ def all_one(factories: Sequence[Factory | None]) -> bool:
 
 
 def best_variant(
-    measured: tuple[Measurements, Measurements],
-    middle: tuple[Measurements, Measurements],
-    board: np.ndarray,
-    factories: Sequence[Factory | None],
-    lasers_m: np.ndarray | None,
+    scene: Scene,
+    measured: Sequence[Measurements],
+    middle: Sequence[Measurements],
     order: int,
 ) -> list[Weighed]:
     """The ranking of all variants by `paper-lm`.
@@ -176,12 +179,12 @@ def best_variant(
     """
     fits, near = [], None
     for name in NAMES:
-        optics = optics_of("factory", measured, factories, lasers_m, name)
+        own = replace(scene, variant=name)
+        optics, board = own.seen(measured), scene.board
         agreed = agreed_paths(optics, board, order, near)
         near = agreed.R
         if all(is_still(path) for path in agreed.paths):
-            still = optics_of("factory", middle, factories, lasers_m, name)
-            fit = _at_rest(name, still, board)
+            fit = _at_rest(name, own.seen(middle), board)
         else:
             fit = _moving(name, optics, agreed, board, order)
         if fit is None:
@@ -197,10 +200,10 @@ def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order:
     then, own = seen_on_path(agreed.paths, optics, order)
     if agreed.R is None or agreed.t_m is None or len(then) < FEWEST_MOMENTS:
         return None
-    given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
-    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
-    R, t, _ = last_step([(agreed.R, agreed.t_m)], given, weighed, rotors)
-    left, master = residuals(R, t, weighed, rotors), agreed.paths[MASTER]
+    given = k2_scene(then, own, board, optics.rotors[SLAVE])
+    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors)
+    R, t, _ = last_step([(agreed.R, agreed.t_m)], given, weighed)
+    left, master = residuals(R, t, weighed), agreed.paths[MASTER]
     time = np.concatenate([master.time_s, then.time_s])
     angles = np.concatenate([master.n_angles, left.count])
     loss = np.concatenate([master.epsilon / np.maximum(master.n_angles, 1), left.cost])

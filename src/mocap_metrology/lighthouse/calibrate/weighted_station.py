@@ -16,6 +16,7 @@ what came after then have poses of their own.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,45 +24,65 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.parts import SPLITS
-from mocap_metrology.lighthouse.calibrate.superpose import blocks_of, jackknife
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import damped_step, normal_equations, turn
-from mocap_metrology.lighthouse.fit.simplex import BOARD
-from mocap_metrology.lighthouse.records import Halves, Measurements, Path
-from mocap_metrology.lighthouse.rotor import angle_gradient
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
+from mocap_metrology.lighthouse.calibrate.superpose import at_times, blocks_of, jackknife, nearest
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
+    Given,
+    damped_step,
+    minimise,
+    normal_equations,
+    turn,
+)
+from mocap_metrology.lighthouse.fit.simplex import (
+    BOARD,
+    MATLAB,
+    STATION,
+    SimplexSettings,
+    nelder_mead,
+    seen_at,
+)
+from mocap_metrology.lighthouse.records import MASTER, SLAVE, Halves, Measurements, Path
+from mocap_metrology.lighthouse.rotor import angle_gradient, angles
 
-ITERATIONS, ROUNDS = 20, 5  # of one descent; of descents, each with its own outliers
+STEPS, ROUNDS = 20, 5  # of one descent; of descents, each with its own outliers
 LARGEST_DAMPING = 1e10  # of the diagonal; beyond, the descent ends
 RIDGE = 1e-12  # rad^2/m^2, rad^2/rad^2
 SMALLEST_STEP = 1e-8  # m, rad: far below the resolution of angles
 OUTLIER = 25.0  # times the median cost a measurement: a mirrored pose, left out
+# Of the plain residual by weighting it: lasers 15 mm off make 2, a last step that runs away 10.
+RISE = 3.0
+
+Pose = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Evidence:
     """Slave's measurements and the board poses of the master's path at their times.
 
-    path: at the n times; angles (n, diodes, 2), NaN where unseen; information (n, 6, 6): H_n.
+    path: at the n times; angles (n, diodes, 2), NaN where unseen; information (n, 6, 6): H_n;
+    rotors: of the slave.
     """
 
     path: Path
     angles: np.ndarray
     information: np.ndarray
     board: np.ndarray
+    rotors: np.ndarray
 
 
 def evidence(
-    path: Path, own: Measurements, master: Measurements, board: np.ndarray, rotors: np.ndarray
+    path: Path,
+    own: Measurements,
+    master: Measurements,
+    board: np.ndarray,
+    rotors: Sequence[np.ndarray],
 ) -> Evidence:
     """Evidence of a path at the times of `own`; its information is that of the nearest of the
-    master's measurements, which has as many diodes as another. rotors: of the master."""
-    nearest = np.searchsorted(master.time_s, path.time_s)
-    nearest = np.clip(nearest, 1, len(master) - 1)
-    earlier = path.time_s - master.time_s[nearest - 1] < master.time_s[nearest] - path.time_s
-    seen = master.seen[nearest - earlier]
+    master's measurements, which has as many diodes as another. rotors: of master and slave."""
+    seen = master.seen[nearest(path.time_s, master.time_s)]
     board = np.ascontiguousarray(board)
-    return Evidence(
-        path, own.angles_rad, _information(path.R, path.t_m, seen, board, rotors), board
-    )
+    known = _information(path.R, path.t_m, seen, board, rotors[MASTER])
+    return Evidence(path, own.angles_rad, known, board, rotors[SLAVE])
 
 
 @njit
@@ -73,7 +94,8 @@ def _information(
     nothing = np.zeros((board.shape[0], 2))
     for i in range(n):
         own = board[seen[i]]
-        normal_equations(R[i], t[i], BOARD, own, nothing[: own.shape[0]], rotors, out[i], g)
+        given = Given(BOARD, own, nothing[: own.shape[0]], rotors)
+        normal_equations(R[i], t[i], given, out[i], g)
     return out
 
 
@@ -171,11 +193,10 @@ class Residuals:
         return float(np.sum(np.minimum(self.cost, limit) * self.count))
 
 
-def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Residuals:
+def residuals(R: np.ndarray, t: np.ndarray, given: Evidence) -> Residuals:
     """Residuals of a slave's pose R, t (m), without what the path's uncertainty explains."""
-    H, g, square, count = _blocks(
-        np.ascontiguousarray(R), t, given.path.R, given.path.t_m, given.board, given.angles, rotors
-    )
+    seen = given.path.R, given.path.t_m, given.board, given.angles, given.rotors
+    H, g, square, count = _blocks(np.ascontiguousarray(R), t, *seen)
     # The ridge is far below the information of a diode; it only makes a lost board pose soluble.
     A = given.information + H[:, 6:, 6:] + RIDGE * np.eye(6)
     right = np.concatenate([H[:, 6:, :6], g[:, 6:, None]], axis=2)
@@ -189,16 +210,16 @@ def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray)
 
 
 def _descend(
-    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray, limit: float
+    R: np.ndarray, t: np.ndarray, given: Evidence, limit: float
 ) -> tuple[np.ndarray, np.ndarray, Residuals]:
     """Levenberg-Marquardt on `Residuals.total`: a step is accepted only if it falls."""
-    at, damping = residuals(R, t, given, rotors), 0.0
-    for _ in range(ITERATIONS):
+    at, damping = residuals(R, t, given), 0.0
+    for _ in range(STEPS):
         kept = (at.count > 0) & (at.cost <= limit)
         step = damped_step(at.H[kept].sum(axis=0), at.g[kept].sum(axis=0), damping)
         if np.isfinite(step).all():
             R2, t2 = turn(step[3:], np.ascontiguousarray(R)), t + step[:3]
-            then = residuals(R2, t2, given, rotors)
+            then = residuals(R2, t2, given)
             small = np.abs(step).max() < SMALLEST_STEP
             if then.total(limit) <= at.total(limit):
                 R, t, at, damping = R2, t2, then, damping / 10
@@ -214,59 +235,46 @@ def _descend(
 
 
 def by_gauss_newton(
-    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray
+    R: np.ndarray, t: np.ndarray, given: Evidence
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Slave pose R, t (m) of the least weighted K_2, from a pose near it; and its covariance.
 
-    rotors: of the slave. Steps are damped and accepted only if the weighted K_2 falls, so what
+    Steps are damped and accepted only if the weighted K_2 falls, so what
     comes out is never worse than the start. Covariance (6, 6) of t and the left rotation vector in
     m and rad, by a jackknife over blocks of time; None with fewer than three blocks.
     """
     for _ in range(ROUNDS):
-        limit = residuals(R, t, given, rotors).limit()
-        R, t, at = _descend(R, t, given, rotors, limit)
+        limit = residuals(R, t, given).limit()
+        R, t, at = _descend(R, t, given, limit)
         if at.limit() >= limit / 2:
             break
     kept = (at.count > 0) & (at.cost <= at.limit())
     block = blocks_of(given.path.time_s[kept])
-    count = int(block.max()) + 1
-    if count < 3:
-        return R, t, None
     H, g = at.H[kept], at.g[kept]
-    whole = H.sum(axis=0), g.sum(axis=0)
-    steps = np.array(
-        [
-            damped_step(
-                whole[0] - H[block == b].sum(axis=0), whole[1] - g[block == b].sum(axis=0), 0.0
-            )
-            for b in range(count)
-        ]
-    )
-    return R, t, jackknife(steps) if np.isfinite(steps).all() else None
+    parts = [(H[block == b].sum(axis=0), g[block == b].sum(axis=0)) for b in np.unique(block)]
+    return R, t, jackknife_of_steps(parts)
 
 
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.lighthouse.board import flat_board
-    from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
-
-    board, rotors, t = flat_board(), rotor_parameters(), np.array([3.0, 0, 0])
-    given = Measurements(np.zeros(1), angles(board + t, rotors)[None])
-    zero = np.zeros(1)
-    path = Path(zero, np.eye(3)[None], t[None], zero, zero, zero)
-    _information(path.R, path.t_m, given.seen, board, rotors)
-    _blocks(np.eye(3), np.zeros(3), path.R, path.t_m, board, given.angles_rad, rotors)
+def jackknife_of_steps(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:
+    """Covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over blocks
+    of time: each estimate without one is a single Gauss-Newton step from the minimum,
+    -(H - H_b)^-1 (g - g_b). parts: H_b, g_b. None with fewer than three."""
+    if len(parts) < 3:
+        return None
+    H, g = (np.sum(own, axis=0) for own in zip(*parts, strict=True))
+    steps = np.array([damped_step(H - H_b, g - g_b, 0.0) for H_b, g_b in parts])
+    return jackknife(steps) if np.isfinite(steps).all() else None
 
 
-def halves(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Halves | None:
+def halves(R: np.ndarray, t: np.ndarray, given: Evidence) -> Halves | None:
     """Poses of the slave from the measurements before and after each of `SPLITS`, both from near
     the pose R, t (m) of all: the two that are farthest apart by m2; None where no part tells its
-    uncertainty. rotors: of the slave."""
+    uncertainty."""
     time = given.path.time_s
     found = []
     for split in SPLITS:
         early = time < time.min() + split * np.ptp(time)
-        parts = [by_gauss_newton(R, t, _part(given, own), rotors) for own in (early, ~early)]
+        parts = [by_gauss_newton(R, t, _part(given, own)) for own in (early, ~early)]
         told = [(R, t, spread) for R, t, spread in parts if spread is not None]
         if len(told) == 2:
             found.append(_apart(*told))
@@ -286,5 +294,88 @@ def _apart(
     a: tuple[np.ndarray, np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray, np.ndarray]
 ) -> Halves:
     d = np.r_[a[1] - b[1], rotation.error(a[0], b[0])]
-    m2 = float(d @ np.linalg.pinv(a[2] + b[2], rcond=1e-12) @ d)
-    return Halves(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)
+    return Halves.of(d, float(d @ np.linalg.pinv(a[2] + b[2], rcond=1e-12) @ d))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What K_2 sums over: diodes in the master's frame (m), the slave's angles (rad), times; and
+    the slave's rotors."""
+
+    points: np.ndarray  # (n, 3)
+    angles: np.ndarray  # (n, 2)
+    time_s: np.ndarray  # (n,)
+    rotors: np.ndarray
+
+
+def scene(path: Path, measurements: Measurements, board: np.ndarray, rotors: np.ndarray) -> Scene:
+    """P_n and M_t,n of J Eq. 6, flat. `path`: the board in the master's frame at the times of
+    `measurements` of the slave."""
+    seen = measurements.seen
+    points = np.einsum("nij,dj->ndi", path.R, board) + path.t_m[:, None]
+    time = np.broadcast_to(path.time_s[:, None], seen.shape)
+    return Scene(points[seen], measurements.angles_rad[seen], time[seen], rotors)
+
+
+def by_nelder_mead(
+    R: np.ndarray, t: np.ndarray, given: Scene, settings: SimplexSettings = MATLAB
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """J Eq. 5 from the first estimate (R, t): R, t (m), K_2 in rad^2."""
+    x0 = np.r_[t, rotation.to_angles(R)]
+    seen = seen_at(STATION, given.points, given.angles, given.rotors)
+    x, cost, _ = nelder_mead(x0, seen, settings)
+    return rotation.from_angles(*x[3:]), x[:3], cost
+
+
+def by_levenberg_marquardt(
+    R: np.ndarray, t: np.ndarray, given: Scene
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """J Eq. 5 by Levenberg-Marquardt from (R, t): R, t (m), K_2 in rad^2."""
+    seen = Given(STATION, given.points, given.angles, given.rotors)
+    return minimise(np.ascontiguousarray(R), t, seen)[:3]
+
+
+def covariance(R: np.ndarray, t: np.ndarray, given: Scene) -> np.ndarray | None:
+    """`jackknife_of_steps` of K_2, which assumes the board's path to be exact, so that the inverse
+    of its second derivative would promise too much."""
+    block, parts = blocks_of(given.time_s), []
+    for own in (block == b for b in np.unique(block)):
+        seen = Given(STATION, given.points[own], given.angles[own], given.rotors)
+        parts.append((np.empty((6, 6)), np.empty(6)))
+        normal_equations(np.ascontiguousarray(R), t, seen, *parts[-1])
+    return jackknife_of_steps(parts)
+
+
+def residual_rms(R: np.ndarray, t: np.ndarray, given: Scene) -> float:
+    """Root mean square of C - M in rad at a slave pose."""
+    points = np.ascontiguousarray((given.points - t) @ R)
+    return float(np.sqrt(np.mean((angles(points, given.rotors) - given.angles) ** 2)))
+
+
+def seen_on_path(paths: tuple[Path, Path], optics: Optics, order: int) -> tuple[Path, Measurements]:
+    """The slave's measurements that have the master's path on both sides, and the path then."""
+    own = optics.measurements[SLAVE]
+    then, kept = at_times(paths[MASTER], own.time_s, order)
+    return then, own.take(kept)
+
+
+def last_step(
+    starts: list[Pose], given: Scene, weighed: Evidence, weights: str = "path"
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """From the start of the least cost: R, t (m), covariance (6, 6) in m and rad.
+
+    The weighted K_2 is taken down from there. If that makes the plain residual rise by more than
+    weights can, it has run away: then the least plain K_2 stays. weights `none` stops at that, too.
+    """
+    plain = min(starts, key=lambda pose: residual_rms(pose[0], pose[1], given))
+    R, t, _ = by_levenberg_marquardt(*plain, given)
+    if weights == "path":
+        starts = [*starts, (R, t)]
+        found = [residuals(*start, weighed) for start in starts]
+        limit = min(one.limit() for one in found)
+        best = min(range(len(starts)), key=lambda k: found[k].total(limit))
+        R2, t2, spread = by_gauss_newton(*starts[best], weighed)
+        before = residual_rms(R, t, given)
+        if residual_rms(R2, t2, given) <= RISE * before:
+            return R2, t2, spread
+    return R, t, covariance(R, t, given)

@@ -5,37 +5,44 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles, read_counts
-from mocap_metrology.lighthouse.decode.clean import (
-    RESOLUTION_RAD,
-    Cleaning,
-    clean_hits,
-    clean_turn_hits,
-)
+from mocap_metrology.lighthouse.decode.clean import RESOLUTION_RAD, clean_hits, clean_turn_hits
 from mocap_metrology.lighthouse.decode.crazyflie import read_log, read_uart
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
-from mocap_metrology.lighthouse.decode.ootx2 import decode_turns, unknown_station
 from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.decode.turns import (
     PERIOD_S,
     Light,
     channels_by_period,
+    decode_turns,
     find_turn_hits,
     find_turns,
+    unknown_station,
 )
 from mocap_metrology.lighthouse.records import AXES, ROLES, Clock, Flashes, Hits, Pulses, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 OF_LIGHT = {"crazyflie-uart": read_uart, "crazyflie-log": read_log}
+
+
+class _How(NamedTuple):
+    """Board (n, 3) in m, file of calibrations, thresholds, and name of a recording."""
+
+    places: np.ndarray
+    factory: str | Path | None
+    cleaning: Cleaning
+    name: str
 
 
 @dataclass(frozen=True)
@@ -84,22 +91,23 @@ def decode(
     clocks: list[Clock] = []
     report: dict[str, list[int]] = {}
     resolution_rad = RESOLUTION_RAD
+    given = factory, cleaning, name
     if kind == "lfsr-counts":
-        return _of_angles(*read_counts(path), read_board(board), factory, cleaning, name)
+        return _of_angles(*read_counts(path), _How(read_board(board), *given))
     if kind in OF_LIGHT:
         places = read_board(board)
-        return decode_light(OF_LIGHT[kind](path), places, factory, cleaning, name)
+        return decode_light(OF_LIGHT[kind](path), places, *given)
     if kind == "angles-csv":
         places, (hits, channels) = read_board(board), read_angles(path)
         if channels:
-            return _of_angles(hits, channels, places, factory, cleaning, name)
+            return _of_angles(hits, channels, _How(places, *given))
         stations = [Station(role, why="a file of angles contains no flashes") for role in ROLES]
         n_diodes = max(len(places), int(hits.diode.max(initial=-1)) + 1)
     else:
         if kind == "libsurvive-rec":
             read, places = read_libsurvive(path, str(board))
             if isinstance(read, Light):
-                return decode_light(read, places, factory, cleaning, name)
+                return decode_light(read, places, *given)
             pulses, flashes = within_flashes(read, find_flashes(read))
         else:
             pulses, places = read_dump(path, sample_rate_hz, active_level), read_board(board)
@@ -152,12 +160,9 @@ def decode_light(
     hits, report = find_turn_hits(light, turns)
     check_count(places, light.n_diodes, int(hits.diode.max(initial=-1)), name)
     resolution_rad = 2 * np.pi * light.resolution_s / float(PERIOD_S.min())
-    stations = [decode_turns(one) for one in turns]
-    clocks = [one.clock for one in turns]
-    notes = [*light.notes, *notes]
-    found = _of_turns(
-        hits, stations, clocks, places, factory, cleaning, resolution_rad, notes, name
-    )
+    stations = [(decode_turns(one), one.clock) for one in turns]
+    how = _How(places, factory, cleaning, name)
+    found = _of_turns(hits, stations, how, resolution_rad, [*light.notes, *notes])
     pulses = Pulses(
         start_s=found.hits.time_s,
         length_s=np.full(len(found.hits), np.nan),
@@ -167,64 +172,59 @@ def decode_light(
         resolution_s=light.resolution_s,
         inertial=light.inertial,
     )
-    report |= found.report
-    found = replace(found, pulses=pulses, duration_s=light.duration_s, report=report)
-    host_s = None if np.isnan(light.host_s) else light.host_s
-    return replace(found, normals=light.normals, host_s=host_s)
+    return replace(
+        found,
+        pulses=pulses,
+        duration_s=light.duration_s,
+        report=report | found.report,
+        normals=light.normals,
+        host_s=None if np.isnan(light.host_s) else light.host_s,
+    )
 
 
-def _of_angles(
-    hits: Hits,
-    channels: Sequence[int],
-    places: np.ndarray,
-    factory: str | Path | None,
-    cleaning: Cleaning,
-    name: str,
-) -> Decoded:
+def _of_angles(hits: Hits, channels: Sequence[int], how: _How) -> Decoded:
     """Decode angles of second-generation stations; channels: of the stations of the hits."""
-    why = "a file of angles contains no calibration frames"
-    stations = [unknown_station(channel, why) for channel in channels]
-    check_count(places, max(len(places), int(hits.diode.max()) + 1), int(hits.diode.max()), name)
-    return _of_turns(hits, stations, [], places, factory, cleaning, RESOLUTION_RAD, [], name)
+    why, last = "a file of angles contains no calibration frames", int(hits.diode.max())
+    check_count(how.places, max(len(how.places), last + 1), last, how.name)
+    stations = [(unknown_station(channel, why), None) for channel in channels]
+    return _of_turns(hits, stations, how, RESOLUTION_RAD, [])
 
 
 def _of_turns(
     hits: Hits,
-    stations: Sequence[Station],
-    clocks: Sequence[Clock],
-    places: np.ndarray,
-    factory: str | Path | None,
-    cleaning: Cleaning,
+    stations: Sequence[tuple[Station, Clock | None]],
+    how: _How,
     resolution_rad: float,
     notes: Sequence[str],
-    name: str,
 ) -> Decoded:
     """Clean hits of second-generation stations, of which those remain that enough diodes see."""
-    hits, dropped = clean_turn_hits(hits, places, cleaning, resolution_rad)
+    hits, dropped = clean_turn_hits(hits, how.places, how.cleaning, resolution_rad)
     seen = [
         min(np.unique(hits.diode[(hits.station == k) & (hits.axis == p)]).size for p in (0, 1))
         for k in range(len(stations))
     ]
     used = [k for k, n in enumerate(seen) if n >= FEWEST_DIODES]
     few = [
-        f"channel {stations[k].channel}: seen by {n} diodes;"
+        f"channel {stations[k][0].channel}: seen by {n} diodes;"
         f" a calibration needs at least {FEWEST_DIODES}"
         for k, n in enumerate(seen)
         if n < FEWEST_DIODES
     ]
     if len(used) < 2:
         why = "; ".join([*notes, *few]) or "no light of another"
-        raise Refusal(f"{name}: {len(used)} usable base stations ({why}); expected at least two")
+        raise Refusal(
+            f"{how.name}: {len(used)} usable base stations ({why}); expected at least two"
+        )
     place = np.full(len(stations) + 1, -1, np.int8)
     place[used] = np.arange(len(used))
     hits = replace(hits, station=place[hits.station]).take(place[hits.station] >= 0)
-    chosen, filed = _with_factory([stations[k] for k in used], factory)
+    chosen, filed = _with_factory([stations[k][0] for k in used], how.factory)
     return Decoded(
         None,
         chosen,
-        [clocks[k] for k in used] if clocks else [],
+        [clock for k in used if (clock := stations[k][1]) is not None],
         hits,
-        places,
+        how.places,
         float(np.ptp(hits.time_s)),
         dropped,
         [*notes, *few, *filed, *_doubts(dropped)],

@@ -13,14 +13,14 @@ filter, where the board is still (`still_outliers`). Nothing is replaced: an out
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.decode.gates import FULL, gate_sweeps, gate_turns
+from mocap_metrology.lighthouse.decode.gates import FULL, Cleaning, gate_sweeps, gate_turns
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.records import Hits, Measurements
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
@@ -30,16 +30,6 @@ RESOLUTION_RAD = np.pi * 0.5e-6 * 60 * 2  # one sample of 2 MHz
 SINGULAR = 1e-6  # of the board's extent: thinner is flat
 FEWEST_DIODES = 5  # diodes with both angles: one can be left out
 WRONG_DIODES = 2  # wrong diodes of one moment
-
-
-@dataclass(frozen=True)
-class Cleaning:
-    """Thresholds of `clean_hits`; half_window: sweeps of one laser to each side, 1 s in all."""
-
-    gate_rad: float = 1.5e-3
-    gate_mad: float = 8.0
-    half_window: int = 15
-    n_sigma: float = 4.0
 
 
 USUAL = Cleaning()
@@ -130,8 +120,7 @@ def sweep_outliers(
             np.tan(hits.angle_rad[order]),
             _directions(board)[hits.diode[order]],
             np.append(first, order.size),
-            cleaning.gate_rad,
-            cleaning.gate_mad,
+            cleaning,
             perspective,
         )
     return wrong
@@ -159,8 +148,7 @@ def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.
             cycle[first],
             laser[first],
             np.append(first, order.size),
-            cleaning.gate_rad,
-            cleaning.gate_mad,
+            cleaning,
         )
     return wrong
 
@@ -289,11 +277,3 @@ def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray
     if not fits.any() and worst[best] < 0.5 * worst[second]:
         fits[best] = True
     return seen[fits]
-
-
-def warm_up() -> None:
-    """Compile for float64."""
-    gate_sweeps(
-        np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), USUAL.gate_rad, USUAL.gate_mad, 0.0
-    )
-    hampel(np.arange(8.0), half_window=2)

@@ -6,6 +6,8 @@ bend nothing; `clean` has the models.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
@@ -14,6 +16,15 @@ from mocap_metrology.common.linear import solve
 LEAST_PIVOT = 1e-15  # of the normal equations of a sweep: far below what one hit adds
 FULL = 4  # hits of a sweep, and two a direction of the board: three more than unknowns
 NEAR, FARTHEST_RAD = 2, 0.5  # turns, and angles in them, that are one board's
+
+
+class Cleaning(NamedTuple):
+    """Thresholds of `clean_hits`; half_window: sweeps of one laser to each side, 1 s in all."""
+
+    gate_rad: float = 1.5e-3
+    gate_mad: float = 8.0
+    half_window: int = 15
+    n_sigma: float = 4.0
 
 
 @njit
@@ -73,10 +84,11 @@ def _least_absolute(
 
 @njit
 def _gate_sweep(
-    tangent: np.ndarray, where: np.ndarray, gate_rad: float, gate_mad: float, perspective: float
+    tangent: np.ndarray, where: np.ndarray, gate: Cleaning, perspective: float
 ) -> np.ndarray:
     """Wrong hits of one sweep."""
     n_hits, n_directions = where.shape
+    gate_rad, gate_mad = gate.gate_rad, gate.gate_mad
     n_linear = 1 + n_directions
     if n_hits <= n_linear:
         return np.zeros(n_hits, np.bool_)
@@ -109,19 +121,12 @@ def _gate_sweep(
 
 @njit
 def gate_sweeps(
-    tangent: np.ndarray,
-    where: np.ndarray,
-    first: np.ndarray,
-    gate_rad: float,
-    gate_mad: float,
-    perspective: float,
+    tangent: np.ndarray, where: np.ndarray, first: np.ndarray, gate: Cleaning, perspective: float
 ) -> np.ndarray:
     wrong = np.zeros(tangent.size, np.bool_)
     for sweep in range(first.size - 1):
         low, high = first[sweep], first[sweep + 1]
-        wrong[low:high] = _gate_sweep(
-            tangent[low:high], where[low:high], gate_rad, gate_mad, perspective
-        )
+        wrong[low:high] = _gate_sweep(tangent[low:high], where[low:high], gate, perspective)
     return wrong
 
 
@@ -132,8 +137,7 @@ def gate_turns(
     cycle: np.ndarray,
     laser: np.ndarray,
     first: np.ndarray,
-    gate_rad: float,
-    gate_mad: float,
+    gate: Cleaning,
 ) -> np.ndarray:
     """cycle, laser: of each sweep; first: where its hits begin, and the end."""
     wrong = np.zeros(angle.size, np.bool_)
@@ -165,6 +169,6 @@ def gate_turns(
         _least_absolute(design, tangent, n + 3, residual, weight, predicted)
         here = slice(own, own + high - low)
         span = np.max(predicted[here]) - np.min(predicted[here])
-        limit = max(gate_rad + span * span, gate_mad * np.median(np.abs(residual)))
+        limit = max(gate.gate_rad + span * span, gate.gate_mad * np.median(np.abs(residual)))
         wrong[low:high] = np.abs(residual[here]) > limit
     return wrong

@@ -3,7 +3,7 @@
 One event a line: `seconds object op fields`. Used are `C channel start length`, a pulse in ticks of
 48 MHz whose 32-bit counter wraps every 89.5 s; `CONFIG`, the object's own description with the
 photodiodes' positions and which channel each is on; and `I mask time`, gyroscope and accelerometer,
-see `inertial`. Light of second-generation stations is in lines of its own, see `libsurvive2`.
+see `libsurvive_lines`. Light of second-generation stations is in lines of its own, likewise.
 """
 
 from __future__ import annotations
@@ -23,9 +23,15 @@ import numpy as np
 
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.board import check_board
-from mocap_metrology.lighthouse.decode import inertial, libsurvive2
-from mocap_metrology.lighthouse.decode.inertial import WRAP, unrolled
-from mocap_metrology.lighthouse.decode.libsurvive2 import normals_of
+from mocap_metrology.lighthouse.decode.libsurvive_lines import (
+    WRAP,
+    light_of,
+    light_rows,
+    normals_of,
+    sensor_rows,
+    sensors_in,
+    unrolled,
+)
 from mocap_metrology.lighthouse.decode.turns import Light
 from mocap_metrology.lighthouse.records import Pulses
 from mocap_metrology.lighthouse.timing import CYCLE_TICKS, TICKS_PER_S
@@ -45,6 +51,7 @@ EVENT = re.compile(rb"^[-+.\de]+ +\S+ +\S", re.M)
 ANY_C = re.compile(rb"^[-+.\de]+ +\S+ +C(?=\s)", re.M)
 MOST_UNREADABLE = 1_000_000  # lines, where fewer can be read
 MOST_BYTES = 1 << 33  # unpacked: some hours
+UNIT = 1e-2  # deviation of the axes of a head from right angles and unit length
 
 
 @dataclass
@@ -52,8 +59,8 @@ class Seen:
     """Results of one pass over a recording."""
 
     pulses: list[np.ndarray] = field(default_factory=list)  # channel, start, length of the object
-    inertial: list[np.ndarray] = field(default_factory=list)  # rows of `inertial.rows`
-    light: list[np.ndarray] = field(default_factory=list)  # rows of `libsurvive2.rows`
+    inertial: list[np.ndarray] = field(default_factory=list)  # `sensor_rows`
+    light: list[np.ndarray] = field(default_factory=list)  # `light_rows`
     raw: Counter[bytes] = field(default_factory=Counter)  # C lines by object
     second: Counter[bytes] = field(default_factory=Counter)  # W and B lines by object
     configs: dict[str, bytes] = field(default_factory=dict)
@@ -84,10 +91,10 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
     config, sensors = json.loads(text), np.concatenate(seen.inertial)
     read: Pulses | Light
     if second:
-        read = libsurvive2.light_of(np.concatenate(seen.light), sensors, config, len(board), name)
+        read = light_of(np.concatenate(seen.light), sensors, config, len(board), name)
     else:
         pulses, begin = _pulses(np.concatenate(seen.pulses), channels, len(board), name)
-        felt, normals = inertial.series(sensors, config, begin), normals_of(config, len(board))
+        felt, normals = sensors_in(sensors, config, begin), normals_of(config, len(board))
         read = replace(pulses, inertial=felt, normals=normals)
     notes = list(read.notes)
     if seen.cut:
@@ -132,11 +139,9 @@ def _scan(path: str | Path, wanted: bytes) -> Seen:
         if b" C " in block:
             _add_raw(seen, block, wanted)
         seen.second.update(Counter(SECOND_GENERATION.findall(block)))
-        for rows, n_damaged in (
-            inertial.rows(block, wanted),
-            libsurvive2.rows(block, wanted),
-        ):
-            (seen.inertial if rows.shape[1] == 7 else seen.light).append(rows)
+        for own, rows in ((seen.inertial, sensor_rows), (seen.light, light_rows)):
+            found, n_damaged = rows(block, wanted)
+            own.append(found)
             seen.unreadable += n_damaged
         n_pulses = seen.n_pulses + seen.second[wanted]
         n_objects = max(len(seen.raw), len(seen.second), len(seen.configs))
@@ -285,3 +290,44 @@ def _pulses(
         notes=tuple(notes),
     )
     return pulses, begin
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedObject:
+    """An object: its name in the recording, by order of enumeration, and serial number; R (3, 3)
+    and t_m (3,): its head, whose pose other programs give, in the frame of its diodes."""
+
+    name: str
+    serial: str | None = None
+    R: np.ndarray = field(default_factory=lambda: np.eye(3))
+    t_m: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+
+def tracked_objects(path: str | Path) -> list[TrackedObject]:
+    """The objects of a recording; those without a head have it in the frame of their diodes.
+
+    Raises `Refusal` for a description that cannot be read.
+    """
+    texts: dict[str, bytes] = {}
+    for block in blocks(path, Seen()):
+        for name, text in CONFIG.findall(block):
+            texts.setdefault(name.decode("utf-8", "replace"), text)
+    return [_described(name, text, Path(path).name) for name, text in texts.items()]
+
+
+def _described(name: str, text: bytes, file: str) -> TrackedObject:
+    try:
+        config = json.loads(text)
+        told, head = config.get("device_serial_number"), config.get("head")
+        serial = told if isinstance(told, str) else None
+        if head is None:
+            return TrackedObject(name, serial)
+        x, z, t = (np.array(head[k], np.float64) for k in ("plus_x", "plus_z", "position"))
+        R = np.column_stack([x, np.cross(z, x), z])
+        if t.shape == (3,) and np.abs(R.T @ R - np.eye(3)).max() <= UNIT:
+            left, _, right = np.linalg.svd(R)
+            return TrackedObject(name, serial, left @ right, t)
+    except UNREADABLE:
+        pass
+    what = "with a head of position, and plus_x and plus_z of unit length and at right angles"
+    raise Refusal(f"{file}, {name}: its CONFIG is unreadable; expected JSON {what}")

@@ -15,7 +15,7 @@ import numpy as np
 
 from mocap_metrology.common.documents import text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
-from mocap_metrology.lighthouse.decode.inertial import WRAP
+from mocap_metrology.lighthouse.decode.libsurvive_lines import WRAP
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S
 from mocap_metrology.lighthouse.records import Factory
 

@@ -22,14 +22,15 @@ import heapq
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.records import ROLES, Factory, Flashes, Station
-from mocap_metrology.lighthouse.rotor import check
+from mocap_metrology.lighthouse.rotor import LIBSURVIVE, rotor_parameters
 from mocap_metrology.lighthouse.timing import axis_of, data_of
 
 TRIES = 1 << 14  # readings of voted bits that are tried against the CRC
@@ -258,26 +259,29 @@ def unpack(data: bytes) -> Station:
     mode = data[31] if len(data) == 33 else None
     if mode is not None and mode >= len(MODES):
         raise Refusal(f"mode {mode}; expected 0, 1 or 2")
-    factory = Factory(*(np.array(v[i : i + 2]) for i in (2, 4, 8, 13, 15)))
-    check(factory)
-    check_limits(factory, GIB_LIMITS)
-    return Station(
-        "",
-        id=v[1],
-        mode=None if mode is None else MODES[mode],
-        factory=factory,
-        gravity=up_of(v[10:13]),
-        firmware=v[0] >> 6,
-        hardware=v[7],
-    )
+    station = told(v, "", (2, 4, 8, 13, 15), GIB_LIMITS)
+    return replace(station, mode=None if mode is None else MODES[mode])
 
 
-def check_limits(factory: Factory, limits: Iterable[tuple[str, float]]) -> None:
-    """Refuse factory values beyond limits."""
+def told(
+    v: tuple[Any, ...],
+    role: str,
+    pairs: Sequence[int],
+    limits: Iterable[tuple[str, float]],
+    generation: int = 1,
+) -> Station:
+    """A station by the values of its payload, which begins alike in both generations; pairs: where
+    those of its factory calibration are. Raises `Refusal` for values that no station has."""
+    found = (np.array(v[i : i + 2]) for i in pairs)
+    factory = Factory(*found, generation=generation)
+    rotor_parameters(factory, variant=LIBSURVIVE)
     for name, limit in limits:
-        values = getattr(factory, name)
-        if not (np.abs(values) <= limit).all():
-            raise Refusal(f"{name} is {values.tolist()}; expected within +-{limit}")
+        pair = getattr(factory, name)
+        if not (np.abs(pair) <= limit).all():
+            raise Refusal(f"{name} is {pair.tolist()}; expected within +-{limit}")
+    up = up_of(v[10:13])
+    known = {"generation": generation, "firmware": v[0] >> 6, "hardware": v[7]}
+    return Station(role, id=v[1], factory=factory, gravity=up, **known)
 
 
 FIRST = Payload(PROTOCOLS, unpack, lambda data: data[2:14] + data[16:20] + data[23:31])
@@ -310,19 +314,16 @@ def encode_frame(
 
     gravity_int8 are the accelerometer's x, y, z as in `accel_of`; mode is A, b or c.
     """
-    data = LAYOUT.pack(
-        firmware << 6 | 6,
-        id,
-        *factory.phase,
-        *factory.tilt,
-        unlock,
-        hardware,
-        *factory.curve,
-        *gravity_int8,
-        *factory.gibphase,
-        *factory.gibmag,
-    )
+    data = LAYOUT.pack(*values(factory, firmware << 6 | 6, id, unlock, hardware, gravity_int8))
     return frame_of(data + bytes([MODES.index(mode), 0]))
+
+
+def values(
+    factory: Factory, first: int, id: int, unlock: int, hardware: int, gravity: Sequence[int]
+) -> Iterator[float]:
+    """Those with which the payloads of both generations begin."""
+    yield from (first, id, *factory.phase, *factory.tilt, unlock, hardware, *factory.curve)
+    yield from (*gravity, *factory.gibphase, *factory.gibmag)
 
 
 def frame_of(data: bytes) -> np.ndarray:

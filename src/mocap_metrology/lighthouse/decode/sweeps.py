@@ -45,10 +45,16 @@ def find_hits(pulses: Pulses, flashes: list[Flashes]) -> tuple[Hits, dict[str, l
     parts = [_sweeps_of(pulses, middle, one, fate) for one in flashes]
     hits = Hits(*(np.concatenate(column) for column in zip(*parts, strict=True)))
     hits = hits.take(np.argsort(hits.time_s, kind="stable"))
-    number = fate.astype(np.int64) * pulses.n_diodes + pulses.diode
-    count = np.bincount(number, minlength=len(FATES) * pulses.n_diodes)
-    by_fate = count.reshape(len(FATES), -1).tolist()
-    return hits, dict(zip(FATES, by_fate, strict=True))
+    return hits, counts_of(FATES, fate, pulses.diode, pulses.n_diodes)
+
+
+def counts_of(
+    names: tuple[str, ...], fate: np.ndarray, diode: np.ndarray, n_diodes: int
+) -> dict[str, list[int]]:
+    """How many pulses went where, a count for each diode; fate: index of the name."""
+    number = fate.astype(np.int64) * n_diodes + diode
+    count = np.bincount(number, minlength=len(names) * n_diodes).reshape(len(names), -1)
+    return dict(zip(names, count.tolist(), strict=True))
 
 
 def _sweeps_of(

@@ -7,19 +7,35 @@ other.
 
 Periods by channel: crazyflie-firmware, `pulse_processor_v2.c`; angles of the planes likewise, and
 as in libsurvive's `survive_process_gen2.c`.
+
+Calibration frames (OOTX), one bit a turn, are those of `ootx`, of a payload of 43 bytes: 443 bits,
+8.2 to 8.9 s. A frame begins anywhere, so that 17.7 s hold a whole one for certain. Layout as in
+libsurvive's `ootx_decoder.h` and the Crazyflie firmware; the accelerometer has the axes of the
+first generation's.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import struct
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
 from mocap_metrology.lighthouse.decode.comb import fit_clock
+from mocap_metrology.lighthouse.decode.ootx import (
+    Payload,
+    frame_of,
+    station_of,
+    told,
+    values,
+)
+from mocap_metrology.lighthouse.decode.sweeps import counts_of
 from mocap_metrology.lighthouse.decode.wander import Late, TurnClock, wander
-from mocap_metrology.lighthouse.records import Hits, Inertial, Pulses
+from mocap_metrology.lighthouse.records import Factory, Hits, Inertial, Pulses, Station
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 PERIOD_TICKS = (
@@ -38,6 +54,13 @@ DRIFT_S = 15e-6  # from turn to turn: half the difference of two periods
 REPEATED = 0.25  # share of the pulses of a diode
 FATES = ("no_sweep", "second_on_diode", "hit")
 NO_SWEEP, SECOND, HIT = range(len(FATES))
+LENGTH = 43
+PROTOCOLS = {LENGTH: (8,)}
+# Firmware and protocol, id; phase, tilt; unlock count, hardware; curve; accelerometer; gibphase,
+# gibmag; channel, faults; ogeephase, ogeemag; unknown.
+LAYOUT = struct.Struct("<HI2e2eBB2e3b2e2eBB2e2eH")
+CHANNEL = 0x80  # plus the channel index
+PHASE_LIMITS = (("gibphase", 7.0), ("ogeephase", 7.0))
 
 
 @dataclass(frozen=True)
@@ -154,11 +177,8 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
     again = _again(hits)
     fate[chosen[again]] = SECOND
     hits = hits.take(~again)
-    number = fate.astype(np.int64) * light.n_diodes + light.hit_diode
-    count = np.bincount(number, minlength=len(FATES) * light.n_diodes)
-    by_fate = count.reshape(len(FATES), -1).tolist()
     order = np.argsort(hits.time_s, kind="stable")
-    return hits.take(order), dict(zip(FATES, by_fate, strict=True))
+    return hits.take(order), counts_of(FATES, fate, light.hit_diode, light.n_diodes)
 
 
 def channels_by_period(pulses: Pulses) -> list[int]:
@@ -206,3 +226,53 @@ def _again(hits: Hits) -> np.ndarray:
     again = np.zeros(len(hits), np.bool_)
     again[order[1:]] = (np.diff(key, axis=1) == 0).all(axis=0)
     return again
+
+
+def decode_turns(turns: Turns) -> Station:
+    """Calibration of the station whose turns these are.
+
+    Without a frame of right checksum `factory` is None and `why` states the reason in one line.
+    """
+    bits = np.full(int(turns.turn[-1] - turns.turn[0]) + 1, -1, np.int8)
+    bits[turns.turn - turns.turn[0]] = turns.bit
+    payload = Payload(
+        PROTOCOLS,
+        partial(unpack, channel=turns.channel),
+        lambda data: data[2:14] + data[16:20] + data[23:31] + data[33:41],
+    )
+    return station_of(bits, unknown_station(turns.channel), payload)
+
+
+def unknown_station(channel: int, why: str = "") -> Station:
+    """A station of which only the channel is known."""
+    return Station(str(channel), why=why, generation=2, channel=channel)
+
+
+def unpack(data: bytes, channel: int | None = None) -> Station:
+    """Station of a payload of 43 bytes, which names its channel index.
+
+    Raises `Refusal` where a value is none that a second-generation station can have, or the channel
+    is another than the given one.
+    """
+    v = LAYOUT.unpack(data)
+    if (v[0] & 63) not in PROTOCOLS[LENGTH]:
+        raise Refusal(f"protocol {v[0] & 63} of {len(data)} bytes; expected 8 of {LENGTH}")
+    named = v[17] - CHANNEL
+    if not 0 <= named < 16 or channel not in (None, named):
+        raise Refusal(f"channel {v[17]:#x} in a frame of channel {channel}")
+    station = told(v, str(named), (2, 4, 8, 13, 15, 19, 21), PHASE_LIMITS, generation=2)
+    return replace(station, channel=named)
+
+
+def encode_frame2(
+    factory: Factory, id: int, channel: int, gravity_int8: tuple[int, int, int]
+) -> np.ndarray:
+    """Bits of one frame, uint8 (443,), to be sent over and over; reals are rounded to float16.
+
+    gravity_int8 are the accelerometer's x, y, z as in `ootx.accel_of`.
+    """
+    first = values(
+        factory, 300 << 6 | 8, id, 1, 14, gravity_int8
+    )  # firmware and protocol, hardware
+    rest = CHANNEL + channel, 0, *factory.ogeephase, *factory.ogeemag, 0
+    return frame_of(LAYOUT.pack(*first, *rest))

@@ -23,8 +23,8 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.board import narrowness_m, read_places
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
-from mocap_metrology.lighthouse.places import narrowness_m, read_places
 from mocap_metrology.lighthouse.records import ROLES, Path, Station
 
 GRAVITY, MASTER, BOARD_START, POINTS = "gravity", "master", "board-start", "points"

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import ITERATIONS, minimise
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import Given, minimise
 from mocap_metrology.lighthouse.fit.simplex import (
     BOARD,
     MATLAB,
+    Seen,
     SimplexSettings,
     cost,
     evaluate,
     nelder_mead,
+    seen_at,
     trig_of,
 )
 from mocap_metrology.lighthouse.records import Measurements, Path
@@ -37,7 +39,7 @@ def well_posed(measurements: Measurements, board: np.ndarray) -> Measurements:
     spread = np.linalg.eigvalsh(np.einsum("ndi,ndj->nij", offset, offset) / total[:, None, None])
     own = np.linalg.eigvalsh(np.cov(board.T, bias=True))
     wide = spread[:, 1] >= NARROW**2 * own[1]
-    return Measurements(measurements.time_s[wide], measurements.angles_rad[wide])
+    return measurements.take(wide)
 
 
 def upright(x: np.ndarray) -> np.ndarray:
@@ -76,12 +78,9 @@ def first_guesses(
     costs = np.zeros(len(frames))
     for i in range(0, len(measurements), max(len(measurements) // 8, 1)):
         known = measurements.seen[i]
-        own = measurements.angles_rad[i, known]
+        given = seen_at(BOARD, board[known], measurements.angles_rad[i, known], ideal)
         costs += [
-            evaluate(
-                np.r_[t[i], rotation.to_angles(back[i] @ frame)], BOARD, board[known], own, ideal
-            )
-            for frame in frames
+            evaluate(np.r_[t[i], rotation.to_angles(back[i] @ frame)], given) for frame in frames
         ]
     best = 0 if costs[0] <= 2 * costs.min() else int(np.argmin(costs))
     return back @ frames[best], t
@@ -96,9 +95,7 @@ def _search_all(
     angles: np.ndarray,
     trig: np.ndarray,
     rotors: np.ndarray,
-    tol_x: float,
-    tol_fun: float,
-    evaluations: int,
+    end: SimplexSettings,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nelder-Mead for every measurement; `warm` starts each from the pose before."""
     n = seen.shape[0]
@@ -108,15 +105,12 @@ def _search_all(
         points, m, cs = np.empty((3, own.size)), np.empty((2, own.size)), np.empty((4, own.size))
         for k in range(own.size):
             points[:, k], m[:, k], cs[:, k] = board[own[k]], angles[i, own[k]], trig[:, i, own[k]]
-        x0 = starts[i]
+        x0, given = starts[i], Seen(BOARD, points, m, cs, rotors)
         if warm and i > 0:  # unless the search before was lost
             R, room = np.empty((3, 3)), np.empty((4, own.size))
-            before = cost(poses[i - 1], BOARD, points, m, cs, rotors, R, room)
-            if before < cost(x0, BOARD, points, m, cs, rotors, R, room):
+            if cost(poses[i - 1], given, R, room) < cost(x0, given, R, room):
                 x0 = poses[i - 1]
-        poses[i], epsilon[i], _ = nelder_mead(
-            x0, BOARD, points, m, cs, rotors, tol_x, tol_fun, evaluations
-        )
+        poses[i], epsilon[i], _ = nelder_mead(x0, given, end)
     return poses, epsilon
 
 
@@ -136,18 +130,8 @@ def by_nelder_mead(
     R, t = first_guesses(measurements, board, distance_m)
     starts = np.column_stack([t, rotation.to_angles(R)])
     trig = trig_of(np.moveaxis(angles, 2, 0))
-    poses, epsilon = _search_all(
-        starts,
-        warm,
-        seen,
-        np.ascontiguousarray(board),
-        angles,
-        trig,
-        rotors,
-        settings.tol_x,
-        settings.tol_fun,
-        settings.evaluations,
-    )
+    own = np.ascontiguousarray(board)
+    poses, epsilon = _search_all(starts, warm, seen, own, angles, trig, rotors, settings)
     R = rotation.from_angles(*poses[:, 3:].T)
     unknown = np.full(len(measurements), np.nan)
     return Path(measurements.time_s, R, poses[:, :3], epsilon, 2 * seen.sum(axis=1), unknown)
@@ -161,25 +145,13 @@ def _mirrored(
 
     R' = (I - 2 d d^T) R (I - 2 n n^T) with d the ray to the board's centre, which stays in place.
     """
-    c, R2, t2 = np.empty(3), np.empty((3, 3)), np.empty(3)
-    for i in range(3):
-        c[i] = R[i, 0] * centre[0] + R[i, 1] * centre[1] + R[i, 2] * centre[2] + t[i]
+    c = R @ centre + t
     d = c / math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
-    for j in range(3):
-        along = d[0] * R[0, j] + d[1] * R[1, j] + d[2] * R[2, j]
-        for i in range(3):
-            R2[i, j] = R[i, j] - 2.0 * d[i] * along  # (I - 2 d d^T) R
-    for i in range(3):
-        along = R2[i, 0] * normal[0] + R2[i, 1] * normal[1] + R2[i, 2] * normal[2]
-        t2[i] = c[i]
-        for j in range(3):
-            R2[i, j] -= 2.0 * along * normal[j]
-            t2[i] -= R2[i, j] * centre[j]
-    return R2, t2
+    R2 = (np.eye(3) - 2.0 * np.outer(d, d)) @ R @ (np.eye(3) - 2.0 * np.outer(normal, normal))
+    return R2, c - R2 @ centre
 
 
-@dataclass(frozen=True)
-class _Starts:
+class _Starts(NamedTuple):
     """Where the search for each of n poses begins: R (n, 3, 3), t (n, 3); centre (n, 3) and normal
     (n, 3) of the diodes seen, in the board's frame."""
 
@@ -258,7 +230,7 @@ def _minimise_all(
     board: np.ndarray,
     angles: np.ndarray,
     rotors: np.ndarray,
-    start: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    start: _Starts,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Levenberg-Marquardt and the mirror test for every measurement."""
     n, d = seen.shape
@@ -272,9 +244,10 @@ def _minimise_all(
             if seen[i, j]:
                 points[k], m[k] = board[j], angles[i, j]
                 k += 1
-        R, t, f, _ = minimise(Rs[i], ts[i], BOARD, points[:k], m[:k], rotors, ITERATIONS)
+        given = Given(BOARD, points[:k], m[:k], rotors)
+        R, t, f, _ = minimise(Rs[i], ts[i], given)
         R2, t2 = _mirrored(R, t, centre[i], normal[i])
-        R2, t2, f2, _ = minimise(R2, t2, BOARD, points[:k], m[:k], rotors, ITERATIONS)
+        R2, t2, f2, _ = minimise(R2, t2, given)
         trace = 0.0
         for j in range(3):
             for k in range(3):
@@ -296,13 +269,8 @@ def both_minima(
     one; where both end in one pose, the paths share it and `ambiguity` is infinite.
     """
     seen, start = measurements.seen, _affine_starts(measurements, board)
-    R, t, epsilon, ambiguity = _minimise_all(
-        seen,
-        np.ascontiguousarray(board),
-        measurements.angles_rad,
-        rotors,
-        (start.R, start.t, start.centre, start.normal),
-    )
+    own, angles = np.ascontiguousarray(board), measurements.angles_rad
+    R, t, epsilon, ambiguity = _minimise_all(seen, own, angles, rotors, start)
     count = 2 * seen.sum(axis=1)
     first, second = (
         Path(measurements.time_s, R[k], t[k], epsilon[k], count, ambiguity) for k in (0, 1)
@@ -321,14 +289,3 @@ def apart(path: Path, other: Path) -> np.ndarray:
     """Angle in rad between the rotations of two paths of the same measurements."""
     trace = np.einsum("nij,nij->n", path.R, other.R)
     return np.arccos(np.clip((trace - 1) / 2, -1, 1))
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.lighthouse.board import flat_board
-    from mocap_metrology.lighthouse.rotor import angles
-
-    board, rotors = flat_board(), rotor_parameters()
-    given = Measurements(np.zeros(1), angles(board + np.array([3.0, 0, 0]), rotors)[None])
-    by_nelder_mead(given, board, rotors)
-    by_levenberg_marquardt(given, board, rotors)

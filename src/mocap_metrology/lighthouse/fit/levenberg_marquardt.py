@@ -7,12 +7,13 @@ p(d) = Exp(w) R b + t + s for the board's pose, p(d) = R^T Exp(-w) (q - t - s) f
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import solve
-from mocap_metrology.lighthouse.fit.simplex import BOARD, STATION
+from mocap_metrology.lighthouse.fit.simplex import STATION
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
 N = 6  # unknowns of a pose
@@ -20,47 +21,49 @@ ITERATIONS = 40  # at most
 SINGULAR = 1e-14  # what is left of a diagonal element, over it
 
 
+class Given(NamedTuple):
+    """Whose pose is unknown, BOARD or STATION; points (n, 3) in m with both angles, measured (n, 2)
+    in rad; rotors of the station."""
+
+    unknown: int
+    points: np.ndarray
+    measured: np.ndarray
+    rotors: np.ndarray
+
+
+@njit(inline="always")
+def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
+    """out = Exp(v) q (Rodrigues)."""
+    a2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    if a2 < 1e-8:
+        s, c = 1 - a2 / 6, 0.5 - a2 / 24
+    else:
+        a = math.sqrt(a2)
+        s, c = math.sin(a) / a, (1 - math.cos(a)) / a2
+    k0, k1, k2 = v[1] * q[2] - v[2] * q[1], v[2] * q[0] - v[0] * q[2], v[0] * q[1] - v[1] * q[0]
+    out[0] = q[0] + s * k0 + c * (v[1] * k2 - v[2] * k1)
+    out[1] = q[1] + s * k1 + c * (v[2] * k0 - v[0] * k2)
+    out[2] = q[2] + s * k2 + c * (v[0] * k1 - v[1] * k0)
+
+
 @njit
 def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
-    """Exp(w) R for a rotation vector w (Rodrigues)."""
-    angle = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-    if angle < 1e-8:
-        s, c = 1.0, 0.5
-    else:
-        s, c = math.sin(angle) / angle, (1.0 - math.cos(angle)) / (angle * angle)
-    K = np.zeros((3, 3))
-    K[0, 1], K[0, 2], K[1, 2] = -w[2], w[1], -w[0]
-    K[1, 0], K[2, 0], K[2, 1] = w[2], -w[1], w[0]
+    """Exp(w) R for a rotation vector w."""
     out = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            e = s * K[i, j] + (1.0 if i == j else 0.0)
-            for k in range(3):
-                e += c * K[i, k] * K[k, j]
-            out[i, j] = e
-    E = out.copy()
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = E[i, 0] * R[0, j] + E[i, 1] * R[1, j] + E[i, 2] * R[2, j]
+    for j in range(3):
+        rotated(w, R[:, j], out[:, j])
     return out
 
 
 @njit
 def normal_equations(
-    R: np.ndarray,
-    t: np.ndarray,
-    unknown: int,
-    points: np.ndarray,
-    measured: np.ndarray,
-    rotors: np.ndarray,
-    H: np.ndarray,
-    g: np.ndarray,
+    R: np.ndarray, t: np.ndarray, given: Given, H: np.ndarray, g: np.ndarray
 ) -> float:
     """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, written in place; returns the cost.
 
-    Order: position in m, left rotation vector in rad. Points without both angles are left out
-    before (NaN is not looked for).
+    Order: position in m, left rotation vector in rad.
     """
+    unknown, points, measured, rotors = given
     H[:], g[:] = 0.0, 0.0
     row = np.empty(N)
     total = 0.0
@@ -112,13 +115,7 @@ def damped_step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
 
 @njit
 def minimise(
-    R: np.ndarray,
-    t: np.ndarray,
-    unknown: int,
-    points: np.ndarray,
-    measured: np.ndarray,
-    rotors: np.ndarray,
-    iterations: int,
+    R: np.ndarray, t: np.ndarray, given: Given
 ) -> tuple[np.ndarray, np.ndarray, float, bool]:
     """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged.
 
@@ -126,9 +123,9 @@ def minimise(
     """
     H, g = np.empty((N, N)), np.empty(N)
     H2, g2 = np.empty((N, N)), np.empty(N)
-    f = normal_equations(R, t, unknown, points, measured, rotors, H, g)
+    f = normal_equations(R, t, given, H, g)
     damping = 1e-3
-    for _ in range(iterations):
+    for _ in range(ITERATIONS):
         d = damped_step(H, g, damping)
         if not math.isfinite(d[0]):
             damping = max(10.0 * damping, 1e-6)
@@ -136,7 +133,7 @@ def minimise(
                 return R, t, f, False
             continue
         R2, t2 = turn(d[3:], R), t + d[:3]
-        f2 = normal_equations(R2, t2, unknown, points, measured, rotors, H2, g2)
+        f2 = normal_equations(R2, t2, given, H2, g2)
         largest = np.abs(d).max()
         if f2 <= f:
             gained = f - f2
@@ -153,14 +150,3 @@ def minimise(
             if damping > 1e10:
                 return R, t, f, False
     return R, t, f, False
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.lighthouse.board import flat_board
-    from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
-
-    points, rotors = flat_board(), rotor_parameters()
-    t = np.array([3.0, 0.0, 0.0])
-    for unknown in (BOARD, STATION):
-        minimise(np.eye(3), t, unknown, points, angles(points + t, rotors), rotors, 1)

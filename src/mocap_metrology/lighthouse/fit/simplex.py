@@ -16,7 +16,7 @@ evaluations an unknown. scipy's `Nelder-Mead` makes the same steps; a test compa
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,30 @@ from mocap_metrology.lighthouse.rotor import IMPERFECT, X, Y, angle
 
 BOARD, STATION = 0, 1  # whose pose is unknown
 N = 6  # unknowns of a pose
+
+
+class Seen(NamedTuple):
+    """Whose pose is unknown; points (3, n) in m: diodes in the board's frame (BOARD) or in the
+    master's (STATION); measured (2, n) rad, azimuth and elevation; trig (4, n): cos and sin of
+    both; rotors (2, 13)."""
+
+    unknown: int
+    points: np.ndarray
+    measured: np.ndarray
+    trig: np.ndarray
+    rotors: np.ndarray
+
+
+class SimplexSettings(NamedTuple):
+    """Where a search ends: TolX in m and rad, TolFun in rad^2, evaluations of the cost."""
+
+    tol_x: float = 1e-4
+    tol_fun: float = 1e-4
+    evaluations: int = 200 * N
+
+
+MATLAB = SimplexSettings()
+TIGHT = SimplexSettings(tol_x=1e-6, tol_fun=1e-14, evaluations=1000 * N)
 
 
 @njit
@@ -38,14 +62,7 @@ def matrix(x: np.ndarray, R: np.ndarray) -> None:
 
 
 @njit
-def _turns(
-    room: np.ndarray,
-    axis: int,
-    side_0: float,
-    ahead_0: float,
-    measured: np.ndarray,
-    trig: np.ndarray,
-) -> float:
+def _turns(room: np.ndarray, axis: int, given: Seen) -> float:
     """Sum of squares of atan2(side, ahead) about a laser, less the measured angle m.
 
     Points are in room[:3], room[3] is written over. Differences are in (-pi, pi], and need no
@@ -53,6 +70,8 @@ def _turns(
     of the difference, below 0.1 the series of atan q, cut after q^13, is exact to 1e-16. Loops
     without a branch, so that several elements are computed at a time.
     """
+    measured, trig, laser = given.measured, given.trig, given.rotors[axis]
+    side_0, ahead_0 = laser[Y + axis], laser[X]
     n, k, c = measured.shape[1], 1 + axis, 2 * axis
     for i in range(n):
         s, a = room[k, i] - side_0, room[0, i] - ahead_0
@@ -102,24 +121,11 @@ def _place(
 
 
 @njit
-def cost(
-    x: np.ndarray,
-    unknown: int,
-    points: np.ndarray,
-    measured: np.ndarray,
-    trig: np.ndarray,
-    rotors: np.ndarray,
-    R: np.ndarray,
-    room: np.ndarray,
-) -> float:
-    """K_1 or K_2 in rad^2.
-
-    points (3, n): diodes in the board's frame (BOARD) or in the master's (STATION); measured (2, n)
-    rad, azimuth and elevation; trig (4, n): cos and sin of both; rotors (2, 10); R (3, 3)
-    and room (4, n) to work in.
-    """
+def cost(x: np.ndarray, given: Seen, R: np.ndarray, room: np.ndarray) -> float:
+    """K_1 or K_2 in rad^2; R (3, 3) and room (4, n) to work in."""
+    rotors, points = given.rotors, given.points
     matrix(x, R)
-    if unknown == STATION:  # p = R^T (w - t)
+    if given.unknown == STATION:  # p = R^T (w - t)
         R[0, 1], R[1, 0] = R[1, 0], R[0, 1]
         R[0, 2], R[2, 0] = R[2, 0], R[0, 2]
         R[1, 2], R[2, 1] = R[2, 1], R[1, 2]
@@ -132,11 +138,12 @@ def cost(
     total = 0.0
     if rotors[0, IMPERFECT] == 0.0 and rotors[1, IMPERFECT] == 0.0:
         for axis in range(2):
-            total += _turns(room, axis, rotors[axis, Y + axis], rotors[axis, X], measured, trig)
+            total += _turns(room, axis, given)
         return total
     for i in range(points.shape[1]):
         for axis in range(2):
-            e = angle(axis, room[0, i], room[1, i], room[2, i], rotors[axis]) - measured[axis, i]
+            found = angle(axis, room[0, i], room[1, i], room[2, i], rotors[axis])
+            e = found - given.measured[axis, i]
             total += e * e
     return total
 
@@ -146,28 +153,16 @@ def trig_of(measured: np.ndarray) -> np.ndarray:
     return np.stack([f(m) for m in np.asarray(measured) for f in (np.cos, np.sin)])
 
 
-def evaluate(
-    x: np.ndarray, unknown: int, points: np.ndarray, measured: np.ndarray, rotors: np.ndarray
-) -> float:
-    """K_1 (unknown BOARD) or K_2 (STATION) at a pose; points (n, 3), measured (n, 2)."""
-    points = np.ascontiguousarray(np.transpose(points), dtype=np.float64)
-    measured = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
-    room = np.empty((4, points.shape[1]))
-    x = np.asarray(x, dtype=np.float64)
-    return cost(x, unknown, points, measured, trig_of(measured), rotors, np.empty((3, 3)), room)
+def seen_at(unknown: int, points: np.ndarray, measured: np.ndarray, rotors: np.ndarray) -> Seen:
+    """Of points (n, 3) and measured (n, 2)."""
+    angles = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
+    places = np.ascontiguousarray(np.transpose(points), dtype=np.float64)
+    return Seen(unknown, places, angles, trig_of(angles), rotors)
 
 
-@dataclass(frozen=True)
-class SimplexSettings:
-    """Where a search ends: TolX in m and rad, TolFun in rad^2, evaluations of the cost."""
-
-    tol_x: float = 1e-4
-    tol_fun: float = 1e-4
-    evaluations: int = 200 * N
-
-
-MATLAB = SimplexSettings()
-TIGHT = SimplexSettings(tol_x=1e-6, tol_fun=1e-14, evaluations=1000 * N)
+def evaluate(x: np.ndarray, given: Seen) -> float:
+    """K_1 (unknown BOARD) or K_2 (STATION) at a pose."""
+    return cost(np.asarray(x, float), given, np.empty((3, 3)), np.empty((4, given.points.shape[1])))
 
 
 @njit
@@ -198,53 +193,43 @@ def _put(simplex: np.ndarray, f: np.ndarray, x: np.ndarray, fx: float) -> None:
 
 
 @njit
-def _small(simplex: np.ndarray, f: np.ndarray, tol_x: float, tol_fun: float) -> bool:
+def _small(simplex: np.ndarray, f: np.ndarray, end: SimplexSettings) -> bool:
     for i in range(1, N + 1):
-        if abs(f[i] - f[0]) > tol_fun:
+        if abs(f[i] - f[0]) > end.tol_fun:
             return False
         for j in range(N):
-            if abs(simplex[i, j] - simplex[0, j]) > tol_x:
+            if abs(simplex[i, j] - simplex[0, j]) > end.tol_x:
                 return False
     return True
 
 
 @njit
-def nelder_mead(
-    x0: np.ndarray,
-    unknown: int,
-    points: np.ndarray,
-    measured: np.ndarray,
-    trig: np.ndarray,
-    rotors: np.ndarray,
-    tol_x: float,
-    tol_fun: float,
-    evaluations: int,
-) -> tuple[np.ndarray, float, int]:
+def nelder_mead(x0: np.ndarray, given: Seen, end: SimplexSettings) -> tuple[np.ndarray, float, int]:
     """Minimise K_1 or K_2 (see `cost`) from x0: the pose (6,), its cost in rad^2, evaluations."""
-    R, room = np.empty((3, 3)), np.empty((4, points.shape[1]))
+    R, room = np.empty((3, 3)), np.empty((4, given.points.shape[1]))
     simplex, f = np.empty((N + 1, N)), np.empty(N + 1)
     middle, x, y = np.empty(N), np.empty(N), np.empty(N)
     for i in range(N + 1):
         simplex[i] = x0
         if i > 0:
             simplex[i, i - 1] = 1.05 * x0[i - 1] if x0[i - 1] != 0.0 else 0.00025
-        f[i] = cost(simplex[i], unknown, points, measured, trig, rotors, R, room)
+        f[i] = cost(simplex[i], given, R, room)
     used = N + 1
     _sort(simplex, f)
-    while used < evaluations and not _small(simplex, f, tol_x, tol_fun):
+    while used < end.evaluations and not _small(simplex, f, end):
         for j in range(N):
             total = 0.0
             for i in range(N):
                 total += simplex[i, j]
             middle[j] = total / N
         _along(middle, simplex, 1.0, x)
-        fx = cost(x, unknown, points, measured, trig, rotors, R, room)
+        fx = cost(x, given, R, room)
         used += 1
         if f[0] <= fx < f[N - 1]:
             _put(simplex, f, x, fx)
         elif fx < f[0]:
             _along(middle, simplex, 2.0, y)
-            fy = cost(y, unknown, points, measured, trig, rotors, R, room)
+            fy = cost(y, given, R, room)
             used += 1
             if fy < fx:
                 _put(simplex, f, y, fy)
@@ -252,44 +237,14 @@ def nelder_mead(
                 _put(simplex, f, x, fx)
         else:
             _along(middle, simplex, 0.5 if fx < f[N] else -0.5, y)
-            fy = cost(y, unknown, points, measured, trig, rotors, R, room)
+            fy = cost(y, given, R, room)
             used += 1
             if (fx < f[N] and fy <= fx) or (fx >= f[N] and fy < f[N]):
                 _put(simplex, f, y, fy)
             else:
                 for i in range(1, N + 1):
                     simplex[i] = simplex[0] + 0.5 * (simplex[i] - simplex[0])
-                    f[i] = cost(simplex[i], unknown, points, measured, trig, rotors, R, room)
+                    f[i] = cost(simplex[i], given, R, room)
                 used += N
         _sort(simplex, f)
     return simplex[0].copy(), f[0], used
-
-
-def search(
-    x0: np.ndarray,
-    unknown: int,
-    points: np.ndarray,
-    measured: np.ndarray,
-    rotors: np.ndarray,
-    settings: SimplexSettings = MATLAB,
-) -> tuple[np.ndarray, float, int]:
-    """`nelder_mead` for callers outside kernels: points (n, 3), measured (n, 2)."""
-    measured = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
-    return nelder_mead(
-        np.asarray(x0, dtype=np.float64),
-        unknown,
-        np.ascontiguousarray(np.transpose(points), dtype=np.float64),
-        measured,
-        trig_of(measured),
-        rotors,
-        settings.tol_x,
-        settings.tol_fun,
-        settings.evaluations,
-    )
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.lighthouse.rotor import rotor_parameters
-
-    search(np.ones(N), 0, np.ones((4, 3)), np.ones((4, 2)), rotor_parameters())

@@ -8,25 +8,42 @@ the master's. A dump has 2 million words of 32 bit a second, bit d set where dio
 
 from __future__ import annotations
 
+import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.common.files import whole
+from mocap_metrology.common.files import whole, write_csv
 from mocap_metrology.common.types import Floats, Row
+from mocap_metrology.lighthouse import records
+from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
-from mocap_metrology.lighthouse.records import ROLES, Clock, Factory, Hits, Pulses, Station
-from mocap_metrology.lighthouse.rotation import from_angles
+from mocap_metrology.lighthouse.rotation import exp, from_angles, log
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 from mocap_metrology.lighthouse.simulate import light
 from mocap_metrology.lighthouse.simulate.motion import Motion, motion_of
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
+from mocap_metrology.lighthouse.simulate.twin import InertialTwin, LighthouseTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
 # Streams of random numbers, so that a twin with more noise has the same motion and dropouts.
 NOISE, FAULTS, FLASHES, BITS, RISES, SENSORS = range(1, 7)
 SAMPLES_PER_S = 2_000_000
+STEP_S = 1e-3  # of the differences: errors of 1e-6 of the acceleration of a hand
+MOCAP = 5  # stream of random numbers
+# Markers of a mount in the housing's frame, metres: around the front, above and behind it, no two
+# distances alike, so that no other order of labels fits.
+MOUNT_M = np.array(
+    [
+        [0.057, 0.067, 0.058],
+        [0.035, -0.071, 0.053],
+        [-0.057, 0.005, 0.085],
+        [-0.065, -0.055, 0.024],
+        [0.000, 0.084, -0.040],
+    ]
+)
+PREFIXES = ("M", "S")  # of the labels: M1 ... on the master, S1 ... on the slave
 
 
 @dataclass(frozen=True)
@@ -36,12 +53,12 @@ class Truth:
     R: np.ndarray | None  # housing of the slave in that of the master; None with one station
     t_m: np.ndarray | None
     t_optical_m: np.ndarray | None  # the same between the origins of the optics
-    stations: tuple[Station, ...]  # id, mode, factory, way up
+    stations: tuple[records.Station, ...]  # id, mode, factory, way up
     rotors: np.ndarray  # (stations, 2, 10), as `rotor_parameters`, lasers included
-    clocks: tuple[Clock, ...]
+    clocks: tuple[records.Clock, ...]
     board: np.ndarray  # (diodes, 3)
     motion: Motion  # .poses(time_s): R and p of the board in the master's frame
-    hits: Hits  # without noise, row by row those of the recording
+    hits: records.Hits  # without noise, row by row those of the recording
 
 
 @dataclass(frozen=True)
@@ -49,8 +66,8 @@ class Made:
     """A simulated recording; edges of pulses are not sampled yet."""
 
     twin: LighthouseTwin
-    pulses: Pulses
-    hits: Hits  # with noise; of direct light only
+    pulses: records.Pulses
+    hits: records.Hits  # with noise; of direct light only
     truth: Truth
 
 
@@ -83,7 +100,7 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> Made:
     start, length, diode = (np.concatenate(column) for column in zip(*every, strict=True))
     order = np.argsort(start, kind="stable")
     start, length, diode = start[order], length[order], diode[order].astype(np.int16)
-    pulses = Pulses(start, length, diode, len(scene.board), twin.duration_s, 0.0)
+    pulses = records.Pulses(start, length, diode, len(scene.board), twin.duration_s, 0.0)
     return Made(twin, pulses, noisy, _truth(scene, exact))
 
 
@@ -108,7 +125,7 @@ def truth_json(made: Made) -> dict[str, object]:
 def _keys(twin: LighthouseTwin) -> Row:
     """All keys of a twin; factory values as its stations state them."""
     keys = twin.model_dump()
-    for role, station in zip(ROLES, twin.stations, strict=False):
+    for role, station in zip(records.ROLES, twin.stations, strict=False):
         keys[role]["factory"] = vars(station.optics) if station.optics else None
     return keys
 
@@ -130,7 +147,8 @@ def _scene(twin: LighthouseTwin, seed: int, blocked: list[tuple[int, float, floa
     skip = np.array([of_slave, ~of_slave]) if len(stations) == 2 else np.zeros((1, cycle.size))
     rng = np.random.default_rng([seed, BITS])
     frames = [
-        encode_frame(s.optics or Factory(), s.id, s.mode, accel_of(s.R.T @ up)) for s in stations
+        encode_frame(s.optics or records.Factory(), s.id, s.mode, accel_of(s.R.T @ up))
+        for s in stations
     ]
     bit = [frame[(cycle + rng.integers(frame.size)) % frame.size] for frame in frames]
     return _Scene(
@@ -148,14 +166,14 @@ def _scene(twin: LighthouseTwin, seed: int, blocked: list[tuple[int, float, floa
     )
 
 
-def _truth(scene: _Scene, hits: Hits) -> Truth:
+def _truth(scene: _Scene, hits: records.Hits) -> Truth:
     twin, up = scene.twin, up_of(scene.twin)
     stations = tuple(
-        Station(role, s.id, s.mode, s.optics or Factory(), s.R.T @ up)
-        for role, s in zip(ROLES, twin.stations, strict=False)
+        records.Station(role, s.id, s.mode, s.optics or records.Factory(), s.R.T @ up)
+        for role, s in zip(records.ROLES, twin.stations, strict=False)
     )
     epochs = scene.start_s[:, 0] - scene.cycle[0] * twin.cycle_s
-    clocks = tuple(Clock(e, twin.cycle_s, 1e-6 * twin.sync_jitter_us) for e in epochs)
+    clocks = tuple(records.Clock(e, twin.cycle_s, 1e-6 * twin.sync_jitter_us) for e in epochs)
     R = t = t_optical = None
     if twin.slave is not None:
         R, t = twin.slave.R, twin.slave.t
@@ -165,7 +183,7 @@ def _truth(scene: _Scene, hits: Hits) -> Truth:
 
 def _sweeps(
     scene: _Scene, faults: np.random.Generator, noise: np.random.Generator
-) -> tuple[Hits, Hits, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+) -> tuple[records.Hits, records.Hits, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Hits without and with noise, and pulses (start, length, diode) of reflections."""
     twin = scene.twin
     every, lit = _lit_sweeps(scene)
@@ -181,7 +199,7 @@ def _sweeps(
     return exact.take(rows), noisy.take(rows), (middle - length / 2, length, diode)
 
 
-def _lit_sweeps(scene: _Scene) -> tuple[Hits, np.ndarray]:
+def _lit_sweeps(scene: _Scene) -> tuple[records.Hits, np.ndarray]:
     """Every sweep on every diode, row by row, and which of them (sweeps, diodes) give light."""
     twin = scene.twin
     station, at = np.nonzero(scene.skip == 0)
@@ -198,7 +216,7 @@ def _lit_sweeps(scene: _Scene) -> tuple[Hits, np.ndarray]:
     of_sweep = station.astype(np.int8), (cycle & 1).astype(np.int8), cycle.astype(np.int32)
     diode = np.tile(np.arange(n, dtype=np.int16), len(lit))
     of_hit = [x.ravel() for x in (swept.time_s, swept.angle_rad, width)]
-    return Hits(*[*(np.repeat(x, n) for x in of_sweep), diode, *of_hit]), lit
+    return records.Hits(*[*(np.repeat(x, n) for x in of_sweep), diode, *of_hit]), lit
 
 
 def sweep_width(
@@ -238,7 +256,7 @@ def _faces(scene: _Scene, station: np.ndarray, time_s: np.ndarray) -> np.ndarray
     return (toward > limit) & (np.einsum("nij,nj->ni", way, scene.R[station, :, 0]) < 0)
 
 
-def words_of(pulses: Pulses) -> np.ndarray:
+def words_of(pulses: records.Pulses) -> np.ndarray:
     """Samples k at k/2e6 s, uint32 (duration * 2e6,): bit d is set where start <= t < start +
     length of a pulse on diode d, so that an edge is seen at the next sample. Pulses that overlap
     merge; what lies before or after the recording is cut off."""
@@ -251,15 +269,79 @@ def words_of(pulses: Pulses) -> np.ndarray:
     return words
 
 
-def write_dump(path: str | Path, pulses: Pulses) -> None:
+def write_dump(path: str | Path, pulses: records.Pulses) -> None:
     """Write the words as a raw dump, little-endian, whole or not at all."""
     words = words_of(pulses).astype("<u4", copy=False)
     with whole(path) as part:
         words.tofile(part)
 
 
-def warm_up() -> None:
-    """Compile the kernels."""
-    station = StationTwin(id=1, mode="A")
-    motion = MotionTwin(centre_m=(2.0, 0.0, 0.0))
-    simulate(LighthouseTwin(seed=0, master=station, motion=motion, duration_s=0.05))
+def sensed(
+    motion: Motion, up: np.ndarray, twin: InertialTwin, duration_s: float, rng: np.random.Generator
+) -> records.Inertial:
+    """What the sensors of a board record; up (3,): the way up in the frame of the motion.
+
+    Rates and forces are central differences of the motion over 2 ms, with bias, scale, another
+    orientation than stated, and white noise.
+    """
+    time_s = np.arange(0.0, duration_s, 1 / twin.rate_hz)
+    then = time_s - 1e-3 * twin.delay_ms
+    before, now, after = (motion.poses(then + shift) for shift in (-STEP_S, 0.0, STEP_S))
+    place = np.array(twin.place_m) + 1e-3 * twin.place_error_mm * rng.standard_normal(3)
+    q = [p + R @ place for R, p in (before, now, after)]
+    a = (q[0] - 2 * q[1] + q[2]) / STEP_S**2 + GRAVITY_M_S2 * up
+    force = np.einsum("nji,nj->ni", now[0], a)
+    rate = log(np.swapaxes(before[0], 1, 2) @ after[0]) / (2 * STEP_S)
+    M = exp(np.radians(twin.turn_error_deg) * rng.standard_normal(3))
+    bias_w, bias_f = (
+        sd * rng.standard_normal(3) for sd in (twin.gyro_bias_rad_s, twin.accel_bias_m_s2)
+    )
+    scale = 1 + twin.accel_scale_error * rng.standard_normal()
+    root = np.sqrt(twin.rate_hz / 2)  # of the bandwidth
+    noise_w, noise_f = (
+        root * density * rng.standard_normal(rate.shape)
+        for density in (twin.gyro_density, twin.accel_density)
+    )
+    return records.Inertial(
+        time_s,
+        rate @ M + bias_w + noise_w,
+        (force @ M + bias_f) / scale + noise_f,
+        np.array(twin.place_m),
+    )
+
+
+@dataclass(frozen=True)
+class MountRecording:
+    """What the motion-capture system delivers."""
+
+    labels: tuple[str, ...]  # the master's, then the slave's
+    positions_mm: np.ndarray  # (markers, 3, frames), in the system's own frame
+    rate_hz: float
+
+
+def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
+    """Markers of both stations over `mocap_frames`.
+
+    The frame of the motion-capture system is drawn for each recording. A mount that is turned by
+    `mount_error_deg`, about an axis of its own, is so in all recordings of the setup.
+    """
+    rng = np.random.default_rng([seed, MOCAP])
+    R_world, t_world = exp(rng.normal(size=3) * 2), rng.uniform(-3, 3, 3)
+    of_setup = np.random.default_rng([zlib.crc32(twin.setup.encode()), MOCAP])
+    labels, places = list[str](), []
+    for prefix, station in zip(PREFIXES, twin.stations, strict=False):
+        labels += [f"{prefix}{i + 1}" for i in range(len(MOUNT_M))]
+        axis = of_setup.normal(size=3)
+        turned = exp(np.radians(twin.mount_error_deg) * axis / np.linalg.norm(axis))
+        in_master = MOUNT_M @ (station.R @ turned).T + station.t
+        places.append(in_master @ R_world.T + t_world)
+    still = 1e3 * np.concatenate(places)[:, :, None]
+    noise = twin.mocap_noise_mm * rng.standard_normal((*still.shape[:2], twin.mocap_frames))
+    return MountRecording(tuple(labels), still + noise, twin.mocap_rate_hz)
+
+
+def write_mounts(path: str | Path, labels: Sequence[str]) -> None:
+    """Write the known geometry of mounts as CSV: label, x_m, y_m, z_m in the housing's frame."""
+    places = np.tile(MOUNT_M, (len(labels) // len(MOUNT_M), 1)).tolist()
+    rows = zip(labels, *zip(*places, strict=True), strict=True)
+    write_csv(path, [dict(zip(("label", "x_m", "y_m", "z_m"), row, strict=True)) for row in rows])

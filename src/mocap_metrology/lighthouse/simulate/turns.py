@@ -22,8 +22,13 @@ from scipy.signal import lfilter
 from mocap_metrology.common.files import whole
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.ootx import accel_of
-from mocap_metrology.lighthouse.decode.ootx2 import encode_frame2
-from mocap_metrology.lighthouse.decode.turns import LARGEST_RAD, PERIOD_S, PLANE_RAD, Light
+from mocap_metrology.lighthouse.decode.turns import (
+    LARGEST_RAD,
+    PERIOD_S,
+    PLANE_RAD,
+    Light,
+    encode_frame2,
+)
 from mocap_metrology.lighthouse.planes import parameters, plane_angles
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD, OGEEMAG_CORRELATION
 from mocap_metrology.lighthouse.records import Factory

@@ -16,20 +16,194 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined
-from mocap_metrology.lighthouse.batch.kernel import POSE
-from mocap_metrology.lighthouse.batch.trajectory import KNOT_S
-from mocap_metrology.lighthouse.calibrate.batch import Scene
-from mocap_metrology.lighthouse.calibrate.turns import well_fitted
+from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobians
+from mocap_metrology.lighthouse.batch.problem import layout
+from mocap_metrology.lighthouse.batch.recording import Recording
+from mocap_metrology.lighthouse.batch.solve import Reduced, covariance_of, reduced
+from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory, trajectory_of
+from mocap_metrology.lighthouse.batch.view import pose_blocks, selected_inverse
+from mocap_metrology.lighthouse.board import FEWEST_DIODES
+from mocap_metrology.lighthouse.calibrate.fits import well_fitted
+from mocap_metrology.lighthouse.calibrate.network import moments
+from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
-from mocap_metrology.lighthouse.records import ROLES, Hits
+from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
+from mocap_metrology.lighthouse.records import ROLES, Hits, Measurements, Path
+from mocap_metrology.lighthouse.rotation import exp
+from mocap_metrology.lighthouse.rotor import directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
-from mocap_metrology.lighthouse.track import start
-from mocap_metrology.lighthouse.track.spread import Spread, spread
 
 STEP_S = 2 * CYCLE_S  # between poses: a turn of the rotors, 1/60 s
 NEAR_S = KNOT_S / 2  # hits so near a moment are its own
 FEWEST_HITS = 6  # of a trajectory
 AXES_OF_POSE = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+FEWEST_POINTS = 3
+PARALLEL = 1e-6  # squared sine of the angle between two rays, below which they fix no point
+
+
+def first_trajectory(
+    hits: Hits, board: np.ndarray, rotors: np.ndarray, stations: Sequence[Pose]
+) -> Trajectory | None:
+    """Near that of the board; None where no pose of it is found.
+
+    A diode that both stations see at one moment is at the point nearest to both rays; three such
+    points give the pose without a mirrored one (Kabsch). Where one station alone sees four diodes,
+    the pose is that of the smaller K_1. rotors (stations, 2, 13); stations: their poses in the
+    frame of the first. Points are those of a station and of the two before it.
+    """
+    seen = [
+        Measurements(own.time_s, directions(own.angles_rad, rotors[station]))
+        for station, own in enumerate(moments(hits, len(board), len(stations)))
+    ]
+    parts = []
+    for j in range(1, len(seen)):
+        for i in range(max(j - 2, 0), j):
+            (R, t_m), (R_j, t_j) = stations[i], stations[j]
+            both = triangulated([seen[i], seen[j]], board, R.T @ R_j, R.T @ (t_j - t_m))
+            parts.append(both.seen_from(R, t_m))
+    alone = ~np.isin(seen[0].time_s, np.concatenate([part.time_s for part in parts]))
+    for own, pose in zip(seen, stations, strict=True):
+        rows = alone & (own.seen.sum(axis=1) >= FEWEST_DIODES)
+        if len(given := well_posed(own.take(rows), board)):
+            by_one = by_levenberg_marquardt(given, board, rotor_parameters())
+            parts.append(by_one.seen_from(*pose))
+    every = Path.joined(parts)
+    if not len(every):
+        return None
+    begin, end = hits.time_s.min(), hits.time_s.max()
+    return trajectory_of(every, begin, end)
+
+
+def triangulated(
+    seen: Sequence[Measurements], board: np.ndarray, R: np.ndarray, t_m: np.ndarray
+) -> Path:
+    """Poses at the moments at which both stations see three diodes that span a surface.
+
+    seen: ideal angles of both stations at the same moments.
+    """
+    a, b = (
+        np.stack(
+            [np.ones(own.angles_rad.shape[:2]), *np.moveaxis(np.tan(own.angles_rad), 2, 0)], -1
+        )
+        for own in seen
+    )
+    b = b @ R.T
+    aa, ab, bb = (np.einsum("ndi,ndi->nd", *pair) for pair in ((a, a), (a, b), (b, b)))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        det = np.where(aa * bb - ab**2 > PARALLEL * aa * bb, aa * bb - ab**2, np.nan)
+        far_a = (bb * (a @ t_m) - ab * (b @ t_m)) / det
+        far_b = (ab * (a @ t_m) - aa * (b @ t_m)) / det
+    points = (far_a[..., None] * a + t_m + far_b[..., None] * b) / 2
+    known = np.isfinite(points).all(axis=2) & (far_a > 0) & (far_b > 0)
+    shared = np.where(known[..., None], seen[0].angles_rad, np.nan)
+    enough = known.sum(axis=1) >= FEWEST_POINTS
+    wide = well_posed(Measurements(seen[0].time_s[enough], shared[enough]), board).time_s
+    rows = np.flatnonzero(np.isin(seen[0].time_s, wide))
+    return _path(seen[0].time_s[rows], *_superposed(points[rows], known[rows], board))
+
+
+def _superposed(
+    points: np.ndarray, known: np.ndarray, board: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """R (n, 3, 3), p (n, 3) that bring the board to the known of the points (n, diodes, 3)."""
+    w = known / known.sum(axis=1, keepdims=True)
+    points = np.where(known[..., None], points, 0.0)
+    centre, own = np.einsum("nd,ndi->ni", w, points), w @ board
+    H = np.einsum("nd,ndi,ndj->nij", w, points - centre[:, None], board - own[:, None])
+    U, _, Vt = np.linalg.svd(H)
+    U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
+    R = U @ Vt
+    return R, centre - np.einsum("nij,nj->ni", R, own)
+
+
+def _path(time_s: np.ndarray, R: np.ndarray, t_m: np.ndarray) -> Path:
+    nothing = np.zeros(time_s.size)
+    return Path(time_s, R, t_m, nothing, nothing, nothing)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Standard deviations (n, 6) of position in m and left rotation vector in rad: by the noise of
+    the hits; by the error of the slave's pose; by all, with the priors of optics and board."""
+
+    noise: Floats
+    calibration: Floats
+    total: Floats
+    by_slave: Floats  # (n, 6, 6): derivative by the slave's pose, or by those of all stations
+    covariance: Floats  # (n, 6, 6) of all
+
+
+def spread(
+    found: Joint, scene: Scene, covariance: np.ndarray, own: bool, time_s: np.ndarray
+) -> Spread:
+    """Of the poses of one recording at these times.
+
+    With the normal equations of `batch.solve`, control points x, and all else y = (p, q), p the
+    slave's pose and q time zeros, laser depths and the board,
+        x = - A^-1 (g + C y),   dq/dp = - (S_qq + L)^-1 S_qp,
+    so with K = (I, dq/dp) the slave's pose moves the control points by -A^-1 C K dp. A pose at a
+    moment depends on four control points, whose blocks of A^-1 lie within its band.
+
+    found: an estimate, the slave's pose among the unknowns or held; scene: that it is of;
+    covariance (6, 6) of the slave's pose in m and rad, of more stations that of all poses; own: the
+    pose comes from this very recording, so that errors of board and optics in both are the same.
+    """
+    one, state = found.recordings[0], found.state
+    there = [column >= 0 for column in found.of.inertial]
+    gravity = found.of.gravity >= 0
+    n, board, priors = len(state.R), len(state.board), scene.used_priors
+    of = layout(n, board, priors, inertial=there, gravity=gravity, more=scene.more)
+    poses = len(covariance)
+    free = np.full(of.size - found.of.size, np.inf)  # the slave's pose, where it was held
+    working, believed = np.r_[free, found.working], np.r_[free, found.believed]
+    parts = reduced(one.sums(state, of, of.inertial[0]), one.trajectory, one.noise)
+    S, p, q = parts.S + one.by_lengths(state, of, parts)[0], slice(0, poses), slice(poses, None)
+    M = np.linalg.inv(S[q, q] + np.diag(1 / working[q] ** 2))
+    K = np.vstack([np.eye(poses), -M @ S[q, p]])
+    every = np.zeros_like(S)
+    if own:
+        every = covariance_of(S, working, believed)
+    else:
+        every[q, q] = covariance_of(S[q, q], working[q], believed[q])
+    every = every + K @ (covariance - every[p, p]) @ K.T
+    of_noise = np.zeros_like(S)
+    of_noise[q, q] = M @ S[q, q] @ M
+    by_all, of_hits = _by_unknowns(one, parts, time_s)
+    hits = np.einsum("naa->na", of_hits)
+
+    def sd(by: Floats, of_y: Floats, more: Floats | float = 0.0) -> Floats:
+        variance: Floats = ((by @ of_y) * by).sum(axis=2) + more
+        return np.sqrt(np.maximum(variance, 0.0))
+
+    by_slave = by_all @ K
+    total = by_all @ every @ np.swapaxes(by_all, 1, 2) + of_hits
+    return Spread(
+        sd(by_all, of_noise, hits),
+        sd(by_slave, covariance),
+        np.sqrt(np.maximum(np.einsum("naa->na", total), 0.0)),
+        by_slave,
+        total,
+    )
+
+
+def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Floats, Floats]:
+    """Derivatives (n, 6, G) of the poses by all but the trajectory, and their covariance
+    (n, 6, 6) where that is known, in m and rad."""
+    trajectory = one.trajectory
+    first, weights = trajectory.basis(time_s)
+    near = first[:, None] + np.arange(4)
+    of_hits = np.zeros((time_s.size, POSE, POSE))
+    pose_blocks(selected_inverse(parts.factor), first, weights, of_hits)
+    rows = parts.A_C.reshape(-1, POSE, parts.A_C.shape[1])
+    by = np.zeros((time_s.size, *rows.shape[1:]))
+    for i in range(4):
+        by -= weights[:, i, None, None] * rows[near[:, i]]
+    turn = np.einsum("ni,nia->na", weights, trajectory.control[near, 3:])
+    J = trajectory.reference(time_s) @ exp(turn) @ right_jacobians(turn)
+    by[:, 3:] = J @ by[:, 3:]
+    of_hits[:, 3:] = J @ of_hits[:, 3:]
+    of_hits[:, :, 3:] = of_hits[:, :, 3:] @ np.swapaxes(J, 1, 2)
+    return by, one.noise.hit**2 * of_hits
 
 
 @dataclass(frozen=True)
@@ -79,7 +253,7 @@ def track(scene: Scene, known: Calibrated, time_s: Floats | None = None) -> Trac
     rotors = scene.rotors
     trajectory = None
     if len(hits) >= FEWEST_HITS:
-        trajectory = start.trajectory(hits, scene.board, rotors, known.poses)
+        trajectory = first_trajectory(hits, scene.board, rotors, known.poses)
     if trajectory is None:
         raise Refusal(
             "receiver: expected moments at which both stations see three of its diodes, or one four"

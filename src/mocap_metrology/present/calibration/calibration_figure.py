@@ -8,8 +8,8 @@ from textwrap import fill, wrap
 import numpy as np
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles
-from mocap_metrology.lighthouse.assess.evidence import (
+from mocap_metrology.lighthouse.assess.calibration_files import (
+    CalibrationFiles,
     beyond_sigma,
     expected_urad,
     faint_diodes,

@@ -9,8 +9,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles
-from mocap_metrology.lighthouse.assess.evidence import deviations, limit_of
+from mocap_metrology.lighthouse.assess.calibration_files import (
+    CalibrationFiles,
+    deviations,
+    limit_of,
+)
 from mocap_metrology.lighthouse.assess.pose_file import is_network
 from mocap_metrology.lighthouse.assess.rows import AXIS_NAMES, CHOSEN
 from mocap_metrology.lighthouse.published import QUANTITIES

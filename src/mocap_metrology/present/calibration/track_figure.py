@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.lighthouse.assess.evidence import (
+from mocap_metrology.lighthouse.assess.calibration_files import (
     Columns,
     deviations_mm,
     jitter,
     lengths,
     settled,
 )
-from mocap_metrology.lighthouse.records import AXES, ROLES
-from mocap_metrology.lighthouse.still_angles import PLANES
+from mocap_metrology.lighthouse.records import AXES, PLANES, ROLES
 from mocap_metrology.present.calibration.stations import ALL_COLOURS, COLOURS, NAMES
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits

@@ -9,8 +9,14 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles, Paths, Pose
-from mocap_metrology.lighthouse.assess.evidence import boards_along, on_the_path, usual_points
+from mocap_metrology.lighthouse.assess.calibration_files import (
+    CalibrationFiles,
+    Paths,
+    Pose,
+    boards_along,
+    on_the_path,
+    usual_points,
+)
 from mocap_metrology.lighthouse.assess.pose_file import matrix_and_metres
 from mocap_metrology.lighthouse.assess.signal import signal_of
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE

@@ -11,6 +11,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -84,7 +85,7 @@ def _cleaning(settings: Lighthouse) -> Cleaning:
     )
 
 
-def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Row, Decoded]:
+def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[dict[str, Any], Decoded]:
     """Contents of check.json, and the decoded recording; raises `Refusal` for one that cannot be
     used, and for such points in the room, where they are given."""
     if entry.sha256 and (found := files.sha256(str(entry.path))) != entry.sha256:

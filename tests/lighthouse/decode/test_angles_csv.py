@@ -156,8 +156,8 @@ def of_turns(tmp_path: Path, change: tuple[str, str] = ("", ""), kind: str = "an
                 counts.append(f"{when[0]},{channel},{diode},{first},{second}")
     text = "\n".join(lines if kind == "angles-csv" else counts).replace(*change) + "\n"
     (path := tmp_path / "angles.csv").write_text(text)
-    places = "".join(f"0,{k % 3 / 20},{k // 3 / 20}\n" for k in range(6))
-    (tmp_path / "board.csv").write_text("x_m,y_m,z_m\n" + places)
+    places = "".join(f"0,{k % 3 / 20},{k // 3 / 20},0.8,0,-0.6\n" for k in range(6))
+    (tmp_path / "board.csv").write_text("x_m,y_m,z_m,nx,ny,nz\n" + places)
     return path
 
 
@@ -170,6 +170,7 @@ def test_angles_and_counts_of_the_second_generation(tmp_path: Path, kind: str) -
     expected = np.where(hits.axis == 0, 0.02 * hits.diode + 0.1, 0.03 * hits.diode - 0.2)
     assert np.abs(hits.angle_rad - expected).max() < (1e-9 if kind == "angles-csv" else 3e-5)
     assert len(hits) == 2 * 2 * 40 * 6 and hits.cycle.max() == 39
+    np.testing.assert_allclose(found.normals, [[0.8, 0, -0.6]] * 6)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board
+from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board, read_normals
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles, read_counts
 from mocap_metrology.lighthouse.decode.clean import RESOLUTION_RAD, clean_hits, clean_turn_hits
 from mocap_metrology.lighthouse.decode.crazyflie import read_log, read_uart
@@ -80,8 +80,8 @@ def decode(
 ) -> Decoded:
     """Decode a recording of one of `lighthouse.RECORDING_FORMATS`.
 
-    board: CSV of diodes, or the name of the tracked object in a libsurvive recording; factory: file
-    of calibrations, for stations whose own cannot be read out of the recording.
+    board: CSV of diodes (with their directions nx,ny,nz or without), or the name of the tracked
+    object in a libsurvive recording; factory: file of calibrations, for stations whose own cannot be read out of the recording.
 
     Raises `Refusal` for a recording that is none, one station only, or fewer than four diodes.
     """
@@ -92,15 +92,18 @@ def decode(
     report: dict[str, list[int]] = {}
     resolution_rad = RESOLUTION_RAD
     given = factory, cleaning, name
+    normals = None if kind == "libsurvive-rec" else read_normals(board)
     if kind == "lfsr-counts":
-        return _of_angles(*read_counts(path), _How(read_board(board), *given))
+        found = _of_angles(*read_counts(path), _How(read_board(board), *given))
+        return replace(found, normals=normals)
     if kind in OF_LIGHT:
         places = read_board(board)
-        return decode_light(OF_LIGHT[kind](path), places, *given)
+        return decode_light(replace(OF_LIGHT[kind](path), normals=normals), places, *given)
     if kind == "angles-csv":
         places, (hits, channels) = read_board(board), read_angles(path)
         if channels:
-            return _of_angles(hits, channels, _How(places, *given))
+            found = _of_angles(hits, channels, _How(places, *given))
+            return replace(found, normals=normals)
         stations = [Station(role, why="a file of angles contains no flashes") for role in ROLES]
         n_diodes = max(len(places), int(hits.diode.max(initial=-1)) + 1)
     else:
@@ -109,6 +112,7 @@ def decode(
             if isinstance(read, Light):
                 return decode_light(read, places, *given)
             pulses, flashes = within_flashes(read, find_flashes(read))
+            normals = pulses.normals
         else:
             pulses, places = read_dump(path, sample_rate_hz, active_level), read_board(board)
             flashes = _flashes_of_dump(pulses, name)
@@ -135,7 +139,7 @@ def decode(
     notes = [*(pulses.notes if pulses else ()), *notes, *_doubts(dropped)]
     duration_s = pulses.duration_s if pulses else float(np.ptp(hits.time_s))
     found = Decoded(pulses, stations, clocks, hits, places, duration_s, report | dropped, notes)
-    return replace(found, normals=pulses.normals if pulses else None)
+    return replace(found, normals=normals)
 
 
 def _flashes_of_dump(pulses: Pulses, name: str) -> list[Flashes]:

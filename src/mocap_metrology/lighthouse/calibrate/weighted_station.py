@@ -73,7 +73,7 @@ def _information(
     nothing = np.zeros((board.shape[0], 2))
     for i in range(n):
         own = board[seen[i]]
-        normal_equations(R[i], t[i], BOARD, own, nothing[: own.shape[0]], rotors, out[i], g)
+        normal_equations(R[i], t[i], BOARD, own, nothing, rotors, out[i], g)
     return out
 
 

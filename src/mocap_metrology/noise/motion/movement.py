@@ -101,8 +101,8 @@ def all_keep_moving(found: Mapping[str, Mapping[str, Movement]]) -> bool:
 def movement(
     series: np.ndarray,
     frame_rate_hz: float,
-    range_mm: float = 2.0,
-    horizon_s: float = 3600.0,
+    range_mm: float,
+    horizon_s: float,
     step_mm: float = 0.0,
 ) -> Movement:
     """What a coordinate does beyond noise within `horizon_s`.

@@ -120,7 +120,7 @@ def rows(n: int) -> list[tuple]:
 def _told(coordinates, rate: float) -> tuple[bool, bool]:
     """Said to move by the rule at 8b8d0af, and now."""
     before = any(median_drift(axis, rate).range > 2.0 for axis in coordinates)
-    return before, any(movement(axis, rate).moves for axis in coordinates)
+    return before, any(movement(axis, rate, 2.0, 3600.0).moves for axis in coordinates)
 
 
 def _nine_hours(n: int) -> tuple:

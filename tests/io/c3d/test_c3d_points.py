@@ -94,18 +94,19 @@ class TestProcessors:
             read(build(tmp_path / "b.c3d", steps, scale=0.25))
 
     def test_a_number_for_all_coordinates_that_is_far_off_is_no_measurement(self, tmp_path):
-        """As NDI's -3.697e28; the resolution is that of what was measured. Of two files one may
-        have such frames and the other none."""
-        frames = np.random.default_rng(3).uniform(-900, 900, (N, 2, 4))
-        frames[..., 3] = 0
-        clean = read(build(tmp_path / "a.c3d", frames))
-        frames[5:20, 0, :3] = -3.697314e28
-        frames[7, 1, :3] = frames[7, 1, 0]  # alike, not far off
-        found = read(build(tmp_path / "b.c3d", frames))
-        lost = np.isnan(found.position_mm).all(axis=1)
-        assert np.flatnonzero(lost[0]).tolist() == list(range(5, 20)) and not lost[1].any()
-        assert [n.get("sentinel") for n in found.n_invalid] == [15, None]
-        assert found.resolution_mm == clean.resolution_mm
+        """As NDI's -3.697e28, on whichever side of the origin; the resolution is that of what was
+        measured. Of two files one may have such frames and the other none."""
+        for side in (-1, 1):
+            frames = side * np.random.default_rng(3).uniform(-10, 900, (N, 2, 4))
+            frames[..., 3] = 0
+            clean = read(build(tmp_path / "a.c3d", frames))
+            frames[5:20, 0, :3] = -3.697314e28
+            frames[7, 1, :3] = 500 * side  # alike, not far off
+            found = read(build(tmp_path / "b.c3d", frames))
+            lost = np.isnan(found.position_mm).all(axis=1)
+            assert np.flatnonzero(lost[0]).tolist() == list(range(5, 20)) and not lost[1].any()
+            assert [n.get("sentinel") for n in found.n_invalid] == [15, None]
+            assert found.resolution_mm == clean.resolution_mm
         assert "b.c3d: M1: x = y = z = -3.697314e+28 in 15 frames, taken as missing" in found.notes
         both = read_recording([tmp_path / "b.c3d", tmp_path / "a.c3d"], ["M1", "M2"])
         assert [n.get("sentinel", 0) for n in both.n_invalid] == [15, 0]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_simpson
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse import rotation
@@ -108,6 +109,16 @@ def test_derivatives(still: bool) -> None:
 
         of_k = difference(of_knot, 1e-6)[row]
         np.testing.assert_allclose(near[row, :, k], of_k, atol=2e-3 * max(np.abs(of_k).max(), 1.0))
+
+
+def test_the_robust_cost_is_what_its_weights_minimise() -> None:
+    """The integral of twice the weight times the residual, in standard deviations."""
+    z, noise = np.linspace(0, 12, 4001), np.array([0.02, 0.3])
+    e = z[:, None, None] * noise[:, None] * np.array([1.0, -1.0, 1.0])
+    weight, costs = inertial._robust(e, noise)
+    wanted = cumulative_simpson(2 * weight * z[:, None, None], x=z, axis=0, initial=0)
+    np.testing.assert_allclose(costs, wanted, atol=1e-4)
+    assert np.all(weight[z < 2] == 1) and np.all(weight[-1] < 0.3)
 
 
 def test_exact_sensors_leave_nothing_of_the_true_motion() -> None:

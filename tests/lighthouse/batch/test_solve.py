@@ -12,7 +12,16 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
-from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
+from mocap_metrology.lighthouse.batch.problem import (
+    GROUPS,
+    Layout,
+    More,
+    Priors,
+    State,
+    by_sweep,
+    layout,
+    start,
+)
 from mocap_metrology.lighthouse.batch.recording import Recording, more_damping
 from mocap_metrology.lighthouse.batch.solve import estimated_noise
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
@@ -31,6 +40,28 @@ FACTORY = Factory(
     np.array([1.9, -0.8]),
     np.array([0.009, -0.011]),
 )
+
+
+MOVES = {
+    **{"pose": {"R", "t_m"}, "depth": {"rotors"}, "offset": {"offsets"}, "intrinsic": {"rotors"}},
+    **{"scale": {"board"}, "place": {"board"}, "gravity": {"gravity"}, "cover": {"cover"}},
+}
+MOVED = set().union(*MOVES.values())
+
+
+@pytest.mark.parametrize("known_poses", [False, True])
+def test_every_unknown_moves_what_it_is_of(known_poses: bool) -> None:
+    board, covers = flat_board(), More(normals=np.tile([1.0, 0.0, 0.0], (32, 1)))
+    of = layout(2, len(board), EVERYTHING, known_poses, gravity=True, more=covers)
+    rotors = np.array([rotor_parameters(FACTORY)] * 2)
+    before = start([np.eye(3)] * 2, np.zeros((2, 3)), rotors, board, of.size)
+    before = before.moved(np.zeros(of.size), of)  # amplitudes are positive from then on
+    for k, group in enumerate(of.group):
+        step = 1e-4 * (np.arange(of.size) == k)
+        after = before.moved(step, of)
+        moved = {x for x in MOVED if np.ptp(getattr(after, x) - getattr(before, x)) > 1e-9}
+        own = MOVES[GROUPS[group]]
+        assert len(moved & own) == 1 and moved <= own
 
 
 def some_hits(n: int = 400) -> Hits:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import least_squares, minimize
+from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
@@ -91,6 +92,13 @@ def test_the_simplex_takes_the_same_steps_as_scipy(settings, start: float) -> No
     np.testing.assert_allclose(ours[0], peer.x, rtol=0, atol=1e-12)
     assert ours[1] == pytest.approx(peer.fun)
     assert ours[2] == peer.nfev
+
+
+def test_a_rotation_vector_turns_as_scipys() -> None:
+    R = rotation.from_angles(*POSE[3:])
+    for size in (0.0, 1e-9, 1e-7, 1e-3, 1.0, 3.0):
+        w = size * np.array([0.6, -0.48, 0.64])
+        np.testing.assert_allclose(turn(w, R), Rotation.from_rotvec(w).as_matrix() @ R, atol=1e-9)
 
 
 @pytest.mark.parametrize("optics", ROTORS)

@@ -1,6 +1,7 @@
 """Whole recordings in which one disturbance looks like several: only the one is a finding."""
 
 from collections.abc import Callable
+from dataclasses import fields
 from itertools import product
 
 import numpy as np
@@ -9,8 +10,9 @@ from scipy import signal
 
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
-from mocap_metrology.noise.diagnosis.records import Recording
+from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording, explained
 from mocap_metrology.noise.diagnosis.resonance import resonance
+from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.fit.spectral.welch import welch
 
 RATE, N = 100.0, 60_000
@@ -85,6 +87,15 @@ def test_one_disturbance_is_one_kind_of_finding(
     assert {one.code for one in found} - beside == {code}
     values = [abs(one.value) for one in found if one.code == code]
     assert values == pytest.approx([value] * len(values), rel=0.05)
+
+
+def test_a_cycle_of_bursts_that_recur_is_theirs() -> None:
+    """It has their frequency or a multiple of it, to two percent."""
+    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
+    for part, own in ((1.0, True), (1.015, True), (3.0, True), (0.5, False), (1.5, False)):
+        cycle = Wander(("cycle",), "", ("cycle",), 0.0, 0.1, 1.0, 0.5, (30.0 / part,))
+        found = Diagnosis(**others | {"recurring": {"x1": 30.0}, "wanders": {"x1": cycle}})
+        assert bool(explained(found, 600.0).wanders) is not own
 
 
 @pytest.mark.parametrize("blue", [False, True])

@@ -13,8 +13,10 @@ from benchmarks.sentences.signatures import KINDS, RATE, N, T
 from mocap_metrology.noise.diagnosis.one_series import hiding_step, walk_decided
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
+    MOST_BLOCKS,
     Wander,
     _noises,
+    block_length,
     shift_near,
     signature,
 )
@@ -320,3 +322,11 @@ def test_a_frame_alone_is_no_shift_that_fades() -> None:
     spikes, shifts = ([signature(z + own, 1.0) for z in noises] for own in (off, fades))
     assert not any(one.kinds for one in spikes)
     assert sum(one.kinds == ("shift",) for one in shifts) >= 9
+
+
+def test_a_recording_has_no_more_blocks_than_are_worth_the_time() -> None:
+    """Of a second, of more where it is long, and of less where it is short."""
+    for n in (1, 59, 6000, 60_000, 60_001, 10**6 + 1, 10**8 + 999):
+        length = block_length(n, 60.0)
+        assert n <= MOST_BLOCKS * length and (length < 60 or 1000 * (length - 1) < max(n, 59_001))
+        assert n < 100 or length == 60 or n // length >= 100

@@ -19,6 +19,7 @@ from mocap_metrology.noise.motion.movement import (
 RATE, SIGMA = 100.0, 0.05
 N = 30_000  # five minutes
 T = np.arange(N) / RATE
+AT_REST = (2.0, 3600.0)  # range_mm, horizon_s
 Draw = Callable[[np.random.Generator], np.ndarray]
 
 
@@ -65,7 +66,7 @@ def test_noise_is_no_movement_and_movement_is_named(kind: str) -> None:
     for seed in range(3):
         rng = np.random.default_rng([seed, len(kind)])
         made = (STILL | MOVED)[kind](rng) + SIGMA * rng.normal(size=N)
-        found = movement(made, RATE)
+        found = movement(made, RATE, *AT_REST)
         assert found.moves is (kind in MOVED) is (found.size_mm > 0)
 
 
@@ -76,16 +77,19 @@ def test_a_jump_has_its_size_its_interval_and_its_time(step_mm: float) -> None:
     for _ in range(40):
         at = rng.uniform(30, 270)
         noise = SIGMA * rng.normal(size=N)
-        found = movement(1.3 * least * (at < T) + noise, RATE, step_mm=step_mm)
+        found = movement(1.3 * least * (at < T) + noise, RATE, *AT_REST, step_mm=step_mm)
         assert found.size_mm == pytest.approx(1.3 * least, rel=0.2)
         assert found.time_s == pytest.approx(at, abs=4)
         held += found.lower_95 < 1.3 * least < found.upper_95
         middle = (found.lower_95 + found.upper_95) / 2
         assert middle == pytest.approx(found.size_mm)
-        assert not movement(0.8 * least * (at < T) + noise, RATE, step_mm=step_mm).moves
+        assert not movement(0.8 * least * (at < T) + noise, RATE, *AT_REST, step_mm=step_mm).moves
     assert held >= 34  # the largest of many is a little high
     # Without noise from a thousandth of the range on that matters, 2 mm
-    assert [movement(size * (T > 150), RATE).moves for size in (0.0019, 0.0021)] == [False, True]
+    assert [movement(size * (T > 150), RATE, *AT_REST).moves for size in (0.0019, 0.0021)] == [
+        False,
+        True,
+    ]
 
 
 @pytest.mark.parametrize("range_mm", [0.5, 2.0])
@@ -105,26 +109,26 @@ def test_short_recordings_gaps_and_outliers() -> None:
     """A gait of three seconds, a swing; gaps and outliers neither move nor hide a push."""
     rng = np.random.default_rng(4)
     t, noise = T[:300], SIGMA * rng.normal(size=300)
-    assert movement(1200 * t + 20 * np.sin(2 * np.pi * 1.8 * t) + noise, RATE).moves
-    assert movement(30 * np.sin(4 * np.pi * t) + noise, RATE).moves
-    assert not movement(noise, RATE).moves
+    assert movement(1200 * t + 20 * np.sin(2 * np.pi * 1.8 * t) + noise, RATE, *AT_REST).moves
+    assert movement(30 * np.sin(4 * np.pi * t) + noise, RATE, *AT_REST).moves
+    assert not movement(noise, RATE, *AT_REST).moves
     still = SIGMA * rng.normal(size=N)
     still[rng.integers(0, N, 30)] = 1e9
     still[10_000:14_000] = np.nan
-    assert not movement(still, RATE).moves and movement(still + 2.0 * (T > 200), RATE).moves
+    assert (
+        not movement(still, RATE, *AT_REST).moves
+        and movement(still + 2.0 * (T > 200), RATE, *AT_REST).moves
+    )
     for n, known in ((49, False), (50, True)):
-        assert (movement(noise[:n], RATE) is UNKNOWN) is not known
-        assert movement(noise[:n], RATE).moves is False
+        assert (movement(noise[:n], RATE, *AT_REST) is UNKNOWN) is not known
+        assert movement(noise[:n], RATE, *AT_REST).moves is False
 
 
 @pytest.mark.parametrize("point", [1, 10, 21])
 def test_a_still_tracker_is_still(samples: Path, point: int) -> None:
     file = samples / f"static_vive_pose/20201001_Exp1_measurementPoint{point}.txt"
     position = 1000 * np.loadtxt(file)[:, [3, 7, 11]].T
-    assert not any(movement(axis, 250.0).moves for axis in position)
-
-
-AT_REST = (2.0, 3600.0)  # range_mm, horizon_s
+    assert not any(movement(axis, 250.0, *AT_REST).moves for axis in position)
 
 
 def test_all_markers_that_move_are_found() -> None:

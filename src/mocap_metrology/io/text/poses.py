@@ -143,21 +143,25 @@ def _quaternions(values: Floats, kind: str, file: str, marker: str) -> Floats:
     from scipy.spatial.transform import Rotation
 
     if kind == "matrix":
-        matrix = values.T.reshape(-1, 3, 3)
-        off = np.abs(matrix @ matrix.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-        wrong = (off > ORTHOGONAL) | (np.linalg.det(matrix) < 0)
-        turn = Rotation.from_matrix(np.where(wrong[:, None, None], np.eye(3), matrix))
+        given = values.T.reshape(-1, 3, 3)
+        off = np.abs(given @ given.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        wrong = (off > ORTHOGONAL) | (np.linalg.det(given) < 0)
     elif kind == "quaternion":
-        length = np.linalg.norm(values[:4], axis=0)
-        wrong = np.abs(length - 1) > ORTHOGONAL
-        turn = Rotation.from_quat(np.where(wrong, [[0.0], [0.0], [0.0], [1.0]], values[:4]).T)
+        given = values[:4].T
+        wrong = np.abs(np.linalg.norm(given, axis=1) - 1) > ORTHOGONAL
     else:
-        wrong = np.abs(values[:3]).max(axis=0) > 360
-        turn = Rotation.from_euler(kind, values[:3].T, degrees=True)
+        given = values[:3].T
+        wrong = np.abs(given).max(axis=1) > 360
     if wrong.any():
         what = "angles" if len(kind) == 3 else f"a {kind}"
         frame = int(np.argmax(wrong)) + 1
         raise Refusal(f"{file}: {marker!r}: {what} of no rotation, first in seen frame {frame}")
+    if kind == "matrix":
+        turn = Rotation.from_matrix(given)
+    elif kind == "quaternion":
+        turn = Rotation.from_quat(given)
+    else:
+        turn = Rotation.from_euler(kind, given, degrees=True)
     return _without_jumps(turn.as_quat()).T
 
 

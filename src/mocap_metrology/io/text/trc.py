@@ -118,7 +118,7 @@ def _evenly(cells: list[str]) -> bool:
     by side, or, as in an example of OpenSim, over every second."""
     places = [i for i, cell in enumerate(cells) if i > 1 and cell]
     steps = {later - one for one, later in pairwise(places)} or {3}
-    return len(steps) == 1 and 0 <= places[0] - 2 < min(*steps, 4)
+    return len(steps) == 1 and places[0] - 2 < min(steps) <= 3
 
 
 def _data(head: list[Line], delimiter: str, file: str) -> Line:

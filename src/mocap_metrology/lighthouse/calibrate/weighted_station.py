@@ -94,8 +94,7 @@ def _information(
     nothing = np.zeros((board.shape[0], 2))
     for i in range(n):
         own = board[seen[i]]
-        given = Given(BOARD, own, nothing[: own.shape[0]], rotors)
-        normal_equations(R[i], t[i], given, out[i], g)
+        normal_equations(R[i], t[i], Given(BOARD, own, nothing, rotors), out[i], g)
     return out
 
 

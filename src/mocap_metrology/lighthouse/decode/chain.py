@@ -81,7 +81,8 @@ def decode(
     """Decode a recording of one of `lighthouse.RECORDING_FORMATS`.
 
     board: CSV of diodes (with their directions nx,ny,nz or without), or the name of the tracked
-    object in a libsurvive recording; factory: file of calibrations, for stations whose own cannot be read out of the recording.
+    object in a libsurvive recording; factory: file of calibrations, for stations whose own cannot
+    be read out of the recording.
 
     Raises `Refusal` for a recording that is none, one station only, or fewer than four diodes.
     """

@@ -94,8 +94,8 @@ def _place(config: Mapping[str, object]) -> tuple[np.ndarray, np.ndarray] | None
                 np.array(own[name], dtype=np.float64)  # type: ignore[index]
                 for name in ("plus_x", "plus_z", "position")
             )
-            lengths = np.array([np.linalg.norm(x), np.linalg.norm(z), 1 + x @ z])
-            if (np.abs(lengths - 1) > UNIT).any():
+            off = np.array([np.linalg.norm(x) - 1, np.linalg.norm(z) - 1, x @ z])
+            if (np.abs(off) > UNIT).any():
                 return None
             y = np.cross(z, x)
             R = np.column_stack([np.cross(y, z), y, z])

@@ -227,7 +227,7 @@ def _by_cost(cost: np.ndarray, columns: list[int], syndrome: int) -> Iterator[tu
     if syndrome == 0:
         yield ()
     heap: list[tuple[float, tuple[int, ...], int]] = [(weights[0], (0,), syndrome ^ columns[0])]
-    for _ in range(TRIES - 1):
+    for _ in range(TRIES):
         if not heap:
             return
         total, flips, left = heapq.heappop(heap)

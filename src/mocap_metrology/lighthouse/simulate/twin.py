@@ -100,8 +100,8 @@ class BoardTwin(Entry):
         """Places of the diodes, (n, 3) in metres."""
         board = flat_board(self.columns, self.rows, self.width_m, self.height_m)
         if self.out_of_plane_m:
-            signs = np.random.default_rng(99).choice([-1.0, 1.0], len(board))
-            board[:, 0] = self.out_of_plane_m * signs
+            depths = [-self.out_of_plane_m, self.out_of_plane_m]
+            board[:, 0] = np.random.default_rng(99).choice(depths, len(board))
         return board
 
 

@@ -167,7 +167,8 @@ def _geometry(joint: np.ndarray, transfer: np.ndarray, chain: Chain) -> list[np.
         equations.append([(part - part.T)[[0, 0, 1], [1, 2, 2]] for part in parts])
     shape = np.linalg.svd(np.concatenate(equations, axis=1).T)[2][-1]
     found = np.tensordot(shape, basis, 1)
-    found = found * np.sign(np.trace(found))
+    if np.trace(found) < 0:
+        found = -found
     known: list[np.ndarray] = [np.full((3, 3), np.nan)] * len(chain.n_cameras)
     for subset, path in paths.items():
         known[subset] = _even(path @ found)

@@ -232,7 +232,7 @@ def mains_of(f_0: float, rate_hz: float, f_error: float) -> Mains | None:
 def _in_psd(line: Line, psd: Mapping[str, np.ndarray] | None) -> tuple[float, bool | None]:
     """Greatest of the three points nearest to the line over the level round it, the median of its
     neighbours put right to their mean; noise of K averaged segments reaches a gamma(K) quantile."""
-    if psd is None or len(psd["f_hz"]) < 3 * PSD_LEAVE:
+    if psd is None or not len(psd["f_hz"]):
         return math.nan, None
     from scipy.special import gammaincinv, gdtrc
 
@@ -241,6 +241,8 @@ def _in_psd(line: Line, psd: Mapping[str, np.ndarray] | None) -> tuple[float, bo
     peak = float(density[max(at - 1, 0) : at + 2].max())
     k = np.arange(max(at - PSD_REACH, 1), min(at + PSD_REACH + 1, f.size))
     k = k[np.abs(k - at) > PSD_LEAVE]
+    if not k.size:
+        return math.nan, None
     segments = max(float(np.max(psd["n_segments"])), 1.0)
     degrees = segments if segments < 2 else segments / 1.1  # half-overlapping Hann windows
     level = float(np.median(density[k]) * degrees / gammaincinv(degrees, 0.5))

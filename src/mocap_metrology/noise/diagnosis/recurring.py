@@ -80,15 +80,16 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
         return math.nan  # a slower cycle, of which this is a part
     near = np.arange(HARMONICS * (best - 1), HARMONICS * (best + 1) + 1)
     period_s = HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
-    return math.nan if _swings(values, values.size / rate_hz / period_s / 2) else period_s
+    return math.nan if _swings(values, round(values.size / rate_hz / period_s / 2)) else period_s
 
 
-def _swings(values: np.ndarray, cycles: float) -> bool:
-    """Whether (n,) values have a line of so many cycles: its square has twice as many."""
+def _swings(values: np.ndarray, cycles: int) -> bool:
+    """Whether (n,) values have a line of so many cycles, four at least: its square has twice as
+    many."""
     density = np.abs(np.fft.rfft(values * np.hanning(values.size))) ** 2
-    reach = max(round(0.05 * cycles), 3)
-    near = density[max(round(cycles) - reach, 1) : round(cycles) + reach + 1]
-    around = density[max(round(cycles) - 10 * reach, 1) : round(cycles) + 10 * reach + 1]
+    reach = max(cycles // 20, 3)
+    near = density[cycles - reach : cycles + reach + 1]
+    around = density[cycles // 2 : cycles + 10 * reach + 1]
     return bool(near.max() > SWINGS * np.median(around))
 
 

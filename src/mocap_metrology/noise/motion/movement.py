@@ -101,8 +101,8 @@ def all_keep_moving(found: Mapping[str, Mapping[str, Movement]]) -> bool:
 def movement(
     series: np.ndarray,
     frame_rate_hz: float,
-    range_mm: float = 2.0,
-    horizon_s: float = 3600.0,
+    range_mm: float,
+    horizon_s: float,
     step_mm: float = 0.0,
 ) -> Movement:
     """What a coordinate does beyond noise within `horizon_s`.
@@ -159,14 +159,16 @@ def _straightened(blocks: np.ndarray) -> np.ndarray:
     t = np.arange(blocks.size) / blocks.size
     coarse = max(blocks.size // 1000, 1)  # of nine hours a thousand are enough
     use = np.flatnonzero(known)[::coarse]
-    best = math.inf, 1.0, np.zeros(3)
-    for constant in np.geomspace(2 / blocks.size, 1.0, round(math.log(blocks.size / 2) / 0.15) + 2):
+
+    def fitted(constant: float) -> tuple[float, float, np.ndarray]:
         shape = _approach(t[use], constant)
         solved, *_ = np.linalg.lstsq(shape, blocks[use], rcond=None)
-        left = float(np.sum((blocks[use] - shape @ solved) ** 2))
-        if left < best[0]:
-            best = left, constant, solved
-    return blocks - _approach(t, best[1]) @ best[2]
+        return float(np.sum((blocks[use] - shape @ solved) ** 2)), constant, solved
+
+    steps = round(math.log(blocks.size / 2) / 0.15) + 2
+    fits = map(fitted, np.geomspace(2 / blocks.size, 1.0, steps))
+    _, constant, solved = min(fits, key=lambda one: one[0])
+    return blocks - _approach(t, constant) @ solved
 
 
 def _approach(t: np.ndarray, constant: float) -> np.ndarray:

@@ -101,7 +101,7 @@ def on_its_day(twin: Twin) -> Twin:
     *place, length, jitter = stream(name, twin.seed, "day").standard_normal(5).tolist()
     shift, factor = days.place_mm * np.array(place), float(np.exp(days.jitter * jitter))
     length *= days.length_mm
-    for change in (one for one in days.changes if one.since <= twin.date[:10]):
+    for change in (one for one in days.changes if one.since <= twin.date):
         past = date.fromisoformat(twin.date[:10]) - date.fromisoformat(change.since)
         shift = shift + np.array(change.place_mm)
         length += change.length_mm + change.length_mm_per_day * past.days

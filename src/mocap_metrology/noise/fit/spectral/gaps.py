@@ -128,7 +128,7 @@ def _fill(
                 if not missing[i]:
                     place[known] = i
                     known += 1
-                elif known < left + NEIGHBOURS:
+                else:
                     contiguous = False
                 i += 1
             contiguous = contiguous and known == 2 * NEIGHBOURS

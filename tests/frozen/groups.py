@@ -22,7 +22,7 @@ from mocap_metrology.io.read import labels_of, read_recording
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.noise.body_covariance import body_covariance
 from mocap_metrology.noise.cameras.take import Take, levels_of, one_frame, take_rows
-from mocap_metrology.noise.changes.covariate import Covariate, together
+from mocap_metrology.noise.changes.covariate import Covariate, coherence_row
 from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows, places_rows, trend_rows
 from mocap_metrology.noise.fit.estimates import read_noise
 from mocap_metrology.noise.motion.orientation import of_cluster, of_poses
@@ -85,7 +85,7 @@ def changes(folder: Path) -> Flat:
     beside = Covariate(
         "degC", time_s, np.interp(time_s, np.arange(series.size) / 120, series) + 0.1
     )
-    found["covariate"] = together(series, 120.0, beside, 0.05)
+    found["covariate"] = coherence_row(series, 120.0, beside, 0.05)
     return dict(flat(found)) | of_folder(folder / "T40-10") | of_folder(folder / "outliers")
 
 

@@ -53,7 +53,7 @@ def calibration(name: str, word: str, x: float = 1.0, wrong=(), setup: str = "s"
 
 
 def rows(*recordings: dict) -> list[dict]:
-    return summary.own(summary.Verdicts(recordings).rows())
+    return summary.own_rows(summary.Verdicts(recordings).rows())
 
 
 @pytest.mark.parametrize(

@@ -215,9 +215,9 @@ def test_file_of_twins(folder: Path, text: str, expected: str | None) -> None:
 def test_a_path_of_the_configuration_is_sought_here_then_in_the_project(folder: Path) -> None:
     (folder / "project").mkdir()
     (folder / "project/only-there.tsv").touch()
-    assert startup.found("a.c3d", folder / "project") == "a.c3d"
-    assert startup.found("only-there.tsv", folder / "project") == str(
+    assert startup.located("a.c3d", folder / "project") == "a.c3d"
+    assert startup.located("only-there.tsv", folder / "project") == str(
         folder / "project/only-there.tsv"
     )
-    assert startup.found("nowhere.tsv", folder / "project") == "nowhere.tsv"
-    assert startup.found(None, folder) is None
+    assert startup.located("nowhere.tsv", folder / "project") == "nowhere.tsv"
+    assert startup.located(None, folder) is None

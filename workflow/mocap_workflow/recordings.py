@@ -295,7 +295,7 @@ class RecordingRow(SheetRow):
 
     @field_validator("date")
     @classmethod
-    def _such_a_day(cls, text: str | None) -> str | None:
+    def _iso_date(cls, text: str | None) -> str | None:
         """A date, or date and time, in the form of ISO 8601."""
         if text is None:
             return None

@@ -24,7 +24,7 @@ from mocap_workflow.recording_twins import AnyTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 
 
-def found(value: str | None, root: Path) -> str | None:
+def located(value: str | None, root: Path) -> str | None:
     """A relative path of the configuration: in the working folder, else in the project's."""
     if value is None or exists(value) or not exists(root / value):
         return value
@@ -51,7 +51,7 @@ def configuration(config: Mapping[str, object], root: Path) -> Settings:
     """The checked configuration; paths of its sheets as seen from the working folder."""
     settings = checked(config)
     sheets = ("recordings", "calibrations", "twins")
-    beside = {key: found(getattr(settings, key), root) for key in sheets}
+    beside = {key: located(getattr(settings, key), root) for key in sheets}
     if "pnp" in settings.lighthouse.estimators:
         from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
 

@@ -6,7 +6,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_metadata, read_series
     from mocap_metrology.io.text.covariate import read_covariate
-    from mocap_metrology.noise.changes.covariate import Covariate, together
+    from mocap_metrology.noise.changes.covariate import Covariate, coherence_row
     from mocap_metrology.present import tables
     from mocap_metrology.present.text import captions
 
@@ -25,7 +25,7 @@ with step(snakemake) as log:
         for series, values in read_series(clean):
             row = {"recording": name, "series": series}
             try:
-                rows.append(row | together(values, rate, covariate, alpha))
+                rows.append(row | coherence_row(values, rate, covariate, alpha))
             except Refusal as refusal:
                 rows.append(row | {"note": str(refusal)})
                 refused.setdefault(str(refusal), []).append(series)

@@ -48,13 +48,13 @@ def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, flo
     return {
         "words": words,
         "short": short,
-        "apart": _apart(rows),
+        "apart": _of_other_frames(rows),
         "raised": [{k: r[k] for k in of_rise} | {"cause": findings.cause(r, loud)} for r in rises],
         "noisy": [{k: r[k] for k in (*columns, *findings.NOISE)} for r in loud],
     }
 
 
-def _apart(rows: Sequence[Row]) -> bool:
+def _of_other_frames(rows: Sequence[Row]) -> bool:
     return any(row["same_frames"] == "no" for row in rows)
 
 
@@ -62,8 +62,10 @@ def _sentences(
     rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row], settings: Mapping[str, float]
 ) -> list[str]:
     """On one camera type: noisy cameras, increases, and what was not detected."""
-    names = ["none raised"] * (not rises) + ["none noisy"] * (not loud and not _apart(rows))
-    names += ["apart"] * _apart(rows)
+    names = ["none raised"] * (not rises) + ["none noisy"] * (
+        not loud and not _of_other_frames(rows)
+    )
+    names += ["apart"] * _of_other_frames(rows)
     limits = {"rise": 100 * settings["rise"], "noisy": settings["noisy"]}
     words = [_filled("noisy", row, rows) for row in loud]
     by_added = [row for row in rises if findings.cause(row, loud) == "added"]

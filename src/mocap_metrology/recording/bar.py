@@ -173,7 +173,7 @@ def write_group(
         for one in bars
         for row in bar_rows.bar_rows(one.bar)
     ]
-    said = " ".join((captions.BAR_TABLE, *present.told([one.document for one in bars]), of))
+    said = " ".join((captions.BAR_TABLE, *present.bar_words([one.document for one in bars]), of))
     tables.write(path.with_suffix(".csv"), rows, f"{group}: length of a bar that moves", said)
     write_json(path, {"bars": [one.document for one in bars]})
     drawn = bars[0].bar
@@ -190,7 +190,7 @@ def write_statement(
     `path`, the page as `pdf` and as PNG."""
     document = statement.statement_document(one.bar, one.pair, known)
     of = tables.source_sentence(one.sources)
-    said = "\n\n".join((statement.told(document), f"{captions.STATEMENT} {of}"))
+    said = "\n\n".join((statement.statement_words(document), f"{captions.STATEMENT} {of}"))
     title = f"{group}: statement of uncertainty"
     tables.write(path.with_suffix(".csv"), statement.statement_rows(document), title, said)
     write_json(path, {"group": group, **document})

@@ -8,7 +8,7 @@ from scipy import signal
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.text.covariate import read_covariate
-from mocap_metrology.noise.changes.covariate import Covariate, together
+from mocap_metrology.noise.changes.covariate import Covariate, coherence_row
 
 RATE = 100.0
 SERIES = np.random.default_rng(1).normal(0, 0.01, 12_000)
@@ -24,7 +24,7 @@ def test_a_row_is_the_coherence_of_means_over_blocks(offset_s: float) -> None:
     """Of the common time; means of the covariate are those of straight lines through its samples,
     here sums over a fine grid."""
     room = Covariate("room", ROOM.time_s + offset_s, ROOM.values)
-    row = together(SERIES, RATE, room, 0.01)
+    row = coherence_row(SERIES, RATE, room, 0.01)
     first, last = max(offset_s, 0.0), min(offset_s + 120, 120.0)
     assert (row["from_s"], row["to_s"]) == (pytest.approx(first), pytest.approx(last))
     start, count = round(first * RATE), int(round((last - first) * RATE) // 100)
@@ -57,7 +57,7 @@ def test_what_goes_with_temperature_is_found(sensor: str) -> None:
         at = at[(at < 9000) | (at > 10_000)]
     unit = 1e300 if sensor == "of any unit" else 1.0
     noise = 4 * rng.standard_normal(at.size) if sensor == "noisy" else 0.0
-    row = together(series, rate, Covariate("t", at, unit * (swing(at) + noise)), 0.01)
+    row = coherence_row(series, rate, Covariate("t", at, unit * (swing(at) + noise)), 0.01)
     assert row["word"] == "goes with it" and ("note" in row) is (sensor == "with a hole")
     assert row["gain_mm_per_unit"] * unit == pytest.approx(0.004, rel=0.1)
     assert row["lag_s"] == pytest.approx(200, abs=60)
@@ -70,7 +70,9 @@ def test_a_hole_raises_no_false_alarms() -> None:
     for _ in range(200):
         walk = np.cumsum(rng.standard_normal(time.size))
         series = np.cumsum(rng.standard_normal(360))
-        false += coherent(together(series, 1.0, Covariate("t", time[there], walk[there]), 0.05))
+        false += coherent(
+            coherence_row(series, 1.0, Covariate("t", time[there], walk[there]), 0.05)
+        )
     assert 0.02 < false / 200 < 0.08
 
 
@@ -99,10 +101,10 @@ def test_holes_are_reported_or_refused(first, last, gap, share, refused: str) ->
     gappy[round(gap[0] * RATE) : round(gap[1] * RATE)] = np.nan
     if refused:
         with pytest.raises(Refusal, match=refused):
-            together(gappy, RATE, with_hole(first, last), 0.01)
+            coherence_row(gappy, RATE, with_hole(first, last), 0.01)
         return
-    row = together(gappy, RATE, with_hole(first, last), 0.01)
-    assert together(SERIES[:3600], RATE, ROOM, 0.01)["to_s"] == 36  # steps are enough
+    row = coherence_row(gappy, RATE, with_hole(first, last), 0.01)
+    assert coherence_row(SERIES[:3600], RATE, ROOM, 0.01)["to_s"] == 36  # steps are enough
     note = f"room has no samples in {share} % of the common time (gaps of more than 3 steps): "
     assert row.get("note") == (note + "interpolated linearly" if share else None)
 
@@ -131,7 +133,7 @@ def test_what_cannot_be_compared_is_refused(series, covariate: Covariate, why: s
         covariate = Covariate("t", np.arange(0, 1, 0.001), np.arange(1000) % 7)
         why = "30 steps of 0.01 s in the 0.3 s"
     with pytest.raises(Refusal, match=why):
-        together(series, RATE, covariate, 0.01)
+        coherence_row(series, RATE, covariate, 0.01)
 
 
 def written(folder: Path, text: str, encoding: str = "utf-8") -> Path:

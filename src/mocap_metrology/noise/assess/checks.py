@@ -40,7 +40,7 @@ class Facts:
     n_frames: float = math.inf
     findings: Sequence[Finding] = ()
 
-    def found(self, code: str) -> dict[str, float]:
+    def values_of(self, code: str) -> dict[str, float]:
         """Values of the findings of a code by series."""
         return {one.series: one.value for one in self.findings if one.code == code}
 
@@ -150,7 +150,7 @@ def length(facts: Facts) -> Check:
 def measured(coordinates: Series, facts: Facts) -> Series:
     """Coordinates whose numbers are of a measurement: without those that lie within one step of
     the file all the time, where others pass from step to step."""
-    coarse = facts.found("resolution_limited")
+    coarse = facts.values_of("resolution_limited")
     constant = [k for k, v in coordinates.items() if v.status == "constant" and k in coarse]
     if all(k in constant for k in coarse):
         return coordinates
@@ -193,7 +193,7 @@ def movement(series: Series, coordinates: Series, facts: Facts, limits: Limits) 
     """Check of movement that noise does not explain, as the findings state it. A distance still
     tells of noise unless a frame of it is less certain than the largest usable drift: then it
     moves, too."""
-    moving = facts.found("moves")
+    moving = facts.values_of("moves")
     moved = {k: v for k, v in moving.items() if k in coordinates}
     name, value = worst(moved)
     labels = tuple(dict.fromkeys(facts.label(k) for k in moved))
@@ -220,7 +220,7 @@ def movement(series: Series, coordinates: Series, facts: Facts, limits: Limits) 
 def resolution(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     """Never better than usable: where in a step a marker is decides on all numbers below a step,
     and the step is all that is known of them."""
-    coarse = {k: v for k, v in facts.found("resolution_limited").items() if k in coordinates}
+    coarse = {k: v for k, v in facts.values_of("resolution_limited").items() if k in coordinates}
     step = max(coarse.values(), default=math.nan)
     word: Word = "good" if not coarse else "usable" if step <= limits.usable_mm else "bad"
     key, limit, name = "verdict.usable_mm", limits.usable_mm, next(iter(coarse), "")
@@ -231,7 +231,7 @@ def resolution(coordinates: Series, facts: Facts, limits: Limits) -> Check:
 def low_pass(coordinates: Series, facts: Facts) -> Check:
     """Check for low-pass filters: filtered data are at best usable, as the scatter of single frames
     is lost."""
-    cutoffs = {k: v for k, v in facts.found("low_pass").items() if k in coordinates}
+    cutoffs = {k: v for k, v in facts.values_of("low_pass").items() if k in coordinates}
     known = sorted(v for v in cutoffs.values() if math.isfinite(v))
     value = known[len(known) // 2] if known else math.nan
     word: Word = "usable" if cutoffs else "good"
@@ -242,7 +242,7 @@ def low_pass(coordinates: Series, facts: Facts) -> Check:
 def processed(coordinates: Series, facts: Facts) -> Check:
     """Check for frames that software computed from other frames: these are at best usable."""
     for code in PROCESSED:
-        names = {k: v for k, v in facts.found(code).items() if k in coordinates}
+        names = {k: v for k, v in facts.values_of(code).items() if k in coordinates}
         if names:
             own, name = _unless_all(names, coordinates), next(iter(names))
             return Check(Code.PROCESSED, "usable", code, "", series=name, names=own)
@@ -251,7 +251,7 @@ def processed(coordinates: Series, facts: Facts) -> Check:
 
 def exchanged(facts: Facts) -> Check:
     """The numbers are those of the labels put right, the file has the wrong ones."""
-    shares = facts.found("exchanged")
+    shares = facts.values_of("exchanged")
     name, value = worst(shares)
     labels = tuple(dict.fromkeys(facts.label(k) for k in shares))
     return Check(Code.EXCHANGED, "bad" if shares else "good", value, 0.0, series=name, names=labels)
@@ -260,7 +260,7 @@ def exchanged(facts: Facts) -> Check:
 def missing(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     """Frames without a sample; those that look filled are among them, also where a filter made
     them as smooth."""
-    smooth = any(map(facts.found, ("gap_filled", "low_pass", "running_median")))
+    smooth = any(map(facts.values_of, ("gap_filled", "low_pass", "running_median")))
     code = Code.MISSING_OR_FILLED if smooth else Code.MISSING
     bounds = limits.good_missing, limits.usable_missing
     return _share(code, coordinates, facts.missing, bounds, "missing")
@@ -295,8 +295,8 @@ def drift(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     if name:
         word, key, limit = _graded(value, *limits.drift_mm, "drift_mm")
     code = Code.DRIFT
-    if name not in facts.found("drift"):
-        walk, other = name in facts.found("random_walk"), name in facts.wandering
+    if name not in facts.values_of("drift"):
+        walk, other = name in facts.values_of("random_walk"), name in facts.wandering
         code = Code.RANDOM_WALK if walk else Code.WANDER if other else Code.DRIFT
     return Check(code, word, value, limit, "mm", key, name, over_s=facts.horizon_s)
 

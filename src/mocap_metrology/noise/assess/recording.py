@@ -139,7 +139,7 @@ def assess_recording(inputs: Inputs, span: Span, limits: Limits, over: Over) -> 
         inputs.findings,
     )
     numbers = {k: _unnamed(v) if k in facts.wandering else v for k, v in numbers.items()}
-    moved = facts.wandering.union(*(facts.found(code) for code in NO_MEAN))
+    moved = facts.wandering.union(*(facts.values_of(code) for code in NO_MEAN))
     for k in moved & set(numbers):
         without = MeanOfAll(numbers[k].mean_of_all.duration_s)
         numbers[k] = replace(numbers[k], mean_of_all=without)
@@ -177,11 +177,11 @@ def verdict(series: Series, facts: Facts, limits: Limits) -> Verdict:
     if isinstance(decided, MovementCheck) and not decided.still:
         caps = tuple(c for c in caps if c.code in OF_MOVING)
     moves = any(c.code is Code.MOVES and c.word == "bad" for c in found)
-    steps = facts.found("resolution_limited")
+    steps = facts.values_of("resolution_limited")
     told = main in found and main is not decided and main.code is Code.FRAME and not moves
     told = told and main.series not in steps
     surely = math.nan
-    if word != "bad" and not facts.found("low_pass"):
+    if word != "bad" and not facts.values_of("low_pass"):
         surely = max(coordinates[main.series].frame_upper_end_mm, *steps.values(), 0.0)
     reference = {str(k): k * surely for k in RULE}
     return Verdict(word, decided, caps, main if told else None, reference)

@@ -35,7 +35,9 @@ class Covariate:
         return float(np.median(np.diff(self.time_s)))
 
 
-def together(series: np.ndarray, frame_rate_hz: float, covariate: Covariate, alpha: float) -> Row:
+def coherence_row(
+    series: np.ndarray, frame_rate_hz: float, covariate: Covariate, alpha: float
+) -> Row:
     """The period at which a series (n,) in mm and the covariate are most coherent, as a row of a
     table.
 

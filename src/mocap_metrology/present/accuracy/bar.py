@@ -238,7 +238,7 @@ def sentences(document: Record) -> list[str]:
     return said
 
 
-def told(documents: Sequence[Record]) -> list[str]:
+def bar_words(documents: Sequence[Record]) -> list[str]:
     """Word, reason, sentences and warnings of some bars, each with its markers where they are
     several."""
     said = []

@@ -70,7 +70,7 @@ def statement_rows(document: Row) -> list[Row]:
     return rows or [{"note": document["headline"][0]}]
 
 
-def told(document: Row) -> str:
+def statement_words(document: Row) -> str:
     """All sentences of a statement, in Markdown."""
     said = [f"{name.capitalize()}: {words}" for name, words in document.get("said", {}).items()]
     head = [f"{one.rstrip('.')}." for one in document["headline"]]

@@ -116,8 +116,8 @@ def family_figure(
     shown, others = shown_series([name for names in expected.values() for name in names])
     subsets = family.by == CAMERAS and bool(family.looks)
     band = len(family.labels) <= MOST_BANDS and not subsets
-    labels = {name: family.said(label) for name, label in family.labels.items()}
-    looks = {family.said(label): look for label, look in family.looks.items()}
+    labels = {name: family.full_label(label) for name, label in family.labels.items()}
+    looks = {family.full_label(label): look for label, look in family.looks.items()}
     panels = {}
     for series in shown:
         own = {name: label for name, label in labels.items() if series in expected[name]}
@@ -155,7 +155,7 @@ class Family:
     labels: Mapping[str, str]
     looks: Mapping[str, Look]
 
-    def said(self, label: str) -> str:
+    def full_label(self, label: str) -> str:
         """A label that is understood by itself."""
         return f"{label} cameras" if self.by == CAMERAS else label
 

@@ -147,7 +147,7 @@ def _scatter(axes: fig.Axes, terms: pd.DataFrame, family: Family) -> None:
         look = family.looks.get(label, ANY)
         how: Keywords = {"ls": "", "marker": look.marker, "markersize": 3.4, "mew": 0, "alpha": 0.9}
         how |= {"color": look.colour, "elinewidth": 0.4}
-        how |= {"label": fig.short(family.said(label))} if family.looks else {}
+        how |= {"label": fig.short(family.full_label(label))} if family.looks else {}
         for name, which in (("T_c", "xerr"), ("q_c", "yerr")):
             ends = own[f"{name}_lower"].clip(lower=own[name] / 1e3)  # zero is not on this axis
             how |= {which: np.nan_to_num([own[name] - ends, own[f"{name}_upper"] - own[name]])}

@@ -110,7 +110,7 @@ def page(
     the recordings of a group instead of its table.
     """
     rows, refused = verdicts.rows(), verdicts.refused
-    mine = own(rows)
+    mine = own_rows(rows)
     groups = sorted({row["group"] for row in mine})
     sections = [*_sections(verdicts, rows, address)]
     names = sorted(tables, key=site.natural)
@@ -143,7 +143,7 @@ def page(
     )
 
 
-def own(rows: Sequence[Record]) -> list[Record]:
+def own_rows(rows: Sequence[Record]) -> list[Record]:
     """Rows of groups that are not a paper's, or all where there are no others; the worst first."""
     mine = [row for row in rows if not row["group"].startswith(OF_PAPERS)]
     return sorted(mine or rows, key=badness, reverse=True)

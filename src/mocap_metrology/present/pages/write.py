@@ -153,7 +153,7 @@ def _judged(verdict: Record, lines: list[str], group: str, groups: Sequence[str]
 
 def overview(results: Results) -> Picture:
     """Figure of one's own recordings against the limits."""
-    mine = summary.own(results.verdicts)
+    mine = summary.own_rows(results.verdicts)
     source = f"Source: {summary.origin(mine)}."
     return overview_figure(mine, "One frame against the limits", source)
 

@@ -51,7 +51,9 @@ def _reason_of(word: str, checks: Sequence[Check], station: str, why_none: str) 
         return why_none or "No pose of the slave was found."
     say = partial(sentence, station=station)
     always = [say(c) for c in checks if c.case is Case.LENGTH]
-    always += [say(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_apart(c))]
+    always += [
+        say(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_pose_distance(c))
+    ]
     if word == "good":
         passed = sum(c.ok is True for c in checks)
         said = [say(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
@@ -76,7 +78,7 @@ def sentence(check: Check, station: str = "") -> str:
     made = check.numbers.get("made_by_poses")
     small = f" (errors of the board's poses alone make {made:.0f} µrad of it)" if made else ""
     why = "; ".join(f"{role}: {reason or 'none found'}" for role, reason in check.why.items())
-    distance = _apart(check)
+    distance = _pose_distance(check)
     both = f"station {station} and the reference" if station else "both stations"
     sentences = SENTENCES | SAME if is_same(*distance) else SENTENCES
     return sentences[check.case].format(
@@ -106,7 +108,7 @@ def _chance(p: object) -> str:
     return "below 0.0001" if p < 0.0001 else f"{p:.2g}"
 
 
-def _apart(check: Check) -> tuple[float, float]:
+def _pose_distance(check: Check) -> tuple[float, float]:
     """mm and deg between the poses that a check compares; NaN of another check."""
     parts = (
         Case.HALVES,

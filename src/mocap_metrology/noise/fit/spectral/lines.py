@@ -166,7 +166,7 @@ class _Search:
         """The lines, the last of which is new; those too near to it are merged with it."""
         group, left = [lines[-1]], lines[:-1]
         while True:
-            near = [a for a in left if any(_apart(a, b) < self.reach(b) for b in group)]
+            near = [a for a in left if any(_separation_hz(a, b) < self.reach(b) for b in group)]
             if not near:
                 break
             group, left = [*group, *near], [a for a in left if a not in near]
@@ -205,7 +205,7 @@ class _Search:
                 if near.size > 2 and gammaincc(near.size - 1.5, near.sum()) < REST_P:
                     lines = [x for x in lines if x is not line]
                     for band in self.as_band([line]):
-                        within = [x for x in lines if _apart(x, band) == 0]
+                        within = [x for x in lines if _separation_hz(x, band) == 0]
                         lines = [x for x in lines if x not in within]
                         lines += self.as_band([band, *within]) if within else [band]
                     break
@@ -254,7 +254,7 @@ class _Search:
         self.power[k] = self.transform.power(k)
 
 
-def _apart(a: Line, b: Line) -> float:
+def _separation_hz(a: Line, b: Line) -> float:
     """Hz between the edges of two lines."""
     (low, high), (other_low, other_high) = (x.band_hz or (x.f_0, x.f_0) for x in (a, b))
     return max(low - other_high, other_low - high, 0.0)

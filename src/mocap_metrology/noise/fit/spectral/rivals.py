@@ -214,7 +214,7 @@ def undecided(chosen: Fit, near: Sequence[Rival], cost: Callable[[int], float]) 
         return fit.deviance + cost(fit.spectrum.size)
 
     for rival in near:
-        mine, theirs = _apart(chosen.spectrum, rival.fit.spectrum)
+        mine, theirs = _differences(chosen.spectrum, rival.fit.spectrum)
         if mine and theirs:
             return f"the data cannot distinguish {' and '.join(mine)} from {' and '.join(theirs)}"
         if (mine or theirs) and score(rival.fit) - score(chosen) < HARDLY_BIC:
@@ -222,7 +222,7 @@ def undecided(chosen: Fit, near: Sequence[Rival], cost: Callable[[int], float]) 
     return ""
 
 
-def _apart(one: Spectrum, other: Spectrum) -> tuple[list[str], list[str]]:
+def _differences(one: Spectrum, other: Spectrum) -> tuple[list[str], list[str]]:
     """What each of two models has that the other has not."""
     apart = np.abs(np.log(one.T_c[:, None] / other.T_c[None, :])) > PAIRED_LN_T
     return (

@@ -11,6 +11,7 @@ from enum import StrEnum
 
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
 from mocap_metrology.noise.diagnosis.findings import WANDERS, Finding
+from mocap_metrology.noise.diagnosis.records import MANY_REPEATS
 from mocap_metrology.settings import Verdict as Limits
 from mocap_metrology.settings import Word
 
@@ -18,7 +19,7 @@ COORDINATE = re.compile(r"[xyz][1-9]\d*")
 SHORT = 0.9  # a recording of less than this of the horizon does not reach it
 LEAST_FRAMES, LEAST_S = 100, 1.0  # to judge by: their standard deviation is known to 7 %
 
-PROCESSED = ("smoothed", "resampled", "running_median")  # findings
+PROCESSED = ("smoothed", "resampled", "running_median", "repeated")  # findings
 WORDS: tuple[Word, ...] = ("good", "usable", "bad")
 Series = Mapping[str, SeriesNumbers]
 
@@ -240,7 +241,7 @@ def processed(coordinates: Series, facts: Facts) -> Check:
     """Of frames that hold others in them no word is better than usable."""
     for code in PROCESSED:
         names = {k: v for k, v in facts.found(code).items() if k in coordinates}
-        if names:
+        if names and (code != "repeated" or max(names.values()) > MANY_REPEATS):
             own, name = _unless_all(names, coordinates), next(iter(names))
             return Check(Code.PROCESSED, "usable", code, "", series=name, names=own)
     return Check(Code.PROCESSED, "good", "", "")
@@ -264,7 +265,10 @@ def missing(coordinates: Series, facts: Facts, limits: Limits) -> Check:
 
 
 def outliers(coordinates: Series, facts: Facts, limits: Limits) -> Check:
-    """Beyond what clean noise and chance make."""
+    """Beyond what clean noise and chance make, whose frames are not alike: of filtered ones, which
+    are, some are far from the median of those near."""
+    smooth = {k for code in ("low_pass", *PROCESSED) for k in facts.found(code)}
+    coordinates = {k: v for k, v in coordinates.items() if k not in smooth}
     bounds = limits.good_outliers, limits.usable_outliers
     return _share(Code.OUTLIERS, coordinates, facts.outliers, bounds, "outliers")
 

@@ -27,7 +27,7 @@ SHORTER = (1, 2, 4)  # parts of the reach that a step is looked at over, until l
 SURER_VARIANCES = 10.0  # variances of a point by which a step must fit better than a smooth curve
 ADEQUATE_VARIANCES = 1.7  # variance of the residuals over that of the points, at most
 INADEQUATE = 1e-3  # chance of residuals so large about a polynomial that describes the points
-TENTHS = 10  # parts of a recording whose levels no polynomial describes
+FEWEST_PARTS = 10  # of a recording whose levels no polynomial describes
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
 TREND_CHANCE = 0.005  # that any series of a recording is reported as changing and is not
 LEAST_CHANGE = 0.02  # that is reported
@@ -150,7 +150,7 @@ class Change:
 class Trend:
     """A slow change of the level of fast noise over the recording. change: relative, of the sd at
     the end to the start, with its 95 % interval; least, greatest: relative to the start, in
-    between."""
+    between; described: whether a polynomial describes it, so that its ends are levels."""
 
     series: str
     change: float
@@ -158,11 +158,12 @@ class Trend:
     upper: float
     least: float
     greatest: float
+    described: bool = True
 
     @property
     def steady(self) -> bool:
         """Whether it falls or rises, by an interval without zero, and does not come back."""
-        sure = self.lower > 0 or self.upper < 0
+        sure = self.described and (self.lower > 0 or self.upper < 0)
         return sure and abs(self.change) >= (self.greatest - self.least) / 2
 
     @property
@@ -305,26 +306,25 @@ def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Tr
     curve = at**powers @ value[-best:]
     curve += (at * g.size >= np.array(places)) @ value[1:-best] if places else 0.0
     left = k.size - x.shape[1]
-    if fdtrc(left, dof, rest / left / scale**2) < INADEQUATE:  # its ends are no levels
+    described = fdtrc(left, dof, rest / left / scale**2) >= INADEQUATE
+    if not described:
         change, reach, curve = _up_and_down(g[k])
     low, high, least, greatest = (
         math.expm1(v / 2) for v in (change - reach, change + reach, curve.min(), curve.max())
     )
-    return Trend(name, math.expm1(change / 2), low, high, least, greatest)
+    return Trend(name, math.expm1(change / 2), low, high, least, greatest, described)
 
 
 def _up_and_down(g: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Of points that no polynomial describes: the means of tenths less that of the first; the last
-    of them with what it may be off by, as tenths scatter."""
+    """Of points that no polynomial describes: the means of parts of a minute, or of tenths, less
+    that of the first; the last of them with what it may be off by, as parts scatter."""
     from scipy.special import stdtrit
 
-    tenths = np.array([part.mean() for part in np.array_split(g, TENTHS)])
-    error = math.sqrt(2) * float(np.std(tenths, ddof=1))
-    return (
-        float(tenths[-1] - tenths[0]),
-        float(stdtrit(TENTHS - 1, 0.975)) * error,
-        tenths - tenths[0],
-    )
+    count = max(FEWEST_PARTS, g.size // LEAST_POINTS)
+    parts = np.array([part.mean() for part in np.array_split(g, count)])
+    error = math.sqrt(2) * float(np.std(parts, ddof=1))
+    reach = float(stdtrit(count - 1, 0.975)) * error
+    return float(parts[-1] - parts[0]), reach, parts - parts[0]
 
 
 def log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:

@@ -161,10 +161,16 @@ def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
     return model if model and model.broadband else None
 
 
-def walk_decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
+def decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
     """No noise that is named where a walk is of another noise by the signature, or its interval
-    holds zero, as slow Gauss-Markov noise may stand for it."""
-    of_walk = [r for r in _likelihood_rows(noise, series) if r["parameter"] == "h_-2"]
+    holds zero, as slow Gauss-Markov noise may stand for it; and no straight line where the noise
+    model has an approach beside it, or none, as its slope is not that of the movement then."""
+    rows = _likelihood_rows(noise, series)
+    known = {r["parameter"] for r in rows if r["status"] != "not_detected"}
+    bent = "A_w" in known and "warm_up" not in wander.kinds
+    if wander.kinds == ("drift",) and (bent or "drift" not in known):
+        wander = replace(wander, kinds=(), possible=("drift",))
+    of_walk = [r for r in rows if r["parameter"] == "h_-2"]
     lowest = [low for r in of_walk if math.isfinite(low := float(r["lower_95"]))]
     if not wander.noise or not lowest or (wander.noise == "random_walk" and min(lowest) > 0):
         return wander
@@ -208,6 +214,9 @@ def _refitted(
     wide = _widened(np.isnan(blank) & ~np.isnan(series))
     form: Form = before.form if before else "sampled"
     kept = without_frames(middle(blank), middle(wide))
+    valid = kept[np.isfinite(kept)]
+    if not valid.size or np.ptp(valid) <= np.spacing(np.nanmax(np.abs(series)), dtype=np.float32):
+        return before  # levels of a coarse file: nothing is left but rounding
     try:
         model = likelihood(kept, rate_hz, None, LikelihoodSettings(form=form)).estimate.model
     except Refusal:

@@ -13,7 +13,7 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.export import bands, low_passes, wander
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
-from mocap_metrology.noise.diagnosis.one_series import Examiner, walk_decided, without_frames
+from mocap_metrology.noise.diagnosis.one_series import Examiner, decided, without_frames
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
     heavy_tails,
@@ -82,7 +82,7 @@ def diagnose(
     blanked = Made(quiet, lambda name: without_frames(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     lines = [line for one in every for line in one.lines]
-    wanders = {one.name: walk_decided(one.wander, noise, one.name) for one in every if one.wander}
+    wanders = {one.name: decided(one.wander, noise, one.name) for one in every if one.wander}
     recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
     still = _still(recording, blanked, levels, settings)
     own = over(lambda name: bands(still[name], rate), still)

@@ -152,6 +152,8 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
      "level.noise", True, "x1, y1, 30 %, x1, 95 %, −40 %, −20 %"),
     ({"trends": [Trend("x1", 0.0, -0.01, 0.01, -0.2, 0.1)]}, "level.noise", True,
      "x1, −20 %, +10 %, x1"),
+    ({"trends": [Trend("x1", 0.2, 0.1, 0.3, -0.2, 0.1, 60.0)]}, "level.noise", True,
+     "x1, 60 s, −20 %, +10 %, x1"),
     ({"tails": [Tails("x1", 0.5, 0.4, 0.6), Tails("y1", 1.54, 1.4, 1.6)]}, "tails.heavy", False,
      "x1, y1, 1.5, y1, 0"),
     (of(10.0, n_filled={"B": 11}), "filled.marker", True, "1.1 %"),

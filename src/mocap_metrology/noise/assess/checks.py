@@ -296,9 +296,10 @@ def drift(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     if name:
         word, key, limit = _graded(value, *limits.drift_mm, "drift_mm")
     code = Code.DRIFT
-    if name not in facts.found("drift"):
-        walk, other = name in facts.found("random_walk"), name in facts.wandering
-        code = Code.RANDOM_WALK if walk else Code.WANDER if other else Code.DRIFT
+    if name in facts.wandering:  # a line through it is no drift, be there one or not
+        code = Code.WANDER
+    elif name not in facts.found("drift") and name in facts.found("random_walk"):
+        code = Code.RANDOM_WALK
     return Check(code, word, value, limit, "mm", key, name, over_s=facts.horizon_s)
 
 

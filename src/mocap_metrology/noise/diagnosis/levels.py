@@ -120,7 +120,8 @@ def compare(series: str, before: Blocks, after: Blocks, tail: float) -> Sides:
 
     fast = before.fast_sd, after.fast_sd
     few = min(before.mean.size, after.mean.size)
-    if few < FEWEST or not min(fast) > 0:
+    stored = np.abs(np.concatenate([before.mean, after.mean])).max(initial=0.0)
+    if few < FEWEST or not min(fast) > np.spacing(np.float32(stored)):  # else of rounding alone
         return Sides(series, before.sd, after.sd, *fast, math.nan, math.nan, math.nan)
     error = math.sqrt(_relative(before.variance) + _relative(after.variance)) / 2
     reach = float(stdtrit(few - 1, 1 - tail / 2)) * error
@@ -150,7 +151,7 @@ class Change:
 class Trend:
     """A slow change of the level of fast noise over the recording. change: relative, of the sd at
     the end to the start, with its 95 % interval; least, greatest: relative to the start, in
-    between; described: whether a polynomial describes it, so that its ends are levels."""
+    between; part_s: where no polynomial describes it, the time over which these are means."""
 
     series: str
     change: float
@@ -158,12 +159,12 @@ class Trend:
     upper: float
     least: float
     greatest: float
-    described: bool = True
+    part_s: float = math.nan
 
     @property
     def steady(self) -> bool:
         """Whether it falls or rises, by an interval without zero, and does not come back."""
-        sure = self.described and (self.lower > 0 or self.upper < 0)
+        sure = math.isnan(self.part_s) and (self.lower > 0 or self.upper < 0)
         return sure and abs(self.change) >= (self.greatest - self.least) / 2
 
     @property
@@ -266,13 +267,15 @@ def trends(
     for name, one in found.items():
         g = log_levels(one.variance, out_of)
         places = [round(s / one.length_s / JOINED_BLOCKS) for s in steps_s]
-        trend = _trend(name, g, places, TREND_CHANCE / max(len(found), 1))
+        trend = _trend(name, g, places, TREND_CHANCE / max(len(found), 1), one.length_s)
         if trend and max(abs(trend.least), abs(trend.greatest)) >= LEAST_CHANGE:
             told.append(trend)
     return told
 
 
-def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Trend | None:
+def _trend(
+    name: str, g: np.ndarray, places: Sequence[int], chance: float, block_s: float
+) -> Trend | None:
     """By the polynomial of the least BIC, if an F test distinguishes it from constant noise."""
     from scipy.special import fdtrc, stdtrit
 
@@ -306,13 +309,16 @@ def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Tr
     curve = at**powers @ value[-best:]
     curve += (at * g.size >= np.array(places)) @ value[1:-best] if places else 0.0
     left = k.size - x.shape[1]
-    described = fdtrc(left, dof, rest / left / scale**2) >= INADEQUATE
-    if not described:
+    part_s = math.nan
+    if fdtrc(left, dof, rest / left / scale**2) < INADEQUATE:  # its ends are no levels
         change, reach, curve = _up_and_down(g[k])
+        part_s = block_s * JOINED_BLOCKS * k.size / curve.size
+    elif not fdtrc(best, left, ratio * scale**2 / spread) * len(DEGREES) < chance:
+        return None  # a level that goes up and down by chance may do that
     low, high, least, greatest = (
         math.expm1(v / 2) for v in (change - reach, change + reach, curve.min(), curve.max())
     )
-    return Trend(name, math.expm1(change / 2), low, high, least, greatest, described)
+    return Trend(name, math.expm1(change / 2), low, high, least, greatest, part_s)
 
 
 def _up_and_down(g: np.ndarray) -> tuple[float, float, np.ndarray]:

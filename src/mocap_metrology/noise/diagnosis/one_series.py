@@ -27,6 +27,7 @@ from mocap_metrology.noise.fit.spectral.likelihood import (
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 
+PICOMETRES = 9  # digits of mm; without a shape, equal values of a coarse file are equal again
 NOTCHES = 3  # of a series: its strongest lines
 SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
 LEAST_PERIOD = 8  # blocks, of a cycle that the signatures have
@@ -213,10 +214,7 @@ def _refitted(
     """The model of a series of which `blank` has left frames out; else the one before."""
     wide = _widened(np.isnan(blank) & ~np.isnan(series))
     form: Form = before.form if before else "sampled"
-    kept = without_frames(middle(blank), middle(wide))
-    valid = kept[np.isfinite(kept)]
-    if not valid.size or np.ptp(valid) <= np.spacing(np.nanmax(np.abs(series)), dtype=np.float32):
-        return before  # levels of a coarse file: nothing is left but rounding
+    kept = np.round(without_frames(middle(blank), middle(wide)), PICOMETRES)
     try:
         model = likelihood(kept, rate_hz, None, LikelihoodSettings(form=form)).estimate.model
     except Refusal:

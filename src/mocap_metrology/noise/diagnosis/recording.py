@@ -30,8 +30,8 @@ from mocap_metrology.noise.diagnosis.records import (
 )
 from mocap_metrology.noise.diagnosis.recurring import bout, pulses, recurrence
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
-from mocap_metrology.noise.diagnosis.software import processed, running_median
 from mocap_metrology.noise.diagnosis.signatures import Wander
+from mocap_metrology.noise.diagnosis.software import processed, running_median
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import Drift, drift
 from mocap_metrology.noise.motion.movement import Movement, movement

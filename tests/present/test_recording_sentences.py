@@ -68,6 +68,11 @@ def wander(kind: str, size: float = 0.06, *at_s: float) -> dict[str, Any]:
     return {"wanders": {"x1": one, "L": replace(one, size_mm=9.0, range_mm=9.0)}}
 
 
+def drifting_beside_a_step() -> dict[str, Any]:
+    one = wander("step", 0.03, 200.0)["wanders"]["x1"]
+    return {"wanders": {"x1": replace(one, kinds=("drift", "step"), moved_mm=-0.05)}}
+
+
 def row(series: str, parameter: str, value: float, status: str = "ok", note: str = "") -> Any:
     return {
         "series": series, "estimator": "likelihood", "model": "sampled", "parameter": parameter,
@@ -128,6 +133,7 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     (wander("slowing"), "wander.slowing", True, "x1, 60 µm, 15 min"),
     (wander("creep"), "wander.creep", True, "x1, 60 µm, 15 min"),
     (wander("cycle", -0.03, 200.0), "wander.cycle", True, "x1, 3.33 min, 30 µm"),
+    (drifting_beside_a_step(), "wander.drift", False, "x1, 50 µm, 15 min"),
     (wander("step", -0.03, 200.0), "wander.step", True, "3 min, 20.0 s, x1, 30 µm"),
     (wander("shift", 0.03, 200.0, 240.0), "wander.shift", True, "3 min, 20.0 s, x1, 30 µm, 40 s"),
     (wander("levels", 0.03, 50.0), "wander.levels", True, "x1, 30 µm, 50 s"),
@@ -146,6 +152,8 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
      "level.noise", True, "x1, y1, 30 %, x1, 95 %, −40 %, −20 %"),
     ({"trends": [Trend("x1", 0.0, -0.01, 0.01, -0.2, 0.1)]}, "level.noise", True,
      "x1, −20 %, +10 %, x1"),
+    ({"trends": [Trend("x1", 0.2, 0.1, 0.3, -0.2, 0.1, 60.0)]}, "level.noise", True,
+     "x1, 60 s, −20 %, +10 %, x1"),
     ({"tails": [Tails("x1", 0.5, 0.4, 0.6), Tails("y1", 1.54, 1.4, 1.6)]}, "tails.heavy", False,
      "x1, y1, 1.5, y1, 0"),
     (of(10.0, n_filled={"B": 11}), "filled.marker", True, "1.1 %"),

@@ -193,18 +193,16 @@ def clean(
     exchanged = put_right(recording.labels, recording.position_mm)
     for one in exchanged:
         log.warning("%s: labels exchanged in %d frames", " and ".join(one.labels), one.frames.sum())
-    movements: Mapping[str, Mapping[str, Movement]] = {}
-    if not is_twin:
+    raw = trajectories(recording, origin | {"exchanged": exchanges(exchanged)}, over)
+    if not is_twin:  # movement of what was measured, not of what was filled
         check, movements = examine(entry, recording, settings, over)
         files.write_json(folder / "check.json", check)
         if tell:
             tell(check, recording)
-    progress.step("gap-filled frames and outliers")
-    raw = trajectories(recording, origin | {"exchanged": exchanges(exchanged)}, over)
-    del recording  # its positions are those of the table, which may be read from the disk again
-    for number, label in enumerate(raw.origin["labels"], start=1):
-        if movements and not raw.origin["n_filled_frames"][label]:
+        for number, label in enumerate(recording.labels, start=1):
             results.movements |= {f"{axis}{number}": m for axis, m in movements[label].items()}
+    progress.step("gap-filled frames and outliers")
+    del recording  # its positions are those of the table, which may be read from the disk again
     if is_large(len(raw.columns), raw.frame.size):
         raw.write(folder / "trajectories.parquet")
         del raw

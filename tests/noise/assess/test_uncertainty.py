@@ -112,11 +112,11 @@ def test_constant_and_empty_series() -> None:
         assert assess_series(none, [], curve(), SPAN).status == status
 
 
-@pytest.mark.parametrize("ratio", [1.2, 1.3, 1 / 1.03, 1 / 1.1, 2.0])
-def test_a_level_may_be_high_by_a_quarter_and_low_by_a_twentieth(ratio: float) -> None:
+@pytest.mark.parametrize("ratio", [1.03, 1.2, 1.3, 1 / 1.03, 1 / 1.1, 2.0])
+def test_a_level_that_is_known_may_be_off_by_a_twentieth(ratio: float) -> None:
     """Of 15,000 frames the series' own is known to 0.6 %."""
     found = assess_series(white(), rows(sigma=SIGMA * ratio), curve(), SPAN)
-    trusted = 1 / 1.05 < ratio < 1.25
+    trusted = 1 / 1.05 < ratio < 1.05
     assert found.basis == ("model" if trusted else "measured")
     if not trusted:
         why = found.unmodelled

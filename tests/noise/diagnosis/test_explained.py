@@ -63,11 +63,16 @@ def steep(x: np.ndarray) -> None:
     x[:, 0] += 0.05
 
 
+def held(x: np.ndarray) -> None:
+    """Every fifth frame, as of a slower camera, which have few fast changes."""
+    x[:] = np.repeat(x[:, ::5], 5, axis=1)
+
+
 @pytest.mark.parametrize(
     ("disturb", "code", "value"),
     [(fan, "line", 17.3), (positions, "levels", 0.09), (doors, "recurring", 30.0),
      (switch, "two_levels", 0.04), (mount, "resonance", 6.0), (shaker, "line", 7.1),
-     (lobes, "low_pass", 2.53), (steep, "low_pass", 1.5)],
+     (lobes, "low_pass", 2.53), (steep, "low_pass", 1.5), (held, "repeated", 0.8)],
 )  # fmt: skip
 def test_one_disturbance_is_one_kind_of_finding(
     disturb: Callable[[np.ndarray], None], code: str, value: float

@@ -101,7 +101,32 @@ def test_what_goes_up_and_down_does_not_rise() -> None:
             assert -0.4 < one.least <= 0 <= one.greatest < 0.67  # 0.75 / 1.25, 1.25 / 0.75
 
 
+@pytest.mark.parametrize("seconds", [15, 40])
+def test_a_level_of_two_states_neither_rises_nor_falls(seconds: float) -> None:
+    """Switched between at random, as where a camera comes and goes."""
+    told = []
+    for seed in range(12):
+        ends = np.cumsum(np.random.default_rng(seed).exponential(seconds, 200))
+        state = np.searchsorted(ends, np.arange(N) / RATE) % 2
+        told += [one.direction for one in trends(levels(1 + 0.7 * state, seed), NONE, [])]
+    assert told.count("changes") >= len(told) - 1
+
+
+def test_the_range_of_a_level_is_that_of_means_of_a_minute() -> None:
+    """Ten periods of 5 min: tenths of the recording are all alike. Means over a fifth of a period
+    have 94 % of its swing."""
+    n = 3000 * 30
+    swing = 1 + 0.3 * np.sin(2 * np.pi * np.arange(n) / 9000 + 4)
+    x = {"x1": blocks(swing * np.random.default_rng(2).standard_normal(n), 30.0)}
+    (one,) = trends(x, np.zeros(3000, bool), [])
+    ends = 0.72 / (1 + 0.94 * 0.3 * np.sin(4.6)), 1.28 / (1 + 0.94 * 0.3 * np.sin(4.6))
+    assert one.part_s == 60.0
+    assert (1 + one.least, 1 + one.greatest) == pytest.approx(ends, rel=0.08)
+
+
 def test_sides_without_noise_are_not_compared() -> None:
+    rounding = Blocks(np.full(30, 500.0), np.full(30, 1e-12), 1.0)
+    assert compare("x1", rounding, levels(1.0)["x1"].between(0, 30), 0.01).word == "unknown"
     still, loud = Blocks(np.zeros(30), np.zeros(30), 1.0), levels(1.0)["x1"].between(0, 30)
     for before, after in ((still, loud), (loud, still)):
         assert compare("x1", before, after, 0.01).word == "unknown"

@@ -11,6 +11,7 @@ from enum import StrEnum
 
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
 from mocap_metrology.noise.diagnosis.findings import WANDERS, Finding
+from mocap_metrology.noise.diagnosis.records import MANY_REPEATS
 from mocap_metrology.settings import Verdict as Limits
 from mocap_metrology.settings import Word
 
@@ -18,7 +19,7 @@ COORDINATE = re.compile(r"[xyz][1-9]\d*")
 SHORT = 0.9  # a recording of less than this of the horizon does not reach it
 LEAST_FRAMES, LEAST_S = 100, 1.0  # to judge by: their standard deviation is known to 7 %
 
-PROCESSED = ("smoothed", "resampled", "running_median")  # findings
+PROCESSED = ("smoothed", "resampled", "running_median", "repeated")  # findings
 WORDS: tuple[Word, ...] = ("good", "usable", "bad")
 Series = Mapping[str, SeriesNumbers]
 
@@ -243,7 +244,7 @@ def processed(coordinates: Series, facts: Facts) -> Check:
     """Check for frames that software computed from other frames: these are at best usable."""
     for code in PROCESSED:
         names = {k: v for k, v in facts.values_of(code).items() if k in coordinates}
-        if names:
+        if names and (code != "repeated" or max(names.values()) > MANY_REPEATS):
             own, name = _unless_all(names, coordinates), next(iter(names))
             return Check(Code.PROCESSED, "usable", code, "", series=name, names=own)
     return Check(Code.PROCESSED, "good", "", "")
@@ -267,7 +268,10 @@ def missing(coordinates: Series, facts: Facts, limits: Limits) -> Check:
 
 
 def outliers(coordinates: Series, facts: Facts, limits: Limits) -> Check:
-    """Beyond what clean noise and chance make."""
+    """Beyond what clean noise and chance make, whose frames are not alike: of filtered ones, which
+    are, some are far from the median of those near."""
+    smooth = {k for code in ("low_pass", *PROCESSED) for k in facts.values_of(code)}
+    coordinates = {k: v for k, v in coordinates.items() if k not in smooth}
     bounds = limits.good_outliers, limits.usable_outliers
     return _share(Code.OUTLIERS, coordinates, facts.outliers, bounds, "outliers")
 
@@ -295,9 +299,10 @@ def drift(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     if name:
         word, key, limit = _graded(value, *limits.drift_mm, "drift_mm")
     code = Code.DRIFT
-    if name not in facts.values_of("drift"):
-        walk, other = name in facts.values_of("random_walk"), name in facts.wandering
-        code = Code.RANDOM_WALK if walk else Code.WANDER if other else Code.DRIFT
+    if name in facts.wandering:  # a line through it is no drift, be there one or not
+        code = Code.WANDER
+    elif name not in facts.values_of("drift") and name in facts.values_of("random_walk"):
+        code = Code.RANDOM_WALK
     return Check(code, word, value, limit, "mm", key, name, over_s=facts.horizon_s)
 
 

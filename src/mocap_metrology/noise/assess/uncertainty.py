@@ -28,7 +28,7 @@ from mocap_metrology.noise.model.deterministic import Deterministic
 MEANS_S = (1.0, 10.0, 60.0)
 LEAST_EDF = 10.0  # degrees of freedom of an Allan deviation that may be the lowest
 UNLIKELY = 1e-3  # probability below which a model and its recording do not agree
-MORE = 1.05  # ratio from which frames scatter more, where it is sure: a tail that was masked
+SURELY = 1.05  # ratio from which frames scatter otherwise, where it is sure
 NEAR = 1.25  # ratio of standard deviations up to which they agree: a filter may take a little
 
 # Noise, if any, what lies under it, and `wide_line_error`
@@ -233,8 +233,9 @@ def _unmodelled(
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1:
         expected = math.sqrt(_within(model, n, rate))
-        tails = near.value > MORE * expected and near.interval(1 - UNLIKELY)[0] > expected
-        if tails or not 1 / NEAR < near.value / expected < NEAR:
+        low, high = near.interval(1 - UNLIKELY)
+        sure = not low <= expected <= high and not 1 / SURELY < near.value / expected < SURELY
+        if sure or not 1 / NEAR < near.value / expected < NEAR:
             return Unmodelled(Why.FRAMES_DISAGREE, near.value, expected)
     if 2 * n > N:
         return None

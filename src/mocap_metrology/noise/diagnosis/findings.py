@@ -117,7 +117,7 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
     """
     parts = [
         model_findings(noise, found.wanders),
-        _wanders(found),
+        _wanders(found, recording.duration_s / 3600),
         [
             Finding("moves", name, one.size_mm, one.lower_95, one.upper_95)
             for name, one in found.movements.items()
@@ -215,20 +215,29 @@ def _coarse(found: Diagnosis) -> list[Finding]:
     ]
 
 
-def _wanders(found: Diagnosis) -> list[Finding]:
-    """Kinds of slow wander that the noise model has no coefficient of, and what is undecided."""
+def _wanders(found: Diagnosis, hours: float) -> list[Finding]:
+    """Kinds of slow wander that the noise model has no coefficient of, or not beside what changes
+    at once, and what is undecided."""
+
+    def value(kind: str, one: Wander) -> float:
+        other = {"drift": one.moved_mm / hours, "warm_up": -one.moved_mm}
+        other |= {"cycle": one.at_s[-1] if one.at_s else math.nan}
+        return other.get(kind, one.size_of(kind))
+
     return [
-        Finding(kind, name, one.at_s[-1] if kind == "cycle" else one.size_of(kind))
+        Finding(kind, name, value(kind, one))
         for name, one in found.wanders.items()
         for kind in one.kinds
-        if kind in CODES and kind not in CODE_OF.values()
+        if one.jumps or kind not in CODE_OF.values()
     ] + [Finding("wander", k, one.range_mm) for k, one in found.wanders.items() if one.undecided]
 
 
 def _named(row: NoiseRow, wanders: Mapping[str, Wander]) -> bool:
-    """Whether no other kind of wander explains what a coefficient stands for, as far as known."""
+    """Whether no other kind of wander explains what a coefficient stands for, as far as known. Of
+    what changes at once the noise model knows nothing, so its curve is not that beside it."""
     one = wanders.get(row["series"])
-    return one is not None and one.allows(CODE_OF.get(row["parameter"], ""))
+    kind = CODE_OF.get(row["parameter"], "")
+    return one is not None and one.allows(kind) and not (one.jumps and kind in one.kinds)
 
 
 def model_findings(noise_rows: Iterable[NoiseRow], wanders: Mapping[str, Wander]) -> list[Finding]:
@@ -286,11 +295,13 @@ def other_wanders(
     """Kind of slow wander (`undecided` too) -> the coordinate that has most of it, and its size in
     each series, mm. Not those that `parts` (`deterministic_parts`) state, nor steps that are an
     event."""
-    stated = {"drift"} | ({"warm_up"} if any(part.A_w for part in parts.values()) else set())
+    stated = {"warm_up"} if any(part.A_w for part in parts.values()) else set()
     sizes: dict[str, dict[str, float]] = {}
     for name, one in found.wanders.items():
         for kind in ("undecided",) if one.undecided else one.kinds:
-            size = one.range_mm if kind == "undecided" else abs(one.size_mm)
+            if kind == "drift" and not one.jumps:
+                continue  # a coefficient of the noise model
+            size = one.range_mm if kind == "undecided" else abs(one.size_of(kind))
             sizes.setdefault(kind, {})[name] = size
     largest = {
         kind: max(of, key=lambda k: (k in recording.coordinates, of[k]))

@@ -27,7 +27,7 @@ SHORTER = (1, 2, 4)  # parts of the reach that a step is looked at over, until l
 SURER_VARIANCES = 10.0  # variances of a point by which a step must fit better than a smooth curve
 ADEQUATE_VARIANCES = 1.7  # variance of the residuals over that of the points, at most
 INADEQUATE = 1e-3  # chance of residuals so large about a polynomial that describes the points
-TENTHS = 10  # parts of a recording whose levels no polynomial describes
+FEWEST_PARTS = 10  # of a recording whose levels no polynomial describes
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
 TREND_CHANCE = 0.005  # that any series of a recording is reported as changing and is not
 LEAST_CHANGE = 0.02  # that is reported
@@ -121,7 +121,8 @@ def compare(series: str, before: Blocks, after: Blocks, tail: float) -> Sides:
 
     fast = before.fast_sd, after.fast_sd
     few = min(before.mean.size, after.mean.size)
-    if few < FEWEST or not min(fast) > 0:
+    stored = np.abs(np.concatenate([before.mean, after.mean])).max(initial=0.0)
+    if few < FEWEST or not min(fast) > np.spacing(np.float32(stored)):  # else of rounding alone
         return Sides(series, before.sd, after.sd, *fast, math.nan, math.nan, math.nan)
     error = math.sqrt(_relative(before.variance) + _relative(after.variance)) / 2
     reach = float(stdtrit(few - 1, 1 - tail / 2)) * error
@@ -151,7 +152,7 @@ class Change:
 class Trend:
     """A slow change of the level of fast noise over the recording. change: relative, of the sd at
     the end to the start, with its 95 % interval; least, greatest: relative to the start, in
-    between."""
+    between; part_s: where no polynomial describes it, the time over which these are means."""
 
     series: str
     change: float
@@ -159,11 +160,12 @@ class Trend:
     upper: float
     least: float
     greatest: float
+    part_s: float = math.nan
 
     @property
     def steady(self) -> bool:
         """Whether it falls or rises, by an interval without zero, and does not come back."""
-        sure = self.lower > 0 or self.upper < 0
+        sure = math.isnan(self.part_s) and (self.lower > 0 or self.upper < 0)
         return sure and abs(self.change) >= (self.greatest - self.least) / 2
 
     @property
@@ -266,13 +268,15 @@ def trends(
     for name, one in found.items():
         g = log_levels(one.variance, out_of)
         places = [round(s / one.length_s / JOINED_BLOCKS) for s in steps_s]
-        trend = _trend(name, g, places, TREND_CHANCE / max(len(found), 1))
+        trend = _trend(name, g, places, TREND_CHANCE / max(len(found), 1), one.length_s)
         if trend and max(abs(trend.least), abs(trend.greatest)) >= LEAST_CHANGE:
             told.append(trend)
     return told
 
 
-def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Trend | None:
+def _trend(
+    name: str, g: np.ndarray, places: Sequence[int], chance: float, block_s: float
+) -> Trend | None:
     """The trend by the polynomial of the least BIC, or None where an F test does not distinguish it
     from constant noise."""
     from scipy.special import fdtrc, stdtrit
@@ -307,26 +311,29 @@ def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Tr
     curve = at**powers @ value[-best:]
     curve += (at * g.size >= np.array(places)) @ value[1:-best] if places else 0.0
     left = k.size - x.shape[1]
+    part_s = math.nan
     if fdtrc(left, dof, rest / left / scale**2) < INADEQUATE:  # its ends are no levels
         change, reach, curve = _up_and_down(g[k])
+        part_s = block_s * JOINED_BLOCKS * k.size / curve.size
+    elif not fdtrc(best, left, ratio * scale**2 / spread) * len(DEGREES) < chance:
+        return None  # a level that goes up and down by chance may do that
     low, high, least, greatest = (
         math.expm1(v / 2) for v in (change - reach, change + reach, curve.min(), curve.max())
     )
-    return Trend(name, math.expm1(change / 2), low, high, least, greatest)
+    return Trend(name, math.expm1(change / 2), low, high, least, greatest, part_s)
 
 
 def _up_and_down(g: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Change of points that no polynomial describes: the last of the means of tenths less the
-    first, its uncertainty by the scatter of the tenths, and all of them less the first."""
+    """Change of points that no polynomial describes: the last of the means of parts (of a minute,
+    or tenths) less the first, its uncertainty by the scatter of the parts, and all of them less
+    the first."""
     from scipy.special import stdtrit
 
-    tenths = np.array([part.mean() for part in np.array_split(g, TENTHS)])
-    error = math.sqrt(2) * float(np.std(tenths, ddof=1))
-    return (
-        float(tenths[-1] - tenths[0]),
-        float(stdtrit(TENTHS - 1, 0.975)) * error,
-        tenths - tenths[0],
-    )
+    count = max(FEWEST_PARTS, g.size // LEAST_POINTS)
+    parts = np.array([part.mean() for part in np.array_split(g, count)])
+    error = math.sqrt(2) * float(np.std(parts, ddof=1))
+    reach = float(stdtrit(count - 1, 0.975)) * error
+    return float(parts[-1] - parts[0]), reach, parts - parts[0]
 
 
 def log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:

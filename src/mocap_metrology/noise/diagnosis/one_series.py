@@ -27,6 +27,7 @@ from mocap_metrology.noise.fit.spectral.likelihood import (
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 
+PICOMETRES = 9  # digits of mm; without a shape, equal values of a coarse file are equal again
 NOTCHES = 3  # of a series: its strongest lines
 SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
 LEAST_PERIOD = 8  # blocks, of a cycle that the signatures have
@@ -161,10 +162,16 @@ def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
     return model if model and model.broadband else None
 
 
-def walk_decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
+def decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
     """No noise that is named where a walk is of another noise by the signature, or its interval
-    holds zero, as slow Gauss-Markov noise may stand for it."""
-    of_walk = [r for r in _likelihood_rows(noise, series) if r["parameter"] == "h_-2"]
+    holds zero, as slow Gauss-Markov noise may stand for it; and no straight line where the noise
+    model has an approach beside it, or none, as its slope is not that of the movement then."""
+    rows = _likelihood_rows(noise, series)
+    known = {r["parameter"] for r in rows if r["status"] != "not_detected"}
+    bent = "A_w" in known and "warm_up" not in wander.kinds
+    if wander.kinds == ("drift",) and (bent or "drift" not in known):
+        wander = replace(wander, kinds=(), possible=("drift",))
+    of_walk = [r for r in rows if r["parameter"] == "h_-2"]
     lowest = [low for r in of_walk if math.isfinite(low := float(r["lower_95"]))]
     if not wander.noise or not lowest or (wander.noise == "random_walk" and min(lowest) > 0):
         return wander
@@ -208,7 +215,7 @@ def _refitted(
     """The model of a series of which `blank` has left frames out; else the one before."""
     wide = _widened(np.isnan(blank) & ~np.isnan(series))
     form: Form = before.form if before else "sampled"
-    kept = without_frames(middle(blank), middle(wide))
+    kept = np.round(without_frames(middle(blank), middle(wide)), PICOMETRES)
     try:
         model = likelihood(kept, rate_hz, None, LikelihoodSettings(form=form)).estimate.model
     except Refusal:

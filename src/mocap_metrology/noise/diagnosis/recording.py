@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.export import bands, low_passes, wander
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
-from mocap_metrology.noise.diagnosis.one_series import Examiner, walk_decided, without_frames
+from mocap_metrology.noise.diagnosis.one_series import Examiner, decided, without_frames
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
     heavy_tails,
@@ -29,11 +30,12 @@ from mocap_metrology.noise.diagnosis.records import (
 )
 from mocap_metrology.noise.diagnosis.recurring import bout, pulses, recurrence
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
+from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import processed, running_median
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import Drift, drift
 from mocap_metrology.noise.motion.movement import Movement, movement
-from mocap_metrology.noise.series import AXES, all_series, every_series
+from mocap_metrology.noise.series import AXES, all_series, every_series, pair_name
 
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
@@ -82,7 +84,8 @@ def diagnose(
     blanked = Made(quiet, lambda name: without_frames(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     lines = [line for one in every for line in one.lines]
-    wanders = {one.name: walk_decided(one.wander, noise, one.name) for one in every if one.wander}
+    wanders = {one.name: decided(one.wander, noise, one.name) for one in every if one.wander}
+    wanders |= _of_distances(wanders, recording.pairs)
     recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
     still = _still(recording, blanked, levels, settings)
     own = over(lambda name: bands(still[name], rate), still)
@@ -104,6 +107,22 @@ def diagnose(
         [one.resonance for one in every if one.resonance], bouts,
     )  # fmt: skip
     return explained(found, recording.duration_s)
+
+
+def _of_distances(
+    wanders: Mapping[str, Wander], pairs: Sequence[tuple[int, int]]
+) -> dict[str, Wander]:
+    """Undecided, where a distance has a kind that none of its coordinates has, and one of these is
+    undecided: it shows a part of the same movement."""
+    found = {}
+    for pair in pairs:
+        name = pair_name(pair, pairs)
+        own = [one for k in pair for axis in AXES if (one := wanders.get(f"{axis}{k}"))]
+        known = {kind for one in own for kind in one.kinds}
+        one = wanders.get(name)
+        if one and not known.issuperset(one.kinds) and any(x.undecided for x in own):
+            found[name] = replace(one, kinds=(), possible=one.kinds, jumps=())
+    return found
 
 
 def searched(

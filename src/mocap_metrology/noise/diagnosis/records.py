@@ -26,6 +26,7 @@ from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import STILL, Movement
 
 USUAL = settings.Diagnosis()
+MANY_REPEATS = 0.1  # share of the frames, from which they may look like those of a low-pass
 MULTIPLES = 6  # of the frequency at which bursts recur, that are no cycle
 
 
@@ -159,10 +160,13 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
 
     if found.repeats:  # which no interpolation makes
         found = replace(found, processed=[x for x in found.processed if x.code != "resampled"])
+    held = any(one.share > MANY_REPEATS for one in found.repeats)
+    if held:  # which have few fast changes
+        found = replace(found, low_pass=[])
     codes = found.software
     if codes - {"smoothed"} or found.low_pass:  # which smooth
         found = replace(found, processed=[x for x in found.processed if x.code != "smoothed"])
-    software = bool(codes or found.low_pass)
+    software = bool(codes or found.low_pass or held)
     none = np.empty(0, int)
     return replace(
         found,

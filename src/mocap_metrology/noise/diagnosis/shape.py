@@ -40,6 +40,13 @@ class Shape:
         solved = np.asarray(np.linalg.lstsq(X.T, z, rcond=None)[0][1:], np.float64)
         return solved, solved[self.line :] @ self.columns[self.line :]
 
+    def moved(self, z: Floats) -> float:
+        """From the first block to the last, with the straight line and without the jumps."""
+        fades = "fades" in self.kinds
+        part = slice(self.line) if fades else slice(None)
+        change = self.curve(z)[0][part] @ np.diff(self.columns[part, [0, -1]])[:, 0]
+        return float(change) - (0.0 if fades else sum(size for _, size in self.jumps(z)))
+
     def size(self, z: Floats) -> float:
         """Amplitude of a cycle; of other shapes the coefficient of `main`, or of a smooth curve the
         range, with the sign of its change."""

@@ -25,6 +25,7 @@ FADINGS, MOST_FADING = 5, 16  # time constants of shifts that fade alike; such s
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
 SLOW = (0.3, 0.7)  # constants of the slower of two approaches, over the recording
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
+RAMPS, RAMP_WIDTHS = (4, 0.25), 8  # blocks, and share of the recording; widths between them
 DWELL = 3.0  # blocks, of each level
 LASTING = 0.2  # of what fades, that is left for good
 SPIKE = 1.5  # times what fades, in the block where it begins: more is of that block alone
@@ -56,6 +57,7 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     yield from _curves_and_steps(z, t)
     yield from _cycles(z, k)
     yield from _steps(z, t)
+    yield from _ramps(z, t)
     yield from _recoveries(z, k)
     yield from _several_recoveries(z, k)
     yield from _levels(z, k)
@@ -196,6 +198,24 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
         for columns in (inside[None], np.vstack([inside, *ends])):  # blocks that it ends within
             places = float(first), float(last)
             yield Shape(frozenset({"shift"}), columns, 2 * PLACE, places, -len(columns))
+
+
+def _ramps(z: Floats, t: Floats) -> Iterator[Shape]:
+    """Between two levels, alone and on a straight line: a step that takes its time. A ramp is the
+    mean of the steps within it."""
+    n, at = z.size, np.arange(z.size)
+    for line in (np.zeros((0, n)), t[None]):
+        own = z - np.polyval(np.polyfit(t, z, len(line)), t)
+        later = np.cumsum(own[::-1])[::-1]  # what a step at a place has of it
+        best: tuple[float, Floats] = -1.0, z
+        for width in np.geomspace(RAMPS[0], n * RAMPS[1], RAMP_WIDTHS).astype(int).tolist():
+            first = at[1 : n - width]
+            middle = first + (width - 1) / 2
+            size = np.convolve(later, np.full(width, 1 / width), "valid")[1:-1]
+            gain = size**2 / (middle * (n - middle) / n - (width - 1 / width) / 6)
+            ramp = np.clip((at - first[np.argmax(gain)] + 1) / width, 0, 1)
+            best = max(best, (float(gain.max()), ramp), key=lambda one: one[0])
+        yield _smooth(np.vstack([line, best[1]]), z, 2 * PLACE)
 
 
 def _bends(z: Floats, t: Floats) -> Iterator[Shape]:

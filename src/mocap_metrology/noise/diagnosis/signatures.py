@@ -79,7 +79,7 @@ class Wander:
     of the recording), with its standard error; range_mm: of medians of a fiftieth; size_mm: of the
     shape that explains most, signed; at_s: its places, or its period or mean dwell; jumps: time in
     s and signed size in mm of every change at once; curve: (2, n) times in s and the positions
-    of a shape that has some.
+    of a shape that has some; moved_mm: of that shape, from start to end, without these changes.
     """
 
     kinds: tuple[str, ...]
@@ -92,6 +92,7 @@ class Wander:
     at_s: tuple[float, ...] = ()
     jumps: tuple[tuple[float, float], ...] = ()
     curve: Floats | None = field(default=None, repr=False, compare=False)
+    moved_mm: float = math.nan
 
     @property
     def of(self) -> frozenset[str]:
@@ -114,11 +115,6 @@ class Wander:
         kinds = tuple(kind for kind in self.kinds if larger or kind == "drift")
         possible = self.possible if self.range_mm > step_mm and (kinds or not self.kinds) else ()
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
-
-    @property
-    def moved_mm(self) -> float:
-        """`net_mm` without the changes at once."""
-        return self.net_mm - sum(size for _, size in self.jumps)
 
     def size_of(self, kind: str) -> float:
         """Size of one kind of movement: for a curve beside a sudden change what is left of all
@@ -219,6 +215,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         at,
         tuple((float(begun[place]) * block_s, size) for place, size in jumps),
         np.array([(k + 0.5) * block_s, shape.curve(z)[1]]) if jumps else None,
+        shape.moved(z),
     )
 
 

@@ -184,7 +184,7 @@ def _wanders(
         yield sentence("drift.model", False, drift, {k: numbers[k] for k in drift}, **values)
     for kind, (name, sizes) in findings.other_wanders(recording, found, parts).items():
         values = {"name": name, "one": found.wanders[name], "seconds": seconds, "longer": LONGER}
-        yield sentence(f"wander.{kind}", True, sizes, {f"{kind}_mm": sizes}, **values)
+        yield sentence(f"wander.{kind}", kind != "drift", sizes, {f"{kind}_mm": sizes}, **values)
 
 
 def _slow_movement(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:

@@ -169,6 +169,13 @@ def test_a_component_at_the_end_of_its_range_says_so():
     assert found["q_c1"].status == "not_converged"
 
 
+def test_levels_of_a_coarse_file_have_no_noise() -> None:
+    """Two, with a gap between."""
+    series = np.repeat([1.0, np.nan, 1.5], [4000, 3000, 4000])
+    with pytest.raises(Refusal, match="all samples of each stretch are equal"):
+        likelihood(series, 100.0)
+
+
 @pytest.mark.parametrize(
     ("series", "resolution", "said"),
     [

@@ -108,6 +108,8 @@ def likelihood(
             f"no {LEAST_SAMPLES} valid samples without a gap of more than {LONGEST_GAP}, "
             "expected a longer stretch of recording"
         )
+    if all(np.nanmin(series[cut]) == np.nanmax(series[cut]) for cut in cuts):
+        raise Refusal("all samples of each stretch are equal, expected a series with noise")
     starts, rng = [cut.start for cut in cuts], np.random.default_rng(seed)
     search = _Search(starts, frame_rate_hz, components, settings, rng)
     parts, lines = search.converged([series[cut] for cut in cuts])

@@ -1,4 +1,4 @@
-"""Several recordings of a setup in one estimate by `batch`.
+"""Any number of stations by `batch`, and several recordings of a setup in one estimate.
 
 The stations keep their places, so all recordings share their poses, the optics and the boards, and
 each has a trajectory of its own: their normal equations, without the trajectories, are added.
@@ -56,9 +56,11 @@ def calibrate_stations(
     report: Callable[[str], None],
     sensors: Sensors | None,
 ) -> Calibration:
-    """Poses of all stations that are connected with the reference, the first of `stations`.
-
-    Raises `Refusal` where no two are connected, or the search does not converge.
+    """Poses of all stations that are connected with the reference, the first of `stations`, or
+    with most others where the reference is alone. Of the second generation the optics are
+    `factory` where the values of all of these are known; else `estimated`, with the spread of real
+    stations as the prior of those that are not. Raises `Refusal` where no two are connected, or the
+    search does not converge.
     """
     names = [station.role for station in stations]
     factories = [station.factory for station in stations]

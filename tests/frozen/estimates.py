@@ -65,7 +65,7 @@ def first(name: str, folder: Path | None = None) -> Flat:
     scene = Scene(hits, made.board, optics, [None] * n, None, "crazyflie", priors)
     if n > 2:
         found = joint(scene)[0]
-        return dict(flat({"state": found.state, "S": found.covariance}))
+        return dict(flat({"state": found.state._asdict(), "S": found.covariance}))
     return dict(flat({"batch": tried(timeless, scene), "paths": tried(paths, hits, made.board)}))
 
 
@@ -91,7 +91,7 @@ def second(name: str, folder: Path | None = None) -> Flat:
     made = planes_scene.made(2, 4, 1.5, **SECOND[name])
     found = joint(made.scene)[0]
     of = details_of(made.scene, found)
-    return dict(flat({"state": found.state, "S": found.covariance, "of": of}))
+    return dict(flat({"state": found.state._asdict(), "S": found.covariance, "of": of}))
 
 
 CASES: dict[str, Callable[..., Flat]] = {

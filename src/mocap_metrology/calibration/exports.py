@@ -10,6 +10,7 @@ from mocap_metrology.calibration.sweeps import Paths
 from mocap_metrology.common import files
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess import reference
+from mocap_metrology.lighthouse.assess.pose_file import pose_row
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration
 from mocap_metrology.lighthouse.export import formats
 from mocap_metrology.lighthouse.export import world as worlds
@@ -99,8 +100,6 @@ def _of_optics(poses: list[Pose | None], lasers_m: np.ndarray | None) -> list[Po
 
 
 def _entry(world: worlds.World, stations: Sequence[Station], poses: Sequence[Pose | None]) -> Row:
-    from scipy.spatial.transform import Rotation
-
     off = world.residuals_m
     return {
         "name": world.name,
@@ -109,10 +108,7 @@ def _entry(world: worlds.World, stations: Sequence[Station], poses: Sequence[Pos
         "residual_rms_mm": None if world.rms_m is None else 1e3 * world.rms_m,
         "residuals_mm": None if off is None else {k: 1e3 * v for k, v in off.items()},
         "stations": {
-            station.role: {
-                "translation_mm": (1e3 * pose[1]).tolist(),
-                "quaternion_xyzw": Rotation.from_matrix(pose[0]).as_quat(canonical=True).tolist(),
-            }
+            station.role: pose_row(*pose)
             for station, pose in zip(stations, poses, strict=True)
             if pose is not None
         },

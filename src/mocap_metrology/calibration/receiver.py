@@ -19,7 +19,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats, Row
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
+from mocap_metrology.lighthouse.assess.pose_file import pose_row, read_pose_json
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
@@ -85,7 +85,7 @@ def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Ligh
             "rate_ppm": 1e6 * free.rate,
             "rate_sd_ppm": 1e6 * float(found.sd[1]),
         },
-        "frame": _pose(found.alignment.A, found.alignment.b_m),
+        "frame": pose_row(found.alignment.A, found.alignment.b_m),
         "lever_mm": {k: {"value": _mm(own), "sd": _mm(sd)} for k, own, sd in levers},
         "scale_ppm": 1e6 * (free.scale - 1),
         "scale_sd_ppm": 1e6 * float(found.sd[-1]),
@@ -137,7 +137,7 @@ def _stations(
     placed = resected(scene, known, track, seen, found.free)
     rows = {
         scene.names[k]: {
-            "in_motion_capture": _pose(*pose),
+            "in_motion_capture": pose_row(*pose),
             "n_hits": hits,
             "residual_rms_urad": 1e6 * rms,
         }
@@ -193,13 +193,6 @@ def _statistics(values: Floats) -> Row:
     p50, p95 = np.percentile(values, [50, 95]).tolist()
     rms = float(np.sqrt(np.mean(values**2)))
     return {"rms": rms, "p50": p50, "p95": p95, "max": float(values.max())}
-
-
-def _pose(R: Floats, t_m: Floats) -> Row:
-    from scipy.spatial.transform import Rotation
-
-    q = Rotation.from_matrix(R).as_quat(canonical=True)
-    return {"translation_mm": _mm(t_m), "quaternion_xyzw": q.tolist()}
 
 
 def _mm(values: Floats) -> list[float]:

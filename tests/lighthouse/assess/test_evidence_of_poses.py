@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.assess import evidence
+from mocap_metrology.lighthouse.assess import calibration_files as evidence
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.records import Path
 

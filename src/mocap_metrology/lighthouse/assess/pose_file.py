@@ -159,29 +159,37 @@ def check_row(check: Check) -> Row:
     }
 
 
+def pose_row(R: np.ndarray, t_m: np.ndarray) -> Row:
+    """A pose as it is written."""
+    from scipy.spatial.transform import Rotation
+
+    q = Rotation.from_matrix(R).as_quat(canonical=True)
+    return {"translation_mm": (1e3 * np.asarray(t_m)).tolist(), "quaternion_xyzw": q.tolist()}
+
+
+def _angles(R: np.ndarray) -> Row:
+    angles = np.degrees(rotation.to_angles(R)).tolist()
+    return dict(zip(("alpha", "beta", "gamma"), angles, strict=True))
+
+
 def _reference(reference: Reference) -> Row:
-    alpha, beta, gamma = np.degrees(rotation.to_angles(reference.R)).tolist()
     return {
         "source": reference.source,
         "translation_mm": (1e3 * reference.t_m).tolist(),
-        "rotation_deg": {"alpha": alpha, "beta": beta, "gamma": gamma},
+        "rotation_deg": _angles(reference.R),
         "residual_rms_mm": dict(zip(ROLES, reference.residual_mm, strict=True)),
         "n_markers": dict(zip(ROLES, reference.n_markers, strict=True)),
     }
 
 
 def _entry(pose: PoseEstimate, reference: Reference | None) -> PoseEntry:
-    from scipy.spatial.transform import Rotation
-
-    alpha, beta, gamma = np.degrees(rotation.to_angles(pose.R)).tolist()
     entry: PoseEntry = {
         "estimator": pose.estimator,
         "stage": pose.stage,
         "optics": pose.optics,
         "frame": pose.frame,
-        "translation_mm": (1e3 * pose.t_m).tolist(),
-        "quaternion_xyzw": Rotation.from_matrix(pose.R).as_quat(canonical=True).tolist(),
-        "rotation_deg": {"alpha": alpha, "beta": beta, "gamma": gamma},
+        **pose_row(pose.R, pose.t_m),
+        "rotation_deg": _angles(pose.R),
         "covariance": None if pose.covariance is None else np.asarray(pose.covariance).tolist(),
         "residual_rms_urad": pose.residual_rms_urad,
         "n_angles": pose.n_angles,

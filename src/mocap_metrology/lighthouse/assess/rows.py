@@ -24,7 +24,7 @@ Row = dict[str, Any]
 
 NAMED = ("calibration", "setup", "source")
 CHOSEN = ("estimator", "stage", "optics")
-AXIS_NAMES = (*(f"{axis}_mm" for axis in "xyz"), *(f"r{axis}_deg" for axis in "xyz"))
+AXIS_NAMES = AXES["mm"] + AXES["deg"]
 PARTS = ("common", "independent")
 OF_PART = (
     *("adev_1_urad", "adev_1_lower_urad", "adev_1_upper_urad", "exponent", "adev_min_urad"),

@@ -105,8 +105,11 @@ def summary(
         exchanged=found.exchanged,
         why_none="; ".join(found.why),
     )
-    diagnostics = _diagnostics(found, duration_s, [*notes, note])
-    diagnostics |= {"span_m": span, "board_rms_urad": board_rms}
+    diagnostics = _diagnostics(
+        found,
+        {"span_m": span, "duration_s": duration_s, "board_rms_urad": board_rms},
+        [*notes, note],
+    )
     result = pose_file.pose_json(found.estimates, stations, index, judged, diagnostics, reference)
     if truths is not None:
         for entry, pose in zip(result["poses"], found.estimates, strict=True):
@@ -115,11 +118,11 @@ def summary(
     return _compared(found, result, judged, earlier)
 
 
-def _diagnostics(found: Calibration, duration_s: float | None, notes: Sequence[str]) -> Row:
+def _diagnostics(found: Calibration, own: Row, notes: Sequence[str]) -> Row:
     return {
         "still": found.still,
         "n_common": found.n_common,
-        "duration_s": duration_s,
+        **own,
         "left_out": list(found.why),
         "notes": [note for note in notes if note],
     }
@@ -176,8 +179,8 @@ def _of_network(
             why_none="; ".join(found.why),
         )
     judged = worst_of(verdicts, list(network.apart.values()))
-    diagnostics = _diagnostics(found, duration_s, [*notes, note])
-    diagnostics["common"] = dict(network.common)
+    more: Row = {"common": dict(network.common), "duration_s": duration_s}
+    diagnostics = _diagnostics(found, more, [*notes, note])
     result = pose_file.network_json(
         found.estimates, stations, taken, judged, network, diagnostics, true
     )

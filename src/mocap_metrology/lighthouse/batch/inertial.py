@@ -23,11 +23,10 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.kernel import POSE, Equations, right_jacobians
+from mocap_metrology.lighthouse.batch.kernel import POSE, Equations, right_jacobians, rotated
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2, INERTIAL_SD, Layout, State
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, cubic
 from mocap_metrology.lighthouse.batch.view import LIMIT, selected_inverse
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import rotated
 from mocap_metrology.lighthouse.records import Inertial
 from mocap_metrology.lighthouse.rotation import cross, exp, log
 

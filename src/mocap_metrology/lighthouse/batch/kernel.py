@@ -23,7 +23,6 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import rotated
 from mocap_metrology.lighthouse.rotor import (
     GENERATION,
     angle_gradient,
@@ -113,6 +112,21 @@ def right_jacobians(v: np.ndarray) -> np.ndarray:
     for m in range(len(v)):
         right_jacobian(v[m], out[m])
     return out
+
+
+@njit(inline="always")
+def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
+    """out = Exp(v) q (Rodrigues)."""
+    a2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    if a2 < 1e-8:
+        s, c = 1 - a2 / 6, 0.5 - a2 / 24
+    else:
+        a = math.sqrt(a2)
+        s, c = math.sin(a) / a, (1 - math.cos(a)) / a2
+    k0, k1, k2 = v[1] * q[2] - v[2] * q[1], v[2] * q[0] - v[0] * q[2], v[0] * q[1] - v[1] * q[0]
+    out[0] = q[0] + s * k0 + c * (v[1] * k2 - v[2] * k1)
+    out[1] = q[1] + s * k1 + c * (v[2] * k0 - v[0] * k2)
+    out[2] = q[2] + s * k2 + c * (v[0] * k1 - v[1] * k0)
 
 
 @njit(inline="always")

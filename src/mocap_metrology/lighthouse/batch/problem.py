@@ -35,20 +35,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse import rotor
 from mocap_metrology.lighthouse.batch.kernel import HELD, POSE, Values
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import exp
-from mocap_metrology.lighthouse.rotor import (
-    CURVE,
-    GENERATION,
-    GIBMAG,
-    GIBPHASE,
-    IMPERFECT,
-    OGEEMAG,
-    OGEEPHASE,
-    TAN_TILT,
-    X,
-)
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 RAD_PER_S = np.pi / CYCLE_S
@@ -224,7 +214,7 @@ class State(Values):
                 t[station] += step[pose : pose + 3]
                 R[station] = exp(step[pose + 3 : pose + 6]) @ R[station]
             if depth >= 0:
-                rotors[station, :, X] += [step[depth] / 2, -step[depth] / 2]
+                rotors[station, :, rotor.X] += [step[depth] / 2, -step[depth] / 2]
             for axis in range(2):
                 offset, *intrinsics = of.columns[station, axis, 2:]
                 if offset >= 0:
@@ -245,18 +235,18 @@ class State(Values):
         return State(R, t, rotors, offsets, board, gravity, values, self.normals, cover)
 
 
-def _turn(rotor: np.ndarray, step: np.ndarray) -> None:
+def _turn(row: np.ndarray, step: np.ndarray) -> None:
     """Add a step of the intrinsics to the parameters of a rotor, in place."""
-    rotor[TAN_TILT] += step[0]
-    rotor[CURVE] += step[1]
-    parts = [(GIBMAG, GIBPHASE, step[2], step[3])]
-    if rotor[GENERATION] == 2:
-        parts.append((OGEEMAG, OGEEPHASE, step[4], step[5]))
+    row[rotor.TAN_TILT] += step[0]
+    row[rotor.CURVE] += step[1]
+    parts = [(rotor.GIBMAG, rotor.GIBPHASE, step[2], step[3])]
+    if row[rotor.GENERATION] == 2:
+        parts.append((rotor.OGEEMAG, rotor.OGEEPHASE, step[4], step[5]))
     for size, phase, by_along, by_across in parts:
-        along = rotor[size] * np.cos(rotor[phase]) + by_along
-        across = rotor[size] * np.sin(rotor[phase]) + by_across
-        rotor[size], rotor[phase] = np.hypot(along, across), np.arctan2(across, along)
-    rotor[IMPERFECT] = 1.0
+        along = row[size] * np.cos(row[phase]) + by_along
+        across = row[size] * np.sin(row[phase]) + by_across
+        row[size], row[phase] = np.hypot(along, across), np.arctan2(across, along)
+    row[rotor.IMPERFECT] = 1.0
 
 
 def start(

@@ -114,45 +114,33 @@ def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
 
 
 def details_of(scene: Scene, found: Joint) -> dict[str, object]:
-    """Of a joint estimate: `_sizes` and `_weighed`."""
-    return _sizes(found, scene.names) | _weighed(scene, found)
-
-
-def _sizes(found: Joint, names: Sequence[str]) -> dict[str, object]:
-    """Noise in urad, of a hit and of a sweep; offsets of the axes in urad, depths between lasers in
-    mm, size of the errors of diodes' places that the recording does not contradict in mm; rms
-    residual over the noise of a hit by station, axis and diode; and the sensors of the board."""
+    """Of a joint estimate: noise of a hit and of a sweep, offsets of the axes, depths between
+    lasers, size of the errors of diodes' places that the recording does not contradict; rms
+    residual over the noise of a hit by station, axis and diode; the sensors of the board; rms
+    residual of hits as they are weighed; lost share of the weight of all hits on diodes that light
+    can reach, at times at which the board's place is sought; misfit of pieces as in `Joint`;
+    probabilities by chance that estimates are so far from their priors; `of_length`."""
     one, of, state = found.recordings[0], found.of, found.state
     depth = of.columns[:, 0, 1]
     place = of.group == GROUPS.index("place")
+    residual = np.concatenate([part.residual for part in found.recordings])
+    weight = np.concatenate([part.total_weight() for part in found.recordings])
+    total = residual.size
+    if len(found.recordings) == 1:
+        used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode)) & placed(scene)
+        if (normals := scene.sensors.normals) is not None:
+            used &= ~fits.grazing(scene.hits, one.trajectory, state, normals)
+        total = max(int(used.sum()), residual.size)
     return {
         "noise_hit_urad": 1e6 * one.noise.hit,
         "noise_sweep_urad": 1e6 * one.noise.sweep,
         "offset_urad": (1e6 * state.offsets).tolist(),
         "laser_depth_mm": (1e3 * state.values[depth]).tolist() if (depth >= 0).all() else None,
         "board_position_mm": 1e3 * float(found.believed[place].max()) if place.any() else None,
-        "residual_ratios": parts.residual_ratios(one, names),
+        "residual_ratios": parts.residual_ratios(one, scene.names),
         "inertial": _of_sensors(one.sensors, state),
         "steps": found.rounds,
         **({"cover_mm": (1e3 * state.cover).tolist()} if of.cover >= 0 else {}),
-    }
-
-
-def _weighed(scene: Scene, found: Joint) -> dict[str, object]:
-    """rms residual in urad of hits as they are weighed; lost share of the weight of all hits on
-    diodes that light can reach, at times at which the board's place is sought; misfit of pieces as
-    in `Joint`; probabilities by chance that estimates are so far from their priors; `of_length`."""
-    residual = np.concatenate([one.residual for one in found.recordings])
-    weight = np.concatenate([one.total_weight() for one in found.recordings])
-    total = residual.size
-    if len(found.recordings) == 1:
-        one = found.recordings[0]
-        used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode)) & placed(scene)
-        if scene.sensors.normals is not None:
-            normals = scene.sensors.normals
-            used &= ~fits.grazing(scene.hits, one.trajectory, found.state, normals)
-        total = max(int(used.sum()), residual.size)
-    return {
         "weighted_rms_urad": 1e6 * float(np.sqrt(weight @ residual**2 / weight.sum())),
         "weight_lost": 1 - float(weight.sum()) / total,
         "misfit": found.misfit,

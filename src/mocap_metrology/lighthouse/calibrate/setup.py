@@ -1,4 +1,4 @@
-"""Several recordings of a setup in one estimate by `batch`.
+"""Any number of stations by `batch`, and several recordings of a setup in one estimate.
 
 The stations keep their places, so all recordings share their poses, the optics and the boards, and
 each has a trajectory of its own: their normal equations, without the trajectories, are added.
@@ -25,19 +25,10 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
 from mocap_metrology.lighthouse.batch.recording import Given
+from mocap_metrology.lighthouse.calibrate import network as networks
 from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
 from mocap_metrology.lighthouse.calibrate.joint_variants import exchanged, weighed_stations
-from mocap_metrology.lighthouse.calibrate.network import (
-    FEWEST_MOMENTS,
-    HERE,
-    Network,
-    islands,
-    look,
-    network_of,
-    shared_moments,
-    start,
-)
 from mocap_metrology.lighthouse.calibrate.scene import NAME, Pose, Scene, Sensors, optics_for
 from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
@@ -65,9 +56,11 @@ def calibrate_stations(
     report: Callable[[str], None],
     sensors: Sensors | None,
 ) -> Calibration:
-    """Poses of all stations that are connected with the reference, the first of `stations`.
-
-    Raises `Refusal` where no two are connected, or the search does not converge.
+    """Poses of all stations that are connected with the reference, the first of `stations`, or
+    with most others where the reference is alone. Of the second generation the optics are
+    `factory` where the values of all of these are known; else `estimated`, with the spread of real
+    stations as the prior of those that are not. Raises `Refusal` where no two are connected, or the
+    search does not converge.
     """
     names = [station.role for station in stations]
     factories = [station.factory for station in stations]
@@ -77,13 +70,14 @@ def calibrate_stations(
     every = Scene(hits, board, optics, factories, *how, generation=generation, names=names)
     every = replace(every, sensors=sensors or Sensors())
     began = time.perf_counter()
-    seen = look(every)
-    shared = shared_moments(seen)
-    own, network = network_of(names, shared)
+    seen = networks.look(every)
+    shared = networks.shared_moments(seen)
+    own, network = networks.network_of(names, shared)
     if len(own) < 2:
         raise Refusal(
-            f"no two of the stations {', '.join(names)} see four diodes at {FEWEST_MOMENTS}"
-            " common moments; expected a board that at least two stations see at a time"
+            f"no two of the stations {', '.join(names)} see four diodes at"
+            f" {networks.FEWEST_MOMENTS} common moments; expected a board that at least two"
+            " stations see at a time"
         )
     scene = every.of(own)
     scene = replace(scene, optics=optics_for(settings.optics, scene.factories))
@@ -91,7 +85,7 @@ def calibrate_stations(
     still = None
     if all(view is not None and is_still(view.paths[0]) for view in views):
         still = [median_angles(scene.hits, k, len(board)) for k in range(len(own))]
-    near = start(scene, views) if still is None else None
+    near = networks.start(scene, views) if still is None else None
     given = joint(scene, still, near)
     scene, given, ways = _best(scene, given, settings, near is not None)
     poses, found = all_solved(scene, still, given)
@@ -150,7 +144,7 @@ class Setup:
     predicted: Mapping[str, Mapping[str, Halves]]
     variants: list[Weighed]
     why: list[str]
-    network: Network | None = None
+    network: networks.Network | None = None
 
     @property
     def pose(self) -> PoseEstimate:
@@ -246,12 +240,13 @@ def _alone(
     scene = replace(scene, variant=NAMES[0] if scene.variant == AUTO else scene.variant)
     shared, parts, seen = np.ones((n, n), int), [list(range(n))], None
     if scene.generation == 2:
-        seen = look(scene)
-        shared = shared_moments(seen)
-        parts = [own for own in islands(shared) if len(own) > 1]
+        seen = networks.look(scene)
+        shared = networks.shared_moments(seen)
+        parts = [own for own in networks.islands(shared) if len(own) > 1]
         if not parts:
             why.append(
-                f"{name}: no two stations see four diodes at {FEWEST_MOMENTS} common moments"
+                f"{name}: no two stations see four diodes at {networks.FEWEST_MOMENTS}"
+                " common moments"
             )
     for own in parts:
         of = scene.of(own) if seen else scene
@@ -259,7 +254,7 @@ def _alone(
         title = name if len(parts) == 1 else f"{name} (stations {stations})"
         try:
             middle = still and [still[k] for k in own]
-            near = start(of, [seen[k] for k in own]) if seen and not middle else None
+            near = networks.start(of, [seen[k] for k in own]) if seen and not middle else None
             found, note = joint(of, middle, near)
         except Refusal as refusal:
             why.append(f"{title}: {refusal}")
@@ -270,7 +265,7 @@ def _alone(
 
 def _connected(
     scene: Scene, pieces: list[_Piece], why: list[str]
-) -> tuple[Scene, list[_Piece], Network | None]:
+) -> tuple[Scene, list[_Piece], networks.Network | None]:
     """The stations that common views in all recordings together connect with the reference (or, if
     none does, most stations), and the recordings that see them."""
     if scene.generation != 2 or not pieces:
@@ -280,7 +275,7 @@ def _connected(
     for piece in pieces:
         both = np.ix_(piece.members, piece.members)
         shared[both] += piece.shared[both]
-    own, network = network_of(names, shared)
+    own, network = networks.network_of(names, shared)
     kept = []
     for piece in pieces:
         if piece.members[0] in own:
@@ -346,7 +341,7 @@ def _placed(pieces: Sequence[_Piece]) -> tuple[dict[int, Pose], list[Pose]]:
         return float(np.mean([np.trace(piece.found.pose_covariance(k)[:3, :3]) for k in own]))
 
     left = sorted(range(len(pieces)), key=lambda k: variance(pieces[k]))
-    poses, frames = {0: HERE}, dict[int, Pose]()
+    poses, frames = {0: networks.HERE}, dict[int, Pose]()
     while left:
         k = next(k for k in left if poses.keys() & set(pieces[k].members))
         left.remove(k)

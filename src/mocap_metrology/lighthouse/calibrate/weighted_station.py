@@ -1,4 +1,5 @@
-"""K_2 of J with the board's path uncertain, as it is.
+"""Pose of the slave from its own angles of a board whose path is known (J V-B, Eq. 5 and 6), and
+K_2 of J with this path uncertain, as it is.
 
 J Eq. 6 assumes the board poses P_n to be exact; their errors, tenths of a degree in rotation, then
 go into the slave's pose. Here the residuals e_n of a measurement have the covariance

@@ -1,14 +1,11 @@
 """Hits cleaned of reflections and of light that is no sweep.
 
-Three tests. Within a sweep all diodes share one motion and one error of the rotor, so a wrong hit
-stands out against the others of the same sweep, moving board or not (`sweep_outliers`). Where a
-sweep has too few hits for perspective, which on a deep board leaves milliradians, a hit is held
-against the pose of the board that this sweep and the next tell of (`pose_outliers`): an azimuth
-sweep and the elevation sweep after it see one board, of six unknowns, and what it moves in the
-8.3 ms between them is mostly a shift along each axis, which only one of the two sweeps measures.
-In light of the second generation a hit is held against the turns before and after in place of a
-pose (`neighbour_outliers`). Over time a diode is tested against itself by the project's Hampel
-filter, where the board is still (`still_outliers`). Nothing is replaced: an outlier is dropped.
+Within a sweep all diodes share one motion and one error of the rotor, so a wrong hit stands out
+against the others of the same sweep (`sweep_outliers`); where these are few, against the pose of
+the board that this sweep and the next tell of (`pose_outliers`), as what it moves in the 8.3 ms
+between them is mostly a shift along each axis, which only one of the two sweeps measures; in light
+of the second generation against the turns before and after (`neighbour_outliers`). Over time a
+diode is tested against itself (`still_outliers`). Nothing is replaced: an outlier is dropped.
 """
 
 from __future__ import annotations

@@ -67,19 +67,16 @@ def _predict(
 
 @njit
 def _least_absolute(
-    design: np.ndarray,
-    tangent: np.ndarray,
-    n_linear: int,
-    residual: np.ndarray,
-    weight: np.ndarray,
-    predicted: np.ndarray,
-) -> None:
-    """Iterated weights; leaves the residuals in rad, to first order."""
+    design: np.ndarray, tangent: np.ndarray, n_linear: int, weight: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals in rad, to first order, and tangents of the model, by iterated weights."""
+    residual, predicted = np.empty(tangent.size), np.empty(tangent.size)
     for _ in range(7):
         _predict(design, tangent, weight, n_linear, predicted)
         for h in range(tangent.size):
             residual[h] = (tangent[h] - predicted[h]) / (1.0 + tangent[h] * tangent[h])
             weight[h] = 1.0 / max(abs(residual[h]), 3e-5)
+    return residual, predicted
 
 
 @njit
@@ -94,11 +91,8 @@ def _gate_sweep(
         return np.zeros(n_hits, np.bool_)
     design = np.ones((n_hits, n_linear + n_directions))
     design[:, 1:n_linear] = where
-    residual = np.empty(n_hits)
-    weight = np.ones(n_hits)
-    predicted = np.empty(n_hits)
-    affine = design[:, :n_linear].copy()
-    _least_absolute(affine, tangent, n_linear, residual, weight, predicted)
+    weight, affine = np.ones(n_hits), design[:, :n_linear].copy()
+    residual, predicted = _least_absolute(affine, tangent, n_linear, weight)
     if n_hits < FULL + 2 * n_directions:
         gate_rad += perspective * (np.max(tangent) - np.min(tangent)) ** 2
     if n_hits == n_linear + 1:
@@ -109,7 +103,7 @@ def _gate_sweep(
         for h in range(n_hits):
             for i in range(n_directions):
                 design[h, n_linear + i] = -predicted[h] * where[h, i]
-        _least_absolute(design, tangent, n_linear, residual, weight, predicted)
+        residual, predicted = _least_absolute(design, tangent, n_linear, weight)
     for _ in range(2):  # least squares of those inside, which may let some back in
         limit = max(gate_rad, gate_mad * np.median(np.abs(residual)))
         for h in range(n_hits):
@@ -164,9 +158,7 @@ def gate_turns(
             rows = slice(first[other] - first[begin], first[other + 1] - first[begin])
             design[rows, n + 1] = turns
             design[rows, n + 2] = turns * turns
-        residual, weight = np.empty(tangent.size), np.ones(tangent.size)
-        predicted = np.empty(tangent.size)
-        _least_absolute(design, tangent, n + 3, residual, weight, predicted)
+        residual, predicted = _least_absolute(design, tangent, n + 3, np.ones(tangent.size))
         here = slice(own, own + high - low)
         span = np.max(predicted[here]) - np.min(predicted[here])
         limit = max(gate.gate_rad + span * span, gate.gate_mad * np.median(np.abs(residual)))

@@ -145,10 +145,21 @@ def _mirrored(
 
     R' = (I - 2 d d^T) R (I - 2 n n^T) with d the ray to the board's centre, which stays in place.
     """
-    c = R @ centre + t
+    c, R2, t2 = np.empty(3), np.empty((3, 3)), np.empty(3)
+    for i in range(3):
+        c[i] = R[i, 0] * centre[0] + R[i, 1] * centre[1] + R[i, 2] * centre[2] + t[i]
     d = c / math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
-    R2 = (np.eye(3) - 2.0 * np.outer(d, d)) @ R @ (np.eye(3) - 2.0 * np.outer(normal, normal))
-    return R2, c - R2 @ centre
+    for j in range(3):
+        along = d[0] * R[0, j] + d[1] * R[1, j] + d[2] * R[2, j]
+        for i in range(3):
+            R2[i, j] = R[i, j] - 2.0 * d[i] * along  # (I - 2 d d^T) R
+    for i in range(3):
+        along = R2[i, 0] * normal[0] + R2[i, 1] * normal[1] + R2[i, 2] * normal[2]
+        t2[i] = c[i]
+        for j in range(3):
+            R2[i, j] -= 2.0 * along * normal[j]
+            t2[i] -= R2[i, j] * centre[j]
+    return R2, t2
 
 
 class _Starts(NamedTuple):

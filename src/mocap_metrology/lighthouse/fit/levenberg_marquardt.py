@@ -31,27 +31,28 @@ class Given(NamedTuple):
     rotors: np.ndarray
 
 
-@njit(inline="always")
-def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
-    """out = Exp(v) q (Rodrigues)."""
-    a2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-    if a2 < 1e-8:
-        s, c = 1 - a2 / 6, 0.5 - a2 / 24
-    else:
-        a = math.sqrt(a2)
-        s, c = math.sin(a) / a, (1 - math.cos(a)) / a2
-    k0, k1, k2 = v[1] * q[2] - v[2] * q[1], v[2] * q[0] - v[0] * q[2], v[0] * q[1] - v[1] * q[0]
-    out[0] = q[0] + s * k0 + c * (v[1] * k2 - v[2] * k1)
-    out[1] = q[1] + s * k1 + c * (v[2] * k0 - v[0] * k2)
-    out[2] = q[2] + s * k2 + c * (v[0] * k1 - v[1] * k0)
-
-
 @njit
 def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
-    """Exp(w) R for a rotation vector w."""
+    """Exp(w) R for a rotation vector w (Rodrigues)."""
+    angle = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+    if angle < 1e-8:
+        s, c = 1.0, 0.5
+    else:
+        s, c = math.sin(angle) / angle, (1.0 - math.cos(angle)) / (angle * angle)
+    K = np.zeros((3, 3))
+    K[0, 1], K[0, 2], K[1, 2] = -w[2], w[1], -w[0]
+    K[1, 0], K[2, 0], K[2, 1] = w[2], -w[1], w[0]
     out = np.empty((3, 3))
-    for j in range(3):
-        rotated(w, R[:, j], out[:, j])
+    for i in range(3):
+        for j in range(3):
+            e = s * K[i, j] + (1.0 if i == j else 0.0)
+            for k in range(3):
+                e += c * K[i, k] * K[k, j]
+            out[i, j] = e
+    E = out.copy()
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = E[i, 0] * R[0, j] + E[i, 1] * R[1, j] + E[i, 2] * R[2, j]
     return out
 
 

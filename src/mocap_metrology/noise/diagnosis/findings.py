@@ -299,7 +299,7 @@ def other_wanders(
     for name, one in found.wanders.items():
         for kind in ("undecided",) if one.undecided else one.kinds:
             if kind == "drift" and len(one.jumps) != 1:
-                continue  # a coefficient of the noise model, or sure of nothing beside several steps
+                continue  # of the noise model, or not sure
             size = one.range_mm if kind == "undecided" else abs(one.size_of(kind))
             sizes.setdefault(kind, {})[name] = size
     largest = {

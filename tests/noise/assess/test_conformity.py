@@ -63,7 +63,7 @@ SPECIAL = {
         {"code": Code.WANDER}, []),
     "drift that was found": (finding("drift", y1=0.5), {"drift_mm_per_h": 0.5}, "usable",
         {"code": Code.DRIFT}, []),
-    "drift beside a step": ({"findings": [Finding(k, "y1", 0.5) for k in ("drift", "step")]},
+    "drift beside a change": ({"findings": [Finding(k, "y1", 0.5) for k in ("drift", "step")]},
         {"drift_mm_per_h": 0.5}, "usable", {"code": Code.WANDER}, []),
     "filled": (finding("gap_filled", y1=0.004) | {"missing": {"y1": 0.012}}, {}, "usable",
         {"code": Code.MISSING_OR_FILLED, "value": 0.012}, []),

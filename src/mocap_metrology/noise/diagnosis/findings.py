@@ -216,8 +216,8 @@ def _coarse(found: Diagnosis) -> list[Finding]:
 
 
 def _wanders(found: Diagnosis, hours: float) -> list[Finding]:
-    """Kinds of slow wander that the noise model has no coefficient of, or not beside what changes
-    at once, and what is undecided."""
+    """Kinds of slow wander that the noise model has no coefficient of, or not beside a step, and
+    what is undecided. Beside several steps no rival of a straight line is in the library."""
 
     def value(kind: str, one: Wander) -> float:
         other = {"drift": one.moved_mm / hours, "warm_up": -one.moved_mm}
@@ -228,7 +228,7 @@ def _wanders(found: Diagnosis, hours: float) -> list[Finding]:
         Finding(kind, name, value(kind, one))
         for name, one in found.wanders.items()
         for kind in one.kinds
-        if one.jumps or kind not in CODE_OF.values()
+        if len(one.jumps) == 1 or kind not in CODE_OF.values()
     ] + [Finding("wander", k, one.range_mm) for k, one in found.wanders.items() if one.undecided]
 
 
@@ -299,8 +299,8 @@ def other_wanders(
     sizes: dict[str, dict[str, float]] = {}
     for name, one in found.wanders.items():
         for kind in ("undecided",) if one.undecided else one.kinds:
-            if kind == "drift" and not one.jumps:
-                continue  # a coefficient of the noise model
+            if kind == "drift" and len(one.jumps) != 1:
+                continue  # of the noise model, or not sure
             size = one.range_mm if kind == "undecided" else abs(one.size_of(kind))
             sizes.setdefault(kind, {})[name] = size
     largest = {

@@ -170,7 +170,7 @@ def decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
     known = {r["parameter"] for r in rows if r["status"] != "not_detected"}
     bent = "A_w" in known and "warm_up" not in wander.kinds
     if wander.kinds == ("drift",) and (bent or "drift" not in known):
-        wander = replace(wander, kinds=(), possible=("drift",))
+        wander = replace(wander, kinds=(), noise="", possible=("drift",))
     of_walk = [r for r in rows if r["parameter"] == "h_-2"]
     lowest = [low for r in of_walk if math.isfinite(low := float(r["lower_95"]))]
     if not wander.noise or not lowest or (wander.noise == "random_walk" and min(lowest) > 0):

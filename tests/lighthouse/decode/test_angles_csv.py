@@ -78,9 +78,9 @@ CASES = {
         [HEADER, *(f"0,0,{k},0,{0.075 * k},0.1" for k in range(11))],
         "are 0.075 s apart; expected about 0.017 or 0.033 s",
     ),
-    "each third of a turn": (
-        [HEADER, *(f"0,0,{k},0,{0.007 * k},0.1" for k in range(11))],
-        "are 0.007 s apart; expected about 0.017 or 0.033 s",
+    "each half of a turn": (
+        [HEADER, *(f"0,0,{k},0,{k / 120},0.1" for k in range(11))],
+        "are 0.00833 s apart; expected about 0.017 or 0.033 s",
     ),
     "degrees": ([HEADER, "0,0,0,0,0,0.5", "0,0,0,1,0,-22.5"], "reaches 22.5; expected radians"),
 }

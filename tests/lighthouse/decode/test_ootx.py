@@ -2,6 +2,7 @@
 
 import itertools
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -129,6 +130,16 @@ def test_a_wrong_bit_of_sync_length_or_stuffing_is_outvoted(position: int) -> No
     """These are known beforehand; the whole frame is not, so that one voted frame is found."""
     station = decode_station(flashes_of(turned(SENT, position), 0, 960, np.random.default_rng(0)))
     assert station.id == 77 and station.frames_found == 1
+
+
+def test_fourteen_bits_that_no_repetition_shows_are_tried() -> None:
+    """All 2^14 readings: the padding beside them, which is not seen either, is known."""
+    rng = np.random.default_rng(5)
+    payload = [place for place in range(40, 280) if (place - 18) % 17 != 16]
+    hidden = [*range(SENT.size - 43, SENT.size - 35), *rng.choice(payload, 14, replace=False)]
+    seen = flashes_of(SENT, 0, 960, rng)
+    code = np.where(np.isin(seen.cycle % SENT.size, hidden), -1, seen.code).astype(np.int8)
+    assert decode_station(replace(seen, code=code)).id == 77
 
 
 def test_random_bits_give_nothing() -> None:

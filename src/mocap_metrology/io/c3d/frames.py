@@ -243,7 +243,7 @@ def _why_not(declared: Declared, section: Section, low: int, frame_bytes: int) -
 def _held(section: Section, frame_bytes: int) -> int:
     """Whole frames in the data section, those of zeros in its last block not counted."""
     high = section.available // frame_bytes
-    low = max(0, -(-(section.available - len(section.tail)) // frame_bytes))
+    low = -(-(section.available - len(section.tail)) // frame_bytes)
     return next((n for n in range(low, high) if section.empty_after(n * frame_bytes)), high)
 
 

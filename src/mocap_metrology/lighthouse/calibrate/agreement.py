@@ -147,7 +147,7 @@ def _smooth(own: Minima, cost: np.ndarray) -> np.ndarray:
 def _viterbi(cost: np.ndarray, jump: np.ndarray) -> np.ndarray:
     """States (n,) of least sum of cost (2, n) and jump (to, from, n - 1)."""
     n = cost.shape[1]
-    total, back = cost[:, 0].copy(), np.zeros((2, n), dtype=np.int64)
+    total, back = cost[:, 0].copy(), np.empty((2, n), dtype=np.int64)
     for i in range(1, n):
         then = np.empty(2)
         for k in range(2):

@@ -96,9 +96,9 @@ def solve_ranges(rays: np.ndarray, squared: np.ndarray, start: np.ndarray) -> np
     k = rays.shape[0]
     c = rays @ rays.T
     r, damping = start.copy(), 1e-3
-    H, g = np.zeros((k, k)), np.zeros(k)
+    H, g = np.empty((k, k)), np.empty(k)
     f = _normal_equations(r, c, squared, H, g)
-    H2, g2 = np.zeros((k, k)), np.zeros(k)
+    H2, g2 = np.empty((k, k)), np.empty(k)
     for _ in range(ITERATIONS):
         step = _step(H, g, damping)
         f2 = _normal_equations(r + step, c, squared, H2, g2)

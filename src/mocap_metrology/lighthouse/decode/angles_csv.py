@@ -30,7 +30,7 @@ WHOLE = (  # column, least and largest value, in words
 FEWEST_SPACINGS = 10  # for a meaningful median
 LARGEST_RAD = np.pi / 2  # a sweep sees half a turn
 SWEEP_S = 1.2 * CYCLE_S  # all hits of a sweep lie within; logs round to 1 ms
-SPACING_S = (0.9 * CYCLE_S, 8.5 * CYCLE_S)  # of sweeps of one axis: each turn, or each other
+SPACING_S = (1.8 * CYCLE_S, 8.5 * CYCLE_S)  # of sweeps of one axis: each turn, or each other
 
 
 def read_angles(path: str | Path) -> tuple[Hits, tuple[int, ...]]:

@@ -153,9 +153,8 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
     nearer to the median of the sweep remains.
     """
     fate = np.full(light.hit_s.size, NO_SWEEP, np.int8)
-    station = np.full(fate.size, -1, np.int8)
-    plane = np.zeros(fate.size, np.int8)
-    turn, angle = np.zeros(fate.size, np.int64), np.zeros(fate.size)
+    station, plane = np.empty((2, fate.size), np.int8)
+    turn, angle = np.empty(fate.size, np.int64), np.empty(fate.size)
     for index, one in enumerate(turns):
         own = np.flatnonzero(light.hit_channel == one.channel)
         time_s = light.hit_s[own]

@@ -222,7 +222,7 @@ def _rows(F: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     # The larger singular value of a flat board's F: no length looks longer than it is.
     largest = np.sqrt(square / 2 + np.sqrt(np.maximum(square**2 / 4 - det**2, 0)))
     scale = np.where(solid, np.sqrt(square / 2), largest)
-    rows = np.zeros((len(F), 3, 3))
+    rows = np.empty((len(F), 3, 3))
     rows[:, 1:] = (F / scale[:, None, None]).transpose(0, 2, 1)
     depth = np.sqrt(np.maximum(1 - (rows[:, 1:, :2] ** 2).sum(axis=2), 0))
     # The rows are at right angles.

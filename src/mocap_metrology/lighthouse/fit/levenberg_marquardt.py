@@ -39,20 +39,14 @@ def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
         s, c = 1.0, 0.5
     else:
         s, c = math.sin(angle) / angle, (1.0 - math.cos(angle)) / (angle * angle)
-    K = np.zeros((3, 3))
-    K[0, 1], K[0, 2], K[1, 2] = -w[2], w[1], -w[0]
-    K[1, 0], K[2, 0], K[2, 1] = w[2], -w[1], w[0]
+    rest = math.cos(angle)
     out = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            e = s * K[i, j] + (1.0 if i == j else 0.0)
-            for k in range(3):
-                e += c * K[i, k] * K[k, j]
-            out[i, j] = e
-    E = out.copy()
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = E[i, 0] * R[0, j] + E[i, 1] * R[1, j] + E[i, 2] * R[2, j]
+    for j in range(3):
+        x, y, z = R[0, j], R[1, j], R[2, j]
+        along = c * (w[0] * x + w[1] * y + w[2] * z)
+        out[0, j] = rest * x + s * (w[1] * z - w[2] * y) + along * w[0]
+        out[1, j] = rest * y + s * (w[2] * x - w[0] * z) + along * w[1]
+        out[2, j] = rest * z + s * (w[0] * y - w[1] * x) + along * w[2]
     return out
 
 

@@ -146,7 +146,7 @@ def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
     out = series.copy()
     missing = np.isnan(series)
     out[frames] = np.nan
-    near = np.unique(frames[:, None] + np.arange(-4, 5))
+    near = np.unique(np.add.outer(frames, np.arange(-4, 5)))
     near = near[(near >= 0) & (near < series.size)]
     pieces = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
     for piece in pieces:

@@ -243,8 +243,8 @@ def _in_psd(line: Line, psd: Mapping[str, np.ndarray] | None) -> tuple[float, bo
     k = k[np.abs(k - at) > PSD_LEAVE]
     if not k.size:
         return math.nan, None
-    segments = max(float(np.max(psd["n_segments"])), 1.0)
-    degrees = segments if segments < 2 else segments / 1.1  # half-overlapping Hann windows
+    # Half-overlapping Hann windows
+    degrees = max(float(np.max(psd["n_segments"])) / 1.1, 1.0)
     level = float(np.median(density[k]) * degrees / gammaincinv(degrees, 0.5))
     if not level > 0:
         return math.nan, None

@@ -362,14 +362,14 @@ def _levels(z: Floats, numbers: np.ndarray) -> Iterator[Shape]:
 def _viterbi(costs: Floats, price: float) -> np.ndarray:
     """States (n,) of least cost, of costs (k, n), with a price for each change."""
     total = costs[:, 0].copy()
-    before = np.zeros(costs.shape, np.int64)
+    before = np.empty(costs.shape, np.int64)
     for place in range(1, costs.shape[1]):
         best = np.argmin(total)
         moved = total[best] + price
         for k in range(total.size):
             before[k, place] = best if moved < total[k] else k
             total[k] = min(total[k], moved) + costs[k, place]
-    state = np.zeros(costs.shape[1], np.int64)
+    state = np.empty(costs.shape[1], np.int64)
     state[-1] = np.argmin(total)
     for place in range(state.size - 1, 0, -1):
         state[place - 1] = before[state[place], place]

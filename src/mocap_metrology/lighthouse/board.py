@@ -127,7 +127,8 @@ def _numbers(rows: list[list[str]], first: int, where: str) -> np.ndarray:
 
 
 def digest(board: np.ndarray) -> str:
-    """Of the positions of the diodes to 1 um, by which recordings of one board are recognised."""
+    """A hash of the positions of the diodes to 1 um, by which recordings of one board are
+    recognised."""
     return hashlib.sha256(np.rint(1e6 * board).astype("<i8").tobytes()).hexdigest()[:16]
 
 

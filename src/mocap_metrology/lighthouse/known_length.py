@@ -46,7 +46,8 @@ class KnownLength:
     sd_m: float
 
     def among(self, stations: Sequence[int]) -> KnownLength:
-        """With stations counted among some of them; refused where one of its own is not."""
+        """The length with its stations numbered among these; refused where one of its own is not
+        among them."""
 
         def own(place: Place) -> Place:
             if place.station is None:

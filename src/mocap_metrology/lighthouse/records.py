@@ -147,7 +147,7 @@ class Path(Rows):
     ambiguity: np.ndarray
 
     def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Path:
-        """In a frame in which that of the station has the pose R, t."""
+        """The path in a frame in which that of the station has the pose R, t."""
         return replace(self, R=R @ self.R, t_m=self.t_m @ R.T + t_m)
 
 
@@ -198,7 +198,7 @@ class Halves:
 
     @classmethod
     def of(cls, d: np.ndarray, m2: float) -> Halves:
-        """By the difference (6,) in m and rad."""
+        """The halves by the difference (6,) of their poses in m and rad."""
         return cls(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)
 
 

@@ -39,7 +39,7 @@ LARGEST_PHASE, LARGEST_CURVE = 0.3, 0.1  # second-generation stations have curve
 
 @dataclass(frozen=True)
 class Variant:
-    """Where drivers differ.
+    """The signs and arguments in which the rotor models of drivers differ.
 
     curve_sign: -1 (Crazyflie, Astrobee) or +1 (libsurvive); gib_argument: `geometric`, g = u
     (Crazyflie), or `corrected`, g = u - phase - tilt term (libsurvive, Astrobee);
@@ -155,8 +155,8 @@ def angle_gradient(
 def model_gradient(
     axis: int, x: float, y: float, z: float, p: np.ndarray, of: np.ndarray
 ) -> tuple[float, float, float, float]:
-    """As `angle_gradient`, by the model of the row's generation; of (6,): room, in which those of
-    `plane_gradient` are."""
+    """The angle and its gradient by the model of the row's generation; of (6,): room for those of
+    `plane_gradient`."""
     if p[GENERATION] == 2.0:
         return plane_gradient(axis, x, y, z, p, of)
     return angle_gradient(axis, x, y, z, p)

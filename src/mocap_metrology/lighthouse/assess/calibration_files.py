@@ -233,7 +233,8 @@ class CalibrationFiles:
 
     @property
     def names(self) -> list[str]:
-        """Of the stations, as in `sweeps`: by rising channel, or master and slave."""
+        """Names of the stations, in the order of `sweeps`: by rising channel, or master and
+        slave."""
         return [str(station["role"]) for station in self.stations]
 
     @property
@@ -244,7 +245,7 @@ class CalibrationFiles:
 
     @property
     def reference_name(self) -> str:
-        """Of the station whose frame is used."""
+        """Name of the station whose frame is used."""
         if pose_file.is_network(self.pose):
             return str(self.pose["reference"] or self.names[0])
         return ROLES[MASTER]
@@ -273,7 +274,7 @@ class CalibrationFiles:
         return (master, slave) if min(len(master), len(slave)) > 1 else None
 
     def shown_paths(self) -> Paths | None:
-        """Of the chosen estimate; any where there is none."""
+        """Paths of the board by the chosen estimate, or by any where none is chosen."""
         if self.chosen is not None:
             return self.paths(self.chosen["estimator"], self.chosen["optics"])
         names = (np.asarray(self.poses.get(k, ())).astype(str) for k in ("estimator", "optics"))

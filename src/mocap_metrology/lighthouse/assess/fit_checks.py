@@ -201,7 +201,8 @@ def priors(chosen: PoseEstimate) -> Check:
 
 
 def length(chosen: PoseEstimate) -> Iterator[Check]:
-    """Where a length is known: how much it says of the scale, and what the board says to it."""
+    """Check of a known length: how much of the scale rests on it, and how far the board disagrees
+    with it."""
     sigma = _detail(chosen, "board_sigma")
     if math.isfinite(sigma):
         keys = {"larger": "board_larger", "percent": "length_share"}

@@ -123,7 +123,7 @@ def is_network(given: PoseFile) -> bool:
 
 
 def pairs(given: PoseFile) -> dict[str, PoseFile]:
-    """By name of each station but the reference: its pose.json as that of a slave, with the
+    """For each station but the reference, by name, its pose.json as that of a slave, with the
     reference as master; of two stations of the first generation the file itself."""
     if not is_network(given):
         return {ROLES[1]: given}

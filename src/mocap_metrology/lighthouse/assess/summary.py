@@ -131,7 +131,8 @@ def _diagnostics(found: Calibration, own: Row, notes: Sequence[str]) -> Row:
 def _compared(
     found: Calibration, result: pose_file.PoseFile, judged: Verdict, earlier: str | None
 ) -> Summary:
-    """With the variants, and held against the earlier pose; of several stations the worst."""
+    """The summary with the variants and the comparison with the earlier pose; of several stations
+    the worst one."""
     result["variants"] = [way.as_dict() for way in found.variants]
     if earlier is None:
         return Summary(result, judged)
@@ -154,7 +155,8 @@ def _of_network(
     given: Reference | NetworkReference | None,
     earlier: str | None,
 ) -> Summary:
-    """Of any number of stations, each judged as a slave of the reference; given: true poses."""
+    """The summary of any number of stations, each judged as a slave of the reference; given: true
+    poses."""
     assert found.network is not None and not isinstance(given, Reference)
     network, by_name = found.network, {station.role: station for station in stations}
     reference, *others = network.connected
@@ -193,7 +195,7 @@ def refused(stations: Sequence[Station], why: str) -> Summary:
 
 
 def with_objects(found: Summary, others: Mapping[str, pose_file.PoseFile]) -> Summary:
-    """With a check against the poses from other objects of the same recording, by name.
+    """The summary with a check against the poses from other objects of the same recording, by name.
 
     Of m comparisons the least probability by chance p counts as min(1, m p). Below `APART_P` one
     pose at least is farther off than stated, and it is unknown which: the word is one worse, but

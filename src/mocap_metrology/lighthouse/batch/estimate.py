@@ -67,7 +67,7 @@ class Joint:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Of all global unknowns, in m and rad."""
+        """Covariance of all global unknowns, in m and rad."""
         return solve.covariance_of(self.S, self.working, self.believed, self.pull)
 
     @property
@@ -293,13 +293,14 @@ class _Search:
         return self._size_of(S, step) < SMALL
 
     def _size_of(self, S: Floats, step: Floats) -> float:
-        """Of a step, over standard deviations."""
+        """Size of a step in standard deviations."""
         information = S + np.diag(1 / self.working**2)
         return float(np.sqrt(step @ information @ step / self.of.size))
 
     def _of_a_stall(self, gain: float) -> int:
-        """By how much a step of such a gain brings the search nearer to its end by `STALLED`: two
-        end it that gain nothing, or before the last search, which begins where this ends."""
+        """The count by which a step of such a gain brings the search nearer to its end, which is at
+        `STALLED`: two steps without gain end it, or one that gains little before the last search,
+        which begins where this ends."""
         if not self.refined or abs(gain) > (SMALL_GAIN if self.last else SAME_COST):
             return 0
         return 1 if self.last and abs(gain) > LEAST_GAIN else STALLED // 2

@@ -159,13 +159,13 @@ def sensed(seen: Windows, bias: Floats, delay_s: float) -> tuple[Floats, Floats]
 
 
 def _weights(seen: Windows) -> Floats:
-    """Of the control points at begin, middle and end, (3, 4)."""
+    """Weights of the control points at begin, middle and end, (3, 4)."""
     return np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)) if seen.still else ENDS
 
 
 def derivatives(seen: Windows, found: Residuals) -> tuple[Floats, Floats]:
-    """Of e_w and e_f, by the control points of the interval (n, 6, 24), and by gravity and the
-    sensors' unknowns (n, 6, 3 + OWN)."""
+    """Derivatives of e_w and e_f by the control points of the interval (n, 6, 24), and by gravity
+    and the sensors' unknowns (n, 6, 3 + OWN)."""
     n, M, R = len(found.e), found.M, found.R
     h = (seen.time_s[0, 2] - seen.time_s[0, 0]) / 2
     at = np.zeros((n, 6, 3, POSE))

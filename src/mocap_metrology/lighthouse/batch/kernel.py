@@ -39,8 +39,8 @@ INDEX2 = 1.5**2  # of refraction, of the cover of a diode
 
 
 class Light(NamedTuple):
-    """Of hits (n,): station, axis, diode and first control point (n, 4); weights of four control
-    points (n, 4); reference rotation (n, 3, 3)."""
+    """What the kernels need of hits (n,): station, axis, diode and first control point (n, 4);
+    weights of four control points (n, 4); reference rotation (n, 3, 3)."""
 
     who: np.ndarray
     basis: np.ndarray
@@ -59,7 +59,7 @@ class Equations(NamedTuple):
 
     @classmethod
     def zeros(cls, K: int, G: int) -> Equations:
-        """Of K coordinates of control points."""
+        """Empty equations of K coordinates of control points and G global unknowns."""
         shapes = (SPAN, K), (K, G), (G, G), (K,), (G,)
         return cls(*(np.zeros(shape) for shape in shapes))
 

@@ -56,7 +56,8 @@ class LengthView:
 
 
 def equation(seen: LengthView, control: Floats, state: State, of: Layout) -> LengthEquation:
-    """Of a length at these values; control (K, 6): of the trajectory."""
+    """The equation of a known length at these values; control (K, 6): control points of the
+    trajectory."""
     places = seen.known.places
     n, rows = len(places), seen.first[:, None] + np.arange(4)
     own = np.einsum("ni,nij->nj", seen.basis, control[rows])

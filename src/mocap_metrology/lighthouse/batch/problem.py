@@ -73,13 +73,13 @@ class Priors:
     gib_mrad: float = 0.0
 
     def of_unknown_rotors(self) -> Priors:
-        """With the spread of the factory values of eight real stations about 0, in place of their
-        errors."""
+        """Priors of unknown rotors: the spread of the factory values of eight real stations about
+        0, in place of their errors."""
         return replace(self, phase_mrad=37.0, tilt_mrad=5.0, curve_mrad=5.0, gib_mrad=9.0)
 
     def of_board(self, board: np.ndarray) -> Priors:
-        """With the scale of a board (n, 3) in m: of a small one, places of diodes as light sees
-        them are less well known than its size."""
+        """Priors with the scale of a board (n, 3) in m: on a small one, the places at which diodes
+        receive light are less well known than its size."""
         if not self.board_scale > 0:
             return self
         apart = np.linalg.norm(board[:, None] - board, axis=2).max()
@@ -87,12 +87,12 @@ class Priors:
 
     @property
     def time_zero_rad(self) -> float:
-        """As an angle."""
+        """The time zero as an angle, rad."""
         return float(1e-6 * RAD_PER_S * self.time_zero_us)
 
     @property
     def offset_rad(self) -> float:
-        """Of an axis: time zero and phase."""
+        """Standard deviation of the offset of an axis, by time zero and phase, rad."""
         return float(np.hypot(self.time_zero_rad, 1e-3 * self.phase_mrad))
 
     @property
@@ -139,7 +139,7 @@ class Layout:
 
     @property
     def rows(self) -> tuple[np.ndarray, int, int, int]:
-        """As the kernels read them."""
+        """Columns and rows of the unknowns as the kernels read them."""
         return self.columns, self.scale, self.places, self.cover
 
 
@@ -205,7 +205,7 @@ class State(Values):
     """`Values` that a step changes."""
 
     def moved(self, step: np.ndarray, of: Layout) -> State:
-        """With a step (unknowns,) added; poses turn by left rotation vectors."""
+        """The state with a step (unknowns,) added; poses turn by left rotation vectors."""
         R, t, rotors = self.R.copy(), self.t_m.copy(), self.rotors.copy()
         offsets, board, gravity = self.offsets.copy(), self.board.copy(), self.gravity.copy()
         for station in range(len(R)):

@@ -94,8 +94,8 @@ def _variance(diode: np.ndarray, n: Floats, mean: Floats, within: float, views: 
 
 @dataclass(frozen=True)
 class Given:
-    """Of a recording: hits of all stations, a trajectory near the board's, sensors on it, and
-    lengths that were measured meanwhile; clocks: of the stations."""
+    """What an estimate begins with: hits of all stations, a trajectory near the board's, inertial
+    sensors on it, and lengths measured meanwhile; clocks: those of the stations."""
 
     hits: Hits
     trajectory: Trajectory
@@ -108,7 +108,7 @@ class Given:
         return windows(self.inertial, self.trajectory, self.hits.time_s)
 
     def with_knots(self) -> Given:
-        """With the knots that its sensors need."""
+        """The same with the knots that its inertial sensors need."""
         own = self.trajectory
         if own.still or own.knot_s <= inertial.KNOT_S or self.windows() is None:
             return self
@@ -190,7 +190,7 @@ class Recording:
         return float(sum(one.residual**2 / one.variance for one in own))
 
     def weights(self) -> Weights:
-        """Of the hits, at the present noise."""
+        """Weights of the hits at the present noise."""
         return weights(self.seen, self.residual, self.noise, self.share)
 
     def plain(self) -> Weights:
@@ -206,7 +206,7 @@ class Recording:
         self.noise = self.noise._replace(hit=hit)
 
     def total_weight(self) -> Floats:
-        """Of each hit, with that of its sweep."""
+        """Weight of each hit, times that of its sweep."""
         own = self.plain()
         return own.hit * own.held[self.sweeps.sweep]
 

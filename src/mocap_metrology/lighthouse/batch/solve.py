@@ -218,7 +218,8 @@ def supported(
 
 
 def _lowest(values: list[float], at: int) -> float:
-    """Where the parabola through the least of equidistant values and its neighbours is lowest."""
+    """The index, not whole, at which the parabola through the least of equidistant values and its
+    neighbours is lowest."""
     if not 0 < at < len(values) - 1:
         return float(at)
     below, here, above = values[at - 1 : at + 2]

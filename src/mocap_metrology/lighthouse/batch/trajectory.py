@@ -50,11 +50,11 @@ class Trajectory:
         return self.node_s.size == 1
 
     def moved(self, step: np.ndarray) -> Trajectory:
-        """With `step` (6 K,) added to the control points."""
+        """The trajectory with `step` (6 K,) added to its control points."""
         return replace(self, control=self.control + step.reshape(-1, 6))
 
     def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Trajectory:
-        """In a frame in which its own has the pose R, t."""
+        """The trajectory in a frame in which its own frame has the pose R, t."""
         control = np.column_stack([self.control[:, :3] @ R.T + t_m, self.control[:, 3:]])
         return replace(self, control=control, node_R=R @ self.node_R)
 

@@ -188,7 +188,7 @@ def stretch(seen: View, trajectory: Trajectory) -> tuple[View, Trajectory]:
 
 
 def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
-    """Of hits, through a trajectory."""
+    """The view of hits through a trajectory."""
     hits = sweeps.hits
     first, basis = trajectory.basis(hits.time_s)
     who = np.column_stack([hits.station, hits.axis, hits.diode, first]).astype(np.int64)
@@ -203,7 +203,8 @@ def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
 def weights(
     seen: View, residual: np.ndarray, noise: Noise, share: np.ndarray | None = None
 ) -> Weights:
-    """Of hits by their residuals; share: of each as `recording.shares`, 1 without it.
+    """Weights of hits by their residuals; share: that of each hit as `recording.shares`, 1 without
+    it.
 
     With z = (e - offset) / sigma, a hit costs z^2 up to |z| = `LIMIT` and LIMIT^2 (1 + 2 ln(|z| /
     LIMIT)) beyond, an offset the same of z = offset / common; the weight is 1 up to the limit,

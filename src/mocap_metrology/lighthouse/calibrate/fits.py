@@ -183,7 +183,7 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
 
 
 def poses_of(found: Joint) -> list[Pose]:
-    """Of all stations, in the frame of the first."""
+    """Poses of all stations in the frame of the first."""
     return list(zip(found.state.R, found.state.t_m, strict=True))
 
 

@@ -123,7 +123,7 @@ def calibrate(
 
 
 def _joined(parts: Iterable[Calibration]) -> Calibration:
-    """Of several optics, in their order."""
+    """The calibrations of several optics as one, in their order."""
     found = Calibration()
     for one in parts:
         found = Calibration(
@@ -159,7 +159,8 @@ class _Optics:
 
 
 def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[variants.Weighed]]:
-    """With the best variant of the rotor model, and all of them; by_batch: of a moving board."""
+    """The optics with the best variant of the rotor model, and all variants; by_batch: the board
+    moves."""
     scene, joint, begun = own.scene, None, time.perf_counter()
     ways: list[variants.Weighed] = []
     if variants.all_one(scene.factories):
@@ -187,7 +188,7 @@ def _by_optics(
     settings: CalibrationSettings,
     report: Callable[[str], None],
 ) -> Calibration:
-    """By all estimators."""
+    """The calibration with the estimates of all estimators for these optics."""
     scene, seen, agreed = own.scene, own.seen, own.agreed
     name, board = scene.optics, scene.board
     if own.still:

@@ -78,7 +78,7 @@ def weighed_stations(of: Mapping[str, Scene], found: Mapping[str, Joint]) -> lis
 
 
 def _cost(found: Joint) -> Floats:
-    """Of each sweep, that of the priors spread over all."""
+    """Cost of each sweep; that of the priors is spread over all."""
     own = np.concatenate([one.plain().cost for one in found.recordings])
     bends = sum(bend_cost(one.trajectory) for one in found.recordings)
     return own + (float(np.sum((found.state.values / found.working) ** 2)) + bends) / own.size

@@ -101,7 +101,7 @@ class Scene:
 
     @property
     def rotors(self) -> np.ndarray:
-        """Of all stations, (stations, 2, 13)."""
+        """Parameters of the rotors of all stations, (stations, 2, 13)."""
         lasers = [None] * len(self.factories) if self.lasers_m is None else self.lasers_m
         model = VARIANTS[self.model]
         return np.array(
@@ -110,8 +110,8 @@ class Scene:
 
     @property
     def spreads(self) -> np.ndarray | None:
-        """Of planes of the second generation, as `problem.layout` expects them: phases of plane 1,
-        and of unknown stations what real ones differ by."""
+        """Spreads of the planes of the second generation, as `problem.layout` expects them: phases
+        of plane 1, and for unknown stations the differences between real ones."""
         if self.generation != 2:
             return None
         known = np.zeros((2, 7))

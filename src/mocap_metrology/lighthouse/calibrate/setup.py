@@ -108,7 +108,8 @@ def calibrate_stations(
 def _best(
     scene: Scene, given: tuple[Joint, str], settings: CalibrationSettings, moved: bool
 ) -> tuple[Scene, tuple[Joint, str], list[list[Weighed]]]:
-    """By the variant of the rotor model that the recording prefers, and all of them a station."""
+    """The estimate by the variant of the rotor model that the recording prefers, and all variants
+    of each station."""
     auto = scene.optics == "factory" and settings.variant == AUTO and scene.generation == 2
     if not auto or not moved or all_one(scene.factories):
         return scene, given, []
@@ -148,7 +149,7 @@ class Setup:
 
     @property
     def pose(self) -> PoseEstimate:
-        """Of the first station but the reference: of two, the slave."""
+        """Pose of the first station but the reference; of two, the slave."""
         return self.poses[0]
 
 

@@ -58,7 +58,7 @@ def clean_hits(
 def _passed(
     hits: Hits, wrong: np.ndarray, board: np.ndarray, cleaning: Cleaning, resolution_rad: float
 ) -> tuple[Hits, dict[str, list[int]]]:
-    """Of hits that are not wrong those that pass the test over time, and the report."""
+    """Those of the hits not marked `wrong` that pass the test over time, and the report."""
     passed = hits.take(~wrong)
     late = still_outliers(passed, cleaning, resolution_rad)
     kept = passed.take(~late)

@@ -136,7 +136,7 @@ class _Comb:
 
     @property
     def off(self) -> np.ndarray:
-        """Of each flash from the clock."""
+        """Time of each flash less that of the clock, s."""
         return self.time - self.clock.start(self.cycle)
 
     def over_diodes(self) -> np.ndarray:

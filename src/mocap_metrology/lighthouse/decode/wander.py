@@ -103,7 +103,7 @@ class TurnClock(Wander, Clock):
 
     @property
     def variance(self) -> float:
-        """Of its error at a turn, far from the first and the last one, in s^2."""
+        """Variance of the error of the clock at a turn far from the first and the last one, s^2."""
         turn, usual = np.arange(MANY), replace(self, told=(0, MANY - 1))
         return float(usual.error_of((turn[:, None] == MANY // 2) * 1.0, turn)[0, 0])
 

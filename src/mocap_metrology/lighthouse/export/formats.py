@@ -59,7 +59,7 @@ class Export:
 
     @property
     def generation(self) -> int:
-        """Of the stations."""
+        """Generation of the stations."""
         return max(station.generation for station in self.stations)
 
     @property
@@ -96,7 +96,8 @@ def crazyflie_yaml(export: Export) -> str:
 
 
 def _number(place: int, station: Station) -> int:
-    """By which a Crazyflie names a station: its channel, of the first generation its place."""
+    """The number by which a Crazyflie names a station: its channel, in the first generation its
+    place."""
     return place if station.channel is None else station.channel
 
 

@@ -163,8 +163,8 @@ def _mirrored(
 
 
 class _Starts(NamedTuple):
-    """Where the search for each of n poses begins: R (n, 3, 3), t (n, 3); centre (n, 3) and normal
-    (n, 3) of the diodes seen, in the board's frame."""
+    """Poses at which the searches for n poses begin: R (n, 3, 3), t (n, 3); centre (n, 3) and
+    normal (n, 3) of the diodes seen, in the board's frame."""
 
     R: np.ndarray
     t: np.ndarray

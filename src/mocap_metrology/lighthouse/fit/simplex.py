@@ -40,7 +40,8 @@ class Seen(NamedTuple):
 
 
 class SimplexSettings(NamedTuple):
-    """Where a search ends: TolX in m and rad, TolFun in rad^2, evaluations of the cost."""
+    """Limits at which a search ends: TolX in m and rad, TolFun in rad^2, evaluations of the
+    cost."""
 
     tol_x: float = 1e-4
     tol_fun: float = 1e-4
@@ -95,7 +96,7 @@ def _turns(room: np.ndarray, axis: int, given: Seen) -> float:
 
 @njit
 def _sum_of_squares(room: np.ndarray) -> float:
-    """Of room[3], in four parts, of which a processor adds several at a time."""
+    """Sum of squares of room[3], in four parts, of which a processor adds several at a time."""
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
     n = room.shape[1]
     whole = n - n % 4
@@ -154,7 +155,7 @@ def trig_of(measured: np.ndarray) -> np.ndarray:
 
 
 def seen_at(unknown: int, points: np.ndarray, measured: np.ndarray, rotors: np.ndarray) -> Seen:
-    """Of points (n, 3) and measured (n, 2)."""
+    """What a search needs of points (n, 3) and measured angles (n, 2)."""
     angles = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
     places = np.ascontiguousarray(np.transpose(points), dtype=np.float64)
     return Seen(unknown, places, angles, trig_of(angles), rotors)
@@ -186,7 +187,7 @@ def _along(middle: np.ndarray, simplex: np.ndarray, share: float, x: np.ndarray)
 
 @njit
 def _put(simplex: np.ndarray, f: np.ndarray, x: np.ndarray, fx: float) -> None:
-    """In place of the worst point."""
+    """Put a point and its cost in place of the worst one."""
     f[N] = fx
     for j in range(N):
         simplex[N, j] = x[j]

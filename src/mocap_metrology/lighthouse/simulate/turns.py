@@ -197,7 +197,7 @@ def _swing(n: int, rng: np.random.Generator) -> Floats:
 
 @dataclass(frozen=True)
 class Rotor:
-    """Of a station: turn n, or a part of one, is at begin_s + n period_s + late(n)."""
+    """The rotor of a station: turn n, or a part of one, is at begin_s + n period_s + late(n)."""
 
     begin_s: float
     period_s: float

@@ -192,8 +192,8 @@ class StationTwin(Entry):
 
     @property
     def optical_origin(self) -> np.ndarray:
-        """Where the optics have their origin in the housing, metres: axis 0 sees nothing of its
-        laser's z, axis 1 nothing of its y; in depth the middle of both lasers."""
+        """Origin of the optics in the housing, metres: axis 0 sees nothing of its laser's z, axis 1
+        nothing of its y; in depth the middle of both lasers."""
         first, second = np.array(self.lasers_m)
         return np.array([(first[0] + second[0]) / 2, first[1], second[2]])
 

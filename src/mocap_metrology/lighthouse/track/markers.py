@@ -76,7 +76,7 @@ class Markers:
         return replace(self, place_m=np.where(wrong, np.nan, self.place_m), not_rigid=share)
 
     def _on_paths(self) -> Markers:
-        """By the cubic through two frames to each side."""
+        """The markers without frames that are far off the cubic through two frames to each side."""
         place = self.place_m.copy()
         for _ in range(CLEANINGS):
             off = np.zeros(place.shape[::2])
@@ -152,7 +152,7 @@ class Alignment:
     scale: float = 1.0
 
     def time(self, time_s: Floats) -> Floats:
-        """Of motion capture, at times of the track."""
+        """Times of motion capture at times of the track."""
         found: Floats = self.offset_s + time_s + self.rate * (time_s - self.middle_s)
         return found
 

@@ -221,7 +221,7 @@ class _Fit:
 
     @property
     def rms(self) -> float:
-        """Of the distances of places, in m."""
+        """Root mean square of the distances between places, m."""
         return float(np.sqrt(np.mean(np.sum(self.residual[self.kept] ** 2, axis=2))))
 
     @property
@@ -255,9 +255,9 @@ def _turns(fit: _Fit) -> Floats | None:
 
 
 def offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]:
-    """Where the speeds of both are most alike, by their normalised correlation over what is known
-    of both at each lag (Padfield 2012): rough alignments, the best first. The speed is that of the
-    board, and of places some way from it, as the markers may be."""
+    """Rough alignments, the best first: time offsets at which the speeds of both are most alike, by
+    their normalised correlation over what is known of both at each lag (Padfield 2012). The speed
+    is that of the board, and of places some way from it, as the markers may be."""
     step = float(np.median(np.diff(track.time_s)))
     grid = step * np.arange(int(seen.duration_s / step) + 1, dtype=np.float64)
     places, _ = seen.at(grid)

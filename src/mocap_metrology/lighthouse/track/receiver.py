@@ -136,7 +136,7 @@ class Spread:
 def spread(
     found: Joint, scene: Scene, covariance: np.ndarray, own: bool, time_s: np.ndarray
 ) -> Spread:
-    """Of the poses of one recording at these times.
+    """Standard deviations of the poses of one recording at these times.
 
     With the normal equations of `batch.solve`, control points x, and all else y = (p, q), p the
     slave's pose and q time zeros, laser depths and the board,
@@ -219,7 +219,7 @@ class Calibrated:
 
     @property
     def poses(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Of all stations, the reference first."""
+        """Poses of all stations, the reference first."""
         others = zip(self.R.reshape(-1, 3, 3), self.t_m.reshape(-1, 3), strict=True)
         return [(np.eye(3), np.zeros(3)), *others]
 

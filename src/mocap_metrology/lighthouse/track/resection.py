@@ -58,7 +58,7 @@ class Resected:
 
     @property
     def relative(self) -> list[Pose]:
-        """Of the stations but the reference, in its frame."""
+        """Poses of the stations but the reference, in its frame."""
         (R_0, t_0), *others = self.poses
         return [(R_0.T @ R, R_0.T @ (t - t_0)) for R, t in others]
 
@@ -166,7 +166,7 @@ def as_tracked(found: Track) -> Tracked:
 
 
 def _light(scene: Scene, k: int, track: Tracked, seen: Markers, known: Alignment) -> _Light:
-    """Of a station, where track and motion capture know the board; of many some."""
+    """Hits of a station where track and motion capture know the board; of many hits some."""
     from scipy.spatial.transform import Rotation, Slerp
 
     hits: Hits = scene.hits.take(scene.hits.station == k)
@@ -199,7 +199,7 @@ class _Normal:
 
 
 def _normal(own: _Light, k: int, fit: _Fit, rotors: Floats) -> _Normal:
-    """Of the hits of a station at the present values."""
+    """Normal equations of the hits of a station at the present values."""
     (R, t), n = fit.poses[k], len(fit.poses)
     lever, turn, offset = fit.common[:3], fit.common[3:6], fit.common[6]
     arm = own.diode_m @ exp(turn).T - lever
@@ -233,8 +233,8 @@ def _normal(own: _Light, k: int, fit: _Fit, rotors: Floats) -> _Normal:
 
 
 def _covariance(fit: _Fit, others: list[_Fit], H: Floats, M: Floats) -> Floats:
-    """Of the poses in the frame of the reference: that of the noise, times what the jackknife has
-    more of it on average, and that of what is known beforehand."""
+    """Covariance of the poses in the frame of the reference: that of the noise, scaled to the mean
+    of the jackknife where this is larger, plus that of the priors."""
     inverse = np.linalg.inv(M)
     size = POSE * len(fit.poses)
     steps = np.array([_between(fit.poses, other.poses) for other in others])

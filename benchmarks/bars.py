@@ -22,7 +22,7 @@ from mocap_metrology.accuracy.components import repeated
 from mocap_metrology.accuracy.effective import half_interval
 from mocap_metrology.accuracy.statement import ANY, statements
 from mocap_metrology.accuracy.take import take_of
-from mocap_metrology.accuracy.twin import BarErrors, BarTwin, Way, gauss_markov, simulate_bar
+from mocap_metrology.accuracy.twin import BarErrors, BarMotion, BarTwin, gauss_markov, simulate_bar
 from mocap_metrology.settings import Bar as Settings
 
 RATE, FRAMES = 100.0, 3000
@@ -103,7 +103,7 @@ def statement_study(rooms: int, dates: int = 5) -> None:
         days = np.random.default_rng(room).normal(0.0, 0.4, dates)
         takes = []
         for k, (day, along) in enumerate(product(range(dates), "xz")):
-            bias, way = float(days[day]) + 2.0 * (along == "x"), Way(along=along)
+            bias, way = float(days[day]) + 2.0 * (along == "x"), BarMotion(along=along)
             bar = BarErrors(500.0, 0.8, 0.3, 0.3, way, 0.3, 0.1, bias, room)
             made = simulate_bar(BarTwin("study", bar, 1000 * room + k, 30.0, 50.0))
             takes.append(take_of(f"{k}", f"day {day}", 50.0, made.position_mm, 1e-3))

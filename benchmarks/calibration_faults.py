@@ -28,9 +28,9 @@ from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.records import Factory, Hits, Station
-from mocap_metrology.lighthouse.simulate.recording import Made
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
 from mocap_metrology.lighthouse.simulate.twin import BoardTwin
-from tests.lighthouse.batch.planes_scene import Made as MadeOfTurns
+from tests.lighthouse.batch.planes_scene import SimulatedSweeps as MadeOfTurns
 from tests.lighthouse.batch.planes_scene import factory as another
 from tests.lighthouse.batch.planes_scene import made as made_of_turns
 
@@ -38,7 +38,7 @@ SETTINGS = CalibrationSettings(estimators=("batch", "paper-lm"))
 WORDS = ("good", "usable", "doubtful", "failed")
 Stations = list[Station]
 # A recording, the board file, and what else its reader believes of the stations.
-Faulty = tuple[Made, np.ndarray, Callable[[Stations], Stations]]
+Faulty = tuple[SimulatedSweeps, np.ndarray, Callable[[Stations], Stations]]
 Fault = Callable[[int, int, np.random.Generator], Faulty]
 Turned = Callable[[Scene, int, int, np.random.Generator], Scene]
 TURNS_S = 10.0  # of a recording of the second generation

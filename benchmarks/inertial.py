@@ -36,7 +36,7 @@ from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import decode
-from mocap_metrology.lighthouse.simulate.recording import Made, sensed, up_of
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, sensed, up_of
 from mocap_metrology.lighthouse.simulate.twin import InertialTwin
 
 SENSORS = InertialTwin(place_m=(0.0, 0.02, 0.01))
@@ -44,7 +44,7 @@ BOARDS = {"32 diodes, 240 x 160 mm": {}, "four diodes, 30 x 15 mm": {"board": DE
 END_S = 0.2  # of a trajectory, which few hits determine
 
 
-def both(made: Made, seed: int, folder: Path) -> list[np.ndarray] | None:
+def both(made: SimulatedSweeps, seed: int, folder: Path) -> list[np.ndarray] | None:
     """A row of numbers from the light alone, and one with the sensors."""
     given = decoded(made, made.truth.board, folder)
     rng = np.random.default_rng([17, seed])
@@ -62,7 +62,7 @@ def both(made: Made, seed: int, folder: Path) -> list[np.ndarray] | None:
     return rows
 
 
-def numbers(found: Joint, made: Made) -> np.ndarray:
+def numbers(found: Joint, made: SimulatedSweeps) -> np.ndarray:
     """Squared errors and variances of position and rotation, m2, errors of the board."""
     state, truth = found.state, made.truth
     error = np.r_[state.t_m[1] - truth.t_optical_m, rotation.error(state.R[1], truth.R)] * UNITS

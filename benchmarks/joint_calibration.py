@@ -41,7 +41,7 @@ from mocap_metrology.lighthouse.calibrate.setup import by_setup
 from mocap_metrology.lighthouse.calibrate.variants import AUTO
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.records import Factory
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate, write_dump
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate, write_dump
 from mocap_metrology.lighthouse.simulate.twin import (
     BoardTwin,
     FactoryValues,
@@ -124,7 +124,7 @@ def twin(setup: int, recording: int, **more: object) -> LighthouseTwin:
 class Case:
     """What is drawn for a setup and recording; its noise; the bound's priors, the estimate's."""
 
-    made: Callable[[int, int], Made]
+    made: Callable[[int, int], SimulatedSweeps]
     noise: views.Noise
     bound: Priors
     priors: Priors
@@ -132,14 +132,14 @@ class Case:
     board: Callable[[np.ndarray, np.random.Generator], np.ndarray] = lambda board, _: board
 
 
-def real(setup: int, recording: int, **more: object) -> Made:
+def real(setup: int, recording: int, **more: object) -> SimulatedSweeps:
     """Rotors as real ones, with real noise."""
     rng = np.random.default_rng([11, setup])
     both = {"master": {"factory": rotors(rng)}, "slave": {"factory": rotors(rng)}}
     return simulate(twin(setup, recording, **REAL | both | more))
 
 
-def drawn(setup: int, recording: int) -> Made:
+def drawn(setup: int, recording: int) -> SimulatedSweeps:
     """With laser depths and phases drawn from their priors; the flashes carry other phases."""
     rng = np.random.default_rng([12, setup, recording])
     lasers = [((d / 2, 0.0, 0.0), (-d / 2, 0.0, 0.0)) for d in rng.normal(0, 0.01, 2)]
@@ -150,7 +150,7 @@ def drawn(setup: int, recording: int) -> Made:
     return simulate(twin(setup, recording, **REAL, master=master, slave=slave))
 
 
-def zeros(setup: int, recording: int) -> Made:
+def zeros(setup: int, recording: int) -> SimulatedSweeps:
     """With a time zero of each station and axis from its prior, as a phase that is not known."""
     rng, own = np.random.default_rng([14, setup, recording]), REAL | {"flash_rise_us": 0.0}
     both = [{"factory": Factory(phase=rng.normal(0, ZEROS.time_zero_rad, 2))} for _ in range(2)]
@@ -200,7 +200,7 @@ def lasers_apart(setup: int) -> dict[str, object]:
     return {"master": both[0], "slave": both[1]}
 
 
-def decoded(made: Made, board: np.ndarray, folder: Path) -> Decoded:
+def decoded(made: SimulatedSweeps, board: np.ndarray, folder: Path) -> Decoded:
     """The recording by way of a dump."""
     dump, file = folder / "dump", folder / "board.csv"
     write_dump(dump, made.pulses)
@@ -310,7 +310,7 @@ def setups(given: argparse.Namespace) -> None:
         print("| " + " | ".join(cells) + " |", flush=True)
 
 
-def joined(made: list[Made], optics: str) -> tuple[np.ndarray, np.ndarray, float, float]:
+def joined(made: list[SimulatedSweeps], optics: str) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Error and standard deviation (6,) of the pose by all recordings, m2, CPU seconds."""
     scenes = {}
     for k, own in enumerate(made):

@@ -23,7 +23,7 @@ from mocap_metrology.common.entries import TwinsFile, load_twins
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import from_angles, to_angles
 from mocap_metrology.lighthouse.simulate.motion import facing_to
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "workflow"))
 from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
@@ -46,7 +46,7 @@ def factories() -> list[dict[str, Any]]:
     return list(_twins()["factories"].values())
 
 
-def listed(name: str) -> Made:
+def listed(name: str) -> SimulatedSweeps:
     """A recording of a twin of config/twins.yaml."""
     return simulate(calibration_twin(_twins(), name))
 
@@ -67,7 +67,7 @@ def _twin(
     R_board: np.ndarray,
     rng: np.random.Generator,
     **others: Any,
-) -> Made:
+) -> SimulatedSweeps:
     """A recording from places and turns in the room; the twin's frame is the master's."""
     R, t = turns[0], places[0]
     own = (places - t) @ R
@@ -104,7 +104,7 @@ def flight(
     seconds: float | None = None,
     depths_m: tuple[float, float] = (0.0, 0.0),
     **motions: Any,
-) -> Made:
+) -> SimulatedSweeps:
     """A flight of 8 to 60 s; drawn again until all distances are those of the docstring. depths_m:
     between the lasers of each station; motions: keys of its motion."""
     rng = np.random.default_rng([seed, 4])
@@ -149,7 +149,7 @@ class RealFlight:
     """A flight, its hits with what went wrong, the board as its file has it, and how many times as
     large the deck is."""
 
-    made: Made
+    made: SimulatedSweeps
     hits: Hits
     board: np.ndarray
     scale: float
@@ -221,7 +221,9 @@ def facing_up(yaw: float) -> np.ndarray:
     return from_angles(0, 0, yaw) @ np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]])
 
 
-def hand(seed: int, variant: str = "libsurvive", seconds: float = 8.0, **board: Any) -> Made:
+def hand(
+    seed: int, variant: str = "libsurvive", seconds: float = 8.0, **board: Any
+) -> SimulatedSweeps:
     """A board of 24 x 16 cm (or as named) by hand, 2 to 4 m before stations 1.5 to 3.2 m apart;
     drawn again until all its diodes are in the view of both, as a rule."""
     rng = np.random.default_rng([seed, 5])

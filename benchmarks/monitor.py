@@ -14,9 +14,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mocap_metrology.accuracy.monitor import Chart, Watched, chart, limits
+from mocap_metrology.accuracy.monitor import Chart, WatchLimits, chart, limits
 
-JITTER, PLACE, LENGTH = Watched(0.15, 0.06), Watched(0.5, 0.1), Watched(0.2, 0.05)
+JITTER, PLACE, LENGTH = WatchLimits(0.15, 0.06), WatchLimits(0.5, 0.1), WatchLimits(0.2, 0.05)
 WATCHED = (JITTER, PLACE, PLACE, PLACE, LENGTH, LENGTH)
 SPREAD = 0.3  # of the scatter among facilities, natural logarithm
 DATES = 50

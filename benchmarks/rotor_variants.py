@@ -27,14 +27,14 @@ from benchmarks.lighthouse_recordings import flight, hand, listed
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.simulate.recording import Made
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
 
 SIGNS = ("libsurvive", "crazyflie")
 KINDS = ("board by hand", "deck in flight", "twins real-*")
 FIRST_SEED = 1000
 
 
-def recording(kind: str, k: int) -> tuple[Made, str]:
+def recording(kind: str, k: int) -> tuple[SimulatedSweeps, str]:
     """A recording, and the variant that it obeys."""
     if kind == "twins real-*":
         return listed(f"real-{1 + k // 5}-{1 + k % 5}"), "crazyflie"

@@ -34,7 +34,7 @@ from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.known_length import KnownLength, Place
 from mocap_metrology.lighthouse.records import Hits
-from mocap_metrology.lighthouse.simulate.recording import Made
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
 
 SD_M, APART_M = 5e-3, 2.0
 SEEN_S, MANY = 0.05, 12  # hits of a station around a moment at which it sees the deck
@@ -76,7 +76,7 @@ class Outcome:
 
 
 def outcome(
-    made: Made,
+    made: SimulatedSweeps,
     hits: Hits,
     board: np.ndarray,
     lengths: Sequence[KnownLength] = (),

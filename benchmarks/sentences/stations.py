@@ -22,7 +22,7 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.simulate.recording import Made
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
 
 MIRRORED_DEG, MIRRORED_SHARE = 20.0, 0.1
 ABSURD = (100.0, 2.0)  # mm, deg
@@ -30,7 +30,7 @@ SIGNS = ("libsurvive", "crazyflie")
 Row = tuple[str, str, int, str, str, str]
 
 
-def _calibrated(made: Made, board: np.ndarray | None = None, **settings: Any) -> Any:
+def _calibrated(made: SimulatedSweeps, board: np.ndarray | None = None, **settings: Any) -> Any:
     board = made.truth.board if board is None else board
     hits, _ = clean_hits(made.hits, board)
     factories = [station.factory for station in made.truth.stations]
@@ -38,13 +38,13 @@ def _calibrated(made: Made, board: np.ndarray | None = None, **settings: Any) ->
     return calibrate(hits, board, factories, asked)
 
 
-def _off(made: Made, estimate: Any) -> np.ndarray:
+def _off(made: SimulatedSweeps, estimate: Any) -> np.ndarray:
     """Error of a pose: mm, then deg."""
     turn = np.degrees(rotation.error(estimate.R, made.truth.R))
     return np.r_[1e3 * (estimate.t_m - made.truth.t_optical_m), turn]
 
 
-def _mirrored(made: Made, paths: tuple[Any, Any]) -> float:
+def _mirrored(made: SimulatedSweeps, paths: tuple[Any, Any]) -> float:
     """Share of the board poses of both stations that are more than 20 deg from the truth."""
     angles = []
     for path, station in zip(paths, made.twin.stations, strict=True):

@@ -12,7 +12,7 @@ from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.statement import Statement, statements
 from mocap_metrology.accuracy.take import Take, check, take_of
-from mocap_metrology.accuracy.twin import BarErrors, BarTwin, Way, simulate_bar
+from mocap_metrology.accuracy.twin import BarErrors, BarMotion, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.gum import Budget, Component, coverage_factor
 from mocap_metrology.settings import Bar as Settings
@@ -33,7 +33,7 @@ def test_parts_are_those_of_the_twin() -> None:
     """Six passes in two directions of a bent volume, with a bias: all parts to 40 %, the surface
     explains most of passes that it was not fitted to."""
     errors = BarErrors(500.0, surface=1.5, pass_mm=0.3, rest=0.4, frame=0.1, bias=-2.0)
-    upright = replace(errors, path=Way(along="z"), bias=1.0)
+    upright = replace(errors, path=BarMotion(along="z"), bias=1.0)
     takes = [taken(errors, k) for k in range(6)] + [taken(upright, k) for k in range(6, 12)]
     bar = evaluate(takes, Certificate(500.0, 0.05), Settings())
     assert [one.name for one in bar.classes] == ["bar x, way x", "bar z, way x"]
@@ -59,7 +59,7 @@ def test_even_volumes_show_neither_place_nor_direction() -> None:
     for group in range(20):
         seeds = range(10 * group, 10 * group + 3)
         takes = [taken(QUIET, k) for k in seeds]
-        takes += [taken(replace(QUIET, path=Way(along="z")), k + 5) for k in seeds]
+        takes += [taken(replace(QUIET, path=BarMotion(along="z")), k + 5) for k in seeds]
         for some in (takes, takes[:1]):
             found = findings_of(evaluate(some, None, Settings()))
             false += [f.code for f in found if f.code != "by_speed"]
@@ -73,7 +73,7 @@ def test_the_scatter_of_passes_is_neither_direction_nor_place_nor_bias() -> None
     loose, false = replace(QUIET, pass_mm=0.3, correlation_s=2.0), []
     for group in range(20):
         takes = [taken(loose, 10 * group + k) for k in range(3)]
-        takes.append(taken(replace(loose, path=Way(along="z")), 10 * group + 3))
+        takes.append(taken(replace(loose, path=BarMotion(along="z")), 10 * group + 3))
         found = findings_of(evaluate(takes, Certificate(500.0, 0.05), Settings()))
         false += [f.code for f in found if f.code != "by_speed"]
         alone = findings_of(evaluate(takes[2:], Certificate(500.0, 0.05), Settings()))
@@ -120,7 +120,7 @@ def broken(how: str) -> tuple[Take, float | None]:
     gone = np.arange(take.length_mm.size) > 80
     match how:
         case "still":
-            return taken(replace(QUIET, path=Way(speed_mm_s=0.01)), 1), None
+            return taken(replace(QUIET, path=BarMotion(speed_mm_s=0.01)), 1), None
         case "short":
             return replace(take, length_mm=np.where(gone, np.nan, take.length_mm)), None
         case "two objects":
@@ -214,7 +214,7 @@ def test_components_are_those_of_the_twin() -> None:
 def test_directions_monitor_and_scale() -> None:
     """Two directions 3 mm apart: half of it for any of them. The scatter of a monitor counts where
     fewer than three dates are known."""
-    z = replace(ROOM, bias=-1.0, path=Way(along="z"))
+    z = replace(ROOM, bias=-1.0, path=BarMotion(along="z"))
     takes = [dated(ROOM, seed) for seed in range(3)] + [dated(z, seed) for seed in range(5, 8)]
     drift, scale = Component("drift", "A", 0.4, 12), Component("scale", "A", 1e-3, 9)
     every = statements(evaluate(takes, TRUE, Settings()), [drift, scale])
@@ -236,7 +236,7 @@ def facility(seed: int, dates: int, passes: int) -> list[list[Take]]:
     """Passes of each date of one room along x and z; days scatter by 0.4 mm."""
     days = np.random.default_rng(seed).normal(0.0, 0.4, dates)
     room = replace(ROOM, room_seed=seed)
-    upright = replace(room, bias=0.0, path=Way(along="z"))
+    upright = replace(room, bias=0.0, path=BarMotion(along="z"))
     return [
         [
             dated(errors, 1000 * seed + 100 * d + 10 * p + z, f"2026-03-{d + 1:02d}", float(day))

@@ -14,7 +14,7 @@ from mocap_metrology.accuracy.monitor import (
     ORDER,
     Chart,
     Limits,
-    Watched,
+    WatchLimits,
     chart,
     crossing,
     limits,
@@ -30,10 +30,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from benchmarks.monitor import not_capable, study
 
 LIMITS = Limits(3.95, 7.7)
-PLACE = Watched(0.5, 0.1)
+PLACE = WatchLimits(0.5, 0.1)
 
 
-def of(values: np.ndarray, marked: int = 0, watched: Watched = PLACE) -> Chart:
+def of(values: np.ndarray, marked: int = 0, watched: WatchLimits = PLACE) -> Chart:
     return chart(
         np.asarray(values), range(len(values)), np.arange(len(values)) < marked, watched, LIMITS
     )

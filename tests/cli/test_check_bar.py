@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.accuracy.twin import BarErrors, BarTwin, Way, simulate_bar
+from mocap_metrology.accuracy.twin import BarErrors, BarMotion, BarTwin, simulate_bar
 from mocap_metrology.cli import main
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.io.c3d.write import write_c3d
@@ -18,7 +18,7 @@ RATE = 50.0
 
 def write_pass(path: Path, seed: int, bias: float = 0.0, still: bool = False) -> Path:
     """A bar of 500 mm beside a marker that hangs loose; or at rest."""
-    way = Way(speed_mm_s=1e-3 if still else 400.0)
+    way = BarMotion(speed_mm_s=1e-3 if still else 400.0)
     bar = BarErrors(500.0, pass_mm=0.05, rest=0.1, frame=0.03, bias=bias, path=way)
     ends = simulate_bar(BarTwin("t", bar, seed, 30.0, RATE)).position_mm
     loose = ends[:1] + 100 * np.sin(np.arange(ends.shape[2]) / 9)

@@ -52,7 +52,7 @@ class Some(sections.Section):
     level_mm: float | None = None
     tau_s: float = Field(1.0, ge=0)
     kinds: Annotated[
-        tuple[Literal["a", "b", "c"], ...], AfterValidator(sections.Once("a", 2))
+        tuple[Literal["a", "b", "c"], ...], AfterValidator(sections.Unique("a", 2))
     ] = ("a", "b")  # fmt: skip
 
 

@@ -80,7 +80,7 @@ def test_read_as_written_at_once_or_a_column_at_a_time(tmp_path, columns, data) 
     assert read_metadata(tmp_path / "once") == expected
     start, stop = data.draw(st.integers(0, n)), data.draw(st.integers(0, n + 3))
     rising = np.array(sorted(data.draw(st.sets(st.integers(0, n - 1)))), int)
-    for limit, kind in ((large.LARGE, dict), (0, large.Made)):
+    for limit, kind in ((large.LARGE, dict), (0, large.LazyArrays)):
         with mock.patch.object(large, "LARGE", limit):
             found, known = open_table(tmp_path / "once")
             assert isinstance(found, kind) and known == expected

@@ -9,7 +9,7 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.records import Hits
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 
 EXACT = Priors(0, 0, 0, 0, 0)
@@ -32,12 +32,12 @@ def twin(
     )
 
 
-def scene(made: Made, hits: Hits | None = None, priors: Priors = EXACT) -> Scene:
+def scene(made: SimulatedSweeps, hits: Hits | None = None, priors: Priors = EXACT) -> Scene:
     hits = made.hits if hits is None else hits
     return Scene(hits, made.truth.board, "ideal", [None] * 2, None, "crazyflie", priors)
 
 
-def bumped(seed: int) -> tuple[Made, Hits]:
+def bumped(seed: int) -> tuple[SimulatedSweeps, Hits]:
     """A recording, and its hits if the slave moved by 5 mm at 2.6 s."""
     sound = simulate(twin(seed))
     moved = simulate(twin(seed, slave={"position_m": (0.503, 2.504, 0.3)}))

@@ -10,10 +10,10 @@ from said import numbers_in, templates
 
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
-from mocap_metrology.noise.diagnosis.filtering import Filter, Filtered, Left
+from mocap_metrology.noise.diagnosis.filtering import Filter, Filtered, ResidualNoise
 from mocap_metrology.noise.diagnosis.levels import Sides, Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
-from mocap_metrology.noise.diagnosis.periodic import Found, Mains
+from mocap_metrology.noise.diagnosis.periodic import Mains, SpectralLine
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.diagnosis.resonance import Resonance
@@ -44,7 +44,7 @@ SIDES = {
     "undecided": (replace(SIDE, ratio=1.01, lower=0.5, upper=2.0),),
 }
 EVENT = Event(98.49, 1.5, "burst", ("x1", "y2"), "y2", 0.771, 0.0, 1e-6, 9.0, 0.1, of=3)
-LINE = Found(
+LINE = SpectralLine(
     *("x1", Line(0.01, 20.0, 0.0, 1e-5, 30.0), 0.0, 0.02, 1e-4, None, None, 9.0, None, 0.02),
     *(math.nan, None),
 )
@@ -81,8 +81,8 @@ def row(series: str, parameter: str, value: float, status: str = "ok", note: str
     }  # fmt: skip
 
 
-def left(sigma: float, at_1s: float) -> Left:
-    return Left(sigma, (1.0, 1.0, at_1s, 1.0), 0.5 * sigma, 1.0, (NONE, NONE))
+def left(sigma: float, at_1s: float) -> ResidualNoise:
+    return ResidualNoise(sigma, (1.0, 1.0, at_1s, 1.0), 0.5 * sigma, 1.0, (NONE, NONE))
 
 
 FILTERS = [

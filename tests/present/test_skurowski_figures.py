@@ -15,7 +15,7 @@ from mocap_metrology.noise.series import all_series, allan_columns
 from mocap_metrology.noise.twins.published import published_gaussian, published_row
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.papers import subsets
-from mocap_metrology.papers.shock import CUT, RECORDED, Shaken, find_shock
+from mocap_metrology.papers.shock import CUT, RECORDED, ShockRecording, find_shock
 from mocap_metrology.present.skurowski import gaussian_figures as gaussians
 from mocap_metrology.present.skurowski import theory_figures as theory
 from mocap_metrology.present.skurowski.allan_figures import (
@@ -271,7 +271,7 @@ def test_a_shock_is_found_where_it_was_put(shaken) -> None:
 def test_cut_out_leaves_the_deviation_without_a_shock(shaken, quiet) -> None:
     """Same noise with and without: 4 % of it is cut, so 2 to 8 % remain between the two."""
     series, _ = shaken
-    given = Shaken(series, series, columns(series), RATE)
+    given = ShockRecording(series, series, columns(series), RATE)
     curves = given.curves(find_shock(coordinates(series), RATE)).groupby("curve")
     recorded, cut = (curves.get_group(name).reset_index() for name in (RECORDED, CUT))
     without = columns(quiet)["adev_mm"]
@@ -289,7 +289,7 @@ def test_the_figure(shaken, quiet, other) -> None:
     clean["x1"][int(121 * RATE)] += 1.0
     raw = {name: clean[name].astype(np.float64) for name in series}
     raw["x1"][int(121 * RATE)] -= 1.0
-    given = Shaken(raw, clean, columns(series), RATE)
+    given = ShockRecording(raw, clean, columns(series), RATE)
     label = ("Q, without a shock", columns(quiet)) if other else None
     figure = crump_figure(given, label, "s", "n")
     texts = every_text(figure)

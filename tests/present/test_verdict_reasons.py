@@ -6,13 +6,13 @@ import pytest
 from said import numbers_in, templates
 
 from mocap_metrology.noise.assess.checks import Check, Code, LengthCheck, ModelCheck, MovementCheck
-from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
+from mocap_metrology.noise.assess.uncertainty import Reason, Unmodelled
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.present.verdict.words import reason, why_measured
 
 FRAME = {"series": "y1", "lower": 0.0255, "upper": 0.02641, "over_s": 3600.0}
 HOUR, MINUTE = {"series": "y1", "over_s": 3600.0}, {"series": "x1", "over_s": 60.0}
-SHORT, TWO = Unmodelled(Why.TOO_SHORT, 700, 1000), {"n_coordinates": 2}
+SHORT, TWO = Unmodelled(Reason.TOO_SHORT, 700, 1000), {"n_coordinates": 2}
 REASONS = [
     (Check(Code.EXCHANGED, "bad", 0.0278, 0.0, series="x1", names=("A", "B")), "2.78 %"),
     (Check(Code.PROCESSED, "usable", "running_median", "", names=("x1",)), "x1"),
@@ -42,20 +42,20 @@ REASONS = [
     (Check(Code.WANDER, "usable", 0.5, 0.35, "mm", **HOUR), "y1, 0.5 mm, 0.35 mm"),
     (ModelCheck(Code.MISFIT, "usable", "", "", **TWO, unmodelled={"y1": SHORT}), "700, 1000, y1"),
     (ModelCheck(Code.MISFIT, "usable", "", "", **TWO, unmodelled={"x1": None, "y1": Unmodelled(
-     Why.MISFIT)}), "x1, y1"),
+     Reason.MISFIT)}), "x1, y1"),
     (Check(Code.DURATION, "usable", 30.0, 60.0, "s"), "30 s, 60 s"),
     (Check(Code.MARKERS, "usable", 1, 2), "1, 2"),
 ]  # fmt: skip
 UNMODELLED = [
     (None, ""),
-    (Unmodelled(Why.NO_SAMPLES), ""),
-    (Unmodelled(Why.NO_MODEL), ""),
-    (Unmodelled(Why.MISFIT), ""),
-    (Unmodelled(Why.REFUSED, note="any note"), ""),
+    (Unmodelled(Reason.NO_SAMPLES), ""),
+    (Unmodelled(Reason.NO_MODEL), ""),
+    (Unmodelled(Reason.MISFIT), ""),
+    (Unmodelled(Reason.REFUSED, note="any note"), ""),
     (SHORT, "700, 1000"),
-    (Unmodelled(Why.TOO_MANY_GAPS, 500, 1000), "500, 1000"),
-    (Unmodelled(Why.FRAMES_DISAGREE, 0.02, 0.04), "20 µm, 40 µm"),
-    (Unmodelled(Why.MEANS_DISAGREE, 0.0312, 0.01, 1.0), "1 s, 31.2 µm, 10 µm"),
+    (Unmodelled(Reason.TOO_MANY_GAPS, 500, 1000), "500, 1000"),
+    (Unmodelled(Reason.FRAMES_DISAGREE, 0.02, 0.04), "20 µm, 40 µm"),
+    (Unmodelled(Reason.MEANS_DISAGREE, 0.0312, 0.01, 1.0), "1 s, 31.2 µm, 10 µm"),
 ]  # fmt: skip
 
 
@@ -74,7 +74,7 @@ def test_every_template_of_a_verdict_is_here() -> None:
     texts = templates()
     assert set(texts["check"]) == set(texts["quantity"]) == set(Code)
     assert {check.code for check, _ in REASONS} == set(Code)
-    assert set(texts["measured"]) == set(Why) == {one.why for one, _ in UNMODELLED if one}
+    assert set(texts["measured"]) == set(Reason) == {one.why for one, _ in UNMODELLED if one}
 
 
 NAN = math.nan

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.accuracy.asked import Asked
+from mocap_metrology.accuracy.bar_entry import BarEntry
 from mocap_metrology.accuracy.statement import known_of
 from mocap_metrology.accuracy.twin import BarErrors, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal
@@ -26,7 +26,7 @@ from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings
 
 RATE, NAMED = 50.0, {"source": "measured", "twin": None}
-CERTIFIED = Asked("A-B", 500.0, 0.05)
+CERTIFIED = BarEntry("A-B", 500.0, 0.05)
 TURNED = Rotation.from_rotvec([0.0, 0.0, np.radians(1.0)])
 
 
@@ -44,7 +44,7 @@ def write_bodies(path: Path, seed: int, angle_deg: float = 0.2) -> Path:
     return path
 
 
-def of(folder: Path, asked: Asked, seed: int) -> Path:
+def of(folder: Path, asked: BarEntry, seed: int) -> Path:
     """A pass in a folder of its name."""
     name = f"pass{seed}"
     made = folder / "recordings" / name
@@ -59,7 +59,7 @@ def of(folder: Path, asked: Asked, seed: int) -> Path:
 def passes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Path]]:
     """Three of a bar with a certificate, and of one without."""
     folder = tmp_path_factory.mktemp("passes")
-    asked = {"certified": (CERTIFIED, (1, 2, 3)), "free": (Asked("A-B"), (4, 5, 6))}
+    asked = {"certified": (CERTIFIED, (1, 2, 3)), "free": (BarEntry("A-B"), (4, 5, 6))}
     return {name: [of(folder, bar, k) for k in seeds] for name, (bar, seeds) in asked.items()}
 
 
@@ -68,7 +68,7 @@ def test_angles_of_bodies(tmp_path: Path, stated: bool) -> None:
     """About their own mean: the mean size of a vector of three normal parts, 1.596 sd. Against a
     stated rotation that is 1 degree off: `angle_bias`."""
     pose = json.dumps({"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.05}) if stated else None
-    made = of(tmp_path, Asked("A-B", 500.0, 0.05, pose), 1).parent
+    made = of(tmp_path, BarEntry("A-B", 500.0, 0.05, pose), 1).parent
     write_bar(made, Settings())
     found = json.loads((made / "bar.json").read_text())
     mean = found["angles_deg"]["mean"]["value"]
@@ -89,7 +89,7 @@ def test_passes_of_a_group(tmp_path: Path, passes: dict[str, list[Path]]) -> Non
     assert [len(one.bar.takes) for one in bars] == [3, 1]
     entry, copy = Entry([str(paths[0].with_name("bar.txt"))], []), tmp_path / "copy.parquet"
     named = NAMED | {"recording": "copy", "date": "2026-03-04"}
-    backwards = Asked("B-A", 500.0, 0.05)
+    backwards = BarEntry("B-A", 500.0, 0.05)
     write_take(read_bar(entry, backwards, settings, named), backwards, copy)
     (twice,) = passes_of([*paths, copy], settings)
     assert [take.name for take in twice.bar.takes] == ["pass1", "pass2", "pass3"]
@@ -142,4 +142,4 @@ def test_statement_of_a_group(tmp_path: Path, passes: dict[str, list[Path]]) -> 
 @pytest.mark.parametrize("pose", ["{}", "[1]", '{"quaternion_xyzw": [1, 1, 0, 0]}', "x"])
 def test_what_is_no_rotation_is_refused(pose: str) -> None:
     with pytest.raises(Refusal, match=r"bar_pose is .*expected JSON such as"):
-        _ = Asked("A-B", bar_pose=pose).pose
+        _ = BarEntry("A-B", bar_pose=pose).pose

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.accuracy.asked import Asked
+from mocap_metrology.accuracy.bar_entry import BarEntry
 from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.pose import pose
 from mocap_metrology.calibration.setup import Member, write_setup
@@ -79,7 +79,7 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def plain(lab: Path) -> dict:
-    return judged(lab, entry_of(lab, "a", "a", "T20"), Asked("T20-T21", LENGTH_MM))
+    return judged(lab, entry_of(lab, "a", "a", "T20"), BarEntry("T20-T21", LENGTH_MM))
 
 
 def calibrate(folder: Path, name: str, recording: str, board: str) -> Entry:
@@ -96,7 +96,7 @@ def entry_of(folder: Path, name: str, recording: str, board: str) -> Entry:
     return Entry(name, str(folder / f"{recording}.rec.gz"), "libsurvive-rec", board)
 
 
-def judged(folder: Path, entry: Entry, asked: Asked, **more: object) -> dict:
+def judged(folder: Path, entry: Entry, asked: BarEntry, **more: object) -> dict:
     own = folder / entry.calibration
     given = {"dump": str(entry.path), "factory": str(folder / "stations.json")}
     given |= paths_in(TABLES, own) | more.pop("given", {})
@@ -109,7 +109,7 @@ def test_a_bar_is_as_long_as_it_is(lab: Path) -> None:
     entry, turn = entry_of(lab, "a", "a", "T20"), Rotation.from_matrix(HEAD[0])
     half = turn.inv() * Rotation.from_euler("z", 180, degrees=True) * turn
     told = json.dumps({"quaternion_xyzw": half.as_quat().tolist()})
-    found = judged(lab, entry, Asked("T20-T21", LENGTH_MM, 0.1, told))
+    found = judged(lab, entry, BarEntry("T20-T21", LENGTH_MM, 0.1, told))
     (one,) = found["classes"]
     statistics = {name: value["value"] for name, value in one["statistics_mm"].items()}
     assert found["word"] == "good" and one["n_frames"] > 200
@@ -127,22 +127,22 @@ def test_the_other_end_can_be_of_another_row(lab: Path, plain: dict) -> None:
     entry, other = entry_of(lab, "a", "a", "T20"), calibrate(lab, "b", "a", "T21")
     given = {"other_dump": str(other.path)}
     given |= {f"other_{k}": v for k, v in paths_in(TABLES, lab / "b").items()}
-    found = judged(lab, entry, Asked("T20-b:T21", LENGTH_MM), given=given, other=other)
+    found = judged(lab, entry, BarEntry("T20-b:T21", LENGTH_MM), given=given, other=other)
     assert found["pair"] == ["T20", "b:T21"]
     assert json.dumps(found["classes"]) == json.dumps(plain["classes"])
-    refused = judged(lab, entry, Asked("T20-b:T20", LENGTH_MM), given=given, other=other)
+    refused = judged(lab, entry, BarEntry("T20-b:T20", LENGTH_MM), given=given, other=other)
     assert refused["refused"] == "bar: b:T20 is not the board of calibration b"
 
 
 @pytest.mark.parametrize(
     ("asked", "why"),
     [
-        (Asked("T20-T22"), 'bar is "T20-T22"; expected two objects of the recording'),
-        (Asked("T20-LHR-A1"), "expected the board T20 and another object"),
-        (Asked("T20-T21", 26.786), "length_mm is 26.786, but T20 and T21 are 26.* is it in cm"),
+        (BarEntry("T20-T22"), 'bar is "T20-T22"; expected two objects of the recording'),
+        (BarEntry("T20-LHR-A1"), "expected the board T20 and another object"),
+        (BarEntry("T20-T21", 26.786), "length_mm is 26.786, but T20 and T21 are 26.* is it in cm"),
     ],
 )
-def test_what_is_no_bar_is_refused(lab: Path, asked: Asked, why: str) -> None:
+def test_what_is_no_bar_is_refused(lab: Path, asked: BarEntry, why: str) -> None:
     found = judged(lab, entry_of(lab, "a", "a", "T20"), asked)
     assert re.search(why, found["refused"])
     assert (lab / "a/bar.csv").read_text() == "quantity,class\n"

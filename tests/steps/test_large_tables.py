@@ -8,7 +8,7 @@ import pytest
 from mocap_metrology.common import large
 from mocap_metrology.common.files import open_table, write_table
 from mocap_metrology.common.hampel import hampel
-from mocap_metrology.common.large import Made, in_parts
+from mocap_metrology.common.large import LazyArrays, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.recording.clean import cleaned, write_cleaned
 from mocap_metrology.recording.noise import gaussian_model
@@ -69,7 +69,7 @@ def test_diagnosis(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert expected.found.spikes["y2"].size
     monkeypatch.setattr(large, "LARGE", 0)
     found = diagnosed(Table.open(raw), no_psd, [], settings)
-    assert isinstance(found.found.quiet, Made)
+    assert isinstance(found.found.quiet, LazyArrays)
     expected.write(raw.parent / "expected", "r", "measured")
     found.write(raw.parent / "found", "r", "measured")
     for path in (raw.parent / "expected").iterdir():
@@ -96,7 +96,7 @@ def test_orientation_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     flat = {name: points[k][c] for k, row in enumerate(names) for c, name in enumerate(row)}
     write_table(tmp_path / "a.parquet", flat, {})
     monkeypatch.setattr(large, "LARGE", 0)
-    monkeypatch.setattr(Made, "__getitem__", None)  # no column is read whole
+    monkeypatch.setattr(LazyArrays, "__getitem__", None)  # no column is read whole
     columns, _ = open_table(tmp_path / "a.parquet")
     stored = of_cluster([[in_parts(columns, name) for name in row] for row in names])
     np.testing.assert_array_equal(stored.vectors_rad, expected.vectors_rad)

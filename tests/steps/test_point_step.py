@@ -8,7 +8,7 @@ import pytest
 
 from mocap_metrology.accuracy.points import Points, check
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.recording.points import Seen, read_reference, write_points
+from mocap_metrology.recording.points import RecordedPoint, read_reference, write_points
 
 
 def test_a_group_of_markers(tmp_path: Path) -> None:
@@ -19,7 +19,7 @@ def test_a_group_of_markers(tmp_path: Path) -> None:
     lines = [f"P{k},{x},{y},{z}\n" for k, (x, y, z) in enumerate(truth)]
     (tmp_path / "ref.csv").write_text("point,x_mm,y_mm,z_mm\n" + "".join(lines))
     rows = [{"recording": f"r{k}", "point": f"P{k}", "source": "measured"} for k in range(8)]
-    recorded = [Seen(place, 0.05, np.eye(3)) for place in places]
+    recorded = [RecordedPoint(place, 0.05, np.eye(3)) for place in places]
     found = tmp_path / "lab_points.json", tmp_path / "lab_points.svg"
     write_points("lab", rows, recorded, tmp_path / "ref.csv", *found)
     document = json.loads(found[0].read_text())

@@ -18,7 +18,7 @@ from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import PoseEstimate, Pulses
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.simulate.recording import (
-    Made,
+    SimulatedSweeps,
     simulate,
     simulate_mounts,
     truth_json,
@@ -76,7 +76,7 @@ REFUSED = {  # recording: board, what its line says
 BAD_ROWS = ("odd",)  # in the sheet
 
 
-def made(name: str) -> Made:
+def made(name: str) -> SimulatedSweeps:
     """A twin of `TWINS`, drawn with a seed of its own."""
     return simulate(calibration_twin(yaml.safe_load(TWINS), name), 77)
 
@@ -91,7 +91,7 @@ def some(pulses: Pulses, kept: np.ndarray) -> Pulses:
     return replace(pulses, **columns)
 
 
-def write_laboratory(folder: Path, recording: Made) -> None:
+def write_laboratory(folder: Path, recording: SimulatedSweeps) -> None:
     """What stands beside a dump: board, markers on both housings, mounts, an earlier pose."""
     seen, truth = simulate_mounts(recording.twin, 77), recording.truth
     frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
@@ -112,7 +112,7 @@ def write_laboratory(folder: Path, recording: Made) -> None:
     (folder / "room.csv").write_text("\n".join(lines) + "\n")
 
 
-def write_bad(folder: Path, brief: Made) -> None:
+def write_bad(folder: Path, brief: SimulatedSweeps) -> None:
     """The files of `REFUSED`."""
     board, pulses = brief.truth.board, brief.pulses
     write_dump(folder / "brief.dump", pulses)

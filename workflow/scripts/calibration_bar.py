@@ -3,7 +3,7 @@
 from step import step
 
 with step(snakemake) as log:
-    from mocap_metrology.accuracy.asked import Asked
+    from mocap_metrology.accuracy.bar_entry import BarEntry
     from mocap_metrology.calibration.bar import bar
     from mocap_metrology.calibration.sweeps import Entry
     from mocap_metrology.settings import Bar, Lighthouse
@@ -13,7 +13,7 @@ with step(snakemake) as log:
     settings, limits = Lighthouse(**given.lighthouse), Bar(**given.limits)
     found = bar(
         Entry(**given.row),
-        Asked(**given.bar),
+        BarEntry(**given.bar),
         files,
         settings,
         limits,

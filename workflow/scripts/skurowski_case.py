@@ -8,7 +8,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.series import all_series, length_s
-    from mocap_metrology.papers.shock import Shaken
+    from mocap_metrology.papers.shock import ShockRecording
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import allan_figures, crump, gather
 
@@ -23,7 +23,7 @@ with step(snakemake) as log:
 
     def shocked():
         _, raw, recorded = read_coordinates(files.raw[0])
-        shaken = Shaken(
+        shaken = ShockRecording(
             dict(all_series(raw, [tuple(pair) for pair in recorded["pairs"]])),
             read_coordinates(files.clean[0])[1],
             first,

@@ -6,7 +6,7 @@ from step import refusal_of, step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.accuracy.asked import Asked
+    from mocap_metrology.accuracy.bar_entry import BarEntry
     from mocap_metrology.common.files import empty_folder, write_json, write_table
     from mocap_metrology.recording.bar import write_take
     from mocap_metrology.recording.bar_take import read_bar
@@ -14,7 +14,7 @@ with step(snakemake) as log:
     from mocap_metrology.settings import Settings
 
     given, path = snakemake.params, Path(snakemake.output.take)
-    origin, settings, asked = dict(given.origin), Settings(**given.settings), Asked(**given.bar)
+    origin, settings, asked = dict(given.origin), Settings(**given.settings), BarEntry(**given.bar)
     if origin["twin"]:
         (twin,) = given.twin.values()
         with simulated(twin, settings.seed, path.parent) as made:

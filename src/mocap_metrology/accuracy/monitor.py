@@ -66,7 +66,7 @@ def crossing(limit: float, steps: int, clip: float = CLIP) -> float:
 
 
 @dataclass(frozen=True)
-class Watched:
+class WatchLimits:
     """What a series is watched for.
 
     tolerance: change that matters; scatter: standard deviation from day to day that is expected,
@@ -156,7 +156,7 @@ def words(found: Chart) -> list[tuple[str, int | None]]:
 
 
 def chart(
-    values: Floats, days: Sequence[object], marked: np.ndarray, watched: Watched, limit: Limits
+    values: Floats, days: Sequence[object], marked: np.ndarray, watched: WatchLimits, limit: Limits
 ) -> Chart:
     """Chart of the values (n,) of one series, in order of time, without NaN.
 
@@ -240,7 +240,9 @@ def _cusum(q: Floats) -> tuple[Floats, np.ndarray]:
     return (total - least)[1:], np.maximum.accumulate(at)
 
 
-def _widths(m: np.ndarray, mean: Floats, spread: Floats, watched: Watched) -> tuple[Floats, Floats]:
+def _widths(
+    m: np.ndarray, mean: Floats, spread: Floats, watched: WatchLimits
+) -> tuple[Floats, Floats]:
     """Tolerance, and s_p: the scatter measured and that stated."""
     tolerance, stated = watched.at(mean)
     measured = np.where(m > 1, (m - 1) * np.nan_to_num(spread) ** 2, 0.0)
@@ -264,7 +266,7 @@ def _days_before(days: Sequence[object], chosen: np.ndarray) -> np.ndarray:
     return np.array(numbers, dtype=np.int64)
 
 
-def _first(x: Floats, days: Sequence[object], watched: Watched) -> np.ndarray:
+def _first(x: Floats, days: Sequence[object], watched: WatchLimits) -> np.ndarray:
     """(n,) the first ten values that are not beyond the tolerance of those before them."""
     chosen: list[int] = []
     for k in range(x.size):

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from mocap_metrology.accuracy.monitor import Chart, Watched, chart, limits, words
+from mocap_metrology.accuracy.monitor import Chart, WatchLimits, chart, limits, words
 from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
@@ -74,7 +74,7 @@ class Series:
     kind: Kind
     values: Floats
     judged: np.ndarray
-    watched: Watched
+    watched: WatchLimits
 
     def natural(self, values: Floats) -> Floats:
         """Charted values in mm."""
@@ -107,10 +107,10 @@ def series_of(takes: Sequence[Take], how: Monitor) -> list[Series]:
     jitter = np.maximum(_values(take.jitter_mm for take in takes), LEAST_JITTER_MM)
     wander = _values(take.wander_mm for take in takes) ** (2 / 3)
     enough = np.array([take.wander_df >= LEAST_DF for take in takes])
-    of_jitter = Watched(tolerance.jitter, scatter.jitter)
-    of_wander = Watched(tolerance.wander, scatter.wander, relative=True)
-    of_place = Watched(tolerance.place_mm, scatter.place_mm)
-    of_length = Watched(tolerance.length_mm, scatter.length_mm)
+    of_jitter = WatchLimits(tolerance.jitter, scatter.jitter)
+    of_wander = WatchLimits(tolerance.wander, scatter.wander, relative=True)
+    of_place = WatchLimits(tolerance.place_mm, scatter.place_mm)
+    of_length = WatchLimits(tolerance.length_mm, scatter.length_mm)
     lengths = {n: _values(take.lengths_mm[n] for take in takes) for n in takes[0].lengths_mm}
     found = [
         Series("jitter", "jitter", np.log(jitter), every, of_jitter),

@@ -27,7 +27,7 @@ TURN_S = 20.0
 
 
 @entry(frozen=True, config=ENTRY)
-class Way:
+class BarMotion:
     """How the bar is carried."""
 
     extent_mm: Place = (2000.0, 1200.0, 600.0)
@@ -50,7 +50,7 @@ class BarErrors:
     """From pass to pass."""
     correlation_s: Positive = 0.3
     """Correlation time of what changes within a pass."""
-    path: Way = Field(default_factory=Way)
+    path: BarMotion = Field(default_factory=BarMotion)
     """The path."""
     rest: NonNegative = 0.5
     """Of what changes within a pass, by this correlation time."""
@@ -117,7 +117,7 @@ def simulate_bar(twin: BarTwin) -> SimulatedRecording:
     return SimulatedRecording(rate, position, truth)
 
 
-def _path(way: Way, time_s: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _path(way: BarMotion, time_s: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(3, n) place in the box, -1 to 1, and in mm: a Lissajous figure whose mean speed, over all
     phases, is the root of the mean squares of its axes'."""
     half = np.asarray(way.extent_mm)[:, None] / 2

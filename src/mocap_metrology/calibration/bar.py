@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.accuracy import take as of_take
-from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import evaluate
+from mocap_metrology.accuracy.bar_entry import BarEntry
 from mocap_metrology.accuracy.bar_rows import bar_rows
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of
@@ -26,7 +26,7 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.io.labels import pair_of
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile, is_network, read_pose_json
 from mocap_metrology.lighthouse.decode.libsurvive import TrackedObject, tracked_objects
-from mocap_metrology.lighthouse.track.bar import Heads, Object, heads
+from mocap_metrology.lighthouse.track.bar import BarEnds, Object, heads
 from mocap_metrology.lighthouse.track.receiver import STEP_S
 from mocap_metrology.present.accuracy.bar import bar_document
 from mocap_metrology.present.text.sentence import render
@@ -36,7 +36,7 @@ from mocap_metrology.settings import Lighthouse
 
 def bar(
     entry: Entry,
-    asked: Asked,
+    asked: BarEntry,
     given: Paths,
     settings: Lighthouse,
     limits: Limits,
@@ -60,7 +60,7 @@ def bar(
 
 def _judged(
     entry: Entry,
-    asked: Asked,
+    asked: BarEntry,
     given: Paths,
     settings: Lighthouse,
     limits: Limits,
@@ -141,7 +141,7 @@ def _object(
 
 
 def _document(
-    name: str, asked: Asked, pair: Sequence[str], found: Heads, used: PoseFile, limits: Limits
+    name: str, asked: BarEntry, pair: Sequence[str], found: BarEnds, used: PoseFile, limits: Limits
 ) -> tuple[Row, list[Row]]:
     from scipy.spatial.transform import Rotation
 
@@ -173,7 +173,7 @@ def _document(
     return document, bar_rows(judged)
 
 
-def _stated(error_mm: np.ndarray, sd_mm: np.ndarray, asked: Asked) -> Row:
+def _stated(error_mm: np.ndarray, sd_mm: np.ndarray, asked: BarEntry) -> Row:
     """`stated` of a distance, of its error that of the certificate included."""
     known = np.isfinite(error_mm) & np.isfinite(sd_mm)
     sizes = np.abs(error_mm[known]) / np.hypot(sd_mm[known], asked.length_u_mm or 0.0)

@@ -22,7 +22,7 @@ from mocap_metrology.calibration.tables import DECODED, TABLES, TWIN
 from mocap_metrology.calibration.track import Sight, write_track
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, UnknownUnit
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import read_recording
 from mocap_metrology.io.recording import Recording
@@ -109,7 +109,7 @@ def write_poses(
     settings: Lighthouse,
     given: Paths,
     paths: Paths,
-    over: Over = in_turn,
+    over: MapFunction = in_turn,
     beside: Sequence[tuple[Entry, Paths]] = (),
 ) -> Row:
     """sweeps.parquet, stations.json -> poses.parquet, pose.json, track.parquet: board poses, pose

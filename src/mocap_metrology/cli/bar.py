@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from mocap_metrology.accuracy.asked import Asked
+from mocap_metrology.accuracy.bar_entry import BarEntry
 from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.cli import results
 from mocap_metrology.cli.recording import SETTINGS, advised, reuse_freed_memory
@@ -23,7 +23,7 @@ def check_bar(path: Path, folder: Path, options: argparse.Namespace) -> str:
     reuse_freed_memory()
     truncated, columns = options.accept_truncated, options.columns
     entry = Entry([str(path)], [], options.rate, truncated, options.unit, column_names=columns)
-    asked = Asked(options.bar, options.length, options.length_u)
+    asked = BarEntry(options.bar, options.length, options.length_u)
     named = {"recording": results.name_of(path), "source": "measured", "twin": None}
     try:
         reading = read_bar(entry, asked, SETTINGS, named)

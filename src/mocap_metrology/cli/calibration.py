@@ -13,7 +13,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from threading import Thread
 
-from mocap_metrology.accuracy.asked import Asked
+from mocap_metrology.accuracy.bar_entry import BarEntry
 from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.exports import FORMATS
@@ -145,7 +145,7 @@ def _tell_truth(
     """Tells what a bar and motion capture say of the calibration, writes bar.json, bar.csv and
     receiver.json; why one of them says nothing."""
     if options.bar:
-        asked = Asked(options.bar, options.length, options.length_u)
+        asked = BarEntry(options.bar, options.length, options.length_u)
         paths = {name: str(folder / file) for name, file in BAR.items()}
         found = bar(entry, asked, given, settings, Bar(), paths)
         if "refused" in found:

@@ -30,7 +30,7 @@ from mocap_metrology.recording import analyse
 from mocap_metrology.recording.clean import Check, Entry, clean
 from mocap_metrology.recording.monitor import monitor, read_take, unfit, write_take
 from mocap_metrology.recording.monitor_sheet import monitors
-from mocap_metrology.recording.progress import Shown
+from mocap_metrology.recording.progress import ProgressLines
 from mocap_metrology.recording.results import Results
 from mocap_metrology.settings import Noise, Settings, checked
 
@@ -309,7 +309,7 @@ def _analysed(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> Map
         if why := unfit({"recording": name, "sha256": [], "moving": check.get("moving")}, {}):
             raise Refusal(f"{Path(entry.paths[0]).name}: {why}")
 
-    progress = Shown(sys.stderr, analyse.N_STEPS, of_recording.processors())
+    progress = ProgressLines(sys.stderr, analyse.N_STEPS, of_recording.processors())
     group = line.cells["group"]
     analyse.analyse(entry, name, folder, settings, tell, progress, group, pairs)
     return write_take(Results(folder), settings)

@@ -24,7 +24,7 @@ from mocap_metrology.present.text.numbers import duration_words, mm
 from mocap_metrology.present.verdict.words import verdict_lines
 from mocap_metrology.recording import analyse, clean
 from mocap_metrology.recording.clean import Check, Entry
-from mocap_metrology.recording.progress import Shown
+from mocap_metrology.recording.progress import ProgressLines
 from mocap_metrology.settings import Noise, Settings
 
 # One estimator of noise decides the verdict; the others are for comparison
@@ -44,7 +44,7 @@ LARGEST = 1 << 29  # bytes of an array, and of what is kept
 def check_recording(path: Path, folder: Path, options: argparse.Namespace) -> str:
     """Results of one recording into the folder, the verdict on the terminal; its word."""
     reuse_freed_memory()
-    progress = Shown(sys.stderr, analyse.N_STEPS, options.threads or processors())
+    progress = ProgressLines(sys.stderr, analyse.N_STEPS, options.threads or processors())
     log = logging.getLogger("mocap_metrology")
     log.addHandler(progress)
     name = results.name_of(path)

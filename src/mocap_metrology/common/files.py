@@ -22,7 +22,7 @@ import numpy as np
 
 from mocap_metrology.common import parquet
 from mocap_metrology.common.errors import Damaged, Missing
-from mocap_metrology.common.large import Made, Spool, is_large
+from mocap_metrology.common.large import LazyArrays, Spool, is_large
 from mocap_metrology.common.spreadsheet import as_text
 from mocap_metrology.common.types import Columns
 
@@ -308,7 +308,7 @@ def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
         pa.default_memory_pool().release_unused()
         return found
 
-    return Made(names, column, partial(parquet.Column, path)), metadata
+    return LazyArrays(names, column, partial(parquet.Column, path)), metadata
 
 
 def read_series(path: str | Path) -> Iterator[tuple[str, np.ndarray]]:

@@ -35,10 +35,10 @@ class Sliced(Protocol):
 
 def in_parts(arrays: Mapping[str, np.ndarray], name: str) -> Sliced:
     """One of the arrays to be used a slice at a time: from the disk where it can be."""
-    return arrays.in_parts(name) if isinstance(arrays, Made) else arrays[name]
+    return arrays.in_parts(name) if isinstance(arrays, LazyArrays) else arrays[name]
 
 
-class Made(Mapping[str, np.ndarray]):
+class LazyArrays(Mapping[str, np.ndarray]):
     """Arrays by name, each made (read, computed) whenever it is asked for, and not kept.
 
     `in_parts`: as `make`, without the whole array in memory; by default `make`.

@@ -75,7 +75,7 @@ def fields(section: type[Section], prefix: str = "") -> Iterator[tuple[str, Fiel
 
 
 @dataclass(frozen=True)
-class Once:
+class Unique:
     """Check of a list: no value twice, and at least this one or so many."""
 
     always: str = ""
@@ -170,7 +170,7 @@ def expected(name: str, field: FieldInfo) -> str:
     if words is not None:
         return words.expected
     for own in field.metadata:
-        if isinstance(own, AfterValidator) and isinstance(own.func, Once):
+        if isinstance(own, AfterValidator) and isinstance(own.func, Unique):
             choices = ", ".join(choices_of(kind))
             among = f", {own.func.always} among them" if own.func.always else ""
             return f"a list of {choices}, each at most once{among}"

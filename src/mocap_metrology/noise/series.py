@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.common.large import Made
+from mocap_metrology.common.large import LazyArrays
 from mocap_metrology.common.types import Columns, Record
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def every_series(
             for axis in AXES
         )
 
-    return Made([*coordinates, *distances], made)
+    return LazyArrays([*coordinates, *distances], made)
 
 
 def pair_numbers(

@@ -59,7 +59,7 @@ def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock 
 
 
 @dataclass(frozen=True)
-class Shaken:
+class ShockRecording:
     """A recording with a shock: raw and cleaned coordinates and L, (n,) mm each, by name, and
     columns of allan.parquet, which are of the cleaned ones."""
 

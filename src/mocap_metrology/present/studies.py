@@ -9,7 +9,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.papers.studies.findings import NOTICEABLE, SHOWN, Shown, first_of_methods
+from mocap_metrology.papers.studies.findings import (
+    NOTICEABLE,
+    SHOWN,
+    StudyDisplay,
+    first_of_methods,
+)
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.tables import Row, aligned
@@ -45,7 +50,7 @@ def markdown(rows: Sequence[Row], n: int, seconds: float, seed: int) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _tables(shown: Shown, rows: list[Row]) -> list[str]:
+def _tables(shown: StudyDisplay, rows: list[Row]) -> list[str]:
     """The table of methods, and that of points; with boards at several distances, by these."""
 
     def line(row: Row, *cells: str) -> list[str]:
@@ -88,7 +93,7 @@ def _interval(row: Row, name: str, digits: int, unit: str = "") -> str:
     return f"{text} ({significant(ends[0], digits)} to {significant(ends[1], digits)})"
 
 
-def panels_of(shown: Shown, rows: Sequence[Row]) -> pd.DataFrame:
+def panels_of(shown: StudyDisplay, rows: Sequence[Row]) -> pd.DataFrame:
     """Rows of a study with the title of their `panel` and the name of their `line`."""
     table = pd.DataFrame(rows)
     method = pd.Series(list(zip(table["estimator"], table["stage"], strict=True)))
@@ -111,7 +116,7 @@ def panels_of(shown: Shown, rows: Sequence[Row]) -> pd.DataFrame:
 
 
 @fig.styled()
-def study_figure(shown: Shown, rows: Sequence[Row], source: str) -> fig.Picture:
+def study_figure(shown: StudyDisplay, rows: Sequence[Row], source: str) -> fig.Picture:
     """Errors of position and rotation, both axes logarithmic; recordings without a pose are
     counted in the panel."""
     table = panels_of(shown, rows)

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.accuracy import bar_rows
-from mocap_metrology.accuracy.asked import Asked
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
+from mocap_metrology.accuracy.bar_entry import BarEntry
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.take import Take
@@ -41,7 +41,7 @@ FILES = (
 )
 
 
-def write_take(reading: Reading, asked: Asked, path: Path) -> None:
+def write_take(reading: Reading, asked: BarEntry, path: Path) -> None:
     """bar.parquet: a take frame by frame, and what else was read of it."""
     take, pose = reading.take, asked.pose
     kept = {**reading.origin, "date": take.date, "pair": reading.pair}
@@ -115,7 +115,7 @@ def _write_filters(folder: Path, document: Row, bar: Bar) -> None:
 
 
 @dataclass(frozen=True)
-class Together:
+class BarGroup:
     """All passes of one bar, and sources of the recordings by name; document: as bar.json."""
 
     bar: Bar
@@ -126,7 +126,7 @@ class Together:
 
 def passes_of(
     paths: Iterable[str | Path], settings: Settings, still_mm: float | None = None
-) -> list[Together]:
+) -> list[BarGroup]:
     """The bars of some bar.parquet, those of most passes first: takes with one pair of markers and
     one certificate are passes of one bar. The same files count once."""
     bars: dict[tuple[Any, ...], list[tuple[Take, Mapping[str, Any]]]] = {}
@@ -149,7 +149,7 @@ def passes_of(
         named: Row = {"recording": f"{len(own)} passes of {'-'.join(pair)}"}
         document = named | present.bar_document(bar, findings, settings.bar, pair, warnings=told)
         sources = {origin["recording"]: origin["source"] for _, origin in own}
-        found.append(Together(bar, pair, sources, document))
+        found.append(BarGroup(bar, pair, sources, document))
     return found
 
 
@@ -160,7 +160,7 @@ def write_group(
     settings: Settings,
     path: Path,
     figure: Path,
-) -> Together:
+) -> BarGroup:
     """Passes of a group together: tables beside the JSON file `path`, and the figure of the bar
     with most passes, which is returned. still: contents of verdict.json of the group's
     recordings."""
@@ -184,7 +184,7 @@ def write_group(
 
 
 def write_statement(
-    group: str, one: Together, known: Sequence[Component], path: Path, pdf: Path
+    group: str, one: BarGroup, known: Sequence[Component], path: Path, pdf: Path
 ) -> None:
     """Statement of uncertainty by a bar and what is known otherwise: tables beside the JSON file
     `path`, the page as `pdf` and as PNG."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.accuracy import take as of_take
-from mocap_metrology.accuracy.asked import Asked
+from mocap_metrology.accuracy.bar_entry import BarEntry
 from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_slope
 from mocap_metrology.accuracy.take import Take, take_of, with_angles
 from mocap_metrology.common.errors import Refusal
@@ -40,7 +40,7 @@ class Reading:
 
 def read_bar(
     entry: Entry,
-    asked: Asked,
+    asked: BarEntry,
     settings: Settings,
     named: Mapping[str, Any],
 ) -> Reading:

@@ -19,7 +19,7 @@ from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
 from mocap_metrology.common.files import Metadata
 from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, own_step, white_level_kept
 from mocap_metrology.common.large import is_large
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import bodies_of, read_recording
@@ -102,7 +102,7 @@ def examine(
     entry: Entry,
     recording: Recording,
     settings: Settings,
-    over: Over = in_turn,
+    over: MapFunction = in_turn,
 ) -> tuple[Check, Movements]:
     """Contents of check.json of a recording that can be used, and how its markers move, by label
     and axis; over: how coordinates are worked on."""
@@ -246,7 +246,7 @@ def refuse(refusal: Refusal, entry: Entry, origin: Metadata, folder: Path) -> No
     files.write_csv(folder / "outliers.csv", [], OUTLIERS)
 
 
-def trajectories(recording: Recording, named: Metadata, over: Over = in_turn) -> Table:
+def trajectories(recording: Recording, named: Metadata, over: MapFunction = in_turn) -> Table:
     """Chosen markers in mm, one row a frame, gaps as NaN; what an interpolation filled is a gap.
 
     named: `recording`, `source` (`twin` or `measured`), `twin` (its name, or None), `pairs` of
@@ -282,7 +282,9 @@ def trajectories(recording: Recording, named: Metadata, over: Over = in_turn) ->
     return Table(columns | dict(zip(names, coordinates, strict=True)), origin, few_values)
 
 
-def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> tuple[Table, list[Row]]:
+def cleaned(
+    raw: Table, settings: of.Hampel, over: MapFunction = in_turn
+) -> tuple[Table, list[Row]]:
     """Every series, distances included, through the Hampel filter: clean.parquet, and rows of
     outliers.csv."""
     columns, report = {"frame": raw.frame}, []
@@ -315,7 +317,9 @@ def _half_window(raw: Table, settings: of.Hampel) -> int:
     return max(round(settings.half_window_s * raw.origin["frame_rate_hz"]), 1)
 
 
-def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[tuple[str, np.ndarray, Row]]:
+def _filtered(
+    raw: Table, settings: of.Hampel, over: MapFunction
+) -> Iterable[tuple[str, np.ndarray, Row]]:
     """Name without unit and cleaned values of every series, coordinates in their own type, and the
     row of outliers.csv."""
     origin, half_window = raw.origin, _half_window(raw, settings)

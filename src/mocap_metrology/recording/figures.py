@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.files import Metadata, whole_folder
-from mocap_metrology.common.large import Made
+from mocap_metrology.common.large import LazyArrays
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.series import coordinate_names, every_series, pair_name
 from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
@@ -50,7 +50,7 @@ def draw_trajectory(results: Results) -> None:
         before, after = recorded[name], cleaned[name]
         return np.isfinite(before) & (before.astype(after.dtype) != after)
 
-    changed, rate = Made(recorded, replaced), origin["frame_rate_hz"]
+    changed, rate = LazyArrays(recorded, replaced), origin["frame_rate_hz"]
     how = f"{origin['recording']}: trajectory", _source(origin), _filtered(origin)
     save(trajectory_figure(recorded, cleaned, changed, rate, *how), results.folder / "trajectory")
 

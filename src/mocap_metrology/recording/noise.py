@@ -12,7 +12,7 @@ from mocap_metrology import settings as of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import Metadata, versions, write_csv
 from mocap_metrology.common.hampel import taken_at_most
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.common.types import Columns, Row
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
@@ -74,7 +74,7 @@ def noise(
 
 
 def spectra(
-    series: Iterable[Series], origin: Metadata, settings: of.Spectrum, over: Over = in_turn
+    series: Iterable[Series], origin: Metadata, settings: of.Spectrum, over: MapFunction = in_turn
 ) -> Table:
     """Welch's power spectral density of every series: psd.parquet."""
 
@@ -114,7 +114,7 @@ def gaussian_model(clean: Table, settings: of.Gaussian) -> tuple[list[Row], list
 
 
 def allan_deviations(
-    series: Iterable[Series], origin: Metadata, settings: of.Allan, over: Over
+    series: Iterable[Series], origin: Metadata, settings: of.Allan, over: MapFunction
 ) -> Table:
     """Allan deviations, with intervals, of series cleaned as in S: allan.parquet."""
     rate, given = origin["frame_rate_hz"], origin["hampel"]
@@ -143,7 +143,7 @@ def noise_coefficients(
     allan: Mapping[str, np.ndarray],
     settings: Settings,
     subset: tuple[str, int] | None,
-    over: Over,
+    over: MapFunction,
     outliers: Callable[[str, np.ndarray], np.ndarray | None],
 ) -> tuple[list[Row], Table, Table]:
     """Coefficients of the noise of every series, by every estimator: rows of noise.csv, Allan

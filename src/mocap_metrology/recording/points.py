@@ -27,7 +27,7 @@ COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
 
 
 @dataclass(frozen=True)
-class Seen:
+class RecordedPoint:
     """A point as it was recorded: mean place (3,) in mm, standard deviation of a frame, mean
     attitude (3, 3), the identity of a marker."""
 
@@ -36,7 +36,7 @@ class Seen:
     turn: np.ndarray
 
 
-def seen(clean: str | Path, paths: Sequence[str], row: Mapping[str, Any]) -> Seen:
+def seen(clean: str | Path, paths: Sequence[str], row: Mapping[str, Any]) -> RecordedPoint:
     """The first marker, or body, of a recording at rest; row: columns as `clean.Entry` has them."""
     table = Table.read(clean)
     label = table.origin["labels"][0]
@@ -48,7 +48,7 @@ def seen(clean: str | Path, paths: Sequence[str], row: Mapping[str, Any]) -> See
         quaternion = orientation_of(paths, label, *told)
         known = np.isfinite(quaternion).all(axis=0)
         turn = Rotation.from_quat(quaternion[:, known].T).mean().as_matrix()
-    return Seen(np.nanmean(place, axis=1), float(np.nanstd(place, axis=1).max()), turn)
+    return RecordedPoint(np.nanmean(place, axis=1), float(np.nanstd(place, axis=1).max()), turn)
 
 
 def read_reference(path: str | Path) -> dict[str, tuple[np.ndarray, float]]:
@@ -86,7 +86,7 @@ def read_reference(path: str | Path) -> dict[str, tuple[np.ndarray, float]]:
 def write_points(
     group: str,
     rows: Sequence[Mapping[str, Any]],
-    recorded: Sequence[Seen],
+    recorded: Sequence[RecordedPoint],
     reference: str | Path,
     path: Path,
     figure: Path,

@@ -40,7 +40,7 @@ class Progress:
 CALM = Progress()
 
 
-class Shown(Progress, logging.Handler):
+class ProgressLines(Progress, logging.Handler):
     """Lines like `3/8 Allan deviations: 4 of 7 series` on `stream`; `workers` threads.
 
     On a terminal the line of a step is written anew, elsewhere there is one now and then. As a

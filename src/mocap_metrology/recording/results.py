@@ -13,7 +13,7 @@ import numpy as np
 
 from mocap_metrology.common import files
 from mocap_metrology.common.hampel import hampel, mask_half_window, own_step, tail
-from mocap_metrology.common.large import Made, in_parts
+from mocap_metrology.common.large import LazyArrays, in_parts
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.recording import OutlierRow, read_outliers
 from mocap_metrology.noise.fit.estimates import NoiseRow, read_noise
@@ -58,7 +58,7 @@ class Table:
     def coordinates(self) -> Mapping[str, np.ndarray]:
         """Series by name without unit."""
         own = (name for name in self.columns if name != "frame")
-        return Made(
+        return LazyArrays(
             (name.removesuffix("_mm") for name in own),
             lambda name: self.columns[f"{name}_mm"],
             lambda name: in_parts(self.columns, f"{name}_mm"),

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.files import write_json, write_text
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise import filters
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
@@ -106,7 +106,7 @@ def diagnosed(
     psd: Table,
     noise: Sequence[NoiseRow],
     settings: Settings,
-    over: Over = in_turn,
+    over: MapFunction = in_turn,
     movements: Mapping[str, Movement] | None = None,
 ) -> Diagnosed:
     """Events, lines, resolution and filters of a recording; noise: rows of noise.csv; movements: of

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from mocap_metrology.common.sections import Once, Section, Words
+from mocap_metrology.common.sections import Section, Unique, Words
 
 PoseEstimator = Literal["batch", "paper", "paper-tight", "paper-lm", "pnp", "geometric"]
 Optics = Literal["ideal", "factory", "estimated"]
@@ -34,18 +34,18 @@ class Lighthouse(Section):
     """Threshold of this filter, in 1.4826 MAD."""
     estimators: Annotated[
         tuple[PoseEstimator, ...],
-        AfterValidator(Once("paper-lm")),
+        AfterValidator(Unique("paper-lm")),
     ] = ("batch", "paper", "paper-tight", "paper-lm")
     """Estimators of the pose, with `paper-lm` among them; each is described below. The pose of
     `batch` is chosen where it is among them and converges."""
-    optics: Annotated[tuple[Optics, ...], AfterValidator(Once(least=1))] = (
+    optics: Annotated[tuple[Optics, ...], AfterValidator(Unique(least=1))] = (
         "ideal",
         "factory",
         "estimated",
     )
     """`ideal` is J's; `factory` uses the values of the maker that the flashes carry; `estimated`
     estimates them with the pose, by `batch`, where they are not known."""
-    simplex_optics: Annotated[tuple[SimplexOptics, ...], AfterValidator(Once())] = ("ideal",)
+    simplex_optics: Annotated[tuple[SimplexOptics, ...], AfterValidator(Unique())] = ("ideal",)
     """Optics of `paper` and `paper-tight`, each of which takes a second."""
     reconstruction: Literal["full-interpolation", "dominant-axis", "pairs"] = "full-interpolation"
     """Method that brings both angles to one moment (J section IV)."""
@@ -121,7 +121,7 @@ Baseline = Annotated[float, Field(ge=0.2, le=5)]
 Diodes = Annotated[int, Field(ge=3, le=32)]
 Offset = Annotated[float, Field(ge=0, le=100)]
 LaserDistance = Annotated[float, Field(ge=0.75, le=10)]
-TWO = AfterValidator(Once(least=2))
+TWO = AfterValidator(Unique(least=2))
 
 
 def _numbers(low: str, high: str, unit: str = "") -> Words:
@@ -161,6 +161,6 @@ class JansenStudies(Section):
     )
     """Distances of the lasers from the middle of their station, in random directions."""
     laser_distances_m: Annotated[
-        tuple[LaserDistance, ...], AfterValidator(Once(least=1)), _numbers("0.75", "10", " of m")
+        tuple[LaserDistance, ...], AfterValidator(Unique(least=1)), _numbers("0.75", "10", " of m")
     ] = (1.0, 2.5, 6.0)
     """Distances of the board at which these offsets are compared; the stations are 1 m apart."""

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from mocap_metrology.common.sections import Once, Section, Words
+from mocap_metrology.common.sections import Section, Unique, Words
 
 Action = Literal["replace", "mask", "off"]
 AllanEstimator = Literal["oadev", "mdev", "hdev"]
@@ -47,7 +47,7 @@ class Allan(Section):
     """Shortest averaging time, in frames."""
     max_fraction: float = Field(0.3333333, gt=0, le=0.5)
     """Longest averaging time, as a share of the recording."""
-    estimators: Annotated[tuple[AllanEstimator, ...], AfterValidator(Once("oadev"))] = ("oadev",)
+    estimators: Annotated[tuple[AllanEstimator, ...], AfterValidator(Unique("oadev"))] = ("oadev",)
     """Overlapping Allan (always), modified Allan and Hadamard deviation."""
     confidence: float = Field(0.683, gt=0, lt=1)
     """Level of the confidence intervals."""
@@ -238,7 +238,7 @@ class Diagnosis(Section):
     outliers, not an event."""
     cutoffs_hz: Annotated[
         tuple[Frequency, ...],
-        AfterValidator(Once()),
+        AfterValidator(Unique()),
         Words(
             "a list of frequencies in Hz > 0 and <= 1000000, each at most once, or []",
             "each > 0, <= 1000000",
@@ -261,7 +261,7 @@ class Noise(Section):
             NoiseEstimator,
             ...,
         ],
-        AfterValidator(Once("likelihood")),
+        AfterValidator(Unique("likelihood")),
     ] = ("likelihood", "annealing-ant-colony", "levenberg-marquardt", "slopes")
     """Estimators of noise coefficients, with `likelihood` among them; `docs/noise.md` describes
     each. `annealing-ant-colony-plain` takes about 10 s a series."""

@@ -12,7 +12,7 @@ from scipy.stats import chi2, rayleigh
 
 from mocap_metrology.lighthouse.assess import validation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
-from mocap_metrology.lighthouse.calibrate.variants import Weighed
+from mocap_metrology.lighthouse.calibrate.variants import VariantFit
 from mocap_metrology.lighthouse.records import Factory, PoseEstimate, Station
 
 T = np.array([0.5, 2.0, -0.1])
@@ -24,8 +24,8 @@ def turned(deg: float, axis: tuple[float, float, float] = (0, 0, 1.0)) -> np.nda
     return Rotation.from_rotvec(math.radians(deg) * np.array(axis)).as_matrix()
 
 
-def weighed(name: str, standing: str, mm: float = 0.0) -> Weighed:
-    return Weighed(name, standing, 60.0, 0.0, np.eye(3), np.add(T, [1e-3 * mm, 0, 0]))
+def weighed(name: str, standing: str, mm: float = 0.0) -> VariantFit:
+    return VariantFit(name, standing, 60.0, 0.0, np.eye(3), np.add(T, [1e-3 * mm, 0, 0]))
 
 
 def test_the_rotor_model_that_was_taken_is_named_first_and_then_those_left_open() -> None:

@@ -14,7 +14,7 @@ from mocap_metrology.lighthouse.batch.residuals import BINS
 from mocap_metrology.lighthouse.calibrate.batch import by_batch
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.records import Factory, Hits, PoseEstimate
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 from mocap_metrology.lighthouse.simulate.twin import FactoryValues
 from tests.lighthouse import pairs
 from tests.lighthouse.calibrate import scenes
@@ -27,7 +27,9 @@ def of_scene(own: scenes.Scene) -> Scene:
     return Scene(own.hits, own.board, "ideal", [None] * 2, None, "crazyflie", EXACT)
 
 
-def estimated(made: Made, hits: Hits | None = None, priors: Priors = EXACT) -> PoseEstimate:
+def estimated(
+    made: SimulatedSweeps, hits: Hits | None = None, priors: Priors = EXACT
+) -> PoseEstimate:
     return by_batch(pairs.scene(made, hits, priors))
 
 

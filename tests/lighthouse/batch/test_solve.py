@@ -15,8 +15,8 @@ from mocap_metrology.lighthouse.batch import view as views
 from mocap_metrology.lighthouse.batch.problem import (
     GROUPS,
     Layout,
-    More,
     Priors,
+    SideInformation,
     State,
     by_sweep,
     layout,
@@ -51,7 +51,7 @@ MOVED = set().union(*MOVES.values())
 
 @pytest.mark.parametrize("known_poses", [False, True])
 def test_every_unknown_moves_what_it_is_of(known_poses: bool) -> None:
-    board, covers = flat_board(), More(normals=np.tile([1.0, 0.0, 0.0], (32, 1)))
+    board, covers = flat_board(), SideInformation(normals=np.tile([1.0, 0.0, 0.0], (32, 1)))
     of = layout(2, len(board), EVERYTHING, known_poses, gravity=True, more=covers)
     rotors = np.array([rotor_parameters(FACTORY)] * 2)
     before = start([np.eye(3)] * 2, np.zeros((2, 3)), rotors, board, of.size)

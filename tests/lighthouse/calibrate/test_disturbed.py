@@ -15,27 +15,29 @@ from mocap_metrology.lighthouse.calibrate.static import is_still
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.known_length import KnownLength, Place
 from mocap_metrology.lighthouse.records import Halves, Hits, Path, PoseEstimate
-from mocap_metrology.lighthouse.simulate.recording import Made
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
 
 BATCH = CalibrationSettings(estimators=("batch",), optics=("factory",), variant="libsurvive")
 
 
 @pytest.fixture(scope="module")
-def made() -> Made:
+def made() -> SimulatedSweeps:
     return hand(1)
 
 
-def judged(made: Made, hits: Hits, board: np.ndarray | None = None) -> Outcome:
+def judged(made: SimulatedSweeps, hits: Hits, board: np.ndarray | None = None) -> Outcome:
     board = made.truth.board if board is None else board
     return outcome(made, clean_hits(hits, board)[0], board)
 
 
 @pytest.fixture(scope="module")
-def plain(made: Made) -> Outcome:
+def plain(made: SimulatedSweeps) -> Outcome:
     return judged(made, made.hits)
 
 
-def test_whole_sweeps_that_are_wrong_lose_their_weight(made: Made, plain: Outcome) -> None:
+def test_whole_sweeps_that_are_wrong_lose_their_weight(
+    made: SimulatedSweeps, plain: Outcome
+) -> None:
     """4 % of the sweeps: the pose is as good as without, not the share of their errors of mrad."""
     angle = wrong_sweeps(made.hits, np.random.default_rng(3), 0.04)
     wrong = judged(made, replace(made.hits, angle_rad=angle))
@@ -51,11 +53,11 @@ def test_a_board_within_what_is_stated_of_it_is_good_and_a_stretched_one_is_not(
 
 
 @pytest.fixture(scope="module")
-def deck() -> Made:
+def deck() -> SimulatedSweeps:
     return flight(1, seconds=8.0)
 
 
-def test_a_diode_that_goes_dark_leaves_the_rest_as_it_is(deck: Made) -> None:
+def test_a_diode_that_goes_dark_leaves_the_rest_as_it_is(deck: SimulatedSweeps) -> None:
     """One of four from the middle on: half of the recording is enough, and no hit fits badly."""
     dark = deck.hits.take((deck.hits.diode != 2) | (deck.hits.time_s < 4))
     hits, _ = clean_hits(dark, deck.truth.board)
@@ -66,7 +68,7 @@ def test_a_diode_that_goes_dark_leaves_the_rest_as_it_is(deck: Made) -> None:
     assert dim.word == whole.word == "usable" and dim.z < 2
 
 
-def test_a_known_length_that_contradicts_the_board_is_doubted(deck: Made) -> None:
+def test_a_known_length_that_contradicts_the_board_is_doubted(deck: SimulatedSweeps) -> None:
     """The distance of the stations, stated 5 % too large: the scale of a deck is known to 0.9 %."""
     board, apart = deck.truth.board, float(np.linalg.norm(deck.truth.t_optical_m))
     hits, _ = clean_hits(deck.hits, board)
@@ -110,7 +112,9 @@ def test_a_board_that_moves_for_a_third_of_the_time_is_not_still() -> None:
     assert not is_still(replace(path, t_m=moving))
 
 
-def test_hits_that_determine_nothing_are_a_reason_and_no_crash(made: Made, monkeypatch) -> None:
+def test_hits_that_determine_nothing_are_a_reason_and_no_crash(
+    made: SimulatedSweeps, monkeypatch
+) -> None:
     """Whatever fails in linear algebra."""
 
     def singular(*_: object, **__: object) -> None:

@@ -143,14 +143,14 @@ def test_a_channel_of_two_stations_does_not_tell_which() -> None:
 PLACES = ((3.0, 0.8, 0.2), (3.6, 0.3, -0.4), (2.5, 1.3, 0.5), (3.3, 1.5, -0.1), (2.7, 0.2, 0.4))
 
 
-def of_pair(k: int, **slave: object) -> recording.Made:
+def of_pair(k: int, **slave: object) -> recording.SimulatedSweeps:
     """Recording k of a setup, at a place of its own."""
     return recording.simulate(
         twin(40 + k, duration_s=4.0, motion={"centre_m": PLACES[k]}, slave=slave)
     )
 
 
-def one_of(own: recording.Made) -> Scene:
+def one_of(own: recording.SimulatedSweeps) -> Scene:
     return pairs.scene(own, priors=Priors())
 
 

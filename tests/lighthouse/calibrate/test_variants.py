@@ -22,7 +22,7 @@ from mocap_metrology.lighthouse.calibrate.variants import (
     widened,
 )
 from mocap_metrology.lighthouse.records import PoseEstimate
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 
 UNITS = 20
 R = np.eye(3)
@@ -82,7 +82,7 @@ SECOND = {"phase": [-0.00832, -0.0082], "tilt": [0.00035, 0.00778], "curve": [0.
 
 
 @cache
-def made(variant: str, seed: int) -> Made:
+def made(variant: str, seed: int) -> SimulatedSweeps:
     """Five seconds by hand before rotors of two real stations that obey this variant."""
     return simulate(
         twin_from_mapping(
@@ -106,7 +106,7 @@ def made(variant: str, seed: int) -> Made:
     )
 
 
-def calibrated(own: Made, estimator: str = "paper-lm") -> Calibration:
+def calibrated(own: SimulatedSweeps, estimator: str = "paper-lm") -> Calibration:
     factories = [station.factory for station in own.truth.stations]
     settings = CalibrationSettings(estimators=(estimator,), optics=("factory",))
     return calibrate(own.hits, own.truth.board, factories, settings)

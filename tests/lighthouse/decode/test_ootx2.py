@@ -23,7 +23,7 @@ from mocap_metrology.lighthouse.decode.turns import (
     find_turns,
     unpack,
 )
-from mocap_metrology.lighthouse.decode.wander import Late, TurnClock
+from mocap_metrology.lighthouse.decode.wander import Delay, TurnClock
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
 from mocap_metrology.lighthouse.records import Factory, Station
 from tests.lighthouse.decode.test_ootx import same
@@ -81,7 +81,7 @@ def turns_of(bits: np.ndarray, rng: np.random.Generator, lost: float, wrong: flo
     """Turns of channel 5 that carry these bits, some of them lost or misread."""
     kept = np.flatnonzero(rng.random(bits.size) >= lost)
     read = bits[kept] ^ (rng.random(kept.size) < wrong)
-    clock, late = TurnClock(0.0, 0.0196, 0.0, *np.zeros(4)), Late(0, np.zeros(2))
+    clock, late = TurnClock(0.0, 0.0196, 0.0, *np.zeros(4)), Delay(0, np.zeros(2))
     return Turns(5, clock, kept, late, read.astype(np.int8))
 
 

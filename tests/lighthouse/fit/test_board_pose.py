@@ -14,7 +14,7 @@ from mocap_metrology.lighthouse.fit.board_pose import (
     first_guesses,
     upright,
 )
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import Given, normal_equations
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import PoseProblem, normal_equations
 from mocap_metrology.lighthouse.fit.simplex import BOARD, TIGHT
 from mocap_metrology.lighthouse.records import Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
@@ -59,7 +59,9 @@ def test_poses_are_right_and_as_good_as_the_angles_allow(kind: str) -> None:
     for i in np.flatnonzero(good):
         seen = given.seen[i]
         own = np.ascontiguousarray(given.angles_rad[i, seen])
-        normal_equations(truth.R[i], truth.t_m[i], Given(BOARD, board[seen], own, IDEAL), H, g)
+        normal_equations(
+            truth.R[i], truth.t_m[i], PoseProblem(BOARD, board[seen], own, IDEAL), H, g
+        )
         sd = SIGMA * np.sqrt(np.diag(np.linalg.inv(H)))
         error = np.r_[found.t_m[i] - truth.t_m[i], rotation.error(found.R[i], truth.R[i])]
         ratios.append(error / sd)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
-    Given,
+    PoseProblem,
     damped_step,
     minimise,
     normal_equations,
@@ -116,7 +116,7 @@ def test_derivatives(unknown: int, optics: str) -> None:
     h = 1e-6
     J = np.column_stack([(residuals(h * e) - residuals(-h * e)) / (2 * h) for e in np.eye(6)])
     H, g = np.empty((6, 6)), np.empty(6)
-    f = normal_equations(R, t, Given(unknown, points, measured, rotors), H, g)
+    f = normal_equations(R, t, PoseProblem(unknown, points, measured, rotors), H, g)
     assert f == pytest.approx((residuals(np.zeros(6)) ** 2).sum(), rel=1e-12)
     np.testing.assert_allclose(H, J.T @ J, rtol=1e-6, atol=1e-6 * H.max())
     np.testing.assert_allclose(g, J.T @ residuals(np.zeros(6)), rtol=1e-5, atol=1e-7)
@@ -138,7 +138,7 @@ def test_minimum_is_that_of_scipy(unknown: int, optics: str) -> None:
 
     peer = least_squares(residuals, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     R, t, cost, converged = minimise(
-        rotation.from_angles(*start[3:]), start[:3], Given(unknown, points, measured, rotors)
+        rotation.from_angles(*start[3:]), start[:3], PoseProblem(unknown, points, measured, rotors)
     )
     assert converged
     assert cost == pytest.approx(2 * peer.cost, rel=1e-9)

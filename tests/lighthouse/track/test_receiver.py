@@ -12,7 +12,7 @@ from mocap_metrology.lighthouse.batch.bias import selected_inverse
 from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.records import Measurements
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 from mocap_metrology.lighthouse.track.receiver import (
     Calibrated,
     Track,
@@ -26,12 +26,12 @@ from tests.lighthouse.pairs import UNITS, scene, twin
 MM_DEG = np.r_[np.full(3, 1e-3), np.full(3, np.pi / 180)]  # 1 mm, 1 deg in m and rad
 
 
-def made(seed: int, duration_s: float = 2.0) -> Made:
+def made(seed: int, duration_s: float = 2.0) -> SimulatedSweeps:
     steady = {"tremor_mm": 0.0, "tremor_deg": 0.0}
     return simulate(twin(seed, duration_s=duration_s, motion=steady))
 
 
-def exact(own: Made, covariance: np.ndarray | None = None) -> Calibrated:
+def exact(own: SimulatedSweeps, covariance: np.ndarray | None = None) -> Calibrated:
     nothing = np.zeros((6, 6)) if covariance is None else covariance
     return Calibrated(own.truth.R, own.truth.t_m, nothing, False)
 
@@ -41,7 +41,7 @@ def turned(R: np.ndarray, of: np.ndarray) -> np.ndarray:
     return rotation.log(R @ np.swapaxes(of, 1, 2))
 
 
-def errors(own: Made, found: Track) -> np.ndarray:
+def errors(own: SimulatedSweeps, found: Track) -> np.ndarray:
     """(n, 6) of position in m and left rotation vector in rad."""
     R, t = own.truth.motion.poses(found.time_s)
     seen = found.hits.any(axis=1)

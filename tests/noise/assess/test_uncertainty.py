@@ -12,7 +12,7 @@ from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.assess.mean import mean_of_all
 from mocap_metrology.noise.assess.spread import spread
-from mocap_metrology.noise.assess.uncertainty import Span, Unmodelled, Why, assess_series, lowest
+from mocap_metrology.noise.assess.uncertainty import Reason, Span, Unmodelled, assess_series, lowest
 from mocap_metrology.noise.fit.estimates import deterministic_of, model_of
 from mocap_metrology.noise.fit.estimates import rows as noise_rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
@@ -76,14 +76,14 @@ GAPS = np.where(np.arange(5000) < 4500, math.nan, white(n=5000))
 @pytest.mark.parametrize(
     ("series", "table", "status", "why"),
     [
-        (white(), rows("misfit"), "misfit", Unmodelled(Why.MISFIT)),
-        (white(), [], "no coefficients", Unmodelled(Why.NO_MODEL)),
-        (white(n=20), [], "no coefficients", Unmodelled(Why.NO_MODEL)),
-        (white(), REFUSED, "refused", Unmodelled(Why.NO_MODEL)),
-        (white(), NOTE, "refused", Unmodelled(Why.REFUSED, note="why")),
-        (white(n=999), NOTE, "refused", Unmodelled(Why.TOO_SHORT, 999, 1000)),
-        (white(n=1000), NOTE, "refused", Unmodelled(Why.REFUSED, note="why")),
-        (GAPS, NOTE, "refused", Unmodelled(Why.TOO_MANY_GAPS, 500, 1000)),
+        (white(), rows("misfit"), "misfit", Unmodelled(Reason.MISFIT)),
+        (white(), [], "no coefficients", Unmodelled(Reason.NO_MODEL)),
+        (white(n=20), [], "no coefficients", Unmodelled(Reason.NO_MODEL)),
+        (white(), REFUSED, "refused", Unmodelled(Reason.NO_MODEL)),
+        (white(), NOTE, "refused", Unmodelled(Reason.REFUSED, note="why")),
+        (white(n=999), NOTE, "refused", Unmodelled(Reason.TOO_SHORT, 999, 1000)),
+        (white(n=1000), NOTE, "refused", Unmodelled(Reason.REFUSED, note="why")),
+        (GAPS, NOTE, "refused", Unmodelled(Reason.TOO_MANY_GAPS, 500, 1000)),
     ],
     ids=range(8),
 )
@@ -120,7 +120,7 @@ def test_a_level_that_is_known_may_be_off_by_a_twentieth(ratio: float) -> None:
     assert found.basis == ("model" if trusted else "measured")
     if not trusted:
         why = found.unmodelled
-        assert (why.why, why.expected) == (Why.FRAMES_DISAGREE, pytest.approx(SIGMA * ratio))
+        assert (why.why, why.expected) == (Reason.FRAMES_DISAGREE, pytest.approx(SIGMA * ratio))
         assert why.value == pytest.approx(SIGMA, rel=0.02)
 
 
@@ -130,7 +130,7 @@ def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     assert (found.status, found.basis) == ("ok", "measured")
     assert found.frame_mm == pytest.approx(math.hypot(SIGMA, 0.2 / math.sqrt(12)), rel=0.02)
     why = found.unmodelled
-    assert (why.why, why.over_s) == (Why.MEANS_DISAGREE, 1.0)
+    assert (why.why, why.over_s) == (Reason.MEANS_DISAGREE, 1.0)
     assert why.expected == pytest.approx(SIGMA * math.sqrt(1 / RATE - 1 / N))
     assert why.value == pytest.approx(0.2 / math.sqrt(12), rel=0.02)
     assert found.drift_mm_per_h == pytest.approx(0.2 * 12, rel=0.02)

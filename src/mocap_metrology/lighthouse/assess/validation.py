@@ -25,7 +25,7 @@ from mocap_metrology.lighthouse.assess.fit_checks import (
     unknown,
     worst,
 )
-from mocap_metrology.lighthouse.calibrate.variants import Weighed, steps
+from mocap_metrology.lighthouse.calibrate.variants import VariantFit, steps
 from mocap_metrology.lighthouse.records import PoseEstimate, Station
 
 STAGES_APART = ((20.0, 0.5), (60.0, 2.0))  # mm, deg
@@ -59,7 +59,7 @@ def factory(
     return Check(name, Case.FACTORY, "recording", "", limit, True, "good")
 
 
-def rotor_model(chosen: PoseEstimate, variants: Sequence[Weighed]) -> Check:
+def rotor_model(chosen: PoseEstimate, variants: Sequence[VariantFit]) -> Check:
     """Drivers differ in what factory values mean; their difference is in the covariance."""
     name = "rotor model"
     if chosen.optics != "factory" or not variants:
@@ -195,7 +195,7 @@ def verdict(
     board_rms_urad: float | None = None,
     places_urad: float = 0.0,
     errors: tuple[np.ndarray, np.ndarray] | None = None,
-    variants: Sequence[Weighed] = (),
+    variants: Sequence[VariantFit] = (),
     exchanged: Sequence[str] = (),
     why_none: str = "",
 ) -> Verdict:

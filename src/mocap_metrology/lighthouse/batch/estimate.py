@@ -106,7 +106,7 @@ def determined(what: str) -> Iterator[None]:
 
 
 def estimate(
-    recordings: Sequence[recording.Given],
+    recordings: Sequence[recording.BatchInput],
     R: Sequence[np.ndarray],
     t_m: Sequence[np.ndarray],
     rotors: np.ndarray,
@@ -115,7 +115,7 @@ def estimate(
     known_poses: bool = False,
     *,
     sized: bool = False,
-    more: problem.More | None = None,
+    more: problem.SideInformation | None = None,
     near: Joint | None = None,
     rounds: int = ROUNDS,
 ) -> Joint:
@@ -128,7 +128,7 @@ def estimate(
     """
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
-    more = more or problem.More()
+    more = more or problem.SideInformation()
     ups, normals = more.ups, more.normals
     by_ups = ups is not None and bool(np.isfinite(ups).all(axis=1).any())
     there = [one is not None for one in seen]

@@ -102,7 +102,7 @@ class Priors:
 
 
 @dataclass(frozen=True)
-class More:
+class SideInformation:
     """What is known besides, where it is. ups (stations, 3): the way up in the frame of each
     station, NaN where it is unknown; spreads (stations, 2, 7): of stations of the second
     generation, standard deviations of phase, tilt, curve, and both parts of gibbous and of ogee of
@@ -151,12 +151,12 @@ def layout(
     inertial: Sequence[bool] = (),
     gravity: bool = False,
     sized_scale: bool = False,
-    more: More | None = None,
+    more: SideInformation | None = None,
 ) -> Layout:
     """The unknowns of so many stations and diodes; known_poses: those of the stations are none;
     inertial: which recordings have such sensors; gravity: whether it is an unknown without them;
     sized_scale: whether data show the scale of the board."""
-    more = more or More()
+    more = more or SideInformation()
     columns = np.full((n_stations, 2, 9), -1)
     sd: list[float] = []
     working: list[float] = []

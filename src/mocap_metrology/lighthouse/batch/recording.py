@@ -93,7 +93,7 @@ def _variance(diode: np.ndarray, n: Floats, mean: Floats, within: float, views: 
 
 
 @dataclass(frozen=True)
-class Given:
+class BatchInput:
     """What an estimate begins with: hits of all stations, a trajectory near the board's, inertial
     sensors on it, and lengths measured meanwhile; clocks: those of the stations."""
 
@@ -107,7 +107,7 @@ class Given:
         """What is used of its sensors."""
         return windows(self.inertial, self.trajectory, self.hits.time_s)
 
-    def with_knots(self) -> Given:
+    def with_knots(self) -> BatchInput:
         """The same with the knots that its inertial sensors need."""
         own = self.trajectory
         if own.still or own.knot_s <= inertial.KNOT_S or self.windows() is None:
@@ -216,7 +216,7 @@ class Recording:
         return self.residual - self.plain().offset[self.sweeps.sweep]
 
 
-def recording(given: Given, state: State) -> Recording:
+def recording(given: BatchInput, state: State) -> Recording:
     """Hits of all stations along a trajectory, not yet weighed."""
     sweeps = by_sweep(given.hits)
     seen = view(sweeps, given.trajectory)

@@ -14,7 +14,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.parts import rms_by
-from mocap_metrology.lighthouse.batch.recording import Given, Recording, recording
+from mocap_metrology.lighthouse.batch.recording import BatchInput, Recording, recording
 from mocap_metrology.lighthouse.records import AXES, Hits
 
 BINS = 12  # of angle and of time
@@ -105,7 +105,7 @@ def _all_hits(found: Joint, hits: Hits) -> Recording:
     known = hits.take(one.trajectory.known(hits.time_s))
     if len(known) == one.residual.size:
         return one
-    return replace(recording(Given(known, one.trajectory), found.state), noise=one.noise)
+    return replace(recording(BatchInput(known, one.trajectory), found.state), noise=one.noise)
 
 
 def _by_diode(one: Recording, every: Recording, names: Sequence[str]) -> Rows:

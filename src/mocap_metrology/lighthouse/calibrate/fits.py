@@ -30,7 +30,7 @@ from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint, completed, 
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.parts import misfit_of, rms_by
 from mocap_metrology.lighthouse.batch.problem import State
-from mocap_metrology.lighthouse.batch.recording import Given, Recording, recording
+from mocap_metrology.lighthouse.batch.recording import BatchInput, Recording, recording
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory, through
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
@@ -72,7 +72,7 @@ def fitted(
     """One estimate from there, whatever fits badly; sized, near, rounds: as in `estimate`."""
     R, t = zip(*poses_of(near) if near else poses, strict=True)
     its = scene.sensors
-    given = [Given(hits, trajectory, its.inertial, its.lengths, its.clocks)]
+    given = [BatchInput(hits, trajectory, its.inertial, its.lengths, its.clocks)]
     how = scene.rotors, scene.board, scene.used_priors, scene.known_pose
     return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 
@@ -349,7 +349,7 @@ def _gated(
     time, or on diodes that light cannot reach. Where most hits of a station are off, it is the
     board that is not there; by a better estimate, the station may see a reflection of it."""
     hits = hits.take(~np.isin(hits.diode, out)) if len(out) else hits
-    one = recording(Given(hits, found.recordings[0].trajectory), found.state)
+    one = recording(BatchInput(hits, found.recordings[0].trajectory), found.state)
     off, own = np.abs(one.residual), one.sweeps.hits
     when = ((own.time_s - own.time_s.min()) / TOGETHER_S).astype(np.int64)
     shape = len(scene.names), when.max() + 1

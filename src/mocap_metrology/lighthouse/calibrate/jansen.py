@@ -25,7 +25,7 @@ from dataclasses import replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate import variants
@@ -67,7 +67,7 @@ def calibrate(
     factories: Sequence[records.Factory | None],
     settings: CalibrationSettings | None = None,
     report: Callable[[str], None] = lambda line: None,
-    over: Over = in_turn,
+    over: MapFunction = in_turn,
     sensors: Sensors | None = None,
     stations: Sequence[records.Station] | None = None,
 ) -> Calibration:
@@ -104,7 +104,7 @@ def calibrate(
         how = settings.lasers_m, variants.FALLBACK if auto else settings.variant, settings.priors
         scene = Scene(hits, board, name, factories, *how, sensors=sensors or Sensors())
         try:
-            own, ways = _Optics(scene, measured, smooth), list[variants.Weighed]()
+            own, ways = _Optics(scene, measured, smooth), list[variants.VariantFit]()
             if auto:
                 own, ways = _best(own, BATCH in settings.estimators)
             return _by_optics(Calibration(variants=ways), own, settings, report)
@@ -158,11 +158,11 @@ class _Optics:
         self.still = all(is_still(path) for path in self.agreed.paths)
 
 
-def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[variants.Weighed]]:
+def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[variants.VariantFit]]:
     """The optics with the best variant of the rotor model, and all variants; by_batch: the board
     moves."""
     scene, joint, begun = own.scene, None, time.perf_counter()
-    ways: list[variants.Weighed] = []
+    ways: list[variants.VariantFit] = []
     if variants.all_one(scene.factories):
         return own, []
     if by_batch and not own.still:

@@ -31,7 +31,7 @@ from mocap_metrology.lighthouse.calibrate.variants import (
     HIT_RAD,
     NAMES,
     Fit,
-    Weighed,
+    VariantFit,
     units_of,
     weigh,
 )
@@ -40,7 +40,7 @@ from mocap_metrology.lighthouse.records import Station
 MOST_PAIRS = 6  # of four stations: each is one more estimate
 
 
-def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
+def best_joint(scene: Scene) -> tuple[list[VariantFit], tuple[Joint, str]]:
     """The ranking of all variants, and the joint estimate by the best of them with its note.
 
     The variant that is best a step after a first fit, which is by the fallback, is estimated in
@@ -64,7 +64,7 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     return weighed, found[best]
 
 
-def weighed_stations(of: Mapping[str, Scene], found: Mapping[str, Joint]) -> list[list[Weighed]]:
+def weighed_stations(of: Mapping[str, Scene], found: Mapping[str, Joint]) -> list[list[VariantFit]]:
     """All variants as the pose of each station but the first has them, each from an estimate with
     the noise of the same fit; raises as `best_joint`."""
     fits: list[list[Fit]] = [[] for _ in next(iter(found.values())).state.R[1:]]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.lighthouse import records
-from mocap_metrology.lighthouse.batch.problem import More, Priors
+from mocap_metrology.lighthouse.batch.problem import Priors, SideInformation
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
@@ -121,9 +121,9 @@ class Scene:
         return np.array([UNKNOWN_SD if own is None else known for own in self.factories])
 
     @property
-    def more(self) -> More:
+    def more(self) -> SideInformation:
         """What an estimate knows besides."""
-        return More(self.sensors.ups, self.spreads, self.sensors.normals)
+        return SideInformation(self.sensors.ups, self.spreads, self.sensors.normals)
 
     def of(self, members: Sequence[int]) -> Scene:
         """Some of the stations, the first of them the reference."""

@@ -24,7 +24,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
-from mocap_metrology.lighthouse.batch.recording import Given
+from mocap_metrology.lighthouse.batch.recording import BatchInput
 from mocap_metrology.lighthouse.calibrate import network as networks
 from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
@@ -37,7 +37,7 @@ from mocap_metrology.lighthouse.calibrate.variants import (
     COVARIANCE_UNITS,
     FALLBACK,
     NAMES,
-    Weighed,
+    VariantFit,
     all_one,
     steps,
     widened,
@@ -107,7 +107,7 @@ def calibrate_stations(
 
 def _best(
     scene: Scene, given: tuple[Joint, str], settings: CalibrationSettings, moved: bool
-) -> tuple[Scene, tuple[Joint, str], list[list[Weighed]]]:
+) -> tuple[Scene, tuple[Joint, str], list[list[VariantFit]]]:
     """The estimate by the variant of the rotor model that the recording prefers, and all variants
     of each station."""
     auto = scene.optics == "factory" and settings.variant == AUTO and scene.generation == 2
@@ -125,7 +125,7 @@ def _best(
     return of[best], given, ways
 
 
-def covariance_of_all(found: Joint, ways: Sequence[Sequence[Weighed]]) -> np.ndarray:
+def covariance_of_all(found: Joint, ways: Sequence[Sequence[VariantFit]]) -> np.ndarray:
     """Covariance of all poses in mm and deg, with the variants that are left open."""
     n = len(ways)
     rows = np.concatenate([found.pose(k) for k in range(1, n + 1)])
@@ -143,7 +143,7 @@ class Setup:
 
     poses: list[PoseEstimate]
     predicted: Mapping[str, Mapping[str, Halves]]
-    variants: list[Weighed]
+    variants: list[VariantFit]
     why: list[str]
     network: networks.Network | None = None
 
@@ -289,7 +289,7 @@ def _connected(
 
 def _by_variant(
     scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[_Piece]
-) -> tuple[Joint, Scene, list[list[Weighed]]]:
+) -> tuple[Joint, Scene, list[list[VariantFit]]]:
     """All recordings together, by the variant of the rotor model that fits them best; the variants
     as each station's pose has them."""
     every = NAMES if scene.generation == 1 else OF_PLANES
@@ -297,7 +297,7 @@ def _by_variant(
     names = every if auto else (NAMES[0] if scene.variant == AUTO else scene.variant,)
     of = {name: replace(scene, variant=name) for name in names}
     found: dict[str, Joint] = {}
-    ways: list[list[Weighed]] = [[] for _ in scene.names[1:]]
+    ways: list[list[VariantFit]] = [[] for _ in scene.names[1:]]
     best = names[0]
     while best not in found:
         found[best] = _together(of[best], scenes, pieces)
@@ -326,7 +326,7 @@ def _together(scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[_Piece
         lengths = tuple(length.known for length in one.lengths)
         clocks = dict(zip(piece.members, one.clocks, strict=False))
         of_all = tuple(clocks.get(k) for k in range(len(scene.names)))
-        given.append(Given(hits, one.trajectory.seen_from(*frame), series, lengths, of_all))
+        given.append(BatchInput(hits, one.trajectory.seen_from(*frame), series, lengths, of_all))
     R, t = zip(*(poses[k] for k in range(len(scene.names))), strict=True)
     with determined(scene.title):
         how = scene.rotors, scene.board, scene.used_priors

@@ -18,7 +18,7 @@ from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
-from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, Weighed
+from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, VariantFit
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
@@ -76,7 +76,7 @@ class Calibration:
     still: bool = False
     n_common: int = 0
     why: list[str] = field(default_factory=list)
-    variants: list[Weighed] = field(default_factory=list)
+    variants: list[VariantFit] = field(default_factory=list)
     joints: dict[str, tuple[Scene, Joint]] = field(default_factory=dict)
     network: Network | None = None
     exchanged: tuple[str, ...] = ()

@@ -15,7 +15,7 @@ from scipy.special import fdtrc
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import Given, normal_equations
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import PoseProblem, normal_equations
 from mocap_metrology.lighthouse.fit.simplex import BOARD
 from mocap_metrology.lighthouse.records import ROLES, Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotation import cross, log, mean
@@ -186,7 +186,7 @@ def _covariance(
     """sigma^2 (J^T J)^-1 of a board pose, sigma^2 = K_1 / (angles - 6); m and rad."""
     seen = given.seen[0]
     H, g = np.empty((6, 6)), np.empty(6)
-    own = Given(BOARD, board[seen], given.angles_rad[0, seen], rotors)
+    own = PoseProblem(BOARD, board[seen], given.angles_rad[0, seen], rotors)
     normal_equations(path.R[0], path.t_m[0], own, H, g)
     freedom = max(int(path.n_angles[0]) - 6, 1)
     return path.epsilon[0] / freedom * np.linalg.inv(H)

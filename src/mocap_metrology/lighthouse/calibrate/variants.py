@@ -72,7 +72,7 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class Weighed:
+class VariantFit:
     """A variant as the recording judges it: `standing` is chosen, open or worse; residual in urad
     of both stations; t: statistic of its being worse than the chosen one (0 for that itself)."""
 
@@ -115,7 +115,7 @@ def expected_loss(epsilon: np.ndarray, n_angles: np.ndarray, n_slave: int) -> np
     )
 
 
-def weigh(fits: Sequence[Fit]) -> list[Weighed]:
+def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
     """The fits in their order, the best of them chosen; they are of the same parts."""
     limit = OUTLIER * min(float(np.median(fit.loss)) for fit in fits)
     kept = np.all([fit.loss <= limit for fit in fits], axis=0)
@@ -136,11 +136,11 @@ def weigh(fits: Sequence[Fit]) -> list[Weighed]:
             sure = value > stdtrit(units.size - 1, RULED_OUT) and gap.sum() > beyond_noise
         standing = "chosen" if k == best else "worse" if sure else "open"
         rms = 1e6 * float(np.sqrt(total[k] / angles.sum()))
-        found.append(Weighed(fit.variant, standing, rms, value, fit.R, fit.t_m))
+        found.append(VariantFit(fit.variant, standing, rms, value, fit.R, fit.t_m))
     return found
 
 
-def steps(weighed: Sequence[Weighed]) -> np.ndarray:
+def steps(weighed: Sequence[VariantFit]) -> np.ndarray:
     """From the chosen pose to those left open: (k, 6) in mm and deg, as a covariance counts."""
     rows = [
         np.r_[w.t_m - taken.t_m, error(w.R, taken.R)] * COVARIANCE_UNITS
@@ -152,7 +152,7 @@ def steps(weighed: Sequence[Weighed]) -> np.ndarray:
     return np.reshape(rows, (-1, 6))
 
 
-def widened(estimate: PoseEstimate, weighed: Sequence[Weighed]) -> PoseEstimate:
+def widened(estimate: PoseEstimate, weighed: Sequence[VariantFit]) -> PoseEstimate:
     """The estimate with the open variants in its covariance."""
     off = steps(weighed)
     if estimate.covariance is None or not len(off):
@@ -171,7 +171,7 @@ def best_variant(
     measured: Sequence[Measurements],
     middle: Sequence[Measurements],
     order: int,
-) -> list[Weighed]:
+) -> list[VariantFit]:
     """The ranking of all variants by `paper-lm`.
 
     measured: of master and slave; middle: the median angles of each diode, which count where the

@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.batch.parts import SPLITS
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, blocks_of, jackknife, nearest
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
-    Given,
+    PoseProblem,
     damped_step,
     minimise,
     normal_equations,
@@ -95,7 +95,7 @@ def _information(
     nothing = np.zeros((board.shape[0], 2))
     for i in range(n):
         own = board[seen[i]]
-        normal_equations(R[i], t[i], Given(BOARD, own, nothing, rotors), out[i], g)
+        normal_equations(R[i], t[i], PoseProblem(BOARD, own, nothing, rotors), out[i], g)
     return out
 
 
@@ -331,7 +331,7 @@ def by_levenberg_marquardt(
     R: np.ndarray, t: np.ndarray, given: Scene
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """J Eq. 5 by Levenberg-Marquardt from (R, t): R, t (m), K_2 in rad^2."""
-    seen = Given(STATION, given.points, given.angles, given.rotors)
+    seen = PoseProblem(STATION, given.points, given.angles, given.rotors)
     return minimise(np.ascontiguousarray(R), t, seen)[:3]
 
 
@@ -340,7 +340,7 @@ def covariance(R: np.ndarray, t: np.ndarray, given: Scene) -> np.ndarray | None:
     of its second derivative would promise too much."""
     block, parts = blocks_of(given.time_s), []
     for own in (block == b for b in np.unique(block)):
-        seen = Given(STATION, given.points[own], given.angles[own], given.rotors)
+        seen = PoseProblem(STATION, given.points[own], given.angles[own], given.rotors)
         parts.append((np.empty((6, 6)), np.empty(6)))
         normal_equations(np.ascontiguousarray(R), t, seen, *parts[-1])
     return jackknife_of_steps(parts)

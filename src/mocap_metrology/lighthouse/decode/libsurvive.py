@@ -55,7 +55,7 @@ UNIT = 1e-2  # deviation of the axes of a head from right angles and unit length
 
 
 @dataclass
-class Seen:
+class RecordingPass:
     """Results of one pass over a recording."""
 
     pulses: list[np.ndarray] = field(default_factory=list)  # channel, start, length of the object
@@ -110,7 +110,7 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
     return replace(read, notes=tuple(notes)), board
 
 
-def _named(seen: Seen, wanted: str) -> str:
+def _named(seen: RecordingPass, wanted: str) -> str:
     """Name in the recording of the object of that name, or else of that serial number."""
     if wanted in seen.configs or wanted.encode() in seen.raw | seen.second:
         return wanted
@@ -121,8 +121,8 @@ def _named(seen: Seen, wanted: str) -> str:
     return wanted
 
 
-def _scan(path: str | Path, wanted: bytes) -> Seen:
-    seen, file = Seen(), Path(path).name
+def _scan(path: str | Path, wanted: bytes) -> RecordingPass:
+    seen, file = RecordingPass(), Path(path).name
     for block in blocks(path, seen):
         n_events = len(EVENT.findall(block))
         seen.events += n_events
@@ -156,7 +156,7 @@ def _scan(path: str | Path, wanted: bytes) -> Seen:
     return seen
 
 
-def _add_raw(seen: Seen, block: bytes, wanted: bytes) -> None:
+def _add_raw(seen: RecordingPass, block: bytes, wanted: bytes) -> None:
     """Store the pulses of the wanted object, count those of all."""
     lines = [line for line in block.split(b"\n") if b" C " in line]
     found = RAW.findall(b"\n".join(lines))
@@ -167,7 +167,7 @@ def _add_raw(seen: Seen, block: bytes, wanted: bytes) -> None:
     seen.n_pulses += len(mine)
 
 
-def blocks(path: str | Path, seen: Seen) -> Iterator[bytes]:
+def blocks(path: str | Path, seen: RecordingPass) -> Iterator[bytes]:
     """The text in pieces of whole lines without empty ones; a last line without end was cut off,
     and is left out. The caller is told where the file ends too early."""
     name, rest, size = Path(path).name, b"", 0
@@ -210,7 +210,7 @@ def _opened(path: str | Path) -> Iterator[BufferedReader | gzip.GzipFile]:
             yield raw
 
 
-def _check(seen: Seen, own: str, wanted: str, name: str) -> bool:
+def _check(seen: RecordingPass, own: str, wanted: str, name: str) -> bool:
     """Whether the light is of second-generation stations; refuses a recording without raw pulses
     and description of the object. own: its name, wanted: as the user names it."""
     n_first, n_second = sum(seen.raw.values()), sum(seen.second.values())
@@ -309,7 +309,7 @@ def tracked_objects(path: str | Path) -> list[TrackedObject]:
     Raises `Refusal` for a description that cannot be read.
     """
     texts: dict[str, bytes] = {}
-    for block in blocks(path, Seen()):
+    for block in blocks(path, RecordingPass()):
         for name, text in CONFIG.findall(block):
             texts.setdefault(name.decode("utf-8", "replace"), text)
     return [_described(name, text, Path(path).name) for name, text in texts.items()]

@@ -34,7 +34,7 @@ from mocap_metrology.lighthouse.decode.ootx import (
     values,
 )
 from mocap_metrology.lighthouse.decode.sweeps import counts_of
-from mocap_metrology.lighthouse.decode.wander import Late, TurnClock, wander
+from mocap_metrology.lighthouse.decode.wander import Delay, TurnClock, wander
 from mocap_metrology.lighthouse.records import Factory, Hits, Inertial, Pulses, Station
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
@@ -89,7 +89,7 @@ class Turns:
     channel: int
     clock: TurnClock
     turn: np.ndarray  # from 0, missed ones counted
-    late: Late  # off the clock
+    late: Delay  # off the clock
     bit: np.ndarray  # int8; -1 unknown
 
     def place(self, time_s: Floats) -> tuple[np.ndarray, Floats]:

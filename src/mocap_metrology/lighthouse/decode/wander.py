@@ -109,7 +109,7 @@ class TurnClock(Wander, Clock):
 
 
 @dataclass(frozen=True)
-class Late:
+class Delay:
     """How late a rotor is in seconds, at all turns from `first` on; as at the last one after it."""
 
     first: int
@@ -122,20 +122,20 @@ class Late:
         return found
 
 
-def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[Late, Wander]:
+def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[Delay, Wander]:
     """How late a rotor is, by rising turns and what their begins are off the line, and the model of
     it; not at all where that is below the resolution, or no likelier than the line."""
     every = np.arange(turn[0] - BEYOND, turn[-1] + BEYOND + 1)
     spread = MAD_TO_SIGMA * float(np.median(np.abs(residual_s)))
     found, z = Wander(), np.zeros(every.size)
     if spread < 0.5 * resolution_s:
-        return Late(int(every[0]), z), found
+        return Delay(int(every[0]), z), found
     y, good = residual_s / spread, np.ones(turn.size, np.bool_)
     for _ in range(2):
         at = turn[good]
         likeliest = _likeliest(at[:MOST], y[good][:MOST])
         if likeliest is None:
-            return Late(int(every[0]), 0 * z), Wander()
+            return Delay(int(every[0]), 0 * z), Wander()
         found = likeliest
         seen = np.arange(at[0] - BEYOND, at[-1] + BEYOND + 1)
         z = np.interp(every, seen, found.curve(at, y[good], BEYOND)[0])
@@ -143,7 +143,7 @@ def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[L
         good = off <= OUTLIER * MAD_TO_SIGMA * float(np.median(off))
         if good.all():
             break
-    return Late(int(every[0]), spread * z), replace(found, begin_s=spread * found.begin_s)
+    return Delay(int(every[0]), spread * z), replace(found, begin_s=spread * found.begin_s)
 
 
 def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:

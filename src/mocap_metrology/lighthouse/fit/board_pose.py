@@ -9,11 +9,11 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import Given, minimise
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import PoseProblem, minimise
 from mocap_metrology.lighthouse.fit.simplex import (
     BOARD,
     MATLAB,
-    Seen,
+    SimplexData,
     SimplexSettings,
     cost,
     evaluate,
@@ -105,7 +105,7 @@ def _search_all(
         points, m, cs = np.empty((3, own.size)), np.empty((2, own.size)), np.empty((4, own.size))
         for k in range(own.size):
             points[:, k], m[:, k], cs[:, k] = board[own[k]], angles[i, own[k]], trig[:, i, own[k]]
-        x0, given = starts[i], Seen(BOARD, points, m, cs, rotors)
+        x0, given = starts[i], SimplexData(BOARD, points, m, cs, rotors)
         if warm and i > 0:  # unless the search before was lost
             R, room = np.empty((3, 3)), np.empty((4, own.size))
             if cost(poses[i - 1], given, R, room) < cost(x0, given, R, room):
@@ -255,7 +255,7 @@ def _minimise_all(
             if seen[i, j]:
                 points[k], m[k] = board[j], angles[i, j]
                 k += 1
-        given = Given(BOARD, points[:k], m[:k], rotors)
+        given = PoseProblem(BOARD, points[:k], m[:k], rotors)
         R, t, f, _ = minimise(Rs[i], ts[i], given)
         R2, t2 = _mirrored(R, t, centre[i], normal[i])
         R2, t2, f2, _ = minimise(R2, t2, given)

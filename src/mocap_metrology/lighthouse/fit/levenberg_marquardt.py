@@ -21,7 +21,7 @@ ITERATIONS = 40  # at most
 SINGULAR = 1e-14  # what is left of a diagonal element, over it
 
 
-class Given(NamedTuple):
+class PoseProblem(NamedTuple):
     """Whose pose is unknown, BOARD or STATION; points (n, 3) in m with both angles, measured (n, 2)
     in rad; rotors of the station."""
 
@@ -52,7 +52,7 @@ def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
 
 @njit
 def normal_equations(
-    R: np.ndarray, t: np.ndarray, given: Given, H: np.ndarray, g: np.ndarray
+    R: np.ndarray, t: np.ndarray, given: PoseProblem, H: np.ndarray, g: np.ndarray
 ) -> float:
     """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, written in place; returns the cost.
 
@@ -110,7 +110,7 @@ def damped_step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
 
 @njit
 def minimise(
-    R: np.ndarray, t: np.ndarray, given: Given
+    R: np.ndarray, t: np.ndarray, given: PoseProblem
 ) -> tuple[np.ndarray, np.ndarray, float, bool]:
     """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged.
 

@@ -27,7 +27,7 @@ BOARD, STATION = 0, 1  # whose pose is unknown
 N = 6  # unknowns of a pose
 
 
-class Seen(NamedTuple):
+class SimplexData(NamedTuple):
     """Whose pose is unknown; points (3, n) in m: diodes in the board's frame (BOARD) or in the
     master's (STATION); measured (2, n) rad, azimuth and elevation; trig (4, n): cos and sin of
     both; rotors (2, 13)."""
@@ -63,7 +63,7 @@ def matrix(x: np.ndarray, R: np.ndarray) -> None:
 
 
 @njit
-def _turns(room: np.ndarray, axis: int, given: Seen) -> float:
+def _turns(room: np.ndarray, axis: int, given: SimplexData) -> float:
     """Sum of squares of atan2(side, ahead) about a laser, less the measured angle m.
 
     Points are in room[:3], room[3] is written over. Differences are in (-pi, pi], and need no
@@ -122,7 +122,7 @@ def _place(
 
 
 @njit
-def cost(x: np.ndarray, given: Seen, R: np.ndarray, room: np.ndarray) -> float:
+def cost(x: np.ndarray, given: SimplexData, R: np.ndarray, room: np.ndarray) -> float:
     """K_1 or K_2 in rad^2; R (3, 3) and room (4, n) to work in."""
     rotors, points = given.rotors, given.points
     matrix(x, R)
@@ -154,14 +154,16 @@ def trig_of(measured: np.ndarray) -> np.ndarray:
     return np.stack([f(m) for m in np.asarray(measured) for f in (np.cos, np.sin)])
 
 
-def seen_at(unknown: int, points: np.ndarray, measured: np.ndarray, rotors: np.ndarray) -> Seen:
+def seen_at(
+    unknown: int, points: np.ndarray, measured: np.ndarray, rotors: np.ndarray
+) -> SimplexData:
     """What a search needs of points (n, 3) and measured angles (n, 2)."""
     angles = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
     places = np.ascontiguousarray(np.transpose(points), dtype=np.float64)
-    return Seen(unknown, places, angles, trig_of(angles), rotors)
+    return SimplexData(unknown, places, angles, trig_of(angles), rotors)
 
 
-def evaluate(x: np.ndarray, given: Seen) -> float:
+def evaluate(x: np.ndarray, given: SimplexData) -> float:
     """K_1 (unknown BOARD) or K_2 (STATION) at a pose."""
     return cost(np.asarray(x, float), given, np.empty((3, 3)), np.empty((4, given.points.shape[1])))
 
@@ -205,7 +207,9 @@ def _small(simplex: np.ndarray, f: np.ndarray, end: SimplexSettings) -> bool:
 
 
 @njit
-def nelder_mead(x0: np.ndarray, given: Seen, end: SimplexSettings) -> tuple[np.ndarray, float, int]:
+def nelder_mead(
+    x0: np.ndarray, given: SimplexData, end: SimplexSettings
+) -> tuple[np.ndarray, float, int]:
     """Minimise K_1 or K_2 (see `cost`) from x0: the pose (6,), its cost in rad^2, evaluations."""
     R, room = np.empty((3, 3)), np.empty((4, given.points.shape[1]))
     simplex, f = np.empty((N + 1, N)), np.empty(N + 1)

@@ -62,7 +62,7 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Made:
+class SimulatedSweeps:
     """A simulated recording; edges of pulses are not sampled yet."""
 
     twin: LighthouseTwin
@@ -89,7 +89,7 @@ class _Scene:
     blocked: list[tuple[int, float, float]]
 
 
-def simulate(twin: LighthouseTwin, seed: int | None = None) -> Made:
+def simulate(twin: LighthouseTwin, seed: int | None = None) -> SimulatedSweeps:
     """Draw the recording of a twin; `seed` replaces the twin's own."""
     seed = twin.seed if seed is None else seed
     faults = np.random.default_rng([seed, FAULTS])
@@ -101,10 +101,10 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> Made:
     order = np.argsort(start, kind="stable")
     start, length, diode = start[order], length[order], diode[order].astype(np.int16)
     pulses = records.Pulses(start, length, diode, len(scene.board), twin.duration_s, 0.0)
-    return Made(twin, pulses, noisy, _truth(scene, exact))
+    return SimulatedSweeps(twin, pulses, noisy, _truth(scene, exact))
 
 
-def truth_json(made: Made) -> dict[str, object]:
+def truth_json(made: SimulatedSweeps) -> dict[str, object]:
     """What an estimator should find, as a pose file that a calibration can be compared with.
 
     R and t_m: the slave's housing in the master's; t_optical_m: between the origins of the optics;

@@ -41,7 +41,7 @@ class Object:
 
 
 @dataclass(frozen=True)
-class Heads:
+class BarEnds:
     """Heads A and B at n moments `STEP_S` apart by the clock of A, NaN where either object was not
     seen by two stations: t_m (2, 3, n), R (2, n, 3, 3); sd_m (n,): of their distance."""
 
@@ -52,7 +52,7 @@ class Heads:
     clock: ClockMap
 
 
-def heads(a: Object, b: Object) -> Heads:
+def heads(a: Object, b: Object) -> BarEnds:
     """Track both objects. Raises `Refusal` where one cannot be, or clocks cannot be compared."""
     common = [name for name in a.scene.names if name in b.scene.names]
     index = [[list(one.scene.names).index(name) for name in common] for one in (a, b)]
@@ -74,7 +74,7 @@ def heads(a: Object, b: Object) -> Heads:
     )
     place[:, unseen] = np.nan
     sd = _sd(found, place, lever, a.known, index)
-    return Heads(time_s, np.moveaxis(place, 2, 1), turn, sd, clock)
+    return BarEnds(time_s, np.moveaxis(place, 2, 1), turn, sd, clock)
 
 
 def _sd(

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
+from mocap_metrology.noise.assess.uncertainty import Reason, SeriesNumbers, Unmodelled
 from mocap_metrology.noise.diagnosis.findings import WANDERS, Finding
 from mocap_metrology.noise.diagnosis.records import MANY_REPEATS
 from mocap_metrology.settings import Verdict as Limits
@@ -318,7 +318,7 @@ def model(coordinates: Series, limits: Limits) -> Check:
         series=",".join(found),
         n_coordinates=len(coordinates),
         unmodelled={
-            k: Unmodelled(Why.MISFIT) if v.status == "misfit" else v.unmodelled
+            k: Unmodelled(Reason.MISFIT) if v.status == "misfit" else v.unmodelled
             for k, v in found.items()
         },
     )

@@ -23,7 +23,7 @@ from typing import TypedDict, cast
 import numpy as np
 
 from mocap_metrology.common.files import read_csv
-from mocap_metrology.common.parallel import Over
+from mocap_metrology.common.parallel import MapFunction
 from mocap_metrology.noise.assess import checks
 from mocap_metrology.noise.assess.checks import (
     COORDINATE,
@@ -112,7 +112,7 @@ class Assessment:
     series: Mapping[str, SeriesNumbers]
 
 
-def assess_recording(inputs: Inputs, span: Span, limits: Limits, over: Over) -> Assessment:
+def assess_recording(inputs: Inputs, span: Span, limits: Limits, over: MapFunction) -> Assessment:
     """Numbers of every series and the verdict. Of a recording of less than a minute no drift per
     hour is told, though the verdict goes by what it was."""
 

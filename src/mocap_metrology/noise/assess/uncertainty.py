@@ -35,7 +35,7 @@ NEAR = 1.25  # ratio of standard deviations up to which they agree: a filter may
 Fitted = tuple[NoiseModel | None, Deterministic, float]
 
 
-class Why(StrEnum):
+class Reason(StrEnum):
     """Why the numbers of a series are measured and not those of a model."""
 
     NO_SAMPLES = "no_samples"
@@ -54,7 +54,7 @@ class Unmodelled:
     (`TOO_SHORT`, `TOO_MANY_GAPS`), or scatter in mm as measured and by the model, of single frames
     or of means over `over_s` s; note: of a refused fit."""
 
-    why: Why
+    why: Reason
     value: float = math.nan
     expected: float = math.nan
     over_s: float = math.nan
@@ -161,7 +161,7 @@ def assess_series(
     """
     valid = int(np.isfinite(series).sum())
     if valid < 2:
-        return SeriesNumbers("no valid samples", unmodelled=Unmodelled(Why.NO_SAMPLES))
+        return SeriesNumbers("no valid samples", unmodelled=Unmodelled(Reason.NO_SAMPLES))
     status = "constant" if np.nanmin(series) == np.nanmax(series) else _status(noise_rows)
     model = model_of(list(noise_rows)) if status in ("ok", "misfit") else None
     near = measured_within(series, span.frames(span.window_s))
@@ -212,11 +212,11 @@ def _status(rows: Sequence[NoiseRow]) -> str:
 def _refused(rows: Sequence[NoiseRow], valid: int, recorded: int) -> Unmodelled | None:
     """Why nothing could be fitted; None if the rows give no reason."""
     if valid < LEAST_SAMPLES:
-        few = Why.TOO_SHORT if recorded < LEAST_SAMPLES else Why.TOO_MANY_GAPS
+        few = Reason.TOO_SHORT if recorded < LEAST_SAMPLES else Reason.TOO_MANY_GAPS
         return Unmodelled(few, valid, LEAST_SAMPLES)
     notes = (row.get("note") for row in rows if row["status"] == "refused")
     note = next((note for note in notes if isinstance(note, str)), "")
-    return Unmodelled(Why.REFUSED, note=note) if note else None
+    return Unmodelled(Reason.REFUSED, note=note) if note else None
 
 
 def _unmodelled(
@@ -225,9 +225,9 @@ def _unmodelled(
     """Why the model is not believed; None if it is."""
     model, part, _ = fitted
     if status == "misfit":
-        return Unmodelled(Why.MISFIT)
+        return Unmodelled(Reason.MISFIT)
     if model is None or not model.components:
-        return Unmodelled(Why.NO_MODEL)
+        return Unmodelled(Reason.NO_MODEL)
     rate, n = span.frame_rate_hz, min(span.frames(span.window_s), series.size)
     tau0 = 1 / rate
     N = min(span.frames(span.horizon_s), series.size)
@@ -236,14 +236,14 @@ def _unmodelled(
         low, high = near.interval(1 - UNLIKELY)
         sure = not low <= expected <= high and not 1 / SURELY < near.value / expected < SURELY
         if sure or not 1 / NEAR < near.value / expected < NEAR:
-            return Unmodelled(Why.FRAMES_DISAGREE, near.value, expected)
+            return Unmodelled(Reason.FRAMES_DISAGREE, near.value, expected)
     if 2 * n > N:
         return None
     wander = measured_spread(series, n, N)
     still = part.variance_of_means(n * tau0, N * tau0, series.size * tau0)
     expected = math.sqrt(sum(spread(c, n, N, rate, model.form) for c in model.components) + still)
     if _apart(wander, expected, model, (n, N), rate, series.size):
-        return Unmodelled(Why.MEANS_DISAGREE, wander.value, expected, span.window_s)
+        return Unmodelled(Reason.MEANS_DISAGREE, wander.value, expected, span.window_s)
     return None
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import MapFunction, in_turn
 
 DIFFERENCES = (2, 4, 6)  # orders of those that a fill makes vanish
 DENSER = 1.25  # than a Gaussian's at zero
@@ -179,7 +179,7 @@ def _smooth(series: np.ndarray, rule: Rule) -> np.ndarray:
 
 
 def filled_frames(
-    position_mm: np.ndarray, resolution_mm: float, over: Over = in_turn
+    position_mm: np.ndarray, resolution_mm: float, over: MapFunction = in_turn
 ) -> np.ndarray:
     """(markers, n) of (markers, 3, n): where any coordinate of a marker was filled, all were. over:
     how coordinates are worked on."""

@@ -63,7 +63,7 @@ class Filter:
 
 
 @dataclass(frozen=True)
-class Left:
+class ResidualNoise:
     """Standard deviation about ten-second means; Allan deviations at one frame, 0.1, 1, 10 s (NaN
     beyond a tenth of the recording); the least one from a second on and where (below, a low-pass
     makes neighbours alike and nothing better); all of them. mm, s."""
@@ -74,11 +74,11 @@ class Left:
     least_tau_s: float
     curve: tuple[np.ndarray, np.ndarray]
 
-    def variance_share(self, before: Left) -> float:
+    def variance_share(self, before: ResidualNoise) -> float:
         """What is left of the variance before a filter; NaN where there was none."""
         return (self.sigma / before.sigma) ** 2 if before.sigma > 0 else math.nan
 
-    def adev_1s_ratio(self, before: Left) -> float:
+    def adev_1s_ratio(self, before: ResidualNoise) -> float:
         """Allan deviation at 1 s over that before a filter; NaN where there was none."""
         return self.adev[2] / before.adev[2] if before.adev[2] > 0 else math.nan
 
@@ -91,8 +91,8 @@ class Filtered:
     series: str
     filter: Filter
     n_frames: int
-    predicted: Left | None
-    measured: Left | None
+    predicted: ResidualNoise | None
+    measured: ResidualNoise | None
 
 
 def filters(
@@ -130,7 +130,7 @@ def predicted(
     one: Filter,
     m: np.ndarray,
     rate_hz: float,
-) -> Left:
+) -> ResidualNoise:
     """What a filter of gain |H|^2 a pass leaves of lines and of noise with this one-sided density,
     f -> mm^2/Hz: S |H|^4 and A |H|^2 through the transfer functions of means and of the Allan
     variance."""
@@ -214,7 +214,9 @@ def _about_means(density: Density, one: Filter, size: int, rate_hz: float) -> fl
     return float(value @ (1 - mean)) * size / (size - 1)
 
 
-def measured(series: np.ndarray, one: Filter, m: np.ndarray, rate_hz: float) -> Left | None:
+def measured(
+    series: np.ndarray, one: Filter, m: np.ndarray, rate_hz: float
+) -> ResidualNoise | None:
     """The same of a series (n,), NaN in gaps, run through the filter."""
     out = one.applied(series, rate_hz)
     size = _means_size(rate_hz)
@@ -226,14 +228,14 @@ def measured(series: np.ndarray, one: Filter, m: np.ndarray, rate_hz: float) -> 
     return _left(sigma, allan_variance(out, m).variance, m, rate_hz)
 
 
-def _left(sigma: float, avar: np.ndarray, m: np.ndarray, rate_hz: float) -> Left:
+def _left(sigma: float, avar: np.ndarray, m: np.ndarray, rate_hz: float) -> ResidualNoise:
     adev = np.sqrt(avar)
     wanted = [1, *(round(t * rate_hz) for t in CHOSEN_S)]
     known = np.isfinite(adev)
     known &= (m >= LEAST_FROM_S * rate_hz) | (m[-1] < LEAST_FROM_S * rate_hz)
     best = int(np.argmin(np.where(known, adev, np.inf)))
     least = float(adev[best]) if known.any() else math.nan
-    return Left(
+    return ResidualNoise(
         sigma,
         tuple(float(adev[m == k][0]) if k in m else math.nan for k in wanted),
         least,

@@ -13,7 +13,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import SAMPLED, own_step
 from mocap_metrology.noise.diagnosis.export import MOST, Resolution, resolution, rounding_share
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
-from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
+from mocap_metrology.noise.diagnosis.periodic import SpectralLine, described, series_lines
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
 from mocap_metrology.noise.diagnosis.signatures import Wander, block_length, signature
@@ -41,7 +41,7 @@ class Examined:
 
     name: str
     spectrum: dict[str, np.ndarray] | None
-    lines: list[Found]
+    lines: list[SpectralLine]
     filtered: list[Filtered]
     step: Resolution
     wander: Wander | None
@@ -98,7 +98,7 @@ class Examiner:
 
     def _lines_and_filters(
         self, name: str, series: np.ndarray, density: Density | None, spectrum: Columns | None
-    ) -> tuple[list[Found], list[Filtered]]:
+    ) -> tuple[list[SpectralLine], list[Filtered]]:
         own, rate = self.settings, self.rate_hz
         found, duration = series_lines(series, rate, own.max_lines, density, self.n_series)
         notches = [line.f_0 for line in found[:NOTCHES]]
@@ -126,7 +126,7 @@ def multiples_of(series: np.ndarray) -> float:
     return step if step and np.mean(np.abs(often - np.rint(often)) < 0.1) > 0.9 else 0.0
 
 
-def left_in_means(lines: Sequence[Found], length: int, rate_hz: float) -> float:
+def left_in_means(lines: Sequence[SpectralLine], length: int, rate_hz: float) -> float:
     """What lines leave in means of `length` frames, mm, at most: A |sin(pi f l tau0) / (l sin(pi f
     tau0))| to both sides, at the lower, middle and upper frequency of those that are faster."""
     total = 0.0

@@ -12,8 +12,8 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, own_step
-from mocap_metrology.common.large import Made, kept_if_small
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.large import LazyArrays, kept_if_small
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 BLOCK = 1000  # differences whose kurtosis is computed at once, so no change of level makes any
@@ -40,7 +40,7 @@ class Tails:
 
 
 def heavy_tails(
-    series: Mapping[str, np.ndarray], resolution_mm: float, over: Over = in_turn
+    series: Mapping[str, np.ndarray], resolution_mm: float, over: MapFunction = in_turn
 ) -> list[Tails]:
     """The series (n,) in mm, NaN in gaps, whose tails are surely heavier than those of a Gaussian.
     over: how the series are shared among threads."""
@@ -157,7 +157,7 @@ def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
 
 
 def drawn_in(
-    series: Mapping[str, np.ndarray], resolution: float = 0.0, over: Over = in_turn
+    series: Mapping[str, np.ndarray], resolution: float = 0.0, over: MapFunction = in_turn
 ) -> Mapping[str, np.ndarray]:
     """(n,) coordinates with no frame farther than three scales from the median of the five round
     it: heavy tails made light.
@@ -179,7 +179,7 @@ def drawn_in(
         values[frames[own]] -= excess[own]
         return values
 
-    return kept_if_small(Made(series, drawn), off.size)
+    return kept_if_small(LazyArrays(series, drawn), off.size)
 
 
 def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray]:

@@ -44,7 +44,7 @@ class Mains:
 
 
 @dataclass(frozen=True)
-class Found:
+class SpectralLine:
     """One line of one series, a sinusoid or, where its frequency wanders, a band (`line.width_f`).
 
     lower, upper: 95 % of A_s, mm; f_error: standard error, Hz; harmonic: number and fundamental, or
@@ -74,10 +74,10 @@ class Found:
 class Disturbance:
     """A line with all series that show it, the largest first."""
 
-    lines: tuple[Found, ...]
+    lines: tuple[SpectralLine, ...]
 
     @property
-    def first(self) -> Found:
+    def first(self) -> SpectralLine:
         """The largest."""
         return self.lines[0]
 
@@ -87,7 +87,7 @@ class Disturbance:
         return any(one.in_adev for one in self.lines)
 
 
-def disturbances(lines: Sequence[Found], duration_s: float) -> list[Disturbance]:
+def disturbances(lines: Sequence[SpectralLine], duration_s: float) -> list[Disturbance]:
     """Lines of one frequency together, within 1/T, three standard errors and their width; the
     largest first."""
     left = sorted(lines, key=lambda x: -x.line.A_s)
@@ -153,7 +153,7 @@ def described(
     rate_hz: float,
     values: np.ndarray,
     psd: Mapping[str, np.ndarray] | None = None,
-) -> list[Found]:
+) -> list[SpectralLine]:
     """The lines with their errors, names and cross-checks.
 
     values: (n,) what they were found in; psd: its `f_hz`, `psd_mm2_hz`, `n_segments`.
@@ -167,7 +167,7 @@ def described(
         own = float(Sinusoid(line.A_s, line.f_0).avar(size, rate_hz))
         share = own / total if total > 0 else math.nan
         found.append(
-            Found(
+            SpectralLine(
                 series, line, max(line.A_s - 1.96 * a_error, 0.0), line.A_s + 1.96 * a_error,
                 f_error, _harmonic(line, lines, duration_s), mains_of(line.f_0, rate_hz, f_error),
                 snr, in_psd, size / rate_hz, share, None if math.isnan(share) else share >= VISIBLE,

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from mocap_metrology.common.large import Made, kept_if_small
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.large import LazyArrays, kept_if_small
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.export import bands, low_passes, wander
@@ -48,7 +48,7 @@ def diagnose(
     psd: Columns | None = None,
     settings: DiagnosisSettings | None = None,
     welch_settings: Mapping[str, float] | None = None,
-    over: Over = in_turn,
+    over: MapFunction = in_turn,
 ) -> Diagnosis:
     """noise: rows of noise.csv, of which `likelihood` counts; psd: columns of psd.parquet, which is
     made anew without the events where there are any. Units mm, s, Hz.
@@ -81,7 +81,7 @@ def diagnose(
         for pair in recording.pairs
         if not any(moves[f"{axis}{k}"].moves for k in pair for axis in AXES)
     ]
-    blanked = Made(quiet, lambda name: without_frames(quiet[name], away))
+    blanked = LazyArrays(quiet, lambda name: without_frames(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     lines = [line for one in every for line in one.lines]
     wanders = {one.name: decided(one.wander, noise, one.name) for one in every if one.wander}
@@ -132,10 +132,10 @@ def searched(
     step: float,
     false_alarm: float,
     side_s: float,
-    over: Over = in_turn,
+    over: MapFunction = in_turn,
 ) -> tuple[list[Event], dict[str, list[Dynamic]], dict[str, Blocks]]:
     """Events of coordinates and distances, spikes bridged, and what they were found in."""
-    coordinates = Made((k for k in quiet if not k.startswith("L")), quiet.__getitem__)
+    coordinates = LazyArrays((k for k in quiet if not k.startswith("L")), quiet.__getitem__)
     drawn = drawn_in(coordinates, step, over)
 
     def dynamic(one: tuple[str, np.ndarray]) -> tuple[str, list[Dynamic]]:
@@ -155,7 +155,7 @@ def _recurring(
     levels: Mapping[str, Blocks],
     rate_hz: float,
     false_alarm: float,
-    over: Over,
+    over: MapFunction,
 ) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
     """Period of events, in the series that moved most, or of bursts that are none as they are so
     many; begin and end of those that recur for a while."""
@@ -186,7 +186,7 @@ def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend
 
 
 def _quiet(
-    recording: Recording, settings: DiagnosisSettings, step: float, over: Over
+    recording: Recording, settings: DiagnosisSettings, step: float, over: MapFunction
 ) -> tuple[dict[str, np.ndarray], Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
     """Isolated frames of every coordinate; the coordinates without them; and these with the
     distances, float32."""
@@ -194,14 +194,14 @@ def _quiet(
     found = over(lambda values: off_frames(values, settings.spike_sigma, step), raw.values())
     off = dict(zip(raw, found, strict=True))
     spikes = isolated(off, {k: int(k[1:]) for k in raw})
-    coordinates = Made(raw, lambda name: without(raw[name], spikes[name]))
+    coordinates = LazyArrays(raw, lambda name: without(raw[name], spikes[name]))
     small = kept_if_small(coordinates, recording.n_frames)
     every = every_series(small, recording.pairs)
 
     def stored(name: str) -> np.ndarray:
         return small[name] if name in small else every[name].astype(np.float32)
 
-    return spikes, small, kept_if_small(Made(every, stored), recording.n_frames)
+    return spikes, small, kept_if_small(LazyArrays(every, stored), recording.n_frames)
 
 
 def _missing(recording: Recording) -> dict[str, float]:
@@ -214,7 +214,7 @@ def _missing(recording: Recording) -> dict[str, float]:
 
 
 def _movements(
-    recording: Recording, settings: DiagnosisSettings, over: Over
+    recording: Recording, settings: DiagnosisSettings, over: MapFunction
 ) -> dict[str, Movement]:
     """Movement of every coordinate as recorded, and of every distance."""
     given = (
@@ -241,7 +241,7 @@ def _still(
     still = [
         k for k in series if k not in busy and not (k in recording.coordinates and k[1:] in numbers)
     ]
-    return Made(still, series.__getitem__)
+    return LazyArrays(still, series.__getitem__)
 
 
 def _repeats(recording: Recording) -> list[Repeats]:

@@ -17,7 +17,7 @@ from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
-from mocap_metrology.noise.diagnosis.periodic import Found
+from mocap_metrology.noise.diagnosis.periodic import SpectralLine
 from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.diagnosis.resonance import Resonance
 from mocap_metrology.noise.diagnosis.signatures import Wander
@@ -94,7 +94,7 @@ class Diagnosis:
     in s of bursts that recur in a part of the recording."""
 
     events: list[Event]
-    lines: list[Found]
+    lines: list[SpectralLine]
     filtered: list[Filtered]
     resolutions: list[Resolution]
     spikes: dict[str, np.ndarray]

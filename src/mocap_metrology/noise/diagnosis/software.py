@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.common.linear import non_negative
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.noise.diagnosis.export import Bands
 
 OCTAVES = 8  # bands of the spectrum below its end, two octaves
@@ -56,7 +56,7 @@ def processed(
     spectra: Mapping[str, Bands | None],
     rate_hz: float,
     step_mm: float,
-    over: Over = in_turn,
+    over: MapFunction = in_turn,
 ) -> list[Processed]:
     """What software did to the frames of still coordinates (n,) in mm, NaN in gaps, where most of
     them agree."""

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
-from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.noise.series import AXES
 
 LEAST_BLOCKS = 100
@@ -67,7 +67,7 @@ def movements(
     range_mm: float,
     horizon_s: float,
     step_mm: float = 0.0,
-    over: Over = in_turn,
+    over: MapFunction = in_turn,
 ) -> dict[str, dict[str, Movement]]:
     """Label -> axis -> `movement` of markers, label -> (3, n). over: how coordinates are worked
     on."""

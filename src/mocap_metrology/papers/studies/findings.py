@@ -34,7 +34,7 @@ Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Shown:
+class StudyDisplay:
     """A study as a table and a figure. data: of `papers.studies`; kind: what J claims of the
     correlation, or (BETTER) of the ratio to the reference; reference: variants whose errors in the
     same recordings those of other variants are divided by; only: estimators and stages; without: a
@@ -54,33 +54,33 @@ class Shown:
 
 
 SHOWN = (
-    Shown(
+    StudyDisplay(
         *(1, "reconstruction", "reconstruction", "three ways of reconstruction"),
         *("speed of the board", "m/s", "VII, VIII: the speed has no noticeable influence"),
         reference=("full-interpolation",),
     ),
-    Shown(
+    StudyDisplay(
         *(2, "pattern", "pattern", "motion pattern", "motion pattern", ""),
         "VII: the motion pattern has no noticeable influence",
     ),
-    Shown(
+    StudyDisplay(
         *(3, "distance", "distance", "distance of the board", "board to both stations", "m"),
         SETUP,
         without=UNWEIGHTED,
     ),
-    Shown(4, "baseline", "baseline", "baseline", "distance of the stations", "m", SETUP),
-    Shown(
+    StudyDisplay(4, "baseline", "baseline", "baseline", "distance of the stations", "m", SETUP),
+    StudyDisplay(
         *(5, "diodes", "diodes", "number of diodes", "number of diodes", ""),
         *("III: more diodes lower the ambiguity and make up for poor readings", FALLS),
     ),
-    Shown(
+    StudyDisplay(
         *(6, "weights", "distance", "Kabsch with and without weights"),
         *("board to both stations", "m"),
         *("VI-E: weights by the remaining error emphasise the accurate poses", BETTER),
         reference=(UNWEIGHTED,),
         only=(("paper", "kabsch"), ("paper-lm", "kabsch")),
     ),
-    Shown(
+    StudyDisplay(
         *(7, "lasers", "lasers", "a common centre of the lasers against their real places"),
         *("laser to the middle of its station", "mm"),
         *("V-A: open how far a common centre of both lasers affects the accuracy", OPEN),
@@ -89,7 +89,7 @@ SHOWN = (
 )
 
 
-def rows_of(shown: Shown, recordings: pd.DataFrame) -> list[Row]:
+def rows_of(shown: StudyDisplay, recordings: pd.DataFrame) -> list[Row]:
     """A row for each method and value of a study; recordings: as `papers.studies` writes them, NaN
     for errors of recordings without a pose."""
     table = _selected(shown, recordings)
@@ -110,7 +110,7 @@ def rows_of(shown: Shown, recordings: pd.DataFrame) -> list[Row]:
     return rows
 
 
-def _selected(shown: Shown, table: pd.DataFrame) -> pd.DataFrame:
+def _selected(shown: StudyDisplay, table: pd.DataFrame) -> pd.DataFrame:
     """The methods of a study; an error of NaN as infinite."""
     table = table.astype({"variant": object})  # nothing but gaps is read as numbers
     table = table.fillna({"variant": "", "error_mm": math.inf, "error_deg": math.inf})
@@ -120,7 +120,7 @@ def _selected(shown: Shown, table: pd.DataFrame) -> pd.DataFrame:
     return table.replace({"variant": {WEIGHTED: ""}})
 
 
-def _ratio(shown: Shown, part: pd.DataFrame, own: pd.DataFrame, name: Row) -> pd.Series:
+def _ratio(shown: StudyDisplay, part: pd.DataFrame, own: pd.DataFrame, name: Row) -> pd.Series:
     """Error in mm over that of the reference in the same recording, NaN without one or where
     neither has a pose."""
     same = (part["estimator"] == name["estimator"]) & (part["stage"] == name["stage"])
@@ -151,7 +151,7 @@ def _cells(name: str, interval: Interval, first: str = "") -> Row:
     return {key: value if math.isfinite(value) else math.nan for key, value in cells}
 
 
-def _overall(shown: Shown, own: pd.DataFrame, ratio: pd.Series) -> Row:
+def _overall(shown: StudyDisplay, own: pd.DataFrame, ratio: pd.Series) -> Row:
     """Correlations and finding of a method from all its recordings, without values at which none
     has a pose."""
     some = own[own.groupby("value")["error_mm"].transform("min") < math.inf]
@@ -173,7 +173,7 @@ def _overall(shown: Shown, own: pd.DataFrame, ratio: pd.Series) -> Row:
     return _judged(mm, deg, overall, claim, finding)
 
 
-def _of_kind(shown: Shown, own: pd.DataFrame, value: object) -> Row:
+def _of_kind(shown: StudyDisplay, own: pd.DataFrame, value: object) -> Row:
     """The same of one kind against all others: correlation with 1 for this kind, 0 for others."""
     mm, deg = _correlations(own, (own["value"] == value).to_numpy(dtype=float))
     return _judged(mm, deg, NONE, shown.claim, influence_word(mm))

@@ -12,7 +12,7 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.filtering import NO_FILTER, filter_row
 from mocap_metrology.noise.diagnosis.findings import Finding
-from mocap_metrology.noise.diagnosis.periodic import Found
+from mocap_metrology.noise.diagnosis.periodic import SpectralLine
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
 from mocap_metrology.present.text.diagnosis import line_words, outcome
 from mocap_metrology.present.text.sentence import Sentence
@@ -93,7 +93,7 @@ def _of_event(k: int, event: Event, recording: Recording) -> Row:
     return {"event": k, "series": series, "markers": markers, "word": outcome(event)}
 
 
-def _of_line(one: Found, rate_hz: float) -> Row:
+def _of_line(one: SpectralLine, rate_hz: float) -> Row:
     harmonic, fundamental_hz = one.harmonic or (None, None)
     return {
         "width_f_hz": one.line.width_f or None,

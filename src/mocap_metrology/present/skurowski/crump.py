@@ -24,7 +24,7 @@ ASSUMED = (
 
 @fig.styled()
 def crump_figure(
-    shaken: shocks.Shaken,
+    shaken: shocks.ShockRecording,
     other: tuple[str, Mapping[str, np.ndarray]] | None,
     source: str,
     remarks: str,

@@ -12,7 +12,7 @@ from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.fills import MANY_FILLED
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
-from mocap_metrology.noise.diagnosis.periodic import Found, disturbances
+from mocap_metrology.noise.diagnosis.periodic import SpectralLine, disturbances
 from mocap_metrology.noise.diagnosis.recording import MANY_GAPS
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.signatures import Wander, shift_near
@@ -110,7 +110,7 @@ def outcome(event: Event) -> str:
     return words.get(event.outcome, event.outcome)
 
 
-def _periodic(lines: Sequence[Found], recording: Recording) -> Iterator[Sentence]:
+def _periodic(lines: Sequence[SpectralLine], recording: Recording) -> Iterator[Sentence]:
     """One a frequency, with all series that show it."""
     found = sorted(disturbances(lines, recording.duration_s), key=lambda one: not one.matters)
     if not found:
@@ -147,7 +147,7 @@ def _resonances(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
         yield sentence("resonance.broad", True, rms, numbers, common=common)
 
 
-def line_words(line: Found) -> str:
+def line_words(line: SpectralLine) -> str:
     """Words on where a line shows and what causes it."""
     return render("periodic.seen", x=line)
 

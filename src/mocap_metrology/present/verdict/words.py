@@ -10,7 +10,7 @@ from mocap_metrology.noise.assess.checks import COORDINATE, LEAST_FRAMES, LEAST_
 from mocap_metrology.noise.assess.mean import NOT_COVERED
 from mocap_metrology.noise.assess.recording import Assessment
 from mocap_metrology.noise.assess.spread import Share
-from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
+from mocap_metrology.noise.assess.uncertainty import Reason, SeriesNumbers, Unmodelled
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.accuracy.bar import bar_lines
 from mocap_metrology.present.text.numbers import duration_words, significant, with_unit
@@ -263,12 +263,12 @@ def reason(check: Check) -> str:
     def limit(times: float = 1, unit: str = "mm") -> str:
         return render(f"limit.{check.word}", size=with_unit(times * float(check.limit), unit))
 
-    none = why_measured(Unmodelled(Why.NO_MODEL))
+    none = why_measured(Unmodelled(Reason.NO_MODEL))
     series: dict[str, list[str]] = {}  # by why they have no noise model
     unmodelled = check.unmodelled if isinstance(check, ModelCheck) else {}
     for name, one in unmodelled.items():
         why = why_measured(one, unmodelled.values()) or none
-        bare = one is None or one.why in (Why.NO_MODEL, Why.MISFIT)
+        bare = one is None or one.why in (Reason.NO_MODEL, Reason.MISFIT)
         series.setdefault(why if bare else f"{none} ({why})", []).append(name)
     names, least = ", ".join(check.names), {"least_frames": LEAST_FRAMES, "least_s": LEAST_S}
     return render(f"check.{check.code}", c=check, names=names, limit=limit, reasons=series, **least)

@@ -20,7 +20,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Asked:
+class BarEntry:
     """Cells of a row: `A-B` or `auto`; certified length and its standard uncertainty; the stated
     rotation of B in A, as JSON."""
 

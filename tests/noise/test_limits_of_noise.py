@@ -12,7 +12,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.changes.compare import adev_trend, coherence
-from mocap_metrology.noise.changes.covariate import Covariate, together
+from mocap_metrology.noise.changes.covariate import Covariate, coherence_row
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan
 from mocap_metrology.noise.diagnosis.export import bands, low_pass
 from mocap_metrology.noise.fit.allan.relative import Annealing, misfit
@@ -39,7 +39,7 @@ def beside(n: int, n_missing: int = 0) -> dict[str, object]:
     """A series of n s at 10 Hz of which the first seconds are missing, and a covariate of 1 Hz."""
     series = np.repeat(WHITE[:n], 10)
     series[: 10 * n_missing] = np.nan
-    return together(series, 10.0, Covariate("degC", np.arange(n + 1.0), WHITE[: n + 1]), 0.05)
+    return coherence_row(series, 10.0, Covariate("degC", np.arange(n + 1.0), WHITE[: n + 1]), 0.05)
 
 
 DAYS, EDF = [0, 20, 61], [50, 60, 40]

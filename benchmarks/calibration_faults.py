@@ -30,7 +30,7 @@ from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.records import Factory, Hits, Station
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
 from mocap_metrology.lighthouse.simulate.twin import BoardTwin
-from tests.lighthouse.batch.planes_scene import SimulatedSweeps as MadeOfTurns
+from tests.lighthouse.batch.planes_scene import Made as MadeOfTurns
 from tests.lighthouse.batch.planes_scene import factory as another
 from tests.lighthouse.batch.planes_scene import made as made_of_turns
 

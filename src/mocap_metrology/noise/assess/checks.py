@@ -243,11 +243,17 @@ def low_pass(coordinates: Series, facts: Facts) -> Check:
 def processed(coordinates: Series, facts: Facts) -> Check:
     """Check for frames that software computed from other frames: these are at best usable."""
     for code in PROCESSED:
-        names = {k: v for k, v in facts.values_of(code).items() if k in coordinates}
-        if names and (code != "repeated" or max(names.values()) > MANY_REPEATS):
+        names = {k: v for k, v in _processed_by(code, facts).items() if k in coordinates}
+        if names:
             own, name = _unless_all(names, coordinates), next(iter(names))
             return Check(Code.PROCESSED, "usable", code, "", series=name, names=own)
     return Check(Code.PROCESSED, "good", "", "")
+
+
+def _processed_by(code: str, facts: Facts) -> dict[str, float]:
+    """Values of the findings of a code of `PROCESSED`; a few repeated frames are no processing."""
+    least = MANY_REPEATS if code == "repeated" else -math.inf
+    return {k: v for k, v in facts.values_of(code).items() if not v <= least}
 
 
 def exchanged(facts: Facts) -> Check:
@@ -268,9 +274,9 @@ def missing(coordinates: Series, facts: Facts, limits: Limits) -> Check:
 
 
 def outliers(coordinates: Series, facts: Facts, limits: Limits) -> Check:
-    """Beyond what clean noise and chance make, whose frames are not alike: of filtered ones, which
-    are, some are far from the median of those near."""
-    smooth = {k for code in ("low_pass", *PROCESSED) for k in facts.values_of(code)}
+    """Outliers beyond what clean noise and chance make. Filtered series are left out: their
+    neighbouring frames are alike, so that sound ones lie far from the median."""
+    smooth = set(facts.values_of("low_pass")).union(*(_processed_by(c, facts) for c in PROCESSED))
     coordinates = {k: v for k, v in coordinates.items() if k not in smooth}
     bounds = limits.good_outliers, limits.usable_outliers
     return _share(Code.OUTLIERS, coordinates, facts.outliers, bounds, "outliers")
@@ -299,7 +305,7 @@ def drift(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     if name:
         word, key, limit = _graded(value, *limits.drift_mm, "drift_mm")
     code = Code.DRIFT
-    if name in facts.wandering:  # a line through it is no drift, be there one or not
+    if name in facts.wandering:  # the slope through another kind of movement is no drift
         code = Code.WANDER
     elif name not in facts.values_of("drift") and name in facts.values_of("random_walk"):
         code = Code.RANDOM_WALK

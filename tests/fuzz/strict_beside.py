@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import f as distribution
 
 from .strict_c3d import Unreadable, Values, need
-from .strict_text import Once, lines_of, number, once, table_of
+from .strict_text import lines_of, number, once, table_of, yaml_of
 
 FACTORY = ("phase", "tilt", "curve", "gibphase", "gibmag")
 ROLES = ("master", "slave")
@@ -67,7 +67,7 @@ def stations(raw: bytes) -> Values:
 
 def crazyflie(raw: bytes) -> Values:
     try:
-        given = yaml.load(raw.decode("utf-8-sig"), Once)
+        given = yaml_of(raw)
         need(given["type"] == "lighthouse_system_configuration" and given["systemType"] == 1)
         need(str(given["version"]) in ("1", "2"))
         calibs = given["calibs"]

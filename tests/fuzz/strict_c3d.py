@@ -131,6 +131,15 @@ class File:
             return False
         return not any(self.raw[end:]) and (used < there or len(self.raw) % BLOCK > 0)
 
+    def _by_size(self, there: int, stride: int, said: set[int]) -> int:
+        """The count where those of 16 bits are at their limit: to the last frame with values."""
+        n = there // stride
+        while n and not any(self.raw[self.data + (n - 1) * stride : self.data + n * stride]):
+            n -= 1
+        need(len(said) == 1 and there <= n * stride + BLOCK)
+        need(len(self.raw) % BLOCK == 0 or there == n * stride)
+        return n
+
     def frames(self, stride: int) -> int:
         """The count on which all agree: the wide ones, 16-bit ones at their limit or wrapped."""
         trial, long_frames = self.trial(), self.number("LONG_FRAMES")
@@ -141,6 +150,8 @@ class File:
         narrow = [None if kind == 4 else own, (self.last - self.first + 1) % 65536]
         n = int(next((v for v in [*wide, *narrow] if v), 0))
         there = len(self.raw) - self.data
+        if not any(wide) and n in (65535, 32767) and there > n * stride + BLOCK:
+            return self._by_size(there, stride, {int(v) for v in narrow if v})
         limits = {n} if n < 65536 else {n % 65536, 65535, 32767}
         if any(v not in (None, n) for v in wide) or any(
             v not in (None, 0) and v not in limits for v in narrow

@@ -316,11 +316,16 @@ class Once(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-def configuration(raw: bytes) -> Values:
-    """Leaves by dotted name; text that is a number is one. A key stands once, a BOM first."""
+def yaml_of(raw: bytes) -> Any:
+    """A document whose keys stand once, and a BOM first alone."""
     need(b"\xef\xbb\xbf" not in raw[3:])
+    return yaml.load(raw.decode("utf-8-sig"), Once)
+
+
+def configuration(raw: bytes) -> Values:
+    """Leaves by dotted name; text that is a number is one."""
     try:
-        found = yaml.load(raw.decode("utf-8"), Once)
+        found = yaml_of(raw)
     except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError):
         raise Unreadable from None
     need(isinstance(found, dict))

@@ -42,7 +42,7 @@ def tell_result(lines: Iterable[str]) -> None:
 def name_of(path: Path) -> str:
     """A name for a recording: `My file (2).c3d` is `My-file-2`. What is too long, or has no letter
     or digit of ASCII, is distinguished by a hash."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem).strip("-.")
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem).lstrip("_-.").rstrip("-.")
     digest = _digest(path.stem)
     if not re.search(r"[A-Za-z0-9]", name):
         return f"recording-{digest}"

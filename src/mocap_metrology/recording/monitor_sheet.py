@@ -36,7 +36,7 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
                 faults.append(wrong("baseline", "nothing, as column monitor is empty"))
             continue
         faults += [
-            wrong(column, "letters, digits and _ - . alone")
+            wrong(column, "letters, digits and _ - . alone, first a letter or digit")
             for column in ("recording", "monitor")  # folders of results
             if not NAME.fullmatch(cells[column])
         ]

@@ -72,7 +72,7 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
 def _smooth(columns: Floats, z: Floats, searched: int = 0) -> Shape:
     """Any smooth curve, with its pace."""
     shape = Shape(frozenset({"smooth"}), columns, searched)
-    return replace(shape, kinds=shape.kinds | pace(shape.curve(z)[1]))
+    return replace(shape, kinds=shape.kinds | pace(shape.curve(shape.solved(z))))
 
 
 def _refined(
@@ -123,7 +123,7 @@ def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
     for constants in (*both, (slow, fast)):
         columns = np.array([fall(constant) for constant in constants])
         shape = Shape(frozenset({"warm_up"}), columns, 2)
-        one_way = np.prod(shape.curve(z)[0]) > 0
+        one_way = np.prod(shape.solved(z)) > 0
         yield replace(shape, kinds=shape.kinds | ({"slowing"} if one_way else set()))
 
 
@@ -188,7 +188,7 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
             for parts in ([t >= begun], [t == begun - 1, t >= begun], [t == begun, t > begun]):
                 columns = np.array(parts, float)  # two: of a block that it comes within
                 shape = Shape(frozenset({"step"}), columns, PLACE, (float(begun),))
-                first, *rest = shape.curve(z)[0]
+                first, *rest = shape.solved(z)
                 if all(0 <= first * size <= size**2 for size in rest):  # else a spike
                     yield shape
         gain = np.triu((total[:n] - total[:n, None]) ** 2 * either, 1)
@@ -284,7 +284,7 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             places = (float(best), min(best + 3 * constant, n - 1.0))[: 3 - len(beside)]
             columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
             shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
-            lasting, *_, faded = shape.curve(z)[0]
+            lasting, *_, faded = shape.solved(z)
             spike = kind == "shift" and abs(lasting + faded) > SPIKE * abs(faded)
             if not spike and (kind == "shift" or abs(lasting) > LASTING * abs(faded)):
                 yield shape

@@ -37,6 +37,7 @@ CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant
     "creep": lambda t, c: np.log1p(15 * t / c),
     "slowing": lambda t, c: t**c,
 }
+STRETCHED: Callable[[Floats, float], Floats] = lambda t, c: np.exp(-np.sqrt(t / c))  # slowing, too
 
 
 def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
@@ -47,9 +48,9 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     yield Shape(frozenset({"drift"}), t[None])
     for powers in (np.array([t, t**2]), np.array([t, t**2, t**3])):
         yield _smooth(powers, z)
-    for kind, curve in CURVES.items():
+    for kind, curve in (*CURVES.items(), ("slowing", STRETCHED)):
         for line in (False, True):
-            among = POWERS if kind == "slowing" else CONSTANTS
+            among = POWERS if curve is CURVES["slowing"] else CONSTANTS
             constant = _refined(z, t, partial(curve, t + 0.5), among, line)
             kinds = {kind} if kind == "accelerating" else {kind, "slowing"}
             yield Shape(frozenset(kinds), curve(t + 0.5, constant)[None], 1)

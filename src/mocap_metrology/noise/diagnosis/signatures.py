@@ -39,6 +39,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.diagnosis.shape import AT_ONCE, Shape, on_line
 from mocap_metrology.noise.diagnosis.shapes import PERIODS, shapes
+from mocap_metrology.noise.fit.estimates import Z_95
 
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
@@ -51,7 +52,7 @@ MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
-SHARES = 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
+LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),
@@ -142,6 +143,11 @@ class Wander:
         return max(near, key=lambda one: abs(one[1]), default=None)
 
     @property
+    def ends_mm(self) -> tuple[float, float]:
+        """95 % interval of |size_mm|; NaN where there is none."""
+        return abs(self.size_mm) - Z_95 * self.error_mm, abs(self.size_mm) + Z_95 * self.error_mm
+
+    @property
     def lasting_s(self) -> float:
         """Duration of a shift, from its begin to its end, s."""
         return self.at_s[1] - self.at_s[0] if "shift" in self.kinds else math.inf
@@ -180,7 +186,10 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
-    noises = {noise: value for (kinds, noise), value in best.items() if not kinds}
+    noises: dict[str, float] = {}
+    for (kinds, own), value in best.items():
+        if kinds <= {"drift"}:
+            noises[own] = min(value, noises.get(own, math.inf))
     noise = min(noises, key=lambda own: noises[own])
     slow = all(noise not in FAST for _, noise in near)
     slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
@@ -347,7 +356,7 @@ def _noises(n: int) -> Mapping[str, Floats]:
         one = folded(1 / (1 + (2 * np.pi * f * T_c) ** 2))
         return [weight + ratio * one for ratio in RATIOS[::2]]
 
-    slow = [one for T_c in np.geomspace(1, n / 10, SHARES) for one in correlated(T_c)]
+    slow = [one for T_c in np.geomspace(1, LONGEST * n, SHARES) for one in correlated(T_c)]
     return {
         "white": weight[None],
         "fast": np.array(correlated(0.25)),

@@ -130,13 +130,14 @@ class Diagnosis:
 
 def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of
-    level that are switches between positions, or a line that comes and goes; cycles that are
-    multiples of recurring bursts; isolated and repeated frames, broad peaks, bands above the cutoff
+    level that are switches between positions, a line that comes and goes, or, where nothing moved,
+    frames of heavy tails; cycles that are multiples of recurring bursts; isolated and repeated frames, broad peaks, bands above the cutoff
     of a filter (its lobes) and bursts at its ends, that software made."""
     cutoffs = {one.series: one.cutoff_hz for one in found.low_pass if one.cutoff_hz > 0}
     end_s = 1 / min(cutoffs.values(), default=math.inf)
     switching = {name: one for name, one in found.wanders.items() if "levels" in one.of}
     changing = {one.series for one in found.lines if one.amplitude}
+    tails = {one.series for one in found.tails}
 
     def stands(name: str, one: Movement) -> Movement:
         wander = switching.get(name)
@@ -146,6 +147,8 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
         if event.kind == "level":
             return {side.series for side in event.sides if side.changed} <= changing
         if event.stop_s < end_s or event.time_s > duration_s - end_s:
+            return True
+        if not event.moved and tails.issuperset(event.series):
             return True
         return any(one.jump_near(event.time_s, event.stop_s) for one in switching.values())
 

@@ -34,39 +34,42 @@ class Shape:
         """Whether `at` are places, not a period or a dwell."""
         return bool(self.kinds & {"step", "shift", "steps"})
 
-    def curve(self, z: Floats) -> tuple[Floats, Floats]:
-        """Least-squares coefficients (p,), and the fitted curve (n,) without constant and line."""
+    def solved(self, z: Floats) -> Floats:
+        """Least-squares coefficients (p,)."""
         X = np.vstack([np.ones(z.size), self.columns])
-        solved = np.asarray(np.linalg.lstsq(X.T, z, rcond=None)[0][1:], np.float64)
-        return solved, solved[self.line :] @ self.columns[self.line :]
+        return np.asarray(np.linalg.lstsq(X.T, z, rcond=None)[0][1:], np.float64)
 
-    def moved(self, z: Floats) -> float:
+    def curve(self, solved: Floats) -> Floats:
+        """The curve (n,) of coefficients (p,), without constant and line."""
+        return np.asarray(solved[self.line :] @ self.columns[self.line :])
+
+    def moved(self, solved: Floats) -> float:
         """From the first block to the last, with the straight line and without the jumps."""
         fades = "fades" in self.kinds
         part = slice(self.line) if fades else slice(None)
-        change = self.curve(z)[0][part] @ np.diff(self.columns[part, [0, -1]])[:, 0]
-        return float(change) - (0.0 if fades else sum(size for _, size in self.jumps(z)))
+        change = solved[part] @ np.diff(self.columns[part, [0, -1]])[:, 0]
+        return float(change) - (0.0 if fades else sum(size for _, size in self.jumps(solved)))
 
-    def size(self, z: Floats) -> float:
+    def size(self, solved: Floats) -> float:
         """Amplitude of a cycle; of other shapes the coefficient of `main`, or of a smooth curve the
         range, with the sign of its change."""
         if not len(self.columns):
             return math.nan
-        solved, curve = self.curve(z)
         if "cycle" in self.kinds:
             return float(np.hypot(*solved[-2:]))
         if self.kinds & AT_ONCE:
             return float(solved[self.main])
+        curve = self.curve(solved)
         change = curve[-1] - curve[0]
         return float(np.ptp(curve) * np.sign(change if change else solved[-1]))
 
-    def jumps(self, z: Floats) -> list[tuple[int, float]]:
+    def jumps(self, solved: Floats) -> list[tuple[int, float]]:
         """Block and size of every change at once."""
         if not self.kinds & AT_ONCE:
             return []
         if "fades" in self.kinds or (self.placed and len(self.at) == 1):  # beside a curve, too
-            return [(int(self.at[0]), self.size(z))]
-        steps = np.diff(self.curve(z)[1])
+            return [(int(self.at[0]), self.size(solved))]
+        steps = np.diff(self.curve(solved))
         found: list[tuple[int, float]] = []
         for place in np.flatnonzero(np.abs(steps) > 1e-9 * np.abs(steps).max(initial=0)).tolist():
             if found and place - found[-1][0] <= 2:  # within the blocks that it takes

@@ -19,7 +19,7 @@ CONSTANTS = np.geomspace(0.005, 0.7, 20)  # of a warm-up, over the recording
 POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a straight line
 FINER = 8  # places a cycle of the search for one
 PLACE = 2  # parameters of a place in time, as it is searched among many
-SMOOTH = 4, 8, 16, 32, 48  # cosines of any other slow curve
+SMOOTH, BESIDE = (4, 8, 16, 32, 48), 4  # cosines of any other slow curve; of one beside a cycle
 MOST_STEPS, MOST_BENDS = 8, 10
 FADINGS, MOST_FADING = 5, 16  # time constants of shifts that fade alike; such shifts, at most
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
@@ -37,6 +37,7 @@ CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant
     "creep": lambda t, c: np.log1p(15 * t / c),
     "slowing": lambda t, c: t**c,
 }
+STRETCHED: Callable[[Floats, float], Floats] = lambda t, c: np.exp(-np.sqrt(t / c))  # slowing, too
 
 
 def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
@@ -47,9 +48,9 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     yield Shape(frozenset({"drift"}), t[None])
     for powers in (np.array([t, t**2]), np.array([t, t**2, t**3])):
         yield _smooth(powers, z)
-    for kind, curve in CURVES.items():
+    for kind, curve in (*CURVES.items(), ("slowing", STRETCHED)):
         for line in (False, True):
-            among = POWERS if kind == "slowing" else CONSTANTS
+            among = POWERS if curve is CURVES["slowing"] else CONSTANTS
             constant = _refined(z, t, partial(curve, t + 0.5), among, line)
             kinds = {kind} if kind == "accelerating" else {kind, "slowing"}
             yield Shape(frozenset(kinds), curve(t + 0.5, constant)[None], 1)
@@ -62,17 +63,21 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     yield from _several_recoveries(z, k)
     yield from _levels(z, k)
     for count in SMOOTH:
-        waves = np.cos(np.pi * np.arange(1, count + 1)[:, None] * (t + 0.5))
-        yield _smooth(np.vstack([t, t**2, t**3, waves]), z)  # free ends
+        yield _smooth(np.vstack([t, t**2, t**3, _waves(count, t)]), z)  # free ends
     yield from _bends(z, t)
     yield from _several_steps(z, np.ones((1, n)), frozenset())
     yield from _several_steps(z, np.array([np.ones(n), t]), frozenset({"drift"}))
 
 
+def _waves(count: int, t: Floats) -> Floats:
+    """(count, n) half cosines."""
+    return np.asarray(np.cos(np.pi * np.arange(1, count + 1)[:, None] * (t + 0.5)))
+
+
 def _smooth(columns: Floats, z: Floats, searched: int = 0) -> Shape:
     """Any smooth curve, with its pace."""
     shape = Shape(frozenset({"smooth"}), columns, searched)
-    return replace(shape, kinds=shape.kinds | pace(shape.curve(z)[1]))
+    return replace(shape, kinds=shape.kinds | pace(shape.curve(shape.solved(z))))
 
 
 def _refined(
@@ -123,7 +128,7 @@ def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
     for constants in (*both, (slow, fast)):
         columns = np.array([fall(constant) for constant in constants])
         shape = Shape(frozenset({"warm_up"}), columns, 2)
-        one_way = np.prod(shape.curve(z)[0]) > 0
+        one_way = np.prod(shape.solved(z)) > 0
         yield replace(shape, kinds=shape.kinds | ({"slowing"} if one_way else set()))
 
 
@@ -140,7 +145,7 @@ def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:
 
 
 def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
-    """The best cycle of 3/4 to n/8 periods, alone and beside a warm-up."""
+    """The best cycle of 3/4 to n/8 periods, alone and beside a smooth curve or a warm-up."""
     from scipy.fft import rfft
 
     n, t = int(k[-1] - k[0]), time_of(k)
@@ -157,11 +162,16 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         best = int(np.argmax(np.where(among, power, 0.0)))
         return places[max(best - 1, 0) : best + 2]
 
-    for own in (z - z.mean(), z - np.polyval(np.polyfit(t, z, 1), t)):
-        place = _refined(z, t, wave, near(own))
+    powers = np.vstack([t ** np.arange(1, 4)[:, None], _waves(BESIDE, t)])
+    for beside in (powers[:0], powers[:1], powers[:2], powers[:3], powers):
+        X = np.vstack([np.ones(z.size), beside]).T
+        own = z - X @ np.linalg.lstsq(X, z, rcond=None)[0]
+        place = _refined(z, t, wave, near(own), beside=beside[1:])
+        curve = beside if len(beside) > 1 else powers[:0]  # a line is put beside others, too
+        kinds = {"cycle", "smooth"} if len(curve) else {"cycle"}
         for count in (1, HARMONICS) if place >= PERIODS else (1,):
-            waves = np.vstack([wave(place * j) for j in range(count, 0, -1)])
-            yield Shape(frozenset({"cycle"}), waves, PLACE, (n / place,))
+            waves = np.vstack([curve, *(wave(place * j) for j in range(count, 0, -1))])
+            yield Shape(frozenset(kinds), waves, PLACE, (n / place,))
     fall = partial(CURVES["warm_up"], time)
     constant = _refined(z, t, fall, CONSTANTS)
     for _ in range(4):  # in turn, each beside the other
@@ -188,7 +198,7 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
             for parts in ([t >= begun], [t == begun - 1, t >= begun], [t == begun, t > begun]):
                 columns = np.array(parts, float)  # two: of a block that it comes within
                 shape = Shape(frozenset({"step"}), columns, PLACE, (float(begun),))
-                first, *rest = shape.curve(z)[0]
+                first, *rest = shape.solved(z)
                 if all(0 <= first * size <= size**2 for size in rest):  # else a spike
                     yield shape
         gain = np.triu((total[:n] - total[:n, None]) ** 2 * either, 1)
@@ -284,7 +294,7 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             places = (float(best), min(best + 3 * constant, n - 1.0))[: 3 - len(beside)]
             columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
             shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
-            lasting, *_, faded = shape.curve(z)[0]
+            lasting, *_, faded = shape.solved(z)
             spike = kind == "shift" and abs(lasting + faded) > SPIKE * abs(faded)
             if not spike and (kind == "shift" or abs(lasting) > LASTING * abs(faded)):
                 yield shape

@@ -32,12 +32,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.diagnosis.shape import AT_ONCE, Shape, on_line
 from mocap_metrology.noise.diagnosis.shapes import PERIODS, shapes
+from mocap_metrology.noise.fit.estimates import Z_95
 
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
@@ -50,7 +52,7 @@ MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
-SHARES = 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
+LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),
@@ -79,7 +81,8 @@ class Wander:
     of the recording), with its standard error; range_mm: of medians of a fiftieth; size_mm: of the
     shape that explains most, signed; at_s: its places, or its period or mean dwell; jumps: time in
     s and signed size in mm of every change at once; curve: (2, n) times in s and the positions
-    of a shape that has some; moved_mm: of that shape, from start to end, without these changes.
+    of a shape that has some; moved_mm: of that shape, from start to end, without these changes;
+    error_mm: standard error of the size of one step or shift.
     """
 
     kinds: tuple[str, ...]
@@ -93,6 +96,7 @@ class Wander:
     jumps: tuple[tuple[float, float], ...] = ()
     curve: Floats | None = field(default=None, repr=False, compare=False)
     moved_mm: float = math.nan
+    error_mm: float = math.nan
 
     @property
     def of(self) -> frozenset[str]:
@@ -139,6 +143,11 @@ class Wander:
         return max(near, key=lambda one: abs(one[1]), default=None)
 
     @property
+    def ends_mm(self) -> tuple[float, float]:
+        """95 % interval of |size_mm|; NaN where there is none."""
+        return abs(self.size_mm) - Z_95 * self.error_mm, abs(self.size_mm) + Z_95 * self.error_mm
+
+    @property
     def lasting_s(self) -> float:
         """Duration of a shift, from its begin to its end, s."""
         return self.at_s[1] - self.at_s[0] if "shift" in self.kinds else math.inf
@@ -170,18 +179,20 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
         return None
     z = z - np.median(z)
-    best, (white, gaussian) = _fits(z, k)
-    least = min(value for value, _ in best.values())
-    excluded = least - 2 * math.log(LEVEL)
+    best, shape, fitted = _fits(z, k)
+    white, gaussian, solved = fitted.white, fitted.gaussian, fitted.solved
+    excluded = min(best.values()) - 2 * math.log(LEVEL)
     none = _nothing(best) or (loud > OFTEN and _nothing(_fits(_scores(z), k)[0]))
-    near = [key for key, (value, _) in best.items() if value < excluded]
+    near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
-    noises = {noise: value for (kinds, noise), (value, _) in best.items() if not kinds}
+    noises: dict[str, float] = {}
+    for (kinds, own), value in best.items():
+        if kinds <= {"drift"}:
+            noises[own] = min(value, noises.get(own, math.inf))
     noise = min(noises, key=lambda own: noises[own])
     slow = all(noise not in FAST for _, noise in near)
     slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
-    _, shape = min(best.values(), key=lambda own: own[0])
     straight = any("drift" in kinds and not kinds & OTHER for kinds, _ in near)
     sure = sure - (set() if straight else {"drift"}) if white else frozenset()
     rival = min(value for other, value in noises.items() if other != noise)
@@ -198,7 +209,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         sure, noise = sure - {"cycle", "drift"}, ""  # what is beside it may be of its form
     for named, part in PARTS.items():
         sure -= part if named in sure else set()
-    jumps = shape.jumps(z) if sure & AT_ONCE else []
+    jumps = shape.jumps(solved) if sure & AT_ONCE else []
     possible = tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds)))
     possible = () if none else possible or (() if noise or not slow else ("noise",))
     tenth, short = max(z.size // 10, 1), max(z.size // 50, 1)
@@ -211,11 +222,12 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         float(last.mean() - first.mean()),
         math.sqrt(_mean_variance(first) + _mean_variance(last)),
         float(np.ptp(medians)),
-        shape.size(z),
+        shape.size(solved),
         at,
         tuple((float(begun[place]) * block_s, size) for place, size in jumps),
-        np.array([(k + 0.5) * block_s, shape.curve(z)[1]]) if jumps else None,
-        shape.moved(z),
+        np.array([(k + 0.5) * block_s, shape.curve(solved)]) if jumps else None,
+        shape.moved(solved),
+        float(fitted.errors[shape.main]) if shape.placed and len(jumps) == len(at) else math.nan,
     )
 
 
@@ -256,8 +268,8 @@ def _mean_variance(values: Floats) -> float:
 
 def _fits(
     z: Floats, k: np.ndarray
-) -> tuple[dict[tuple[frozenset[str], str], tuple[float, Shape]], tuple[bool, bool]]:
-    """Least BIC, and its shape, of every set of kinds and noise; how the least of all describes."""
+) -> tuple[dict[tuple[frozenset[str], str], float], Shape, Fitted]:
+    """Least BIC of every set of kinds and noise; the shape of the least of all, as it describes."""
     from scipy.fft import dst
 
     n = z.size - 1
@@ -267,8 +279,8 @@ def _fits(
         alone = _bic(y, np.zeros((0, n)), 1 / spectra, np.log(spectra).sum(axis=1))
         kept[noise] = spectra[: int(np.argmin(alone)) + 2]
     every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
-    found: dict[tuple[frozenset[str], str], tuple[float, Shape]] = {}
-    best = math.inf, y[None], y
+    found: dict[tuple[frozenset[str], str], float] = {}
+    best = math.inf, every[0], y[None], y
     stacked, ends = np.concatenate(list(kept.values())), np.cumsum([*map(len, kept.values())])
     inverse, logs = 1 / stacked, np.log(stacked).sum(axis=1)
     logs[ends[0] :] += math.log(n)  # another parameter than that of white noise
@@ -280,25 +292,35 @@ def _fits(
         for noise, end in list(zip(kept, ends, strict=True))[:last]:
             at = end - len(kept[noise]) + int(np.argmin(values[end - len(kept[noise]) : end]))
             value, key = float(values[at]), (shape.kinds, noise)
-            best = min(best, (value, columns, stacked[at]), key=lambda one: one[0])
-            if key not in found or value < found[key][0]:
-                found[key] = value, shape
-    return found, _described(y, *best[1:])
+            best = min(best, (value, shape, columns, stacked[at]), key=lambda one: one[0])
+            found[key] = min(value, found.get(key, math.inf))
+    return found, best[1], _fitted(y, *best[2:])
 
 
-def _described(y: Floats, X: Floats, spectrum: Floats) -> tuple[bool, bool]:
-    """Whether what a shape and a noise leave is white [cumulative periodogram, Bartlett 1955;
-    0.001], and whether it is also Gaussian."""
+class Fitted(NamedTuple):
+    """A shape in a noise: coefficients (p,) with their standard errors; whether what is left is
+    white [cumulative periodogram, Bartlett 1955; 0.001], and whether it is also Gaussian."""
+
+    solved: Floats
+    errors: Floats
+    white: bool
+    gaussian: bool
+
+
+def _fitted(y: Floats, X: Floats, spectrum: Floats) -> Fitted:
     from scipy.fft import dst
 
     root, n = np.sqrt(spectrum), y.size
     rest = y / root
-    rest = rest - np.linalg.lstsq((X / root).T, rest, rcond=None)[0] @ (X / root)
+    solved = np.linalg.lstsq((X / root).T, rest, rcond=None)[0]
+    rest = rest - solved @ (X / root)
+    covariance = np.linalg.pinv(X / spectrum @ X.T) * float(rest @ rest) / (n - len(X))
     grown = np.cumsum(rest**2) / np.sum(rest**2)
     white = np.abs(grown - np.arange(1, n + 1) / n).max() * math.sqrt(n / 2) < WHITE
     values = dst(rest, type=1, norm="ortho")
     excess = (np.mean(values**4) / np.mean(values**2) ** 2 - 3) * math.sqrt(n / 24)
-    return bool(white), bool(white and excess < GAUSSIAN)
+    errors = np.sqrt(np.diag(covariance))
+    return Fitted(solved, errors, bool(white), bool(white and excess < GAUSSIAN))
 
 
 def _scores(z: Floats) -> Floats:
@@ -309,10 +331,10 @@ def _scores(z: Floats) -> Floats:
     return np.asarray(ndtri((z.argsort().argsort() + 1) / (z.size + 1)))
 
 
-def _nothing(best: Mapping[tuple[frozenset[str], str], tuple[float, Shape]]) -> bool:
+def _nothing(best: Mapping[tuple[frozenset[str], str], float]) -> bool:
     """Whether noise that is none of slow wander may be all."""
-    least = min(value for value, _ in best.values())
-    return min(best[frozenset(), noise][0] for noise in FAST) < least - 2 * math.log(NOTHING)
+    fast = min(best[frozenset(), noise] for noise in FAST)
+    return fast < min(best.values()) - 2 * math.log(NOTHING)
 
 
 @lru_cache(maxsize=2)
@@ -334,7 +356,7 @@ def _noises(n: int) -> Mapping[str, Floats]:
         one = folded(1 / (1 + (2 * np.pi * f * T_c) ** 2))
         return [weight + ratio * one for ratio in RATIOS[::2]]
 
-    slow = [one for T_c in np.geomspace(1, n / 10, SHARES) for one in correlated(T_c)]
+    slow = [one for T_c in np.geomspace(1, LONGEST * n, SHARES) for one in correlated(T_c)]
     return {
         "white": weight[None],
         "fast": np.array(correlated(0.25)),

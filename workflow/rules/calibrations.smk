@@ -105,7 +105,7 @@ job(
 # All recordings of a setup in one estimate.
 job(
     "calibrate_setup",
-    of="group setup",
+    place="calibrate_setup/{group}/{setup}",
     input={
         name: of_each(file, accepted_calibrations(query=OF_SETUP), CALIBRATIONS)
         for name, file in (DECODED | ESTIMATED).items()

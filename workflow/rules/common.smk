@@ -123,14 +123,14 @@ JOBS = {}
 
 
 def job(name, output, message, of="", script="", mem_mb=memory(500), runtime=minutes(10), **more):
-    """Note a rule, and return its outputs. of: wildcards that log and benchmark are named by; of a
-    single subject it begins the message; script: by default that of the name; more: what is not as
+    """Note a rule, and return its outputs. of: wildcard that log and benchmark are named by; of a
+    subject it begins the message; script: by default that of the name; more: what is not as
     in `others`. Inputs in `unpacked` return them by name."""
     script = script or name
     others = {"input": {}, "unpacked": [], "params": {}, "only": {}, "priority": 0, "local": False}
     message = f"{{wildcards.{of}}}: {message}" if of in SUBJECTS else message
     of_job = {"output": output, "message": message, "mem_mb": mem_mb, "runtime": runtime}
-    place = "/".join([script, *(f"{{{wildcard}}}" for wildcard in of.split())])
+    place = f"{script}/{{{of}}}" if of else script
     JOBS[name] = others | of_job | {"script": script, "place": place} | more
     lists = (found if isinstance(found, list) else [found] for found in output.values())
     return [str(path) for found in lists for path in found]

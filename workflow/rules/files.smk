@@ -154,7 +154,7 @@ def of_each(file, rows, sheet=RECORDINGS):
 
 
 def for_groups(name, of, tables=None, figures=None, more=None, **parts):
-    """A rule for each group that `of` returns. Outputs: tables by the end of their names with the
+    """One job for each group that `of` returns. Outputs: tables by the end of their names with the
     endings of their files, figures by it with the labels they have in the report, and more by name.
     """
     found = {}

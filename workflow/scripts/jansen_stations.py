@@ -3,8 +3,7 @@
 from step import step
 
 with step(snakemake) as log:
-    from calibration_records import records_of
-
+    from mocap_metrology.lighthouse.assess.rows import records_of
     from mocap_metrology.papers.jansen_stations import cells, stations_tables
     from mocap_metrology.present.tables import aligned, source_sentence, write_with
     from mocap_metrology.present.text import captions

@@ -65,13 +65,12 @@ def any_of(names: Iterable[str]) -> str:
 paths = attrgetter("paths")
 
 
-def covariates(row: RecordingRow) -> list[str]:
-    return [row.covariate] if row.covariate else []
+def cells(*columns: str) -> Callable[[SheetRow], list[str]]:
+    """Function of a row: what it has in these columns, without what is empty."""
+    return lambda row: [value for name in columns if (value := getattr(row, name))]
 
 
-def references_of(row: RecordingRow) -> list[str]:
-    """File of reference points."""
-    return [row.reference] if row.reference else []
+covariates, references_of, seen_by = cells("covariate"), cells("reference"), cells("receiver")
 
 
 def names(rows: Iterable[OfSheet]) -> list[str]:
@@ -283,11 +282,6 @@ def beside(row: CalibrationRow, rows: Iterable[CalibrationRow]) -> list[Calibrat
 
 def decoded_files(row: CalibrationRow) -> list[str]:
     return list(decoded_from(row).values())
-
-
-def seen_by(row: CalibrationRow) -> list[str]:
-    """Motion capture of the receiver."""
-    return [row.receiver] if row.receiver else []
 
 
 def compared_files(row: CalibrationRow) -> list[str]:

@@ -11,7 +11,6 @@ with step(snakemake) as log:
     from mocap_metrology.noise.cameras.findings import COLUMNS, LAW_COLUMNS
     from mocap_metrology.noise.cameras.take import Take, levels_of, one_frame, take_rows
     from mocap_metrology.noise.fit.estimates import read_noise
-    from mocap_metrology.noise.series import length_s
     from mocap_metrology.present import cameras, tables
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
@@ -34,8 +33,7 @@ with step(snakemake) as log:
         found = take_rows(kind, ids, files, levels, noise, settings["rise"], log)
         rows, laws = rows + found[0], laws + found[1]
         sigma.setdefault(kind, {}).update(levels_of(ids, levels))
-    lengths = {name: length_s(origin) for name, origin in origins.items()}
-    source, remarks = gather.sources(origins, lengths, paper=False)
+    source, remarks = gather.sources_of(origins)
     title = f"{group}: noise with each camera added"
     caption, nothing = f"{captions.CAMERA_TABLE} {source} {remarks}", "No addition of cameras."
     text = tables.markdown(rows, title, caption, nothing)

@@ -38,7 +38,8 @@ def entry(path: str) -> dict[str, object]:
     One label: of several, Snakemake 9.27 makes a switch of any but the first that has two values
     equally often, and its page is blank if a result lacks one of them.
     """
-    title = _title(path)
+    with Path(path).open(encoding="utf-8") as stream:
+        title = next((line[2:].strip() for line in stream if line.startswith("# ")), path)
     found = TITLE.fullmatch(title)
     whose, item, shows = found.group("whose", "item", "shows") if found else (None, None, title)
     category, kind = PLACES.get(whose or "", ("4 Groups", "table"))
@@ -47,21 +48,16 @@ def entry(path: str) -> dict[str, object]:
     return {"category": category, "subcategory": subcategory, "labels": labels}
 
 
-def _title(path: str) -> str:
-    with Path(path).open(encoding="utf-8") as stream:
-        return next((line[2:].strip() for line in stream if line.startswith("# ")), path)
-
-
 def without_markup() -> None:
     """Let Snakemake write the data of its report without tags. It puts cells of the sheets into
     scripts of the page, as JSON in which `</script>` would end the script."""
+
+    def safe(value: object) -> str:
+        return json.dumps(value).replace("<", r"\u003c")
+
     for module in [m for name, m in sys.modules.items() if name.startswith(REPORTER)]:
         if getattr(module, "json", None) is json:
-            module.json = SimpleNamespace(dumps=_dumps)  # type: ignore[attr-defined]
-
-
-def _dumps(value: object) -> str:
-    return json.dumps(value).replace("<", r"\u003c")
+            module.json = SimpleNamespace(dumps=safe)  # type: ignore[attr-defined]
 
 
 def inputs(

@@ -12,8 +12,6 @@ from typing import Generic, TypeVar
 
 import pandas as pd
 
-from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.noise.twins.twin import Crump, Twin
 from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
@@ -67,13 +65,12 @@ def any_of(names: Iterable[str]) -> str:
 paths = attrgetter("paths")
 
 
-def covariates(row: RecordingRow) -> list[str]:
-    return [row.covariate] if row.covariate else []
+def cells(*columns: str) -> Callable[[SheetRow], list[str]]:
+    """Function of a row: what it has in these columns, without what is empty."""
+    return lambda row: [value for name in columns if (value := getattr(row, name))]
 
 
-def references_of(row: RecordingRow) -> list[str]:
-    """File of reference points."""
-    return [row.reference] if row.reference else []
+covariates, references_of, seen_by = cells("covariate"), cells("reference"), cells("receiver")
 
 
 def names(rows: Iterable[OfSheet]) -> list[str]:
@@ -287,11 +284,6 @@ def decoded_files(row: CalibrationRow) -> list[str]:
     return list(decoded_from(row).values())
 
 
-def seen_by(row: CalibrationRow) -> list[str]:
-    """Motion capture of the receiver."""
-    return [row.receiver] if row.receiver else []
-
-
 def compared_files(row: CalibrationRow) -> list[str]:
     return list(compared_with(row).values())
 
@@ -319,14 +311,6 @@ def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
     they are many, and look alike."""
     first_of: dict[str, CalibrationRow] = {}
     return [row for row in rows if first_of.setdefault(row.setup, row) is row or not row.twin]
-
-
-def of_generation(
-    rows: Iterable[CalibrationRow], twins: Mapping[str, CalibrationTwin], generation: int
-) -> list[CalibrationRow]:
-    """Twins before stations of one generation."""
-    kinds = {1: LighthouseTwin, 2: NetworkTwin}
-    return [row for row in rows if row.twin and isinstance(twins[row.twin], kinds[generation])]
 
 
 def setups(rows: Iterable[CalibrationRow]) -> list[tuple[str, str, str]]:

@@ -68,7 +68,7 @@ def sheets(
     found, faults = _all(lambda name: rows.load(kinds[name], config[name], twins), kinds)
     recordings = found.get("recordings", {})
     calibrations = found.get("calibrations", {})
-    faults += _tracked_in_turn(calibrations) + _bars_apart(calibrations)
+    faults += _between_rows(calibrations)
     faults += _spelled_otherwise([*recordings.values(), *calibrations.values()])
     if faults:
         raise Faults(faults)
@@ -95,25 +95,22 @@ def _all(read: Callable[[str], Any], names: Iterable[str]) -> tuple[dict[str, An
     return values, faults
 
 
-def _tracked_in_turn(rows: Mapping[str, CalibrationRow]) -> list[str]:
+def _wrong(row: rows.SheetRow, column: str, value: object, expected: str) -> str:
+    kind = row.KIND
+    return f'{kind}s, {kind} "{row.name}", column {column}: "{value}"; expected {expected}'
+
+
+def _between_rows(rows: Mapping[str, CalibrationRow]) -> list[str]:
     """Rows that are tracked with a row that is tracked with another, and so might wait for each
-    other."""
-    return [
-        f'calibrations, calibration "{name}", column tracked_with: "{other}"; expected a'
-        " calibration whose own tracked_with is empty"
-        for name, row in rows.items()
-        if (other := row.tracked_with_row) and rows[other].tracked_with
-    ]
-
-
-def _bars_apart(rows: Mapping[str, CalibrationRow]) -> list[str]:
-    """Rows with a bar whose other end is before other stations."""
-    return [
-        f'calibrations, calibration "{name}", column bar: "{row.bar}"; expected a calibration of'
-        f" setup {row.setup}"
-        for name, row in rows.items()
-        if (other := row.bar_row) and rows[other].setup != row.setup
-    ]
+    other; rows with a bar whose other end is before other stations."""
+    faults = []
+    for row in rows.values():
+        if (other := row.tracked_with_row) and rows[other].tracked_with:
+            expected = "a calibration whose own tracked_with is empty"
+            faults.append(_wrong(row, "tracked_with", other, expected))
+        if (other := row.bar_row) and rows[other].setup != row.setup:
+            faults.append(_wrong(row, "bar", row.bar, f"a calibration of setup {row.setup}"))
+    return faults
 
 
 def _spelled_otherwise(rows: Iterable[RecordingRow | CalibrationRow]) -> list[str]:
@@ -122,17 +119,12 @@ def _spelled_otherwise(rows: Iterable[RecordingRow | CalibrationRow]) -> list[st
     first: dict[tuple[str, str], tuple[str, RecordingRow | CalibrationRow]] = {}
     faults = []
     for row in rows:
-        named = [
-            ("group", row.group),
-            *((c, getattr(row, c, None) or "") for c in ("setup", "monitor")),
-        ]
-        for column, value in named:
+        for column in ("group", "setup", "monitor"):
+            value = getattr(row, column, None) or ""
             known, other = first.setdefault((column, value.casefold()), (value, row))
             if value != known:
-                faults.append(
-                    f'{row.KIND}s, {row.KIND} "{row.name}", column {column}: "{value}"; '
-                    f'expected "{known}" as of {other.KIND} "{other.name}", or another name'
-                )
+                expected = f'"{known}" as of {other.KIND} "{other.name}", or another name'
+                faults.append(_wrong(row, column, value, expected))
     return faults
 
 
@@ -167,7 +159,7 @@ def recording_twins(
         return replace(twin, duration_s=min(twin.duration_s, duration_s))
 
     twins, faults = _all(read, _used(recordings))
-    faults = faults or [*_other_cameras(recordings, twins), *_undated(recordings, twins)]
+    faults = faults or _unlike_twins(recordings, twins)
     if faults:
         raise Faults(faults)
     return twins
@@ -178,30 +170,19 @@ def _used(rows: Mapping[str, RecordingRow] | Mapping[str, CalibrationRow]) -> li
     return list(dict.fromkeys(row.twin for row in rows.values() if row.twin))
 
 
-def _undated(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]) -> list[str]:
-    """Rows without a date whose twin is of a facility over dates."""
-    return [
-        f'recordings, recording "{name}", column date: ""; expected a date, as twin {row.twin} has'
-        " days"
-        for name, row in rows.items()
-        if not row.date and getattr(twins.get(row.twin or ""), "days", None)
-    ]
-
-
-def _other_cameras(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]) -> list[str]:
-    """Rows that name other cameras than those their twin, a subset of a take, is made of."""
-    faults = []
-    for name, row in rows.items():
+def _unlike_twins(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]) -> list[str]:
+    """Rows that name other cameras than those their twin, a subset of a take, is made of; then rows
+    without a date whose twin is of a facility over dates."""
+    cameras, dates = [], []
+    for row in rows.values():
         twin = twins.get(row.twin or "")
-        if not isinstance(twin, TakeTwin) or not row.camera_ids:
-            continue
-        if set(row.camera_ids) != set(twin.camera_ids):
+        if isinstance(twin, TakeTwin) and set(row.camera_ids) != set(twin.camera_ids):
             shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, twin.camera_ids))
-            faults.append(
-                f'recordings, recording "{name}", column camera_ids: "{shown}"; '
-                f"expected those of its twin {row.twin}, {own}"
-            )
-    return faults
+            expected = f"those of its twin {row.twin}, {own}"
+            cameras += [_wrong(row, "camera_ids", shown, expected)] if shown else []
+        if not row.date and getattr(twin, "days", None):
+            dates.append(_wrong(row, "date", "", f"a date, as twin {row.twin} has days"))
+    return cameras + dates
 
 
 def calibration_twins(

@@ -4,18 +4,16 @@ as tables and a figure; the uncertainty of a length."""
 from step import step
 
 with step(snakemake) as log:
-    import json
     from pathlib import Path
 
     from mocap_metrology.accuracy.statement import known_of
+    from mocap_metrology.common.files import read_json
     from mocap_metrology.recording.bar import write_group, write_statement
     from mocap_metrology.settings import Settings
 
     given, output = snakemake.input, snakemake.output
-    still, monitors, points = (
-        [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
-        for paths in (given.verdicts, given.monitors, given.points)
-    )
+    read = (given.verdicts, given.monitors, given.points)
+    still, monitors, points = (list(map(read_json, paths)) for paths in read)
     settings, group = Settings(**snakemake.params.settings), snakemake.wildcards.group
     bar = write_group(group, given.takes, still, settings, Path(output.json), Path(output.svg))
     known = known_of(bar.pair, monitors, points[0] if points else None)

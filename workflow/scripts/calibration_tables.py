@@ -3,10 +3,9 @@
 from step import step
 
 with step(snakemake) as log:
-    from calibration_records import records_of
-
     from mocap_metrology.common.files import read_table
     from mocap_metrology.lighthouse.assess import rows as rows_of
+    from mocap_metrology.lighthouse.assess.rows import records_of
     from mocap_metrology.present.calibration import pose_text
     from mocap_metrology.present.tables import markdown, source_sentence, write_with
     from mocap_metrology.present.text import captions

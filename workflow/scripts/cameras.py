@@ -11,7 +11,6 @@ with step(snakemake) as log:
     from mocap_metrology.noise.cameras.findings import COLUMNS, LAW_COLUMNS
     from mocap_metrology.noise.cameras.take import Take, levels_of, one_frame, take_rows
     from mocap_metrology.noise.fit.estimates import read_noise
-    from mocap_metrology.noise.series import length_s
     from mocap_metrology.present import cameras, tables
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
@@ -34,8 +33,7 @@ with step(snakemake) as log:
         found = take_rows(kind, ids, files, levels, noise, settings["rise"], log)
         rows, laws = rows + found[0], laws + found[1]
         sigma.setdefault(kind, {}).update(levels_of(ids, levels))
-    lengths = {name: length_s(origin) for name, origin in origins.items()}
-    source, remarks = gather.sources(origins, lengths, paper=False)
+    source, remarks = gather.sources_of(origins)
     title = f"{group}: noise with each camera added"
     caption, nothing = f"{captions.CAMERA_TABLE} {source} {remarks}", "No addition of cameras."
     text = tables.markdown(rows, title, caption, nothing)
@@ -43,7 +41,7 @@ with step(snakemake) as log:
     law_title = f"{group}: noise against the number of cameras"
     caption = f"{captions.LAW_TABLE} {source} {remarks}"
     text = tables.markdown(laws, law_title, caption) if laws else law_title
-    tables.write_with(snakemake.output.law, laws, text, LAW_COLUMNS)
+    tables.write_with(snakemake.output.camera_law_csv, laws, text, LAW_COLUMNS)
     summary = cameras.summary(rows, laws, settings)
     write_json(snakemake.output.json, summary)
     save(cameras.camera_figure(rows, sigma, settings, title, source, remarks), snakemake.output.svg)

@@ -3,22 +3,18 @@
 from step import step
 
 with step(snakemake) as log:
-    import json
     import math
     import time
-    from pathlib import Path
 
     import numpy as np
-    from calibration_records import records_of
-    from coordinates import read_coordinates
 
-    from mocap_metrology.common.files import read_table
+    from mocap_metrology.common.files import read_json, read_table
     from mocap_metrology.lighthouse.assess.reference import reconstruction_errors
+    from mocap_metrology.lighthouse.assess.rows import records_of
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
     from mocap_metrology.lighthouse.records import hits_of
     from mocap_metrology.noise.fit.estimates import read_noise
-    from mocap_metrology.noise.series import all_series
     from mocap_metrology.papers.claims.jansen import Calibrations
     from mocap_metrology.papers.claims.study import Regenerated
     from mocap_metrology.papers.claims.table import REPEATS, SLOW_SAMPLES, decisions
@@ -26,6 +22,7 @@ with step(snakemake) as log:
     from mocap_metrology.papers.jansen import source_of
     from mocap_metrology.papers.shock import shock_effect
     from mocap_metrology.present import claims, tables
+    from mocap_metrology.recording.results import Table
 
     given, files = snakemake.params, snakemake.input
 
@@ -34,15 +31,14 @@ with step(snakemake) as log:
         return {key: read(path) for key, path in zip(keys, paths, strict=True)}
 
     def truth_of(path):
-        truth = json.loads(Path(path).read_text(encoding="utf-8"))
+        truth = read_json(path)
         return np.array(truth["R"]), np.array(truth["t_m"]), truth["twin"]["motion"]
 
     study = calibrations = shock = None
     of_repaired = zip(given.repaired, files.repaired, strict=True)
     for path in files.shocked:
-        _, cleaned, origin = read_coordinates(path)
-        pairs = [tuple(pair) for pair in origin["pairs"]]
-        shock = shock_effect(dict(all_series(cleaned, pairs)), origin["frame_rate_hz"])
+        cleaned = Table.open(path)
+        shock = shock_effect(dict(cleaned.with_distances()), cleaned.origin["frame_rate_hz"])
     if given.recordings:
         study = Regenerated(
             of_subsets(files.allan, lambda path: read_table(path)[0]),
@@ -80,5 +76,5 @@ with step(snakemake) as log:
             moments[row["camera_type"], row["n_cameras"]] = drawn
     rows = claims.claim_rows(decisions(study, calibrations, sources, moments))
     text = claims.claims_markdown(rows)
-    tables.write_with(snakemake.output.csv, rows, text, claims.COLUMNS)
+    tables.write_with(snakemake.output[0], rows, text, claims.COLUMNS)
     log.info("%d claims", len(rows))

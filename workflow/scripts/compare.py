@@ -5,11 +5,10 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table, write_json
     from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows
-    from mocap_metrology.noise.series import length_s
     from mocap_metrology.present import changes, tables
     from mocap_metrology.present.changes import Comparison, compare_figure
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski.gather import sources
+    from mocap_metrology.present.skurowski.gather import sources_of
     from mocap_metrology.present.text import captions
 
     settings, pairs = snakemake.params.compare, snakemake.params.pairs
@@ -22,8 +21,7 @@ with step(snakemake) as log:
         coarse = coarse_steps(old, made_old["resolution_mm"])
         coarse |= coarse_steps(new, made["resolution_mm"])
         rows += compare_rows(*pair, new, old, **settings, coarse=coarse)
-    lengths = {name: length_s(origin) for name, origin in origins.items()}
-    source, remarks = sources(origins, lengths, paper=False)
+    source, remarks = sources_of(origins)
     title = f"{snakemake.wildcards.group}: comparison with the reference"
     text = changes.compare_markdown(rows, title, f"{captions.COMPARE_TABLE} {source} {remarks}")
     tables.write_with(snakemake.output.csv, rows, text)

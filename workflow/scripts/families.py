@@ -7,7 +7,6 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.fit.estimates import read_noise
-    from mocap_metrology.noise.series import length_s
     from mocap_metrology.present.groups.adev import family_figure, family_of
     from mocap_metrology.present.groups.coefficients import coefficients_figure, correlated_figure
     from mocap_metrology.present.plot.figure import save
@@ -17,8 +16,7 @@ with step(snakemake) as log:
     rows = {row["recording"]: row for row in snakemake.params.rows}
     family = family_of(rows)
     allan = {name: read_table(path) for name, path in zip(rows, given.allan, strict=True)}
-    lengths = {name: length_s(origin) for name, (_, origin) in allan.items()}
-    texts = gather.sources(rows, lengths, paper=False)
+    texts = gather.sources_of({name: origin for name, (_, origin) in allan.items()})
     noise = {name: read_noise(path) for name, path in zip(rows, given.noise, strict=True)}
     series = {name: list(dict.fromkeys(row["series"] for row in of)) for name, of in noise.items()}
     confidence = next(iter(allan.values()))[1]["allan"]["confidence"]

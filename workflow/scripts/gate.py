@@ -3,30 +3,29 @@
 from step import RESULT, step
 
 with step(snakemake, prefix="") as log:
-    import json
     import sys
     from pathlib import Path
 
-    from mocap_metrology.common.files import write_json
+    from mocap_metrology.common.files import read_json, write_json
 
     results = list(map(Path, dict.fromkeys(snakemake.input.results)))
     verdicts = [path for path in results if path.name == "verdict.json"]
     for path in verdicts if len(verdicts) <= 10 else ():  # more are in the tables
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path)
         log.log(RESULT, "recording %s is %s: %s", path.parent.name, found["word"], found["reason"])
     for path in results:
         if path.name.endswith("_compare.json"):
-            for words in json.loads(path.read_text(encoding="utf-8"))["words"]:
+            for words in read_json(path)["words"]:
                 log.log(RESULT, "%s", words)
     refused = []  # reported last
     for path in results:
         if path.name == "monitor.json":
-            found = json.loads(path.read_text(encoding="utf-8"))
+            found = read_json(path)
             log.log(RESULT, "%s", found["line"])
             named = [f"{one['recording']}: {one['why']}" for one in found["left_out"]]
             refused += [f"monitor {found['monitor']}, recording {words}" for words in named]
     for path in map(Path, snakemake.input.checks):
-        check = json.loads(path.read_text(encoding="utf-8"))
+        check = read_json(path)
         what = f"{path.parent.parent.name.removesuffix('s')} {path.parent.name}"
         for warning in check.get("warnings", []):
             log.warning("%s: %s", what, warning)
@@ -35,7 +34,7 @@ with step(snakemake, prefix="") as log:
     for path in results:
         if path.name != "pose.json":
             continue
-        verdict = json.loads(path.read_text(encoding="utf-8"))["verdict"]
+        verdict = read_json(path)["verdict"]
         if verdict["word"] == "failed":
             refused.append(f"calibration {path.parent.name} failed: {verdict['reason']}")
     for path in results:

@@ -3,10 +3,9 @@
 from step import step
 
 with step(snakemake) as log:
-    import json
     from pathlib import Path
 
-    from mocap_metrology.common.files import write_json
+    from mocap_metrology.common.files import read_json, write_json
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
     from mocap_metrology.present.groups.group_tables import multiqc
@@ -15,7 +14,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.verdict import words
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
-    found = [json.loads(Path(path).read_text("utf-8")) for path in snakemake.input.verdicts]
+    found = list(map(read_json, snakemake.input.verdicts))
     lengths = {one["recording"]: one["duration_s"] for one in found}
     of_rows = {row["recording"]: row for row in rows}
     sentence = " ".join(gather.sources(of_rows, lengths, paper=False))
@@ -27,5 +26,5 @@ with step(snakemake) as log:
     write("subsets", group_tables.subsets(rows), "recordings and cameras", group_tables.SUBSETS)
     summary = list(map(words.summary_row, found))
     write("summary", summary, "verdicts", captions.SUMMARY_TABLE)
-    write_json(snakemake.output.multiqc, multiqc(group, summary))
+    write_json(snakemake.output.mqc_json, multiqc(group, summary))
     log.info("%s: %d recordings", group, len(rows))

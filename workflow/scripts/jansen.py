@@ -6,10 +6,9 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from calibration_records import records_of
-
     from mocap_metrology.common.files import read_table
     from mocap_metrology.lighthouse.assess.calibration_files import read_calibration
+    from mocap_metrology.lighthouse.assess.rows import records_of
     from mocap_metrology.papers.jansen import jansen_table, jansen_table_3
     from mocap_metrology.present.jansen.jansen_text import markdown
     from mocap_metrology.present.jansen.paths import jansen_figures

@@ -10,7 +10,6 @@ with step(snakemake):
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.assess.allan_summary import allan_summary
     from mocap_metrology.noise.fit.estimates import read_noise
-    from mocap_metrology.noise.series import length_s
     from mocap_metrology.papers.subsets import source_of
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
@@ -20,9 +19,8 @@ with step(snakemake):
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: source_of(row) for row in rows}
     allan = dict(zip(source, map(read_table, snakemake.input.allan), strict=True))
-    lengths = {name: length_s(origin) for name, (_, origin) in allan.items()}
-    of_rows = {row["recording"]: row for row in rows}
-    sentence = " ".join(gather.sources(of_rows, lengths, paper=False))
+    origins = {name: origin for name, (_, origin) in allan.items()}
+    sentence = " ".join(gather.sources_of(origins))
     stem = str(Path(snakemake.output[0])).removesuffix("_gaussian.csv")
 
     def gathered(paths):

@@ -4,7 +4,6 @@ from step import step
 
 with step(snakemake) as log:
     import numpy as np
-    from coordinates import read_coordinates
 
     from mocap_metrology.noise.motion.place import by_place, evenness
     from mocap_metrology.noise.series import AXES, pair_name
@@ -12,8 +11,10 @@ with step(snakemake) as log:
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.recording import source_words
     from mocap_metrology.present.text import captions
+    from mocap_metrology.recording.results import Table
 
-    _, series, origin = read_coordinates(snakemake.input[0])
+    cleaned = Table.open(snakemake.input[0])
+    series, origin = cleaned.coordinates, cleaned.origin
     first, second = origin["pairs"][0]
     middle = [
         (series[f"{axis}{first}"].astype(np.float64) + series[f"{axis}{second}"]) / 2

@@ -3,13 +3,18 @@
 from step import step
 
 with step(snakemake) as log:
-    import json
     import platform
     import subprocess
     from importlib import metadata
     from pathlib import Path
 
-    from mocap_metrology.common.files import read_metadata, sha256, write_json, write_text
+    from mocap_metrology.common.files import (
+        read_json,
+        read_metadata,
+        sha256,
+        write_json,
+        write_text,
+    )
     from mocap_metrology.present.pages import details
 
     given, params = snakemake.input, snakemake.params
@@ -26,7 +31,7 @@ with step(snakemake) as log:
     def files_of(path):
         """Name and SHA-256 of the files of a recording (Parquet) or calibration (JSON)."""
         if path.endswith(".json"):
-            origin = json.loads(Path(path).read_text(encoding="utf-8"))["origin"]
+            origin = read_json(path)["origin"]
             return [(None if origin["twin"] else origin["source"], origin["sha256"])]
         return [(file["path"], file["sha256"]) for file in read_metadata(path)["segments"]]
 

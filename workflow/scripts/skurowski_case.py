@@ -4,13 +4,12 @@ the facility before its repair)."""
 from step import step
 
 with step(snakemake) as log:
-    from coordinates import read_coordinates
-
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.noise.series import all_series, length_s
+    from mocap_metrology.noise.series import length_s
     from mocap_metrology.papers.shock import ShockRecording
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import allan_figures, crump, gather
+    from mocap_metrology.recording.results import Table
 
     given, files = snakemake.params, snakemake.input
     rows = {row["recording"]: row for row in given.rows}
@@ -22,12 +21,12 @@ with step(snakemake) as log:
     lengths = {name: length_s(of) for name, (_, of) in allan.items()}
 
     def shocked():
-        _, raw, recorded = read_coordinates(files.raw[0])
+        raw = Table.open(files.raw[0])
         shaken = ShockRecording(
-            dict(all_series(raw, [tuple(pair) for pair in recorded["pairs"]])),
-            read_coordinates(files.clean[0])[1],
+            dict(raw.with_distances()),
+            Table.open(files.clean[0]).coordinates,
             first,
-            recorded["frame_rate_hz"],
+            raw.origin["frame_rate_hz"],
             origin["allan"]["min_coverage"],
         )
         other = next(iter(others), None)

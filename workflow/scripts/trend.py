@@ -5,11 +5,10 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.changes.rows import coarse_steps, trend_rows
-    from mocap_metrology.noise.series import length_s
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import trend_figure
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski.gather import sources
+    from mocap_metrology.present.skurowski.gather import sources_of
     from mocap_metrology.present.text import captions
 
     dates, settings = snakemake.params.dates, snakemake.params.compare
@@ -20,8 +19,7 @@ with step(snakemake) as log:
         for name, (columns, made) in tables_of.items()
     }
     origins = {name: made for name, (_, made) in tables_of.items()}
-    lengths = {name: length_s(origin) for name, origin in origins.items()}
-    source, remarks = sources(origins, lengths, paper=False)
+    source, remarks = sources_of(origins)
     rows, title = [], f"{snakemake.wildcards.group}: change over dates"
     for names in snakemake.params.series_over_dates:
         found = trend_rows(

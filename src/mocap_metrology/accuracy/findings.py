@@ -61,7 +61,10 @@ def findings_of(
 ) -> list[Finding]:
     """All of a bar, in the order of CODES; still_mm: standard deviation of the length at rest;
     pose_u_deg: standard uncertainty of a stated rotation."""
-    found = [*_bias(bar), *_angle(bar, pose_u_deg), *_direction(bar), *_place(bar), *_speed(bar)]
+    found = [*_bias(bar), *_angle(bar, pose_u_deg)]
+    if (way := bar.direction) is not None and way.between_lower > 0:
+        found.append(Finding("by_direction", "", way.between, way.between_lower, way.between_upper))
+    found += [*_place(bar), *_speed(bar)]
     if still_mm:
         rest = max(one.parts["rest"].value for one in bar.classes)
         found.append(Finding("more_than_still", "", rest / still_mm))
@@ -104,13 +107,6 @@ def _angle(bar: Bar, u_deg: float) -> list[Finding]:
     if not found.value > least:
         return []
     return [Finding("angle_bias", "", found.value, found.value - least, found.value + least)]
-
-
-def _direction(bar: Bar) -> list[Finding]:
-    d = bar.direction
-    if d is None or not d.between_lower > 0:
-        return []
-    return [Finding("by_direction", "", d.between, d.between_lower, d.between_upper)]
 
 
 def _place(bar: Bar) -> list[Finding]:

@@ -179,7 +179,10 @@ def frame_changes(points: Points) -> Segments:
         if cuts == before:
             break
     inside = math.sqrt(squares / len(points))
-    jumps = _jumps(moved, cuts)
+    bounds = pairwise((0, *cuts, len(moved)))
+    frames = [fit(moved.only(slice(a, b)), False, False) for a, b in bounds]
+    placed = [one.applied(moved.places, moved.turns) for one in frames]
+    jumps = tuple(rms(after - before) for before, after in pairwise(placed))
     if inside > whole / 2 or any(jump < 4 * inside for jump in jumps):
         return Segments((), whole, ())
     return Segments(cuts, inside, jumps)
@@ -226,11 +229,3 @@ def _costs(points: Points) -> np.ndarray:
     cost = np.full((n + 1, n + 1), np.inf)
     cost[start, end] = np.maximum(squares - 2 * singular.sum(axis=1), 0.0)
     return cost
-
-
-def _jumps(points: Points, cuts: Sequence[int]) -> tuple[float, ...]:
-    """How far the frames of successive segments put all points apart, rms."""
-    bounds = pairwise((0, *cuts, len(points)))
-    frames = [fit(points.only(slice(a, b)), False, False) for a, b in bounds]
-    placed = [one.applied(points.places, points.turns) for one in frames]
-    return tuple(rms(after - before) for before, after in pairwise(placed))

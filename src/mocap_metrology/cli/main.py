@@ -12,7 +12,7 @@ import io
 import os
 import sys
 import tomllib
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -213,19 +213,13 @@ def _recordings(options: argparse.Namespace) -> Iterator[Path]:
         if not path.is_dir():
             yield path
             continue
-        endings = tuple(_suffixes(options))
+        from mocap_metrology.io.read import FORMATS
+
+        endings = DUMPS if options.board else (".c3d", *FORMATS)
         inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(endings))
         if not inside:
             print(f"{text}: no recording in this folder", file=sys.stderr)
         yield from inside or [path]
-
-
-def _suffixes(options: argparse.Namespace) -> Collection[str]:
-    if options.board:
-        return DUMPS
-    from mocap_metrology.io.read import FORMATS
-
-    return {".c3d", *FORMATS}
 
 
 def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:

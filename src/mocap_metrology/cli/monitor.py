@@ -149,7 +149,9 @@ def _added(
     name, recording = line.cells["monitor"], line.cells["recording"]
     rows = monitors(str(sheet.path), [*sheet.lines, line])[name]
     takes = _earlier(sheet, name, settings)
-    _expect_new(path, recording, takes)
+    first = {tuple(one["sha256"]): name for name, one in takes.items() if one["sha256"]}
+    if why := unfit({"recording": recording, "sha256": [sha256(path)], "moving": False}, first):
+        raise Refusal(f"{path}: {why}; expected a take that is not in the sheet yet")
     folder = sheet.folder / RESULTS
     with _part(folder) as part:
         of_take, of_monitor = part / "recordings" / recording, part / "monitors" / name
@@ -290,13 +292,6 @@ def _made_again(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> M
         for file in own.iterdir():
             file.replace(folder / file.name)
     return found
-
-
-def _expect_new(path: Path, recording: str, takes: Mapping[str, Mapping[str, Any]]) -> None:
-    first = {tuple(one["sha256"]): name for name, one in takes.items() if one["sha256"]}
-    given = {"recording": recording, "sha256": [sha256(path)], "moving": False}
-    if why := unfit(given, first):
-        raise Refusal(f"{path}: {why}; expected a take that is not in the sheet yet")
 
 
 def _analysed(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> Mapping[str, Any]:

@@ -167,6 +167,11 @@ def write_json(path: str | Path, value: object) -> None:
     write_text(path, json.dumps(_jsonable(value), indent=2, ensure_ascii=False) + "\n")
 
 
+def read_json(path: str | Path) -> Any:
+    """Contents of a JSON file."""
+    return json.loads(Path(path).read_text(encoding="utf-8"))
+
+
 def write_csv(
     path: str | Path, rows: Sequence[Mapping[str, object]], columns: Sequence[str] = ()
 ) -> None:

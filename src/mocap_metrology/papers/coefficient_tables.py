@@ -70,7 +70,11 @@ def table_a(camera_type: str, recordings: Sheet, noise: Noise, expected: Noise) 
             for row in _series_rows(printed, fits):
                 parameter = row["parameter"]
                 if parameter in bounds and parameter in used:
-                    row |= _support(bounds[parameter]["crlb"], used[parameter])
+                    bound, value = float(bounds[parameter]["crlb"]), used[parameter]
+                    row["published_crlb"] = bound
+                    if not math.isnan(bound):  # as without a bound by the recording's length
+                        relative = bound / value if value > 0 else math.inf
+                        row |= {"crlb_relative": relative, "supported": relative <= 1}
                 remarks = [*notes.get((series, parameter), ()), *of_all, row["note"]]
                 row |= common | {"series": series, "note": "; ".join(filter(None, remarks))}
                 rows.append({column: row.get(column) for column in COLUMNS})
@@ -92,14 +96,6 @@ def notes_by_coefficient(
         for name in names.split(", "):
             notes[series, name].append(text)
     return notes, of_all
-
-
-def _support(bound: float, value: float) -> Row:
-    """Bound of a coefficient from the recording's length; empty where there is none."""
-    if math.isnan(bound):
-        return {"published_crlb": bound}
-    relative = float(bound) / value if value > 0 else math.inf
-    return {"published_crlb": bound, "crlb_relative": relative, "supported": relative <= 1}
 
 
 def _series_rows(printed: Mapping[str, float], fits: Mapping[str, Fit]) -> Iterator[Row]:

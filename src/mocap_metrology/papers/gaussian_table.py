@@ -75,26 +75,21 @@ def table_4(
     for kind, n_cameras in TABLE_4.items():
         name = standing_for(recordings, kind, n_cameras) or ""
         regenerated, published = gaussian.get(name, {}), published_gaussian(kind)
-        bands = _draws(twins[name], cleaning, repeats) if name in twins else None
+        bands = []  # realisations of the twin's own length, and of nine hours
+        if twin := twins.get(name):
+            lengths = twin.duration_s, NINE_HOURS_S
+            own = {s: replace(twin, duration_s=s) for s in lengths}
+            drawn = {s: realisations(one, repeats, cleaning) for s, one in own.items()}
+            bands = [drawn[s] for s in lengths]
         for quantity, number in published.items():
             value = regenerated.get(quantity)
             row = {"camera_type": kind, "quantity": quantity, "published": number}
             row |= {"regenerated": value, "source": source_of(recordings.get(name))}
             row |= {"recording": name or None} | dict.fromkeys(BANDS)
-            if bands is not None:
+            if bands:
                 row |= _band(quantity, number, value, *(draws[quantity] for draws in bands))
             rows.append(row | _check(quantity, published, regenerated))
     return rows
-
-
-def _draws(
-    twin: Twin, cleaning: Cleaning | None, repeats: int
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Realisations of the twin's own length, and of nine hours."""
-    own = realisations(twin, repeats, cleaning)
-    if twin.duration_s == NINE_HOURS_S:
-        return own, own
-    return own, realisations(replace(twin, duration_s=NINE_HOURS_S), repeats, cleaning)
 
 
 def _band(

@@ -142,8 +142,7 @@ def camera_figure(
     changed with each addition, (c) the noise of each added camera, where it is known.
 
     rows: those of <group>_cameras; sigma_mm: camera type -> recording -> `n`, the ids it
-    is `without` and the deviation at one frame of each coordinate; settings: limits `rise`
-    and `noisy`; source: the line at the foot; remarks: what the caption adds.
+    is `without` and the deviation at one frame of each coordinate; settings: `rise`, `noisy`.
     """
     table = pd.DataFrame(rows, columns=findings.COLUMNS)
     changes = findings.worst_marker(table[table["from"] != ""], findings.LARGEST)

@@ -99,13 +99,18 @@ def compare_figure(
 ) -> plot.Picture:
     """Ratios over averaging time, a row a comparison (the last `MOST` of them), a column a marker
     or the distances. Above 1 the recording is noisier; the band is the margin within which a change
-    counts as none. source: the line at the foot; remarks: what the caption adds."""
+    counts as none."""
     shown = comparisons[-MOST:]
     if len(shown) < len(comparisons):
         remarks += f" The last {MOST} of {len(comparisons)} comparisons; all are in the table."
     ratios = [ratio_curves(one.new, one.old, confidence) for one in shown]
     every = pd.concat(ratios)
-    looks, limits = curves.looks_of(every["series"]), _ratio_limits(every["value"], margin)
+    # About the ratios themselves, 1 and its margin; wide intervals at long tau may leave
+    logs = 1.25 * np.log(curves.positive(every["value"]))
+    low, high = (pick([0.0, *logs[np.isfinite(logs)]]) for pick in (min, max))
+    reach = 0.3 * max(-low, high, 3 * np.log1p(margin))
+    limits = float(np.exp(min(low, -reach))), float(np.exp(max(high, reach)))
+    looks = curves.looks_of(every["series"])
     body, grid, panels = _grid(title, source, len(shown), every["series"])
     for row, one, of_it in zip(grid, shown, ratios, strict=True):
         plot.panel_title(row[0], f"{plot.short(one.recording)} / {plot.short(one.reference)}")
@@ -146,14 +151,6 @@ def _grid(
 
 def _label(name: str) -> str:
     return name[0] if plot.coordinate_of(name) else plot.short(name)
-
-
-def _ratio_limits(values: pd.Series, margin: float) -> curves.Limits:
-    """About the ratios themselves, 1 and its margin; wide intervals at long tau may leave."""
-    logs = 1.25 * np.log(curves.positive(values))
-    low, high = (pick([0.0, *logs[np.isfinite(logs)]]) for pick in (min, max))
-    reach = 0.3 * max(-low, high, 3 * np.log1p(margin))
-    return float(np.exp(min(low, -reach))), float(np.exp(max(high, reach)))
 
 
 @plot.styled()

@@ -101,8 +101,7 @@ def fit_figure(
     intervals of `confidence`; periodogram: `f_hz`, `f_lower_hz`, `f_upper_hz`, `psd_mm2_hz`, `dof`,
     sinusoids subtracted; estimates: rows of noise.csv of this series by estimator. Components are
     those of the default estimator; models are drawn in the form of Allan variances they were fitted
-    in, spectra in that of the default one. `source`: the line at the foot; `remarks`: what the
-    caption adds.
+    in, spectra in that of the default one.
     """
     duration_s = model.recorded_s(allan, frame_rate_hz)
     fits = {name: fit_of(name, rows, duration_s) for name, rows in estimates.items()}

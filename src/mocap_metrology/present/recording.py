@@ -64,9 +64,9 @@ def allan_figure(
 ) -> Picture:
     """Allan deviation over averaging time of every series of a recording.
 
-    columns: of `allan_masked.parquet`, one row a point (see `adev_curves`); `source`: the line at
-    the foot; `remarks`: what the caption adds; `expected`: series that should be there, one that is
-    not is drawn as without valid samples; `confidence` (0 ... 1) of the interval.
+    columns: of `allan_masked.parquet`, one row a point (see `adev_curves`); `expected`: series that
+    should be there, one that is not is drawn as without valid samples; `confidence` (0 ... 1) of
+    the interval.
     """
     names = [*np.asarray(columns["series"]).astype(str).tolist(), *expected]
     curves = of_curves.adev_curves(columns, {name: name for name in names})
@@ -95,8 +95,7 @@ def trajectory_figure(
     the mean over a column, over 1 s at least. Outliers beyond 6 standard deviations of one frame
     are marked. Where a few samples reach far beyond the rest, the axis stops short of them:
     triangles at its edge, and the farthest in numbers beside it. With more than 20 series, one row
-    a marker and a column of axes a coordinate, all to one scale. `source`: the line at the foot;
-    `remarks`: what the caption adds.
+    a marker and a column of axes a coordinate, all to one scale.
     """
     if not raw:
         return plot.words_picture("No series.", title, source)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -17,7 +16,14 @@ from mocap_metrology.accuracy.bar_entry import BarEntry
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.take import Take
-from mocap_metrology.common.files import read_table, write_csv, write_json, write_table, write_text
+from mocap_metrology.common.files import (
+    read_json,
+    read_table,
+    write_csv,
+    write_json,
+    write_table,
+    write_text,
+)
 from mocap_metrology.common.gum import Component
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise import filters
@@ -92,8 +98,7 @@ def write_bar(folder: Path, settings: Settings) -> Mapping[str, Any]:
     save(bar_figure(bar, settings.place.cell_mm, settings.bar, title, source), folder / "bar")
     _write_filters(folder, document, bar)
     write_json(folder / "bar.json", document)
-    written: Mapping[str, Any] = json.loads((folder / "bar.json").read_text(encoding="utf-8"))
-    return written
+    return dict(read_json(folder / "bar.json"))
 
 
 def _certificate(origin: Mapping[str, Any]) -> Certificate | None:

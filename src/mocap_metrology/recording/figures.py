@@ -30,12 +30,14 @@ from mocap_metrology.settings import Settings
 def draw_allan(results: Results) -> None:
     """Allan deviations of every series as recorded, gross outliers masked."""
     allan, origin = results.allan_masked.columns, results.allan_masked.origin
+    pairs = results.allan_masked.pairs
+    distances = [pair_name(pair, pairs) for pair in pairs]
     picture = allan_figure(
         allan,
         f"{origin['recording']}: Allan deviation",
         _source(origin),
         f"Masked: outliers beyond {origin['noise']['mask_sigma']:g} sigma.",
-        expected=_series(origin),
+        expected=[*coordinate_names(len(origin["labels"])), *distances],
         confidence=origin["allan"]["confidence"],
     )
     save(picture, results.folder / "adev")
@@ -51,7 +53,9 @@ def draw_trajectory(results: Results) -> None:
         return np.isfinite(before) & (before.astype(after.dtype) != after)
 
     changed, rate = LazyArrays(recorded, replaced), origin["frame_rate_hz"]
-    how = f"{origin['recording']}: trajectory", _source(origin), _filtered(origin)
+    hampel, frames = origin["hampel"], origin["window_frames"]
+    filtered = f"Hampel filter, {hampel['n_sigma']:g} sigma, {frames} frames: {hampel['action']}."
+    how = f"{origin['recording']}: trajectory", _source(origin), filtered
     save(trajectory_figure(recorded, cleaned, changed, rate, *how), results.folder / "trajectory")
 
 
@@ -114,25 +118,10 @@ def draw_fits(results: Results, folder: str | Path, chosen: Collection[str] | No
             save(picture, part / series)
 
 
-def _series(origin: Metadata) -> list[str]:
-    """Names of all that are analysed."""
-    pairs = [(first, second) for first, second in origin["pairs"]]
-    distances = [pair_name(pair, pairs) for pair in pairs]
-    return [*coordinate_names(len(origin["labels"])), *distances]
-
-
 def _source(origin: Metadata) -> str:
     markers = ", ".join(f"{k} = {label}" for k, label in enumerate(origin["labels"], start=1))
     step_size = step_words(origin["resolution_mm"], origin["resolution_kind"])
     return (
         f"Source: {source_words(origin)}. {origin['frame_rate_hz']:g} Hz, {step_size}. "
         f"Markers: {markers}."
-    )
-
-
-def _filtered(origin: Metadata) -> str:
-    hampel = origin["hampel"]
-    return (
-        f"Hampel filter, {hampel['n_sigma']:g} sigma, {origin['window_frames']} frames: "
-        f"{hampel['action']}."
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 from mocap_metrology.accuracy import monitor_rows
 from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.accuracy.monitor_take import Take, numbers, stretches
-from mocap_metrology.common.files import write_csv, write_json
+from mocap_metrology.common.files import read_json, write_csv, write_json
 from mocap_metrology.noise.series import pair_name, position
 from mocap_metrology.present import monitors
 from mocap_metrology.present.plot.figure import save_png
@@ -53,8 +52,7 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
 
 def read_take(folder: str | Path) -> Mapping[str, Any]:
     """Contents of monitor_take.json of a recording."""
-    with Path(f"{folder}/{TAKE}").open(encoding="utf-8") as file:
-        return json.load(file)
+    return dict(read_json(f"{folder}/{TAKE}"))
 
 
 def monitor(

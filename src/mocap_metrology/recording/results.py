@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -122,7 +121,7 @@ class Results:
     def check(self) -> Mapping[str, Any]:
         """Contents of check.json; a twin has none."""
         path = self.folder / "check.json"
-        return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"warnings": []}
+        return files.read_json(path) if path.exists() else {"warnings": []}
 
 
 def masked(raw: Table, clean: Table, settings: Settings) -> Iterator[Series]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.files import read_json
 from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.calibration_files import (
@@ -35,6 +36,11 @@ ANGLE_HEAD = (
     *(f"{part}_{name}" for part in PARTS for name in OF_PART),
     *("step_urad", "below_step", "independent_below_step"),
 )
+
+
+def records_of(rows: Sequence[Record], paths: Sequence[str]) -> list[Row]:
+    """Rows of the sheet, each with the contents of its pose.json."""
+    return [{**row, "pose": read_json(path)} for row, path in zip(rows, paths, strict=True)]
 
 
 def calibration_rows(records: Sequence[Record]) -> list[Row]:

@@ -12,7 +12,7 @@ calibrated, and the errors of all of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,14 +42,10 @@ class Study:
 
     def cases(self, settings: Mapping[str, Any]) -> Iterator[Case]:
         """The cases of each point of the study."""
-        for base in self._bases(settings):
+        for distance in settings[self.at] if self.at else [self.base.distance_m]:
+            base = replace(self.base, distance_m=distance)
             for value in settings[self.values]:
                 yield replace(base, **{self.field: value})
-
-    def _bases(self, settings: Mapping[str, Any]) -> Sequence[Case]:
-        if not self.at:
-            return [self.base]
-        return [replace(self.base, distance_m=distance) for distance in settings[self.at]]
 
 
 STUDIES = {

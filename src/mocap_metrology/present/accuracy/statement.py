@@ -42,18 +42,14 @@ def statement_document(bar: Bar, pair: Sequence[str], known: Sequence[Component]
                  for p in one["budget"]]  # fmt: skip
         one["budget"] = named
     document["not_covered"] = [render(f"statement.{key}", **document) for key in open_ends]
-    document["headline"] = _headline(document, max(len(one.passes) for one in bar.classes))
-    if document["statements"]:
-        numbers = document["statements"][0] | document  # passes and dates by name
-        document["said"] = {key: render(f"statement.{key}", **numbers) for key in SAID}
-    return document
-
-
-def _headline(document: Row, passes: int) -> list[str]:
     if not document["statements"]:
-        return [render("statement.few", passes=passes, fewest=FEWEST)]
+        passes = max(len(one.passes) for one in bar.classes)
+        return document | {"headline": [render("statement.few", passes=passes, fewest=FEWEST)]}
+    numbers = document["statements"][0] | document  # passes and dates by name
     precise = [] if document["certificate"] else [render("statement.precise")]
-    return [render("statement.result", **document["statements"][0] | document), *precise]
+    document["headline"] = [render("statement.result", **numbers), *precise]
+    document["said"] = {key: render(f"statement.{key}", **numbers) for key in SAID}
+    return document
 
 
 def statement_rows(document: Row) -> list[Row]:

@@ -72,7 +72,11 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     source = f"Source: {origin_words(files.twin)}. All positions are in the frame of {whose}."
     page = figure.new_figure(f"{files.name}: calibration", source, sum(heights))
     head, result, evidence = page.subfigures(3, 1, squeeze=False, height_ratios=heights)[:, 0]
-    _write_verdict(head, files.pose["verdict"]["word"], reason)
+    word = files.pose["verdict"]["word"]
+    colour, behind = figure.VERDICT_WORDS.get(word, figure.UNKNOWN_WORD)  # as on the pages
+    box = {"boxstyle": "round,pad=0.35", "facecolor": behind, "edgecolor": colour, "lw": 0.6}
+    head.text(0.02, 0.9, word, weight="bold", color=colour, bbox=box, va="top")
+    head.text(0.15, 0.98, "\n".join(reason), va="top", linespacing=1.3)
     numbers, above = result.subplots(1, 2, width_ratios=[5, 6])
     evidence.suptitle("Evidence", x=0.01, ha="left")
     axes: dict[str, figure.Axes] = evidence.subplot_mosaic(places)
@@ -107,13 +111,6 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     remarks.append(captions.BEYOND_SIGMA if beyond_sigma(entry) else "")
     fit = captions.CALIBRATION_BATCH if residuals else captions.CALIBRATION_BOARD_POSES
     return Picture(evidence, " ".join(filter(None, (captions.CALIBRATION, fit, *remarks))))
-
-
-def _write_verdict(head: figure.SubFigure, word: str, reason: list[str]) -> None:
-    colour, behind = figure.VERDICT_WORDS.get(word, figure.UNKNOWN_WORD)  # as on the pages
-    box = {"boxstyle": "round,pad=0.35", "facecolor": behind, "edgecolor": colour, "lw": 0.6}
-    head.text(0.02, 0.9, word, weight="bold", color=colour, bbox=box, va="top")
-    head.text(0.15, 0.98, "\n".join(reason), va="top", linespacing=1.3)
 
 
 def _write_pose(axes: figure.Axes, files: CalibrationFiles) -> None:

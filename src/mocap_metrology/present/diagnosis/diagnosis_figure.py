@@ -62,8 +62,7 @@ def diagnosis_figure(
     largest event (or, without one, the most unusual window) beside the noise before and after (or
     in both halves); at the bottom the spectrum with its lines, and the Allan deviation, both as
     they are and as filters would leave them, without the events. Of a short recording, what there
-    is of this. `source`: the line at the foot; `remarks`: what the caption adds.
-    """
+    is of this."""
     event = evidence.largest_event(found)
     view = evidence.view_of(found, event)
     seen = view.series if view else next(iter(recording.coordinates))

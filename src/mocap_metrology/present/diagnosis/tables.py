@@ -9,7 +9,6 @@ from pathlib import Path
 
 from mocap_metrology.common.files import write_csv, write_json, write_text
 from mocap_metrology.common.types import Row
-from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.filtering import NO_FILTER, filter_row
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine
@@ -50,7 +49,12 @@ def write_diagnosis(
     `measured`."""
     none = {one.series: one for one in found.filtered if one.filter.sos is None}
     of_events = [
-        _row(EVENTS, event, _of_event(k, event, recording))
+        _row(
+            EVENTS,
+            event,
+            {"event": k, "series": ";".join(event.series)}
+            | {"markers": ";".join(event.markers(recording.labels)), "word": outcome(event)},
+        )
         for k, event in enumerate(found.events, start=1)
     ]
     of_lines = [_row(PERIODIC, x, _of_line(x, recording.frame_rate_hz)) for x in found.lines]
@@ -85,12 +89,6 @@ def _row(columns: Mapping[str, str], of: object, computed: Row) -> Row:
         name: reduce(get, attributes.split("."), of) if attributes else computed[name]
         for name, attributes in columns.items()
     }
-
-
-def _of_event(k: int, event: Event, recording: Recording) -> Row:
-    markers = ";".join(event.markers(recording.labels))
-    series = ";".join(event.series)
-    return {"event": k, "series": series, "markers": markers, "word": outcome(event)}
 
 
 def _of_line(one: SpectralLine, rate_hz: float) -> Row:

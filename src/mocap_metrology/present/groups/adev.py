@@ -12,7 +12,7 @@ import pandas as pd
 from mocap_metrology.common.types import Record
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
-from mocap_metrology.present.plot.curves import Limits, Looks, facets, groups_of
+from mocap_metrology.present.plot.curves import Looks, facets, groups_of
 from mocap_metrology.present.plot.figure import LOOKS, OTHER_LOOKS, Look, Picture
 from mocap_metrology.present.text import captions
 
@@ -54,12 +54,14 @@ def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> 
     grid = body.subplots(2 * rows, COLUMNS, sharex=True, squeeze=False, height_ratios=(5, 3) * rows)
     above, below = grid[::2].ravel(), grid[1::2].ravel()
     found = [ratios(curves) for curves in panels.values()]
-    extent = _extent(pd.concat(found)["ratio"])
+    ends = pd.concat(found)["ratio"].quantile(list(WITHIN)).fillna(1.0)
+    low, high = min(*ends, 1.0), max(*ends, 1.0)
+    room = max(high - low, LEAST_RANGE) * PAD
     for k, (title, curves) in enumerate(panels.items()):
         fig.log_axes(above[k], limits)
         plot.draw_curves(above[k], curves, limits[1], looks)
         fig.panel_title(above[k], fig.short(title))
-        below[k].set_ylim(extent)
+        below[k].set_ylim(max(low - room, 0.0), high + room)
         below[k].locator_params(axis="y", nbins=5)
         for order, (name, own) in enumerate(groups_of(found[k], "curve")):
             every = plot.markers_every(len(own), order)
@@ -88,14 +90,6 @@ def ratios(curves: pd.DataFrame) -> pd.DataFrame:
     return both.loc[both["x"].isin(first.index), ["curve", "x", "ratio"]]
 
 
-def _extent(ratio: pd.Series) -> Limits:
-    """Limits of the linear axis of ratios, with 1 inside."""
-    low, high = (float(np.nan_to_num(ratio.quantile(share), nan=1.0)) for share in WITHIN)
-    low, high = min(low, 1.0), max(high, 1.0)
-    room = max(high - low, LEAST_RANGE) * PAD
-    return max(low - room, 0.0), high + room
-
-
 @fig.styled()
 def family_figure(
     family: Family,
@@ -111,7 +105,7 @@ def family_figure(
     allan: columns of allan_masked.parquet, and expected: series that should be there, both by
     recording; a panel shows those that should have its series. Subsets of cameras are drawn with
     their ratio to the smallest one; up to three other recordings with their intervals, of that
-    `confidence` (0 to 1). source: the line at the foot; remarks: what the caption adds.
+    `confidence` (0 to 1).
     """
     shown, others = shown_series([name for names in expected.values() for name in names])
     subsets = family.by == CAMERAS and bool(family.looks)

@@ -69,8 +69,7 @@ def coefficients_figure(
     family: Family, noise: Noise, title: str, source: str, remarks: str = ""
 ) -> Picture:
     """Coefficients h_-2 ... h_2 of every recording by the likelihood estimator, with intervals: a
-    group a recording or number of cameras, a slot a series. source: the line at the foot; remarks:
-    what the caption adds."""
+    group a recording or number of cameras, a slot a series."""
     family, marks, shown, words = _shown(family, marks_of(family, noise))
     if marks.empty:
         return fig.words_picture(NO_MODEL, title, source)

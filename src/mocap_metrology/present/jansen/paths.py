@@ -40,6 +40,7 @@ DOTS: Keywords = {"ls": "", "mew": 0, "marker": "s", "markersize": 1.6}
 BEFORE, BETWEEN = DOTS | {"color": "#c06a52"}, DOTS | {"color": "#757575"}
 AFTER = DOTS | {"color": COLOURS[SLAVE]}
 OWN = DOTS | {"color": COLOURS[MASTER], "marker": "o", "markersize": 2.4}
+BOARD: Keywords = {"marker": "s", "ls": "", "color": GREY, "markerfacecolor": FAINT, "ms": 6.0}
 LENGTH = 0.14  # of the axes of a frame, in that of the room
 WHOLE, NEAR, ALONE = (0.76, 0.85), (0.76, 0.7), (1.25, 0.88)  # size of a drawing in its panel
 STAGES = {
@@ -120,6 +121,8 @@ class Superposed:
 @figure.styled()
 def paths_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 6: board poses as each station sees them, both stations at the origin."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
     body = figure.new_figure(title, source, 135.0)
     axes = _panels(body)
     points = np.vstack([np.zeros((1, 3)), *(usual_points(path.t_m) for path in shown.paths)])
@@ -133,7 +136,11 @@ def paths_figure(shown: Superposed, title: str, source: str) -> Picture:
         outside.append(_n_outside(space.show(near, core, view, NEAR, 4), path.t_m))
         for into in (axes["all"], near):
             _dots(into, path.t_m, f"path of the board from the {ROLES[station]}", how)
-            _draw_boards(into, boards, COLOURS[station])
+            faces = Poly3DCollection(
+                boards, fc=(COLOURS[station], 0.1), ec=COLOURS[station], lw=0.6, zorder=2
+            )
+            into.add_collection3d(faces)
+            into.plot([], [], [], label="the board in some of its poses", **BOARD)
     axes["all"].set_title("(a) Both stations at the origin", loc="left")
     space.draw_frame(axes["all"], (np.eye(3), np.zeros(3)), length, INK)
     space.unclipped(axes.values())
@@ -244,11 +251,3 @@ def _n_outside(limits: np.ndarray, points: np.ndarray) -> int:
 
 def _numbers(values: np.ndarray, digits: int) -> str:
     return ", ".join(number(float(v), digits, sign=True) for v in values)
-
-
-def _draw_boards(axes: figure.Axes3D, boards: list[np.ndarray], colour: str) -> None:
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    axes.add_collection3d(Poly3DCollection(boards, fc=(colour, 0.1), ec=colour, lw=0.6, zorder=2))
-    how: Keywords = {"marker": "s", "ls": "", "color": GREY, "markerfacecolor": FAINT, "ms": 6.0}
-    axes.plot([], [], [], label="the board in some of its poses", **how)

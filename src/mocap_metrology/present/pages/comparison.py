@@ -67,23 +67,11 @@ def _likelihood(row: Record) -> str:
     return with_interval(row["likelihood"], low, high) or site.EMPTY
 
 
-def _error_of_simulation(row: Record) -> str:
-    return significant(row["standard_error"], 2) if row["method"] == "simulation" else ""
-
-
 def _span(row: Record, before: str = "") -> str:
     """`0.0125…0.0178`: what chance allows nine times in ten."""
     ends = (f"{before}lower_5", f"{before}upper_95")
     texts = [readable(row[end], row["quantity"]) for end in ends]
     return "…".join(texts) if all(texts) else ""
-
-
-def _nine_hours(row: Record) -> str:
-    return _span(row, "nine_hours_")
-
-
-def _ratio(row: Record) -> str:
-    return significant(row["ratio"], 2)
 
 
 def _text(name: str) -> Callable[[Record], str]:
@@ -111,7 +99,7 @@ ERRORS_OF_J = Rule(
     "COMPARED_ERRORS",
     {"noise": "noise", "setup": "setup"} | QUANTITY,
     agreement.error,
-    {"ratio": _ratio},
+    {"ratio": lambda row: significant(row["ratio"], 2)},
     {"calibrations": _text("n"), **SOURCE},
     "Regenerated: by {variant}.",
 )
@@ -120,7 +108,11 @@ RULES = {
         "COMPARED_LAWS",
         {"noise": "noise"} | QUANTITY | {"tau_s": "τ (s)", "method": "method"},
         agreement.law,
-        {"standard error": _error_of_simulation},
+        {
+            "standard error": lambda row: (
+                significant(row["standard_error"], 2) if row["method"] == "simulation" else ""
+            )
+        },
         NOTE,
     ),
     "skurowski_table2": Rule(
@@ -139,7 +131,7 @@ RULES = {
         "COMPARED_MOMENTS",
         {"camera_type": "camera"} | QUANTITY,
         agreement.moment,
-        {"5…95 %, this length": _span, "5…95 %, nine hours": _nine_hours},
+        {"5…95 %, this length": _span, "5…95 %, nine hours": lambda row: _span(row, "nine_hours_")},
         NOTE,
     ),
     **dict.fromkeys((f"skurowski_tableA{k}" for k in (1, 2, 3)), COEFFICIENTS),

@@ -3,13 +3,13 @@ summary that is read first."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from mocap_metrology.common.files import read_json
 from mocap_metrology.common.types import Record
 from mocap_metrology.present.pages import comparison, details, site, summary
 from mocap_metrology.present.plot.figure import Picture, caption_of
@@ -44,13 +44,13 @@ class Results:
     def verdicts(self) -> list[Record]:
         """verdict.json of each recording."""
         folder = self.folder / "recordings"
-        return [_read(folder / row["recording"] / "verdict.json") for row in self.recordings]
+        return [read_json(folder / row["recording"] / "verdict.json") for row in self.recordings]
 
     @cached_property
     def poses(self) -> list[Record]:
         """Each row of calibrations with its pose.json."""
         folder = self.folder / "calibrations"
-        poses = (_read(folder / row["calibration"] / "pose.json") for row in self.calibrations)
+        poses = (read_json(folder / row["calibration"] / "pose.json") for row in self.calibrations)
         return [{"pose": pose, **row} for pose, row in zip(poses, self.calibrations, strict=True)]
 
     def of(self, kind: str, name: str, suffix: str) -> list[Path]:
@@ -66,7 +66,7 @@ class Results:
     def by_motion_capture(self, calibration: str) -> list[str]:
         """What motion capture of its receiver says of a calibration."""
         files = self.of("calibration", calibration, ".json")
-        found = [_read(path) for path in files if path.name == OF_RECEIVER]
+        found = [read_json(path) for path in files if path.name == OF_RECEIVER]
         return [str(one.get("sentence") or one["refused"]) for one in found]
 
     def page(self, kind: str, name: str, title: str, more_csv: Sequence[Path], **more: Any) -> str:
@@ -75,10 +75,6 @@ class Results:
         csv = [*self.of(kind, name, ".csv"), *more_csv]
         csv = [path.relative_to(self.folder) for path in csv]
         return details.page(title, figures, csv, **more)
-
-
-def _read(path: str | Path) -> Any:
-    return json.loads(Path(path).read_text(encoding="utf-8"))
 
 
 def table_pages(tables: Iterable[Path], papers: Sequence[str]) -> dict[str, str]:
@@ -114,7 +110,7 @@ def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str
     """Kind, name, tables beside its own, and further arguments of each page."""
     changes: dict[str, str] = {}
     for path in results.changes.values():
-        changes |= _read(path)["recordings"]
+        changes |= read_json(path)["recordings"]
     groups = results.subjects["group"]
     rows = zip(results.recordings, results.verdicts, strict=True)
     for name, group, verdict in ((r["recording"], r["group"], v) for r, v in rows):
@@ -168,17 +164,17 @@ def summaries(
     refused = [
         {"kind": path.parent.parent.name.removesuffix("s"), "name": path.parent.name} | check
         for path in checks
-        if not (check := _read(path))["ok"]
+        if not (check := read_json(path))["ok"]
     ]
     verdicts = summary.Verdicts(
         results.verdicts,
         results.poses,
         refused,
-        {group: _read(path) for group, path in results.cameras.items()},
-        {group: _read(path)["words"] for group, path in results.changes.items()},
+        {group: read_json(path) for group, path in results.cameras.items()},
+        {group: read_json(path)["words"] for group, path in results.changes.items()},
         png.read_bytes(),
         caption_of(png)[1],
-        [_read(path)["line"] for path in results.monitors],
+        [read_json(path)["line"] for path in results.monitors],
     )
     csv = [path for path in tables if path.suffix == ".csv"]
     papers = [

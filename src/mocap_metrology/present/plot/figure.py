@@ -1,8 +1,10 @@
 """One look for every figure of the project, and figures whose bytes repeat.
 
 A figure function returns a `Picture`: matplotlib's figure in constrained layout, and the caption,
-which pages show below it. Colours differ in lightness as much as in hue (CIE L* about 20, 35 and
-50), so that they differ in grey and for colour-blind readers; line style and marker differ as well.
+which pages show below it. Of what all take, `title` stands above, `source` is the line at the foot
+that states where the data come from, and `remarks` is what the caption adds. Colours differ in
+lightness as much as in hue (CIE L* about 20, 35 and 50), so that they differ in grey and for
+colour-blind readers; line style and marker differ as well.
 """
 
 from __future__ import annotations
@@ -121,10 +123,8 @@ def styled() -> Iterator[None]:
 def new_figure(title: str, source: str, height_mm: float, width_mm: float = WIDTH_MM) -> SubFigure:
     """The empty body of a figure in constrained layout; call it within `styled`.
 
-    title: above everything, user's own names as they are; source: the line at the foot that states
-    where the data come from. Draw into the body as into a figure (`subplots`, `subplot_mosaic`,
-    `subfigures`, `legend`): it is a part of its own since constrained layout would print a legend
-    over the foot.
+    Draw into the body as into a figure (`subplots`, `subplot_mosaic`, `subfigures`, `legend`): it
+    is a part of its own since constrained layout would print a legend over the foot.
     """
     from matplotlib.figure import Figure
 

@@ -52,10 +52,7 @@ SLICE_LOOKS = {"x1": LOOKS["x"], "x2": LOOKS["y"], "L": OTHER_LOOKS[0]}
 def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> fig.Picture:
     """S Figure 12: Allan deviations of x1, x2 and L by number of cameras, a row a camera type, and
     at one averaging time against it. The number that S calls notably better suited is shaded.
-
-    allan: columns of allan.parquet by recording; source: the line at the foot; remarks: what the
-    caption adds.
-    """
+    allan: columns of allan.parquet by recording."""
     types = {kind: names for kind, names in sound_subsets(rows).items() if names}
     body = fig.new_figure(TITLES[12], source, 34.0 + max(len(types), 1) * 56.0)
     grid = body.subplots(max(len(types), 1), 4, sharey="row", sharex="col", squeeze=False)
@@ -261,9 +258,9 @@ Spectra = Mapping[str, tuple[np.ndarray, np.ndarray]]
 def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Picture:
     """S Figure 17: Welch spectra with the line marked, all in one panel, and a close view of each.
 
-    spectra: name (of a camera type) -> f in Hz, ascending, and density in mm^2/Hz, (k,) each;
-    source: the line at the foot; remarks: what the caption adds. The whole is shown as medians of
-    bins with bands up to their greatest values; the close views show every point.
+    spectra: name (of a camera type) -> f in Hz, ascending, and density in mm^2/Hz, (k,) each. The
+    whole is shown as medians of bins with bands up to their greatest values; the close views show
+    every point.
     """
     looks = dict(zip(spectra, (*LOOKS.values(), *OTHER_LOOKS), strict=False))
     rows = max(len(looks), 1)

@@ -22,6 +22,7 @@ from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import mathtext, unit
 
 LEAST_Q_C = 1e-7  # mm/√s; smaller amplitudes are drawn in a band below it
+NUMBERS = (slots.PUBLISHED, slots.PALE, slots.S_VALUE, slots.VALUE)  # styles of no limits
 HELD = 0.9  # share of the positive numbers within a linear axis
 PALE = 0.4  # opacity of published terms below their least standard error
 ROW_MM = 40.0
@@ -62,10 +63,7 @@ def colour_figure(
     rows: Sequence[Row], source: str, remarks: str = "", *, logarithmic: bool = True
 ) -> Picture:
     """Coefficients h_-2 ... h_2 of the rows of `table_a`, a row of panels each, and a column a
-    camera type: S Figure 14 (logarithmic) or 15 (linear, each panel to its own scale).
-
-    source: the line at the foot; remarks: what the caption adds.
-    """
+    camera type: S Figure 14 (logarithmic) or 15 (linear, each panel to its own scale)."""
     marks = marks_of(rows)
     number = 14 if logarithmic else 15
     scale = "logarithmic" if logarithmic else "linear"
@@ -97,7 +95,14 @@ def _coefficients(
             if logarithmic:
                 slots.floor_axis(axes, of_it, floor)
             else:
-                _linear_axis(axes, own)
+                # From zero up to nine tenths of the positive numbers, in units of a power of ten
+                numbers = own.loc[own["style"].isin(NUMBERS), "value"]
+                greatest = numbers[numbers > 0].quantile(HELD) * 1.12
+                top = float(greatest) if greatest > 0 else 1.0
+                axes.set_ylim(-0.08 * top, top)
+                axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
+                axes.yaxis.get_offset_text().set(fontsize=SMALL_PT - 0.5, color=GREY)
+                axes.locator_params(axis="y", nbins=4)
             slots.draw(axes, own, groups, SERIES, floor if logarithmic else -np.inf)
             if own.empty:
                 fig.say(axes, "no numbers")
@@ -107,25 +112,11 @@ def _coefficients(
         bottom.set_xlabel("Number of cameras")
 
 
-def _linear_axis(axes: fig.Axes, marks: pd.DataFrame) -> None:
-    """From zero up to nine tenths of the positive numbers, in units of a power of ten."""
-    numbers = marks[marks["style"].isin([slots.PUBLISHED, slots.PALE, slots.S_VALUE, slots.VALUE])]
-    greatest = numbers["value"][numbers["value"] > 0].quantile(HELD) * 1.12
-    top = float(greatest) if greatest > 0 else 1.0
-    axes.set_ylim(-0.08 * top, top)
-    axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
-    axes.yaxis.get_offset_text().set(fontsize=SMALL_PT - 0.5, color=GREY)
-    axes.locator_params(axis="y", nbins=4)
-
-
 @fig.styled()
 def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Picture:
     """S Figure 16 of the rows of `table_a`: (a) to (c) T_c and q_c against the number of cameras, a
     column a camera type, (d) to (f) q_c against T_c with the classes of S 4.6 shaded, a panel a
-    source.
-
-    source: the line at the foot; remarks: what the caption adds.
-    """
+    source."""
     marks = marks_of(rows)
     marks = marks[marks["coefficient"].isin(["T_c", "q_c"])]
     body = fig.new_figure(f"{captions.PAPER}, Figure 16: correlated noise", source, 255.0)

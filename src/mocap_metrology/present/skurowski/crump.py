@@ -30,8 +30,7 @@ def crump_figure(
     remarks: str,
 ) -> fig.Picture:
     """Marker 1 round the strongest shake of a recording, and the Allan deviation of the distance
-    with and without it; other: label and columns of allan.parquet of a recording without one;
-    source: the line at the foot; remarks: what the caption adds."""
+    with and without it; other: label and columns of allan.parquet of a recording without one."""
     coordinates = {k: v for k, v in shaken.raw.items() if k != "L"}
     shock = shocks.find_shock(coordinates, shaken.frame_rate_hz)
     curves = shaken.curves(shock).assign(thin="")

@@ -9,6 +9,7 @@ from dataclasses import replace
 from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_level_kept
 from mocap_metrology.common.types import Record
 from mocap_metrology.noise.gaussian.moments import expected_moments
+from mocap_metrology.noise.series import length_s
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.papers.subsets import source_of
 from mocap_metrology.present.tables import Row
@@ -54,6 +55,11 @@ def sources(
         each = "; ".join(f"{', '.join(names)}: {length}" for length, names in lengths.items())
         remarks.append(f"Length of the twins: {each}.")
     return line, " ".join(remarks)
+
+
+def sources_of(origins: Mapping[str, Record]) -> tuple[str, str]:
+    """The same of recordings of any group, by metadata of a table of each."""
+    return sources(origins, {name: length_s(of) for name, of in origins.items()}, paper=False)
 
 
 def spread_sentence(twin: Twin | None) -> str:

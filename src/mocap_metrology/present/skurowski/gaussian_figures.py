@@ -36,7 +36,7 @@ def locations_figure(
     series: Mapping[str, np.ndarray], published: Numbers | None, source: str, remarks: str = ""
 ) -> fig.Picture:
     """S Figure 9 of x1 and x2 (n,) in mm, beside a row of Table 4 (or None: of no row, and zero is
-    the recording's own mean); source: the line at the foot; remarks: what the caption adds."""
+    the recording's own mean)."""
     body = fig.new_figure(f"{PAPER}, Figure 9: where the markers were seen", source, 85.0)
     grid = body.subplots(1, 2, sharey=True)
     fill: fig.Keywords = {"color": LOOKS["x"].colour, "alpha": 0.3, "lw": 0}
@@ -73,8 +73,7 @@ def distances_figure(
     remarks: str = "",
 ) -> fig.Picture:
     """S Figure 10: densities of L (n,) in mm by set (T40, Bonita, Vantage, All) beside the rows of
-    Table 4, and the means of L of every subset (`papers.subsets.means_of_distance`); source: the
-    line at the foot; remarks: what the caption adds."""
+    Table 4, and the means of L of every subset (`papers.subsets.means_of_distance`)."""
     title = f"{PAPER}, Figure 10: one distance, several sets of cameras"
     body = fig.new_figure(title, source, 150.0)
     above, below = body.subplots(2)

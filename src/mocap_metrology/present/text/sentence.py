@@ -70,11 +70,7 @@ def _environment() -> Environment:
 
     environment = Environment(undefined=StrictUndefined)
     of_numbers = dict(inspect.getmembers(formats, inspect.isfunction))
-    environment.filters |= of_numbers | {"g": _general}
+    environment.filters |= of_numbers | {"g": lambda value, digits=6: f"{value:.{digits}g}"}
     environment.globals |= of_numbers
     environment.tests["finite"] = math.isfinite
     return environment
-
-
-def _general(value: float, digits: int = 6) -> str:
-    return f"{value:.{digits}g}"

@@ -226,7 +226,7 @@ def of_the_first(lines: list[str]) -> list[str]:
     [
         (of_the_first, r"light of both generations .*200 C lines"),
         (lambda lines: [x for x in lines if " 9 " not in x], "1 usable base stations"),
-        (lambda lines: [x for x in lines if " Y " not in x], r"0 usable .*no turns of a station"),
+        (lambda lines: [x for x in lines if " Y " not in x], "0 begins of turns, too few"),
         (lambda lines: [x.replace("T20", "T21") for x in lines], r"object 'T20'; .* one of T21"),
     ],
 )

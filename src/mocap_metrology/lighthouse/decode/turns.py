@@ -116,9 +116,10 @@ def find_turns(light: Light) -> tuple[list[Turns], list[str]]:
             found.append(turns)
         else:
             n = int((light.hit_channel == channel).sum())
-            notes.append(
-                f"channel {channel}: no turns of a station ({own.size} begins); {n} hits ignored"
-            )
+            why = "too few"
+            if own.size >= FEWEST_BEGINS:
+                why = f"not {1e3 * PERIOD_S[channel]:.3f} ms apart, as turns of such a station are"
+            notes.append(f"channel {channel}: {own.size} begins of turns, {why}; {n} hits ignored")
     return found, notes
 
 

@@ -123,6 +123,13 @@ class TestMarkers:
         rate = {"frame_rate_hz": 100.0} if new == "frame" else {}
         assert f"a.csv: {said}" in refusal(make(tmp_path, "a.csv", text), unit="mm", **rate)
 
+    @pytest.mark.parametrize("names", ["frame,marker", "time,id"])
+    def test_a_row_for_each_marker_is_refused(self, tmp_path, names):
+        labels = ("hip", "knee", "toe") if "marker" in names else (1, 2, 3)
+        rows = [f"{k},{label},1.5,2,{k % 7}" for k in range(40) for label in labels]
+        path = make(tmp_path, "a.csv", "\n".join([f"{names},x,y,z", *rows, ""]))
+        assert f"a row for each '{names.split(',')[1]}' of a frame" in refusal(path, unit="mm")
+
     @pytest.mark.parametrize(
         ("change", "unit"),
         [

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Sequence
-from itertools import islice
+from itertools import islice, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +88,7 @@ def layout(path: Path, stated: str | None = None) -> Layout:
     if found is None:
         units = "; units are mm, cm, m" if any(BRACKETS.fullmatch(name) for name in names) else ""
         raise NoTable(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}{units}")
+    _expect_a_row_a_frame(path.name, found, names, rows)
     measured = _rate(path, first, found, names, rows) if found.time is not None else 0.0
     if told and not measured:
         notes.append(REQUESTED.format(told))
@@ -189,6 +190,24 @@ def _all_in(cells: Sequence[str], known: Collection[str]) -> bool:
     """Whether there are cells, and all of them are known."""
     told = [cell.strip("[]()").lower() for cell in cells if cell]
     return bool(told) and all(cell in known for cell in told)
+
+
+def _expect_a_row_a_frame(
+    file: str, found: Columns, names: Sequence[str], rows: Sequence[Sequence[str]]
+) -> None:
+    """Refuse a table with a row for each marker of a frame, by its first rows: frame or time stay,
+    and another column names the same markers again and again."""
+    place = found.time if found.frame is None else found.frame
+    columns = list(zip(*rows, strict=False))  # those that all rows have
+    if len(found.labels) > 1 or place is None or place >= len(columns):
+        return
+    n = len(list(takewhile(columns[place][0].__eq__, columns[place])))
+    for name, column in zip(names, columns, strict=False):
+        if 1 < n == len(set(column[:n])) and column[n:] == column[:-n] != ():
+            raise Refusal(
+                f"{file}: a row for each {name!r} of a frame; expected one row for each frame,"
+                " with columns A_x,A_y,A_z,B_x,... of all its markers"
+            )
 
 
 def _rate(

@@ -10,9 +10,8 @@ import numpy as np
 from mocap_metrology.accuracy.bar import Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
-from mocap_metrology.accuracy.effective import effective_number
+from mocap_metrology.accuracy.effective import effective_number, robust_sd
 from mocap_metrology.accuracy.parts import Parts
-from mocap_metrology.accuracy.robust import robust_sd
 from mocap_metrology.common.types import Row
 
 CODES = {  # unit of the value

@@ -32,7 +32,7 @@ from mocap_metrology.noise.series import coordinate_names, pair_numbers
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.noise.twins.take import TakeTwin, simulate_take
 from mocap_metrology.noise.twins.twin import Twin
-from mocap_metrology.present.text.movement import movement_words
+from mocap_metrology.present.text.sentence import movement_words
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results, Series, Table
 from mocap_metrology.settings import Settings

@@ -8,9 +8,13 @@ from collections.abc import Sequence
 from mocap_metrology.noise.fit import estimates
 from mocap_metrology.noise.twins import published as printed
 from mocap_metrology.papers import coefficient_tables
-from mocap_metrology.papers.coefficient_tables import ESTIMATORS, UNPAIRED, notes_by_coefficient
+from mocap_metrology.papers.coefficient_tables import (
+    ESTIMATORS,
+    LIMIT,
+    UNPAIRED,
+    notes_by_coefficient,
+)
 from mocap_metrology.papers.gaussian_table import REPEATS, related
-from mocap_metrology.papers.matching import LIMIT
 from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_words, significant

@@ -11,8 +11,14 @@ import numpy as np
 from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian
-from mocap_metrology.papers.power_laws import RESOLVED, TAU, deviation, envelope, slope_at
-from mocap_metrology.papers.white_noise import white_roots
+from mocap_metrology.papers.power_laws import (
+    RESOLVED,
+    TAU,
+    deviation,
+    envelope,
+    slope_at,
+    white_roots,
+)
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, OTHER_LOOKS, SMALL_PT
 from mocap_metrology.present.skurowski.gaussian_figures import SETS, normal

@@ -111,7 +111,10 @@ def _series_rows(printed: Mapping[str, float], fits: Mapping[str, Fit]) -> Itera
         remarks = []
         for column, fit in fits.items():
             other = partner[column].get(parameter)
-            estimate = fit.get(other or "") or _class_limit(fit, parameter, printed)
+            estimate = fit.get(other or "")
+            if estimate is None and parameter.startswith("q_c"):  # its limit in the class of T_c
+                kind = correlation_class(printed[f"T_c{parameter[3:]}"])
+                estimate = next((one for one in fit.values() if limit_class(one) == kind), None)
             row |= _cells(column, estimate, UNPAIRED if fit else None)
             if other is not None and other != parameter:
                 remarks.append(f"{ESTIMATORS[column]}: its {other}")
@@ -125,16 +128,6 @@ def _series_rows(printed: Mapping[str, float], fits: Mapping[str, Fit]) -> Itera
             if name not in partner[column].values() and cells[column] is not None:
                 row = {"parameter": f"{name} ({ESTIMATORS[column]})", "unit": unit_of(name)}
                 yield row | cells | {"note": "not published"}
-
-
-def _class_limit(
-    fit: Fit, parameter: str, printed: Mapping[str, float]
-) -> Mapping[str, Any] | None:
-    """The limit of q_c that an estimate has for the class of this term's T_c, if it has one."""
-    if not parameter.startswith("q_c"):
-        return None
-    kind = correlation_class(printed[f"T_c{parameter[3:]}"])
-    return next((row for row in fit.values() if limit_class(row) == kind), None)
 
 
 def _cells(column: str, estimate: Mapping[str, Any] | None, status: str | None) -> Row:

@@ -164,7 +164,10 @@ def rows_of(shown: StudyDisplay, recordings: pd.DataFrame) -> list[Row]:
                 row: Row = {"study": shown.name, "parameter": shown.parameter, "unit": shown.unit}
                 row |= {"board_m": float(str(board_m)), **name, "value": value} | _point(point)
                 row |= _cells("ratio", median_interval(ratio[point.index].dropna().to_numpy()))
-                rows.append(row | (of_method or _of_kind(shown, own, value)))
+                if of_method is None:  # one kind against all others
+                    r = _correlations(own, (own["value"] == value).to_numpy(dtype=float))
+                    row |= _judged(*r, NONE, shown.claim, influence_word(r[0]))
+                rows.append(row | (of_method or {}))
     return rows
 
 
@@ -229,12 +232,6 @@ def _overall(shown: StudyDisplay, own: pd.DataFrame, ratio: pd.Series) -> Row:
         if mm.lower > 0 or mm.upper < 0:
             finding = f"error {'rises' if mm.lower > 0 else 'falls'}"
     return _judged(mm, deg, overall, claim, finding)
-
-
-def _of_kind(shown: StudyDisplay, own: pd.DataFrame, value: object) -> Row:
-    """The same of one kind against all others: correlation with 1 for this kind, 0 for others."""
-    mm, deg = _correlations(own, (own["value"] == value).to_numpy(dtype=float))
-    return _judged(mm, deg, NONE, shown.claim, influence_word(mm))
 
 
 def _correlations(own: pd.DataFrame, x: np.ndarray) -> tuple[Interval, Interval]:

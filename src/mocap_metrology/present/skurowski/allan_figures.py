@@ -162,13 +162,6 @@ def repaired_figure(
     return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
-def guess_a1(limits_s: Sequence[float]) -> str:
-    """What repaired twins lack: Gauss-Markov terms below these T_c."""
-    return captions.LEFT_OUT_OF_A1.format(
-        limits=" or ".join(f"{t:g} s" for t in dict.fromkeys(limits_s))
-    )
-
-
 # ---- Figure 6
 
 DATA: fig.Keywords = {"color": INK, "marker": "o", "markersize": 2.6, "markerfacecolor": "white"}

@@ -74,7 +74,13 @@ def table_a_markdown(
     named |= {"unsupported": UNSUPPORTED, "left_out": LEFT_OUT, "signs": STATUS_SIGNS}
     signs = captions.TABLE_A_SIGNS.format(length=length, **named)
     lines = [f"# {title}", "", caption, "", signs, ""]
-    lines += [_support_sentence(rows, length), ""]
+    counts = coefficient_tables.support_counts(rows)
+    total = next((count for count in counts if count["parameter"] == "all"), None)
+    support = NOT_COMPUTED.format(length=length)
+    if total is not None and total["not_computed"] < total["published"]:
+        rest = f", {total['not_computed']} have no bound" if total["not_computed"] else ""
+        support = COUNTS.format(**total, length=length[:1].upper() + length[1:], rest=rest)
+    lines += [support, ""]
     for kind, n in dict.fromkeys((row["camera_type"], row["n_cameras"]) for row in rows):
         for note in notes_by_coefficient(kind, n)[1]:
             lines += [f"{n} cameras, all series: {note}.", ""]
@@ -83,15 +89,6 @@ def table_a_markdown(
         if panel:
             lines += [f"## ({letter}) {series}", "", *_panel(panel), "", *_notes(panel), ""]
     return "\n".join(lines).rstrip("\n") + "\n"
-
-
-def _support_sentence(rows: Sequence[Row], length: str) -> str:
-    counts = coefficient_tables.support_counts(rows)
-    total = next((count for count in counts if count["parameter"] == "all"), None)
-    if total is None or total["not_computed"] == total["published"]:
-        return NOT_COMPUTED.format(length=length)
-    rest = f", {total['not_computed']} have no bound" if total["not_computed"] else ""
-    return COUNTS.format(**total | {"length": length[:1].upper() + length[1:], "rest": rest})
 
 
 def _panel(rows: Sequence[Row]) -> list[str]:

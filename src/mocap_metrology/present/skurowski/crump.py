@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -72,9 +72,3 @@ def crump_figure(
     return fig.finished(
         body, [grid["x1"], grid["L"]], f"{SKUROWSKI[7]} {remark} {remarks}", columns=3
     )
-
-
-def guessed(crumps: Sequence[Mapping[str, float]]) -> str:
-    """Words on the assumed shock of a twin (settings of `twins.Crump`); none for a real
-    recording."""
-    return ASSUMED.format(**crumps[0]) if crumps else ""

@@ -166,7 +166,6 @@ def recording_twins(
 
 
 def _used(rows: Mapping[str, RecordingRow] | Mapping[str, CalibrationRow]) -> list[str]:
-    """Names of the twins of a sheet."""
     return list(dict.fromkeys(row.twin for row in rows.values() if row.twin))
 
 

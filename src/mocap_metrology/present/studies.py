@@ -127,7 +127,10 @@ def study_figure(shown: StudyDisplay, rows: Sequence[Row], source: str) -> fig.P
     body = fig.new_figure(title, source, 92.0 if alone else 138.0)
     shape = (1, 2) if alone else (2, len(panels))
     grid = body.subplots(*shape, squeeze=False, sharex=True, sharey=False if alone else "row")
-    at = _places(table["value"].drop_duplicates())
+    values = table["value"].drop_duplicates()  # at their place; 0 at a third of the next
+    kinds = isinstance(values.iloc[0], str)  # beside each other
+    at = np.arange(1.0, len(values) + 1) if kinds else values.where(values > 0)
+    at = pd.Series(at if kinds else at.fillna(at.min() / 3).to_numpy(), values)
     x_label = shown.parameter[0].upper() + shown.parameter[1:]
     x_label += f" ({shown.unit})" if shown.unit else ""
     both = [(unit, panel) for unit in UNITS for panel in panels]
@@ -154,14 +157,6 @@ def study_figure(shown: StudyDisplay, rows: Sequence[Row], source: str) -> fig.P
     most = max(row["n"] for row in rows)
     caption = captions.STUDY.format(parameter=shown.parameter, n=most, more=more)
     return fig.Picture(body, caption)
-
-
-def _places(values: pd.Series) -> pd.Series:
-    """Positions of values on the x axis: numbers at their value (0 at a third of the next), kinds
-    beside each other."""
-    if isinstance(values.iloc[0], str):
-        return pd.Series(np.arange(1.0, len(values) + 1), values)
-    return pd.Series(values.where(values > 0, values[values > 0].min() / 3).to_numpy(), values)
 
 
 def _draw_methods(

@@ -194,7 +194,6 @@ def noise_coefficients(
 
 
 def _rows(name: str, found: SeriesNoise) -> list[Row]:
-    """Rows of noise.csv of one series."""
     rows = []
     for estimate in found.estimates:
         rows += estimates.rows(name, estimate)

@@ -109,7 +109,6 @@ def _draw_path(body: figure.SubFigure, axes: figure.Axes, track: Columns) -> Non
 
 
 def _draw_distance(axes: figure.Axes, track: Columns) -> None:
-    """Standard deviations of position against the distance from the master."""
     far = np.sqrt(sum((track[f"{axis}_mm"] / 1e3) ** 2 for axis in "xyz"))
     values = {kind: lengths(track, kind, "mm") for kind in CURVES}
     for kind, look in CURVES.items():
@@ -151,7 +150,6 @@ def _draw_place(axes: figure.Axes, track: Columns, still: bool) -> str:
 
 
 def _draw_deviations(axes: figure.Axes, track: Columns, unit: str, name: str, label: str) -> None:
-    """Standard deviations over time: three curves."""
     values = {kind: lengths(track, kind, unit) for kind in CURVES}
     for kind, look in CURVES.items():
         axes.plot(track["time_s"], values[kind], **look)

@@ -73,7 +73,6 @@ def _draw_cycles(axes: figure.Axes, signal: Signal) -> None:
 
 
 def _draw_flashes(axes: figure.Axes, signal: Signal) -> None:
-    """The flashes of both stations at the first cycle."""
     panel_title(axes, "Flashes of the first cycle", "at 0 ms")
     (first, _, _), (second, longer, _) = signal.flashes[:2]
     end = 1e6 * (second + longer - first) + BETWEEN_US / 3

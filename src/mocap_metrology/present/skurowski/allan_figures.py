@@ -85,7 +85,6 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
 def _draw_slice(
     axes: fig.Axes, panels: Mapping[str, pd.DataFrame], counts: Sequence[int], drop: int
 ) -> None:
-    """Deviation at one averaging time against the number of cameras."""
     axes.set(xlim=(1.4, 10.6), xticks=range(2, 11, 2))
     for series, curves in panels.items():
         families = [own.to_numpy().T for _, own in curves.groupby("curve", sort=False)[["x", "y"]]]

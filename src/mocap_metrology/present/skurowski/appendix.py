@@ -116,7 +116,6 @@ def _published(row: Row) -> str:
 
 
 def _own_notes(row: Row) -> list[str]:
-    """The remarks on this published number."""
     notes, _ = notes_by_coefficient(row["camera_type"], row["n_cameras"])
     return notes.get((row["series"], row["parameter"]), [])
 

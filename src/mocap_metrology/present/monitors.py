@@ -9,8 +9,7 @@ import numpy as np
 
 from mocap_metrology.accuracy.monitor import LEARNT, ORDER, SETTLED
 from mocap_metrology.accuracy.monitor_row import Row as SheetRow
-from mocap_metrology.accuracy.monitor_rows import failed_since, shares, state
-from mocap_metrology.accuracy.monitor_take import Judged, Stretches
+from mocap_metrology.accuracy.monitor_take import Judged, Stretches, failed_since, shares, state
 from mocap_metrology.common.types import Row
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.figure import length_unit

@@ -6,7 +6,7 @@ from step import refusal_of, step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.accuracy.bar_entry import BarEntry
+    from mocap_metrology.accuracy.bar import BarEntry
     from mocap_metrology.common.files import empty_folder, write_json, write_table
     from mocap_metrology.recording.bar import write_take
     from mocap_metrology.recording.bar_take import read_bar

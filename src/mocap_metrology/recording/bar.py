@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.accuracy import bar_rows
-from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
-from mocap_metrology.accuracy.bar_entry import BarEntry
+from mocap_metrology.accuracy.bar import Bar, BarEntry, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.take import Take

@@ -87,21 +87,13 @@ def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
     every = [row for rows in of.coefficients.values() for row in rows]
     levels, title = coefficient_tables.white_levels(every), f"{PAPER}, Tables A1-A3:"
     counts = appendix.white_level_sentence(levels)
-    for name, rows, heading, caption in (
-        (
-            *("table3", table_3(of.rows), f"{PAPER}, Table 3: camera subsets"),
-            f"{captions.TABLE_3} {sentence}",
-        ),
-        (
-            *("white_levels", levels, f"{title} white noise given back"),
-            f"{counts} {captions.WHITE} {form}",
-        ),
-        (
-            *("support", coefficient_tables.support_counts(every)),
-            *(f"{title} limits from the length", f"{captions.SUPPORT} {form}"),
-        ),
-    ):
-        tables.write(folder / f"skurowski_{name}", rows, heading, caption)
+    stem, subsets_title = f"{folder}/skurowski_", f"{PAPER}, Table 3: camera subsets"
+    caption = f"{captions.TABLE_3} {sentence}"
+    tables.write(f"{stem}table3", table_3(of.rows), subsets_title, caption)
+    caption = f"{counts} {captions.WHITE} {form}"
+    tables.write(f"{stem}white_levels", levels, f"{title} white noise given back", caption)
+    rows, caption = coefficient_tables.support_counts(every), f"{captions.SUPPORT} {form}"
+    tables.write(f"{stem}support", rows, f"{title} limits from the length", caption)
     cleaning = gaussian_table.cleaning_of(of.settings.hampel.model_dump(mode="json"))
     fourth = gaussian_table.table_4(of.rows, of.gaussian, of.twins, cleaning)
     fourth = [row | {"note": appendix.note_of_table_4(row)} for row in fourth]

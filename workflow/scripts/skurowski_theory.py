@@ -11,11 +11,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.pages import left_out
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix
-    from mocap_metrology.present.skurowski.theory_figures import (
-        model_figure,
-        slopes_figure,
-        standard_error_figure,
-    )
+    from mocap_metrology.present.skurowski import theory_figures as theory
     from mocap_metrology.present.text import captions
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
@@ -33,6 +29,6 @@ with step(snakemake) as log:
     write("skurowski_table2", types, shown, title, captions.TABLE_2)
     title = "Left out: figures of both papers that are not regenerated"
     write("left_out", missing, missing, title, left_out.CAPTION)
-    figures = (model_figure, standard_error_figure, slopes_figure)
+    figures = (theory.model_figure, theory.standard_error_figure, theory.slopes_figure)
     for number, figure in enumerate(figures, start=1):
         save(figure(), folder / "figures" / f"skurowski_fig{number:02d}")

@@ -9,15 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mocap_metrology.common.types import Record
+from mocap_metrology.lighthouse import published as printed
 from mocap_metrology.lighthouse.assess.influence import influence
-from mocap_metrology.lighthouse.published import (
-    AVERAGE_SD,
-    MAE,
-    OVERALL,
-    QUANTITIES,
-    SETUPS,
-    published_table,
-)
 from mocap_metrology.papers import jansen
 from mocap_metrology.papers.claims.decide import UNKNOWN, Answer, Missing, Quantity, decides, within
 from mocap_metrology.papers.jansen import QUANTISED, Variant
@@ -38,8 +31,8 @@ class PublishedTables:
 
     def table(self, number: int) -> dict[str, np.ndarray]:
         """Row (6,) in the order of `QUANTITIES`, by setup or summary."""
-        rows = published_table(number).items()
-        return {name: np.array([values[q] for q in QUANTITIES]) for name, values in rows}
+        rows = printed.published_table(number).items()
+        return {name: np.array([values[q] for q in printed.QUANTITIES]) for name, values in rows}
 
 
 @dataclass(frozen=True)
@@ -60,7 +53,7 @@ class Calibrations:
         mae, sd = {s: e.mae() for s, e in errors.items()}, {s: e.sd() for s, e in errors.items()}
         if number == 3:
             means = jansen.mean_over(mae.values()), jansen.mean_over(sd.values())
-            return dict(zip((MAE, AVERAGE_SD), means, strict=True))
+            return dict(zip((printed.MAE, printed.AVERAGE_SD), means, strict=True))
         rows = mae if number == 1 else sd
         return rows | {jansen.LAST[number]: jansen.mean_over(rows.values())}
 
@@ -94,13 +87,13 @@ def _ratios(ratio: np.ndarray) -> str:
 
 @decides("J-VII-accuracy")
 def _more_accurate(source: Source) -> Answer:
-    ratio = _real_over_simulated(source, 1, OVERALL, MAE)
+    ratio = _real_over_simulated(source, 1, printed.OVERALL, printed.MAE)
     return _ratios(ratio), (ratio > 1).all()
 
 
 @decides("J-VII-precision")
 def _as_precise(source: Source, low: float, high: float) -> Answer:
-    ratio = _real_over_simulated(source, 2, jansen.LAST[2], AVERAGE_SD)
+    ratio = _real_over_simulated(source, 2, jansen.LAST[2], printed.AVERAGE_SD)
     words = [within(v, SD_ERROR, math.log(low), math.log(high)) for v in np.log(ratio).tolist()]
     return f"{_ratios(ratio)}, each ± {100 * SD_ERROR:.0f} %", *words
 
@@ -108,7 +101,7 @@ def _as_precise(source: Source, low: float, high: float) -> Answer:
 @decides("J-VIII-decent")
 def _decent(source: Source) -> Answer:
     table = source.table(1)
-    rows = np.array([table[s] for s in SETUPS if np.isfinite(table[s]).all()])
+    rows = np.array([table[s] for s in printed.SETUPS if np.isfinite(table[s]).all()])
     if not len(rows):
         raise Missing("no calibrations")
     x, y, z, *angles = rows.max(axis=0).tolist()

@@ -11,13 +11,7 @@ import pandas as pd
 from mocap_metrology.noise.model.components import Form, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.curves import drawn_m, total_avar
 from mocap_metrology.papers import shock as shocks
-from mocap_metrology.papers.subsets import (
-    TABLE_4,
-    at_tau,
-    largest_sets,
-    sound_subsets,
-    standing_for,
-)
+from mocap_metrology.papers import subsets
 from mocap_metrology.present.groups.adev import (
     Allan,
     Rows,
@@ -54,7 +48,7 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
     """S Figure 12: Allan deviations of x1, x2 and L by number of cameras, a row a camera type, and
     at one averaging time against it. The number that S calls notably better suited is shaded.
     allan: columns of allan.parquet by recording."""
-    types = {kind: names for kind, names in sound_subsets(rows).items() if names}
+    types = {kind: names for kind, names in subsets.sound_subsets(rows).items() if names}
     body = fig.new_figure(TITLES[12], source, 34.0 + max(len(types), 1) * 56.0)
     grid = body.subplots(max(len(types), 1), 4, sharey="row", sharex="col", squeeze=False)
     if not types:
@@ -89,7 +83,7 @@ def _draw_slice(
     axes.set(xlim=(1.4, 10.6), xticks=range(2, 11, 2))
     for series, curves in panels.items():
         families = [own.to_numpy().T for _, own in curves.groupby("curve", sort=False)[["x", "y"]]]
-        at = np.array([at_tau(tau, adev, SLICE_S) for tau, adev in families])
+        at = np.array([subsets.at_tau(tau, adev, SLICE_S) for tau, adev in families])
         axes.plot(counts, at, label=series, **SLICE_LOOKS[series].line())
         if series == "x1":
             n = np.linspace(counts[0], counts[-1])
@@ -104,7 +98,7 @@ def failing_figure(
     rows: Rows, allan: Allan, source: str, remarks: str, confidence: float
 ) -> fig.Picture | None:
     """S Figure 8: ten Vantage cameras, one of them failing, against nine; None without both."""
-    ten, nine = (standing_for(rows, "Vantage", n) for n in (10, 9))
+    ten, nine = (subsets.standing_for(rows, "Vantage", n) for n in (10, 9))
     if ten is None or nine is None:
         return None
     labels = {ten: "10 cameras, one failing", nine: "9 cameras, without it"}
@@ -119,8 +113,8 @@ def types_figure(
     rows: Rows, allan: Allan, source: str, remarks: str, confidence: float
 ) -> fig.Picture:
     """S Figure 13: all sound cameras of each type, and of all types."""
-    names = largest_sets(rows)
-    labels = {name: f"{kind} ({TABLE_4[kind]})" for kind, name in names.items()}
+    names = subsets.largest_sets(rows)
+    labels = {name: f"{kind} ({subsets.TABLE_4[kind]})" for kind, name in names.items()}
     looks = {labels[name]: SETS[kind] for kind, name in names.items()}
     texts = TITLES[13], source, f"{SKUROWSKI[13]} {_of_all(rows)} {remarks}"
     panels = compared(allan, SERIES, labels)
@@ -129,7 +123,7 @@ def types_figure(
 
 def _of_all(rows: Rows) -> str:
     """What must be known of the recording of all cameras, if it is a twin."""
-    name = standing_for(rows, "All", TABLE_4["All"])
+    name = subsets.standing_for(rows, "All", subsets.TABLE_4["All"])
     return "" if name is None or rows[name]["twin"] is None else captions.ALL_CAMERAS
 
 

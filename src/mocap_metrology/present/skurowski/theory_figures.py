@@ -11,14 +11,7 @@ import numpy as np
 from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian
-from mocap_metrology.papers.power_laws import (
-    RESOLVED,
-    TAU,
-    deviation,
-    envelope,
-    slope_at,
-    white_roots,
-)
+from mocap_metrology.papers import power_laws as laws
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, OTHER_LOOKS, SMALL_PT
 from mocap_metrology.present.skurowski.gaussian_figures import SETS, normal
@@ -91,7 +84,7 @@ def standard_error_figure() -> fig.Picture:
     n = np.linspace(1, MOST_N, 400)
     axes.plot(n, 1 / np.sqrt(n), color=INK, lw=1.4, label=r"$\sigma/\sqrt{N}$")
     for shift, (kind, (cameras, roots)) in zip(
-        (-0.08, 0, 0.08), white_roots().items(), strict=True
+        (-0.08, 0, 0.08), laws.white_roots().items(), strict=True
     ):
         fit = fit_scaling(cameras, roots)
         assert fit is not None  # the printed numbers are positive
@@ -153,21 +146,21 @@ def slopes_figure() -> fig.Picture:
     body = fig.new_figure(title, "Source: computed from noise models.", 105.0)
     grid = body.subplots(1, 2)
     for axes, (panel, parts) in zip(grid, PANELS.items(), strict=True):
-        total = deviation([part.component for part in parts])
-        fig.log_axes(axes, ((TAU[0], TAU[-1]), (total.min() / 6, total.max() * 3)))
+        total = laws.deviation([part.component for part in parts])
+        fig.log_axes(axes, ((laws.TAU[0], laws.TAU[-1]), (total.min() / 6, total.max() * 3)))
         axes.yaxis.set_major_formatter(LogFormatterMathtext())  # alike in both panels
-        axes.plot(TAU, total, color=INK, lw=2.6, alpha=0.35, label="their sum")
+        axes.plot(laws.TAU, total, color=INK, lw=2.6, alpha=0.35, label="their sum")
         for name, component, look, at in parts:
-            smooth = curve = deviation([component])
+            smooth = curve = laws.deviation([component])
             if isinstance(component, Sinusoid):
-                smooth = envelope(component)
-                curve = np.where(component.f_0 * TAU <= RESOLVED, curve, smooth)
-            axes.plot(TAU, curve, color=look.colour, ls=look.dashes, lw=1.0, label=name)
+                smooth = laws.envelope(component)
+                curve = np.where(component.f_0 * laws.TAU <= laws.RESOLVED, curve, smooth)
+            axes.plot(laws.TAU, curve, color=look.colour, ls=look.dashes, lw=1.0, label=name)
             for tau, (right, up) in at:
-                y = float(np.interp(np.log(tau), np.log(TAU), smooth))
+                y = float(np.interp(np.log(tau), np.log(laws.TAU), smooth))
                 how: fig.Keywords = {"ha": "center", "va": "center", "weight": "bold"}
                 how |= {"textcoords": "offset points", "color": look.colour}
-                text = slope_text(slope_at(smooth, tau))
+                text = slope_text(laws.slope_at(smooth, tau))
                 axes.annotate(text, (tau, y), (right * MM_PT, up * MM_PT), **how)
         axes.set(title=panel, xlabel=r"Averaging time $\tau$ (s)", ylabel="Allan deviation (mm)")
     fig.letters(grid)

@@ -10,15 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.noise.fit.estimates import (
-    DEFAULT_ESTIMATOR,
-    PLAIN_ESTIMATOR,
-    S_ESTIMATOR,
-    correlation_class,
-    limit_class,
-    unit_key,
-    unit_of,
-)
+from mocap_metrology.noise.fit import estimates as est
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins import published
 from mocap_metrology.papers.subsets import Sheet, source_of, standing_for
@@ -34,10 +26,10 @@ COLUMNS = (
     *("crlb_relative", "supported", "source", "recording", "note"),
 )
 ESTIMATORS = {  # by column
-    "regenerated": S_ESTIMATOR,
-    "plain": PLAIN_ESTIMATOR,
+    "regenerated": est.S_ESTIMATOR,
+    "plain": est.PLAIN_ESTIMATOR,
     "expected": "expected",
-    "likelihood": DEFAULT_ESTIMATOR,
+    "likelihood": est.DEFAULT_ESTIMATOR,
 }
 COUNTED = ("published", "supported", "unsupported", "not_computed")
 NEAR = 0.05  # what counts as the same white level
@@ -67,7 +59,7 @@ def table_a(camera_type: str, recordings: Sheet, noise: Noise, expected: Noise) 
             estimates = by_estimator(noise.get(name, ()), series)
             exact = by_estimator(expected.get(name, ()), series)
             fits = {column: estimates.get(by, {}) for column, by in ESTIMATORS.items()}
-            fits["expected"] = exact.get(S_ESTIMATOR, {})
+            fits["expected"] = exact.get(est.S_ESTIMATOR, {})
             bounds, used = exact.get("published", {}), models[series].coefficients()
             for row in _series_rows(printed, fits):
                 parameter = row["parameter"]
@@ -107,14 +99,14 @@ def _series_rows(printed: Mapping[str, float], fits: Mapping[str, Fit]) -> Itera
         for column, fit in fits.items()
     }
     for parameter, value in printed.items():
-        row: Row = {"parameter": parameter, "unit": unit_of(parameter), "published": value}
+        row: Row = {"parameter": parameter, "unit": est.unit_of(parameter), "published": value}
         remarks = []
         for column, fit in fits.items():
             other = partner[column].get(parameter)
             estimate = fit.get(other or "")
             if estimate is None and parameter.startswith("q_c"):  # its limit in the class of T_c
-                kind = correlation_class(printed[f"T_c{parameter[3:]}"])
-                estimate = next((one for one in fit.values() if limit_class(one) == kind), None)
+                kind = est.correlation_class(printed[f"T_c{parameter[3:]}"])
+                estimate = next((one for one in fit.values() if est.limit_class(one) == kind), None)
             row |= _cells(column, estimate, UNPAIRED if fit else None)
             if other is not None and other != parameter:
                 remarks.append(f"{ESTIMATORS[column]}: its {other}")
@@ -126,7 +118,7 @@ def _series_rows(printed: Mapping[str, float], fits: Mapping[str, Fit]) -> Itera
         for name, estimate in fit.items():
             cells = _cells(column, estimate, None)
             if name not in partner[column].values() and cells[column] is not None:
-                row = {"parameter": f"{name} ({ESTIMATORS[column]})", "unit": unit_of(name)}
+                row = {"parameter": f"{name} ({ESTIMATORS[column]})", "unit": est.unit_of(name)}
                 yield row | cells | {"note": "not published"}
 
 
@@ -151,7 +143,7 @@ def support_counts(rows: Sequence[Row]) -> list[Row]:
     counts: dict[str, Counter[tuple[str, str]]] = defaultdict(Counter)
     for row in rows:
         if row["published"] is not None:
-            for kind in (unit_key(row["parameter"]), "all"):
+            for kind in (est.unit_key(row["parameter"]), "all"):
                 both = (kind, "published"), (kind, words[row["supported"]])
                 counts[row["camera_type"]].update(both)
     return [

@@ -27,7 +27,6 @@ from mocap_metrology.common.faults import (
     unknown,
 )
 from mocap_metrology.common.paths import DRIVE, exists, is_file, of_windows
-from mocap_metrology.common.sheets import parts_of
 from mocap_workflow import remote
 
 SIMULATE = "simulate:"
@@ -172,7 +171,7 @@ class SheetRow(pydantic.BaseModel):
         for cell in field.metadata:
             if isinstance(cell, Cell) and not re.fullmatch(cell.pattern, text):
                 raise Unmatched(cell.expected)
-        return parts_of(text) if get_origin(field.annotation) is tuple else text
+        return sheets.parts_of(text) if get_origin(field.annotation) is tuple else text
 
     @classmethod
     def columns(cls) -> dict[str, FieldInfo]:

@@ -25,7 +25,6 @@ from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.gaussian.two_markers import gaussian_rows
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results, Series, Table, known_outliers
-from mocap_metrology.settings import Settings
 
 log = logging.getLogger(__name__)
 PSD = ("series", "f_hz", "psd_mm2_hz", "n_segments", "n_bridged")
@@ -33,7 +32,7 @@ PSD = ("series", "f_hz", "psd_mm2_hz", "n_segments", "n_bridged")
 
 def noise(
     results: Results,
-    settings: Settings,
+    settings: of.Settings,
     subset: tuple[str, int] | None = None,
     progress: Progress = CALM,
 ) -> None:
@@ -130,7 +129,7 @@ def allan_deviations(
 def noise_coefficients(
     raw: Table,
     allan: Mapping[str, np.ndarray],
-    settings: Settings,
+    settings: of.Settings,
     subset: tuple[str, int] | None,
     over: MapFunction,
     outliers: Callable[[str, np.ndarray], np.ndarray | None],

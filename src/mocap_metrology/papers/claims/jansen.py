@@ -13,12 +13,11 @@ from mocap_metrology.lighthouse import published as printed
 from mocap_metrology.lighthouse.assess.influence import influence
 from mocap_metrology.papers import jansen
 from mocap_metrology.papers.claims.decide import UNKNOWN, Answer, Missing, Quantity, decides, within
-from mocap_metrology.papers.jansen import QUANTISED, Variant
 
-KABSCH = Variant("paper", "kabsch", "ideal")
-FINAL = Variant("paper", "final", "ideal")
-BETTER = Variant("paper-lm", "final", "ideal")
-FACTORY = Variant("paper-lm", "final", "factory")
+KABSCH = jansen.Variant("paper", "kabsch", "ideal")
+FINAL = jansen.Variant("paper", "final", "ideal")
+BETTER = jansen.Variant("paper-lm", "final", "ideal")
+FACTORY = jansen.Variant("paper-lm", "final", "factory")
 ALPHA = 0.01 / 3  # of each of three influences
 LEAST_CALIBRATIONS = 20  # for a test of influences
 # Two standard errors, in logarithms, of a ratio of mean deviations: 8 and 10 setups of 5
@@ -48,7 +47,7 @@ class Calibrations:
     def table(self, number: int) -> dict[str, np.ndarray]:
         """The same rows, by `paper` at stage Kabsch with ideal optics."""
         real = jansen.by_setup(self.records)
-        setups = jansen.simulated(self.records, QUANTISED) if number == 3 else real
+        setups = jansen.simulated(self.records, jansen.QUANTISED) if number == 3 else real
         errors = {setup: jansen.setup_errors(of_it, KABSCH) for setup, of_it in setups.items()}
         mae, sd = {s: e.mae() for s, e in errors.items()}, {s: e.sd() for s, e in errors.items()}
         if number == 3:
@@ -57,9 +56,9 @@ class Calibrations:
         rows = mae if number == 1 else sd
         return rows | {jansen.LAST[number]: jansen.mean_over(rows.values())}
 
-    def errors_mm(self, variant: Variant) -> dict[str, np.ndarray]:
+    def errors_mm(self, variant: jansen.Variant) -> dict[str, np.ndarray]:
         """Error (3,) of each simulated calibration that has the variant."""
-        setups = jansen.simulated(self.records, QUANTISED).values()
+        setups = jansen.simulated(self.records, jansen.QUANTISED).values()
         poses = {r["calibration"]: jansen.pose_of(r, variant) for of_it in setups for r in of_it}
         return {k: np.asarray(p["errors_mm"], float) for k, p in poses.items() if p}
 

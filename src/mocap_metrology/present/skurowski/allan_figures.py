@@ -21,7 +21,6 @@ from mocap_metrology.present.groups.adev import (
 )
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
-from mocap_metrology.present.plot.curves import log_bins
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, OTHER_LOOKS
 from mocap_metrology.present.skurowski.gaussian_figures import SETS
 from mocap_metrology.present.text import captions
@@ -255,7 +254,7 @@ def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Pic
     cells = body.add_gridspec(rows, 2, width_ratios=(2, 1))
     whole = body.add_subplot(cells[:, 0])
     close = [body.add_subplot(cells[k, 1]) for k in range(len(looks))]
-    bins = {name: log_bins(*spectra[name], BINS_PER_DECADE) for name in looks}
+    bins = {name: plot.log_bins(*spectra[name], BINS_PER_DECADE) for name in looks}
     y_limits = plot.log_limits([v for b in bins.values() for v in (b.median, b.high)], 2.0)
     fig.log_axes(whole, (plot.log_limits([b.centre for b in bins.values()]), y_limits))
     for axes, (name, look) in zip(close, looks.items(), strict=True):

@@ -18,7 +18,6 @@ from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.papers import coefficient_tables, gaussian_table, subsets
 from mocap_metrology.papers.camera_tables import table_3
-from mocap_metrology.papers.subsets import source_of
 from mocap_metrology.present import tables
 from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.skurowski import (
@@ -81,7 +80,7 @@ class Recordings:
 
 def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
     """Write Tables 3, 4, A1-A3 and two that sum the last ones up; yields a line on each."""
-    sources = {name: source_of(row) for name, row in of.rows.items()}
+    sources = {name: subsets.source_of(row) for name, row in of.rows.items()}
     sentence = tables.source_sentence(sources, of.settings.duration_s)
     form = f"{sentence} {appendix.FORM_WORDS[of.settings.twin_form]}"
     every = [row for rows in of.coefficients.values() for row in rows]

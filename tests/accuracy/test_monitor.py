@@ -21,8 +21,7 @@ from mocap_metrology.accuracy.monitor import (
     words,
 )
 from mocap_metrology.accuracy.monitor_row import Row
-from mocap_metrology.accuracy.monitor_rows import table
-from mocap_metrology.accuracy.monitor_take import Take, judge, numbers, series_of, stretches
+from mocap_metrology.accuracy.monitor_take import Take, judge, numbers, series_of, stretches, table
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.settings import Monitor
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.papers.matching import LIMIT, pair, partners
+from mocap_metrology.papers.coefficient_tables import LIMIT, pair, partners
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """White noise printed by S: correlated noise shorter than a frame is part of it."""
 
 from mocap_metrology.noise.twins.published import published_row
-from mocap_metrology.papers.white_noise import white_level, white_roots
+from mocap_metrology.papers.power_laws import white_level, white_roots
 
 
 def test_white_noise_of_a_component_below_a_frame_is_counted() -> None:

@@ -24,7 +24,7 @@ from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.text import sentence
 from mocap_metrology.present.text.diagnosis import line_words, sentences
-from mocap_metrology.present.text.movement import movement_words
+from mocap_metrology.present.text.sentence import movement_words
 
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")
 NONE = np.zeros(0, int)

@@ -22,10 +22,10 @@ from mocap_metrology.present.skurowski.allan_figures import (
     FINAL,
     ORDINARY,
     START,
+    crump_figure,
     periodic_figure,
     regression_figure,
 )
-from mocap_metrology.present.skurowski.crump import crump_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 TEXTS = ("t", "s", "c")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.accuracy.bar_entry import BarEntry
+from mocap_metrology.accuracy.bar import BarEntry
 from mocap_metrology.accuracy.statement import known_of
 from mocap_metrology.accuracy.twin import BarErrors, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.accuracy.bar_entry import BarEntry
+from mocap_metrology.accuracy.bar import BarEntry
 from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.pose import pose
 from mocap_metrology.calibration.setup import Member, write_setup

@@ -13,17 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, TypeVar, get_origin
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationError,
-    ValidationInfo,
-    computed_field,
-    field_validator,
-)
+import pydantic
 from pydantic.fields import FieldInfo
 
 from mocap_metrology.common import sheets
@@ -37,7 +27,6 @@ from mocap_metrology.common.faults import (
     unknown,
 )
 from mocap_metrology.common.paths import DRIVE, exists, is_file, of_windows
-from mocap_metrology.common.sheets import parts_of
 from mocap_workflow import remote
 
 SIMULATE = "simulate:"
@@ -68,7 +57,7 @@ class Place:
         return self.cells["path"].startswith(SIMULATE)
 
 
-Info = ValidationInfo[Place]
+Info = pydantic.ValidationInfo[Place]
 
 
 def beside(sheet: str, path: str) -> str:
@@ -109,7 +98,7 @@ def file_or_none(path: str | None, info: Info) -> str | None:
     return existing(path, info) if path else None
 
 
-def each_once(what: str) -> AfterValidator:
+def each_once(what: str) -> pydantic.AfterValidator:
     """For parts of a cell: none is empty and none occurs twice."""
 
     def check(parts: tuple[str, ...]) -> tuple[str, ...]:
@@ -117,7 +106,7 @@ def each_once(what: str) -> AfterValidator:
             raise Unfit(f"{what}, none empty, none repeated")
         return parts
 
-    return AfterValidator(check)
+    return pydantic.AfterValidator(check)
 
 
 # Names become wildcards. If the end of one repeats 20 times, Snakemake assumes endless recursion.
@@ -127,7 +116,7 @@ NAME = Cell(
     "and does not end in 20 repetitions",
 )
 Name = Annotated[str, NAME]
-FileOrNothing = Annotated[str | None, AfterValidator(file_or_none)]
+FileOrNothing = Annotated[str | None, pydantic.AfterValidator(file_or_none)]
 Labels = Annotated[tuple[str, ...], each_once('labels separated by ";"')]
 
 
@@ -149,14 +138,14 @@ def _twin(text: str, info: Info) -> str | None:
     return twin
 
 
-OwnName = Annotated[str, NAME, AfterValidator(_own_name)]
-Twin = Annotated[str | None, Field(alias="path"), BeforeValidator(_twin)]
+OwnName = Annotated[str, NAME, pydantic.AfterValidator(_own_name)]
+Twin = Annotated[str | None, pydantic.Field(alias="path"), pydantic.BeforeValidator(_twin)]
 
 
-class SheetRow(BaseModel):
+class SheetRow(pydantic.BaseModel):
     """A row of a sheet."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = pydantic.ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
     KIND: ClassVar[str]  # also the column that names the row
 
     twin: Twin
@@ -166,13 +155,13 @@ class SheetRow(BaseModel):
         """What the recording or calibration is called."""
         return str(getattr(self, self.KIND))
 
-    @computed_field  # type: ignore[prop-decorator]
+    @pydantic.computed_field  # type: ignore[prop-decorator]
     @property
     def source(self) -> Literal["twin", "measured"]:
         """What its tables and figures are marked with."""
         return "twin" if self.twin else "measured"
 
-    @field_validator("*", mode="before")
+    @pydantic.field_validator("*", mode="before")
     @classmethod
     def _of_cell(cls, text: str, info: Info) -> object:
         """An empty cell is the default; another one must match, and is split for a list."""
@@ -182,7 +171,7 @@ class SheetRow(BaseModel):
         for cell in field.metadata:
             if isinstance(cell, Cell) and not re.fullmatch(cell.pattern, text):
                 raise Unmatched(cell.expected)
-        return parts_of(text) if get_origin(field.annotation) is tuple else text
+        return sheets.parts_of(text) if get_origin(field.annotation) is tuple else text
 
     @classmethod
     def columns(cls) -> dict[str, FieldInfo]:
@@ -216,7 +205,7 @@ def load(kind: type[OfSheet], path: str | None, twins: Collection[str]) -> dict[
         place = Place(path, line.number, line.cells, names, first, twins)
         try:
             rows[name] = kind.model_validate(line.cells, context=place)
-        except ValidationError as error:
+        except pydantic.ValidationError as error:
             whose = f" ({kind.KIND} {shown(name)})" if name else ""
             faults += _lines(error, columns, f"{path}, row {line.number}{whose}", line.cells)
     if faults:
@@ -231,7 +220,7 @@ def by_number(name: str) -> tuple[list[str | int], str]:
 
 
 def _lines(
-    error: ValidationError, columns: list[str], where: str, cells: Mapping[str, str]
+    error: pydantic.ValidationError, columns: list[str], where: str, cells: Mapping[str, str]
 ) -> list[str]:
     """A line for each wrong cell: first of those that do not look as they should."""
     causes = ((str(one.loc[0]), one.cause) for one in misfits(error))

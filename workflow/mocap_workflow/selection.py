@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 from operator import attrgetter
@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 
 import pandas as pd
 
-from mocap_metrology.noise.twins.twin import Crump, Twin
+from mocap_metrology.noise.twins.twin import Twin
 from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin
@@ -165,11 +165,6 @@ def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
     return found
 
 
-def twins_by_name(rows: Iterable[RecordingRow], twins: Twins) -> dict[str, AnyTwin]:
-    """The twins among them, named as their recordings."""
-    return {row.name: replace(twins[row.twin], name=row.name) for row in rows if row.twin}
-
-
 def on_its_date(twin: AnyTwin | CalibrationTwin, row: SheetRow) -> AnyTwin | CalibrationTwin:
     """The twin of a row; of a facility, on the row's date."""
     if isinstance(twin, Twin) and twin.days and isinstance(row, RecordingRow):
@@ -177,21 +172,9 @@ def on_its_date(twin: AnyTwin | CalibrationTwin, row: SheetRow) -> AnyTwin | Cal
     return twin
 
 
-def twin_values(rows: Iterable[RecordingRow], twins: Twins, setting: str) -> list[object]:
-    """A setting of the twins among them that have it."""
-    found = [getattr(twins[row.twin], setting, None) for row in rows if row.twin]
-    return [asdict(value) if isinstance(value, Crump) else value for value in found if value]
-
-
 def form(row: RecordingRow, twins: Twins) -> str | None:
     """Whether the frames of a twin are points or averages; None for a real recording."""
     return twins[row.twin].form if row.twin else None
-
-
-def origin_of_twin(row: RecordingRow, twins: Twins) -> dict[str, object]:
-    """What the tables of a twin are marked with."""
-    columns = {name: getattr(row, name) for name in ("recording", "source", "twin", "pairs")}
-    return columns | {"form": form(row, twins)}
 
 
 def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:

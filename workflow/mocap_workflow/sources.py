@@ -114,5 +114,4 @@ def installed(name: str, root: Path) -> Path:
 
 
 def _modules(folder: Path) -> dict[str, str]:
-    """Hash of every module by its path."""
     return {str(path.relative_to(folder)): content(path) for path in sorted(folder.rglob("*.py"))}

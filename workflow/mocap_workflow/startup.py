@@ -95,21 +95,21 @@ def _all(read: Callable[[str], Any], names: Iterable[str]) -> tuple[dict[str, An
     return values, faults
 
 
-def _wrong(row: rows.SheetRow, column: str, value: object, expected: str) -> str:
-    kind = row.KIND
-    return f'{kind}s, {kind} "{row.name}", column {column}: "{value}"; expected {expected}'
+def _wrong(kind: str, name: str, column: str, value: object, expected: str) -> str:
+    return f'{kind}s, {kind} "{name}", column {column}: "{value}"; expected {expected}'
 
 
 def _between_rows(rows: Mapping[str, CalibrationRow]) -> list[str]:
     """Rows that are tracked with a row that is tracked with another, and so might wait for each
     other; rows with a bar whose other end is before other stations."""
     faults = []
-    for row in rows.values():
+    for name, row in rows.items():
         if (other := row.tracked_with_row) and rows[other].tracked_with:
             expected = "a calibration whose own tracked_with is empty"
-            faults.append(_wrong(row, "tracked_with", other, expected))
+            faults.append(_wrong("calibration", name, "tracked_with", other, expected))
         if (other := row.bar_row) and rows[other].setup != row.setup:
-            faults.append(_wrong(row, "bar", row.bar, f"a calibration of setup {row.setup}"))
+            expected = f"a calibration of setup {row.setup}"
+            faults.append(_wrong("calibration", name, "bar", row.bar, expected))
     return faults
 
 
@@ -124,7 +124,7 @@ def _spelled_otherwise(rows: Iterable[RecordingRow | CalibrationRow]) -> list[st
             known, other = first.setdefault((column, value.casefold()), (value, row))
             if value != known:
                 expected = f'"{known}" as of {other.KIND} "{other.name}", or another name'
-                faults.append(_wrong(row, column, value, expected))
+                faults.append(_wrong(row.KIND, row.name, column, value, expected))
     return faults
 
 
@@ -166,7 +166,6 @@ def recording_twins(
 
 
 def _used(rows: Mapping[str, RecordingRow] | Mapping[str, CalibrationRow]) -> list[str]:
-    """Names of the twins of a sheet."""
     return list(dict.fromkeys(row.twin for row in rows.values() if row.twin))
 
 
@@ -174,14 +173,16 @@ def _unlike_twins(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]
     """Rows that name other cameras than those their twin, a subset of a take, is made of; then rows
     without a date whose twin is of a facility over dates."""
     cameras, dates = [], []
-    for row in rows.values():
+    for name, row in rows.items():
         twin = twins.get(row.twin or "")
         if isinstance(twin, TakeTwin) and set(row.camera_ids) != set(twin.camera_ids):
             shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, twin.camera_ids))
             expected = f"those of its twin {row.twin}, {own}"
-            cameras += [_wrong(row, "camera_ids", shown, expected)] if shown else []
+            fault = _wrong("recording", name, "camera_ids", shown, expected)
+            cameras += [fault] if shown else []
         if not row.date and getattr(twin, "days", None):
-            dates.append(_wrong(row, "date", "", f"a date, as twin {row.twin} has days"))
+            expected = f"a date, as twin {row.twin} has days"
+            dates.append(_wrong("recording", name, "date", "", expected))
     return cameras + dates
 
 

@@ -1,6 +1,7 @@
 # Configuration, sheets and selections of rows. Functions only: rules are in other files.
 import json
 import operator
+from dataclasses import asdict, is_dataclass
 from functools import cache, partial
 from pathlib import Path
 
@@ -269,23 +270,21 @@ def moved(rows):
 # when one of them changes. A comment or a date is often added years later.
 
 
+def asked(ask, of):
+    """Function of the wildcards: what `ask` returns for the rule's row, or for each row `of` a
+    selection."""
+    return of_row(ask) if of is None else lambda wildcards: list(map(ask, of(wildcards)))
+
+
 def columns(*names, of=None):
-    """Function of the wildcards: these columns of the rule's row, or of each row of a selection."""
-
-    def cells(row):
-        return {name: getattr(row, name) for name in names}
-
-    return of_row(cells) if of is None else lambda wildcards: list(map(cells, of(wildcards)))
+    """These columns, see `asked`."""
+    return asked(lambda row: {name: getattr(row, name) for name in names}, of)
 
 
 def contents(files, of=None):
-    """Function of the wildcards: hashes of those files that `files` returns for the rule's row, or
-    for each row of a selection. Snakemake itself does not notice a file with an older date."""
-
-    def hashes(row):
-        return [CONTENTS.get(path) for path in files(row)]
-
-    return of_row(hashes) if of is None else lambda wildcards: list(map(hashes, of(wildcards)))
+    """Hashes of those files that `files` returns, see `asked`. Snakemake itself does not notice a
+    file with an older date."""
+    return asked(lambda row: [CONTENTS.get(path) for path in files(row)], of)
 
 
 def column(name, of):
@@ -300,8 +299,15 @@ def twin_of(twins):
 
 
 def column_of_twins(setting, of):
-    """Function of the wildcards: a setting of the twins among some recordings that have it."""
-    return lambda wildcards: selection.twin_values(of(wildcards), TWINS, setting)
+    """Function of the wildcards: a setting of the twins among some recordings that have it, in
+    plain values."""
+
+    def values(wildcards):
+        twins = [TWINS[row.twin] for row in of(wildcards) if row.twin]
+        found = [getattr(twin, setting, None) for twin in twins]
+        return [asdict(one) if is_dataclass(one) else one for one in found if one]
+
+    return values
 
 
 # Targets. Every file of rules names its outputs by target.

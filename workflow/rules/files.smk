@@ -119,17 +119,15 @@ def tables(files):
     return {name: f"<results>/calibrations/{{calibration}}/{file}" for name, file in files.items()}
 
 
-def figure_of_calibration(name, words):
-    """SVG of the rule's calibration as output, with its label in the report."""
-    path = f"<results>/calibrations/{{calibration}}/{name}.svg"
-    return listed(path, "6 Calibrations", f"{{calibration}}: {words}")
-
-
 def figures_of_calibration():
-    """Both figures of the rule's calibration as outputs."""
+    """Both figures of the rule's calibration as outputs, with their labels in the report."""
     shown = {"calibration": "paths, residuals, pose, verdict", "track": "tracked receiver"}
-    png = [f"<results>/calibrations/{{calibration}}/{name}.png" for name in shown]
-    return [figure_of_calibration(name, words) for name, words in shown.items()] + png
+    path = "<results>/calibrations/{{calibration}}/{}".format
+    svg = [
+        listed(path(f"{name}.svg"), "6 Calibrations", f"{{calibration}}: {words}")
+        for name, words in shown.items()
+    ]
+    return [*svg, *(path(f"{name}.png") for name in shown)]
 
 
 # Recordings and groups.

@@ -1,9 +1,13 @@
 # The tables and figures of both papers, regenerated, and their claims.
+from dataclasses import replace
 
 SHAKEN = accepted(selection.first, CRUMP)
 WITHOUT_SHOCK = accepted(lambda rows: references(rows[:1]), CRUMP)
 BEFORE_REPAIR = accepted(references, REPAIRED)
-TWINS_OF_PAPER = accepted(partial(selection.twins_by_name, twins=TWINS), SKUROWSKI)
+TWINS_OF_PAPER = accepted(
+    lambda rows: {row.name: replace(TWINS[row.twin], name=row.name) for row in rows if row.twin},
+    SKUROWSKI,
+)
 # Twins made from the row of the paper's tables for their recording.
 PRINTED = selection.printed(filter(selection.subset_of_paper, RECORDINGS.rows.values()), TWINS)
 BOTH = together(OF_SKUROWSKI, OF_JANSEN)

@@ -4,6 +4,7 @@
 
 MEASURED_FILES = files(selection.paths)
 ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
+ORIGIN = ("recording", "source", "twin", "pairs")  # what tables are marked with
 OF_BAR = ("bar", "length_mm", "length_u_mm", "bar_pose")
 ROW = columns("recording", "group", "twin", "camera_type", "n_cameras")
 CLEANED = {
@@ -48,7 +49,7 @@ checkpoint clean:
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         paths=cell("paths"),
         entry=columns(*ENTRY, "sha256"),
-        origin=columns("recording", "source", "twin", "pairs"),
+        origin=columns(*ORIGIN),
         settings=settings("hampel", "still", "second_opinion", verdict=["horizon_s"]),
     message:
         "{wildcards.recording}: reading, checking and cleaning"
@@ -67,7 +68,10 @@ job(
     runtime=minutes(30, seconds=2.5),
     params={
         "entry": columns(*ENTRY),
-        "origin": of_row(partial(selection.origin_of_twin, twins=TWINS)),
+        "origin": of_row(
+            lambda row: {name: getattr(row, name) for name in ORIGIN}
+            | {"form": selection.form(row, TWINS)}
+        ),
         "twin": twin_of(TWINS),
         "settings": settings("hampel", "seed"),
     },

@@ -3,7 +3,7 @@
 from step import step
 
 with step(snakemake) as log:
-    from mocap_metrology.accuracy.bar_entry import BarEntry
+    from mocap_metrology.accuracy.bar import BarEntry
     from mocap_metrology.calibration.bar import bar
     from mocap_metrology.calibration.sweeps import Entry
     from mocap_metrology.settings import Bar, Lighthouse

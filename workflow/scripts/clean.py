@@ -3,10 +3,9 @@ states whether a measured one can be used, truth.json what a simulated one is ma
 
 from step import refusal_of, step
 
-with step(snakemake) as log:
+with step(snakemake):
     from pathlib import Path
 
-    from mocap_metrology.common.files import empty_folder
     from mocap_metrology.recording.clean import Entry, clean, refuse
     from mocap_metrology.settings import Settings
 
@@ -23,7 +22,4 @@ with step(snakemake) as log:
         try:
             clean(entry, origin, settings, folder)
         except Exception as error:
-            refusal = refusal_of(error, snakemake.log[0])
-            log.info("%s", refusal)
-            empty_folder(folder)  # results of an earlier input
-            refuse(refusal, entry, origin, folder)
+            refuse(refusal_of(error, snakemake, folder), entry, origin, folder)

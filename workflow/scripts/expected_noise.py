@@ -14,11 +14,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import write_csv
     from mocap_metrology.noise.fit import estimates
-    from mocap_metrology.noise.fit.estimators import (
-        NoiseSettings,
-        expected_estimate,
-        published_estimate,
-    )
+    from mocap_metrology.noise.fit import estimators as fit
     from mocap_metrology.noise.twins.published import published_row
     from mocap_metrology.settings import Settings
 
@@ -28,13 +24,13 @@ with step(snakemake) as log:
         subset, twin = given.subsets[recording], given.twins[recording]
         rate = twin.frame_rate_hz
         n = round(twin.duration_s * rate)
-        settings = NoiseSettings.of(Settings(**given.settings), rate, subset=subset)
+        settings = fit.NoiseSettings.of(Settings(**given.settings), rate, subset=subset)
         m = settings.averaging_factors(n)
         table = []
         for name, model in published_row(*subset).items():
             model = replace(model, form=given.forms[recording])
-            found = expected_estimate(model, m, n, rate, settings, name)
-            table += estimates.rows(name, published_estimate(model, n, rate))
+            found = fit.expected_estimate(model, m, n, rate, settings, name)
+            table += estimates.rows(name, fit.published_estimate(model, n, rate))
             table += estimates.rows(name, found)
             log.info("%s %s: cost %.6g %s", recording, name, found.cost, found.note)
         write_csv(path, table)

@@ -7,18 +7,12 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import write_folder, write_text
     from mocap_metrology.present import tables
-    from mocap_metrology.present.pages.write import (
-        Results,
-        detail_pages,
-        overview,
-        summaries,
-        table_pages,
-    )
+    from mocap_metrology.present.pages import write
     from mocap_metrology.present.plot.figure import save
 
     given, params, output = snakemake.input, snakemake.params, snakemake.output
     claims = [row for p in given.claims for row in tables.read(p).fillna("").to_dict("records")]
-    results = Results(
+    results = write.Results(
         Path(output.details).parent,
         params.recordings,
         params.calibrations,
@@ -30,11 +24,11 @@ with step(snakemake) as log:
         [Path(path) for path in dict.fromkeys(given.results)],
         [Path(path) for path in given.monitors],
     )
-    write_folder(output.tables, table_pages(map(Path, given.tables), params.papers))
-    write_folder(output.details, detail_pages(results))
-    save(overview(results), output.png)
+    write_folder(output.tables, write.table_pages(map(Path, given.tables), params.papers))
+    write_folder(output.details, write.detail_pages(results))
+    save(write.overview(results), output.png)
     checks, named = map(Path, given.checks), map(Path, given.tables)
-    page, front = summaries(results, checks, named, Path(output.png))
+    page, front = write.summaries(results, checks, named, Path(output.png))
     write_text(output.summary, page)
     write_text(output.front, front)
     log.info("%d results", len(results.files))

@@ -8,13 +8,7 @@ with step(snakemake) as log:
     from importlib import metadata
     from pathlib import Path
 
-    from mocap_metrology.common.files import (
-        read_json,
-        read_metadata,
-        sha256,
-        write_json,
-        write_text,
-    )
+    from mocap_metrology.common import files
     from mocap_metrology.present.pages import details
 
     given, params = snakemake.input, snakemake.params
@@ -31,9 +25,9 @@ with step(snakemake) as log:
     def files_of(path):
         """Name and SHA-256 of the files of a recording (Parquet) or calibration (JSON)."""
         if path.endswith(".json"):
-            origin = read_json(path)["origin"]
+            origin = files.read_json(path)["origin"]
             return [(None if origin["twin"] else origin["source"], origin["sha256"])]
-        return [(file["path"], file["sha256"]) for file in read_metadata(path)["segments"]]
+        return [(file["path"], file["sha256"]) for file in files.read_metadata(path)["segments"]]
 
     inputs = [
         row | {"file": file, "sha256": digest}
@@ -56,12 +50,14 @@ with step(snakemake) as log:
         "inputs": inputs,
         "run_times": details.run_times(times),
         "tables": {
-            Path(path).name: sha256(path) for path in sorted(given.tables) if path.endswith(".csv")
+            Path(path).name: files.sha256(path)
+            for path in sorted(given.tables)
+            if path.endswith(".csv")
         },
         "packages": dict(
             sorted({d.name.lower(): d.version for d in metadata.distributions()}.items())
         ),
     }
-    write_json(snakemake.output.json, found)
-    write_text(snakemake.output.page, details.provenance_page(found))
+    files.write_json(snakemake.output.json, found)
+    files.write_text(snakemake.output.page, details.provenance_page(found))
     log.info("%d inputs, %d tables", len(inputs), len(found["tables"]))

@@ -8,7 +8,8 @@ with step(snakemake) as log:
     from mocap_metrology.noise.series import length_s
     from mocap_metrology.papers.shock import ShockRecording
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski import allan_figures, crump, gather
+    from mocap_metrology.present.skurowski import allan_figures, gather
+    from mocap_metrology.present.text import captions
     from mocap_metrology.recording.results import Table
 
     given, files = snakemake.params, snakemake.input
@@ -33,15 +34,17 @@ with step(snakemake) as log:
         quiet = (f"{other}, without a shock", columns[other]) if other else None
         chance = "is another realisation of the noise: they differ by chance. "
         source, remarks = gather.sources(every, lengths)
+        assumed = allan_figures.ASSUMED.format(**given.crumps[0]) if given.crumps else ""
         remarks = (
             f"Recording {next(iter(rows))}; the paper shows one of all its cameras. "
-            f"{f'{other} {chance}' if other else ''}{crump.guessed(given.crumps)}{remarks}"
+            f"{f'{other} {chance}' if other else ''}{assumed}{remarks}"
         )
-        return crump.crump_figure(shaken, quiet, source, remarks)
+        return allan_figures.crump_figure(shaken, quiet, source, remarks)
 
     def beside(figure, *shown, paper=True):
         source, remarks = gather.sources(every, lengths, paper)
-        guess = allan_figures.guess_a1(given.left_out) if given.left_out else ""
+        limits = " or ".join(f"{t:g} s" for t in dict.fromkeys(given.left_out))
+        guess = captions.LEFT_OUT_OF_A1.format(limits=limits) if limits else ""
         remarks = f"{gather.filter_sentence(origin)} {remarks} {guess}".strip()
         return figure(*shown, columns, source, remarks, confidence)
 

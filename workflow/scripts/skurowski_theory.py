@@ -11,42 +11,24 @@ with step(snakemake) as log:
     from mocap_metrology.present.pages import left_out
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix
-    from mocap_metrology.present.skurowski.theory_figures import (
-        model_figure,
-        slopes_figure,
-        standard_error_figure,
-    )
+    from mocap_metrology.present.skurowski import theory_figures as theory
     from mocap_metrology.present.text import captions
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
     laws, types, missing = table_1(), camera_tables.table_2(), left_out.left_out()
     laws_shown = [{column: row[column] for column in appendix.TABLE_1_SHOWN} for row in laws]
-    for name, rows, shown, title, caption in (
-        (
-            "skurowski_table1",
-            laws,
-            laws_shown,
-            f"{paper}, Table 1: power-law noises",
-            captions.TABLE_1,
-        ),
-        (
-            "skurowski_table2",
-            types,
-            camera_tables.side_by_side(),
-            f"{paper}, Table 2: cameras",
-            captions.TABLE_2,
-        ),
-        (
-            "left_out",
-            missing,
-            missing,
-            "Left out: figures of both papers that are not regenerated",
-            left_out.CAPTION,
-        ),
-    ):
+
+    def write(name, rows, shown, title, caption):
         text = tables.markdown(shown, title, caption)
         tables.write_with(folder / "tables" / name, rows, text)
         log.info("%s: %d rows", name, len(rows))
-    figures = (model_figure, standard_error_figure, slopes_figure)
+
+    title = f"{paper}, Table 1: power-law noises"
+    write("skurowski_table1", laws, laws_shown, title, captions.TABLE_1)
+    title, shown = f"{paper}, Table 2: cameras", camera_tables.side_by_side()
+    write("skurowski_table2", types, shown, title, captions.TABLE_2)
+    title = "Left out: figures of both papers that are not regenerated"
+    write("left_out", missing, missing, title, left_out.CAPTION)
+    figures = (theory.model_figure, theory.standard_error_figure, theory.slopes_figure)
     for number, figure in enumerate(figures, start=1):
         save(figure(), folder / "figures" / f"skurowski_fig{number:02d}")

@@ -35,19 +35,24 @@ for _pool in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA"):
     os.environ[f"{_pool}_NUM_THREADS"] = "1"
 
 
-def refusal_of(error: Exception, log: str) -> Exception:
-    """What check.json states of a row whose check failed: a `Refusal` as it is; of an unforeseen
-    exception a refusal that names the log with its traceback, so that the other rows go on. What
-    the computer lacks (memory, disk) is no fault of the row and is raised again."""
+def refusal_of(error: Exception, snakemake: Any, folder: Path) -> Exception:
+    """What check.json states of a row whose check failed, also logged: a `Refusal` as it is; of an
+    unforeseen exception a refusal that names the log with its traceback, so that the other rows go
+    on. What the computer lacks (memory, disk) is no fault of the row and is raised again. folder:
+    of results, where those of an earlier input are removed."""
     from mocap_metrology.common.errors import Refusal, one_line
+    from mocap_metrology.common.files import empty_folder
 
-    if isinstance(error, Refusal):
-        return error
-    if isinstance(error, MemoryError | OSError):
-        raise error
-    logging.getLogger("mocap_metrology").error("unforeseen", exc_info=error, extra=OF_THE_END)
-    what = one_line(f"{type(error).__name__}: {error}")
-    return Refusal(f"its check crashed: {what} (traceback: {log})")
+    log = logging.getLogger("mocap_metrology")
+    if not isinstance(error, Refusal):
+        if isinstance(error, MemoryError | OSError):
+            raise error
+        log.error("unforeseen", exc_info=error, extra=OF_THE_END)
+        what = one_line(f"{type(error).__name__}: {error}")
+        error = Refusal(f"its check crashed: {what} (traceback: {snakemake.log[0]})")
+    log.info("%s", error)
+    empty_folder(folder)
+    return error
 
 
 @contextmanager

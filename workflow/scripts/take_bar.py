@@ -3,11 +3,11 @@ a measured one can be used, truth.json what a simulated one is made of."""
 
 from step import refusal_of, step
 
-with step(snakemake) as log:
+with step(snakemake):
     from pathlib import Path
 
-    from mocap_metrology.accuracy.bar_entry import BarEntry
-    from mocap_metrology.common.files import empty_folder, write_json, write_table
+    from mocap_metrology.accuracy.bar import BarEntry
+    from mocap_metrology.common.files import write_json, write_table
     from mocap_metrology.recording.bar import write_take
     from mocap_metrology.recording.bar_take import read_bar
     from mocap_metrology.recording.clean import Entry, refused_in_sheet, simulated
@@ -27,8 +27,6 @@ with step(snakemake) as log:
             write_take(reading, asked, path)
             write_json(snakemake.output.check, reading.check)
         except Exception as error:
-            refusal = refusal_of(error, snakemake.log[0])
-            log.info("%s", refusal)
-            empty_folder(path.parent)  # results of an earlier input
+            refusal = refusal_of(error, snakemake, path.parent)
             write_json(snakemake.output.check, refused_in_sheet(refusal))
             write_table(path, {"length_mm": []}, origin)

@@ -87,7 +87,11 @@ def bar_numbers(
     clusters: Sequence[Record] = (),
 ) -> Row:
     """Numbers of bar.json; clusters: `labels`, `spread_mm`, `n_frames` of the rigid ones found."""
-    certificate = bar.certificate
+    certificate, slope = bar.certificate, None
+    if scale is not None:
+        slope = {"slope_ppm_m": scale.slope, "se": scale.se, "between": scale.between}
+        slope |= {"lower_95": scale.lower, "upper_95": scale.upper}
+        slope |= {"pairs": len(scale.pairs), "way_m": scale.way_m}
     return {
         "word": bar.word(settings),
         "size_mm": bar.size_mm,
@@ -102,7 +106,7 @@ def bar_numbers(
         "classes": [_class(one) for one in bar.classes],
         "angles_deg": {name: asdict(one) for name, one in bar.angles.items()},
         "between_classes": asdict(bar.direction) if bar.direction else None,
-        "scale": _scale(scale),
+        "scale": slope,
         "clusters": list(clusters),
         "findings": [one.as_dict() for one in findings],
         "not_covered": list(NOT_COVERED),
@@ -122,11 +126,3 @@ def _class(one: OfClass) -> Row:
         },
         "place_share": one.parts.place_share,
     }
-
-
-def _scale(scale: ScaleSlope | None) -> Row | None:
-    if scale is None:
-        return None
-    own: Row = {"slope_ppm_m": scale.slope, "se": scale.se, "between": scale.between}
-    own |= {"lower_95": scale.lower, "upper_95": scale.upper}
-    return own | {"pairs": len(scale.pairs), "way_m": scale.way_m}

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.accuracy.components import random_effects
-from mocap_metrology.accuracy.effective import effective_number
-from mocap_metrology.accuracy.robust import huber, robust_sd
+from mocap_metrology.accuracy.effective import effective_number, huber, robust_sd
 
 SAMPLED = 4000  # frames that distances are taken from
 LEAST_FRAMES = 100  # in which both markers of a pair are seen

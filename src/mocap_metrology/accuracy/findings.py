@@ -10,9 +10,8 @@ import numpy as np
 from mocap_metrology.accuracy.bar import Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
-from mocap_metrology.accuracy.effective import effective_number
+from mocap_metrology.accuracy.effective import effective_number, robust_sd
 from mocap_metrology.accuracy.parts import Parts
-from mocap_metrology.accuracy.robust import robust_sd
 from mocap_metrology.common.types import Row
 
 CODES = {  # unit of the value
@@ -61,7 +60,14 @@ def findings_of(
 ) -> list[Finding]:
     """All of a bar, in the order of CODES; still_mm: standard deviation of the length at rest;
     pose_u_deg: standard uncertainty of a stated rotation."""
-    found = [*_bias(bar), *_angle(bar, pose_u_deg)]
+    found = [
+        *_bias(bar),
+    ]
+    turned = repeated([take.angle_bias_deg for take in bar.takes])
+    least = NORMAL * pose_u_deg + float(np.nan_to_num(turned.upper - turned.value))
+    if turned.value > least:  # than the stated rotation, by more than its uncertainty
+        ends = turned.value - least, turned.value + least
+        found.append(Finding("angle_bias", "", turned.value, *ends))
     if (way := bar.direction) is not None and way.between_lower > 0:
         found.append(Finding("by_direction", "", way.between, way.between_lower, way.between_upper))
     found += [*_place(bar), *_speed(bar)]
@@ -97,16 +103,6 @@ def _bias(bar: Bar) -> list[Finding]:
                 Finding("length_bias", one.name, mean.value, mean.value - half, mean.value + half)
             )
     return found
-
-
-def _angle(bar: Bar, u_deg: float) -> list[Finding]:
-    """A finding where the mean rotation differs from the stated one by more than its
-    uncertainty."""
-    found = repeated([take.angle_bias_deg for take in bar.takes])
-    least = NORMAL * u_deg + float(np.nan_to_num(found.upper - found.value))
-    if not found.value > least:
-        return []
-    return [Finding("angle_bias", "", found.value, found.value - least, found.value + least)]
 
 
 def _place(bar: Bar) -> list[Finding]:

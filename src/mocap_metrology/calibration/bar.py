@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.accuracy import take as of_take
-from mocap_metrology.accuracy.bar import evaluate
-from mocap_metrology.accuracy.bar_entry import BarEntry
+from mocap_metrology.accuracy.bar import BarEntry, evaluate
 from mocap_metrology.accuracy.bar_rows import bar_rows
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of

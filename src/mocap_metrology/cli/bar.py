@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from mocap_metrology.accuracy.bar_entry import BarEntry
+from mocap_metrology.accuracy.bar import BarEntry
 from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.cli import results
 from mocap_metrology.cli.recording import SETTINGS, advised, reuse_freed_memory

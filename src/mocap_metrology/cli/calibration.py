@@ -13,7 +13,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from threading import Thread
 
-from mocap_metrology.accuracy.bar_entry import BarEntry
+from mocap_metrology.accuracy.bar import BarEntry
 from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.bar import bar
 from mocap_metrology.calibration.exports import FORMATS

@@ -5,24 +5,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from mocap_metrology.noise.fit.estimates import (
-    DEFAULT_ESTIMATOR,
-    PLAIN_ESTIMATOR,
-    S_ESTIMATOR,
-    correlation_class,
-    limit_class,
-    unit_key,
-    unit_of,
-)
+import numpy as np
+
+from mocap_metrology.noise.fit import estimates as est
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins import published
-from mocap_metrology.papers.matching import by_estimator, partners
 from mocap_metrology.papers.subsets import Sheet, source_of, standing_for
 
 TABLES = {"T40": "A1", "Bonita": "A2", "Vantage": "A3"}
+LIMIT = 10.0  # correlation times that differ by a greater factor are of different components
 UNPAIRED = "unpaired"
 FAR_LINE = 0.1  # relative difference of f_0 worth a note
 COLUMNS = (
@@ -32,10 +26,10 @@ COLUMNS = (
     *("crlb_relative", "supported", "source", "recording", "note"),
 )
 ESTIMATORS = {  # by column
-    "regenerated": S_ESTIMATOR,
-    "plain": PLAIN_ESTIMATOR,
+    "regenerated": est.S_ESTIMATOR,
+    "plain": est.PLAIN_ESTIMATOR,
     "expected": "expected",
-    "likelihood": DEFAULT_ESTIMATOR,
+    "likelihood": est.DEFAULT_ESTIMATOR,
 }
 COUNTED = ("published", "supported", "unsupported", "not_computed")
 NEAR = 0.05  # what counts as the same white level
@@ -65,7 +59,7 @@ def table_a(camera_type: str, recordings: Sheet, noise: Noise, expected: Noise) 
             estimates = by_estimator(noise.get(name, ()), series)
             exact = by_estimator(expected.get(name, ()), series)
             fits = {column: estimates.get(by, {}) for column, by in ESTIMATORS.items()}
-            fits["expected"] = exact.get(S_ESTIMATOR, {})
+            fits["expected"] = exact.get(est.S_ESTIMATOR, {})
             bounds, used = exact.get("published", {}), models[series].coefficients()
             for row in _series_rows(printed, fits):
                 parameter = row["parameter"]
@@ -105,11 +99,14 @@ def _series_rows(printed: Mapping[str, float], fits: Mapping[str, Fit]) -> Itera
         for column, fit in fits.items()
     }
     for parameter, value in printed.items():
-        row: Row = {"parameter": parameter, "unit": unit_of(parameter), "published": value}
+        row: Row = {"parameter": parameter, "unit": est.unit_of(parameter), "published": value}
         remarks = []
         for column, fit in fits.items():
             other = partner[column].get(parameter)
-            estimate = fit.get(other or "") or _class_limit(fit, parameter, printed)
+            estimate = fit.get(other or "")
+            if estimate is None and parameter.startswith("q_c"):  # its limit in the class of T_c
+                kind = est.correlation_class(printed[f"T_c{parameter[3:]}"])
+                estimate = next((one for one in fit.values() if est.limit_class(one) == kind), None)
             row |= _cells(column, estimate, UNPAIRED if fit else None)
             if other is not None and other != parameter:
                 remarks.append(f"{ESTIMATORS[column]}: its {other}")
@@ -121,18 +118,8 @@ def _series_rows(printed: Mapping[str, float], fits: Mapping[str, Fit]) -> Itera
         for name, estimate in fit.items():
             cells = _cells(column, estimate, None)
             if name not in partner[column].values() and cells[column] is not None:
-                row = {"parameter": f"{name} ({ESTIMATORS[column]})", "unit": unit_of(name)}
+                row = {"parameter": f"{name} ({ESTIMATORS[column]})", "unit": est.unit_of(name)}
                 yield row | cells | {"note": "not published"}
-
-
-def _class_limit(
-    fit: Fit, parameter: str, printed: Mapping[str, float]
-) -> Mapping[str, Any] | None:
-    """The limit of q_c that an estimate has for the class of this term's T_c, if it has one."""
-    if not parameter.startswith("q_c"):
-        return None
-    kind = correlation_class(printed[f"T_c{parameter[3:]}"])
-    return next((row for row in fit.values() if limit_class(row) == kind), None)
 
 
 def _cells(column: str, estimate: Mapping[str, Any] | None, status: str | None) -> Row:
@@ -156,7 +143,7 @@ def support_counts(rows: Sequence[Row]) -> list[Row]:
     counts: dict[str, Counter[tuple[str, str]]] = defaultdict(Counter)
     for row in rows:
         if row["published"] is not None:
-            for kind in (unit_key(row["parameter"]), "all"):
+            for kind in (est.unit_key(row["parameter"]), "all"):
                 both = (kind, "published"), (kind, words[row["supported"]])
                 counts[row["camera_type"]].update(both)
     return [
@@ -219,3 +206,60 @@ def searched_ends(rows: Sequence[Row]) -> list[float]:
         if row["parameter"].startswith("T_c") and row["regenerated_status"] == "at_bound"
     ]
     return sorted({min(ended), max(ended)}) if ended else []
+
+
+# Which fitted and published terms belong together
+
+
+def by_estimator(
+    rows: Iterable[Mapping[str, Any]], series: str
+) -> dict[str, dict[str, Mapping[str, Any]]]:
+    """Rows of one series of noise.csv: estimator -> parameter -> row, in their order."""
+    found: dict[str, dict[str, Mapping[str, Any]]] = {}
+    for row in rows:
+        if row["series"] == series:
+            found.setdefault(row["estimator"], {})[row["parameter"]] = row
+    return found
+
+
+def correlation_times(values: Mapping[str, float]) -> dict[int, float]:
+    """Number -> T_c of the Gauss-Markov terms that have one; the rest is passed over."""
+    return {
+        int(name[3:]): float(value)
+        for name, value in values.items()
+        if name.startswith("T_c") and value is not None and 0 < float(value) < math.inf
+    }
+
+
+def pair(published: Mapping[int, float], fitted: Mapping[int, float]) -> dict[int, int]:
+    """Published number -> fitted number of the Gauss-Markov terms that belong together.
+
+    Least sum of |ln(T_c / T_c')| over all assignments (Kuhn 1955), in which a term without a
+    partner costs as much as a pair that differs by the factor `LIMIT`; so no pair differs by more,
+    and a good pair is not split into two poor ones.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    if not published or not fitted:
+        return {}
+    rows, columns = list(published), list(fitted)
+    ours, theirs = np.log(list(published.values())), np.log(list(fitted.values()))
+    distance = np.abs(ours[:, None] - theirs[None, :])
+    far = math.log(LIMIT) * (1 + 1e-12)
+    chosen = linear_sum_assignment(np.minimum(distance, far))
+    return {
+        rows[i]: columns[j]
+        for i, j in zip(*(k.tolist() for k in chosen), strict=True)
+        if distance[i, j] <= far
+    }
+
+
+def partners(published: Mapping[str, float], fitted: Mapping[str, float]) -> dict[str, str]:
+    """Published parameter -> fitted parameter: Gauss-Markov terms by `pair`, others by name."""
+    terms = pair(correlation_times(published), correlation_times(fitted))
+    found = {name: name for name in published if name[1:3] != "_c" and name in fitted}
+    for number, other in terms.items():
+        for name in ("q_c", "T_c"):
+            if f"{name}{number}" in published and f"{name}{other}" in fitted:
+                found[f"{name}{number}"] = f"{name}{other}"
+    return found

@@ -14,22 +14,14 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.lighthouse.published import (
-    AVERAGE,
-    AVERAGE_SD,
-    MAE,
-    OVERALL,
-    QUANTITIES,
-    SETUPS,
-    published_value,
-)
+from mocap_metrology.lighthouse import published as printed
 
 ESTIMATORS = ("paper", "paper-tight", "paper-lm", "batch")
 STAGES = ("kabsch", "final")
 OPTICS = ("ideal", "factory")
 QUANTISED, NOISY = "sim-", "noise-"  # setups of Table III: sample error alone, and further noise
 NOISES = {QUANTISED: "quantisation", NOISY: "quantisation and jitter"}
-LAST = {1: OVERALL, 2: AVERAGE}
+LAST = {1: printed.OVERALL, 2: printed.AVERAGE}
 FACTOR = 4.0  # beyond it a regenerated value is explained
 
 
@@ -75,7 +67,7 @@ def paper_setup(setup: str) -> str | None:
     if setup.startswith((QUANTISED, NOISY)):
         return None
     number = re.fullmatch(r"(?:.*[^0-9])?0*([0-9]+)", setup)
-    return number[1] if number and number[1] in SETUPS else None
+    return number[1] if number and number[1] in printed.SETUPS else None
 
 
 def pose_of(record: Record, variant: Variant) -> Record | None:
@@ -94,16 +86,16 @@ def setup_errors(records: Sequence[Record], variant: Variant) -> SetupErrors:
     errors = [[*pose["errors_mm"], *pose["errors_deg"]] for pose in poses]
     shares = [pose.get("mirrored_share") for pose in poses]
     return SetupErrors(
-        np.array(errors, dtype=np.float64).reshape(-1, len(QUANTITIES)),
+        np.array(errors, dtype=np.float64).reshape(-1, len(printed.QUANTITIES)),
         np.array([math.nan if share is None else share for share in shares]),
     )
 
 
 def mean_over(rows: Iterable[np.ndarray]) -> np.ndarray:
     """Mean (6,) over the setups that have a value; NaN without one."""
-    values = np.array(list(rows), dtype=np.float64).reshape(-1, len(QUANTITIES))
+    values = np.array(list(rows), dtype=np.float64).reshape(-1, len(printed.QUANTITIES))
     values = values[np.isfinite(values).all(axis=1)]
-    return values.mean(axis=0) if len(values) else np.full(len(QUANTITIES), np.nan)
+    return values.mean(axis=0) if len(values) else np.full(len(printed.QUANTITIES), np.nan)
 
 
 def source_of(records: Sequence[Record]) -> str:
@@ -114,7 +106,7 @@ def source_of(records: Sequence[Record]) -> str:
 
 def by_setup(records: Sequence[Record]) -> dict[str, list[Record]]:
     """Records of each setup of Tables I and II; empty lists for those without any."""
-    return {s: [r for r in records if paper_setup(r["setup"]) == s] for s in SETUPS}
+    return {s: [r for r in records if paper_setup(r["setup"]) == s] for s in printed.SETUPS}
 
 
 def simulated(records: Sequence[Record], prefix: str) -> dict[str, list[Record]]:
@@ -163,7 +155,7 @@ def jansen_table_3(records: Sequence[Record]) -> list[dict[str, Any]]:
             errors = [setup_errors(of_it, variant) for of_it in setups.values()]
             mae, sd = mean_over(e.mae() for e in errors), mean_over(e.sd() for e in errors)
             n_setups = sum(e.n > 0 for e in errors)
-            for name, value in ((MAE, mae), (AVERAGE_SD, sd)):
+            for name, value in ((printed.MAE, mae), (printed.AVERAGE_SD, sd)):
                 of_it = _rows(3, variant, name, value, errors, used)
                 rows += [{"noise": noise} | row | {"n_setups": n_setups} for row in of_it]
     return rows
@@ -180,8 +172,8 @@ def _rows(
     n, shares = sum(e.n for e in errors), np.concatenate([[], *(e.mirrored for e in errors)])
     known = shares[np.isfinite(shares)]
     rows = []
-    for quantity, value in zip(QUANTITIES, values.tolist(), strict=True):
-        published = published_value(number, setup, quantity)
+    for quantity, value in zip(printed.QUANTITIES, values.tolist(), strict=True):
+        published = printed.published_value(number, setup, quantity)
         row = {**vars(variant), "setup": setup, "quantity": quantity, "published": published}
         row |= {"regenerated": value, "ratio": value / published if published else math.nan}
         row |= {"n": n, "mirrored_share": float(known.mean()) if known.size else math.nan}

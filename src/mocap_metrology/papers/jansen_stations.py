@@ -13,18 +13,11 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.lighthouse.published import (
-    AVERAGE,
-    AVERAGE_SD,
-    MAE,
-    OVERALL,
-    QUANTITIES,
-    published_value,
-)
+from mocap_metrology.lighthouse import published as printed
 from mocap_metrology.papers.jansen import mean_over
 
 IDEAL = "-ideal-"  # in the name of a setup: nothing but the clock's step is wrong, as in Table III
-PUBLISHED = {1: OVERALL, 2: AVERAGE}  # rows of J's tables of real stations
+PUBLISHED = ((1, printed.OVERALL), (2, printed.AVERAGE))  # rows of J's tables of real stations
 
 
 def _errors(record: Record) -> dict[str, list[float]]:
@@ -42,7 +35,7 @@ def _errors(record: Record) -> dict[str, list[float]]:
 def _summed(of_setup: Sequence[Record]) -> tuple[np.ndarray, np.ndarray, int]:
     """Mean absolute error (6,), standard deviation (6,), and number of calibrations with errors."""
     found = [errors for record in of_setup if (errors := _errors(record))]
-    none = np.full(len(QUANTITIES), np.nan)
+    none = np.full(len(printed.QUANTITIES), np.nan)
     if not found:
         return none, none, 0
     every = np.array([values for errors in found for values in errors.values()])
@@ -66,15 +59,15 @@ def stations_tables(records: Sequence[Record]) -> Iterator[dict[str, Any]]:
             if not summed:
                 continue
             values = [mean_over(mae for mae, *_ in summed), mean_over(sd for _, sd, _ in summed)]
-            named = ((3, MAE), (3, AVERAGE_SD)) if ideal else tuple(PUBLISHED.items())
+            named = ((3, printed.MAE), (3, printed.AVERAGE_SD)) if ideal else PUBLISHED
             for (table, row), value in zip(named, values, strict=True):
-                for quantity, number in zip(QUANTITIES, value.tolist(), strict=True):
+                for quantity, number in zip(printed.QUANTITIES, value.tolist(), strict=True):
                     yield {
                         "table": table,
                         "row": row,
                         "stations": n,
                         "quantity": quantity,
-                        "published": published_value(table, row, quantity),
+                        "published": printed.published_value(table, row, quantity),
                         "regenerated": number,
                         "n_setups": len(setups),
                         "n": sum(one[2] for one in summed),
@@ -90,7 +83,7 @@ def cells(rows: Sequence[Mapping[str, Any]]) -> list[list[object]]:
         own = [r for r in rows if (r["table"], r["row"]) == (table, row)]
         numbers = list(dict.fromkeys(r["stations"] for r in own))
         lines.append(
-            [table, row, "J: 2 (V1)", *_formatted(own[: len(QUANTITIES)], "published"), ""]
+            [table, row, "J: 2 (V1)", *_formatted(own[: len(printed.QUANTITIES)], "published"), ""]
         )
         for n in numbers:
             of_n = [r for r in own if r["stations"] == n]

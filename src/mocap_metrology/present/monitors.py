@@ -9,11 +9,9 @@ import numpy as np
 
 from mocap_metrology.accuracy.monitor import LEARNT, ORDER, SETTLED
 from mocap_metrology.accuracy.monitor_row import Row as SheetRow
-from mocap_metrology.accuracy.monitor_rows import failed_since, shares, state
-from mocap_metrology.accuracy.monitor_take import Judged, Stretches
+from mocap_metrology.accuracy.monitor_take import Judged, Stretches, failed_since, shares, state
 from mocap_metrology.common.types import Row
 from mocap_metrology.present.plot import figure as plot
-from mocap_metrology.present.plot.figure import length_unit
 from mocap_metrology.present.text.numbers import mm, number, percent, with_unit
 from mocap_metrology.present.text.sentence import render
 
@@ -175,7 +173,7 @@ def _strip(axes: plot.Axes, name: str, own: Columns) -> None:
             own[key][start:end] -= about
     shown = np.concatenate([own["value_mm"], own["lower_mm"][-1:], own["upper_mm"][-1:]])
     shown = shown[np.isfinite(shown)]
-    unit = length_unit([np.ptp(shown)] if shown.size else [])
+    unit = plot.length_unit([np.ptp(shown)] if shown.size else [])
     value, mean, lower, upper = (unit.per_mm * own[key] for key in NUMBERS)
     day, word = own["day"], own["word"]
     for start, end in zip(starts, [*starts[1:], day.size], strict=True):

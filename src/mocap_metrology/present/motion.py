@@ -12,7 +12,6 @@ from mocap_metrology.common.types import Record
 from mocap_metrology.noise.motion.orientation import AXES, TURNS_RAD, Orientation, rms
 from mocap_metrology.present.plot import curves
 from mocap_metrology.present.plot import figure as plot
-from mocap_metrology.present.plot.figure import LOOKS, Picture, styled, words_picture
 from mocap_metrology.present.recording import source_words
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
@@ -28,20 +27,20 @@ SENTENCE = (
 )
 
 
-@styled()
+@plot.styled()
 def orientation_figure(
     allan: Mapping[str, np.ndarray],
     orientation: Orientation,
     origin: Record,
     cluster: Sequence[str],
     refused: str,
-) -> Picture:
+) -> plot.Picture:
     """Allan deviation of the three components of the rotation vector, with intervals; or the words
     why there is none (`refused`)."""
     title = f"{origin['recording']}: Allan deviation of orientation"
     source = f"Source: {source_words(origin)}."
     if refused:
-        return words_picture(refused, title, source)
+        return plot.words_picture(refused, title, source)
     words = [captions.ORIENTATION]
     residual = rms(orientation.residual_mm)
     if residual is not None:
@@ -60,7 +59,7 @@ def orientation_figure(
         (title, source, " ".join(words)),
         origin["allan"]["confidence"],
         y_label="Allan deviation (µrad)",
-        looks={f"r{axis}": look for axis, look in LOOKS.items()},
+        looks={f"r{axis}": look for axis, look in plot.LOOKS.items()},
     )
 
 

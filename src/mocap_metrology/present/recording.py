@@ -184,7 +184,6 @@ def _panels(traces: Sequence[Trace], time: TimeAxis, title: str, source: str) ->
 
 
 def _numbers(one: Trace) -> list[str]:
-    """Text beside a panel."""
     share = 100 * one.n_outliers / (one.n - one.n_missing)
     facts = [f"mean {number(one.centre, 3)} mm"]
     facts.append(f"outliers {number(one.n_outliers)} ({share:.2g} %)")

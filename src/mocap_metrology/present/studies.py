@@ -9,12 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.papers.studies.findings import (
-    NOTICEABLE,
-    SHOWN,
-    StudyDisplay,
-    first_of_methods,
-)
+from mocap_metrology.papers.studies import findings as studies
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.tables import Row, aligned
@@ -41,16 +36,16 @@ def method_text(row: Mapping[str, Any], *columns: str) -> str:
 
 def markdown(rows: Sequence[Row], n: int, seconds: float, seed: int) -> str:
     """All studies: for each what J claims, a table of methods and one of points."""
-    text = captions.STUDIES.format(n=n, seconds=seconds, seed=seed, noticeable=NOTICEABLE)
+    text = captions.STUDIES.format(n=n, seconds=seconds, seed=seed, noticeable=studies.NOTICEABLE)
     parts = ["# Jansen et al. 2019: claims in simulated studies", text]
-    for shown in SHOWN:
+    for shown in studies.SHOWN:
         own = [row for row in rows if row["study"] == shown.name]
         if own:
             parts += [f"## {shown.number}. {shown.title.capitalize()}", *_tables(shown, own)]
     return "\n\n".join(parts) + "\n"
 
 
-def _tables(shown: StudyDisplay, rows: list[Row]) -> list[str]:
+def _tables(shown: studies.StudyDisplay, rows: list[Row]) -> list[str]:
     """The table of methods, and that of points; with boards at several distances, by these."""
 
     def line(row: Row, *cells: str) -> list[str]:
@@ -58,7 +53,7 @@ def _tables(shown: StudyDisplay, rows: list[Row]) -> list[str]:
 
     head = ["board m"] if shown.name == "lasers" else []
     methods = [[*head, "method", "r", "ratio", "claim", "finding"]]
-    for row in first_of_methods(rows):
+    for row in studies.first_of_methods(rows):
         kind = f": {row['value']}" if isinstance(row["value"], str) else ""
         numbers = _interval(row, "correlation_mm", 2), _interval(row, "overall_ratio", 3)
         methods.append(line(row, method_text(row) + kind, *numbers, row["claim"], row["finding"]))
@@ -93,7 +88,7 @@ def _interval(row: Row, name: str, digits: int, unit: str = "") -> str:
     return f"{text} ({significant(ends[0], digits)} to {significant(ends[1], digits)})"
 
 
-def panels_of(shown: StudyDisplay, rows: Sequence[Row]) -> pd.DataFrame:
+def panels_of(shown: studies.StudyDisplay, rows: Sequence[Row]) -> pd.DataFrame:
     """Rows of a study with the title of their `panel` and the name of their `line`."""
     table = pd.DataFrame(rows)
     method = pd.Series(list(zip(table["estimator"], table["stage"], strict=True)))
@@ -116,7 +111,7 @@ def panels_of(shown: StudyDisplay, rows: Sequence[Row]) -> pd.DataFrame:
 
 
 @fig.styled()
-def study_figure(shown: StudyDisplay, rows: Sequence[Row], source: str) -> fig.Picture:
+def study_figure(shown: studies.StudyDisplay, rows: Sequence[Row], source: str) -> fig.Picture:
     """Errors of position and rotation, both axes logarithmic; recordings without a pose are
     counted in the panel."""
     table = panels_of(shown, rows)
@@ -127,7 +122,10 @@ def study_figure(shown: StudyDisplay, rows: Sequence[Row], source: str) -> fig.P
     body = fig.new_figure(title, source, 92.0 if alone else 138.0)
     shape = (1, 2) if alone else (2, len(panels))
     grid = body.subplots(*shape, squeeze=False, sharex=True, sharey=False if alone else "row")
-    at = _places(table["value"].drop_duplicates())
+    values = table["value"].drop_duplicates()  # at their place; 0 at a third of the next
+    kinds = isinstance(values.iloc[0], str)  # beside each other
+    at = np.arange(1.0, len(values) + 1) if kinds else values.where(values > 0)
+    at = pd.Series(at if kinds else at.fillna(at.min() / 3).to_numpy(), values)
     x_label = shown.parameter[0].upper() + shown.parameter[1:]
     x_label += f" ({shown.unit})" if shown.unit else ""
     both = [(unit, panel) for unit in UNITS for panel in panels]
@@ -154,14 +152,6 @@ def study_figure(shown: StudyDisplay, rows: Sequence[Row], source: str) -> fig.P
     most = max(row["n"] for row in rows)
     caption = captions.STUDY.format(parameter=shown.parameter, n=most, more=more)
     return fig.Picture(body, caption)
-
-
-def _places(values: pd.Series) -> pd.Series:
-    """Positions of values on the x axis: numbers at their value (0 at a third of the next), kinds
-    beside each other."""
-    if isinstance(values.iloc[0], str):
-        return pd.Series(np.arange(1.0, len(values) + 1), values)
-    return pd.Series(values.where(values > 0, values[values > 0].min() / 3).to_numpy(), values)
 
 
 def _draw_methods(

@@ -11,19 +11,11 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.accuracy import bar_rows
-from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
-from mocap_metrology.accuracy.bar_entry import BarEntry
+from mocap_metrology.accuracy.bar import Bar, BarEntry, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.take import Take
-from mocap_metrology.common.files import (
-    read_json,
-    read_table,
-    write_csv,
-    write_json,
-    write_table,
-    write_text,
-)
+from mocap_metrology.common import files
 from mocap_metrology.common.gum import Component
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise import filters
@@ -57,12 +49,12 @@ def write_take(reading: Reading, asked: BarEntry, path: Path) -> None:
     kept |= {"clusters": reading.clusters, "scale": reading.scale and asdict(reading.scale)}
     axes = zip(COLUMNS, (take.length_mm, *take.middle_mm, *take.direction), strict=True)
     angle = {} if take.angle_deg is None else {"angle_deg": take.angle_deg}
-    write_table(path, dict(axes) | angle, kept)
+    files.write_table(path, dict(axes) | angle, kept)
 
 
 def read_take(path: str | Path) -> tuple[Take, Mapping[str, Any]]:
     """A take out of bar.parquet, and its origin."""
-    columns, origin = read_table(path)
+    columns, origin = files.read_table(path)
     length, *others = (columns[name] for name in COLUMNS)
     bias = origin["angle_bias_deg"]
     take = Take(
@@ -91,14 +83,14 @@ def write_bar(folder: Path, settings: Settings) -> Mapping[str, Any]:
     document |= {"frame_rate_hz": take.frame_rate_hz}
     document |= {"duration_s": take.length_mm.size / take.frame_rate_hz}
     document |= present.bar_document(bar, findings, settings.bar, origin["pair"], **told)
-    write_csv(folder / "bar.csv", bar_rows.bar_rows(bar))
+    files.write_csv(folder / "bar.csv", bar_rows.bar_rows(bar))
     places = bar_rows.place_rows(bar, settings.place.cell_mm)
-    write_csv(folder / "bar_places.csv", places, bar_rows.PLACES)
+    files.write_csv(folder / "bar_places.csv", places, bar_rows.PLACES)
     title, source = f"{take.name}: length of the bar", f"Source: {source_words(origin)}."
     save(bar_figure(bar, settings.place.cell_mm, settings.bar, title, source), folder / "bar")
     _write_filters(folder, document, bar)
-    write_json(folder / "bar.json", document)
-    return dict(read_json(folder / "bar.json"))
+    files.write_json(folder / "bar.json", document)
+    return dict(files.read_json(folder / "bar.json"))
 
 
 def _certificate(origin: Mapping[str, Any]) -> Certificate | None:
@@ -115,8 +107,8 @@ def _write_filters(folder: Path, document: Row, bar: Bar) -> None:
     of = document | {"labels": document["pair"], "series": series}
     of["horizon_s"] = document["duration_s"]
     found = filters.covariances(of, np.array([middle.mean(axis=1)] * 2))
-    write_text(folder / "noise_ros.yaml", filters.ros_yaml(of, found, filters.OF_BAR))
-    write_text(folder / "px4.params", filters.px4_params(of, found))
+    files.write_text(folder / "noise_ros.yaml", filters.ros_yaml(of, found, filters.OF_BAR))
+    files.write_text(folder / "px4.params", filters.px4_params(of, found))
 
 
 @dataclass(frozen=True)
@@ -180,7 +172,7 @@ def write_group(
     ]
     said = " ".join((captions.BAR_TABLE, *present.bar_words([one.document for one in bars]), of))
     tables.write(path.with_suffix(".csv"), rows, f"{group}: length of a bar that moves", said)
-    write_json(path, {"bars": [one.document for one in bars]})
+    files.write_json(path, {"bars": [one.document for one in bars]})
     drawn = bars[0].bar
     title = f"{group}: length of the bar, {len(drawn.takes)} passes"
     look = settings.place.cell_mm, settings.bar
@@ -198,5 +190,5 @@ def write_statement(
     said = "\n\n".join((statement.statement_words(document), f"{captions.STATEMENT} {of}"))
     title = f"{group}: statement of uncertainty"
     tables.write(path.with_suffix(".csv"), statement.statement_rows(document), title, said)
-    write_json(path, {"group": group, **document})
+    files.write_json(path, {"group": group, **document})
     save_page(statement_page(document, group, of), pdf)

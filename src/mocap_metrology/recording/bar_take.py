@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.accuracy import take as of_take
-from mocap_metrology.accuracy.bar_entry import BarEntry
+from mocap_metrology.accuracy.bar import BarEntry
 from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_slope
 from mocap_metrology.accuracy.take import Take, take_of, with_angles
 from mocap_metrology.common.errors import Refusal

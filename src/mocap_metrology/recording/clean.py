@@ -16,7 +16,6 @@ from mocap_metrology import settings as of
 from mocap_metrology.accuracy.twin import BarTwin, simulate_bar
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
-from mocap_metrology.common.files import Metadata
 from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, own_step, white_level_kept
 from mocap_metrology.common.large import is_large
 from mocap_metrology.common.parallel import MapFunction, in_turn
@@ -32,7 +31,7 @@ from mocap_metrology.noise.series import coordinate_names, pair_numbers
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.noise.twins.take import TakeTwin, simulate_take
 from mocap_metrology.noise.twins.twin import Twin
-from mocap_metrology.present.text.movement import movement_words
+from mocap_metrology.present.text.sentence import movement_words
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results, Series, Table
 from mocap_metrology.settings import Settings
@@ -174,7 +173,7 @@ def simulated(twin: Twin | TakeTwin | BarTwin, seed: int, folder: Path) -> Itera
 
 def clean(
     entry: Entry,
-    origin: Metadata,
+    origin: files.Metadata,
     settings: Settings,
     folder: Path,
     *,
@@ -235,7 +234,7 @@ def refused_in_sheet(refusal: Refusal) -> Check:
     return refused(refusal, *columns)
 
 
-def refuse(refusal: Refusal, entry: Entry, origin: Metadata, folder: Path) -> None:
+def refuse(refusal: Refusal, entry: Entry, origin: files.Metadata, folder: Path) -> None:
     """check.json of a recording that cannot be used, with the reason; tables without rows."""
     files.write_json(folder / "check.json", refused_in_sheet(refusal))
     names = [f"{name}_mm" for name in coordinate_names(len(entry.markers))]
@@ -246,7 +245,7 @@ def refuse(refusal: Refusal, entry: Entry, origin: Metadata, folder: Path) -> No
     files.write_csv(folder / "outliers.csv", [], OUTLIERS)
 
 
-def trajectories(recording: Recording, named: Metadata, over: MapFunction = in_turn) -> Table:
+def trajectories(recording: Recording, named: files.Metadata, over: MapFunction = in_turn) -> Table:
     """Chosen markers in mm, one row a frame, gaps as NaN; what an interpolation filled is a gap.
 
     named: `recording`, `source` (`twin` or `measured`), `twin` (its name, or None), `pairs` of
@@ -308,7 +307,7 @@ def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row
     return report
 
 
-def _clean_origin(raw: Table, settings: of.Hampel) -> Metadata:
+def _clean_origin(raw: Table, settings: of.Hampel) -> files.Metadata:
     own = {"hampel": settings.model_dump(), "window_frames": 2 * _half_window(raw, settings) + 1}
     return raw.origin | own | {"versions": files.versions("numpy", "numba", "pyarrow")}
 

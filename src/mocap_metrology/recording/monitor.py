@@ -7,9 +7,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.accuracy import monitor_rows
 from mocap_metrology.accuracy.monitor_row import Row
-from mocap_metrology.accuracy.monitor_take import Take, numbers, stretches
+from mocap_metrology.accuracy.monitor_take import COLUMNS, Take, numbers, stretches, table
 from mocap_metrology.common.files import read_json, write_csv, write_json
 from mocap_metrology.noise.series import pair_name, position
 from mocap_metrology.present import monitors
@@ -83,10 +82,10 @@ def monitor(
             begins = False
     of = [takes[row.recording] for row in used]
     found = stretches(used, [Take(**one["take"]) for one in of], settings.monitor)
-    rows_of_table = monitor_rows.table(used, found)
+    rows_of_table = table(used, found)
     document = monitors.document(name, used, found, left_out, [one["source"] for one in of])
     folder.mkdir(parents=True, exist_ok=True)
-    write_csv(folder / "monitor.csv", rows_of_table, monitor_rows.COLUMNS)
+    write_csv(folder / "monitor.csv", rows_of_table, COLUMNS)
     n, said = len(used), document["word"] or "no word"
     dates = {"first": used[0].date[:10], "last": used[-1].date[:10]} if used else {}
     title = render("monitor.title", name=name, word=said, n=n, **dates)

@@ -14,29 +14,17 @@ from mocap_metrology.common.files import Metadata, versions, write_csv
 from mocap_metrology.common.hampel import taken_at_most
 from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.common.types import Columns, Row
+from mocap_metrology.noise import series as tables
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.cameras.covariance import COLUMNS as COVARIANCE
 from mocap_metrology.noise.cameras.covariance import CovarianceRow, covariance_rows
 from mocap_metrology.noise.fit import estimates
-from mocap_metrology.noise.fit.estimators import (
-    NoiseSettings,
-    SeriesNoise,
-    estimate_series,
-    masked_curve,
-)
+from mocap_metrology.noise.fit import estimators as fit
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.gaussian.two_markers import gaussian_rows
-from mocap_metrology.noise.series import (
-    ALLAN,
-    PERIODOGRAM,
-    allan_columns,
-    joined,
-    periodogram_columns,
-)
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results, Series, Table, known_outliers
-from mocap_metrology.settings import Settings
 
 log = logging.getLogger(__name__)
 PSD = ("series", "f_hz", "psd_mm2_hz", "n_segments", "n_bridged")
@@ -44,7 +32,7 @@ PSD = ("series", "f_hz", "psd_mm2_hz", "n_segments", "n_bridged")
 
 def noise(
     results: Results,
-    settings: Settings,
+    settings: of.Settings,
     subset: tuple[str, int] | None = None,
     progress: Progress = CALM,
 ) -> None:
@@ -100,7 +88,7 @@ def spectra(
         "psd": settings.model_dump(),
         "versions": versions("numpy", "scipy", "pyarrow"),
     }
-    return Table(joined(parts, PSD), origin)
+    return Table(tables.joined(parts, PSD), origin)
 
 
 def gaussian_model(clean: Table, settings: of.Gaussian) -> tuple[list[Row], list[CovarianceRow]]:
@@ -126,7 +114,7 @@ def allan_deviations(
         how = (settings.confidence, settings.min_coverage)
         log.info("%s: %d averaging factors", name, m.size)
         return [
-            allan_columns(
+            tables.allan_columns(
                 name, allan_curve(values, rate, m, kind, *how).with_upper_raised(taken), kind
             )
             for kind in settings.estimators
@@ -135,13 +123,13 @@ def allan_deviations(
     parts = [part for found in over(curves, series) for part in found]
     origin = origin | {"allan": settings.model_dump()}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
-    return Table(joined(parts, ALLAN), origin)
+    return Table(tables.joined(parts, tables.ALLAN), origin)
 
 
 def noise_coefficients(
     raw: Table,
     allan: Mapping[str, np.ndarray],
-    settings: Settings,
+    settings: of.Settings,
     subset: tuple[str, int] | None,
     over: MapFunction,
     outliers: Callable[[str, np.ndarray], np.ndarray | None],
@@ -155,13 +143,15 @@ def noise_coefficients(
     """
     origin = raw.origin
     rate, step, recording = origin["frame_rate_hz"], origin["resolution_mm"], origin["recording"]
-    how = NoiseSettings.of(settings, rate, origin.get("form"), subset)
+    how = fit.NoiseSettings.of(settings, rate, origin.get("form"), subset)
 
     def curve(name: str, values: np.ndarray, kind: str = "oadev") -> Columns:
         among = outliers(name, values)
-        return allan_columns(name, masked_curve(values, rate, how, step, kind, among)[1], kind)
+        return tables.allan_columns(
+            name, fit.masked_curve(values, rate, how, step, kind, among)[1], kind
+        )
 
-    def estimated(one: Series) -> tuple[str, list[Columns], SeriesNoise | str]:
+    def estimated(one: Series) -> tuple[str, list[Columns], fit.SeriesNoise | str]:
         """Its curves besides the first, and the noise or why there is none."""
         name, values = one
         own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
@@ -170,10 +160,10 @@ def noise_coefficients(
         seed = crc32(f"{recording} {name}".encode()) + how.seed
         asked, among = how.components(name), outliers(name, values)
         try:
-            found = estimate_series(values, given, rate, how, asked, seed, step, among)
+            found = fit.estimate_series(values, given, rate, how, asked, seed, step, among)
         except Refusal as refusal:
             return name, [*curves, curve(name, values)], str(refusal)
-        return name, [*curves, allan_columns(name, found.curve)], found
+        return name, [*curves, tables.allan_columns(name, found.curve)], found
 
     rows, curves, periodograms = [], [], []
     refused: dict[str, list[str]] = {}
@@ -184,17 +174,16 @@ def noise_coefficients(
             rows += estimates.refused_rows(name, how.noise.estimators, found)
             continue
         rows += _rows(name, found)
-        periodograms.append(periodogram_columns(name, found.periodogram))
+        periodograms.append(tables.periodogram_columns(name, found.periodogram))
     for why, names in refused.items():
         log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
     origin = origin | settings.model_dump(include={"noise", "allan", "seed"})
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
-    fitted = Table(joined(periodograms, PERIODOGRAM), origin)
-    return rows, Table(joined(curves, ALLAN), origin), fitted
+    fitted = Table(tables.joined(periodograms, tables.PERIODOGRAM), origin)
+    return rows, Table(tables.joined(curves, tables.ALLAN), origin), fitted
 
 
-def _rows(name: str, found: SeriesNoise) -> list[Row]:
-    """Rows of noise.csv of one series."""
+def _rows(name: str, found: fit.SeriesNoise) -> list[Row]:
     rows = []
     for estimate in found.estimates:
         rows += estimates.rows(name, estimate)

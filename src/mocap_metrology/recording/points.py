@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.accuracy import point_rows
-from mocap_metrology.accuracy.points import Points, check
+from mocap_metrology.accuracy.points import Points, check, point_rows, points_document
 from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.documents import text_of
 from mocap_metrology.common.errors import Refusal
@@ -110,12 +109,10 @@ def write_points(
     ]
     labels = [str(row["point"]) for row in rows]
     size = float(np.sqrt(np.mean(np.square(noise))))
-    document, off = point_rows.points_document(points, size, labels)
+    document, off = points_document(points, size, labels)
     document |= {"sentences": sentences(document)}
     named = [{key: row[key] for key in ("point", "recording", "source")} for row in rows]
-    table = [
-        one | more for one, more in zip(named, point_rows.point_rows(points, off), strict=True)
-    ]
+    table = [one | more for one, more in zip(named, point_rows(points, off), strict=True)]
     source = tables.source_sentence({row["recording"]: row["source"] for row in rows})
     said = " ".join((captions.POINTS, *document["sentences"], source))
     write_json(path, {"group": group, **document})

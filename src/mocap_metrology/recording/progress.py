@@ -64,7 +64,11 @@ class ProgressLines(Progress, logging.Handler):
         futures = [self.pool.submit(function, item) for item in items]
         for number, future in enumerate(futures, start=1):
             yield future.result()
-            self._done(number, len(futures))
+            now, total = time.monotonic(), len(futures)
+            late = now - self._last > PAUSE_S and number < total
+            if self._what and (self.stream.isatty() or late):
+                self._last = now
+                self._write(f"{self._what}: {number} of {total} series")
 
     def later(self, write: Callable[[Path], None], path: Path) -> None:
         self._later.append(self.pool.submit(write, path))
@@ -86,14 +90,6 @@ class ProgressLines(Progress, logging.Handler):
             self.stream.write("\n")
             self.stream.flush()
         self._what = ""
-
-    def _done(self, number: int, total: int) -> None:
-        now = time.monotonic()
-        if not self._what:
-            return
-        if self.stream.isatty() or (now - self._last > PAUSE_S and number < total):
-            self._last = now
-            self._write(f"{self._what}: {number} of {total} series")
 
     def _write(self, text: str) -> None:
         again = self.stream.isatty()

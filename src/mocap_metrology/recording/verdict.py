@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mocap_metrology.common.files import write_json, write_text
+from mocap_metrology.common.files import read_json, write_json, write_text
 from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise import filters
@@ -34,9 +32,11 @@ def diagnose(results: Results, settings: Settings, progress: Progress = CALM) ->
     """Disturbances of a recording: diagnosis.json, events.csv, periodic.csv, filters.csv."""
     progress.step("events, periodic disturbances, filters")
     raw, over = results.raw, progress.over
-    diagnosis = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
-    diagnosis.write(results.folder, raw.origin["recording"], raw.origin["source"])
-    return diagnosis
+    made = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
+    named = raw.origin["recording"], raw.origin["source"]
+    parts = made.recording, made.found, made.findings, made.sentences
+    write_diagnosis(results.folder, *named, *parts)
+    return made
 
 
 def verdict(
@@ -48,7 +48,7 @@ def verdict(
     """verdict.json of a diagnosed recording; returns its contents. named: what it begins with."""
     progress.step("verdict")
     raw, limits = results.raw, settings.verdict
-    diagnosis = json.loads((results.folder / "diagnosis.json").read_text(encoding="utf-8"))
+    diagnosis = read_json(results.folder / "diagnosis.json")
     span = Span(
         raw.origin["frame_rate_hz"],
         limits.horizon_s,
@@ -71,18 +71,13 @@ def verdict(
     document |= {"warnings": list(results.check["warnings"])} | told
     path = results.folder / "verdict.json"
     write_json(path, document)
-    written: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    _write_filters(results, written)
-    return written
-
-
-def _write_filters(results: Results, document: Mapping[str, Any]) -> None:
-    """noise_ros.yaml, px4.params."""
+    document = dict(read_json(path))
     means = [np.nanmean(v) if np.isfinite(v).any() else np.nan for _, v in results.clean.in_mm()]
     places = np.array(means[: 3 * len(document["labels"])]).reshape(-1, 3)
     found = filters.covariances(document, places)
     write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(document, found))
     write_text(results.folder / "px4.params", filters.px4_params(document, found))
+    return document
 
 
 @dataclass(frozen=True)
@@ -93,12 +88,6 @@ class Diagnosed:
     found: Diagnosis
     findings: Sequence[Finding]
     sentences: Sequence[Sentence]
-
-    def write(self, folder: Path, name: str, source: str) -> None:
-        """diagnosis.json, events.csv, periodic.csv, filters.csv."""
-        write_diagnosis(
-            folder, name, source, self.recording, self.found, self.findings, self.sentences
-        )
 
 
 def diagnosed(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, spearmanr
 
-from mocap_metrology.papers.studies.ranks import median_interval, rank_correlation
+from mocap_metrology.papers.studies.findings import median_interval, rank_correlation
 
 
 def test_rank_correlation_equals_that_of_scipy_with_ties() -> None:

@@ -112,7 +112,6 @@ def _classes(study: Study, factor: float) -> Answer:
 
 
 def _near_fifteen(study: Study, key: Key, series: str) -> list[float]:
-    """Amplitudes of lines at S's 15 Hz."""
     return [a for f, a in study.lines(key, series) if LINE_HZ[0] <= f <= LINE_HZ[1]]
 
 

@@ -9,23 +9,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mocap_metrology.common.types import Record
+from mocap_metrology.lighthouse import published as printed
 from mocap_metrology.lighthouse.assess.influence import influence
-from mocap_metrology.lighthouse.published import (
-    AVERAGE_SD,
-    MAE,
-    OVERALL,
-    QUANTITIES,
-    SETUPS,
-    published_table,
-)
 from mocap_metrology.papers import jansen
 from mocap_metrology.papers.claims.decide import UNKNOWN, Answer, Missing, Quantity, decides, within
-from mocap_metrology.papers.jansen import QUANTISED, Variant
 
-KABSCH = Variant("paper", "kabsch", "ideal")
-FINAL = Variant("paper", "final", "ideal")
-BETTER = Variant("paper-lm", "final", "ideal")
-FACTORY = Variant("paper-lm", "final", "factory")
+KABSCH = jansen.Variant("paper", "kabsch", "ideal")
+FINAL = jansen.Variant("paper", "final", "ideal")
+BETTER = jansen.Variant("paper-lm", "final", "ideal")
+FACTORY = jansen.Variant("paper-lm", "final", "factory")
 ALPHA = 0.01 / 3  # of each of three influences
 LEAST_CALIBRATIONS = 20  # for a test of influences
 # Two standard errors, in logarithms, of a ratio of mean deviations: 8 and 10 setups of 5
@@ -38,8 +30,8 @@ class PublishedTables:
 
     def table(self, number: int) -> dict[str, np.ndarray]:
         """Row (6,) in the order of `QUANTITIES`, by setup or summary."""
-        rows = published_table(number).items()
-        return {name: np.array([values[q] for q in QUANTITIES]) for name, values in rows}
+        rows = printed.published_table(number).items()
+        return {name: np.array([values[q] for q in printed.QUANTITIES]) for name, values in rows}
 
 
 @dataclass(frozen=True)
@@ -55,18 +47,18 @@ class Calibrations:
     def table(self, number: int) -> dict[str, np.ndarray]:
         """The same rows, by `paper` at stage Kabsch with ideal optics."""
         real = jansen.by_setup(self.records)
-        setups = jansen.simulated(self.records, QUANTISED) if number == 3 else real
+        setups = jansen.simulated(self.records, jansen.QUANTISED) if number == 3 else real
         errors = {setup: jansen.setup_errors(of_it, KABSCH) for setup, of_it in setups.items()}
         mae, sd = {s: e.mae() for s, e in errors.items()}, {s: e.sd() for s, e in errors.items()}
         if number == 3:
             means = jansen.mean_over(mae.values()), jansen.mean_over(sd.values())
-            return dict(zip((MAE, AVERAGE_SD), means, strict=True))
+            return dict(zip((printed.MAE, printed.AVERAGE_SD), means, strict=True))
         rows = mae if number == 1 else sd
         return rows | {jansen.LAST[number]: jansen.mean_over(rows.values())}
 
-    def errors_mm(self, variant: Variant) -> dict[str, np.ndarray]:
+    def errors_mm(self, variant: jansen.Variant) -> dict[str, np.ndarray]:
         """Error (3,) of each simulated calibration that has the variant."""
-        setups = jansen.simulated(self.records, QUANTISED).values()
+        setups = jansen.simulated(self.records, jansen.QUANTISED).values()
         poses = {r["calibration"]: jansen.pose_of(r, variant) for of_it in setups for r in of_it}
         return {k: np.asarray(p["errors_mm"], float) for k, p in poses.items() if p}
 
@@ -94,13 +86,13 @@ def _ratios(ratio: np.ndarray) -> str:
 
 @decides("J-VII-accuracy")
 def _more_accurate(source: Source) -> Answer:
-    ratio = _real_over_simulated(source, 1, OVERALL, MAE)
+    ratio = _real_over_simulated(source, 1, printed.OVERALL, printed.MAE)
     return _ratios(ratio), (ratio > 1).all()
 
 
 @decides("J-VII-precision")
 def _as_precise(source: Source, low: float, high: float) -> Answer:
-    ratio = _real_over_simulated(source, 2, jansen.LAST[2], AVERAGE_SD)
+    ratio = _real_over_simulated(source, 2, jansen.LAST[2], printed.AVERAGE_SD)
     words = [within(v, SD_ERROR, math.log(low), math.log(high)) for v in np.log(ratio).tolist()]
     return f"{_ratios(ratio)}, each ± {100 * SD_ERROR:.0f} %", *words
 
@@ -108,7 +100,7 @@ def _as_precise(source: Source, low: float, high: float) -> Answer:
 @decides("J-VIII-decent")
 def _decent(source: Source) -> Answer:
     table = source.table(1)
-    rows = np.array([table[s] for s in SETUPS if np.isfinite(table[s]).all()])
+    rows = np.array([table[s] for s in printed.SETUPS if np.isfinite(table[s]).all()])
     if not len(rows):
         raise Missing("no calibrations")
     x, y, z, *angles = rows.max(axis=0).tolist()

@@ -196,7 +196,13 @@ def _order(study: Study, exponent: float, name: str, most: float = math.inf) -> 
     ]
     if math.isinf(most):
         return sizes.text, *answers
-    factor = 10 ** _change(table)
+    # Median over the series, from fewest to most cameras by a law through the values above zero
+    decades = [
+        abs(b) * math.log10(ns[-1] / ns[0])
+        for _, ns, values in table
+        if (b := _exponent_above(ns, values, 0.0)) is not None
+    ]
+    factor = 10 ** (float(np.median(decades)) if decades else np.nan)
     end = ", changes by a factor of ", Quantity(factor, 2), " from fewest to most cameras"
     return (*sizes.text, *end), *answers, factor <= most
 
@@ -206,17 +212,6 @@ def _constant(study: Study, exponent: float, most: float, first: str, second: st
     one, other = (_order(study, exponent, name, most) for name in (first, second))
     text: Text = (*one[0], "; ", *other[0])
     return text, *one[1:], *other[1:]
-
-
-def _change(table: Sequence[tuple[str, Numbers, Numbers]]) -> float:
-    """Median over the series of |log10| of the factor between fewest and most cameras, by a power
-    law through the values above zero; NaN without four of them."""
-    decades = [
-        abs(b) * math.log10(ns[-1] / ns[0])
-        for _, ns, values in table
-        if (b := _exponent_above(ns, values, 0.0)) is not None
-    ]
-    return float(np.median(decades)) if decades else np.nan
 
 
 @decides("S-4.5-violet")

@@ -11,7 +11,6 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 from mocap_metrology.papers.claims import coefficients, curves, decide, jansen, scaling
-from mocap_metrology.papers.claims.decide import DOES_NOT, HOLDS, UNKNOWN, Finding
 from mocap_metrology.papers.claims.study import Moments, Published, Realisation, Regenerated
 
 DECIDING = coefficients, curves, jansen, scaling  # modules that fill `decide.RULES`
@@ -42,15 +41,15 @@ class Claim:
     def paper(self) -> str:
         return self.id[0]
 
-    def find(self, source: Any) -> Finding:
+    def find(self, source: Any) -> decide.Finding:
         """The finding on the claim by the numbers of a source; undecided without a source, or where
         it lacks some."""
         if source is None:
-            return decide.finding("no recordings", UNKNOWN)
+            return decide.finding("no recordings", decide.UNKNOWN)
         try:
             return decide.finding(*decide.RULES[self.rule](source, *self.arguments))
         except KeyError as missing:
-            return decide.finding(str(missing.args[0]), UNKNOWN)
+            return decide.finding(str(missing.args[0]), decide.UNKNOWN)
 
 
 @lru_cache(maxsize=1)
@@ -84,8 +83,8 @@ class Decision(NamedTuple):
     of the regenerated numbers (`twin`, `measured`, ...)."""
 
     claim: Claim
-    published: Finding
-    regenerated: Finding
+    published: decide.Finding
+    regenerated: decide.Finding
     realisations: str
     source: str
 
@@ -107,7 +106,7 @@ def decisions(
         of_s = claim.paper == "S"
         published = Published() if of_s else jansen.PublishedTables()
         reason = claim.not_published
-        printed = decide.finding(reason, UNKNOWN) if reason else claim.find(published)
+        printed = decide.finding(reason, decide.UNKNOWN) if reason else claim.find(published)
         again, counted = of_realisations(claim, claim.find(study if of_s else calibrations), draws)
         decided.append(Decision(claim, printed, again, counted, sources[not of_s]))
     return decided
@@ -123,8 +122,8 @@ def realisations(moments: Moments) -> list[Realisation]:
 
 
 def of_realisations(
-    claim: Claim, one: Finding, draws: Sequence[Realisation]
-) -> tuple[Finding, str]:
+    claim: Claim, one: decide.Finding, draws: Sequence[Realisation]
+) -> tuple[decide.Finding, str]:
     """The finding of one recording with the word that realisations give it, and in how many it
     holds.
 
@@ -140,12 +139,12 @@ def of_realisations(
         words = [decide.finding(*rule(draw, *claim.arguments)).word for draw in draws]
     except KeyError:
         return one, ""
-    holds, deciding = words.count(HOLDS), len(words) - words.count(UNKNOWN)
-    word = UNKNOWN
+    holds, deciding = words.count(decide.HOLDS), len(words) - words.count(decide.UNKNOWN)
+    word = decide.UNKNOWN
     if deciding >= ENOUGH * len(draws):
-        word = HOLDS if holds >= SURE * deciding else word
-        word = DOES_NOT if holds <= (1 - SURE) * deciding else word
+        word = decide.HOLDS if holds >= SURE * deciding else word
+        word = decide.DOES_NOT if holds <= (1 - SURE) * deciding else word
     counted = f"holds in {holds} of {deciding}"
     if deciding < len(draws):
         counted += f" that decide, {len(draws)} drawn"
-    return Finding(one.value, word), counted
+    return decide.Finding(one.value, word), counted

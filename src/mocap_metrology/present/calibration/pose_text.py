@@ -9,11 +9,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.lighthouse.assess.calibration_files import (
-    CalibrationFiles,
-    deviations,
-    limit_of,
-)
+from mocap_metrology.lighthouse.assess import calibration_files as data
 from mocap_metrology.lighthouse.assess.pose_file import is_network
 from mocap_metrology.lighthouse.assess.rows import AXIS_NAMES, CHOSEN
 from mocap_metrology.lighthouse.published import QUANTITIES
@@ -30,7 +26,7 @@ def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
     where that is larger, has with two significant digits.
     """
     angles = [entry["rotation_deg"][k] for k in ("alpha", "beta", "gamma")]
-    sd, errors = deviations(entry).tolist(), entry.get("errors_mm")
+    sd, errors = data.deviations(entry).tolist(), entry.get("errors_mm")
     off = [*errors, *entry["errors_deg"]] if errors else [np.nan] * 6
     rows, compared = [], []
     for name, values, own, usual in (
@@ -47,7 +43,7 @@ def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
     return rows + compared
 
 
-def all_rows(files: CalibrationFiles) -> list[tuple[str, list[str]]]:
+def all_rows(files: data.CalibrationFiles) -> list[tuple[str, list[str]]]:
     """The rows of `pose_rows` for two stations; for more of them the place and the standard
     deviations of each but the reference."""
     if not is_network(files.pose):
@@ -57,7 +53,7 @@ def all_rows(files: CalibrationFiles) -> list[tuple[str, list[str]]]:
         if entry is None:
             rows.append((f"station {name}", ["no pose", "", ""]))
             continue
-        sd = deviations(entry).tolist()
+        sd = data.deviations(entry).tolist()
         digits = _decimals(sd[:3], 1)
         rows.append((f"{name}: t (mm)", _cells(entry["translation_mm"], digits, sign=True)))
         rows.append((f"{name}: 1 σ (mm)", _cells(sd[:3], digits)))
@@ -76,7 +72,7 @@ def _cells(values: Iterable[float], digits: int, sign: bool = False) -> list[str
     return [number(float(value), digits, sign) for value in values]
 
 
-def facts(files: CalibrationFiles) -> list[str]:
+def facts(files: data.CalibrationFiles) -> list[str]:
     """Lines beside the numbers: the data behind the pose, distances to where the board was on the
     whole, and the stations."""
     entry, paths, lines = files.chosen, files.shown_paths(), []
@@ -87,7 +83,7 @@ def facts(files: CalibrationFiles) -> list[str]:
         lines.append(f"{entry['estimator']}, stage {entry['stage']}, {entry['optics']} optics")
         lines.append(f"baseline {number(float(baseline), 3)} m")
         if (residual := entry.get("residual_rms_urad")) is not None:
-            limit, good = limit_of(files.pose, "residual")
+            limit, good = data.limit_of(files.pose, "residual")
             below = f" ({'good' if good else 'usable'} below {limit:.0f})" if limit else ""
             lines.append(f"residual {residual:.0f} µrad of {number(entry['n_angles'])} angles")
             lines[-1] += below
@@ -103,7 +99,7 @@ def facts(files: CalibrationFiles) -> list[str]:
     return lines + [_station(station) for station in files.stations]
 
 
-def _network_facts(files: CalibrationFiles) -> list[str]:
+def _network_facts(files: data.CalibrationFiles) -> list[str]:
     known = {name: entry for name, entry in files.entries.items() if entry is not None}
     if not known:
         return []

@@ -16,22 +16,12 @@ from mocap_metrology.lighthouse.records import AXES, PLANES, ROLES
 from mocap_metrology.present.calibration.stations import ALL_COLOURS, COLOURS, NAMES
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
-from mocap_metrology.present.plot.figure import (
-    BAND,
-    FAINT,
-    GREY,
-    INK,
-    LOOKS,
-    Keywords,
-    Picture,
-    panel_title,
-)
 from mocap_metrology.present.tables import origin_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
-CURVES: dict[str, Keywords] = {
-    "total": {"label": "all, with optics and board", "color": INK, "lw": 1.2},
+CURVES: dict[str, figure.Keywords] = {
+    "total": {"label": "all, with optics and board", "color": figure.INK, "lw": 1.2},
     "calibration": {"label": "error of the calibration", "color": COLOURS[1], "ls": (0, (5, 1.6))},
     "noise": {"label": "noise of the hits", "color": COLOURS[0], "lw": 0.8},
 }
@@ -45,7 +35,7 @@ EDGES = np.sqrt(24)  # a pulse's middle has two edges, each rounded by step / sq
 @figure.styled()
 def track_figure(
     name: str, twin: str | None, track: Columns, origin: Record, allan: Columns, noise: Record
-) -> Picture:
+) -> figure.Picture:
     """One page: path from above coloured by its standard deviation, the same against the distance,
     position over time, standard deviations of position and of rotation over time.
 
@@ -79,7 +69,12 @@ def track_figure(
     one = np.sum([track[k] > 0 for k in track if k.startswith("n_hits_")], axis=0) == 1
     for key in ("place", "mm", "deg"):
         if one.any():
-            how: Keywords = {"color": FAINT, "lw": 0, "zorder": 0, "label": "one station sees it"}
+            how: figure.Keywords = {
+                "color": figure.FAINT,
+                "lw": 0,
+                "zorder": 0,
+                "label": "one station sees it",
+            }
             across = axes[key].get_xaxis_transform()
             axes[key].fill_between(
                 track["time_s"], 0, 1, where=one, transform=across, step="mid", **how
@@ -93,11 +88,11 @@ def track_figure(
 
 def _draw_path(body: figure.SubFigure, axes: figure.Axes, track: Columns) -> None:
     """y against x on one scale, axes as in the calibration's figure; colour: total sd."""
-    panel_title(axes, "Path from above")
+    figure.panel_title(axes, "Path from above")
     x, y, good = track["x_mm"] / 1e3, track["y_mm"] / 1e3, settled(track)
     sd = lengths(track, "total" if np.isfinite(track["sd_x_mm"]).any() else "noise", "mm")
     low, high = sd[good].min(), sd[good].max()
-    how: Keywords = {"s": 7.0, "lw": 0, "cmap": "cividis", "rasterized": x.size > DENSE}
+    how: figure.Keywords = {"s": 7.0, "lw": 0, "cmap": "cividis", "rasterized": x.size > DENSE}
     dots = axes.scatter(x, y, c=sd, vmin=low, vmax=max(high, 1.001 * low), **how)
     half = max(np.ptp(v[good]) for v in (x, y)) * 0.58 + 1e-4
     across, up = ((v[good].max() + v[good].min()) / 2 + [-half, half] for v in (x, y))
@@ -109,16 +104,15 @@ def _draw_path(body: figure.SubFigure, axes: figure.Axes, track: Columns) -> Non
 
 
 def _draw_distance(axes: figure.Axes, track: Columns) -> None:
-    """Standard deviations of position against the distance from the master."""
     far = np.sqrt(sum((track[f"{axis}_mm"] / 1e3) ** 2 for axis in "xyz"))
     values = {kind: lengths(track, kind, "mm") for kind in CURVES}
     for kind, look in CURVES.items():
-        how: Keywords = {"ls": "", "marker": ".", "ms": 2.0, "mew": 0, "alpha": 0.6}
+        how: figure.Keywords = {"ls": "", "marker": ".", "ms": 2.0, "mew": 0, "alpha": 0.6}
         axes.plot(far, values[kind], **how, color=look["color"], rasterized=far.size > DENSE)
     figure.log_axis(axes, "y", log_limits(values.values()))
     good = far[settled(track)]
     room = 0.05 * np.ptp(good) + 1e-4
-    panel_title(axes, "Position against distance")
+    figure.panel_title(axes, "Position against distance")
     axes.set(xlim=(good.min() - room, good.max() + room))
     axes.locator_params(axis="x", nbins=4)
     axes.set(xlabel="Distance from the master (m)", ylabel="Standard deviation (mm)")
@@ -137,33 +131,32 @@ def _draw_place(axes: figure.Axes, track: Columns, still: bool) -> str:
             f"The board was at rest: (c) shows jitter of {mm} mm, the noise of the hits makes "
             f"{noise} mm (both lengths of vectors)."
         )
-    for k, (name, look) in enumerate(LOOKS.items()):
-        how: Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.9}
+    for k, (name, look) in enumerate(figure.LOOKS.items()):
+        how: figure.Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.9}
         axes.plot(track["time_s"], scale * off[:, k], label=f"{name}, about its mean", **how)
         if still:
             sd = track[f"sd_noise_{name}_mm"]
-            axes.fill_between(track["time_s"], -sd, sd, color=look.colour, **BAND)
+            axes.fill_between(track["time_s"], -sd, sd, color=look.colour, **figure.BAND)
     shown = scale * off[settled(track)]
     room = 0.1 * np.ptp(shown) + 1e-6
     axes.set(ylim=(shown.min() - room, shown.max() + room), ylabel=f"Position ({unit})")
-    panel_title(axes, "Position", remark)
+    figure.panel_title(axes, "Position", remark)
     return sentence
 
 
 def _draw_deviations(axes: figure.Axes, track: Columns, unit: str, name: str, label: str) -> None:
-    """Standard deviations over time: three curves."""
     values = {kind: lengths(track, kind, unit) for kind in CURVES}
     for kind, look in CURVES.items():
         axes.plot(track["time_s"], values[kind], **look)
     figure.log_axis(axes, "y", log_limits(values.values()))
-    panel_title(axes, f"Standard deviation of {name}")
+    figure.panel_title(axes, f"Standard deviation of {name}")
     axes.set_ylabel(label)
 
 
 def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) -> None:
     """Common and independent part of the stations against the averaging time, with intervals, and
     the rounding of the clock: white noise of step / sqrt(24), as far as it is dithered."""
-    panel_title(axes, f"Angles at rest, {axis.replace('plane', 'plane ')}")
+    figure.panel_title(axes, f"Angles at rest, {axis.replace('plane', 'plane ')}")
     shown, taus = [], []
     for role, colour in zip(noise.get("stations", ROLES), ALL_COLOURS, strict=False):
         for part, dashes in DASHES.items():
@@ -177,7 +170,7 @@ def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) ->
             )
             title = f"station {role}" if role.isdigit() else role
             axes.plot(tau, adev, label=f"{title}, {part} part", color=colour, ls=dashes, lw=1.1)
-            axes.fill_between(tau, low, high, color=colour, **BAND)
+            axes.fill_between(tau, low, high, color=colour, **figure.BAND)
             shown.append(adev)
             taus.append(tau)
     if not taus:
@@ -187,9 +180,9 @@ def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) ->
     steps = [1e6 * r["step_rad"] for r in noise["rotors"] if r["step_rad"]]
     if steps:
         rounding = steps[0] / EDGES * np.sqrt(min(float(tau[0]) for tau in taus) / np.array(x))
-        how: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (1, 1.5))}
+        how: figure.Keywords = {"color": figure.INK, "lw": 0.8, "ls": (0, (1, 1.5))}
         axes.plot(x, rounding, label="rounding by the clock, dithered", **how)
-        axes.axhline(steps[0], color=GREY, lw=0.8, label="step of the clock")
+        axes.axhline(steps[0], color=figure.GREY, lw=0.8, label="step of the clock")
         shown.append(np.array([steps[0], rounding[0]]))
     figure.log_axes(axes, (x, log_limits(shown, 1.0)))
     axes.set(xlabel="Averaging time τ (s)", ylabel="Allan deviation (µrad)")

@@ -12,7 +12,6 @@ import pandas as pd
 from mocap_metrology.common.types import Record
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
-from mocap_metrology.present.plot.curves import Looks, facets, groups_of
 from mocap_metrology.present.plot.figure import LOOKS, OTHER_LOOKS, Look, Picture
 from mocap_metrology.present.text import captions
 
@@ -43,7 +42,7 @@ def series_curves(
     return frame[frame["thin"] == ""]
 
 
-def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> Picture:
+def ratio_picture(panels: Panels, looks: plot.Looks, texts: tuple[str, str, str]) -> Picture:
     """A panel a series, and under it the curves of that panel divided by its first curve.
 
     panels: curves by title, the smallest subset first; texts: title, source line and caption. The
@@ -63,7 +62,7 @@ def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> 
         fig.panel_title(above[k], fig.short(title))
         below[k].set_ylim(max(low - room, 0.0), high + room)
         below[k].locator_params(axis="y", nbins=5)
-        for order, (name, own) in enumerate(groups_of(found[k], "curve")):
+        for order, (name, own) in enumerate(plot.groups_of(found[k], "curve")):
             every = plot.markers_every(len(own), order)
             below[k].plot(own["x"], own["ratio"], **looks[name].line(markevery=every))
         for axes in (above[k], below[k]):
@@ -185,7 +184,7 @@ def count_looks(counts: Sequence[int]) -> dict[int, Look]:
 def shown_series(names: Sequence[str]) -> tuple[list[str], list[str]]:
     """Series with a panel of their own (those of the first three markers, and the first three
     distances), and the others; both in their order."""
-    panels = facets(names, len(names))
+    panels = plot.facets(names, len(names))
     markers = [of for title, of in panels.items() if title.startswith("Marker")]
     distances = [of[:MOST_DISTANCES] for title, of in panels.items() if title.startswith("Dist")]
     own = {name for of in [*markers[:MOST_MARKERS], *distances] for name in of}

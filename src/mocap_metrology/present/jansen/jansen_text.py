@@ -57,7 +57,13 @@ def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: 
     lines += _beside(by_variant, last)
     lines += ["## By setup", "", "Regenerated, in brackets published.", ""]
     for variant, own in by_variant.items():
-        lines += [f"### {variant}", "", *_by_setup(own, last), ""]
+        cells = {(row["setup"], row["quantity"]): row for row in own}
+        table = [["setup", *HEAD, "n"]]
+        for setup in (*SETUPS, last):
+            of = [cells[setup, q] for q in QUANTITIES]
+            texts = [f"{significant(r['regenerated'])} ({r['published']:g})".lstrip() for r in of]
+            table.append([setup, *texts, str(of[0]["n"])])
+        lines += [f"### {variant}", "", *aligned(table), ""]
     return "\n".join(lines)
 
 
@@ -143,16 +149,6 @@ def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[str]
                 table.append([setup, *(" / ".join(map(significant, v)) for v in values)])
         lines += [*aligned(table), ""]
     return lines
-
-
-def _by_setup(rows: Sequence[Row], last: str) -> list[str]:
-    cells = {(row["setup"], row["quantity"]): row for row in rows}
-    table = [["setup", *HEAD, "n"]]
-    for setup in (*SETUPS, last):
-        shown = [cells[setup, q] for q in QUANTITIES]
-        texts = [f"{significant(r['regenerated'])} ({r['published']:g})".lstrip() for r in shown]
-        table.append([setup, *texts, str(shown[0]["n"])])
-    return aligned(table)
 
 
 def _explained(rows: Sequence[Row], last: str, ideal_rotors: bool = False) -> list[str]:

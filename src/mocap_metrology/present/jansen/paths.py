@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.calibration_files import (
-    CalibrationFiles,
-    Paths,
-    Pose,
-    boards_along,
-    on_the_path,
-    usual_points,
-)
+from mocap_metrology.lighthouse.assess import calibration_files as data
 from mocap_metrology.lighthouse.assess.pose_file import matrix_and_metres
 from mocap_metrology.lighthouse.assess.signal import signal_of
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
@@ -50,7 +43,7 @@ STAGES = {
 }
 
 
-def jansen_figures(files: CalibrationFiles, pulses: Mapping[str, np.ndarray]) -> dict[int, Picture]:
+def jansen_figures(files: data.CalibrationFiles, pulses: data.Columns) -> dict[int, Picture]:
     """Figures 3, 5, 6, 7 and 8 of J from one calibration, by number.
 
     pulses: columns of pulses.parquet. Figures 6 to 8 show the Kabsch stage of `paper` with ideal
@@ -74,15 +67,15 @@ def jansen_figures(files: CalibrationFiles, pulses: Mapping[str, np.ndarray]) ->
 class Superposed:
     """What the three figures show: both paths in their own frames, the pose, and the truth."""
 
-    paths: Paths
+    paths: data.Paths
     board: np.ndarray
-    pose: Pose
-    reference: Pose | None
+    pose: data.Pose
+    reference: data.Pose | None
     label: str
     mirrored: float | None = None  # share of the board poses
 
     @classmethod
-    def of(cls, files: CalibrationFiles) -> Superposed:
+    def of(cls, files: data.CalibrationFiles) -> Superposed:
         """The paths by the Kabsch stage of `paper`, else of `paper-lm`, or by the chosen pose.
 
         Raises `Refusal` where the calibration has neither.
@@ -125,14 +118,14 @@ def paths_figure(shown: Superposed, title: str, source: str) -> Picture:
 
     body = figure.new_figure(title, source, 135.0)
     axes = _panels(body)
-    points = np.vstack([np.zeros((1, 3)), *(usual_points(path.t_m) for path in shown.paths)])
+    points = np.vstack([np.zeros((1, 3)), *(data.usual_points(path.t_m) for path in shown.paths)])
     view, length = space.widest(points), LENGTH * float(np.ptp(points, axis=0).max())
     space.show(axes["all"], points, view, WHOLE)
     outside = []
     for station, (path, how) in enumerate(zip(shown.paths, (OWN, AFTER), strict=True)):
-        near, boards = axes[("left", "right")[station]], boards_along(path, shown.board)
+        near, boards = axes[("left", "right")[station]], data.boards_along(path, shown.board)
         near.set_title(f"({'bc'[station]}) As the {ROLES[station]} sees it", loc="left")
-        core = np.vstack([path.t_m[on_the_path(path.t_m)], *boards])
+        core = np.vstack([path.t_m[data.on_the_path(path.t_m)], *boards])
         outside.append(_n_outside(space.show(near, core, view, NEAR, 4), path.t_m))
         for into in (axes["all"], near):
             _dots(into, path.t_m, f"path of the board from the {ROLES[station]}", how)
@@ -152,12 +145,12 @@ def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 7: the slave's path moved onto the master's: shifted with its centroid, turned by R
     about it. The shift is not the T of Figure 8, R c + T = c + shift for the centroid c."""
     (master, slave), (R, t) = (path.t_m for path in shown.paths), shown.pose
-    centre = usual_points(slave).mean(axis=0)
+    centre = data.usual_points(slave).mean(axis=0)
     shift = R @ centre + t - centre
     moved, after = slave + shift, slave @ R.T + t
     body = figure.new_figure(title, source, 135.0)
     axes = _panels(body)
-    points = np.vstack([usual_points(p) for p in (master, slave, moved, after)])
+    points = np.vstack([data.usual_points(p) for p in (master, slave, moved, after)])
     view = space.widest(points)
     space.show(axes["all"], points, view, WHOLE)
     own = master, "path from the master", OWN
@@ -165,7 +158,7 @@ def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
     turned = after, "and turned by R", AFTER
     for path in ((slave, "path from the slave", BEFORE), shifted, own, turned):
         _dots(axes["all"], *path)
-    core, outside = np.vstack([p[on_the_path(p)] for p in (master, moved, after)]), []
+    core, outside = np.vstack([p[data.on_the_path(p)] for p in (master, moved, after)]), []
     for place, other, heading in (
         ("left", shifted, "(b) Shifted"),
         ("right", turned, "(c) And turned by R"),
@@ -181,7 +174,7 @@ def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
     label = f"shift of the centroid, {number(float(np.linalg.norm(shift)), 2)} m"
     space.curve(axes["all"], np.array([centre, about]), label=label, **how)
     label = f"R, {number(float(np.degrees(np.linalg.norm(rotation.log(R)))), 1)}°"
-    far = usual_points(moved) - about
+    far = data.usual_points(moved) - about
     first = far[int(np.argmax(np.linalg.norm(far, axis=1)))]
     for end in (first, far[int(np.argmin(far @ first))]):
         space.curve(axes["all"], about + space.arc(end, R), label=label, **how | {"lw": 0.9})
@@ -194,7 +187,7 @@ def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 8: R and T applied to the slave at the origin give its pose; the truth beside it."""
     (R, t), origin, reference = shown.pose, np.zeros(3), shown.reference
     master, after = shown.paths[MASTER].t_m, shown.paths[SLAVE].t_m @ R.T + t
-    places = [origin[None], t[None], usual_points(master), usual_points(after)]
+    places = [origin[None], t[None], data.usual_points(master), data.usual_points(after)]
     places += [] if reference is None else [reference[1][None]]
     length = LENGTH * float(np.ptp(np.vstack(places), axis=0).max())
     frames = (np.eye(3), origin), (R, t)

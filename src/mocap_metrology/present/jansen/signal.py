@@ -9,20 +9,19 @@ from mocap_metrology.lighthouse.records import AXES, ROLES
 from mocap_metrology.lighthouse.timing import CYCLE_S
 from mocap_metrology.present.calibration.stations import COLOURS
 from mocap_metrology.present.plot import figure
-from mocap_metrology.present.plot.figure import GREY, INK, Keywords, Picture, panel_title
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
 
 BETWEEN_US = 240.0  # of a flash's zoom: before and behind
-ARROW: Keywords = {
-    "arrowstyle": "<|-|>,head_width=0.14,head_length=0.3", "color": INK, "lw": 0.8,
+ARROW: figure.Keywords = {
+    "arrowstyle": "<|-|>,head_width=0.14,head_length=0.3", "color": figure.INK, "lw": 0.8,
     "shrinkA": 0, "shrinkB": 0,
 }  # fmt: skip
-TEXT: Keywords = {"size": figure.SMALL_PT, "ha": "center", "va": "bottom"}
+TEXT: figure.Keywords = {"size": figure.SMALL_PT, "ha": "center", "va": "bottom"}
 
 
 @figure.styled()
-def signal_figure(signal: Signal, title: str, source: str) -> Picture:
+def signal_figure(signal: Signal, title: str, source: str) -> figure.Picture:
     """J Figure 3: signal of a diode over four cycles, 33.3 ms, with Delta t of each sweep; below,
     a flash of each station and a sweep, magnified."""
     body = figure.new_figure(title, f"Diode {signal.diode}. {source}", 108.0)
@@ -36,7 +35,7 @@ def signal_figure(signal: Signal, title: str, source: str) -> Picture:
     _draw_flashes(axes["flashes"], signal)
     sweep, half = signal.sweeps[0], max(2.2e6 * signal.sweeps[0].length_s, 6.0)
     at = f"at {1e3 * (sweep.middle_s - signal.flashes[0][0]):.2f} ms"
-    panel_title(axes["sweep"], "First sweep", at)
+    figure.panel_title(axes["sweep"], "First sweep", at)
     axes["sweep"].set(xlim=(-half, half), xlabel="Time from its middle (µs)", ylabel="")
     _draw_light(axes["sweep"], -0.5e6 * sweep.length_s, 1e6 * sweep.length_s, sweep.station)
     axes["sweep"].plot([0, 0], [0, 1.0], color="white", lw=1.0, ls=(0, (2, 1)), zorder=4)
@@ -53,7 +52,7 @@ def _draw_light(axes: figure.Axes, start: float, length: float, station: int) ->
 
 
 def _draw_cycles(axes: figure.Axes, signal: Signal) -> None:
-    panel_title(axes, "Four cycles")
+    figure.panel_title(axes, "Four cycles")
     start_s, end_s = signal.flashes[0][0], N_CYCLES * CYCLE_S
     axes.set(xlim=(-0.5, 1e3 * end_s + 0.2), xlabel="Time from the master's flash (ms)")
     for start, length, station in signal.flashes:
@@ -64,7 +63,7 @@ def _draw_cycles(axes: figure.Axes, signal: Signal) -> None:
         axes.annotate("", (middle, 0.6), (flash, 0.6), arrowprops=ARROW, zorder=4)
         axes.text((flash + middle) / 2, 0.63, r"$\Delta t$", **TEXT)
         begin = 1e3 * k * CYCLE_S
-        axes.axvline(begin, color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=0)
+        axes.axvline(begin, color=figure.GREY, lw=0.5, ls=(0, (1, 2)), zorder=0)
         degrees = number(float(np.degrees(sweep.angle_rad)), 2, sign=True)
         angle = rf"$\{('theta', 'phi')[sweep.axis]}$ = {degrees}°"
         delta = rf"$\Delta t$ = {1e3 * sweep.delta_s:.3f} ms"
@@ -73,8 +72,7 @@ def _draw_cycles(axes: figure.Axes, signal: Signal) -> None:
 
 
 def _draw_flashes(axes: figure.Axes, signal: Signal) -> None:
-    """The flashes of both stations at the first cycle."""
-    panel_title(axes, "Flashes of the first cycle", "at 0 ms")
+    figure.panel_title(axes, "Flashes of the first cycle", "at 0 ms")
     (first, _, _), (second, longer, _) = signal.flashes[:2]
     end = 1e6 * (second + longer - first) + BETWEEN_US / 3
     axes.set(xlim=(-BETWEEN_US / 3, end), xlabel="Time from the master's flash (µs)")

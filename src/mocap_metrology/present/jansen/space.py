@@ -10,13 +10,12 @@ from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.present.calibration.stations import COLOURS, NAMES
 from mocap_metrology.present.plot import figure
-from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, Keywords, Picture
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
 
 View = tuple[float, float]  # azimuth of the viewer, from x towards y, and elevation, in deg
 VIEWS = [(a, e) for a in (200, 215, 230, 245, 115, 130, 145, 160) for e in (20, 28, 36)]
-IN_SPACE: Keywords = {"projection": "3d", "proj_type": "ortho", "computed_zorder": False}
+IN_SPACE: figure.Keywords = {"projection": "3d", "proj_type": "ortho", "computed_zorder": False}
 LEAST = 0.25  # extent of an axis, of the longest one
 DIAGONAL = 1.03  # of a box, as long as matplotlib draws it, in the side of its square
 LEAST_DEG = 22.0  # angles of Figure 5 as drawn, so that arcs can be distinguished
@@ -62,7 +61,7 @@ def show(
         axis.set_pane_color("white")
         axis.labelpad = 2.0 if axis is axes.zaxis else -2.0
         axis.set_tick_params(pad=2.0 if axis is axes.zaxis else -2.0)
-        axis._axinfo["grid"].update(color=FAINT, linewidth=0.5)
+        axis._axinfo["grid"].update(color=figure.FAINT, linewidth=0.5)
     return limits
 
 
@@ -123,7 +122,7 @@ def clearest_point(paths: tuple[Path, Path], board: np.ndarray) -> np.ndarray:
 
 
 @figure.styled()
-def angles_figure(point: np.ndarray, title: str, source: str) -> Picture:
+def angles_figure(point: np.ndarray, title: str, source: str) -> figure.Picture:
     """P and its projection P' on the XZ plane, with theta = atan2(y, x), phi' = atan2(z, x) (J
     Eq. 1, from the rotor model) and phi = atan2(z, sqrt(x^2 + y^2)).
 
@@ -145,22 +144,22 @@ def angles_figure(point: np.ndarray, title: str, source: str) -> Picture:
     axes.axis("off")
     axes.set(xlabel="", ylabel="", zlabel="")
     plane = np.array([origin, 1.1 * along, 1.1 * behind, 1.1 * (behind - along)])
-    azimuth, elevation, spherical = *COLOURS, LOOKS["z"].colour
+    azimuth, elevation, spherical = *COLOURS, figure.LOOKS["z"].colour
     axes.add_collection3d(Poly3DCollection([plane], fc=(elevation, 0.07), zorder=0))
-    axes.plot(*np.array([origin, P]).T, color=INK, lw=1.3)
+    axes.plot(*np.array([origin, P]).T, color=figure.INK, lw=1.3)
     for end, colour in ((behind, elevation), (below, azimuth)):
         axes.plot(*np.array([origin, end]).T, color=colour, lw=1.0, ls=(0, (4, 1.6)))
         for start in (P, along):
-            axes.plot(*np.array([start, end]).T, color=GREY, lw=0.7, ls=(0, (1, 1.6)))
+            axes.plot(*np.array([start, end]).T, color=figure.GREY, lw=0.7, ls=(0, (1, 1.6)))
     for tip, letter in zip(tips, "xyz", strict=True):
-        axes.quiver(*tip * 0, *tip, arrow_length_ratio=0.05, color=GREY, lw=1.0)
-        write(axes, 1.09 * tip, letter, color=GREY)
+        axes.quiver(*tip * 0, *tip, arrow_length_ratio=0.05, color=figure.GREY, lw=1.0)
+        write(axes, 1.09 * tip, letter, color=figure.GREY)
     for place, letter in ((P, "P"), (behind, "P′")):
-        axes.plot(*place[:, None], "o", color=INK, ms=4.0, zorder=5)
+        axes.plot(*place[:, None], "o", color=figure.INK, ms=4.0, zorder=5)
         write(axes, place + 0.1 * (P - below), letter, weight="bold")
-    axes.plot([0], [0], [0], "s", color=INK, ms=6.0, zorder=5, label="laser of the station")
+    axes.plot([0], [0], [0], "s", color=figure.INK, ms=6.0, zorder=5, label="laser of the station")
     metres = ", ".join(number(float(v), 3, sign=True) for v in point)
-    axes.plot([], [], [], "o", color=INK, ms=4.0, label=f"P = ({metres}) m")
+    axes.plot([], [], [], "o", color=figure.INK, ms=4.0, label=f"P = ({metres}) m")
     axes.plot([], [], [], "s", color=elevation, alpha=0.2, ms=7.0, label="XZ plane")
     theta, phi = np.degrees(angles(point[None], rotor_parameters())[0]).tolist()
     of_P = float(np.degrees(np.arctan2(point[2], np.hypot(point[0], point[1]))))
@@ -179,4 +178,4 @@ def angles_figure(point: np.ndarray, title: str, source: str) -> Picture:
     unclipped([axes])
     figure.legend_below(body, [axes], columns=3)
     times = f" y and z are drawn {stretch} times as long as x." if stretch > 1 else ""
-    return Picture(body, captions.JANSEN[5] + times)
+    return figure.Picture(body, captions.JANSEN[5] + times)

@@ -16,7 +16,6 @@ from markupsafe import Markup
 
 from mocap_metrology.common.types import Record
 from mocap_metrology.present.pages import comparison, site
-from mocap_metrology.present.pages.comparison import Comparison
 from mocap_metrology.present.plot.figure import caption_of
 from mocap_metrology.present.tables import Row, plain
 from mocap_metrology.present.text import captions
@@ -134,7 +133,7 @@ def table_page(
     text: str,
     name: str,
     csv: bool,
-    short: Comparison | None = None,
+    short: comparison.Comparison | None = None,
     up: dict[str, str] | None = None,
 ) -> str:
     """The page of a table: its Markdown, and a link to its CSV, which lies in ../tables. short: of

@@ -63,12 +63,6 @@ class Results:
         begin = {p: [n for n in names if p.stem.startswith(f"{n}_")] for p in files}
         return [path for path in files if name == max(begin[path], key=len, default="")]
 
-    def by_motion_capture(self, calibration: str) -> list[str]:
-        """What motion capture of its receiver says of a calibration."""
-        files = self.of("calibration", calibration, ".json")
-        found = [read_json(path) for path in files if path.name == OF_RECEIVER]
-        return [str(one.get("sentence") or one["refused"]) for one in found]
-
     def page(self, kind: str, name: str, title: str, more_csv: Sequence[Path], **more: Any) -> str:
         """The page of a subject, with its figures and tables."""
         figures = details.figures_of(self.folder, self.of(kind, name, ".svg"))
@@ -125,9 +119,10 @@ def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str
         yield "recording", name, [], _judged(verdict, lines, group, groups) | {"tables": tables}
     for row in results.poses:
         verdict, name = row["pose"]["verdict"], row["calibration"]
-        lines = [verdict["reason"], *results.by_motion_capture(name)]
-        more = _judged(verdict, lines, row["group"], groups)
-        yield "calibration", name, [], more
+        files = results.of("calibration", name, ".json")
+        found = [read_json(path) for path in files if path.name == OF_RECEIVER]
+        lines = [verdict["reason"], *(str(one.get("sentence") or one["refused"]) for one in found)]
+        yield "calibration", name, [], _judged(verdict, lines, row["group"], groups)
     yield from (("group", group, [], {}) for group in groups)
     csv = [path for path in results.files if path.suffix == ".csv"]
     for paper in results.papers:

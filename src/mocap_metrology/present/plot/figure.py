@@ -303,7 +303,6 @@ def _lay_out(figure: Figure) -> None:
 
 
 def _texts(picture: Picture) -> dict[str, str]:
-    """Title and caption, for the description of the image."""
     texts = {"Title": picture.figure.get_label(), "Description": plain(picture.caption)}
     return {key: str(text) for key, text in texts.items() if text}
 

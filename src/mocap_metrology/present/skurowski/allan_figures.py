@@ -1,5 +1,5 @@
-"""S Figures 6, 8, 12, 13, 17 and A1: Allan deviations of recordings side by side, fits to one of
-them, and a line in spectra."""
+"""S Figures 6, 7, 8, 12, 13, 17 and A1: Allan deviations of recordings side by side, fits to one of
+them, a shock, and a line in spectra."""
 
 from __future__ import annotations
 
@@ -10,13 +10,8 @@ import pandas as pd
 
 from mocap_metrology.noise.model.components import Form, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.curves import drawn_m, total_avar
-from mocap_metrology.papers.subsets import (
-    TABLE_4,
-    at_tau,
-    largest_sets,
-    sound_subsets,
-    standing_for,
-)
+from mocap_metrology.papers import shock as shocks
+from mocap_metrology.papers import subsets
 from mocap_metrology.present.groups.adev import (
     Allan,
     Rows,
@@ -26,7 +21,6 @@ from mocap_metrology.present.groups.adev import (
 )
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
-from mocap_metrology.present.plot.curves import log_bins
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, OTHER_LOOKS
 from mocap_metrology.present.skurowski.gaussian_figures import SETS
 from mocap_metrology.present.text import captions
@@ -53,7 +47,7 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
     """S Figure 12: Allan deviations of x1, x2 and L by number of cameras, a row a camera type, and
     at one averaging time against it. The number that S calls notably better suited is shaded.
     allan: columns of allan.parquet by recording."""
-    types = {kind: names for kind, names in sound_subsets(rows).items() if names}
+    types = {kind: names for kind, names in subsets.sound_subsets(rows).items() if names}
     body = fig.new_figure(TITLES[12], source, 34.0 + max(len(types), 1) * 56.0)
     grid = body.subplots(max(len(types), 1), 4, sharey="row", sharex="col", squeeze=False)
     if not types:
@@ -85,11 +79,10 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
 def _draw_slice(
     axes: fig.Axes, panels: Mapping[str, pd.DataFrame], counts: Sequence[int], drop: int
 ) -> None:
-    """Deviation at one averaging time against the number of cameras."""
     axes.set(xlim=(1.4, 10.6), xticks=range(2, 11, 2))
     for series, curves in panels.items():
         families = [own.to_numpy().T for _, own in curves.groupby("curve", sort=False)[["x", "y"]]]
-        at = np.array([at_tau(tau, adev, SLICE_S) for tau, adev in families])
+        at = np.array([subsets.at_tau(tau, adev, SLICE_S) for tau, adev in families])
         axes.plot(counts, at, label=series, **SLICE_LOOKS[series].line())
         if series == "x1":
             n = np.linspace(counts[0], counts[-1])
@@ -104,7 +97,7 @@ def failing_figure(
     rows: Rows, allan: Allan, source: str, remarks: str, confidence: float
 ) -> fig.Picture | None:
     """S Figure 8: ten Vantage cameras, one of them failing, against nine; None without both."""
-    ten, nine = (standing_for(rows, "Vantage", n) for n in (10, 9))
+    ten, nine = (subsets.standing_for(rows, "Vantage", n) for n in (10, 9))
     if ten is None or nine is None:
         return None
     labels = {ten: "10 cameras, one failing", nine: "9 cameras, without it"}
@@ -119,8 +112,8 @@ def types_figure(
     rows: Rows, allan: Allan, source: str, remarks: str, confidence: float
 ) -> fig.Picture:
     """S Figure 13: all sound cameras of each type, and of all types."""
-    names = largest_sets(rows)
-    labels = {name: f"{kind} ({TABLE_4[kind]})" for kind, name in names.items()}
+    names = subsets.largest_sets(rows)
+    labels = {name: f"{kind} ({subsets.TABLE_4[kind]})" for kind, name in names.items()}
     looks = {labels[name]: SETS[kind] for kind, name in names.items()}
     texts = TITLES[13], source, f"{SKUROWSKI[13]} {_of_all(rows)} {remarks}"
     panels = compared(allan, SERIES, labels)
@@ -129,7 +122,7 @@ def types_figure(
 
 def _of_all(rows: Rows) -> str:
     """What must be known of the recording of all cameras, if it is a twin."""
-    name = standing_for(rows, "All", TABLE_4["All"])
+    name = subsets.standing_for(rows, "All", subsets.TABLE_4["All"])
     return "" if name is None or rows[name]["twin"] is None else captions.ALL_CAMERAS
 
 
@@ -160,13 +153,6 @@ def repaired_figure(
     comments = " ".join(f"{n}: {row['comment']}." for n, row in rows.items() if row["comment"])
     texts = TITLES["A1"], source, f"{SKUROWSKI['A1']} {comments} {_of_all(rows)} {remarks}"
     return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
-
-
-def guess_a1(limits_s: Sequence[float]) -> str:
-    """What repaired twins lack: Gauss-Markov terms below these T_c."""
-    return captions.LEFT_OUT_OF_A1.format(
-        limits=" or ".join(f"{t:g} s" for t in dict.fromkeys(limits_s))
-    )
 
 
 # ---- Figure 6
@@ -268,7 +254,7 @@ def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Pic
     cells = body.add_gridspec(rows, 2, width_ratios=(2, 1))
     whole = body.add_subplot(cells[:, 0])
     close = [body.add_subplot(cells[k, 1]) for k in range(len(looks))]
-    bins = {name: log_bins(*spectra[name], BINS_PER_DECADE) for name in looks}
+    bins = {name: plot.log_bins(*spectra[name], BINS_PER_DECADE) for name in looks}
     y_limits = plot.log_limits([v for b in bins.values() for v in (b.median, b.high)], 2.0)
     fig.log_axes(whole, (plot.log_limits([b.centre for b in bins.values()]), y_limits))
     for axes, (name, look) in zip(close, looks.items(), strict=True):
@@ -302,3 +288,65 @@ def _close(axes: fig.Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour:
     times = f"{significant(greatest / float(np.median(psd)))} × median" if greatest > 0 else ""
     fig.panel_title(axes, fig.short(name), times)
     axes.set_ylabel(f"{unit}/Hz")
+
+
+# ---- Figure 7
+
+LEAST_MM = 5e-4  # of half the axis
+NO_SHOCK = "No shock was found."
+ASSUMED = (
+    "The shock (crump) of the twin is assumed, because the paper prints no numbers for it: up to "
+    "{amplitude_mm:g} mm, {frequency_hz:g} Hz, decaying in {decay_s:g} s. "
+)
+
+
+@fig.styled()
+def crump_figure(
+    shaken: shocks.ShockRecording,
+    other: tuple[str, Mapping[str, np.ndarray]] | None,
+    source: str,
+    remarks: str,
+) -> fig.Picture:
+    """Marker 1 round the strongest shake of a recording, and the Allan deviation of the distance
+    with and without it; other: label and columns of allan.parquet of a recording without one."""
+    coordinates = {k: v for k, v in shaken.raw.items() if k != "L"}
+    shock = shocks.find_shock(coordinates, shaken.frame_rate_hz)
+    curves = shaken.curves(shock).assign(thin="")
+    curves["curve"] = "(b) " + curves["curve"]
+    looks = {shocks.RECORDED: LOOKS["y"], shocks.CLEANED: LOOKS["x"], shocks.CUT: LOOKS["z"]}
+    looks = {f"(b) {curve}": look for curve, look in looks.items()}
+    if other is not None:
+        name = f"(b) {other[0]}"
+        curves = pd.concat([curves, plot.adev_curves(other[1], {"L": name}, band=False)])
+        looks[name] = fig.Look(OTHER_LOOKS[0].colour, (0, (1.2, 1.2)), "D")
+    traces = shaken.traces(0 if shock is None else shock.onset)
+    half = 1.08 * max(1e3 * LEAST_MM, *(table["raw"].abs().max() for table in traces.values()))
+    body = fig.new_figure(f"{PAPER}, Figure 7: a seismic crump", source, 118.0)
+    grid = body.subplot_mosaic([[series, "L"] for series in shocks.AXES], width_ratios=(5, 4))
+    for series, table in traces.items():
+        axes, time_s = grid[series], table["time_s"]
+        axes.set(
+            xlim=(-shocks.BEFORE_S, shocks.AFTER_S), ylim=(-half, half), ylabel=f"{series} (µm)"
+        )
+        axes.plot(time_s, table["raw"], color=GREY, lw=0.5, label=f"(a) {shocks.RECORDED}")
+        how: fig.Keywords = {"lw": 0.6, "label": f"(a) {shocks.CLEANED}"}
+        axes.plot(time_s, table["clean"], color=LOOKS["x"].colour, **how)
+        axes.label_outer()
+    grid["x1"].set_title("(a) Marker 1")
+    grid["z1"].set_xlabel("Time from the shock (s)")
+    limits = plot.curve_limits(curves)
+    fig.log_axes(grid["L"], limits)
+    plot.draw_curves(grid["L"], curves, limits[1], looks)
+    x_label, y_label = plot.ADEV_AXES
+    grid["L"].set(title="(b) Distance L", xlabel=x_label, ylabel=y_label)
+    remark = NO_SHOCK
+    if shock is not None:
+        replaced, every = shaken.replaced(shock)
+        span = {
+            "from_s": shock.onset / shaken.frame_rate_hz,
+            "to_s": shock.stop / shaken.frame_rate_hz,
+        }
+        remark = captions.SHOCK.format(replaced=replaced, all=every, **span)
+    return fig.finished(
+        body, [grid["x1"], grid["L"]], f"{SKUROWSKI[7]} {remark} {remarks}", columns=3
+    )

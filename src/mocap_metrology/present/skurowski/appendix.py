@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from mocap_metrology.noise.fit import estimates
 from mocap_metrology.noise.twins import published as printed
 from mocap_metrology.papers import coefficient_tables
-from mocap_metrology.papers.coefficient_tables import ESTIMATORS, UNPAIRED, notes_by_coefficient
 from mocap_metrology.papers.gaussian_table import REPEATS, related
-from mocap_metrology.papers.matching import LIMIT
 from mocap_metrology.present.tables import Row, aligned
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_words, significant
 
-CAPTION = captions.TABLE_A.format(factor=LIMIT, unpaired=UNPAIRED)
+CAPTION = captions.TABLE_A.format(
+    factor=coefficient_tables.LIMIT, unpaired=coefficient_tables.UNPAIRED
+)
 FORM_WORDS = captions.texts("FORMS")
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 NOT_COMPUTED = "Which numbers {length} can support was not computed."
@@ -70,24 +70,21 @@ def table_a_markdown(
     named |= {"unsupported": UNSUPPORTED, "left_out": LEFT_OUT, "signs": STATUS_SIGNS}
     signs = captions.TABLE_A_SIGNS.format(length=length, **named)
     lines = [f"# {title}", "", caption, "", signs, ""]
-    lines += [_support_sentence(rows, length), ""]
+    counts = coefficient_tables.support_counts(rows)
+    total = next((count for count in counts if count["parameter"] == "all"), None)
+    support = NOT_COMPUTED.format(length=length)
+    if total is not None and total["not_computed"] < total["published"]:
+        rest = f", {total['not_computed']} have no bound" if total["not_computed"] else ""
+        support = COUNTS.format(**total, length=length[:1].upper() + length[1:], rest=rest)
+    lines += [support, ""]
     for kind, n in dict.fromkeys((row["camera_type"], row["n_cameras"]) for row in rows):
-        for note in notes_by_coefficient(kind, n)[1]:
+        for note in coefficient_tables.notes_by_coefficient(kind, n)[1]:
             lines += [f"{n} cameras, all series: {note}.", ""]
     for letter, series in zip("abcdefg", printed.SERIES, strict=True):
         panel = [row for row in rows if row["series"] == series]
         if panel:
             lines += [f"## ({letter}) {series}", "", *_panel(panel), "", *_notes(panel), ""]
     return "\n".join(lines).rstrip("\n") + "\n"
-
-
-def _support_sentence(rows: Sequence[Row], length: str) -> str:
-    counts = coefficient_tables.support_counts(rows)
-    total = next((count for count in counts if count["parameter"] == "all"), None)
-    if total is None or total["not_computed"] == total["published"]:
-        return NOT_COMPUTED.format(length=length)
-    rest = f", {total['not_computed']} have no bound" if total["not_computed"] else ""
-    return COUNTS.format(**total | {"length": length[:1].upper() + length[1:], "rest": rest})
 
 
 def _panel(rows: Sequence[Row]) -> list[str]:
@@ -105,7 +102,7 @@ def _panel(rows: Sequence[Row]) -> list[str]:
         for column in ("regenerated", "plain", "likelihood"):
             texts = [_estimated(row, column) if row else "" for row in own]
             if any(texts):
-                lines.append(["", ESTIMATORS[column], *texts])
+                lines.append(["", coefficient_tables.ESTIMATORS[column], *texts])
     return aligned(lines)
 
 
@@ -115,8 +112,7 @@ def _published(row: Row) -> str:
 
 
 def _own_notes(row: Row) -> list[str]:
-    """The remarks on this published number."""
-    notes, _ = notes_by_coefficient(row["camera_type"], row["n_cameras"])
+    notes, _ = coefficient_tables.notes_by_coefficient(row["camera_type"], row["n_cameras"])
     return notes.get((row["series"], row["parameter"]), [])
 
 
@@ -125,7 +121,7 @@ def _estimated(row: Row, column: str) -> str:
     if status == "not_detected":
         upper = row.get(f"{column}_upper_95")
         return f"< {significant(upper)}" if upper is not None else "not detected"
-    if status == UNPAIRED:
+    if status == coefficient_tables.UNPAIRED:
         return "–"
     return significant(row[column]) + MARKS.get(status, "") if row[column] is not None else ""
 
@@ -141,7 +137,9 @@ def _notes(rows: Sequence[Row]) -> list[str]:
                 noted.setdefault(f"{cameras}, {{}}{LEFT_OUT}: {note}", []).append(parameter)
             continue
         name, _, estimator = parameter.partition(" (")
-        value = next(row[column] for column in ESTIMATORS if row[column] is not None)
+        value = next(
+            row[column] for column in coefficient_tables.ESTIMATORS if row[column] is not None
+        )
         group = others.setdefault(f"{cameras}, {estimator[:-1]}, not published: {{}}", [])
         group.append(f"{name} {significant(value)} {row['unit']}")
     return [text.format(", ".join(names)) for text, names in (noted | others).items()]

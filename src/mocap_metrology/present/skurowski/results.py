@@ -18,7 +18,6 @@ from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.papers import coefficient_tables, gaussian_table, subsets
 from mocap_metrology.papers.camera_tables import table_3
-from mocap_metrology.papers.subsets import source_of
 from mocap_metrology.present import tables
 from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.skurowski import (
@@ -81,27 +80,19 @@ class Recordings:
 
 def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
     """Write Tables 3, 4, A1-A3 and two that sum the last ones up; yields a line on each."""
-    sources = {name: source_of(row) for name, row in of.rows.items()}
+    sources = {name: subsets.source_of(row) for name, row in of.rows.items()}
     sentence = tables.source_sentence(sources, of.settings.duration_s)
     form = f"{sentence} {appendix.FORM_WORDS[of.settings.twin_form]}"
     every = [row for rows in of.coefficients.values() for row in rows]
     levels, title = coefficient_tables.white_levels(every), f"{PAPER}, Tables A1-A3:"
     counts = appendix.white_level_sentence(levels)
-    for name, rows, heading, caption in (
-        (
-            *("table3", table_3(of.rows), f"{PAPER}, Table 3: camera subsets"),
-            f"{captions.TABLE_3} {sentence}",
-        ),
-        (
-            *("white_levels", levels, f"{title} white noise given back"),
-            f"{counts} {captions.WHITE} {form}",
-        ),
-        (
-            *("support", coefficient_tables.support_counts(every)),
-            *(f"{title} limits from the length", f"{captions.SUPPORT} {form}"),
-        ),
-    ):
-        tables.write(folder / f"skurowski_{name}", rows, heading, caption)
+    stem, subsets_title = f"{folder}/skurowski_", f"{PAPER}, Table 3: camera subsets"
+    caption = f"{captions.TABLE_3} {sentence}"
+    tables.write(f"{stem}table3", table_3(of.rows), subsets_title, caption)
+    caption = f"{counts} {captions.WHITE} {form}"
+    tables.write(f"{stem}white_levels", levels, f"{title} white noise given back", caption)
+    rows, caption = coefficient_tables.support_counts(every), f"{captions.SUPPORT} {form}"
+    tables.write(f"{stem}support", rows, f"{title} limits from the length", caption)
     cleaning = gaussian_table.cleaning_of(of.settings.hampel.model_dump(mode="json"))
     fourth = gaussian_table.table_4(of.rows, of.gaussian, of.twins, cleaning)
     fourth = [row | {"note": appendix.note_of_table_4(row)} for row in fourth]

@@ -11,19 +11,17 @@ import numpy as np
 from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian
-from mocap_metrology.papers.power_laws import RESOLVED, TAU, deviation, envelope, slope_at
-from mocap_metrology.papers.white_noise import white_roots
+from mocap_metrology.papers import power_laws as laws
 from mocap_metrology.present.plot import figure as fig
-from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, OTHER_LOOKS, SMALL_PT
 from mocap_metrology.present.skurowski.gaussian_figures import SETS, normal
 from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
 
 MOST_N = 12
 LENGTHS = {
-    "sigma_C_mm": (r"$\sigma_C$ = {:.1f} µm, correlated", OTHER_LOOKS[0]),
-    "sigma_B_mm": (r"$\sigma_B$ = {:.1f} µm, independent", LOOKS["y"]),
-    "sigma_A1_mm": (r"$\sigma_A$ = {:.1f} µm, as marker 1", LOOKS["x"]),
-    "sigma_A2_mm": (r"$\sigma_A$ = {:.1f} µm, as marker 2", LOOKS["z"]),
+    "sigma_C_mm": (r"$\sigma_C$ = {:.1f} µm, correlated", fig.OTHER_LOOKS[0]),
+    "sigma_B_mm": (r"$\sigma_B$ = {:.1f} µm, independent", fig.LOOKS["y"]),
+    "sigma_A1_mm": (r"$\sigma_A$ = {:.1f} µm, as marker 1", fig.LOOKS["x"]),
+    "sigma_A2_mm": (r"$\sigma_A$ = {:.1f} µm, as marker 2", fig.LOOKS["z"]),
 }
 MM_PT = 72 / 25.4  # points in a millimetre
 
@@ -32,7 +30,7 @@ MM_PT = 72 / 25.4  # points in a millimetre
 def model_figure() -> fig.Picture:
     """S Figure 1, of row T40 of Table 4: where the markers are, and the densities."""
     row = published_gaussian("T40")
-    panels = {f"Marker {k}": {f"sigma_{k}_mm": ("", LOOKS["x"])} for k in (2, 1)}
+    panels = {f"Marker {k}": {f"sigma_{k}_mm": ("", fig.LOOKS["x"])} for k in (2, 1)}
     panels["Distance"] = LENGTHS
     source = "Source: computed from Table 4 of the paper, row T40."
     body = fig.new_figure(f"{PAPER}, Figure 1: Gaussian model of two markers", source, 100.0)
@@ -50,7 +48,7 @@ def model_figure() -> fig.Picture:
             axes.plot(x, y, color=look.colour, ls=look.dashes, **how)
             text += "" if label else f"\n$\\sigma_{symbol}$ = {1000 * row[name]:.1f} µm"
         place: fig.Keywords = {"transform": axes.transAxes, "va": "top", "ha": "right"}
-        axes.text(0.97, 0.96, text, size=SMALL_PT, color=GREY, **place)
+        axes.text(0.97, 0.96, text, size=fig.SMALL_PT, color=fig.GREY, **place)
         axes.set(xlim=(-reach, reach), ylim=(0, 1.3 * normal(np.zeros(1), min(sigmas))[0]))
         left = "$L$" if symbol == "e" else rf"$x_{symbol}$"
         axes.set(title=panel, xlabel=rf"{left} − $\mu_{symbol}$ (µm)")
@@ -66,14 +64,14 @@ def _wand(axes: fig.Axes, row: Mapping[str, float]) -> None:
     axes.set(xlim=(low - pad, high + pad), ylim=(0, 1.2), yticks=[], xlabel="x (mm)")
     axes.grid(visible=False)
     axes.spines[["left", "right", "top"]].set_visible(False)
-    axes.axhline(0.3, color=GREY, lw=1.5, zorder=1)
-    axes.plot([low, high], [0.3, 0.3], ls="", marker="o", ms=9, color=LOOKS["x"].colour)
-    arrow = {"arrowstyle": "<->", "color": INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
+    axes.axhline(0.3, color=fig.GREY, lw=1.5, zorder=1)
+    axes.plot([low, high], [0.3, 0.3], ls="", marker="o", ms=9, color=fig.LOOKS["x"].colour)
+    arrow = {"arrowstyle": "<->", "color": fig.INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (low, 0.72), (high, 0.72), arrowprops=arrow)
     text = rf"$L = x_1 - x_2$,  $\mu_e$ = {row['mu_e_mm']:.4f} mm"
     axes.text((low + high) / 2, 0.8, text, ha="center", va="bottom")
     for place, name in ((low, "marker 2"), (high, "marker 1")):
-        axes.text(place, 0.8, name, ha="center", va="bottom", size=SMALL_PT, color=GREY)
+        axes.text(place, 0.8, name, ha="center", va="bottom", size=fig.SMALL_PT, color=fig.GREY)
 
 
 @fig.styled()
@@ -83,9 +81,9 @@ def standard_error_figure() -> fig.Picture:
     body = fig.new_figure(f"{PAPER}, Figure 2: standard error of the mean of N", source, 95.0)
     axes = body.subplots()
     n = np.linspace(1, MOST_N, 400)
-    axes.plot(n, 1 / np.sqrt(n), color=INK, lw=1.4, label=r"$\sigma/\sqrt{N}$")
+    axes.plot(n, 1 / np.sqrt(n), color=fig.INK, lw=1.4, label=r"$\sigma/\sqrt{N}$")
     for shift, (kind, (cameras, roots)) in zip(
-        (-0.08, 0, 0.08), white_roots().items(), strict=True
+        (-0.08, 0, 0.08), laws.white_roots().items(), strict=True
     ):
         fit = fit_scaling(cameras, roots)
         assert fit is not None  # the printed numbers are positive
@@ -110,22 +108,22 @@ class Part(NamedTuple):
 
 PANELS = {
     "Power laws": (
-        Part("violet", PowerLaw(2, 6e-7), OTHER_LOOKS[2], [(4e-3, (2.5, 2.5))]),
-        Part("white", PowerLaw(0, 2e-3), LOOKS["x"], [(1.2, (2.0, 2.0))]),
-        Part("flicker", PowerLaw(-1, 7.2e-5), LOOKS["z"], [(1.8e2, (0.0, 4.0))]),
-        Part("random walk", PowerLaw(-2, 4.8e-9), LOOKS["y"], [(3e4, (-3.0, 3.5))]),
+        Part("violet", PowerLaw(2, 6e-7), fig.OTHER_LOOKS[2], [(4e-3, (2.5, 2.5))]),
+        Part("white", PowerLaw(0, 2e-3), fig.LOOKS["x"], [(1.2, (2.0, 2.0))]),
+        Part("flicker", PowerLaw(-1, 7.2e-5), fig.LOOKS["z"], [(1.8e2, (0.0, 4.0))]),
+        Part("random walk", PowerLaw(-2, 4.8e-9), fig.LOOKS["y"], [(3e4, (-3.0, 3.5))]),
     ),
     "Correlated and periodic noise": (
-        Part("white", PowerLaw(0, 2e-5), LOOKS["x"], [(4e-3, (3.0, 3.0))]),
+        Part("white", PowerLaw(0, 2e-5), fig.LOOKS["x"], [(4e-3, (3.0, 3.0))]),
         Part(
-            *("sinusoid", Sinusoid(0.12, 3.0), OTHER_LOOKS[1]),
+            *("sinusoid", Sinusoid(0.12, 3.0), fig.OTHER_LOOKS[1]),
             [(1e-2, (-3.5, 2.0)), (0.9, (3.5, 3.0))],
         ),
         Part(
-            *("correlated (Gauss-Markov)", GaussMarkov(4e-3, 60.0), OTHER_LOOKS[0]),
+            *("correlated (Gauss-Markov)", GaussMarkov(4e-3, 60.0), fig.OTHER_LOOKS[0]),
             [(0.06, (-3.0, 2.5)), (1.5e3, (2.5, 3.0))],
         ),
-        Part("random walk", PowerLaw(-2, 2e-11), LOOKS["y"], [(4.5e4, (-3.0, 3.0))]),
+        Part("random walk", PowerLaw(-2, 2e-11), fig.LOOKS["y"], [(4.5e4, (-3.0, 3.0))]),
     ),
 }
 
@@ -147,21 +145,21 @@ def slopes_figure() -> fig.Picture:
     body = fig.new_figure(title, "Source: computed from noise models.", 105.0)
     grid = body.subplots(1, 2)
     for axes, (panel, parts) in zip(grid, PANELS.items(), strict=True):
-        total = deviation([part.component for part in parts])
-        fig.log_axes(axes, ((TAU[0], TAU[-1]), (total.min() / 6, total.max() * 3)))
+        total = laws.deviation([part.component for part in parts])
+        fig.log_axes(axes, ((laws.TAU[0], laws.TAU[-1]), (total.min() / 6, total.max() * 3)))
         axes.yaxis.set_major_formatter(LogFormatterMathtext())  # alike in both panels
-        axes.plot(TAU, total, color=INK, lw=2.6, alpha=0.35, label="their sum")
+        axes.plot(laws.TAU, total, color=fig.INK, lw=2.6, alpha=0.35, label="their sum")
         for name, component, look, at in parts:
-            smooth = curve = deviation([component])
+            smooth = curve = laws.deviation([component])
             if isinstance(component, Sinusoid):
-                smooth = envelope(component)
-                curve = np.where(component.f_0 * TAU <= RESOLVED, curve, smooth)
-            axes.plot(TAU, curve, color=look.colour, ls=look.dashes, lw=1.0, label=name)
+                smooth = laws.envelope(component)
+                curve = np.where(component.f_0 * laws.TAU <= laws.RESOLVED, curve, smooth)
+            axes.plot(laws.TAU, curve, color=look.colour, ls=look.dashes, lw=1.0, label=name)
             for tau, (right, up) in at:
-                y = float(np.interp(np.log(tau), np.log(TAU), smooth))
+                y = float(np.interp(np.log(tau), np.log(laws.TAU), smooth))
                 how: fig.Keywords = {"ha": "center", "va": "center", "weight": "bold"}
                 how |= {"textcoords": "offset points", "color": look.colour}
-                text = slope_text(slope_at(smooth, tau))
+                text = slope_text(laws.slope_at(smooth, tau))
                 axes.annotate(text, (tau, y), (right * MM_PT, up * MM_PT), **how)
         axes.set(title=panel, xlabel=r"Averaging time $\tau$ (s)", ylabel="Allan deviation (mm)")
     fig.letters(grid)

@@ -15,6 +15,10 @@ from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import apart, is_same
 
 SENTENCES = captions.texts("CALIBRATION_SENTENCES")
+OF_PARTS = (  # cases of poses by parts of a recording, or by several
+    *(Case.HALVES, Case.HALVES_APART, Case.HALVES_MISFIT, Case.HALVES_OPEN),
+    *(Case.RECORDINGS, Case.RECORDINGS_APART, Case.OBJECTS, Case.OBJECTS_APART),
+)
 SAME = captions.texts("CALIBRATION_SAME")  # where poses differ by less than their resolution
 
 
@@ -59,18 +63,14 @@ def _reason_of(word: str, checks: Sequence[Check], station: str, why_none: str) 
         said = [say(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
         return " ".join([f"All {passed} checks passed.", *said, *always])
     bad = [c for c in checks if c.level == word]
-    rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
-    return " ".join([*map(say, bad[:2]), *(_in_short(say(c)) for c in rest), *always])
+    others = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
+    short = [say(c).split(". Possible causes: ")[0] for c in others]
+    rest = [said if said.endswith((".", "?")) else f"{said}." for said in short]
+    return " ".join([*map(say, bad[:2]), *rest, *always])
 
 
 def _capital(line: str) -> str:
     return line[:1].upper() + line[1:]
-
-
-def _in_short(said: str) -> str:
-    """Without the causes it may have."""
-    first = said.split(". Possible causes: ")[0]
-    return first if first.endswith((".", "?")) else first + "."
 
 
 def sentence(check: Check, station: str = "") -> str:
@@ -110,18 +110,7 @@ def _chance(p: object) -> str:
 
 def _pose_distance(check: Check) -> tuple[float, float]:
     """mm and deg between the poses that a check compares; NaN of another check."""
-    parts = (
-        Case.HALVES,
-        Case.HALVES_APART,
-        Case.HALVES_MISFIT,
-        Case.HALVES_OPEN,
-        Case.RECORDINGS,
-        Case.RECORDINGS_APART,
-        Case.OBJECTS,
-        Case.OBJECTS_APART,
-    )
-    by_numbers = check.case in parts
-    mm = check.numbers.get("mm") if by_numbers else check.value
+    mm = check.numbers.get("mm") if check.case in OF_PARTS else check.value
     deg = check.numbers.get("deg", math.nan)
     return mm if isinstance(mm, float) else math.nan, deg
 
@@ -138,21 +127,11 @@ def comparison_words(found: comparison.Comparison | None) -> str:
         how = f"no covariance; a station counts as moved beyond {far}"
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
     first = f"{said}: {apart(*found.shift)} from the earlier pose ({how})."
-    parts = (first, _interval_words(found), _validity_words(found), found.note, other)
-    return " ".join(part for part in parts if part)
-
-
-def _interval_words(found: comparison.Comparison) -> str:
-    if math.isnan(found.upper_95[0]):
-        return ""
     (mm, deg), (to_mm, to_deg) = found.lower_95, found.upper_95
-    return f"95 % intervals: {mm:.2g} to {to_mm:.2g} mm, {deg:.2g} to {to_deg:.2g}°."
-
-
-def _validity_words(found: comparison.Comparison) -> str:
-    if found.valid:
-        return "The earlier calibration is still valid."
-    if found.moved:
-        return "The earlier calibration is no longer valid."
+    spans = f"95 % intervals: {mm:.2g} to {to_mm:.2g} mm, {deg:.2g} to {to_deg:.2g}°."
     limit = f"{comparison.TOLERANCE_MM:g} mm or {comparison.TOLERANCE_DEG:g}°"
-    return f"The difference exceeds {limit}, so the earlier calibration is not confirmed."
+    valid = f"The difference exceeds {limit}, so the earlier calibration is not confirmed."
+    if found.valid or found.moved:
+        valid = f"The earlier calibration is {'still' if found.valid else 'no longer'} valid."
+    parts = (first, "" if math.isnan(to_mm) else spans, valid, found.note, other)
+    return " ".join(part for part in parts if part)

@@ -19,8 +19,7 @@ from mocap_metrology.noise.diagnosis.signatures import Wander, shift_near
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.motion.movement import all_keep_moving, most_moving
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.text.movement import movement_words
-from mocap_metrology.present.text.sentence import Sentence, render, sentence
+from mocap_metrology.present.text.sentence import Sentence, movement_words, render, sentence
 
 NAMED = 10  # events, or lines
 RECURRING_SHOWN = 2  # examples of events that recur

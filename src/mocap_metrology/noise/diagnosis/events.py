@@ -17,7 +17,7 @@ JOIN_S = 1.0  # alarms so close are one event
 REST_S = 0.5  # between excursions, at least
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
-FAR = 15.0  # standard deviations that no louder noise is off, nor the range of that beside it
+FAR = 15.0  # standard deviations that no louder noise is off, beyond the range beside it
 LIKE_NOISE = 0.75  # of the whiteness beside it, from which an excursion is louder noise
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
@@ -215,14 +215,14 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     levels = [np.median(s) if s.size else np.nan for s in (sides[0][-few:], sides[1][:few])]
     inside = near[first:last] - levels[0]
     noise = min((spread(s) for s in sides if s.size), default=0.0)
-    beside = min((float(np.ptp(s)) for s in sides if s.size), default=0.0)
+    far = max(FAR * noise, min((float(np.ptp(s)) for s in sides if s.size), default=0.0))
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     if not off.size:
         return _Excursion(size, levels[1] - levels[0], None, None, moved)
     at = (start + first + off[[0, -1]]) / rate_hz
-    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > max(FAR * noise, beside)
+    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > far
     rests = np.diff(off) / rate_hz
     rest_s = float(rests[rests > REST_S].sum())
     return _Excursion(size, float(levels[1] - levels[0]), *ends, moved, rest_s)

@@ -224,11 +224,13 @@ def _wanders(found: Diagnosis, hours: float) -> list[Finding]:
         other |= {"cycle": one.at_s[-1] if one.at_s else math.nan}
         return other.get(kind, one.size_of(kind))
 
-    def reach(kind: str, one: Wander) -> float:
-        return Z_95 * one.error_mm if kind in ("step", "shift") else math.nan
+    def numbers(kind: str, one: Wander) -> tuple[float, float, float]:
+        size, reach = value(kind, one), Z_95 * one.error_mm
+        reach = reach if kind in ("step", "shift") else math.nan
+        return size, size - reach, size + reach
 
     return [
-        Finding(kind, name, size := value(kind, one), size - reach(kind, one), size + reach(kind, one))
+        Finding(kind, name, *numbers(kind, one))
         for name, one in found.wanders.items()
         for kind in one.kinds
         if len(one.jumps) == 1 or kind not in CODE_OF.values()

@@ -52,7 +52,7 @@ MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
-LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
+LONGEST, SHARES = 0.2, 5  # of T_c of a Gauss-Markov term, from one block to this of all
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),

@@ -17,8 +17,9 @@ JOIN_S = 1.0  # alarms so close are one event
 REST_S = 0.5  # between excursions, at least
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
-FAR = 15.0  # standard deviations that no louder noise is off, nor the range of that beside it
-LIKE_NOISE = 0.75  # of the whiteness beside it, from which an excursion is louder noise
+FAR = 15.0  # standard deviations that no louder noise is off, beyond the range beside it
+LIKE_NOISE = 0.75  # of the whiteness beside it, from which an excursion is louder noise,
+SELDOM = 0.1  # as it is from what a tenth of the parts beside it do not reach
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
 SIDES_MISS = 0.01  # probability that some series of an event is reported as changed and is not
@@ -203,8 +204,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     before, within, after = np.split(near, [first - start, last - start])
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
-    usual = float(np.median([_whiteness(part) for part in alone if part.size > 1] or [0.0]))
-    moved = _whiteness(within) < LIKE_NOISE * usual
+    usual = [_whiteness(part) for part in alone if part.size > 1] or [0.0]
+    moved = _whiteness(within) < min(LIKE_NOISE * np.median(usual), np.quantile(usual, SELDOM))
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
@@ -215,14 +216,14 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     levels = [np.median(s) if s.size else np.nan for s in (sides[0][-few:], sides[1][:few])]
     inside = near[first:last] - levels[0]
     noise = min((spread(s) for s in sides if s.size), default=0.0)
-    beside = min((float(np.ptp(s)) for s in sides if s.size), default=0.0)
+    far = max(FAR * noise, min((float(np.ptp(s)) for s in sides if s.size), default=0))
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     if not off.size:
         return _Excursion(size, levels[1] - levels[0], None, None, moved)
     at = (start + first + off[[0, -1]]) / rate_hz
-    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > max(FAR * noise, beside)
+    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), bool(moved or size > far)
     rests = np.diff(off) / rate_hz
     rest_s = float(rests[rests > REST_S].sum())
     return _Excursion(size, float(levels[1] - levels[0]), *ends, moved, rest_s)

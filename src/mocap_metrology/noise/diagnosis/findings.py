@@ -117,7 +117,7 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
     """
     parts = [
         model_findings(noise, found.wanders),
-        _wanders(found, recording.duration_s / 3600),
+        _wanders(found),
         [
             Finding("moves", name, one.size_mm, one.lower_95, one.upper_95)
             for name, one in found.movements.items()
@@ -215,23 +215,25 @@ def _coarse(found: Diagnosis) -> list[Finding]:
     ]
 
 
-def _wanders(found: Diagnosis, hours: float) -> list[Finding]:
-    """Kinds of slow wander that the noise model has no coefficient of, or not beside a step, and
+def _wanders(found: Diagnosis) -> list[Finding]:
+    """Kinds of slow wander that the noise model has no coefficient of, or not beside others, and
     what is undecided. Beside several steps no rival of a straight line is in the library."""
 
     def value(kind: str, one: Wander) -> float:
-        other = {"drift": one.moved_mm / hours, "warm_up": -one.moved_mm}
-        other |= {"cycle": one.at_s[-1] if one.at_s else math.nan}
+        other = {"warm_up": -one.moved_mm, "cycle": one.at_s[-1] if one.at_s else math.nan}
         return other.get(kind, one.size_of(kind))
 
-    def reach(kind: str, one: Wander) -> float:
-        return Z_95 * one.error_mm if kind in ("step", "shift") else math.nan
+    def numbers(kind: str, one: Wander) -> tuple[float, float, float]:
+        size, error = value(kind, one), one.error_mm if kind in ("step", "shift") else math.nan
+        if kind == "drift":
+            size, error = 3600 * one.slope[0], 3600 * one.slope[1]
+        return size, size - Z_95 * error, size + Z_95 * error
 
     return [
-        Finding(kind, name, size := value(kind, one), size - reach(kind, one), size + reach(kind, one))
+        Finding(kind, name, *numbers(kind, one))
         for name, one in found.wanders.items()
         for kind in one.kinds
-        if len(one.jumps) == 1 or kind not in CODE_OF.values()
+        if kind not in CODE_OF.values() or one.own(kind)
     ] + [Finding("wander", k, one.range_mm) for k, one in found.wanders.items() if one.undecided]
 
 
@@ -240,7 +242,8 @@ def _named(row: NoiseRow, wanders: Mapping[str, Wander]) -> bool:
     what changes at once the noise model knows nothing, so its curve is not that beside it."""
     one = wanders.get(row["series"])
     kind = CODE_OF.get(row["parameter"], "")
-    return one is not None and one.allows(kind) and not (one.jumps and kind in one.kinds)
+    beside = one is not None and kind in one.kinds and (one.jumps or one.own(kind))
+    return one is not None and one.allows(kind) and not beside
 
 
 def model_findings(noise_rows: Iterable[NoiseRow], wanders: Mapping[str, Wander]) -> list[Finding]:
@@ -302,7 +305,7 @@ def other_wanders(
     sizes: dict[str, dict[str, float]] = {}
     for name, one in found.wanders.items():
         for kind in ("undecided",) if one.undecided else one.kinds:
-            if kind == "drift" and len(one.jumps) != 1:
+            if kind == "drift" and not one.own(kind):
                 continue  # of the noise model, or not sure
             size = one.range_mm if kind == "undecided" else abs(one.size_of(kind))
             sizes.setdefault(kind, {})[name] = size

@@ -131,8 +131,8 @@ class Diagnosis:
 def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of
     level that are switches between positions, a line that comes and goes, or, where nothing moved,
-    frames of heavy tails; cycles that are multiples of recurring bursts; isolated and repeated frames, broad peaks, bands above the cutoff
-    of a filter (its lobes) and bursts at its ends, that software made."""
+    heavy tails; cycles that are multiples of recurring bursts; isolated and repeated frames, broad
+    peaks, bands above the cutoff of a filter (its lobes) and bursts at its ends by software."""
     cutoffs = {one.series: one.cutoff_hz for one in found.low_pass if one.cutoff_hz > 0}
     end_s = 1 / min(cutoffs.values(), default=math.inf)
     switching = {name: one for name, one in found.wanders.items() if "levels" in one.of}
@@ -148,7 +148,7 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
             return {side.series for side in event.sides if side.changed} <= changing
         if event.stop_s < end_s or event.time_s > duration_s - end_s:
             return True
-        if not event.moved and tails.issuperset(event.series):
+        if not event.moved and set(event.series) <= tails:
             return True
         return any(one.jump_near(event.time_s, event.stop_s) for one in switching.values())
 

@@ -44,11 +44,11 @@ class Shape:
         return np.asarray(solved[self.line :] @ self.columns[self.line :])
 
     def moved(self, solved: Floats) -> float:
-        """From the first block to the last, with the straight line and without the jumps."""
-        fades = "fades" in self.kinds
-        part = slice(self.line) if fades else slice(None)
+        """From the first block to the last, with the straight line, without jumps and cycle."""
+        only = bool(self.kinds & {"fades", "cycle"})
+        part = slice(self.line) if only else slice(None)
         change = solved[part] @ np.diff(self.columns[part, [0, -1]])[:, 0]
-        return float(change) - (0.0 if fades else sum(size for _, size in self.jumps(solved)))
+        return float(change) - (0.0 if only else sum(size for _, size in self.jumps(solved)))
 
     def size(self, solved: Floats) -> float:
         """Amplitude of a cycle; of other shapes the coefficient of `main`, or of a smooth curve the

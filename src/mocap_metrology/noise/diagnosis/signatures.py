@@ -52,7 +52,7 @@ MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
-LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
+LONGEST, SHARES = 0.2, 5  # of T_c of a Gauss-Markov term, from one block to this of all
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),
@@ -65,6 +65,7 @@ PARTS = {  # what a kind has in it, that is no kind of its own beside it
     "accelerating": {"drift"},
     "two_levels": {"levels"},
 }
+NONE = math.nan, math.nan
 FAST = ("white", "fast")  # noises that are none of slow wander
 OTHER = {"smooth", "steps", "recoveries"}  # shapes of no kind; a line beside them is part of them
 LASTING_S = 10.0  # of a shift; a shorter one is movement
@@ -82,7 +83,8 @@ class Wander:
     shape that explains most, signed; at_s: its places, or its period or mean dwell; jumps: time in
     s and signed size in mm of every change at once; curve: (2, n) times in s and the positions
     of a shape that has some; moved_mm: of that shape, from start to end, without these changes;
-    error_mm: standard error of the size of one step or shift.
+    error_mm: standard error of the size of one step or shift; slope: of a straight line, mm/s, with
+    its standard error.
     """
 
     kinds: tuple[str, ...]
@@ -97,6 +99,7 @@ class Wander:
     curve: Floats | None = field(default=None, repr=False, compare=False)
     moved_mm: float = math.nan
     error_mm: float = math.nan
+    slope: tuple[float, float] = NONE
 
     @property
     def of(self) -> frozenset[str]:
@@ -112,6 +115,11 @@ class Wander:
         """Whether a coefficient of the noise model of this kind may be named."""
         return kind == self.noise or kind in self.kinds
 
+    def own(self, kind: str) -> bool:
+        """Whether the size of a drift or a warm-up is of this curve, as the noise model does not
+        have what is beside it."""
+        return len(self.jumps) == 1 or (kind == "drift" and "cycle" in self.kinds)
+
     def beyond(self, step_mm: float) -> Wander:
         """Without what steps of a file may make of a straight line, or lines of nothing: shapes and
         ranges of less than a step."""
@@ -121,9 +129,10 @@ class Wander:
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
 
     def size_of(self, kind: str) -> float:
-        """Size of one kind of movement: for a curve beside a sudden change what is left of all
-        movement, for others size_mm."""
-        return self.size_mm if kind in AT_ONCE or not self.jumps else self.moved_mm
+        """Size of one kind of movement: for a line, or a curve beside a sudden change, what is left
+        of all movement, for others size_mm."""
+        alone = kind in AT_ONCE or (kind != "drift" and not self.jumps)
+        return self.size_mm if alone else self.moved_mm
 
     def without_jumps(self, series: np.ndarray, frame_rate_hz: float) -> np.ndarray:
         """Values (n,) without the shape that changes at once; NaN in the blocks of its changes."""
@@ -205,7 +214,8 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         sure -= {"shift"}  # which a few blocks of a heavy tail may be
     if not gaussian and all(noise not in FAST for _, noise in near):
         sure -= AT_ONCE  # which what it consists of may be, if it adds up
-    if "cycle" in sure and (k[-1] - k[0]) * block_s < PERIODS * at[-1]:
+    span_s = (k[-1] - k[0]) * block_s
+    if "cycle" in sure and span_s < PERIODS * at[-1]:
         sure, noise = sure - {"cycle", "drift"}, ""  # what is beside it may be of its form
     for named, part in PARTS.items():
         sure -= part if named in sure else set()
@@ -228,6 +238,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         np.array([(k + 0.5) * block_s, shape.curve(solved)]) if jumps else None,
         shape.moved(solved),
         float(fitted.errors[shape.main]) if shape.placed and len(jumps) == len(at) else math.nan,
+        (float(solved[0]) / span_s, float(fitted.errors[0]) / span_s) if shape.line else NONE,
     )
 
 
@@ -320,7 +331,7 @@ def _fitted(y: Floats, X: Floats, spectrum: Floats) -> Fitted:
     values = dst(rest, type=1, norm="ortho")
     excess = (np.mean(values**4) / np.mean(values**2) ** 2 - 3) * math.sqrt(n / 24)
     errors = np.sqrt(np.diag(covariance))
-    return Fitted(solved, errors, bool(white), bool(white and excess < GAUSSIAN))
+    return Fitted(np.asarray(solved, float), errors, bool(white), bool(white and excess < GAUSSIAN))
 
 
 def _scores(z: Floats) -> Floats:

@@ -81,27 +81,6 @@ def test_the_scatter_of_passes_is_neither_direction_nor_place_nor_bias() -> None
     assert len(false) <= 6, false
 
 
-def test_gross_errors_and_few_frames_are_usable_at_best() -> None:
-    """1 % of the frames are wrong by 30 mm; the bar is seen in 40 % of the frames."""
-    take, certificate = taken(replace(QUIET, rest=0.1), 1), Certificate(500.0, 0.05)
-    length = take.length_mm.copy()
-    length[::100] += 30.0
-    for wrong in (length, np.where(np.arange(length.size) % 5 < 2, take.length_mm, np.nan)):
-        bar = evaluate([replace(take, length_mm=wrong)], certificate, Settings())
-        assert bar.size_mm < 0.5 and bar.word(Settings()) == "usable"
-    assert evaluate([take], certificate, Settings()).word(Settings()) == "good"
-
-
-def test_one_take_has_no_interval_but_that_of_a_mean_of_many_effective_frames() -> None:
-    one = passes(QUIET, 1, Certificate(500.0)).every.statistics
-    assert one["mean"].lower < 0 < one["mean"].upper
-    assert math.isnan(one["rms"].lower) and one["rms"].value == pytest.approx(0.21, rel=0.2)
-    slow = replace(QUIET, correlation_s=4.0)
-    assert math.isnan(passes(slow, 1, Certificate(500.0)).every.statistics["mean"].lower)
-    three = passes(slow, 3, Certificate(500.0)).every.statistics
-    assert all(s.lower < s.value < s.upper < s.next_upper for s in three.values())
-
-
 def test_growth_with_speed_and_spikes() -> None:
     """A rest that grows like the root of the speed; 0.3 % of the frames far off."""
     take = taken(replace(QUIET, rest=0.0), 1, 200.0)
@@ -226,10 +205,6 @@ def test_directions_monitor_and_scale() -> None:
     (first, *_) = statements(evaluate(by_date, TRUE, Settings()), [drift])
     assert first.n_dates == 3
     assert "date" in sizes(first) and "drift" not in sizes(first)
-
-
-def test_few_passes_state_nothing() -> None:
-    assert statements(evaluate([dated(ROOM, 1), dated(ROOM, 2)], TRUE, Settings())) == ()
 
 
 def facility(seed: int, dates: int, passes: int) -> list[list[Take]]:

@@ -66,19 +66,6 @@ def test_files_are_passes_of_their_own_and_have_intervals(passes: list[str], cap
     assert len({str(one["classes"]) for one in found}) == 3
 
 
-def test_a_wrong_certificate_leaves_the_figure_whole(passes: list[str], recwarn) -> None:
-    """Limits beyond its axes are not drawn: their text would leave no room."""
-    assert main.main(["check", passes[0], "--bar", "auto", "--length", "510"]) == 0
-    assert not [str(one.message) for one in recwarn if "layout" in str(one.message)]
-
-
-def test_without_a_certificate_nothing_is_called_accurate(passes: list[str], capsys) -> None:
-    assert main.main(["check", passes[0], "--bar", "auto"]) == 0
-    text = capsys.readouterr().out
-    assert text.startswith("pass-0: precise\n95 % of the lengths are within 0.2")
-    assert "No accuracy is stated" in text and "wrong" not in text
-
-
 def test_what_is_no_bar_has_no_verdict(passes, capsys) -> None:
     assert main.main(["check", passes[0], "--bar", "Wand-A"]) == 1
     words = 'bar is "Wand-A"; expected auto, or two markers of the file'

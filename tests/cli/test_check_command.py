@@ -73,16 +73,6 @@ def test_verdict_on_one_file(take: Path, capsys) -> None:
     assert first["tau_s"] == 1 / RATE and first["adev_mm"] == pytest.approx(SIGMA, rel=0.05)
 
 
-@pytest.mark.usefixtures("undrawn")
-def test_markers_that_move_are_said_to_move_and_nothing_of_noise(tmp_path: Path, capsys) -> None:
-    path = str(write_take(tmp_path / "gait.c3d", 20, 900))
-    folder = str(tmp_path / "out")
-    assert main.main(["check", path, "--markers", "Walker", "--output", folder]) == 0
-    text = capsys.readouterr().out
-    assert text.startswith("gait: bad\nWalker moves: x1 by 8")
-    assert "uncertainties" not in text and "Findings" not in text
-
-
 def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
     """And leaves the results of an earlier check alone."""
     Path("folder.c3d").mkdir()
@@ -191,27 +181,6 @@ def test_what_crashed_is_said_and_where_its_traceback_is(take: Path, monkeypatch
     assert main.main(["check", take.name, "--markers", "Head", "--output", "full"]) == 1
     said = "full: No space left on device; no results were written"
     assert capsys.readouterr().err.splitlines()[-1] == said and not Path("full").exists()
-
-
-def test_a_verdict_that_nobody_reads_or_that_has_other_letters_is_no_crash(tmp_path: Path) -> None:
-    """As of `| head -1`, and where the encoding of the terminal has no micro sign."""
-    code = "from mocap_metrology.cli import main, results; main.main(['check', 'none.c3d']);"
-    code += "results.tell_result(['1 \\xb5m']); results.tell_result(['2'])"
-    reader, writer = os.pipe()
-    os.close(reader)
-    for stdout, printed in ((writer, None), (subprocess.PIPE, "1 \\xb5m\n2\n")):
-        done = subprocess.run(
-            [sys.executable, "-c", code],
-            stdout=stdout,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=True,
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONIOENCODING": "ascii"},
-        )
-        assert done.stdout == printed
-        assert done.stderr == "none.c3d: no such file; expected a recording, as take.c3d\n"
-    os.close(writer)
 
 
 def test_results_are_replaced_whole_or_not_at_all(tmp_path: Path) -> None:
@@ -325,31 +294,6 @@ def test_points_that_are_no_markers_are_named_for_what_they_are(
         return
     markers, why = recording.chosen(entry, 2.0)
     assert f"{', '.join(markers)}: {why}".startswith(words)
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_files_and_folders_have_a_table_in_the_end(tmp_path: Path, capsys) -> None:
-    """Rotation matrix and position in metres of a body (`Freq:`); one that is refused does not
-    stop the others; the status tells of it."""
-    folder = tmp_path / "takes"
-    folder.mkdir()
-    places = np.random.default_rng(3).normal([0.3, 0.4, 1.5], 2e-5, (2000, 3))
-    rows = [f"1 0 0 {x:.6f} 0 1 0 {y:.6f} 0 0 1 {z:.6f}" for x, y, z in places]
-    (folder / "drone.txt").write_text("\n".join(["# Freq: 100", *rows, ""]))
-    (folder / "a.trc").write_text("no recording")
-    (folder / "notes.txt.bak").write_text("left alone")
-    out = tmp_path / "out"
-    single = str(write_take(tmp_path / "c.c3d"))
-    assert main.main(["check", str(folder), single, "--output", str(out)]) == 1
-    printed = capsys.readouterr()
-    assert "tracker (all at rest; they are rigid bodies, whose" in printed.err
-    table = [line.split()[:2] for line in printed.out.splitlines()[-3:]]
-    assert [row[0] for row in table] == ["a.trc", "drone.txt", "c.c3d"]
-    assert [row[1] for row in table if row[0] != "drone.txt"] == ["no", "good"]
-    assert {path.name for path in out.iterdir()} == {"drone.txt", "c.c3d"}
-    verdict = json.loads((out / "drone.txt/verdict.json").read_text())
-    assert verdict["series"]["x1"]["sigma_frame_mm"] == pytest.approx(0.02, rel=0.1)
-    assert table[1][1] == verdict["word"]
 
 
 @pytest.mark.parametrize(

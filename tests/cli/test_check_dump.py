@@ -72,15 +72,6 @@ def test_a_file_beside_the_dump_that_is_missing_is_named(option: str, tmp_path, 
     assert capsys.readouterr().err.splitlines()[-1] == message
 
 
-@pytest.mark.parametrize(
-    ("name", "kind"),
-    [("a.REC.gz", "libsurvive-rec"), ("a.rec", "libsurvive-rec"), ("a.csv", "angles-csv"),
-     ("a.gz", "gpio-dump"), ("a.bin", "gpio-dump")],
-)  # fmt: skip
-def test_the_format_of_a_dump_is_that_of_its_suffix(name: str, kind: str) -> None:
-    assert calibration.format_of(Path(name)) == kind
-
-
 def test_another_process_draws_and_its_failures_are_raised_here() -> None:
     with calibration.drawing_process() as second:
         assert second.submit(os.getpid).result() != os.getpid()

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import norm
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import (
@@ -85,17 +84,6 @@ def test_what_clean_gaussian_noise_loses(half_window):
     masked = hampel(noise, half_window, action="mask").values
     _, left = white_level_kept(3.0, half_window, "mask")
     assert np.nanvar(masked) / noise.var() == pytest.approx(left, abs=0.003)
-
-
-@pytest.mark.parametrize("n_sigma", [1.0, 2.0, 3.0])
-def test_what_a_threshold_without_scatter_leaves(n_sigma):
-    """Of N(0, 1) the tails; its variance without them (both in closed form)."""
-    share, kept = white_level_kept(n_sigma, 10**9)
-    assert share == pytest.approx(2 * norm.sf(n_sigma), rel=1e-4)
-    inside = norm.expect(lambda x: x * x, lb=-n_sigma, ub=n_sigma)
-    assert kept == pytest.approx(inside, rel=1e-4)
-    _, masked = white_level_kept(n_sigma, 10**9, "mask")
-    assert masked == pytest.approx(inside / (1 - 2 * norm.sf(n_sigma)), rel=1e-4)
 
 
 def test_windows_too_short_for_a_scale():

@@ -1,7 +1,5 @@
 """Rules of the common parts at their limits, their messages, and YAML and JSON of users."""
 
-import difflib
-import json
 import math
 from functools import cache
 from pathlib import Path
@@ -9,13 +7,10 @@ from typing import Annotated, Literal
 
 import pytest
 import yaml
-from hypothesis import given
-from hypothesis import strategies as st
 from pydantic import AfterValidator, Field
 
 from mocap_metrology.common import compiled, faults, paths, sections
-from mocap_metrology.common.documents import load_json, load_yaml
-from mocap_metrology.common.entries import Entry, Number, Positive, Whole, one_of, read_entry
+from mocap_metrology.common.documents import load_yaml
 from mocap_metrology.common.errors import Refusal, one_line, printable
 from mocap_metrology.settings import checked
 
@@ -95,47 +90,6 @@ def test_a_setting_out_of_its_range(key: str, wrong: list[object], expected: str
             Some(**{key: value})
 
 
-class Board(Entry):
-    """An entry of a file of twins."""
-
-    side_m: Positive
-    share: Annotated[float, Number(0.25, 1.0)] = 0.5
-    height_m: Annotated[float, Number()] = 0.0
-    shift_m: Annotated[float, Number(-math.inf)] = 0.0
-    n: Annotated[int, Whole(2, 5)] = 2
-    kind: Annotated[str, one_of(("flat", "bent"))] = "flat"
-
-
-@pytest.mark.parametrize(
-    ("entry", "said"),
-    [
-        ({"side_m": "1e-6", "share": 0.25, "n": 5, "kind": "bent"}, ""),
-        ({"side_m": 1, "share": 1.0, "n": 2, "kind": None}, ""),
-        ({"share": 0.5}, "board a: side_m is missing"),
-        ({"side_m": 0}, "board a: side_m: 0, expected a number > 0"),
-        ({"side_m": math.inf}, "board a: side_m: inf, expected a number > 0"),
-        ({"side_m": True}, "board a: side_m: True, expected a number > 0"),
-        ({"side_m": 1, "share": 0.2}, "board a: share: 0.2, expected a number from 0.25 to 1"),
-        ({"side_m": 1, "height_m": 0.0, "shift_m": -1e9}, ""),
-        ({"side_m": 1, "height_m": -1}, "board a: height_m: -1, expected a number >= 0"),
-        ({"side_m": 1, "shift_m": -math.inf}, "board a: shift_m: -inf, expected a number"),
-        ({"side_m": 1, "n": 6}, "board a: n: 6, expected a whole number from 2 to 5"),
-        ({"side_m": 1, "n": 2.0}, "board a: n: 2.0, expected a whole number from 2 to 5"),
-        ({"side_m": 1, "kind": "x"}, "board a: kind: 'x', expected one of flat, bent"),
-        ({"side_m": 1, "m": 1},
-         "board a: unknown key 'm', expected one of side_m, share, height_m, shift_m, n, kind"),
-        (3, "board a: 3, expected keys with values"),
-    ],
-)  # fmt: skip
-def test_an_entry_is_read_or_each_fault_named(entry: object, said: str) -> None:
-    if not said:
-        assert isinstance(read_entry(Board, entry, "board a"), Board)
-        return
-    with pytest.raises(faults.Faults) as refused:
-        read_entry(Board, entry, "board a")
-    assert refused.value.lines == [said] or said.endswith("keys with values")
-
-
 @cache
 def distance(a: str, b: str) -> int:
     """Optimal string alignment by its recursion."""
@@ -146,18 +100,6 @@ def distance(a: str, b: str) -> int:
     if len(a) > 1 and len(b) > 1 and a[-1] == b[-2] and a[-2] == b[-1]:
         ways.append(distance(a[:-2], b[:-2]) + 1)
     return min(ways)
-
-
-WORDS = st.text("abc", min_size=1, max_size=6)
-
-
-@given(WORDS, st.lists(WORDS, max_size=8, unique=True))
-def test_the_nearest_words_are_those_of_the_fewest_edits(word: str, known: list[str]) -> None:
-    close = difflib.get_close_matches(word, known, n=10, cutoff=0.6)
-    least = min((distance(word, other) for other in close), default=0)
-    expected = [other for other in close if distance(word, other) == least]
-    assert faults.nearest(word, known) == expected[:3]
-    assert faults.meant(f" {word.upper()}", known) == (expected[0] if expected else None)
 
 
 def test_messages_are_one_line_of_a_limited_length() -> None:
@@ -233,19 +175,6 @@ def test_yaml_that_is_no_value(text: str, expected: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ('{"a": {"b": 1, "b": 2}}', "key b is repeated"),
-        ("[" * 100_000, "nested too deeply"),
-        ("{", "Expecting property name"),
-    ],
-)
-def test_json_that_is_no_value(text: str, expected: str) -> None:
-    with pytest.raises(ValueError, match=expected):
-        load_json(text)
-
-
-@pytest.mark.parametrize(
     "text",
     [
         "",
@@ -258,8 +187,3 @@ def test_json_that_is_no_value(text: str, expected: str) -> None:
 )
 def test_any_other_yaml_is_that_of_pyyaml(text: str) -> None:
     assert load_yaml(text) == yaml.safe_load(text)
-
-
-def test_any_other_json_is_that_of_json() -> None:
-    value = {"a": [1, -2.5, None, True, {"b": "c"}], "d": 10**50}
-    assert load_json(json.dumps(value)) == value

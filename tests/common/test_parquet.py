@@ -7,7 +7,6 @@ from unittest import mock
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -97,18 +96,6 @@ def test_read_as_written_at_once_or_a_column_at_a_time(tmp_path, columns, data) 
     assert {values.dtype for values in series.values()} == {np.dtype(float)}
     last = list(columns)[-1]
     assert list(read_table(tmp_path / "once", [last])[0]) == [last]
-
-
-def test_texts_truths_and_other_readers(tmp_path) -> None:
-    columns = {"series": ["x1", "L"] * 50, "outlier": np.arange(100) % 3 == 0}
-    columns["x1_mm"] = np.repeat(np.float32([0.5, 1.5]), 50)
-    write_table(path := tmp_path / "a.parquet", columns, {"b": 1}, dictionary=["x1_mm"])
-    for name, values in columns.items():
-        np.testing.assert_array_equal(read_table(path)[0][name], values)
-    assert pq.read_table(path).num_rows == 100
-    coded = {name: pq.ParquetFile(path).metadata.row_group(0).column(k).encodings
-             for k, name in enumerate(columns)}  # fmt: skip
-    assert all("RLE_DICTIONARY" in coded[name] for name in ("series", "x1_mm"))
 
 
 def test_tables_are_read_and_written_without_pandas(tmp_path: Path) -> None:

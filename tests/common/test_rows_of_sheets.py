@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mocap_metrology.common.faults import Faults
-from mocap_metrology.common.sheets import delimiter, parts_of, read
+from mocap_metrology.common.sheets import read
 
 COLUMNS = ("name", "path", "note")
 
@@ -102,14 +102,3 @@ def test_other_columns_where_a_sheet_may_have_them(tmp_path: Path) -> None:
     text = "name\tmore\na\tb"
     assert rows(tmp_path, text, others=True) == [(2, ["a", "", "", "b"])]
     assert faults(tmp_path, text)[0].startswith('s.tsv, column "more": unknown')
-
-
-def test_the_separator_is_what_separates_most_known_names() -> None:
-    assert delimiter('"name" ; path,note', COLUMNS) == ";"
-    assert delimiter("name,path;note,other", COLUMNS) == ","
-    assert delimiter("nothing", COLUMNS) == "\t"
-
-
-def test_parts_of_a_cell() -> None:
-    assert parts_of("a ; b;c d") == ("a", "b", "c d")
-    assert parts_of("") == ()

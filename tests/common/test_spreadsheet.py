@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.files import write_csv
-from mocap_metrology.common.spreadsheet import as_text, rows
+from mocap_metrology.common.spreadsheet import as_text
 from mocap_metrology.io.text.covariate import read_covariate
 from mocap_metrology.lighthouse.assess.reference import read_mount
 from mocap_metrology.lighthouse.board import read_board
@@ -54,12 +54,6 @@ def test_semicolons_and_decimal_commas(tmp_path: Path, name: str) -> None:
         path.write_bytes(saved(header, table, between, mark).encode())
         found.append(np.asarray(read(path), dtype=float))
     assert np.array_equal(found[0], found[1]) and np.array_equal(found[0], found[2])
-
-
-def test_a_cell_that_is_no_number_keeps_its_comma() -> None:
-    assert rows("a;b\n1,5;x, y\n") == [["a", "b"], ["1.5", "x, y"]]
-    assert rows("a,b\n1,5\n") == [["a", "b"], ["1", "5"]]
-    assert rows("") == []
 
 
 @pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "@SUM(1)", "+1+1", "-2+3+cmd"])

@@ -8,7 +8,6 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import (
     check_count,
-    digest,
     flat_board,
     read_board,
     read_normals,
@@ -53,15 +52,6 @@ def test_directions_of_diodes_are_unit_vectors(tmp_path: Path, normal: str, why:
     assert read_normals(written(tmp_path, SQUARE)) is None
 
 
-def test_the_default_board_counts_along_rows_from_the_lower_left() -> None:
-    """As a station sees it that looks along -x at the side of +x: +y is to its right."""
-    board = flat_board(3, 2, 0.24, 0.16)
-    y, z = [-0.12, 0, 0.12], [-0.08, 0.08]
-    np.testing.assert_allclose(board, [[0, a, b] for b in z for a in y])
-    assert flat_board().shape == (32, 3)
-    assert np.ptp(flat_board(), axis=0) == pytest.approx([0, 0.24, 0.16])
-
-
 @pytest.mark.parametrize(
     ("rows", "why"),
     [
@@ -77,28 +67,6 @@ def test_the_default_board_counts_along_rows_from_the_lower_left() -> None:
 def test_what_is_no_board_is_refused(tmp_path: Path, rows: list[str], why: str) -> None:
     with pytest.raises(Refusal, match=f"^board.csv: {why}"):
         read_board(written(tmp_path, rows))
-
-
-@pytest.mark.parametrize(
-    "rows",
-    [
-        SQUARE,
-        ["0,0,0", "0,2,0", "0,1,1", "0,0,1"],
-        [*SQUARE, "0,0.1,0.000101"],
-        line(1.01e-3),
-    ],
-)
-def test_a_board_at_the_limits_is_none_less(tmp_path: Path, rows: list[str]) -> None:
-    assert len(read_board(written(tmp_path, rows))) == len(rows)
-
-
-def test_what_is_no_file_of_a_board_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match=r"^board\.csv: header is 'x,y,z'; expected x_m,y_m,z_m$"):
-        read_board(written(tmp_path, SQUARE, "x,y,z"))
-    (tmp_path / "board.csv").write_bytes(b"\xff\xfe\x00")
-    for name in ("board.csv", "none.csv"):
-        with pytest.raises(Refusal, match=rf"^{name}: cannot be read \(.*expected a CSV"):
-            read_board(tmp_path / name)
 
 
 def test_a_board_has_the_diodes_that_the_recording_shows() -> None:
@@ -126,10 +94,3 @@ def test_damaged_lines(tmp_path: Path, line: str, message: str) -> None:
     (tmp_path / "board.csv").write_text("\n".join(rows))
     with pytest.raises(Refusal, match=message):
         read_board(tmp_path / "board.csv")
-
-
-def test_a_board_is_recognised_to_a_micrometre() -> None:
-    """0.4 um are the same board, 0.6 um are the next one."""
-    board = 1e-6 * np.arange(12.0).reshape(4, 3) ** 4
-    assert digest(board + 0.4e-6) == digest(board)
-    assert digest(board + 0.6e-6) == digest(board + 1e-6) != digest(board)

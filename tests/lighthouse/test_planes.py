@@ -58,18 +58,6 @@ def test_angles_by_hand(factory: Factory, variant: str) -> None:
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_tilted_planes_meet_the_point(variant: str) -> None:
-    """Without curve, gibbous and ogee a plane turned by theta + phase contains the point."""
-    rows = rotor.rotor_parameters(TILTED, None, rotor.VARIANTS[variant])
-    theta = rotor.angles(POINTS, rows) + TILTED.phase
-    for plane, sign in ((0, 1), (1, -1)):
-        A = sign * np.pi / 6 + TILTED.tilt[plane]
-        c, s = np.cos(theta[:, plane]), np.sin(theta[:, plane])
-        normal = np.stack([-s * np.cos(A), c * np.cos(A), np.full(c.size, -np.sin(A))], axis=1)
-        assert np.abs((normal * POINTS).sum(axis=1)).max() < 1e-14
-
-
-@pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("factory", [FACTORY, IDEAL])
 def test_derivatives_are_those_of_finite_differences(factory: Factory, variant: str) -> None:
     """By the point, tilt, curve, and both parts of gibbous and ogee."""
@@ -110,14 +98,6 @@ def test_directions_behind_a_pair_of_angles(variant: str, azimuth: float, slope:
     expected = np.arctan2(point[:, 1:], point[:, :1])
     found = rotor.directions(rotor.angles(point, rows), rows)
     np.testing.assert_allclose(found, expected, atol=1e-11)
-
-
-def test_directions_of_ideal_planes_are_the_closed_form() -> None:
-    t0, t1 = rotor.angles(POINTS, rotor.rotor_parameters(IDEAL)).T
-    y_x = np.tan((t0 + t1) / 2)
-    z_x = np.sin(t1 - t0) / (np.tan(np.pi / 6) * (np.cos(t0) + np.cos(t1)))
-    np.testing.assert_allclose(y_x, POINTS[:, 1] / POINTS[:, 0], rtol=1e-12)
-    np.testing.assert_allclose(z_x, POINTS[:, 2] / POINTS[:, 0], rtol=1e-12)
 
 
 def test_values_of_no_second_generation_station_are_refused() -> None:

@@ -42,10 +42,6 @@ def parameters(variant: str, lasers: object, factory: Factory = FACTORY) -> np.n
     return rotor.rotor_parameters(factory, lasers, rotor.VARIANTS[variant])
 
 
-def test_without_values_a_station_is_ideal() -> None:
-    np.testing.assert_array_equal(rotor.rotor_parameters(Factory()), rotor.rotor_parameters())
-
-
 @pytest.mark.parametrize("only", [*FACTORY_NAMES, "all"])
 @pytest.mark.parametrize(("variant", "lasers"), CASES)
 def test_angles_by_hand_of_each_term_alone_and_of_all(variant, lasers, only) -> None:
@@ -88,17 +84,6 @@ def test_gradient_by_the_factory_values(variant, lasers) -> None:
                     row[column] += sign * h
                 ends.append(rotor.angle(axis, *p, row))
             assert found[k] == pytest.approx((ends[0] - ends[1]) / (2 * h), abs=1e-8)
-
-
-@pytest.mark.parametrize("variant", rotor.VARIANTS)
-@given(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4))
-def test_ideal_directions_behind_measured_angles(variant: str, angles: list[float]) -> None:
-    """Whatever the lasers: they are left out of account."""
-    ideal = np.array(angles).reshape(2, 2)
-    points = np.column_stack([np.ones(2), np.tan(ideal)])
-    measured = rotor.angles(points, parameters(variant, None))
-    found = rotor.directions(measured, parameters(variant, LASERS))
-    np.testing.assert_allclose(found, ideal, atol=1e-11)
 
 
 @pytest.mark.parametrize(("name", "limit"), [("phase", 0.3), ("tilt", 0.3), ("curve", 0.1)])

@@ -45,15 +45,6 @@ def test_noise_above_and_below_the_floors_of_px4():
     assert text.count("binds") == 2
 
 
-def test_what_is_not_measured_is_said():
-    alone = verdict(0.1, ["A"])
-    found = covariances(alone, PLACES_MM[:1])
-    assert yaml.safe_load(ros_yaml(alone, found))["body"] is None
-    assert "EKF2_EVA_NOISE: not measured" in px4_params(alone, found)
-    moves = verdict(None)
-    assert yaml.safe_load(ros_yaml(moves, covariances(moves, PLACES_MM)))["markers"] == {}
-
-
 PLACES = np.array([[0.0, 0.0, 0.0], [120.0, 0.0, 10.0], [30.0, 80.0, 0.0], [60.0, 40.0, 90.0]])
 SIGMA = np.array([[0.1, 0.1, 0.3], [0.2, 0.1, 0.1], [0.1, 0.4, 0.1], [0.1, 0.1, 0.1]])
 
@@ -70,14 +61,6 @@ def test_covariance_of_simulated_fits():
     expected = body_covariance(PLACES, SIGMA)
     sd = np.sqrt(np.diag(expected))
     np.testing.assert_allclose(sampled / np.outer(sd, sd), expected / np.outer(sd, sd), atol=0.03)
-
-
-def test_equal_noise_gives_the_closed_form():
-    own = PLACES - PLACES.mean(axis=0)
-    inertia = (own**2).sum() * np.eye(3) - own.T @ own
-    found = body_covariance(PLACES + 1e4, np.full((4, 3), 0.2))
-    np.testing.assert_allclose(found[:3, :3], 0.01 * np.eye(3), atol=1e-12)
-    np.testing.assert_allclose(found[3:, 3:], 0.04 * np.linalg.inv(inertia), rtol=1e-7)
 
 
 @pytest.mark.parametrize("places", [PLACES[:2], np.outer([0.0, 1.0, 3.0], [1.0, 2.0, 3.0])])

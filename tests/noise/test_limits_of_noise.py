@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.changes.compare import adev_trend, coherence
 from mocap_metrology.noise.changes.covariate import Covariate, coherence_row
@@ -18,7 +16,7 @@ from mocap_metrology.noise.diagnosis.export import bands, low_pass
 from mocap_metrology.noise.fit.allan.relative import Annealing, misfit
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.likelihood import check_series
-from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.components import NoiseModel, Sinusoid
 
 M = np.array([1, 2, 4, 8, 16])
 WHITE = np.random.default_rng(1).standard_normal(4000)
@@ -109,42 +107,12 @@ LIMITS: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
 }
 
 
-# A parameter of a component, the least it may be, and what is refused
-PARAMETERS = [
-    (lambda h: PowerLaw(0, h), 0.0, -1e-300),
-    (lambda q_c: GaussMarkov(q_c, 1.0), 0.0, -1e-300),
-    (lambda T_c: GaussMarkov(1.0, T_c), 1e-300, 0.0),
-    (lambda A_s: Sinusoid(A_s, 1.0), 0.0, -1e-300),
-    (lambda f_0: Sinusoid(1.0, f_0), 1e-300, 0.0),
-    (lambda width: Sinusoid(1.0, 1.0, width), 0.0, -1e-300),
-]
-
-
-@pytest.mark.parametrize(("made", "least", "below"), PARAMETERS, ids=range(6))
-def test_parameters_are_finite_and_not_negative(made, least: float, below: float) -> None:
-    for value in (least, 1e308):
-        made(value)
-    for value in (below, math.inf, math.nan):
-        with pytest.raises(Refusal):
-            made(value)
-
-
 @pytest.mark.parametrize("name", LIMITS)
 def test_accepts_up_to_the_limit_and_refuses_beyond(name: str) -> None:
     accepted, refused = LIMITS[name]
     accepted()
     with pytest.raises((Refusal, ValueError)):
         refused()
-
-
-@pytest.mark.parametrize("gaps", [False, True])
-def test_the_exponents_of_noise_do_not_depend_on_where_a_marker_is(gaps: bool) -> None:
-    """Of 1 nm at 10 km, where sums of the positions themselves lose the noise in rounding."""
-    walk = WHITE + 0.05 * np.cumsum(np.random.default_rng(2).standard_normal(WHITE.size))
-    m = np.unique(np.geomspace(1, 120, 20).astype(int))
-    for x in (WHITE, walk):
-        own = np.where(np.arange(x.size) % 9 == 4, np.nan, x) if gaps else x
-        assert noise_exponents(1e7 + 1e-6 * own, m).tolist() == noise_exponents(own, m).tolist()
 
 
 def test_too_little_of_a_series_shows_no_spectrum_and_no_windows() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.model.components import NoiseModel
-from mocap_metrology.noise.twins.twin import Slow, Twin
+from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.papers import gaussian_table
 from mocap_metrology.papers.claims import decide
 from mocap_metrology.papers.claims.decide import DOES_NOT, HOLDS, UNKNOWN
@@ -58,47 +58,6 @@ def test_random_walk_is_left_to_chance() -> None:
     word, counted = decided(moments)
     assert word == UNKNOWN and counted.endswith("that decide, 300 drawn")
     assert 0.05 < int(counted.split()[4]) / 300 < 0.15  # x1 and x2 denied in 5 % each, though true
-
-
-def test_random_walk_of_one_history_is_not() -> None:
-    """Subsets of one recording: the walk scales with its coefficient and nothing else."""
-    moments = of_twins("h_-2", -1.0, 20, seed=1, slow=Slow("T40", 0.1))
-    scaled = np.array([moments["T40", n]["sigma_1_mm"] * math.sqrt(n) for n in NS])
-    np.testing.assert_allclose(scaled, scaled[:1].repeat(len(NS), axis=0), rtol=1e-6)
-    assert decided(moments) == (HOLDS, "holds in 20 of 20")
-
-
-def scattered(exponent: float, scatter: np.ndarray, seed: int) -> Moments:
-    """sigma = n^-exponent times normal scatter of ln sigma, of each draw."""
-    rng = np.random.default_rng(seed)
-    return {
-        ("T40", n): {k: np.exp(scatter * rng.normal(size=scatter.size)) * n**-exponent
-                     for k in SIGMAS}
-        for n in NS
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize("scatter", [0.5, 0.8])
-@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0])
-def test_scatter_is_no_law(exponent: float, scatter: float) -> None:
-    """500 draws: the law holds in 1 % at most of whatever exponent (47 to 82 % if a wide error
-    were enough); of a true one it is denied in 5 % each of x1 and x2 (within 3 errors)."""
-    moments = scattered(exponent, np.full(500, scatter), 8)
-    words = [LAW.find(one).word for one in realisations(moments)]
-    assert words.count(HOLDS) <= 5
-    if exponent == 0.5:
-        assert 0.055 < words.count(DOES_NOT) / 500 < 0.14
-        assert decided(moments)[0] == UNKNOWN
-
-
-@pytest.mark.parametrize(("exponent", "word"), [(0.0, DOES_NOT), (0.5, HOLDS), (1.0, DOES_NOT)])
-def test_draws_that_cannot_decide_do_not_count(exponent: float, word: str) -> None:
-    """Precise draws, and one in five that mostly decides nothing."""
-    moments = scattered(exponent, np.repeat([0.03, 1.0], [80, 20]), 9)
-    words = [LAW.find(one).word for one in realisations(moments)]
-    decide_ = 100 - words.count(UNKNOWN)
-    counted = f"holds in {words.count(HOLDS)} of {decide_} that decide, 100 drawn"
-    assert decided(moments) == (word, counted) and 80 <= decide_ <= 90
 
 
 def test_claims_that_chance_does_not_decide() -> None:

@@ -12,7 +12,6 @@ import pytest
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.papers.claims import decide
-from mocap_metrology.papers.claims.coefficients import independent
 from mocap_metrology.papers.claims.decide import DOES_NOT, HOLDS, UNKNOWN
 from mocap_metrology.papers.claims.study import (
     TYPES,
@@ -197,22 +196,6 @@ def test_weighted_against_ordinary_least_squares() -> None:
         study = of_levels(lambda *_: 1.0, dict.fromkeys(KEYS, fits))
         allan = {k: v | {"adev_mm": np.tile(adev, len(SERIES))} for k, v in study.allan.items()}
         assert found("S-3.4-weighted", Regenerated(allan, study.noise, {}))[0] == word
-
-
-def test_independence_needs_precision() -> None:
-    """2000 draws of seven subsets: with scatter of 0.1 what falls as n^-1/2 is called independent
-    in less than 1 %, what is independent in 85 % and more; with 0.5 hardly anything is decided.
-    What is independent is said to depend on n in 5 % (3.5 to 6.5)."""
-    rng, n = np.random.default_rng(3), np.array(TYPES["T40"])
-
-    def shares(b: float, scatter: float) -> list[float]:
-        words = [independent(n, n**b * np.exp(scatter * rng.normal(size=7))) for _ in range(2000)]
-        return [words.count(word) / 2000 for word in (HOLDS, DOES_NOT, UNKNOWN)]
-
-    assert shares(-0.5, 0.1)[0] < 0.01 and shares(-0.5, 0.1)[1] > 0.95
-    even = shares(0.0, 0.1)
-    assert even[0] > 0.85 and 0.035 < even[1] < 0.065
-    assert shares(-0.5, 0.5)[0] < 0.05 and shares(-0.5, 0.5)[2] > 0.6
 
 
 def test_a_result_near_its_limit_is_undecided() -> None:

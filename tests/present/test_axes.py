@@ -1,10 +1,9 @@
 """Ticks of logarithmic axes, titles that wrap, limits, and which series share a panel."""
 
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from mocap_metrology.present.plot.curves import facets, log_limits
+from mocap_metrology.present.plot.curves import facets
 from mocap_metrology.present.plot.figure import log_axis
 
 
@@ -30,19 +29,6 @@ def labels(limits, which, size_inches) -> list[str]:
 )
 def test_every_label_is_whole(limits, expected) -> None:
     assert labels(limits, "y", 3.0) == expected
-
-
-@pytest.mark.parametrize(
-    ("values", "decades", "limits"),
-    [
-        ([1.0, 100.0, -1.0, 0.0, np.nan, np.inf], (1.0,), (-0.1, 2.1)),
-        ([10.0], (1.0,), (0.5, 1.5)),
-        ([1e-17, 1.0], (1.0, 7.0), (-7.1, 0.1)),
-        ([np.nan, 0.0], (1.0,), (-1.0, 1.0)),
-    ],
-)
-def test_limits_leave_a_tenth_of_a_decade(values, decades, limits) -> None:
-    assert np.log10(log_limits([np.array(values)], *decades)) == pytest.approx(limits)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from figure_data import check_saved, every_text
 from mocap_workflow.recording_twins import twin_from_mapping
 
-from mocap_metrology.noise.diagnosis.evidence import broad_peak, halves, view_of
+from mocap_metrology.noise.diagnosis.evidence import halves, view_of
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
@@ -129,15 +129,3 @@ def test_a_broad_peak_of_a_short_recording_is_undecided(width_hz: float, shown: 
     found = replace(found, spectra=spectra, lines=[])
     panel = axes_of(diagnosis_figure(one, found, "R"), "Spectrum of ")
     assert ("10 s cannot decide" in panel.get_title(loc="right")) == shown
-
-
-def test_a_broad_peak_is_found_where_it_is() -> None:
-    """A hump of a factor h over 1/f, on a grid of 1/40 decade: from 3 on, and in the middle."""
-    f = np.geomspace(0.1, 100, 121)
-    for factor, expected in ((2.5, False), (4.0, True)):
-        hump = 1 + (factor - 1) * (np.abs(np.log10(f / 5.0)) < 0.1)
-        peak = broad_peak(f, hump)
-        assert (peak is not None) == expected
-        assert peak is None or abs(np.log10(peak / 5.0)) < 0.11
-    assert broad_peak(f, 1 + 9 * (np.abs(np.log10(f / 0.15)) < 0.1)) is None  # at the end
-    assert broad_peak(f, 0 * f) is None and broad_peak(f[:0], f[:0]) is None

@@ -23,24 +23,6 @@ def panels_of(figure, row: int = 0) -> list:
     return [axes for k in range(3) for axes in figure.body.axes[6 * k + 3 * row :][:3]][:7]
 
 
-def test_recordings_are_told_apart_by_cameras_only_if_these_differ() -> None:
-    by_number = family_of({f"T40-{n}": row(f"T40-{n}", n_cameras=n) for n in T40})
-    assert by_number.by == "Number of cameras"
-    assert next(iter(by_number.labels.items())) == ("T40-2", "2")
-    assert list(by_number.labels.values()) == [str(n) for n in sorted(T40)]
-    for others in (
-        {"A": row("A"), "B": row("B")},
-        {"A": row("A", n_cameras=None), "B": row("B")},
-        {"A": row("A", n_cameras=4), "B": row("B", "Bonita")},
-        {"A": row("A")},
-    ):
-        family = family_of(others)
-        assert (family.by, list(family.labels)) == ("Recording", list(others))
-        assert len({look.colour for look in family.looks.values()}) == len(others)
-    many = {f"R{k}": row(f"R{k}") for k in range(8)}
-    assert family_of(many).looks == {}
-
-
 def test_a_family_shows_every_curve_and_its_ratio_to_the_smallest_subset() -> None:
     rows = {f"T40-{n}": row(f"T40-{n}", n_cameras=n) for n in T40}
     given = {name: published("T40", r["n_cameras"]) for name, r in rows.items()}

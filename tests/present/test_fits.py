@@ -13,7 +13,7 @@ from mocap_metrology.noise.fit.estimates import rows as noise_csv
 from mocap_metrology.noise.model import curves
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_row
-from mocap_metrology.present.fits import fit_figure, fit_of
+from mocap_metrology.present.fits import fit_figure
 from mocap_metrology.present.plot.figure import INK, LOOKS
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -85,37 +85,6 @@ def test_curves_and_residuals_are_those_of_the_model() -> None:
     (((at,), (top,)),) = lines(psd, marker="D")
     assert at == line.f_0
     assert top == pytest.approx(model.psd(at, RATE) + line.A_s**2 / 2 / width)
-
-
-ROW = {"estimator": MAIN, "status": "ok", "model": "sampled"}
-
-
-@pytest.mark.parametrize(
-    ("coefficients", "text"),
-    [
-        ({"h_-2": (3.23e-9, 3e-11)}, "h₋₂ 3.23×10⁻⁹ mm² Hz ±0.9 %"),
-        ({"q_c2": (0.0068, 0.001), "T_c2": (0.52, math.nan)},
-         "GM 2: $q_c$ 0.00680 mm/√s ±15 %, $T_c$ 0.520 s (short)"),
-        ({"q_c1": (1.0, 0.094), "T_c1": (1.0, 0.0)},
-         "GM 1: $q_c$ 1.00 mm/√s ±9 %, $T_c$ 1.00 s ±0 % (medium)"),
-        ({"A_s": (0.0036, 1e-5), "f_0": (14.4 + 1e-9, 3.1e-8)},
-         "sinusoid: $A_s$ 0.00360 mm ±0.3 %, f₀ 14.4 Hz"),
-        ({"A_s": (0.015, math.nan), "f_0": (14.4, 0.0104), "width_f": (0.018, 0.0018)},
-         "sinusoid: $A_s$ 0.0150 mm, f₀ 14.400 ± 0.010 Hz, $width_f$ 0.0180 Hz ±10 %"),
-        ({"drift": (-1.2, 0.036)}, "drift −1.20 mm/h ±3 %"),
-        ({"A_w": (0.2, 0.006), "T_w": (60.0, 1.8)},
-         "warm-up: $A_w$ 0.200 mm ±3 %, $T_w$ 60.0 s ±3 %"),
-    ],
-)  # fmt: skip
-def test_names_values_and_relative_errors(coefficients, text) -> None:
-    rows = [
-        ROW | {"parameter": name, "value": value, "std_error": error}
-        for name, (value, error) in coefficients.items()
-    ]
-    assert [part.text for part in fit_of(MAIN, rows).parts] == [text]
-    misfit = fit_of(MAIN, [row | {"status": "misfit"} for row in rows])
-    assert "±" not in misfit.parts[0].text and misfit.trouble == "misfit"
-    assert not fit_of(MAIN, [rows[0] | {"value": math.nan}, *rows[1:]]).parts or "drift" in text
 
 
 def rows_of_main() -> list[dict]:

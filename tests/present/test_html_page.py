@@ -5,12 +5,11 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 
-import pytest
 from matplotlib.figure import Figure as Drawing
 
 from mocap_metrology.common.errors import printable
 from mocap_metrology.present import tables
-from mocap_metrology.present.pages import details, site
+from mocap_metrology.present.pages import details
 
 VOID = {"br", "wbr", "meta", "img"}
 
@@ -102,21 +101,6 @@ def test_what_a_user_wrote_is_text(tmp_path: Path) -> None:
         details.page(HOSTILE[3], csv=[Path(HOSTILE[3])], verdict=HOSTILE[4], lines=HOSTILE)
     )
     assert page.images == [] and page.elements.count("script") == 1
-
-
-@pytest.mark.parametrize(
-    ("line", "html"),
-    [
-        ("h_0 (mm^2/Hz^3)", "h<sub>0</sub> (mm<sup>2</sup>/Hz<sup>3</sup>)"),
-        ("h_-2", "h<sub>−2</sub>"),
-        ("q_c2 (mm/s^0.5), T_c", "q<sub>c2</sub> (mm/√s), T<sub>c</sub>"),
-        ("1 < 2 & 3", "1 &lt; 2 &amp; 3"),
-        ("x9_f_0 h_0_b T40-10", "x9_f_0 h_0_b T40-10"),
-        ("camera_type", "camera_<wbr>type"),
-    ],
-)
-def test_units_are_typeset(line: str, html: str) -> None:
-    assert site.typeset(line) == html
 
 
 def test_every_image_has_words_and_leads_to_itself(tmp_path) -> None:

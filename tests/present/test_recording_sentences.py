@@ -24,7 +24,6 @@ from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.text import sentence
 from mocap_metrology.present.text.diagnosis import line_words, sentences
-from mocap_metrology.present.text.sentence import movement_words
 
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")
 NONE = np.zeros(0, int)
@@ -277,14 +276,3 @@ def test_wander_that_the_noise_model_states_is_said_once() -> None:
     assert "drift" not in {
         one.kind for one in told(({"wanders": unexplained}, [row("x1", "drift", 1.0)]))
     }
-
-
-def test_markers_that_move_are_one_line() -> None:
-    assert movement_words({}, 100.0) == []
-    sizes = {"A": 2360.0, "B": 2380.0, "C": 2340.0}
-    walking = {name: ("x", Movement(mm)) for name, mm in sizes.items()}
-    first = "marker A seems to move, and so do B and C: B moves by 2.38 m along x within 1.7 s, "
-    tail = "which noise does not explain; the Allan variance assumes stationary markers"
-    assert movement_words(walking, 1.7) == [first + tail]
-    many = {f"M{k}": ("x", Movement(3.0)) for k in range(9)}
-    assert ", and so do 8 others: M0 moves by" in movement_words(many, 1.7)[0]

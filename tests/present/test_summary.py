@@ -56,54 +56,6 @@ def rows(*recordings: dict) -> list[dict]:
     return summary.own_rows(summary.Verdicts(recordings).rows())
 
 
-@pytest.mark.parametrize(
-    ("recordings", "refused", "text"),
-    [
-        (ROWS, 0, "1 of 4 recordings are good, 1 usable, 2 bad. The worst is c (bad): One frame of"
-         " z2: 0.9 mm; so."),
-        (ROWS[2:3], 0, "c is bad: One frame of z2: 0.9 mm; so."),
-        (ROWS[:1], 2, "1 of 3 recordings are good, 2 refused. The least precise is a: One frame of"
-         " z2: 0.02 mm; so."),
-        (ROWS[4:], 0, "T40-10 is bad: One frame of z2: 5.0 mm; so."),  # where there are no others
-    ],
-)  # fmt: skip
-def test_the_answer_counts_ones_own_and_names_the_worst(recordings, refused, text) -> None:
-    mine = rows(*recordings)
-    assert summary.answer("recording", mine, refused) == text
-    assert [r["name"] for r in rows(*ROWS)] == ["c", "b", "d", "a"]
-
-
-def test_changes_are_a_sentence_or_counts() -> None:
-    sentences = ["a compared with b: worse in x1.", "c compared with b: better in x1."]
-    sentences += ["d compared with e: no significant change beyond the margin."]
-    assert summary.changes(sentences[:1]) == sentences[:1] and summary.changes([]) == []
-    (line,) = summary.changes(sentences)
-    assert line == (
-        "Of 3 recordings compared with another: 1 worse, 1 better, 1 without a significant change."
-    )
-
-
-@pytest.mark.parametrize(
-    ("sources", "lengths", "words"),
-    [
-        ("mm", (None, 5.0), "measured"),
-        ("t", (600.0,), "simulated (a twin of 10 min)"),
-        ("tt", (None, None), "all simulated (twins)"),
-        ("tm", (600.0, 5.0), "1 simulated (twins of 10 min), 1 measured"),
-        ("ttt", (32400.0, 20.0, 600.0), "all simulated (twins of 20 s to nine hours)"),
-    ],
-)
-def test_origin_of_recordings(sources: str, lengths: tuple, words: str) -> None:
-    kinds = {"m": "measured", "t": "twin"}
-    of = [{"source": kinds[s], "duration_s": t} for s, t in zip(sources, lengths, strict=True)]
-    assert summary.origin(of) == words
-    twins = [recording("a", "good", **row) for row in of]
-    text = summary.page(summary.Verdicts(twins))
-    assert f"recording{'s' * (len(of) > 1)}, {words}: {len(of)} good." in text
-    known = [t for s, t in zip(sources, lengths, strict=True) if s == "t" and t]
-    assert ("A quick look" in text) == bool(known and max(known) < 32400)
-
-
 def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:
     """The distance L is no coordinate; a recording without an uncertainty has no row."""
     figure = overview_figure(ROWS[:4], "T", "Source: measured.").figure
@@ -113,23 +65,6 @@ def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:
     assert [label.get_text() for label in axes.get_yticklabels()] == ["a", "b", "c"]
     bands = sorted(patch.get_x() for patch in axes.patches)
     assert np.allclose(bands[1:], [LIMITS["good"], LIMITS["usable"]])
-
-
-def test_why_is_in_few_words_and_told_once() -> None:
-    drift = {"code": "drift", "reason": "x1 drifts by 0.521 mm; the limit for good is 0.35 mm."}
-    smooth = {"code": "low_pass", "reason": "The recording looks to be low-pass filtered."}
-    again = {"kind": "low_pass", "severity": "warning", "words": "x1 appears to be filtered."}
-    row = recording("a", "bad", 0.7, caps=[drift, smooth], sentences=[again, *WARNINGS])
-    assert summary.why(row) == [
-        *("One frame of z2: 0.7 mm; so.", drift["reason"], smooth["reason"]),
-        *(["a <jump>."] * 3 + ["And 2 more, see its figures."]),
-    ]
-    words = "Marker A seems to move: medians over 1 s span 3 mm."
-    moves = {"kind": "moving", "severity": "warning", "words": words}
-    row = recording("a", "bad", sentences=[moves], decided_by={"code": "moves"})
-    row["reason"] = "A moves: means over 1 s of x1 span 3 mm (limit 2 mm)."
-    assert summary.why(row) == [row["reason"]]
-    assert len(summary.why(row | {"decided_by": {"code": "frame"}})) == 2
 
 
 def test_the_page_and_the_front_in_order_and_nothing_is_taken_for_markup() -> None:

@@ -4,13 +4,11 @@ import math
 import random
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from mocap_metrology.noise.assess.allan_summary import allan_summary
-from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.present import tables
-from mocap_metrology.present.text import captions, coefficients, numbers
+from mocap_metrology.present.text import coefficients, numbers
 from mocap_metrology.present.text.numbers import with_interval, with_uncertainty, with_unit
 
 PLAIN = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
@@ -97,21 +95,6 @@ def test_what_is_written_reads_back() -> None:
             assert abs(part * scale - known) <= 0.051 * half or abs(part) >= 1e4
 
 
-def test_rows_with_a_note_only_stand_beside_whole_ones_and_cells_are_escaped(tmp_path) -> None:
-    """Of what was refused a table holds the reason, in a row of its own, wherever it comes."""
-    rows = [{"recording": "a", "note": "x|_y"}, {"recording": "b", "value_mm": 1 / 3}]
-    for k, order in enumerate((rows, rows[::-1])):
-        tables.write(tmp_path / str(k), order, "Title", "Caption.")
-        table = pd.read_csv(tmp_path / f"{k}.csv", index_col="recording")
-        assert table.loc["a", "note"] == "x|_y" and table.loc["b", "value_mm"] == 1 / 3
-        assert np.isnan(table.loc["a", "value_mm"])
-        text = (tmp_path / f"{k}.md").read_text(encoding="utf-8")
-        assert text.startswith("# Title\n\nCaption.\n\n| recording | ")
-        assert "None" not in text and "x\\|\\_y" in text and "0.33333 " in text
-    tables.write_with(tmp_path / "none.md", [], "No rows.", ("a", "b"))
-    assert (tmp_path / "none.csv").read_text() == "a,b\n"
-
-
 def test_a_series_without_a_value_has_an_empty_row() -> None:
     names = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
     columns = {name: np.array([0.1, 0.2]) for name in names} | {"edf": np.array([20.0, 10.0])}
@@ -120,42 +103,3 @@ def test_a_series_without_a_value_has_an_empty_row() -> None:
     assert list(first) == list(second)
     assert (first["adev_min_mm"], first["tau_min_s"]) == (0.1, 0.1)
     assert second["series"] == "L" and second["adev_min_mm"] is None
-
-
-@pytest.mark.parametrize(
-    ("sources", "duration_s", "text"),
-    [
-        ("t", 600.0, "All recordings are twins of 10 min (S: nine hours): simulated, from published"
-         " or configured numbers."),
-        ("tm", 20, "Simulated (twins of 20 s (S: nine hours)): a; the others are measured."),
-        ("m", 20.0, "All recordings are measured."),
-    ],
-)  # fmt: skip
-def test_the_length_of_twins_stands_where_they_are_named(sources, duration_s, text) -> None:
-    kinds = {"t": "twin", "m": "measured"}
-    named = {name: kinds[kind] for name, kind in zip("ab", sources, strict=False)}
-    assert tables.source_sentence(named, duration_s) == text
-
-
-def test_table_4_is_shown_as_printed(root) -> None:
-    """Every number of S Table 4 with the digits of the file it was typed into, as many beside."""
-    lines = (root / "src/mocap_metrology/reference/gaussian_model_table4.csv").read_text("utf-8")
-    head, *rows = (line.split(",")[:-1] for line in lines.splitlines())
-    for kind, *printed in rows:
-        values = published_gaussian(kind)
-        beside = {"regenerated": 160.6, "residual": 1.5e-5}
-        shown = [{"quantity": name, "published": values[name]} | beside for name in head[1:]]
-        text = tables.markdown(shown, "T", "C").splitlines()[6:]
-        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
-        assert [row[1] for row in cells] == printed
-        assert {(row[2], row[3]) for row in cells} == {("160.6000", "1.50×10⁻⁵")}
-    assert tables.as_printed(1.4e-6, "h_0") == "1.40×10⁻⁶"
-
-
-def test_captions_of_several_figures_follow_one_another() -> None:
-    """Each with its number, a number also as text."""
-    assert captions.of_skurowski("1", "A1").startswith("Figure 1: Computed from the numbers")
-    assert " Figure A1: Overlapping Allan deviation of z1" in captions.of_skurowski(1, "A1")
-    assert captions.of_jansen(5) == f"Figure 5: {captions.JANSEN[5]}"
-    with pytest.raises(AttributeError, match="NO_SUCH"):
-        _ = captions.NO_SUCH

@@ -97,17 +97,6 @@ def test_row_and_lines_of_white_noise() -> None:
     assert len(verdict_lines(moved)) == 3
 
 
-@pytest.mark.parametrize("count", [1, 2])
-def test_what_a_reason_states_is_no_finding_again(count: int) -> None:
-    """Alone of its kind; of several, such as two markers with filled frames, all are listed."""
-    cap = {"code": "missing", "reason": "6 % of the frames of x1 are missing."}
-    filled = {"severity": "warning", "words": "6 % of A are gap-filled.", "kind": "filled"}
-    verdict = contents() | {"caps": [cap], "sentences": [*SENTENCES, *[filled] * count]}
-    lines = verdict_lines(verdict)
-    assert lines.count(cap["reason"]) == 1 and "  Marker A moves." in lines
-    assert lines.count(f"  {filled['words']}") == (0 if count == 1 else 2)
-
-
 def test_why_there_is_no_model_is_said_once() -> None:
     assert "  x1, x2: there is no noise model" in verdict_lines(contents(2, refused=("x1", "x2")))
     names = tuple(f"{axis}{k}" for k in (1, 2) for axis in "xyz")
@@ -119,23 +108,6 @@ def test_why_there_is_no_model_is_said_once() -> None:
     assert text.count("too short: 700 samples, a noise model needs 1000") == 1
     assert text.casefold().count("no noise model") == 1
     assert "\nAll measured, not modelled." in text and "mostly" not in text
-
-
-def test_mean_of_all_frames() -> None:
-    """Frames of white noise are independent, their mean has sigma over their root, and the length
-    is in proportion to the square of what is wanted."""
-    verdict = contents()
-    mean, u = verdict["series"]["y1"]["mean_of_all"], SIGMA["y1"] / math.sqrt(N)
-    assert [mean["n_eff"], mean["u_mm"]] == pytest.approx([N, u], rel=1e-3)
-    assert mean["k"] == pytest.approx(1.96, abs=0.01)
-    assert mean["length_s"] == pytest.approx(N / RATE * (1.96 * u / 0.01) ** 2, rel=0.01)
-    empty = contents(empty="y1")["series"]["y1"]["mean_of_all"]
-    assert set(empty.values()) == {None}
-    assert mean_table({"y1": {"mean_of_all": empty}})[1] == ["y1", *["-"] * 6]
-    for one in verdict["series"].values():
-        one["mean_of_all"] = empty
-    text = "\n".join(verdict_lines(verdict))
-    assert "No uncertainty of the mean of all frames" in text and "length needed" not in text
 
 
 def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:

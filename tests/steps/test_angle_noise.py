@@ -71,17 +71,6 @@ def test_white_noise_of_both_parts(hits: Hits, tmp_path: Path) -> None:
         assert ends[0] < row["common_adev_1_urad"] < ends[1]
 
 
-def test_two_diodes_have_a_common_part(hits: Hits) -> None:
-    """In the sweeps that hit both, 0.8^2 of them; what is not common to both is the noise of a hit,
-    from 570 differences."""
-    for one in still_angles(hits.take(hits.diode < 2)):
-        both = one.seen == 2
-        assert np.array_equal(np.isfinite(one.common), both)
-        assert both.mean() == pytest.approx(0.64, abs=0.065)
-        rms = np.sqrt(np.mean(one.independent[both] ** 2))
-        assert rms == pytest.approx(INDEPENDENT, rel=4 / np.sqrt(2 * both.sum()))
-
-
 def test_a_spread_below_the_step_of_the_clock_is_reported(hits: Hits, tmp_path: Path) -> None:
     """61 urad are below the 188 urad of 2 MHz, and not below the 8 urad of 48 MHz."""
     hits = hits.take(hits.diode < 3)

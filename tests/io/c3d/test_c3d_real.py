@@ -96,25 +96,6 @@ def test_second_opinion_agrees(c3d, name):
     assert recording.segments[0].second_opinion == "agrees"
 
 
-def test_six_encodings_of_one_recording(c3d):
-    """The int16 files hold the float files' values rounded to the scale, 1/12 mm."""
-    names = ("pr", "vr", "sr", "pi", "vi", "si")
-    read = [read_all(c3d / "c3dorg_sample01" / f"Eb015{name}.c3d") for name in names]
-    assert [r.encoding for r in read[::3]] == ["Intel float", "Intel int16"]
-    assert {r.encoding for r in read} >= {"DEC float", "DEC int16", "MIPS float", "MIPS int16"}
-    step = read[3].resolution_mm
-    assert step == pytest.approx(1 / 12) and read[3].resolution_kind == "int16"
-    for other in read[1:3]:
-        assert np.array_equal(read[0].position_mm, other.position_mm, equal_nan=True)
-        assert other.n_invalid == read[0].n_invalid
-    for other in read[4:]:
-        assert (other.resolution_mm, other.resolution_kind) == (step, "int16")
-        assert np.array_equal(read[3].position_mm, other.position_mm, equal_nan=True)
-    assert read[3].n_invalid == read[0].n_invalid
-    assert np.nanmax(np.abs(read[3].position_mm - read[0].position_mm)) <= step / 2 * 1.001
-    assert read[0].position_mm.dtype == np.float32 and read[3].position_mm.dtype == np.float64
-
-
 def test_unit_once_per_point(c3d, tmp_path):
     """The sample is cut off: 29 of 1149 frames, which ezc3d returns without a word."""
     path = c3d / "ezc3d_testfiles/Optotrak.c3d"

@@ -149,16 +149,6 @@ class TestMarkers:
         assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
         assert recording.frame_rate_hz == 100 and recording.n_gap_frames == 0
 
-    def test_commas_in_numbers(self, tmp_path):
-        """Reasons that name them: decimal commas between commas, a point where others have one."""
-        text = markers("{0}_{1}")
-        commas = text.replace(".", ",")
-        said = "7 names of columns, but 14 cells in line 2; are these decimal commas?"
-        assert said in refusal(make(tmp_path, "a.csv", commas), unit="mm")
-        mixed = text.replace(",", ";").replace(".", ",").replace("100,", "100.", 1)
-        said = "has a point where other numbers have a comma"
-        assert said in refusal(make(tmp_path, "a.csv", mixed), unit="mm")
-
     def test_a_row_may_end_before_its_time(self, tmp_path):
         rows = [f"{k}.0,2.0,{k}.5,{k / 100}" for k in range(20)]
         for cells in (3, 2):
@@ -295,21 +285,6 @@ def write(path: Path, comment: str, parts: list[np.ndarray]) -> Path:
 
 def matrices(position: np.ndarray, turn: Rotation) -> np.ndarray:
     return np.concatenate([turn.as_matrix(), position[:, :, None]], axis=2).reshape(FRAMES, 12)
-
-
-def test_two_bodies_by_matrices(tmp_path: Path, poses) -> None:
-    (a, b), turn = poses
-    still = Rotation.identity(FRAMES)
-    path = write(tmp_path / "bar.txt", "Freq: 100 bodies: left;right",
-                 [matrices(a, still), matrices(b, turn)])  # fmt: skip
-    assert bodies_of(path) == ("left", "right")
-    found = read_recording([path], ["right", "left"])
-    assert found.frame_rate_hz == 100
-    assert found.position_mm == pytest.approx(1000 * np.array([b.T, a.T]), abs=1e-5)
-    back = Rotation.from_quat(orientation_of([path], "right").T)
-    assert (back * turn.inv()).magnitude().max() < 1e-7
-    one = write(tmp_path / "one.txt", "Freq: 100", [matrices(a, turn)])
-    assert bodies_of(one) == ("tracker",)
 
 
 @pytest.mark.parametrize("order", ["wxyz", "xyzw"])

@@ -6,7 +6,7 @@ Positions and orientations against a parser of a few lines, written apart from t
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from text_files import make, motive, qualisys, read, still, trc
+from text_files import make, motive, read, still, trc
 
 from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, read_recording
@@ -131,13 +131,6 @@ def test_bodies_alone(tmp_path):
     assert (ours * theirs.inv()).magnitude().max() < 1e-7
 
 
-def test_mixed_trajectories_are_said(tmp_path):
-    text = qualisys(["A", "B"], 100, still()).replace("Measured\tMeasured", "Measured\tMixed")
-    recording = read(make(tmp_path, "a.tsv", text))
-    said = "TRAJECTORY_TYPES is Mixed: parts of it were gap-filled and have no noise"
-    assert recording.notes == (f"a.tsv: B: {said}",)
-
-
 def test_zeros_of_matlab_are_gaps(tmp_path):
     """Where line 4 says Times; with a marker seen in no frame at all."""
     take = still()
@@ -152,17 +145,6 @@ def test_zeros_of_matlab_are_gaps(tmp_path):
     take[:, 1] = 0
     with pytest.raises(Unseen, match=r"'B'.*40 zero"):
         read(make(tmp_path, "a.trc", trc(["A", "B"], 100, take).replace("\tTime\t", "\tTimes\t")))
-
-
-def test_names_of_virtual_markers_beyond_the_numbers(tmp_path):
-    """As Cortex trims; refused where there are numbers under them."""
-    text = trc(["A", "B"], 100, still()).replace("\tB\t\t\t", "\tB\t\t\tV_C\t\t\tV_D\t\t\t", 1)
-    path = make(tmp_path, "a.trc", text)
-    assert labels_of(path) == ("A", "B")
-    assert "names 2 markers more than NumMarkers (V_C ...)" in read(path).notes[0]
-    three = trc(["A", "B", "V_C"], 100, still(n_labels=3)).replace("\t3\tmm", "\t2\tmm")
-    with pytest.raises(Refusal, match=r"line 4 .* 3 .* 2$"):
-        labels_of(make(tmp_path, "a.trc", three))
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.txt"])

@@ -136,14 +136,3 @@ class TestNexus:
             same(read(make(tmp_path, "a.csv", text)))
         twice = make(tmp_path, "b.csv", text + "\r\n" + nexus(LABELS, 100, TAKE + 1))
         assert "begins another section Trajectories" in refusal(twice, ("S:A",))
-
-    def test_semicolons_velocities_counts(self, tmp_path):
-        text = (
-            nexus(LABELS, 100, TAKE, first=101).replace(",", ";").replace("\r\n", "\n").split("\n")
-        )
-        text[2] += ";S:A;;;Trajectory Count"
-        text[3] += ";X';Y';Z';Count"
-        text[4] += ";mm/s;mm/s;mm/s;"
-        text[5:-1] = [line + ";1.5;2.5;3.5;2" for line in text[5:-1]]
-        recording = same(read(make(tmp_path, "a.csv", "\n".join(text))))
-        assert recording.segments[0].first_frame == 101 and recording.frame_rate_hz == 100

@@ -5,10 +5,8 @@ import re
 import pytest
 from text_files import (
     FIRST_ROW,
-    LABELS,
     NEXUS,
     PLAIN,
-    TRC,
     make,
     read,
     refusal,
@@ -164,15 +162,6 @@ def test_coordinates_of_two_markers_of_motive(tmp_path):
     assert said.endswith(" and 'B2'; expected one")
 
 
-def test_time_that_jumps(tmp_path):
-    text = TRC
-    for i in range(10, 20):
-        text = text.replace(f"\t{i / 100:.6f}\t", f"\t{i / 100 + 2:.6f}\t")
-    assert refusal(make(tmp_path, "a.trc", text)) == (
-        "a.trc: line 17: time goes from 0.09 to 2.1 s, expected 1 / (100 Hz) more"
-    )
-
-
 def test_poses(tmp_path):
     rows = "1 0 0 1.5 0 1 0 2.5 0 0 1 3.5\n" * 5
     for text, why in (
@@ -199,37 +188,6 @@ def test_a_carriage_return_inside_the_header(tmp_path, name, label, line):
     """A spreadsheet would read two lines, and another program a blank."""
     path = spoilt(tmp_path, name, label, label.replace("A", "A\r"))
     assert refusal(path) == f"{name}: line {line} has a carriage return inside"
-
-
-LONG = "1" * 200_000
-SPACES = " " * 100_000
-
-
-@pytest.mark.parametrize(
-    ("name", "old", "new"),
-    [
-        ("a.trc", "\t20\t2\tmm", f"\t{LONG}x\t2\tmm"),
-        ("a.trc", "\t20\t2\tmm", "\t20\t1e12\tmm"),
-        ("a.trc", "\t20\t2\tmm", "\t1e999\t2\tmm"),
-        ("a.tsv", "NO_OF_FRAMES\t20", f"NO_OF_FRAMES\t{LONG}x"),
-        ("a.tsv", "NO_OF_FRAMES\t20", "NO_OF_FRAMES\t1e999"),
-        ("n.csv", "Trajectories\r\n", f"TRAJECTORIES\n1{SPACES}x\n"),
-        ("n.csv", "\n2,0,", f"\n2,0,1{SPACES}2"),
-        ("m.csv", "\n2,", f"\n2{SPACES}x,"),
-    ],
-)
-def test_long_cells_cost_no_time(tmp_path, cost, name, old, new):
-    """A pattern that can match a run of digits or blanks in several ways takes minutes."""
-    path, plain = spoilt(tmp_path, name, old, new), make(tmp_path, f"plain_{name}", PLAIN[name])
-
-    def refuse() -> None:
-        assert len(refusal(path)) < 2100
-
-    def read_some() -> None:
-        for _ in range(10):
-            read(plain, LABELS)
-
-    assert cost(refuse, read_some) < 30
 
 
 def test_an_unreadable_pose_is_no_gap(tmp_path):

@@ -13,7 +13,6 @@ from text_files import LABELS, WRITERS, make, read, refusal, still, trc
 
 from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.io.read import orientation_of
 from mocap_metrology.io.units import METRE, MILLIMETRE, read_unit
 
 TAKE = still(60) + 300.0  # mm
@@ -98,16 +97,6 @@ def test_every_spelling_of_a_unit() -> None:
             read_unit(["mm", "cm"], "U", "a", of_points)
 
 
-def test_poses_are_in_metres_and_their_orientation_has_no_unit(tmp_path: Path) -> None:
-    poses = np.tile([1.0, 0, 0, 300, 0, 1, 0, 400, 0, 0, 1, 500], (20, 1))
-    rows = "\n".join(" ".join(map(str, row)) for row in poses)
-    path = make(tmp_path, "p.txt", f"# Freq: 100\n{rows}\n")
-    assert refusal(path, ["tracker"]).startswith("p.txt: coordinates reach 500 m (m: the file's")
-    stated = read(path, ["tracker"], unit="mm")
-    assert stated.position_mm[0, :, 0].tolist() == [300, 400, 500]
-    assert np.allclose(orientation_of([path], "tracker").T, [0, 0, 0, 1])
-
-
 def test_what_names_no_unit_is_taken_for_mm_and_says_so(tmp_path: Path) -> None:
     path = make(tmp_path, "take.trc", trc(LABELS, 100, TAKE, unit=""))
     recording = read(path)
@@ -134,12 +123,3 @@ def test_where_no_unit_may_be_assumed_it_is_stated(tmp_path, kind, text, without
     with pytest.raises(UnknownUnit, match=f"^a.csv: {re.escape(said)}"):
         read(path)
     np.testing.assert_allclose(read(path, unit="m").position_mm, EXPECTED, rtol=1e-6)
-
-
-def test_one_marker_away_from_the_origin_shows_the_unit(tmp_path: Path) -> None:
-    """A board's corner on the origin and one 300 mm off it: mm, no question."""
-    near = TAKE.copy()
-    near[:, 0] -= near[0, 0] - 5
-    path = written(tmp_path, ".trc", near, "mm")
-    assert read(path).units == "mm"
-    assert "no coordinate exceeds" in refusal(path, ["A"])

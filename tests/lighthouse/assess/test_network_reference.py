@@ -114,10 +114,3 @@ def test_other_files_are_refused(stations: dict, why: str, tmp_path: Path) -> No
     (tmp_path / "r.json").write_text(json.dumps({"stations": stations}))
     with pytest.raises(Refusal, match=why):
         network_reference(tmp_path / "r.json")
-
-
-@pytest.mark.parametrize("text", ["R, t", "[1, 2", '{"of": "lighthouse", 3}'])
-def test_what_is_no_json_is_said_so(text: str, tmp_path: Path) -> None:
-    (tmp_path / "r.json").write_text(text)
-    with pytest.raises(Refusal, match=r"r\.json: cannot be read as JSON"):
-        network_reference(tmp_path / "r.json")

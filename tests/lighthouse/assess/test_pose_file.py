@@ -92,24 +92,8 @@ def test_damaged_poses_are_refused(tmp_path, field, value, match):
         read_pose_json(tmp_path / "pose.json")
 
 
-def test_quaternions_to_a_percent_are_read():
-    for length in (0.9901, 1.0099):
-        entry = {"translation_mm": [1.0, 2, 3], "quaternion_xyzw": [0, 0, 0, length]}
-        assert matrix_and_metres(entry)[1] == pytest.approx([1e-3, 2e-3, 3e-3])
-
-
 @pytest.mark.parametrize("chosen", [-1, 1, True, "0"])
 def test_a_choice_of_none_of_the_poses_is_refused(tmp_path, chosen):
     write_json(tmp_path / "pose.json", content([estimate()]) | {"chosen": chosen})
     with pytest.raises(Refusal, match="of 1 poses"):
         read_pose_json(tmp_path / "pose.json")
-
-
-def test_of_a_network_the_pose_of_the_first_station_that_has_one():
-    stations = {name: {"id": k} for k, name in enumerate("258")}
-    poses = [{"station": name, "stage": "final"} for name in ("5", "8", "8")]
-    given = {"stations": stations, "poses": poses, "reference": "2"}
-    assert chosen_pose({**given, "chosen": {"5": None, "8": 2}}) is poses[2]
-    assert chosen_pose({**given, "chosen": {"5": 0, "8": 1}}) is poses[0]
-    assert chosen_pose({**given, "chosen": {"5": None, "8": None}}) is None
-    assert chosen_pose({**given, "chosen": None}) is None

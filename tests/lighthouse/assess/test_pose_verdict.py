@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.assess.fit_checks import Case, expected_noise_urad
+from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict
 from mocap_metrology.lighthouse.records import Factory, Halves, PoseEstimate, Station
 
@@ -105,18 +105,3 @@ def decided(found: Verdict, case: Case | None, numbers: dict[str, float]) -> Non
     assert check.level == found.word and not check.ok
     known = {"value": check.value, **check.numbers}
     assert {k: known[k] for k in numbers} == pytest.approx(numbers, abs=0.5, nan_ok=True)
-
-
-def test_a_small_board_may_have_a_large_residual():
-    """2 mrad where errors of its poses make 75 urad 60 times as large; not where they do not."""
-    large = replace(POSE, residual_rms_urad=2000.0, weighted_rms_urad=45.0)
-    assert word(large).word == "usable"
-    small = word(replace(large, noise_gain=60.0))
-    check = next(c for c in small.checks if c.case is Case.RESIDUAL)
-    assert small.word == "good" and check.numbers["made_by_poses"] == pytest.approx(4500)
-
-
-def test_noise_to_expect_grows_with_the_steps_of_the_clock():
-    """61 urad of jitter and, of two edges, pi/8.333 ms x step / sqrt(24): 38.5 urad at 2 MHz."""
-    assert expected_noise_urad(0.5e-6) == pytest.approx(np.hypot(61, 38.5), abs=0.1)
-    assert expected_noise_urad(1 / 48e6) == pytest.approx(61, abs=0.1)

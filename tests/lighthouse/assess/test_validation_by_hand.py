@@ -12,7 +12,6 @@ from scipy.stats import chi2, rayleigh
 
 from mocap_metrology.lighthouse.assess import validation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
-from mocap_metrology.lighthouse.calibrate.variants import VariantFit
 from mocap_metrology.lighthouse.records import Factory, PoseEstimate, Station
 
 T = np.array([0.5, 2.0, -0.1])
@@ -22,35 +21,6 @@ STATIONS = [Station(role, factory=Factory(), frames_found=3) for role in ("maste
 
 def turned(deg: float, axis: tuple[float, float, float] = (0, 0, 1.0)) -> np.ndarray:
     return Rotation.from_rotvec(math.radians(deg) * np.array(axis)).as_matrix()
-
-
-def weighed(name: str, standing: str, mm: float = 0.0) -> VariantFit:
-    return VariantFit(name, standing, 60.0, 0.0, np.eye(3), np.add(T, [1e-3 * mm, 0, 0]))
-
-
-def test_the_rotor_model_that_was_taken_is_named_first_and_then_those_left_open() -> None:
-    sure = [weighed("a", "excluded"), weighed("b", "chosen"), weighed("c", "excluded")]
-    check = validation.rotor_model(POSE, sure)
-    assert (check.case, check.names, check.level) == (Case.ROTOR_CLEAR, ("b",), "good")
-    check = validation.rotor_model(POSE, [weighed("a", "open", 3.0), weighed("b", "chosen")])
-    assert (check.case, check.names, check.ok) == (Case.ROTOR_OPEN, ("b", "a"), False)
-    for unasked in ((POSE, []), (replace(POSE, optics="ideal"), sure)):
-        assert validation.rotor_model(*unasked).case == Case.ROTOR_UNASKED
-
-
-def test_factory_values_of_the_recording_of_a_file_and_none() -> None:
-    filed = [STATIONS[0], replace(STATIONS[1], frames_found=0)]
-    bare = [STATIONS[0], replace(STATIONS[1], factory=None, why="too short")]
-    for chosen, stations, case, level in (
-        (POSE, STATIONS, Case.FACTORY, "good"),
-        (POSE, filed, Case.FACTORY_FILE, "usable"),
-        (replace(POSE, optics="estimated"), bare, Case.ESTIMATED, "usable"),
-        (replace(POSE, optics="ideal"), bare, Case.IDEAL, "doubtful"),
-    ):
-        check = validation.factory(chosen, stations)
-        assert (check.case, check.level, check.ok) == (case, level, case == Case.FACTORY)
-        assert check.names == (("slave",) if case == Case.FACTORY_FILE else ())
-        assert check.why == ({"slave": "too short"} if stations is bare else {})
 
 
 def gravity(deg: float, optics: str = "factory") -> validation.Check:
@@ -135,36 +105,3 @@ def test_a_difference_that_the_covariances_allow_is_no_fault() -> None:
         unknown[place] = unknown[place[::-1]] = np.nan
         check = stages(50.0, 0.0, unknown)
         assert (check.case, check.level, check.ok) == (Case.STAGES_UNKNOWN, "usable", None)
-
-
-def test_other_optics_of_the_same_stage() -> None:
-    near, far = (
-        replace(POSE, optics="ideal", t_m=np.add(T, [off, 0, 0])) for off in (0.499, 0.501)
-    )
-    assert [c.case for c in validation.agreements(POSE, [POSE, near])] == [Case.OPTICS]
-    assert [c.case for c in validation.agreements(POSE, [POSE, far])] == [Case.OPTICS_FAR]
-    wide = replace(POSE, optics="ideal", R=turned(10.1))
-    assert [c.level for c in validation.agreements(wide, [POSE])] == ["doubtful"]
-    others = [replace(near, estimator="paper-lm"), replace(near, optics="estimated")]
-    assert [*validation.agreements(POSE, others)] == []
-
-
-def test_the_verdict_of_several_stations_is_the_worst() -> None:
-    words = {"3": "good", "5": "doubtful", "7": "usable"}
-    verdicts = {name: validation.Verdict(word) for name, word in words.items()}
-    worst = validation.worst_of(verdicts, [])
-    assert (worst.word, worst.station, worst.words, worst.apart) == ("doubtful", "5", words, ())
-    good = {"3": validation.Verdict("good")}
-    assert validation.worst_of(good, []).word == "good"
-    assert validation.worst_of(good, ["no"]).word == "usable"
-
-
-def test_no_verdict_without_a_pose() -> None:
-    assert validation.verdict(None, [], STATIONS, why_none="dark").why_none == "dark"
-    for wrong in (replace(POSE, R=np.nan * np.eye(3)), replace(POSE, t_m=np.nan * T)):
-        assert validation.verdict(wrong, [wrong], STATIONS).word == "failed"
-    paper = replace(POSE, estimator="paper-lm", details=None)
-    batch = replace(POSE, details={"weight_lost": 0.5})
-    found = validation.verdict(paper, [paper, batch, replace(batch, optics="ideal")], STATIONS)
-    assert {c.case for c in found.checks} >= {Case.WEIGHT_LOST}
-    assert found.word == "doubtful"

@@ -76,21 +76,6 @@ def test_noise_that_sweeps_share() -> None:
     assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 12))
 
 
-def test_depth_of_the_lasers_is_estimated() -> None:
-    """Lasers of both stations 10 mm apart in depth: the optical pose within 5 mm, where a model
-    without depth is centimetres off; and within its own interval."""
-    lasers = ((0.005, 0.0, 0.0), (-0.005, 0.0, 0.0))
-    made = simulate(twin(5, master={"lasers_m": lasers}, slave={"lasers_m": lasers}))
-    scene = replace(pairs.scene(made), optics="factory", factories=FACTORIES)
-    errors = []
-    for depth_mm in (0.0, 10.0):
-        pose = by_batch(replace(scene, priors=Priors(0, 0, depth_mm, 0, 0)))
-        errors.append(off(pose, made.truth.R, made.truth.t_optical_m))
-    without, with_depth = (np.linalg.norm(error[:3]) for error in errors)
-    assert without > 10 and with_depth < 5
-    assert squared(errors[1], pose.covariance) < chi2.ppf(0.999, 6)
-
-
 def steps(pose: PoseEstimate) -> float:
     """Largest difference of mean residuals in urad, of a station and axis, late and early."""
     rows = [r for r in pose.details["residuals"]["against"] if r["against"] == "time_s"]

@@ -3,8 +3,6 @@ derivatives, closed forms and Monte Carlo."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
@@ -13,16 +11,13 @@ from scipy.spatial.transform import Rotation
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
 from mocap_metrology.lighthouse.batch.problem import (
-    GROUPS,
     Layout,
     Priors,
-    SideInformation,
     State,
     by_sweep,
     layout,
     start,
 )
-from mocap_metrology.lighthouse.batch.recording import Recording, more_damping
 from mocap_metrology.lighthouse.batch.solve import estimated_noise
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
 from mocap_metrology.lighthouse.batch.view import Noise
@@ -40,28 +35,6 @@ FACTORY = Factory(
     np.array([1.9, -0.8]),
     np.array([0.009, -0.011]),
 )
-
-
-MOVES = {
-    **{"pose": {"R", "t_m"}, "depth": {"rotors"}, "offset": {"offsets"}, "intrinsic": {"rotors"}},
-    **{"scale": {"board"}, "place": {"board"}, "gravity": {"gravity"}, "cover": {"cover"}},
-}
-MOVED = set().union(*MOVES.values())
-
-
-@pytest.mark.parametrize("known_poses", [False, True])
-def test_every_unknown_moves_what_it_is_of(known_poses: bool) -> None:
-    board, covers = flat_board(), SideInformation(normals=np.tile([1.0, 0.0, 0.0], (32, 1)))
-    of = layout(2, len(board), EVERYTHING, known_poses, gravity=True, more=covers)
-    rotors = np.array([rotor_parameters(FACTORY)] * 2)
-    before = start([np.eye(3)] * 2, np.zeros((2, 3)), rotors, board, of.size)
-    before = before.moved(np.zeros(of.size), of)  # amplitudes are positive from then on
-    for k, group in enumerate(of.group):
-        step = 1e-4 * (np.arange(of.size) == k)
-        after = before.moved(step, of)
-        moved = {x for x in MOVED if np.ptp(getattr(after, x) - getattr(before, x)) > 1e-9}
-        own = MOVES[GROUPS[group]]
-        assert len(moved & own) == 1 and moved <= own
 
 
 def some_hits(n: int = 400) -> Hits:
@@ -174,108 +147,6 @@ def test_offsets_of_sweeps_are_integrated_out() -> None:
     step = rng.normal(size=of.size) * 1e-4
     expected = -np.linalg.solve(A, g_A + C @ step)
     assert np.abs(part.trajectory_step(step) - expected).max() < 1e-3 * np.abs(expected).max()
-
-
-def test_covariance_of_what_is_considered_but_not_estimated() -> None:
-    """20,000 draws of a linear problem: noise, and unknowns larger than the estimate assumes; each
-    entry of the covariance within 5 standard errors."""
-    rng = np.random.default_rng(7)
-    J = rng.normal(size=(30, 5))
-    S = J.T @ J
-    working, believed = (
-        np.array([np.inf, np.inf, 1e-3, 0.5, 2.0]),
-        np.array([np.inf, np.inf, 1.0, 1.0, 2.0]),
-    )
-    expected = solve.covariance_of(S, working, believed)
-    known, n = 1 / working**2, 20_000
-    true = np.where(np.isfinite(believed), believed, 0) * rng.normal(size=(n, 5))
-    measured = true @ J.T + rng.normal(size=(n, 30))
-    off = np.linalg.solve(S + np.diag(known), J.T @ measured.T).T - true
-    error = np.sqrt((np.outer(np.diag(expected), np.diag(expected)) + expected**2) / n)
-    assert (np.abs(off.T @ off / n - expected) < 5 * error).all()
-
-
-def test_size_of_a_group_by_restricted_likelihood() -> None:
-    """Forty unknowns of standard deviation f where 1 is given: f is found within 30 %, and is
-    among those not ruled out; of none the least factor is taken."""
-    rng = np.random.default_rng(8)
-    J = rng.normal(size=(400, 42)) * 5
-    S, working = J.T @ J, np.r_[[np.inf] * 2, np.ones(40)]
-    own = np.arange(42) >= 2
-    for true in (0.0, 0.2, 0.5, 0.9):
-        y = np.r_[3.0, -2.0, true * rng.normal(size=40)]
-        values = np.zeros(42)
-        h = -J.T @ (J @ y + rng.normal(size=400))  # at values 0
-        best, most = solve.supported(S, h, values, working, own)
-        moved = rng.normal(size=42)  # the same seen from elsewhere
-        assert solve.supported(S, h + S @ moved, moved, working, own) == pytest.approx((best, most))
-        if true:
-            assert true / 1.35 < best < true * 1.35 and best <= most < 2 * true + 0.1
-        else:
-            assert most <= 0.06
-
-
-def test_other_data_are_as_good_as_before_where_the_first_have_a_misfit() -> None:
-    """Of 30 data 20 err twice as much as assumed: 20,000 draws, within 5 standard errors."""
-    rng, n = np.random.default_rng(17), 20_000
-    J, sd = rng.normal(size=(30, 4)), np.where(np.arange(30) < 20, 2.0, 1.0)
-    S, prior = J.T @ J, np.array([np.inf, np.inf, 1.0, 0.5])
-    pull = S + (4 - 1) * (S - J[20:].T @ J[20:])
-    expected = solve.covariance_of(S, prior, prior, pull)
-    true = np.where(np.isfinite(prior), prior, 0) * rng.normal(size=(n, 4))
-    measured = true @ J.T + sd * rng.normal(size=(n, 30))
-    off = np.linalg.solve(S + np.diag(1 / prior**2), J.T @ measured.T).T - true
-    error = np.sqrt((np.outer(np.diag(expected), np.diag(expected)) + expected**2) / n)
-    assert (np.abs(off.T @ off / n - expected) < 5 * error).all()
-
-
-def test_the_prior_of_the_trajectory_pulls_at_what_scales_with_it_and_hits_do_not() -> None:
-    """Angles are the same of a scene of any scale, so hits pull at none."""
-    seen, trajectory, state, of = begun(Priors(board_scale=1e-2))
-    rng, noise = np.random.default_rng(6), Noise(3e-5, 0.0)
-    off = 1e-4 * rng.normal(size=len(seen.sweeps.hits))
-    sums = solve.linearised(seen, trajectory, state, off, np.ones(off.size), of)
-    part = solve.reduced(sums, trajectory, noise)
-    larger = np.zeros(of.size)
-    pose = int(of.columns[1, 0, 0])
-    larger[pose : pose + 3], larger[of.scale] = state.t_m[1], 1.0
-    whole = larger @ part.h
-    assert abs(whole) > 10
-    assert abs(larger @ (part.h + solve.by_bends(part, trajectory, noise))) < 0.1 * abs(whole)
-
-
-def test_a_piece_is_the_same_along_its_own_stretch_of_the_trajectory() -> None:
-    """Control points that no hit touches go straight on, which costs nothing."""
-    seen, trajectory, state, of = begun(Priors())
-    begin = seen.begin
-    seen = views.sweeps_of(seen, (begin > 1) & (begin < 5))
-    rng, noise, found = np.random.default_rng(7), Noise(3e-5, 5e-5), []
-    off = 1e-4 * rng.normal(size=len(seen.sweeps.hits))
-    for own, path in ((seen, trajectory), views.stretch(seen, trajectory)):
-        sums = solve.linearised(own, path, state, off, np.ones(off.size), of)
-        part = solve.reduced(sums, path, noise)
-        found.append((part.S, part.h + solve.by_bends(part, path, noise)))
-    assert len(path.control) < len(trajectory.control)
-    unit = 1 / np.sqrt(np.diag(found[0][0]).clip(1e-30))
-    np.testing.assert_allclose(*(np.outer(unit, unit) * S for S, _ in found), atol=1e-5)
-    np.testing.assert_allclose(*(unit * h for _, h in found), atol=1e-4)
-
-
-def test_a_step_is_damped_where_it_fails() -> None:
-    """The control points of sweeps whose cost rose most; all, where none did or by wish."""
-    seen, trajectory, _, _ = begun(Priors())
-    off = np.zeros(len(seen.sweeps.hits))
-    one = Recording(seen.sweeps, trajectory, seen, Noise(3e-5, 5e-5), off)
-    begin, n = seen.begin, len(trajectory.control)
-    worse = replace(one, residual=np.where((begin == 4)[seen.sweeps.sweep], 3e-4, 3e-6))
-    damping, least = [np.full(n, 0.5)], [np.full(n, 1e-2)]
-    for after, everywhere in ((worse, False), (worse, True), (one, False)):
-        (own,) = more_damping(damping, least, [one], [after], everywhere)
-        where = np.flatnonzero(own == 5.0)
-        assert (own[np.setdiff1d(np.arange(n), where)] == 0.5).all()
-        assert where.tolist() == list(
-            range(4, 9) if after is worse and not everywhere else range(n)
-        )
 
 
 @pytest.mark.parametrize(("common", "share"), [(60e-6, 0.0), (60e-6, 0.04), (0.0, 0.0)])

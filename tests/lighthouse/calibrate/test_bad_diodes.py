@@ -40,11 +40,3 @@ def test_those_off_are_left_out_up_to_a_quarter(off: dict[int, float]) -> None:
     assert [bad for _, bad in found] == [tuple(off)] * 10
     kept = np.isfinite(found[0][0].angles_rad[0]).all(axis=1)
     assert np.flatnonzero(~kept).tolist() == list(off)
-
-
-def test_five_diodes_are_left_and_no_more_than_a_quarter_goes() -> None:
-    given, bad = without_bad(measured(1, 5, {2: 1000.0}), BOARD, IDEAL)
-    assert bad == () and given.seen.sum() == 5
-    assert without_bad(measured(1, 7, {2: 1000.0, 3: -900.0}), BOARD, IDEAL)[0].seen.sum() >= 6
-    four = {2: 1000.0, 3: -900.0, 6: 700.0, 8: 800.0}
-    assert without_bad(measured(1, off=four), BOARD, IDEAL)[0].seen.sum() >= 9

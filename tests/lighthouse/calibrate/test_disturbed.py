@@ -6,14 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.lighthouse_recordings import flight, hand, wrong_sweeps
+from benchmarks.lighthouse_recordings import hand, wrong_sweeps
 from benchmarks.sentences.flights import Outcome, outcome
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate import jansen
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate, chosen
 from mocap_metrology.lighthouse.calibrate.static import is_still
 from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.known_length import KnownLength, Place
 from mocap_metrology.lighthouse.records import Halves, Hits, Path, PoseEstimate
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
 
@@ -50,33 +49,6 @@ def test_a_board_within_what_is_stated_of_it_is_good_and_a_stretched_one_is_not(
     board = made.truth.board
     assert judged(made, made.hits, board + 2e-4 * rng.normal(size=board.shape)).word == "good"
     assert judged(made, made.hits, board * [1, 1.01, 1]).word == "doubtful"
-
-
-@pytest.fixture(scope="module")
-def deck() -> SimulatedSweeps:
-    return flight(1, seconds=8.0)
-
-
-def test_a_diode_that_goes_dark_leaves_the_rest_as_it_is(deck: SimulatedSweeps) -> None:
-    """One of four from the middle on: half of the recording is enough, and no hit fits badly."""
-    dark = deck.hits.take((deck.hits.diode != 2) | (deck.hits.time_s < 4))
-    hits, _ = clean_hits(dark, deck.truth.board)
-    factories = [station.factory for station in deck.truth.stations]
-    (found,) = calibrate(hits, deck.truth.board, factories, BATCH).estimates
-    assert (hits.time_s > 4.3).mean() > 0.3 and found.details["weight_lost"] < 0.01
-    dim, whole = judged(deck, dark), judged(deck, deck.hits)
-    assert dim.word == whole.word == "usable" and dim.z < 2
-
-
-def test_a_known_length_that_contradicts_the_board_is_doubted(deck: SimulatedSweeps) -> None:
-    """The distance of the stations, stated 5 % too large: the scale of a deck is known to 0.9 %."""
-    board, apart = deck.truth.board, float(np.linalg.norm(deck.truth.t_optical_m))
-    hits, _ = clean_hits(deck.hits, board)
-    words = []
-    for factor in (1.0, 1.05):
-        known = KnownLength.between(Place(station=0), Place(station=1), factor * apart, 5e-3)
-        words.append(outcome(deck, hits, board, [known]).word)
-    assert words == ["good", "doubtful"]
 
 
 POSE = PoseEstimate("batch", "final", "factory", np.eye(3), np.ones(3))

@@ -85,18 +85,6 @@ def test_peers_that_j_discusses(estimator: str) -> None:
     assert off(found.estimates[0], own) < (40.0, 1.0)
 
 
-def test_a_board_at_rest_has_one_stage() -> None:
-    own = scene(5, still=True, noise_rad=6e-5)
-    found = calibrate(own.hits, own.board, [None, None], IDEAL)
-    assert found.still and [(e.estimator, e.stage) for e in found.estimates] == [
-        ("paper-lm", "static"),
-        ("batch", "static"),
-    ]
-    for estimate in found.estimates:
-        error = np.r_[1e3 * (estimate.t_m - own.t_m), np.degrees(rotation.error(estimate.R, own.R))]
-        assert (np.abs(error) < 4 * np.sqrt(np.diag(estimate.covariance))).all()
-
-
 def test_a_station_that_sees_too_little_is_refused() -> None:
     own = scene(6, seconds=2)
     few = own.hits.take((own.hits.station == 0) | (own.hits.diode < 3))

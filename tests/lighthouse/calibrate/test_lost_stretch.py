@@ -4,7 +4,6 @@ reflections in a floor show it."""
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.batch import joint
@@ -15,11 +14,10 @@ from tests.lighthouse.batch.planes_scene import made
 LAST_S = 2.0
 
 
-@pytest.mark.parametrize("seed", [1, 3])
-def test_the_sound_part_decides(seed: int) -> None:
+def test_the_sound_part_decides() -> None:
     """The other board is of a recording of another motion before the same stations: the error is
     that of the sound recording, no piece differs and no diode is blamed."""
-    one, other = made(2, seed, 8.0), made(2, seed, 8.0, take=1).scene.hits
+    one, other = made(2, 1, 8.0), made(2, 1, 8.0, take=1).scene.hits
     hits = one.scene.hits
     first = hits.take((hits.time_s >= LAST_S) | (hits.station == 0))
     parts = first, other.take((other.time_s < LAST_S) & (other.station == 1))

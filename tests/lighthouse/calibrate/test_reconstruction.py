@@ -52,12 +52,6 @@ def test_how_many_measurements_each_method_makes() -> None:
     assert (np.round(times / CYCLE_S - 0.5).astype(int) % 4 == 3).all()
 
 
-def test_a_pair_is_one_cycle_apart_and_lies_in_the_middle() -> None:
-    found = reconstruct(even_hits(), 1, DIODES, "pairs")
-    np.testing.assert_allclose(np.diff(found.time_s), 4 * CYCLE_S, atol=1e-12)
-    assert found.time_s[0] == pytest.approx(3 * CYCLE_S + 2.5e-5)
-
-
 def test_nothing_is_made_of_nothing() -> None:
     """A diode unseen in one sweep is missing there and where it would be interpolated from; no
     interpolation across lost sweeps; none of another station."""
@@ -71,9 +65,3 @@ def test_nothing_is_made_of_nothing() -> None:
     cycles = np.round(reconstruct(hits.take(~gap), 1, DIODES).time_s / CYCLE_S - 0.5).astype(int)
     assert not ((cycles > 98) & (cycles < 142)).any() and cycles.size > 170
     assert len(reconstruct(hits, 0, DIODES)) == 0
-
-
-def test_fewer_than_four_diodes_are_no_measurement() -> None:
-    hits = even_hits()
-    assert len(reconstruct(hits.take(hits.diode < 3), 1, DIODES)) == 0
-    assert len(reconstruct(hits.take(hits.diode < 4), 1, DIODES)) == 198

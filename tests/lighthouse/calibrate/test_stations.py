@@ -21,7 +21,6 @@ from mocap_metrology.lighthouse.calibrate.stages import Calibration
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.export.formats import Export, crazyflie_yaml, libsurvive_json
 from mocap_metrology.lighthouse.records import Station
-from mocap_metrology.lighthouse.track.receiver import Calibrated, along, columns, track
 from mocap_metrology.present.text.calibration import pose_document
 from tests.lighthouse.batch.planes_scene import Made, made
 
@@ -93,36 +92,6 @@ def test_without_any_common_view_it_is_refused() -> None:
     given = made(2, 2, 4.0, keep=[(0.0, 0.45), (0.55, 1.0)])
     with pytest.raises(Refusal, match="no two of the stations 3, 7 see four diodes"):
         calibrated(given)
-
-
-def test_a_reference_that_is_alone_is_replaced() -> None:
-    early, late = (0.0, 0.45), (0.55, 1.0)
-    found, result = calibrated(made(3, 3, 4.0, keep=[early, late, late]))
-    assert found.network is not None and list(found.network.connected) == ["7", "11"]
-    assert (result.document["reference"], result.document["chosen"]) == ("7", {"3": None, "11": 0})
-
-
-def test_board_is_tracked_by_all_stations(three) -> None:
-    """Along the estimate, and with the stations held; hits by channel."""
-    _, found, _ = three
-    scene, joint = found.joints["factory"]
-    R = np.array([pose.R for pose in found.estimates])
-    t = np.array([pose.t_m for pose in found.estimates])
-    covariance = np.diag(np.tile(np.r_[np.full(3, 1e-3), np.full(3, 2e-4)] ** 2, 2))
-    first = along(joint, scene, Calibrated(R, t, covariance, True), "")
-    held = track(scene, Calibrated(R, t, covariance, False))
-    table = columns(held)
-    assert {"n_hits_3", "n_hits_7", "n_hits_11"} < table.keys()
-    seen = held.hits.sum(axis=1) > 0
-    assert seen.mean() > 0.95
-    apart = np.linalg.norm(first.t_m - held.t_m, axis=1)
-    assert np.nanmedian(apart) < 2e-4
-    assert 0 < np.nanmedian(held.sd.calibration[:, :3]) < 2e-3
-    shift = np.array([[1e-4, 0, 0]] * 2)
-    moved = track(scene, Calibrated(R, t + shift, covariance, False))
-    expected = held.sd.by_slave[:, :3] @ np.tile(np.r_[1e-4, np.zeros(5)], 2)
-    off = moved.t_m - held.t_m - expected
-    assert np.nanmedian(np.linalg.norm(off, axis=1)) < 1e-5
 
 
 def test_files_of_other_programs(three, tmp_path) -> None:

@@ -21,32 +21,6 @@ def write(path: Path, *rows: str) -> Path:
     return path
 
 
-def test_hits_are_sorted_and_roles_are_read(tmp_path: Path) -> None:
-    path = write(
-        tmp_path / "a.csv",
-        "comment,width_us," + HEADER,
-        "late,4.5,slave,1,12,3,0.105,-0.25",
-        "early,10,MASTER,0,9,31,0.08,1.5",
-        "last,2,1,0,20,0,0.2,0",
-    )
-    hits, _ = read_angles(path)
-    assert hits.station.tolist() == [0, 1, 1] and hits.station.dtype == np.int8
-    assert hits.axis.tolist() == [0, 1, 0] and hits.cycle.tolist() == [9, 12, 20]
-    assert hits.diode.tolist() == [31, 3, 0] and hits.time_s.tolist() == [0.08, 0.105, 0.2]
-    assert hits.angle_rad.tolist() == [1.5, -0.25, 0.0]
-    assert hits.width_s == pytest.approx([10e-6, 4.5e-6, 2e-6])
-
-
-def test_widths_may_be_unknown_and_a_byte_order_mark_there(tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text("\ufeff" + HEADER + "\r\n0, 1, 2, 3, 0.5, 0.1\r\n", encoding="utf-8")
-    hits, _ = read_angles(path)
-    assert len(hits) == 1 and np.isnan(hits.width_s).all() and hits.axis.tolist() == [1]
-    path.write_text(HEADER + "\n0,0,-1073741824,32767,0,1.5707\n1,1,1073741824,0,1,-1.5707\n")
-    hits, _ = read_angles(path)  # the largest that are allowed
-    assert hits.cycle.tolist() == [-(2**30), 2**30] and hits.diode.tolist() == [32767, 0]
-
-
 CASES = {
     "no column": (["station,axis,cycle,diode,time_s", "0,0,0,0,0"], "no column angle_rad"),
     "no rows": ([HEADER], "no rows"),
@@ -126,11 +100,6 @@ def test_angles_are_those_of_the_file(step, first, begin, missing, comma) -> Non
     columns = hits.axis, hits.cycle, hits.diode, hits.time_s, hits.angle_rad
     assert sorted(zip(*(x.tolist() for x in columns), strict=True)) == sorted(rows)
     assert (hits.station == 1).all() and (np.diff(hits.time_s) >= 0).all()
-
-
-def test_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match="cannot be read"):
-        read_angles(tmp_path / "none.csv")
 
 
 # Second generation

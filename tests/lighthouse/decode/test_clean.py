@@ -130,12 +130,6 @@ def test_board_without_a_place_for_a_diode() -> None:
         clean_hits(scene(flat_board(), rng, 0.0), flat_board()[:30])
 
 
-def test_no_hits() -> None:
-    none = scene(flat_board(), np.random.default_rng(0), 0.0).take(np.zeros(0, int))
-    kept, report = clean_hits(none, np.zeros((1, 3)))
-    assert len(kept) == 0 and report == {"sweep": [0], "still": [0], "kept": [0]}
-
-
 @pytest.mark.parametrize("speed", [0.0, 0.5, 1.5])
 def test_wrong_hits_of_collisions(speed: float) -> None:
     """Of every second sweep three hits in five are lost and a tenth is of another station: of what

@@ -204,13 +204,3 @@ def test_a_sweep_that_is_of_no_single_station_is_left_out(fault: str) -> None:
     assert light.notes == (f"{n} of {n + 5} pulses are of sweeps of no single station",)
     with pytest.raises(Refusal, match="no sweep with one channel and one time in the turn"):
         decoded(WRONG[fault])
-
-
-@pytest.mark.parametrize(("apart", "sweeps"), [(9_999, 1), (10_000, 2)])
-def test_pulses_of_one_sweep_are_less_than_417_us_apart(apart: int, sweeps: int) -> None:
-    """10,000 ticks; of one sweep two times in the turn are one too many."""
-    groups = [[(0, 3, 50_000)], [(1, 3, 0)]]
-    light = decoded(*groups, apart=apart)
-    assert light.hit_s.size == (2 if sweeps == 1 else 1)
-    assert light.n_diodes == 4
-    assert light.duration_s == pytest.approx(apart / RATE_HZ)

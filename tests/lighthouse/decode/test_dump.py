@@ -1,7 +1,5 @@
 """Dumps: edges against a plain reading of each bit, and what is refused by name."""
 
-from contextlib import nullcontext
-
 import numpy as np
 import pytest
 
@@ -64,16 +62,6 @@ def test_pulses_cut_by_the_ends_are_left_out() -> None:
     assert pulses.start_s.tolist() == [0.001, 0.5, 0.6]
     assert pulses.length_s.tolist() == [0.001, 0.002, 0.001]
     assert pulses.diode.tolist() == [4, 1, 2]
-
-
-def test_scene_from_file(tmp_path, words: np.ndarray) -> None:
-    path = tmp_path / "dump.bin"
-    words.astype("<u4").tofile(path)
-    pulses, expected = read_dump(path), Scene().build().pulses()
-    order = np.lexsort((pulses.diode, pulses.start_s))
-    np.testing.assert_array_equal(pulses.start_s[order], expected.start_s)
-    np.testing.assert_array_equal(pulses.length_s[order], expected.length_s)
-    assert pulses.notes == ("2 s long; a dump is usually 8 s or 8.389 s",)
 
 
 def write(tmp_path, data: bytes):
@@ -152,19 +140,3 @@ def test_boards_of_fewer_diodes_are_not_judged(words: np.ndarray) -> None:
     hits = hits_of(words)
     check_byte_order(hits.take(hits.diode < 24), BOARD[:24], "dump.bin")
     check_byte_order(hits.take(hits.diode < 2), BOARD, "dump.bin")
-
-
-def test_words_are_not_called_swapped_where_neither_order_fits() -> None:
-    """A board of another shape: both orders fit alike, and badly."""
-    rng = np.random.default_rng(2)
-    board = np.column_stack([np.zeros(32), *rng.uniform(-0.1, 0.1, (2, 32))])
-    cycle, diode = np.repeat(np.arange(0, 80, 4), 32), np.tile(np.arange(32), 20)
-    zero = np.zeros(640, int)
-    bytes_swapped = np.arange(32).reshape(4, 8)[::-1].ravel()
-    for angle, refused in (
-        (rng.uniform(-0.05, 0.05, 32), False),
-        (0.4 * board[bytes_swapped, 1], True),
-    ):
-        hits = Hits(zero, zero, cycle, diode, cycle / 120, np.tile(angle, 20), zero + 1e-5)
-        with pytest.raises(Refusal, match="with the bytes swapped") if refused else nullcontext():
-            check_byte_order(hits, board, "d.bin")

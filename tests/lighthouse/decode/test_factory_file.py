@@ -139,17 +139,6 @@ def test_the_system_configuration_of_a_crazyflie(tmp_path: Path, name: str) -> N
     assert slave.factory.tilt.tolist() == [-0.0027256011962890625, -0.002552032470703125]
 
 
-@pytest.mark.parametrize("written", ["-.25e-2", "-25e-4", "-2.5e-3", "'-0.0025'"])
-def test_every_way_to_write_a_number_in_yaml(tmp_path: Path, written: str) -> None:
-    """As YAML 1.2 has numbers: PyYAML reads version 1.1, to which the first two are text."""
-    old = "tilt: -0.0027256011962890625"
-    assert old in CRAZYFLIE
-    path = tmp_path / "config.yaml"
-    path.write_text(CRAZYFLIE.replace(old, f"tilt: {written}", 1))
-    _, slave = read_factory(path)
-    assert slave.factory.tilt.tolist() == [-0.0025, -0.002552032470703125]
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

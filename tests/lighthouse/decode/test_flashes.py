@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.decode.comb import begin_of_cycles, pattern_of
+from mocap_metrology.lighthouse.decode.comb import pattern_of
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.records import Flashes, Pulses
 
@@ -87,11 +87,6 @@ def test_period_is_measured(ppm: float) -> None:
     check(scene, find_flashes(scene.pulses()), within_s=0.02e-6)
 
 
-def of_slave(scene: Scene, pulses: Pulses) -> np.ndarray:
-    in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
-    return np.abs(in_cycle - 0.05) < 0.01
-
-
 def test_false_and_merged_flashes() -> None:
     """One false flash for two true ones, on one diode or all; and light that runs into flashes."""
     scene, rng = Scene(seconds=4.0).build(), np.random.default_rng(7)
@@ -108,53 +103,6 @@ def test_false_and_merged_flashes() -> None:
     found = find_flashes(pulses)
     check(scene, found, 0.97)
     assert min(f.cycle.size for f in found) > 470
-
-
-def dimmed(scene: Scene, diodes: int, dim: int, late_s: object) -> Pulses:
-    """The slave seen by the first diodes only; the first `dim` of them see it late by late_s(t, d),
-    but its end in time."""
-    pulses = scene.pulses()
-    own = of_slave(scene, pulses) & (pulses.length_s > LONG_S)
-    pulses = drop(pulses, own & (pulses.diode >= diodes))
-    own = of_slave(scene, pulses) & (pulses.length_s > LONG_S)
-    t, d = pulses.start_s, pulses.diode
-    late = np.where(own & (d < dim), np.round(2e6 * late_s(t, d)) / 2e6, 0)
-    return by_start(pulses, t + late, pulses.length_s - late, d)
-
-
-@pytest.mark.parametrize("diodes, dim", [(2, 1), (3, 2), (5, 3)])
-def test_dim_diodes_rise_late_and_fall_in_time(diodes: int, dim: int) -> None:
-    """By 0 to 30 us, slowly: the median of the lengths left a third of the bits open here, and a
-    tenth of them wrong."""
-    scene = Scene(seconds=4.0).build()
-    for late_s in (
-        lambda t, d: 15e-6 * (1 + np.sin(2 * np.pi * t / 1.7 + d)),
-        lambda t, d: np.random.default_rng(6).uniform(0, 30e-6, t.size),
-    ):
-        check(scene, find_flashes(dimmed(scene, diodes, dim, late_s)))
-
-
-def test_rotors_that_wander() -> None:
-    """3 us of slow wander, of each rotor its own; the line cannot follow it, the curve does."""
-
-    def wander(station: int, cycle: int) -> float:
-        return 3e-6 * np.sin(2 * np.pi * cycle / (150 + 40 * station) + 2 * (cycle % 2))
-
-    scene = Scene(seconds=8.0, wander=wander).build()
-    for own, station in zip(find_flashes(scene.pulses()), (0, 1), strict=True):
-        true = scene.begins[station, own.cycle] + HALF_SAMPLE_S
-        line = own.clock.start(own.cycle) - true
-        curve = begin_of_cycles(own, own.cycle, true, 0.5e-6) - true
-        assert line.std() > 2e-6
-        assert curve.std() < 0.1e-6
-        assert abs(curve.mean()) < 0.05e-6
-
-
-def test_codes_of_flashes_that_keep_no_time() -> None:
-    """Up to 8 us early or late at random, which is more than half a step of the lengths."""
-    early = np.random.default_rng(3).uniform(-8e-6, 8e-6, (2, 300))
-    scene = Scene(wander=lambda station, cycle: early[station, cycle]).build()
-    check(scene, find_flashes(scene.pulses()), within_s=9e-6)
 
 
 def with_memory(pulses: Pulses, wait_s: float, n: int) -> Pulses:
@@ -183,16 +131,6 @@ def test_pulses_of_a_devices_memory_are_left_out(n: int) -> None:
     assert within_flashes(hidden, find_flashes(hidden))[0].duration_s == pytest.approx(
         3.0, abs=0.02
     )
-
-
-def test_twelve_flashes_are_the_fewest() -> None:
-    scene = Scene(stations=(0,)).build()
-    pulses = scene.pulses()
-    one = drop(pulses, (pulses.length_s < LONG_S) | (pulses.diode != 5))
-    twelve = drop(one, np.arange(one.start_s.size) >= 12)
-    check(scene, find_flashes(twelve), within_s=0.4e-6)
-    with pytest.raises(Refusal, match=r"no flashes: 11 of 11 pulses are longer than 46\.9 us"):
-        find_flashes(drop(one, np.arange(one.start_s.size) >= 11))
 
 
 def test_no_flashes() -> None:

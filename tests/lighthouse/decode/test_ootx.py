@@ -142,16 +142,6 @@ def test_fourteen_bits_that_no_repetition_shows_are_tried() -> None:
     assert decode_station(replace(seen, code=code)).id == 77
 
 
-def test_random_bits_give_nothing() -> None:
-    rng = np.random.default_rng(3)
-    for seed in range(50):
-        given = flashes_of(rng.integers(0, 2, DUMP), 0, DUMP, rng, missed=0.2 * (seed % 2))
-        station, n = decode_station(given), int(np.ptp(given.cycle)) + 1
-        assert station.factory is None and station.id is None and station.frames_found == 0
-        known = np.count_nonzero(given.code >= 0)
-        assert f"{known} bits in {n} cycles, {n - known} missing" in station.why
-
-
 @pytest.mark.parametrize(
     ("flipped", "missed", "least"), [(0.0, 0.03, 1.0), (0.01, 0.02, 0.95), (0.03, 0.03, 0.6)]
 )

@@ -11,8 +11,6 @@ from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.decode.factory_file import (
     NAMES_OF,
     read_factory,
-    stations_from_json,
-    stations_to_json,
 )
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.turns import (
@@ -25,7 +23,7 @@ from mocap_metrology.lighthouse.decode.turns import (
 )
 from mocap_metrology.lighthouse.decode.wander import Delay, TurnClock
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
-from mocap_metrology.lighthouse.records import Factory, Station
+from mocap_metrology.lighthouse.records import Factory
 from tests.lighthouse.decode.test_ootx import same
 
 NAMES = NAMES_OF[2]
@@ -100,13 +98,6 @@ def test_damaged_streams_give_the_truth_or_nothing() -> None:
     assert read > 20
 
 
-def test_a_frame_of_another_channel_is_refused() -> None:
-    rng = np.random.default_rng(6)
-    sent = np.tile(encode_frame2(a_factory(rng), 77, 6, (0, 127, 0)), 3)
-    station = decode_turns(turns_of(sent, rng, 0.0, 0.0))
-    assert station.factory is None and "channel 0x86 in a frame of channel 5" in station.why
-
-
 @pytest.mark.parametrize(("at", "message"), [(0, "protocol"), (0x1F, "channel"), (0x10, "curve")])
 def test_values_that_no_station_has(at: int, message: str) -> None:
     data = bytearray(43)
@@ -115,14 +106,3 @@ def test_values_that_no_station_has(at: int, message: str) -> None:
     data[at : at + 2] = b"\x21\x7b"
     with pytest.raises(Refusal, match=message):
         unpack(bytes(data))
-
-
-def test_files_of_this_project() -> None:
-    """Seven values, order and channels there and back."""
-    rng = np.random.default_rng(7)
-    stations = [
-        Station(str(k), id=k + 9, factory=a_factory(rng), generation=2, channel=k) for k in (1, 15)
-    ]
-    for station, back in zip(stations, stations_from_json(stations_to_json(stations)), strict=True):
-        assert same(back, station.factory)
-        assert (back.role, back.id, back.channel) == (station.role, station.id, station.channel)

@@ -193,14 +193,6 @@ def test_turns_are_counted_through_defects(
         check(light)
 
 
-def test_a_cut_file_is_used_to_its_last_line(tmp_path: Path) -> None:
-    whole = made(tmp_path / "whole.rec.gz").stat().st_size
-    light, _ = read_libsurvive(made(tmp_path / "a.rec.gz", end=whole * 9 // 10), "T20")
-    assert any("cut off" in note for note in light.notes)
-    check(light, 0.8)
-    assert light.normals is not None and np.allclose(light.normals, [1.0, 0.0, 0.0])
-
-
 def b_lines(lines: list[str]) -> list[str]:
     found = []
     for cells in map(str.split, lines):

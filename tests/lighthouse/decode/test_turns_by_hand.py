@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.lighthouse.decode.turns import Light, _plane, find_turn_hits, find_turns
+from mocap_metrology.lighthouse.decode.turns import Light, find_turns
 
 PERIOD_S = 949_000 / 48e6  # channel index 3
 Row = tuple[int, float]  # diode, rotor in rad
@@ -36,30 +36,6 @@ def light(
     )
 
 
-def test_angles_up_to_1_2_rad_from_each_plane() -> None:
-    """Planes are straight ahead at a third and two thirds of a turn."""
-    first, second = 2 * np.pi / 3, 4 * np.pi / 3
-    own = [(0, first - 1.19), (1, first - 1.21), (2, first), (3, second + 1.19), (4, second + 1.21)]
-    made = light([own, [(5, second - 0.5)]])
-    turns, _ = find_turns(made)
-    hits, report = find_turn_hits(made, turns)
-    assert hits.diode.tolist() == [0, 2, 3, 5]
-    assert hits.axis.tolist() == [0, 0, 1, 1]
-    assert hits.cycle.tolist() == [0, 0, 0, 1]
-    assert hits.angle_rad.tolist() == pytest.approx([-1.19, 0.0, 1.19, -0.5], abs=1e-6)
-    assert report["no_sweep"] == [0, 1, 0, 0, 1, 0]
-    assert report["hit"] == [1, 0, 1, 1, 0, 1]
-
-
-def test_of_two_hits_on_a_diode_the_one_nearer_to_the_others() -> None:
-    own = [(0, 2.0), (1, 2.01), (2, 2.02), (1, 2.3), (0, 4.0)]
-    hits, report = find_turn_hits(made := light([own]), find_turns(made)[0])
-    assert sorted(zip(hits.diode.tolist(), np.round(hits.angle_rad, 2).tolist(), strict=True)) == [
-        (0, -0.19), (0, -0.09), (1, -0.08), (2, -0.07)
-    ]  # fmt: skip
-    assert report["second_on_diode"] == [0, 1, 0, 0, 0, 0]
-
-
 @pytest.mark.parametrize(
     ("n", "ppm", "is_used"),
     [(12, 0, True), (11, 0, False), (20, 99, True), (20, 101, False), (20, -99, True)],
@@ -73,59 +49,3 @@ def test_a_station_has_twelve_begins_of_its_period(n: int, ppm: float, is_used: 
         assert turns[0].bit.tolist() == [k % 2 for k in range(n)]
     else:
         assert notes
-
-
-def test_begins_off_their_period_do_not_count() -> None:
-    (turns,), _ = find_turns(light([], 30, late={7: 3e-4, 20: -2e-4}))
-    assert turns.turn.tolist() == [k for k in range(30) if k not in (7, 20)]
-    turn, rotor = turns.place(np.array([0.01 + 7.25 * PERIOD_S]))
-    assert turn == 7 and rotor == pytest.approx(np.pi / 2, abs=2e-5)
-
-
-TIME = np.arange(0.0, 2.0, 0.02)
-
-
-def swept(first: float, second: float, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Angles of the rotor at which both planes meet an object that turns by `speed` rad/s, and
-    times, not in their order."""
-    rotor = np.concatenate([first + speed * TIME, second + speed * (TIME + 0.01)])
-    time = np.concatenate([TIME, TIME + 0.01])
-    order = np.random.default_rng(1).permutation(time.size)
-    return rotor[order], time[order]
-
-
-def test_before_half_a_turn_it_is_the_first_plane() -> None:
-    rotor, time = swept(2.0, 4.3)
-    plane, known = _plane(rotor, time)
-    assert known.all()
-    assert (plane == (rotor > np.pi)).all()
-
-
-@pytest.mark.parametrize("speed", [0.0, 0.1, -0.1])
-def test_near_half_a_turn_it_is_the_plane_whose_other_hits_are_near(speed: float) -> None:
-    """Of an object at the edge of the field of the first plane, some of whose hits lie beyond."""
-    rotor, time = swept(np.pi - 0.17, 5.1, speed)
-    rotor = rotor + 0.1 * np.sin(37 * time) * (rotor < 4)  # a board: its diodes lie apart
-    rotor[np.argmax(np.where(rotor < 4, rotor, 0))] = np.pi + 0.05
-    plane, known = _plane(rotor, time)
-    assert known.all()
-    assert (plane == (rotor > 4)).all()
-
-
-@pytest.mark.parametrize(("off", "is_known"), [(0.34, True), (0.36, False)])
-def test_hits_far_from_those_of_either_plane_are_unknown(off: float, is_known: bool) -> None:
-    """An object spans 0.35 rad at most; a plane without other hits may have any at that limit."""
-    rotor, time = swept(np.pi - off, 5.1)
-    rotor[7] = np.pi
-    plane, known = _plane(rotor, time)
-    assert known[7] == is_known
-    assert plane[7] == (0 if is_known else plane[7])
-    alone = _plane(np.array([np.pi]), np.array([0.5]))
-    assert alone[1].tolist() == [True]
-
-
-@pytest.mark.parametrize(("off", "plane"), [(0.156, 0), (0.159, 1)])
-def test_the_fields_overlap_by_a_twentieth_of_half_a_turn(off: float, plane: int) -> None:
-    """0.157 rad to each side; beyond, hits of the other plane nearby do not matter."""
-    rotor, time = np.array([np.pi - 0.17, np.pi - 0.17, np.pi + off]), np.array([0.0, 1.0, 0.5])
-    assert _plane(rotor, time)[0].tolist() == [0, 0, plane]

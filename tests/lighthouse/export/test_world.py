@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.export.world import Calibrated, board_pose, read_points, world_of
+from mocap_metrology.lighthouse.export.world import Calibrated, read_points, world_of
 from mocap_metrology.lighthouse.records import Path as BoardPath
 from mocap_metrology.lighthouse.records import Station
 
@@ -83,26 +82,6 @@ def test_gravity_by_the_accelerometer_of_the_board_comes_first() -> None:
     assert world.name == "gravity" and world.why == ""
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_a_master_that_looks_along_the_vertical(sign: int) -> None:
-    """Its x has no horizontal part, so that of its z, the top of its housing, counts."""
-    own = np.array([-sign, 0.0, 0.0])  # up in its frame: it looks down, or up
-    found = replace(calibrated(), stations=[Station("master", gravity=own), Station("slave")])
-    world = world_of("gravity", found)
-    np.testing.assert_allclose(world.R @ own, UP, atol=1e-12)
-    np.testing.assert_allclose(world.R @ UP, [1, 0, 0], atol=1e-12)
-    assert np.linalg.det(world.R) == pytest.approx(1)
-
-
-@pytest.mark.parametrize(("part", "counts"), [(0.049, False), (0.051, True)])
-def test_where_the_master_looks_counts_from_a_twentieth_of_it_on(part: float, counts: bool) -> None:
-    """Of its x that part is horizontal; x of the room is along it, or along that of its z."""
-    own = np.array([-np.sqrt(1 - part**2), 0.6 * part, 0.8 * part])
-    found = replace(calibrated(), stations=[Station("master", gravity=own), Station("slave")])
-    ahead, top = world_of("gravity", found).R[:, [0, 2]].T
-    assert (abs(ahead[1]) < 1e-9) == counts != (abs(top[1]) < 1e-9)
-
-
 def test_what_is_missing_is_replaced_and_stated() -> None:
     blind = calibrated(gravity=(None, None), path=False)
     world = world_of("gravity", blind)
@@ -126,24 +105,6 @@ def test_what_is_missing_is_replaced_and_stated() -> None:
     world = world_of("points", calibrated())
     assert (world.name, world.why) == ("gravity", "no points were given (column world_points)")
     assert world_of("master", calibrated()).why == ""
-
-
-def test_the_board_at_its_start_has_the_coordinates_of_its_file() -> None:
-    found = calibrated()
-    world = world_of("board-start", found)
-    R, t = board_at(TIMES[:1])
-    room = BOARD @ R[0].T + t[0]
-    seen = (room - MASTER[1]) @ MASTER[0]  # in the master's frame
-    np.testing.assert_allclose(seen @ world.R.T + world.t_m, BOARD, atol=1e-9)
-
-
-def test_a_moment_is_in_the_middle_of_its_mean() -> None:
-    """While the board moves and turns uniformly: the mean is the pose in the middle."""
-    found, moment = calibrated(), MOVED_S + 0.5125
-    (R,), (t,) = in_master(*board_at(np.array([moment])))
-    mean = board_pose(found.path, moment)
-    np.testing.assert_allclose(mean[0], R, atol=1e-9)
-    np.testing.assert_allclose(mean[1], t, atol=1e-9)
 
 
 def points_file(folder: Path, off_m: float = 0.0) -> tuple[str, dict[str, np.ndarray]]:
@@ -176,19 +137,6 @@ def test_points_of_stations_and_of_the_board(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.place(found.poses[0])[0], level @ MASTER[0], atol=1e-8)
 
 
-def test_residuals_of_points(tmp_path: Path) -> None:
-    """A rigid fit to four points: less than the error of one of them, and never more than what the
-    true frame has."""
-    path, places = points_file(tmp_path, off_m=0.04)
-    found = calibrated()
-    world = world_of("points", found, path)
-    slave = world.place(found.poses[1])[1]
-    assert world.residuals_m is not None and world.rms_m is not None
-    assert world.residuals_m["slave"] == pytest.approx(np.linalg.norm(slave - places["slave"]))
-    assert 0.002 < world.rms_m < 0.02  # the true frame has 0.04 / sqrt(4)
-    assert list(world.residuals_m) == list(places)
-
-
 HEADER = "label,x_m,y_m,z_m\n"
 LINE = HEADER + "master,0,0,0\nslave,1,1,1\ndiode 0,2,2,2\n"
 BAD = {
@@ -216,25 +164,6 @@ def test_bad_points_are_refused_in_one_line(tmp_path: Path, case: str) -> None:
     with pytest.raises(Refusal, match=r"room\.csv: ") as refused:
         read_points(str(path))
     assert words in str(refused.value) and "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("off_m", "narrow_m", "why"),
-    [
-        *((0.122, 1.0, None), (0.123, 1.0, "expected at most 100")),
-        *((0.0, 0.0123, None), (0.0, 0.0122, "lie on one line")),
-    ],
-)
-def test_points_at_the_limits(tmp_path: Path, off_m: float, narrow_m: float, why) -> None:
-    """Of three stations two are off_m aside, along their line; the third is narrow_m from it."""
-    t = np.array([[0.0, 0, 0], [4.0, 0, 0], [2.0, narrow_m, 0]])
-    measured = t + np.array([[-off_m, 0, 0], [off_m, 0, 0], [0, 0, 0]])
-    lines = [f"{k},{x},{y},{z}\n" for k, (x, y, z) in enumerate(measured)]
-    (tmp_path / "room.csv").write_text("".join([HEADER, *lines]))
-    stations = [Station(str(k)) for k in range(3)]
-    found = Calibrated(stations, [(np.eye(3), own) for own in t], BOARD, None)
-    with pytest.raises(Refusal, match=why) if why else nullcontext():
-        world_of("points", found, str(tmp_path / "room.csv"))
 
 
 @pytest.mark.parametrize("case", UNSUITED)

@@ -4,7 +4,7 @@ import numpy as np
 from mocap_workflow.calibration_twins import twin_from_mapping
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.simulate.recording import MOUNT_M, simulate_mounts, write_mounts
+from mocap_metrology.lighthouse.simulate.recording import MOUNT_M, simulate_mounts
 
 TWIN = {
     "seed": 21,
@@ -46,12 +46,3 @@ def test_without_noise_the_true_pose_whatever_the_frame_of_the_system():
     distances = np.linalg.norm(MOUNT_M[:, None] - MOUNT_M, axis=2)[np.triu_indices(5, 1)]
     assert np.diff(np.sort(distances)).min() > 4e-3  # tell the markers apart
     assert distances.min() > 0.07 and distances.max() < 0.2  # a mount on a housing of 8 cm
-
-
-def test_mount_file(tmp_path):
-    write_mounts(tmp_path / "mounts.csv", recorded().labels)
-    rows = [row.split(",") for row in (tmp_path / "mounts.csv").read_text().splitlines()]
-    assert rows[0] == ["label", "x_m", "y_m", "z_m"]
-    assert [row[0] for row in rows[1:]] == [f"{c}{i}" for c in "MS" for i in range(1, 6)]
-    places = [[float(cell) for cell in row[1:]] for row in rows[1:]]
-    assert np.array_equal(places, np.concatenate([MOUNT_M, MOUNT_M]))

@@ -4,16 +4,13 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pytest
 from mocap_workflow.calibration_twins import calibration_twin
 from scipy.stats import chi2
 
 from mocap_metrology.calibration.pose import simulate
 from mocap_metrology.calibration.sweeps import Entry
 from mocap_metrology.common.entries import TwinsFile
-from mocap_metrology.common.faults import Faults
 from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin, simulate_network
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
 
 FILE: TwinsFile = {
@@ -33,15 +30,6 @@ def twin(name: str) -> NetworkTwin:
     found = calibration_twin(FILE, name)
     assert isinstance(found, NetworkTwin)
     return found
-
-
-def test_a_number_of_stations_makes_a_twin_of_the_second_generation() -> None:
-    """Which inherits from its setup and from another twin, not from the defaults of the first."""
-    assert (twin("a").stations, twin("a").dropout) == (3, 0.02)
-    assert twin("b").room_seed == 4 and isinstance(calibration_twin(FILE, "old"), LighthouseTwin)
-    for name, why in (("c", "stations"), ("d", "dropout")):
-        with pytest.raises(Faults, match=rf"twin {name}: {why}"):
-            calibration_twin(FILE, name)
 
 
 def test_recordings_of_a_setup_share_stations_and_object_alone() -> None:

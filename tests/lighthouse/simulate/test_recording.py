@@ -19,7 +19,6 @@ SITE = {
     "duration_s": 0.5,
 }
 CYCLE_S = 400_000 / 48e6
-FULL = 60 * 32  # hits in half a second
 
 
 def made(**changes):
@@ -145,53 +144,6 @@ def test_bits_of_the_flashes_are_the_frame_of_the_station():
     assert any(np.array_equal(np.roll(frame, -i), bits[:358]) for i in range(358))
 
 
-def test_noise_has_its_common_and_its_independent_part():
-    """Monte Carlo: 2 sweeps x 60 Hz x 20 s; tolerance 4 standard errors."""
-    recording = made(duration_s=20, common_urad=53, independent_urad=30, seed=77)
-    hits, truth = recording.hits, recording.truth.hits
-    off = 1e6 * (hits.angle_rad - truth.angle_rad)
-    assert np.allclose(off, 1e6 * (hits.time_s - truth.time_s) * np.pi / CYCLE_S, atol=1e-3)
-    table = off.reshape(-1, 32)  # a still board: all diodes of a sweep one after another
-    assert (np.diff(hits.cycle.reshape(-1, 32), axis=1) == 0).all()
-    n = len(table)
-    independent = np.sqrt(table.var(axis=1, ddof=1).mean())
-    common = np.sqrt(table.mean(axis=1).var(ddof=1) - independent**2 / 32)
-    assert independent == pytest.approx(30, abs=4 * 30 / np.sqrt(2 * 31 * n))
-    assert common == pytest.approx(53, abs=4 * 53 / np.sqrt(2 * n))
-    means = table.mean(axis=1)
-    assert abs(np.corrcoef(means[1:], means[:-1])[0, 1]) < 4 / np.sqrt(n)
-
-
-def test_truth_between_the_optical_origins():
-    """Azimuth sees its laser's y, elevation its laser's z; in depth they differ, the middle holds.
-
-    A housing pushed so that its optical origin is where it was is seen under the same angles, up to
-    half the difference in depth, 8 mm at 3 m.
-    """
-    lasers = [[0.01, -0.004, 0.5e-3], [-0.006, 0.002, 0.007]]
-    recording = made(master={**SITE["master"], "lasers_m": lasers})
-    moved = recording.truth.t_m - recording.truth.t_optical_m
-    assert np.allclose(moved, [0.002, -0.004, 0.007])
-    R, p = recording.truth.motion.poses(np.zeros(1))
-    x, y, z = (recording.truth.board @ R[0].T + p[0] - moved).T
-    hits = recording.truth.hits.take(recording.truth.hits.station == 0)
-    angle = np.where(hits.axis == 0, np.arctan2(y, x)[hits.diode], np.arctan2(z, x)[hits.diode])
-    assert np.abs(hits.angle_rad - angle).max() < 0.008 / 3 * np.tan(np.abs(angle).max())
-
-
 def share(n, of, expected):
     """Within four standard errors of a binomial share."""
     return n / of == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / of))
-
-
-def test_shares_that_are_lost():
-    assert len(made().hits) == FULL
-    assert share(len(made(dropout=0.2, duration_s=2).hits), 4 * FULL, 0.8)
-    flash = made(missed_flashes=0.2, duration_s=4).pulses
-    assert share(np.count_nonzero((flash.length_s > 45e-6) & (flash.diode == 0)), 960, 0.8)
-    extra = made(false_flashes_per_s=50, duration_s=4).pulses.start_s.size
-    extra = (extra - made(duration_s=4).pulses.start_s.size) / 32
-    assert extra == pytest.approx(200, abs=4 * np.sqrt(200))
-    # Occlusions, mean share of time 60/min x 0.2 s = 1 - exp(-0.2); 40 s, two stations
-    lost = 1 - len(made(occlusions_per_min=60, occlusion_s=0.2, duration_s=40).hits) / (80 * FULL)
-    assert lost == pytest.approx(1 - np.exp(-0.2), abs=4 * np.sqrt(2 * 0.2**2 * 80) / 80)

@@ -4,7 +4,6 @@ and the file of it, which is decoded to the same."""
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light
 from mocap_metrology.lighthouse.decode.gates import Cleaning
@@ -13,7 +12,6 @@ from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.turns import (
     MadeTurns,
     TurnsTwin,
-    ball_board,
     simulate_turns,
     stations_around,
     write_rec,
@@ -60,16 +58,6 @@ def test_angles_are_those_of_the_model_with_the_stated_noise() -> None:
     assert off.std() < 5e-6  # ticks
 
 
-def test_a_cover_shifts_diodes_along_their_normals() -> None:
-    """a alone is a board that is larger by it."""
-    board, normals = ball_board()
-    plain = {"collisions": False, "place_mm": 0.0, "incidence_deg": 180.0}
-    covered = simulate_turns(twin(**plain, cover_mm=(1.0, 0.0)))
-    larger = simulate_turns(twin(**plain, board=board + 1e-3 * normals))
-    near = np.abs(covered.light.hit_s - larger.light.hit_s)
-    assert np.max(near) < 1e-8
-
-
 def test_collisions_and_reflections() -> None:
     """Two stations: 4 to 6 % of the light is lost or given to the other one."""
     quiet = simulate_turns(twin(2, collisions=False))
@@ -93,23 +81,3 @@ def test_the_file_is_decoded_to_the_same(tmp_path: Path) -> None:
     for station, factory, id_ in zip(found.stations, made.factories, made.ids, strict=True):
         assert station.id == id_ and np.array_equal(station.factory.tilt, factory.tilt)
         assert station.gravity @ [0, 0, 1] > 0.8 and station.frames_found > 0
-
-
-@pytest.mark.parametrize("n", [2, 3, 4, 7])
-def test_stations_stand_on_a_ring_and_face_the_middle(n: int) -> None:
-    """0.9 to 1.2 of the radius off, a fifth of their distance along it; in the frame of one."""
-    for seed in range(4):
-        R, t, middle, up = stations_around(n, np.random.default_rng(seed), 2.0, 2.5)
-        assert R[0] == pytest.approx(np.eye(3)) and t[0] == pytest.approx(np.zeros(3))
-        assert np.linalg.norm(up) == pytest.approx(1)
-        off = t - middle
-        level = off - np.outer(off @ up, up)
-        reach = np.linalg.norm(level, axis=1)
-        assert ((reach > 0.9 * 2.0) & (reach < 1.2 * 2.0)).all()
-        east = level[0] / reach[0]
-        turn = np.unwrap(np.arctan2(level @ np.cross(up, east), level @ east), period=2 * np.pi)
-        step = 2 * np.pi / max(n, 3)
-        assert (abs((turn - step * np.arange(n) + np.pi) % (2 * np.pi) - np.pi) < 0.41 * step).all()
-        ahead = np.einsum("ni,ni->n", R[:, :, 0], -off) / np.linalg.norm(off, axis=1)
-        assert (ahead > np.cos(0.5)).all()
-        assert np.linalg.det(R) == pytest.approx(np.ones(n))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.lighthouse.track.markers import Alignment, Markers
+from mocap_metrology.lighthouse.track.markers import Markers
 
 RATE = 100.0
 
@@ -25,18 +25,6 @@ def test_places_and_velocities_between_frames() -> None:
     assert place[:, 0] == pytest.approx(np.column_stack([t**3, 2 * t, t**2 - 1]))
     assert velocity[:, 0] == pytest.approx(np.column_stack([3 * t**2, 2 + 0 * t, 2 * t]))
     assert markers().duration_s == pytest.approx(0.59)
-
-
-def test_no_place_outside_or_in_a_gap() -> None:
-    """Of more than 35 ms."""
-    own = markers()
-    own.place_m[1, 0, 10:12] = np.nan
-    own.place_m[1, 0, 20:23] = np.nan
-    t = np.array([-1e-9, 0.105, 0.1899, 0.191, 0.2299, 0.2301, 0.59, 0.5901])
-    known = np.isfinite(own.at(t)[0]).all(axis=(1, 2))
-    assert known.tolist() == [False, True, True, False, False, True, True, False]
-    assert (np.isfinite(own.at(t)[1]).all(axis=(1, 2)) == known).all()
-    assert own.known_s == pytest.approx(0.55)
 
 
 @pytest.mark.parametrize(
@@ -64,10 +52,3 @@ def test_several_frames_of_one_marker_are_cleaned_in_turn() -> None:
     wrong = np.isnan(own.cleaned().place_m)
     assert np.flatnonzero(wrong[0].all(axis=0)).tolist() == [12, 20, 40]
     assert not wrong[1].any()
-
-
-def test_times_of_an_alignment() -> None:
-    """Offset, and a rate about the middle."""
-    one = Alignment(np.eye(3), np.zeros(3), 0.5, 1e-3, np.array([[1.0, 2, 3]]), 10.0, 2.0)
-    assert one.time(np.array([10.0, 20.0])).tolist() == pytest.approx([10.5, 20.51])
-    assert one.values().tolist() == [0.5, 1e-3, 1, 2, 3, 2.0]

@@ -92,22 +92,6 @@ def test_clock_frame_and_lever_are_found(three: Lab) -> None:
     assert found.turn_rad is None
 
 
-def test_three_markers_show_the_attitude(three: Lab) -> None:
-    """0.2 mm at arms of 60 mm are 0.2 deg."""
-    found = match(three.tracked(), seen(three, LEVERS))
-    np.testing.assert_allclose(found.alignment.lever_m, LEVERS, atol=2e-4)
-    rms = np.degrees(np.sqrt(np.mean(np.sum(found.turn_rad**2, axis=1))))
-    assert 0.1 < rms < 0.4
-
-
-def test_another_scale_is_told_and_not_applied(three: Lab) -> None:
-    markers = seen(three, scale=1.01)
-    found = match(three.tracked(), markers)
-    assert abs(found.free.scale - 1.01) < 5e-4 and found.alignment.scale == 1.0
-    np.testing.assert_allclose(found.free.lever_m, LEVERS[:1], atol=3e-4)
-    assert np.sqrt(np.mean(np.sum(found.place_m**2, axis=2))) > 2e-3
-
-
 @pytest.mark.parametrize("generation", [1, 2])
 def test_stations_are_resected(generation: int, three: Lab, pair: Lab) -> None:
     """Where they are, within the 99.9 % ellipsoid; the search starts from stations that are wrong
@@ -151,56 +135,6 @@ def test_covariance_of_relative_poses_is_that_of_their_derivatives(three: Lab) -
     D = resection.relative_by_poses(fit.poses)
     np.testing.assert_allclose(moved.T @ moved / len(steps), D @ every[:size, :size] @ D.T,
                                rtol=1e-3, atol=1e-16)  # fmt: skip
-
-
-def test_frames_of_another_marker_and_a_turned_board(three: Lab) -> None:
-    """One frame in fifty is 0.3 m off; and the markers move more by turns than with the board."""
-    markers = seen(three)
-    wrong = np.random.default_rng(3).random(markers.place_m.shape[2]) < 0.02
-    markers.place_m[:, :, wrong] += 0.3
-    found = match(three.tracked(), markers.cleaned())
-    np.testing.assert_allclose(found.free.lever_m, LEVERS[:1], atol=3e-4)
-    assert np.sqrt(np.mean(np.sum(found.place_m**2, axis=2))) < 1e-3
-    small = lambda t: (motion(t, 3)[0], 0.1 * motion(t, 3)[1])  # noqa: E731
-    far = 2 * LEVERS[:1]
-    found = match(moving(small), seen(replace(three, moves=small), far))
-    np.testing.assert_allclose(found.free.lever_m, far, atol=5e-4)
-
-
-def exchange(place: np.ndarray) -> None:
-    place[[0, 1], :, 300:600] = place[[1, 0], :, 300:600]
-
-
-def hold(place: np.ndarray) -> None:
-    place[0, :, 300:700] = place[0, :, 300:301]
-
-
-def fill(place: np.ndarray) -> None:
-    share = np.linspace(0, 1, 150)
-    for begin in (200, 600):
-        first, last = place[:, :, begin, None], place[:, :, begin + 149, None]
-        place[:, :, begin : begin + 150] = first + share * (last - first)
-
-
-def forget(place: np.ndarray) -> None:
-    place[:, :, 300:600] = 0.0
-
-
-def scatter(place: np.ndarray) -> None:
-    rng = np.random.default_rng(3)
-    wrong = rng.random(place.shape[2]) < 0.1
-    place[:, :, wrong] += rng.normal(0, 0.5, size=(*place.shape[:2], wrong.sum()))
-
-
-@pytest.mark.parametrize("harm", [exchange, hold, fill, forget, scatter])
-def test_what_is_no_place_of_the_marker_is_left_out(harm: object, three: Lab) -> None:
-    """The path errs by the noise of motion capture, 0.2 mm in each axis, as without."""
-    markers = seen(three, LEVERS)
-    harm(markers.place_m)
-    found = match(three.tracked(), markers.cleaned())
-    assert 1e3 * np.sqrt(np.mean(np.sum(found.place_m**2, axis=2))) < 0.45
-    np.testing.assert_allclose(found.alignment.lever_m, LEVERS, atol=2e-4)
-    assert found.time_s.size > 200
 
 
 def test_a_marker_of_another_body_is_refused(three: Lab) -> None:

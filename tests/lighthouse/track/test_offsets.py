@@ -41,10 +41,3 @@ def test_the_best_offset_is_that_of_the_clocks(moves: float, turns: float) -> No
         assert abs(found[0].lever_m[0]) == pytest.approx(LEVER)  # speeds do not tell its sign
     apart = [abs(one.offset_s - found[0].offset_s) for one in found[1:]]
     assert min(apart, default=1.0) >= 0.25
-
-
-def test_three_seconds_in_common_at_least() -> None:
-    track, seen = made(0.1, 0.1, 2.9)
-    assert offsets(track, seen, np.ones(track.time_s.size, bool)) == []
-    track, seen = made(0.1, 0.1, 3.3)
-    assert offsets(track, seen, np.ones(track.time_s.size, bool))

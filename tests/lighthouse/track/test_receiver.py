@@ -1,14 +1,10 @@
 """A receiver tracked with calibrated stations, against the simulator's truth."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from scipy import linalg
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.batch.bias import selected_inverse
 from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.records import Measurements
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
@@ -89,32 +85,6 @@ def test_an_error_of_the_calibration_moves_the_receiver_as_stated() -> None:
     assert np.nanmean(found.sd.calibration[:, 0]) > np.nanmean(found.sd.noise[:, 0])
 
 
-def test_derivatives_by_the_pose_of_the_slave() -> None:
-    """Against tracking with a slave moved by 0.1 mm or 0.002 deg, either way: within 3 % in
-    position, and 5 % of the noise in rotation, which it hardly changes."""
-    own = made(1)
-    first = track(scene(own), exact(own))
-    noise = np.mean(first.sd.noise[6:-6], axis=0)
-    for k in range(6):
-        d = np.where(np.arange(6) == k, [0.1] * 3 + [0.002] * 3, 0.0) * MM_DEG
-        plus, minus = (
-            track(
-                scene(own),
-                replace(
-                    exact(own),
-                    R=rotation.exp(sign * d[3:]) @ own.truth.R,
-                    t_m=own.truth.t_m + sign * d[:3],
-                ),
-            )
-            for sign in (1, -1)
-        )
-        step = np.c_[plus.t_m - minus.t_m, turned(plus.R, minus.R)] / 2
-        expected = first.sd.by_slave @ d
-        off = np.sqrt(np.mean((step - expected)[6:-6] ** 2, axis=0))
-        size = np.linalg.norm(np.sqrt(np.mean(expected[6:-6] ** 2, axis=0))[:3])
-        assert (off[:3] < 0.03 * size).all() and (off[3:] < 0.05 * noise[3:]).all()
-
-
 def test_one_station_and_none() -> None:
     """Seen by the master alone the sd rises along the line of sight; seen by none there is no
     pose."""
@@ -147,18 +117,6 @@ def test_two_diodes_are_refused() -> None:
         track(scene(own, own.hits.take(own.hits.diode < 2)), exact(own))
     with pytest.raises(Refusal, match="both stations see three of its diodes"):
         track(scene(own, own.hits.take(slice(0, 0))), exact(own))
-
-
-def test_band_of_an_inverse() -> None:
-    """Against the dense inverse of a random banded matrix."""
-    rng, n, w = np.random.default_rng(1), 40, 5
-    A = np.tril(np.triu(rng.normal(size=(n, n)), -w), w)
-    A = A @ A.T + np.eye(n)
-    band = np.array([np.r_[np.diag(A, -k), np.zeros(k)] for k in range(2 * w + 1)])
-    Z = selected_inverse(linalg.cholesky_banded(band, lower=True))
-    dense = np.linalg.inv(A)
-    for k in range(2 * w + 1):
-        np.testing.assert_allclose(Z[k, : n - k], np.diag(dense, -k), atol=1e-12)
 
 
 def test_poses_from_the_rays_of_both_stations() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan.variance import ESTIMATORS, allan_variance, averaging_factors
+from mocap_metrology.noise.allan.variance import ESTIMATORS, allan_variance
 
 
 def nbs14() -> np.ndarray:
@@ -132,18 +132,6 @@ def test_share_left_of_white_noise_is_that_of_the_samples(estimator):
     series[::4] = np.nan
     found = allan_variance(series, np.array([4, 8, 40]), estimator)
     assert np.abs(found.kept - 0.75).max() < 0.02 and (found.n_terms == found.n_full).all()
-
-
-def test_averaging_factors():
-    m = averaging_factors(3_888_000)
-    assert 100 <= m.size <= 105
-    assert m[0] == 1
-    assert m[-1] == 1_296_000
-    assert (np.diff(m) > 0).all()
-    ratio = m[40:][1:] / m[40:][:-1]
-    assert ratio.max() / ratio.min() < 1.05  # evenly spaced once rounding no longer matters
-    np.testing.assert_array_equal(averaging_factors(29), np.arange(1, 10))
-    assert averaging_factors(2).tolist() == [1]
 
 
 def test_an_unknown_estimator_is_refused():

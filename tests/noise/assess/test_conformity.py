@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import binomtest, norm
 
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.common.parallel import in_turn
@@ -17,7 +16,6 @@ from mocap_metrology.noise.assess.recording import (
     Inputs,
     Verdict,
     assess_recording,
-    excess_outliers,
     verdict,
 )
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span
@@ -132,44 +130,6 @@ def test_without_numbers() -> None:
     assert Code.FEW_SAMPLES not in {cap.code for cap in found.caps}
 
 
-@pytest.mark.parametrize(
-    ("moves", "distance_mm", "distance", "still"),
-    [
-        ({"y2": 2021.4}, 0.866, "L", ("Head",)),  # sqrt(12) times 0.25
-        ({"y2": 2021.4}, 0.867, "", ("Head",)),  # swings, as of both feet of one who walks
-        ({"y2": 2021.4, "L": 2000.0}, 0.3, "", ("Head",)),
-        ({"x1": 2021.3, "y2": 2021.4, "L": 2000.0}, 0.3, "", ()),
-    ],
-)
-def test_what_is_left_where_a_marker_moves(moves, distance_mm, distance, still) -> None:
-    far = replace(FINE, frame_mm=693.0, frame_lower_mm=503.0, status="misfit")
-    series = {"x1": FINE, "y2": far, "L": replace(FINE, frame_mm=distance_mm)}
-    found = verdict(
-        series, replace(FACTS, labels=("Head", "RFT1"), **finding("moves", **moves)), Limits()
-    )
-    decided = found.decided_by
-    assert (found.word, decided.code, decided.series, decided.value) == (
-        *("bad", Code.MOVES),
-        *("y2", 2021.4),
-    )
-    assert decided.names == (("Head", "RFT1") if "x1" in moves else ("RFT1",))
-    assert (decided.distance, decided.still) == (distance, still)
-    np.testing.assert_equal(decided.distance_mm, distance_mm if distance else NAN)
-    assert (Code.MISFIT in {cap.code for cap in found.caps}) is bool(still)
-
-
-def test_share_of_outliers_is_the_least_by_wilson() -> None:
-    """Lower end of Wilson's interval of three standard deviations, less what clean noise loses."""
-    rows = [{"series": str(k), "n_frames": n, "n_valid": n, "share": k / n,
-             "share_of_clean_gaussian_noise": 0.0034}
-            for n in (30, 1000, 100_000) for k in (0, 2, 7, 20)]  # fmt: skip
-    for row in rows:
-        count = binomtest(int(row["series"]), int(row["n_valid"]))
-        low = count.proportion_ci(1 - 2 * norm.sf(3), "wilson").low
-        expected = max(low - 0.0034, 0.0)
-        assert excess_outliers([row])[row["series"]] == pytest.approx(expected, abs=1e-12)
-
-
 SPAN = Span(120.0, horizon_s=600.0)
 
 
@@ -212,19 +172,6 @@ def assessed(twin: Twin, span: Span = SPAN) -> Assessment:
         Limits(),
         in_turn,
     )
-
-
-@pytest.mark.parametrize(
-    ("sigma", "word"), [(0.097, "good"), (0.103, "usable"), (0.243, "usable"), (0.257, "bad")]
-)
-def test_twins_by_their_noise(sigma: float, word: str) -> None:
-    found = assessed(twin(sigma))
-    decided, upper = found.verdict.decided_by, found.series["z2"].frame_upper_mm
-    assert (found.verdict.word, decided.series) == (word, "z2")
-    assert decided.value == pytest.approx(sigma, rel=1e-3)
-    assert upper == pytest.approx(sigma, rel=0.015)  # white noise, 8400 frames
-    assert found.facts.duration_s == found.facts.horizon_s == 70 and found.facts.n_frames == 8400
-    assert (found.series["x1"].adev_min_mm, found.series["x1"].tau_min_s) == (1.0, 1.0)
 
 
 def drifting(mm: float, axis: int = 1, label: str = "Wand2") -> Twin:

@@ -8,17 +8,13 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 
-from mocap_metrology.noise.allan.confidence import allan_curve
-from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.assess.mean import mean_of_all
-from mocap_metrology.noise.assess.spread import spread
-from mocap_metrology.noise.assess.uncertainty import Reason, Span, Unmodelled, assess_series, lowest
+from mocap_metrology.noise.assess.uncertainty import Reason, Span, Unmodelled, assess_series
 from mocap_metrology.noise.fit.estimates import deterministic_of, model_of
 from mocap_metrology.noise.fit.estimates import rows as noise_rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import Deterministic
-from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
 RATE, N, SIGMA = 50.0, 15_000, 0.02  # 5 min
 SPAN, NONE = Span(RATE), Deterministic()
@@ -98,32 +94,6 @@ def test_without_a_model_numbers_are_measured(series, table, status: str, why) -
     assert found.frame_lower_mm < found.frame_mm < found.frame_upper_mm
 
 
-def test_constant_and_empty_series() -> None:
-    still = assess_series(np.full(500, 3.0), [], curve(), Span(RATE, step_mm=0.01))
-    assert (still.sigma_frame_mm, still.frame_mm) == (0.0, pytest.approx(0.01 / 12**0.5))
-    assert still.status == "constant"
-    for n_valid, status in (
-        (0, "no valid samples"),
-        (1, "no valid samples"),
-        (2, "no coefficients"),
-    ):
-        none = np.full(500, math.nan)
-        none[:n_valid] = np.arange(n_valid)
-        assert assess_series(none, [], curve(), SPAN).status == status
-
-
-@pytest.mark.parametrize("ratio", [1.03, 1.2, 1.3, 1 / 1.03, 1 / 1.1, 2.0])
-def test_a_level_that_is_known_may_be_off_by_a_twentieth(ratio: float) -> None:
-    """Of 15,000 frames the series' own is known to 0.6 %."""
-    found = assess_series(white(), rows(sigma=SIGMA * ratio), curve(), SPAN)
-    trusted = 1 / 1.05 < ratio < 1.05
-    assert found.basis == ("model" if trusted else "measured")
-    if not trusted:
-        why = found.unmodelled
-        assert (why.why, why.expected) == (Reason.FRAMES_DISAGREE, pytest.approx(SIGMA * ratio))
-        assert why.value == pytest.approx(SIGMA, rel=0.02)
-
-
 def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     """Of 150 white series the right model is believed in all but what 1 in 1000 explains."""
     found = assess_series(white() + np.linspace(0, 0.2, N), rows(), curve(), SPAN)
@@ -136,34 +106,6 @@ def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     assert found.drift_mm_per_h == pytest.approx(0.2 * 12, rel=0.02)
     bases = [assess_series(white(s), rows(), curve(), SPAN).basis for s in range(150)]
     assert bases.count("measured") <= 2
-
-
-@pytest.mark.parametrize("name", ["drift", "warm-up"])
-def test_what_lies_under_the_noise_counts(name: str) -> None:
-    """A drift of 0.6 mm in 10 min, a warm-up of a minute: fitted, subtracted, and counted."""
-    t = np.arange(60_000) / 100
-    wave = 0.6 * t / 600 if name == "drift" else 0.6 * np.exp(-t / 60)
-    series = np.random.default_rng(1).normal(0, 0.05, t.size) + wave
-    table = noise_rows("x1", likelihood(series, 100.0).estimate)
-    found = assess_series(series, table, curve(), Span(100.0))
-    assert found.basis == "model"
-    assert found.frame_mm == pytest.approx(np.hypot(0.05, wave.std()), rel=0.02)
-    assert found.shares[name] == pytest.approx(wave.var() / (0.05**2 + wave.var()), rel=0.02)
-    minutes = wave.reshape(10, -1).mean(axis=1).std()
-    assert found.means[2].uncertainty_mm == pytest.approx(minutes, rel=0.05)
-    assert sum(found.shares.values()) == pytest.approx(1)
-
-
-def test_the_lowest_is_not_low_by_chance() -> None:
-    """60 recordings of two minutes. The true curve falls to the flicker's floor [Allan 1966]; in
-    the median the lowest found is 0.8 to 1.05 of it (standard error 0.02)."""
-    noise, length = NoiseModel((PowerLaw(0, 1e-5), PowerLaw(-1, 1e-5))), circle_length(12_000)
-    spectrum, found = increment_spectrum(noise, length, 100.0), []
-    for seed in range(60):
-        series = draw(spectrum, 12_000, length, 100.0, np.random.default_rng([seed, 8]))
-        one = allan_curve(series, 100.0, averaging_factors(12_000))
-        found.append(one.deviation[lowest(one.deviation, one.edf)[0]])
-    assert 0.8 <= np.median(found) / math.sqrt(2 * math.log(2) * 1e-5) <= 1.05
 
 
 def correlated(seed: list[int], n: int) -> np.ndarray:
@@ -223,16 +165,3 @@ def test_the_mean_of_all_by_batches() -> None:
         if enough:
             assert found.n_eff == pytest.approx(np.nanvar(series, ddof=1) / u**2)
             assert found.k == pytest.approx(stats.t.ppf(0.975, found.dof))
-
-
-@pytest.mark.parametrize("alpha", [-1, -2])
-def test_no_mean_of_what_never_settles(alpha: int) -> None:
-    """From a hundredth of the variance of the mean about that over ten recordings on."""
-    n, fast = 60_000, PowerLaw(0, 1e-5)
-    part = spread(fast, n, 10 * n, 100.0) / spread(PowerLaw(alpha, 1.0), n, 10 * n, 100.0)
-    for share, settles in ((0.0099, True), (0.0101, False), (0.2, False)):
-        slow = PowerLaw(alpha, share / (1 - share) * part)
-        found = mean_of_all(np.zeros(n), 100.0, NoiseModel((slow, fast)), NONE, 0.01)
-        assert found.duration_s == 600 and math.isfinite(found.n_eff) is settles
-    drift = mean_of_all(np.zeros(n), 100.0, NoiseModel((fast,)), Deterministic(drift=1e-4), 0.01)
-    assert math.isnan(drift.n_eff) and math.isnan(drift.length_s)

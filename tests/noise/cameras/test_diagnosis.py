@@ -1,8 +1,6 @@
 """Additions among subsets, the jackknife's intervals, whole recordings, laws, and
 what docs/cameras.md states of how surely a noisy camera is named, in fewer twins."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -15,7 +13,6 @@ from mocap_metrology.noise.cameras.diagnosis import (
     Moments,
     additions,
     diagnose,
-    moments,
 )
 from mocap_metrology.noise.cameras.scaling import fit_scaling, law
 from mocap_metrology.noise.twins.published import published_row, published_subsets
@@ -78,33 +75,6 @@ def recordings(bad: int, extra: float, seed: int) -> tuple[dict, np.ndarray]:
     walk = np.cumsum(rng.normal(0, 1e-3, (3, n)), axis=1)
     made = {name: walk + positions(facility, 0, pixels, ids) for name, ids in CHAIN.items()}
     return made, noise / np.median(noise)
-
-
-def test_correlated_noise_of_a_failing_camera_shows_at_its_time() -> None:
-    made, noise = recordings(bad=4, extra=1.0, seed=9)
-    found = additions(CHAIN)
-    told = diagnose(moments(found, lambda name, _: made[name], 1, 120.0, 72_000), found, CHAIN)
-    assert told.tau_s == pytest.approx((1 / 120, 0.1, 1.0, 10.0))
-    assert told.noise.factor[0, :4] == pytest.approx(noise[2:6], rel=0.05)
-    place = [a.added for a in found].index((4,))
-    # Allan variance of white noise plus q_c = 1: at 1 s the correlated part is far above
-    assert told.noise.factor[2, place] > 3 and told.noise.p_value()[2, place] < 1e-3
-    others = np.delete(told.noise.factor[2], place)
-    assert others.max() < 1.5
-
-
-def test_rounding_is_taken_off() -> None:
-    made, noise = recordings(bad=4, extra=0.0, seed=10)
-    step = 0.04
-    rounded = {name: np.round(values / step) * step for name, values in made.items()}
-    found = additions(CHAIN)
-    given = found, lambda name, _: rounded[name], 1, 120.0, 72_000
-    told = diagnose(moments(*given, dict.fromkeys(CHAIN, step)), found, CHAIN)
-    plain = diagnose(moments(*given), found, CHAIN)
-    truth = noise[2:6]
-    assert told.noise.factor[0, :4] == pytest.approx(truth, rel=0.06)
-    error = [np.abs(d.noise.factor[0, :4] / truth - 1).max() for d in (told, plain)]
-    assert error[0] < error[1]
 
 
 def test_published_vantage_rises_most_with_the_tenth() -> None:
@@ -176,20 +146,3 @@ def test_a_camera_twice_as_noisy_is_named_and_no_sound_one(
         assert float(found[right]) >= least, found
         assert float(found["blamed"]) <= 10, found
         assert float(found["false rise"]) <= 10, found
-
-
-def test_error_of_the_exponent_covers_as_often_as_it_says() -> None:
-    """One standard error on 5 degrees of freedom: 63.7 %."""
-    rng = np.random.default_rng(4)
-    n = np.array([2, 3, 4, 5, 6, 8, 10])
-    fits = [fit_scaling(n, np.exp(rng.normal(0, 0.2, 7)) / np.sqrt(n)) for _ in range(1000)]
-    inside = np.mean([abs(fit.exponent + 0.5) < fit.exponent_error for fit in fits])
-    assert abs(inside - 0.637) < 0.05
-
-
-def test_what_cannot_be_fitted_is_not() -> None:
-    assert fit_scaling(np.array([4, 4]), np.array([0.1, 0.2])) is None
-    assert fit_scaling(np.array([2, 4]), np.array([np.nan, 0.2])) is None
-    two = fit_scaling(np.array([2, 8]), np.array([0.2, 0.1]))
-    assert two.exponent == pytest.approx(-0.5)
-    assert math.isnan(two.exponent_error)

@@ -7,8 +7,6 @@ from mocap_metrology.noise.cameras.information import (
     Chain,
     Step,
     camera_noise,
-    least_camera_noise,
-    position_factors,
 )
 from mocap_metrology.noise.twins.take import joint_covariance, random_facility
 
@@ -60,30 +58,3 @@ def test_noise_of_the_one_camera_added_is_relative_to_those_before() -> None:
     joint = np.block([[np.eye(3), cross.T], [cross, after]])[None, None]
     found, first = camera_noise(joint, Chain((Step(0, 1, 1),), (3, 4)))
     assert found[0] == pytest.approx([s], rel=1e-6) and first.size == 0
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_of_a_set_the_noisiest_counts(seed: int) -> None:
-    facility, _ = facility_and_noise(seed)
-    noise = np.array([1.0, 1, 1, 1, 1, 1, 1, 2])
-    subsets = [list(range(n)) for n in (2, 3, 4, 6, 8)]
-    steps = [Step(0, 1, 1), Step(1, 2, 1), Step(2, 3, 2), Step(3, 4, 2)]
-    chain = Chain(tuple(steps), (2, 3, 4, 6, 8), (0,))
-    joint = pairs(joint_covariance(facility, 0, noise, subsets), steps)
-    found, _ = camera_noise(joint, chain)
-    assert found[0, :3] == pytest.approx(1, abs=1e-4)
-    assert found[0, 3] > 1.5  # 2 where the two see from different sides, never above
-    assert found[0, 3] < 2 + 1e-4
-
-
-def test_the_most_a_noisy_camera_can_do() -> None:
-    """s^2 / (2 sqrt(s^2 - 1)), the maximum of (1 + s^2 d) / (1 + d)^2 over d, in any geometry."""
-    d = np.linspace(0, 3, 100_001)
-    for s in (1.5, 2.0, 4.0):
-        most = np.sqrt(((1 + s**2 * d) / (1 + d) ** 2).max())
-        assert least_camera_noise(most) == pytest.approx(s, rel=1e-4)
-    noise = np.array([1.0, 1, 1, 1, 2, 1, 1, 1])
-    for seed in range(50):
-        facility, _ = facility_and_noise(seed)
-        joint = joint_covariance(facility, 0, noise, [range(4), range(5)])
-        assert position_factors(joint)[0] <= 4 / (2 * np.sqrt(3)) + 1e-9

@@ -117,18 +117,6 @@ def test_trends_by_monte_carlo() -> None:
     assert abs(np.mean(slopes)) < 4 * np.std(slopes) / math.sqrt(1000)
 
 
-@pytest.mark.parametrize(("edf", "places"), [(60.0, 9), (4.0, 5)])
-def test_equal_places_beside_their_mean(edf: float, places: int) -> None:
-    """400 times: 95 % intervals leave out 1 in 3.5 to 6.5 % (nine places beside the quietest of
-    them: 15 %)."""
-    rng, out = np.random.default_rng(10), 0
-    for _ in range(400):
-        adev = np.sqrt(rng.chisquare(edf, places) / edf)
-        curves = [Curve(ONE, np.array([v]), np.array([edf])) for v in adev]
-        out += sum(r.lower[0] > 1 or r.upper[0] < 1 for r in ratios_to_mean(curves, ONE))
-    assert 0.035 < out / 400 / places < 0.065
-
-
 def test_ratio_to_the_mean_of_two_is_the_root_of_their_ratio() -> None:
     """Closed form; and a place that does not reach a tau does not count there."""
     tau = np.array([1.0, 10.0])

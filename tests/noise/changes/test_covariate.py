@@ -15,10 +15,6 @@ SERIES = np.random.default_rng(1).normal(0, 0.01, 12_000)
 ROOM = Covariate("room", np.arange(121.0), np.random.default_rng(2).normal(20, 1, 121))
 
 
-def coherent(row) -> bool:
-    return row["coherence"] > row["threshold"]
-
-
 @pytest.mark.parametrize("offset_s", [0.0, 7.3, -4.6])
 def test_a_row_is_the_coherence_of_means_over_blocks(offset_s: float) -> None:
     """Of the common time; means of the covariate are those of straight lines through its samples,
@@ -61,19 +57,6 @@ def test_what_goes_with_temperature_is_found(sensor: str) -> None:
     assert row["word"] == "goes with it" and ("note" in row) is (sensor == "with a hole")
     assert row["gain_mm_per_unit"] * unit == pytest.approx(0.004, rel=0.1)
     assert row["lag_s"] == pytest.approx(200, abs=60)
-
-
-def test_a_hole_raises_no_false_alarms() -> None:
-    """200 unrelated pairs at alpha = 0.05, a quarter of the covariate missing: 2 to 8 %."""
-    rng, time, false = np.random.default_rng(11), np.arange(0, 361.0), 0
-    there = (time < 100) | (time > 188)
-    for _ in range(200):
-        walk = np.cumsum(rng.standard_normal(time.size))
-        series = np.cumsum(rng.standard_normal(360))
-        false += coherent(
-            coherence_row(series, 1.0, Covariate("t", time[there], walk[there]), 0.05)
-        )
-    assert 0.02 < false / 200 < 0.08
 
 
 def with_hole(first: float, last: float) -> Covariate:
@@ -176,10 +159,3 @@ def test_files_that_are_refused(tmp_path: Path, text: str, why: str) -> None:
     with pytest.raises(Refusal) as caught:
         read_covariate(written(tmp_path, text))
     assert str(caught.value).startswith(f"room.csv{why}")
-
-
-def test_utf_16_and_no_file_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match=r"room\.csv: is UTF-16 text, expected UTF-8: save it as"):
-        read_covariate(written(tmp_path, "time_s,t\n0,1\n1,2\n", "utf-16"))
-    with pytest.raises(Refusal, match=r"other\.csv: no such file"):
-        read_covariate(tmp_path / "other.csv")

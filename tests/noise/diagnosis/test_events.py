@@ -1,22 +1,19 @@
 """Events in simulated recordings whose truth is known, and how often sound ones show any."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.dynamic import (
     Scale,
-    _dispersion,
     _windows,
     dynamic_allan,
 )
-from mocap_metrology.noise.diagnosis.events import Alarm, Event, inside_events, merged
-from mocap_metrology.noise.diagnosis.levels import Sides, blocks, compare
+from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
-from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence
+from mocap_metrology.noise.diagnosis.recurring import recurrence
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 
@@ -60,17 +57,6 @@ def test_a_window_has_half_of_its_differences(there: int, known: bool) -> None:
     np.testing.assert_array_equal(mean, np.full(mean.size, 3.0 if known else np.nan))
 
 
-def test_degrees_of_freedom_of_a_window() -> None:
-    """(sum r)^2 / sum r^2 and max r / sum r of the eigenvalues r of its differences: n and 1/n of
-    white noise, 2 and 1/2 of a sinusoid; one and all where nothing moves, or nothing is known."""
-    rng, n = np.random.default_rng(2), 64
-    edf, kappa = _dispersion(rng.standard_normal((4000, n)))
-    assert edf == pytest.approx(n, rel=0.03) and kappa == pytest.approx(1 / n, rel=0.25)
-    wave = np.sin(2 * np.pi * 5 / n * np.arange(n) + rng.uniform(0, 7, (400, 1)))
-    assert _dispersion(wave) == pytest.approx((2, 0.5), rel=1e-6)
-    assert _dispersion(np.zeros((9, n))) == _dispersion(np.zeros((0, n))) == (1.0, 1.0)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_sound_recordings_have_no_events(kind):
     """15 of 10 minutes at a false alarm of 1 %."""
@@ -105,30 +91,6 @@ def test_noise_that_doubles_after_a_crump_is_said_to():
         assert all(side.lower < 2.0 < side.upper for side in event.sides)
 
 
-def test_noise_that_is_loud_for_a_while_has_not_moved() -> None:
-    """Two seconds of 2.5 times the noise, of five recordings in four at least; and one in which the
-    marker shakes by 0.3 mm, too."""
-    loud, count = slice(30_000, 30_240), 0
-    for seed in range(5):
-        x = 0.02 * np.random.default_rng(seed).standard_normal((6, 60_000))
-        x[1, loud] *= 2.5
-        (event,) = events_of(x)
-        assert abs(event.time_s - 30_000 / RATE) < 2
-        count += event.moved
-        x[1, loud] += 0.3 * np.sin(np.arange(240) / 3)
-        (event,) = events_of(x)
-        assert event.moved and event.size_mm == pytest.approx(0.35, abs=0.1)
-    assert count <= 1
-
-
-def test_noise_that_doubles_without_a_crump_is_found_where_it_does():
-    position, _ = recorded(("Vantage", 9), 3)
-    (event,) = events_of(loud_after(position, 250.0, 2.0))
-    assert event.kind == "level"
-    assert abs(event.time_s - 250.0) <= 10.0 and event.stop_s == event.time_s
-    assert not np.isfinite(event.size_mm) and not event.often
-
-
 @pytest.mark.parametrize(
     ("kind", "interval", "of", "outcome", "after", "matters"),
     [
@@ -146,23 +108,6 @@ def test_what_is_left_of_an_event(kind, interval, of, outcome, after, matters) -
     sides = (Sides("x1", 1.0, 1.0, 1.0, 1.0, *interval),) if interval else ()
     event = Event(1.0, 2.0, kind, ("x1",), "x1", 1.0, 0.0, 0.0, 1.0, 1.0, sides, of)
     assert (event.outcome, event.noise_after, event.matters) == (outcome, after, matters)
-
-
-@pytest.mark.parametrize(("gap_s", "events"), [(-3.0, 1), (0.0, 1), (0.99, 1), (1.01, 2)])
-def test_alarms_less_than_a_second_apart_are_one_event(gap_s: float, events: int) -> None:
-    one, other = (Alarm(t, t + 5.0, "x1", 0.1, 20.0, 3.0) for t in (40.0, 45.0 + gap_s))
-    assert len(merged([other, one])) == events
-
-
-def test_sides_that_are_equal_are_said_so_as_often_as_promised():
-    """5 % intervals of flicker and Gauss-Markov noise of Vantage-9, of 105 series."""
-    missed = []
-    for seed in range(15):
-        position, _ = recorded(("Vantage", 9), seed)
-        for name, series in all_series(dict(zip(NAMES, position, strict=True)), [(1, 2)]):
-            one = blocks(series, RATE)
-            missed.append(compare(name, one.between(0, 299), one.between(301, 600), 0.05).changed)
-    assert 0.005 <= np.mean(missed) <= 0.11  # binomial, 99.5 %
 
 
 def test_the_bound_holds_in_the_tail():
@@ -230,28 +175,6 @@ def test_events_that_recur_have_a_period() -> None:
     assert np.isfinite(random).mean() < 0.002
 
 
-def test_bursts_at_random_times_have_no_period() -> None:
-    """Trucks: none of twelve recordings, whose bursts are alike in all but their times."""
-    rate, n = 100.0, 90_000
-    t = np.arange(n) / rate
-    for seed in range(12):
-        rng = np.random.default_rng(seed)
-        series = 0.02 * rng.standard_normal(n)
-        for time in np.cumsum(rng.exponential(80, 20)):
-            shaking = np.exp(-(((t - time) / 3) ** 2)) * np.sin(2 * np.pi * 3.1 * t)
-            series += 0.08 * shaking
-        assert np.isnan(pulses(series, rate, 0.0014))
-
-
-def test_gaps_that_recur_are_no_bursts() -> None:
-    """A marker that is lost for 1.5 s every 7 s, with noise that is the same all the time."""
-    rate, t = 50.0, np.arange(15_000) / 50
-    for seed in range(3):
-        series = np.random.default_rng([seed, 8]).normal(0, 0.02, t.size)
-        series[(t + seed) % 7 < 1.5] = np.nan
-        assert np.isnan(pulses(series, rate, 0.0014))
-
-
 def test_a_step_moves_and_several_knocks_are_told_apart() -> None:
     """A step of 5 standard deviations is no louder noise, beside a cycle either; three frames off,
     four times in 5 s, are no movement of 5 s."""
@@ -279,14 +202,3 @@ def test_size_of_an_event_that_a_recording_begins_with() -> None:
     event = events_of(position)[0]
     assert event.time_s == 0 and event.largest == "x1"
     assert event.size_mm == pytest.approx(0.5, rel=0.1)
-
-
-def test_pieces_in_a_burst_or_within_a_second_of_it() -> None:
-    burst = SimpleNamespace(kind="burst", time_s=10.2, stop_s=12.3)
-    early = SimpleNamespace(kind="burst", time_s=0.4, stop_s=0.5)
-    level = SimpleNamespace(kind="level", time_s=20.0, stop_s=20.0)
-    assert np.flatnonzero(inside_events([burst, level], 40, 1.0)).tolist() == [9, 10, 11, 12, 13]
-    assert np.flatnonzero(inside_events([burst], 40, 0.5)).tolist() == list(range(18, 27))
-    assert np.flatnonzero(inside_events([early], 40, 1.0)).tolist() == [0, 1]
-    assert not inside_events([], 40, 1.0).any()
-    assert inside_events([burst], 12, 1.0).sum() == 3

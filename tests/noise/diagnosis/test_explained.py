@@ -1,8 +1,6 @@
 """Whole recordings in which one disturbance looks like several: only the one is a finding."""
 
 from collections.abc import Callable
-from dataclasses import fields
-from itertools import product
 
 import numpy as np
 import pytest
@@ -10,12 +8,11 @@ from scipy import signal
 
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
-from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording, explained
+from mocap_metrology.noise.diagnosis.records import Recording
 from mocap_metrology.noise.diagnosis.resonance import resonance
-from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.fit.spectral.welch import welch
 
-RATE, N = 100.0, 60_000
+RATE, N = 50.0, 30_000
 T = np.arange(N) / RATE
 NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]
 
@@ -72,7 +69,7 @@ def held(x: np.ndarray) -> None:
     ("disturb", "code", "value"),
     [(fan, "line", 17.3), (positions, "levels", 0.09), (doors, "recurring", 30.0),
      (switch, "two_levels", 0.04), (mount, "resonance", 6.0), (shaker, "line", 7.1),
-     (lobes, "low_pass", 2.53), (steep, "low_pass", 1.5), (held, "repeated", 0.8)],
+     (lobes, "low_pass", 1.27), (steep, "low_pass", 1.5), (held, "repeated", 0.8)],
 )  # fmt: skip
 def test_one_disturbance_is_one_kind_of_finding(
     disturb: Callable[[np.ndarray], None], code: str, value: float
@@ -94,18 +91,9 @@ def test_one_disturbance_is_one_kind_of_finding(
     assert values == pytest.approx([value] * len(values), rel=0.05)
 
 
-def test_a_cycle_of_bursts_that_recur_is_theirs() -> None:
-    """It has their frequency or a multiple of it, to two percent."""
-    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
-    for part, own in ((1.0, True), (1.015, True), (3.0, True), (0.5, False), (1.5, False)):
-        cycle = Wander(("cycle",), "", ("cycle",), 0.0, 0.1, 1.0, 0.5, (30.0 / part,))
-        found = Diagnosis(**others | {"recurring": {"x1": 30.0}, "wanders": {"x1": cycle}})
-        assert bool(explained(found, 600.0).wanders) is not own
-
-
 @pytest.mark.parametrize("blue", [False, True])
 @pytest.mark.parametrize(
-    ("f_0", "damping", "rms"), [(2.5, 0.08, 0.02), (6.0, 0.03, 0.01), (23.0, 0.01, 0.03)]
+    ("f_0", "damping", "rms"), [(2.5, 0.08, 0.02), (6.0, 0.03, 0.01), (11.5, 0.01, 0.03)]
 )
 def test_frequency_damping_and_size_of_a_resonance(
     f_0: float, damping: float, rms: float, blue: bool
@@ -160,12 +148,3 @@ def spectrum(values: np.ndarray) -> dict[str, np.ndarray]:
     density = welch(values, RATE)
     n = np.full(density.f_hz.size, density.n_segments)
     return {"f_hz": density.f_hz, "psd_mm2_hz": density.psd, "n_segments": n}
-
-
-def test_short_noise_behind_a_steep_filter_is_no_resonance() -> None:
-    """Fifteen seconds behind a Butterworth filter of fourth order, run both ways, and a noise of a
-    tenth that is not."""
-    for seed, corner in product(range(7), (0.1, 0.2, 0.3)):
-        values, after = np.random.default_rng([seed, 1500]).normal(0, 0.02, (2, 1500))
-        values = signal.sosfiltfilt(signal.butter(4, corner, output="sos"), values) + 0.1 * after
-        assert resonance("x1", values, RATE, spectrum(values)) is None

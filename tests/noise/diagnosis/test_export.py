@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.signal import butter, filtfilt, sosfreqz
 
 from mocap_metrology.noise.diagnosis.export import bands, low_pass, resolution
-from mocap_metrology.noise.diagnosis.fills import filled, filled_frames
+from mocap_metrology.noise.diagnosis.fills import filled
 from mocap_metrology.noise.diagnosis.filtering import (
     averaging,
     filtered_avar,
@@ -58,14 +58,6 @@ def test_fills_are_found_and_nothing_else(how: str, size: int) -> None:
     assert how != "held" or found[gone].all()  # the last frame, too, which is far off
 
 
-def test_noise_that_fades_or_is_clipped_is_no_fill() -> None:
-    """Of a taper's ends; of a slow vibration beyond the range of a sensor."""
-    x, t = np.random.default_rng(8).normal(0, 0.02, N), np.arange(N) / 100
-    assert not filled(np.float32(x * signal.windows.tukey(N, 0.1) + 300), 3e-5).any()
-    swing = 0.2 * np.sin(2 * np.pi * 0.2 * t) + x
-    assert not filled(np.float32(np.clip(swing, -0.12, 0.12) + 300), 3e-5).any()
-
-
 def test_noise_of_no_kind_is_a_fill() -> None:
     """Steps of the file, which are constant for long, and straight; hidden steps; repeated frames;
     heavy tails; smooth data; constant, missing and short series. In coarse files a long straight
@@ -84,16 +76,6 @@ def test_noise_of_no_kind_is_a_fill() -> None:
         assert not filled(values, step).any()
     coarse, gone = with_gaps_filled(noise(2), 100, "linear")
     assert (filled(np.round(coarse, 2), 0.01) & gone).sum() >= 0.9 * gone.sum()
-
-
-def test_a_marker_is_filled_in_all_coordinates() -> None:
-    x, gone = with_gaps_filled(noise(7), 30, "linear")
-    position = np.array([[x, noise(8), noise(9)], [noise(10), noise(11), noise(12)]])
-    found = filled_frames(position, 1.5e-5)
-    assert found.shape == (2, N) and not found[1].any()
-    assert (found[0] & gone).sum() == gone.sum()
-    position[:, :, 5000:6000] = np.nan
-    assert not filled_frames(position, 1.5e-5)[:, 5001:5999].any()
 
 
 RATE = 100.0
@@ -246,17 +228,3 @@ def test_published_noise_and_its_line_behind_filters():
     taken = none.sigma**2 - notch.sigma**2
     assert taken == pytest.approx(line.A_s**2 / 2, rel=0.5)
     assert taken > line.A_s**2 / 2  # and some noise
-
-
-def test_low_passes_well_below_nyquist_and_notches_that_have_room() -> None:
-    """Below 0.95 of 100 Hz; a notch, as wide as its frequency at most, ends below 100 Hz."""
-
-    def names(cutoffs: list[float], lines: list[float], width: float) -> list[str]:
-        return [one.name for one in filters(200.0, cutoffs, lines, width)][1:]
-
-    low = ["Butterworth 10 Hz", "Butterworth 94.9 Hz"]
-    assert names([10.0, 94.9, 95.0, 120.0], [], 1.0) == low
-    assert names([], [50.0, 99.4, 99.5, 99.6], 1.0) == ["notch 50 Hz", "notch 99.4 Hz"]
-    assert names([], [66.0, 67.0], 500.0) == ["notch 66 Hz"]
-    m = averaging(5000, 200.0)  # up to a tenth of the recording
-    assert (m[0], m[-1]) == (1, 500) and averaging(9, 200.0).tolist() == [1]

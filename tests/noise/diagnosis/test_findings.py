@@ -1,7 +1,6 @@
 """Findings by code: documented, complete, and not in conflict with the sentences."""
 
 import json
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -14,12 +13,10 @@ from mocap_metrology.common.files import write_json
 from mocap_metrology.noise.diagnosis.findings import (
     CODES,
     Finding,
-    approach,
     findings_of,
 )
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
-from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.present.text.diagnosis import sentences
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "findings.md"
@@ -101,9 +98,3 @@ def _names_something(sentence) -> bool:
     return sentence.numbers.get("n_events", 1) not in (0, None) and (
         sentence.numbers.get("n_lines", 1) != 0
     )
-
-
-def test_what_a_warm_up_does_and_how_long() -> None:
-    part = Deterministic(A_w=0.22, T_w=360.0)
-    assert approach(part, 7200.0) == (pytest.approx(0.22 * (1 - math.exp(-3))), 1080.0)
-    assert approach(part, 600.0) == (pytest.approx(0.22 * (1 - math.exp(-600 / 360))), 600.0)

@@ -38,19 +38,6 @@ def test_a_fall_is_named_with_an_interval_that_holds() -> None:
     assert sum(held) >= 20  # of 24, 95 % expected
 
 
-def test_what_comes_back_is_a_change_and_no_fall() -> None:
-    for one in trends(levels(1 + 0.2 * np.sin(2 * np.pi * TIME)), NONE, []):
-        assert not one.steady
-        assert one.greatest - one.least == pytest.approx(0.4, abs=0.12)
-
-
-def test_constant_noise_has_no_trend_and_no_step() -> None:
-    for seed in range(30):
-        found = levels(1.0, 100 + seed)
-        assert not trends(found, NONE, [])
-        assert not changes(found, NONE, 300.0, 0.005)
-
-
 @pytest.mark.parametrize("factor", [0.7, 1.1, 1.2, 2.0])
 def test_a_step_is_a_step_and_no_trend(factor: float) -> None:
     found = levels(np.where(TIME > 0.6, factor, 1.0))
@@ -112,18 +99,6 @@ def test_a_level_of_two_states_neither_rises_nor_falls(seconds: float) -> None:
     assert told.count("changes") >= len(told) - 1
 
 
-def test_the_range_of_a_level_is_that_of_means_of_a_minute() -> None:
-    """Ten periods of 5 min: tenths of the recording are all alike. Means over a fifth of a period
-    have 94 % of its swing."""
-    n = 3000 * 30
-    swing = 1 + 0.3 * np.sin(2 * np.pi * np.arange(n) / 9000 + 4)
-    x = {"x1": blocks(swing * np.random.default_rng(2).standard_normal(n), 30.0)}
-    (one,) = trends(x, np.zeros(3000, bool), [])
-    ends = 0.72 / (1 + 0.94 * 0.3 * np.sin(4.6)), 1.28 / (1 + 0.94 * 0.3 * np.sin(4.6))
-    assert one.part_s == 60.0
-    assert (1 + one.least, 1 + one.greatest) == pytest.approx(ends, rel=0.08)
-
-
 def test_sides_without_noise_are_not_compared() -> None:
     rounding = Blocks(np.full(30, 500.0), np.full(30, 1e-12), 1.0)
     assert compare("x1", rounding, levels(1.0)["x1"].between(0, 30), 0.01).word == "unknown"
@@ -131,24 +106,3 @@ def test_sides_without_noise_are_not_compared() -> None:
     for before, after in ((still, loud), (loud, still)):
         assert compare("x1", before, after, 0.01).word == "unknown"
     assert compare("x1", loud, levels(3.0)["x1"], 0.01).word == "changed"
-
-
-def test_blocks_with_half_of_their_samples() -> None:
-    x = np.arange(300.0)
-    x[100:150], x[200:251] = np.nan, np.nan
-    found = blocks(x, 100.0)
-    assert found.mean.tolist()[:2] == [49.5, 174.5]
-    for block, n in enumerate((100.0, 50.0)):
-        assert found.variance[block] == pytest.approx(np.var(np.arange(n), ddof=1))
-    assert np.isnan(found.mean[2]) and np.isnan(found.variance[2])
-    assert [found.between(0.0, end).mean.size for end in (2.0, 1.9)] == [2, 1]
-    assert found.between(1.0, 3.0).mean.size == 1
-
-
-def test_the_size_of_a_trend() -> None:
-    """Means of ten blocks each; noise that grows tenfold."""
-    growing = np.geomspace(1, 10, 12_000) * np.random.default_rng(6).standard_normal(12_000)
-    (found,) = trends({"x1": blocks(growing, 100.0)}, np.zeros(120, bool), [])
-    assert found.change == pytest.approx(9.0, rel=0.25)
-    assert found.direction == "rises" and found.matters
-    assert trends({"x1": blocks(growing[:11_000], 100.0)}, np.zeros(110, bool), []) == []

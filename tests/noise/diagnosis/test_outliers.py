@@ -14,7 +14,6 @@ from mocap_metrology.noise.diagnosis.outliers import (
     heavy_tails,
     medians_of_five,
     off_frames,
-    without,
 )
 
 N = 60_000
@@ -34,16 +33,6 @@ def test_medians_of_five_are_those_of_scipy(n: int, kind: type) -> None:
         found = medians_of_five(values)
         assert found.dtype == kind
         np.testing.assert_array_equal(found, median_filter(values, 5))
-
-
-def test_straight_lines_over_frames_and_gaps_stay() -> None:
-    series = np.arange(60.0) ** 2
-    series[[30, 31]] = np.nan
-    off = np.array([0, 10, 11, 29, 45])
-    found, expected = without(series, off), series.copy()
-    there = np.setdiff1d(np.flatnonzero(np.isfinite(series)), off)
-    expected[off] = np.interp(off, there, series[there])
-    np.testing.assert_allclose(found, expected)
 
 
 @pytest.mark.parametrize("size", [20.0, 3.5])

@@ -96,30 +96,6 @@ def test_welch_sees_a_strong_line_and_not_a_weak_one():
     assert all(not x.in_psd for x in found_in(weak, psd=psd(weak, 10.0)))
 
 
-@pytest.mark.parametrize("segments", [1, 20])
-def test_a_peak_of_noise_is_seldom_a_line_of_the_psd(segments):
-    """Three points of a spectrum of white noise reach so high by chance once in a thousand times;
-    of a mean of K segments (half-overlapping, worth K / 1.1) each has a gamma distribution."""
-    series = wave(0.03, 14.4, 2400) + noise(2400)
-    lines, duration = series_lines(series, RATE, 10)
-    rng, f = np.random.default_rng(8), np.arange(1, 600) * 0.1
-    shape, seen = segments if segments == 1 else segments / 1.1, 0
-    for _ in range(3000):
-        psd = {"f_hz": f, "psd_mm2_hz": rng.gamma(shape, size=f.size), "n_segments": [segments]}
-        (one,) = described("x1", lines, duration, RATE, series, psd=psd)
-        seen += one.in_psd
-    assert seen <= 9  # 3 are expected, ten with p = 0.001
-
-
-def test_the_slowest_of_many_lines_is_found_too():
-    """A square wave of 0.11 Hz, 66 periods: 4 a / pi at odd multiples, the strongest ten."""
-    lines, _ = series_lines(
-        noise() + 0.02 * np.sign(wave(1.0, 0.11)), RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE)
-    )
-    assert [x.f_0 for x in lines] == pytest.approx(0.11 * np.arange(1, 20, 2), abs=1e-3)
-    assert lines[0].A_s == pytest.approx(0.08 / np.pi, rel=0.02)
-
-
 @pytest.mark.parametrize("amplitude", [0.004, 0.04])
 def test_gaps_neither_shrink_a_line_nor_make_one(amplitude: float):
     """Straight lines over the two of seconds would be bumps of some hundredths of a Hz; a strong
@@ -172,12 +148,3 @@ def test_mains_and_lamps_that_would_show(f_0, rate, true, mains) -> None:
     assert (found and (found.f_hz, found.mains_hz)) == (true and (true, mains))
     if found and true is not None:
         assert found.folded_at_hz == (rate if true > rate / 2 else None)
-
-
-@pytest.mark.parametrize("k", [1, 2, 4])
-def test_a_grid_is_off_by_four_in_a_thousand_and_a_line_by_its_error(k: int) -> None:
-    for error in (0.0, 0.1):
-        reach = 0.004 * 50 * k + 3 * error
-        for sign in (-1, 1):
-            assert mains_of(50 * k + sign * 0.99 * reach, 1000.0, error) is not None
-            assert mains_of(50 * k + sign * 1.01 * reach, 1000.0, error) is None

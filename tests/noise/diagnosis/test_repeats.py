@@ -61,12 +61,6 @@ def test_one_stretch_some_frames_and_a_doubled_rate_are_found() -> None:
     assert found is not None and found.change_mm == pytest.approx(np.median(leaves, axis=1).max())
 
 
-def test_what_a_marker_does_from_frame_to_frame_is_known_of_sixteen_changes() -> None:
-    for changes in (15, 16):
-        position = held(still(6, changes + 37), range(8, 9), 36)
-        assert (repeats("A", position, STEP) is not None) is (changes == 16)
-
-
 @pytest.mark.parametrize("step", [1e-4, 0.01, 0.05, 0.1, 0.3, 1 / 12])
 @pytest.mark.parametrize("told", [True, False])
 def test_steps_of_a_file_make_no_repeats(step: float, told: bool) -> None:
@@ -74,14 +68,6 @@ def test_steps_of_a_file_make_no_repeats(step: float, told: bool) -> None:
     for position in (still(3), 0.2 * still(4), walking() * [[0.001], [0.001], [1.0]]):
         coarse = step * np.round(position / step)
         assert repeats("A", coarse, step if told else STEP) is None
-
-
-def test_clean_noise_and_gaps_make_no_repeats() -> None:
-    position = np.float32(still(5))
-    position[:, 200:300] = np.nan
-    assert repeats("A", position, STEP) is None
-    assert repeats("A", np.full((3, N), 5.0), STEP) is None
-    assert repeats("A", np.full((3, N), np.nan), STEP) is None
 
 
 def test_of_a_real_static_trial_whose_filter_held_positions(samples: Path) -> None:

@@ -10,20 +10,17 @@ import numpy as np
 import pytest
 from scipy import ndimage, signal
 
-from mocap_metrology.noise.diagnosis import export
 from mocap_metrology.noise.diagnosis.export import Bands
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import Recording
 from mocap_metrology.noise.diagnosis.software import (
-    processed,
-    running_median,
     variance_cycle,
     white_share,
 )
 from mocap_metrology.noise.motion.exchange import put_right
 
-RATE, N = 120.0, 36_000
+RATE, N = 120.0, 18_000
 NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]
 
 
@@ -170,18 +167,6 @@ def test_white_share_is_that_of_the_last_band(walk: float, white: float) -> None
     assert math.isnan(white_share(bands(walk, white, 7), AT_HZ, 0.0))  # less than 1/8 octave
 
 
-def test_rounding_is_no_white_noise_of_the_frames() -> None:
-    """Of a step s it has the density 2 s^2 / (12 rate), of which a median over a bin shows ln 2;
-    a step that is 0.15 of the density hides all else."""
-    step, density = 0.3, 2 * 0.3**2 / 12 / AT_HZ * math.log(2)
-    found = white_share(bands(100 * density, 5 * density), AT_HZ, step)
-    at_end = 100 * density / (4 * math.sin(math.pi * 0.48) ** 2) + 5 * density
-    assert found == pytest.approx(4 * density / at_end, rel=1e-6)
-    assert white_share(bands(100 * density, 0.5 * density), AT_HZ, step) == 0.0
-    for share, is_known in ((0.149, True), (0.151, False)):
-        assert math.isfinite(white_share(bands(0.0, density / share), AT_HZ, step)) == is_known
-
-
 def cyclic(depth: float, f: float, n: int = 60_000, seed: int = 1) -> np.ndarray:
     """Values whose second differences have a variance of 1 + depth cos(2 pi f t)."""
     t = np.arange(n) / AT_HZ
@@ -204,40 +189,3 @@ def test_a_cycle_of_the_variance_and_none_of_a_line_at_twice_its_frequency() -> 
     t = np.arange(x.size) / AT_HZ
     for f in (7.0, 43.0):  # twice 43 Hz is seen at 14 Hz
         assert variance_cycle(x + 3 * np.sin(2 * np.pi * f * t), AT_HZ, 1e-4) == 0.0
-
-
-def changing(seed: int, share: float, least: float = 0.003) -> np.ndarray:
-    """Changes of either sign from `least` to 6; a share of the values repeats the one before."""
-    rng, n = np.random.default_rng(seed), 4000
-    change = rng.choice([-1, 1], n) * rng.permutation(np.linspace(least, 6.0, n))
-    change[rng.permutation(n)[: round(share * n)]] = 0.0
-    return np.cumsum(change)
-
-
-@pytest.mark.parametrize(
-    ("share", "step", "least", "is_told"),
-    [
-        *((0.2, 0.0, 0.003, True), (0.11, 0.0, 0.003, True), (0.09, 0.0, 0.003, False)),
-        *((0.2, 0.145, 0.003, True), (0.2, 0.155, 0.003, False), (0.2, 0.0, 3.0, False)),
-    ],
-)
-def test_a_running_median_repeats_a_tenth_of_its_values(share, step, least, is_told) -> None:
-    """Each axis for itself; beyond what the steps of a file do, of a twentieth of the median change
-    at most, or of which the least change is one."""
-    axes = {name: changing(seed, share, least) for seed, name in enumerate("xyz")}
-    found = running_median(axes, step)
-    assert [one.series for one in found] == (["x", "y", "z"] if is_told else [])
-    assert all(one.value == pytest.approx(share, abs=0.02) for one in found)
-    assert not running_median(dict.fromkeys("xyz", axes["x"]), step)  # they repeat together
-    assert not running_median({name: x[:1000] for name, x in axes.items()}, step)  # too few
-
-
-@pytest.mark.parametrize(("n_smooth", "is_told"), [(1, False), (2, True), (4, True)])
-def test_software_is_told_of_where_half_of_the_coordinates_agree(n_smooth, is_told) -> None:
-    rng = np.random.default_rng(5)
-    series = {f"{axis}{k}": rng.standard_normal(60_000) for k in (1, 2) for axis in "xy"}
-    for name in list(series)[:n_smooth]:
-        series[name] = signal.lfilter([0.05], [1, -0.95], series[name])
-    spectra = {name: export.bands(x, 200.0) for name, x in series.items()}
-    found = [one for one in processed(series, spectra, 200.0, 0.0) if one.code == "smoothed"]
-    assert [one.series for one in found] == (list(series)[:n_smooth] if is_told else [])

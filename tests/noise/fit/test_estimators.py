@@ -17,16 +17,13 @@ from mocap_metrology.noise.fit.estimates import (
     correlation_class,
     limit_class,
     model_of,
-    refused_rows,
     rows,
 )
 from mocap_metrology.noise.fit.estimators import (
     NoiseSettings,
     estimate_series,
 )
-from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.model.deterministic import PARAMETERS
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.series import ALLAN, PERIODOGRAM, allan_columns, periodogram_columns
 from mocap_metrology.settings import Annealing, Noise
@@ -64,17 +61,6 @@ def test_every_estimator_gives_the_white_level(found):
     forms = {e.estimator: e.form for e in found.estimates}
     assert forms["likelihood"] == "sampled"
     assert forms["annealing-ant-colony"] == forms["levenberg-marquardt"] == "continuous"
-
-
-def test_every_detected_coefficient_has_its_bound(found):
-    for estimate in found.estimates:
-        for c in estimate.coefficients:
-            assert np.isnan(c.crlb) == (not c.detected), (estimate.estimator, c)
-    likelihood = next(e for e in found.estimates if e.estimator == "likelihood")
-    bounds = crlb(likelihood.model, N, RATE)
-    for c in likelihood.coefficients:
-        if c.detected and c.parameter not in PARAMETERS:
-            assert np.isclose(c.crlb, bounds[c.parameter], rtol=1e-6)
 
 
 def test_rows_go_through_the_file_and_come_back_as_the_model(found, tmp_path):
@@ -144,13 +130,3 @@ def test_series_without_noise_is_refused(cleaned):
     for constant in (np.full(5000, 1.0), mostly_spikes):
         with pytest.raises(Refusal, match="all samples are equal"):
             estimate_series(constant, cleaned, RATE, QUICK)
-
-
-def test_refused_rows_say_why():
-    made = refused_rows("z2", ("likelihood", "slopes"), "12 valid samples")
-    assert [(r["estimator"], r["status"], r["note"]) for r in made] == [
-        ("likelihood", "refused", "12 valid samples"),
-        ("slopes", "refused", "12 valid samples"),
-    ]
-    assert all(math.isnan(r["value"]) for r in made)
-    assert model_of(made).components == ()

@@ -159,11 +159,6 @@ def test_density_is_scipys() -> None:
     assert 0.5 < found.bandwidth / (theirs.factor * series.std(ddof=1)) < 1
 
 
-def test_a_constant_has_no_density() -> None:
-    assert kernel_density(np.ones(5)).x.size == 0
-    assert kernel_density(np.full(5, np.nan)).x.size == 0
-
-
 @pytest.mark.parametrize("n", [0, 1, 2, 7, 30, 95, 1000])
 def test_medians_as_numpy_makes_them(n: int) -> None:
     series = np.random.default_rng(n).normal(size=n)

@@ -12,7 +12,6 @@ from mocap_metrology.common.hampel import hampel, white_level_kept
 from mocap_metrology.noise.gaussian.moments import (
     QUANTITIES,
     Cleaning,
-    _coherence,
     direction,
     expected_moments,
     expected_variance,
@@ -20,7 +19,7 @@ from mocap_metrology.noise.gaussian.moments import (
     pair_moments,
 )
 from mocap_metrology.noise.gaussian.two_markers import gaussian_model
-from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.twins.twin import Twin
 from tests.noise.model.textbook import density
@@ -69,17 +68,6 @@ def test_closed_forms_are_integrals_over_the_spectrum(part) -> None:
     model = NoiseModel((part,))
     assert expected_variance(model, T, 2 * f_h) == pytest.approx(found[0], rel=2e-3)
     assert mean_variance(model, T, 2 * f_h) == pytest.approx(found[1], rel=2e-3)
-
-
-def test_a_sinusoid_shows_what_its_phases_do_on_average() -> None:
-    T = 7.3
-    t = (np.arange(4000) + 0.5) * T / 4000
-    waves = 0.2 * np.sin(2 * np.pi * (0.31 * t + np.arange(64)[:, None] / 64))
-    first = 0.2 * np.sin(2 * np.pi * np.arange(64) / 64)
-    model = NoiseModel((Sinusoid(0.2, 0.31),))
-    assert expected_variance(model, T, RATE) == pytest.approx(waves.var(axis=1).mean(), rel=1e-4)
-    offsets = np.mean((waves.mean(axis=1) - first) ** 2)
-    assert mean_variance(model, T, RATE) == pytest.approx(offsets, rel=1e-4)
 
 
 def full_rate(of: Twin, repeats: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
@@ -150,12 +138,6 @@ def test_a_filter_takes_what_it_is_said_to() -> None:
     assert said[2] > 4e-6
 
 
-def test_without_noise_nothing_moves() -> None:
-    still = twin_from_mapping({"coefficients": {"all": {"h_0": 0.0}}, "seed": 1}, "t")
-    found = pair_moments(still, 3, np.random.default_rng(1))
-    assert all(np.abs(found[k]).max() < 1e-100 for k in SIGMAS)
-
-
 @pytest.mark.parametrize("scale", [{}, {"x1": 1.3, "x2": 0.8}])
 def test_moments_of_a_twin_are_those_of_its_models(scale: dict[str, float]) -> None:
     """The distance has the variance of its own model, and V(L) = V(x1) + V(x2) - 2 C(x1, x2)."""
@@ -174,12 +156,3 @@ def test_moments_of_a_twin_are_those_of_its_models(scale: dict[str, float]) -> N
     assert found["sigma_L"] ** 2 == pytest.approx(a * a * v_1 + b * b * v_2 - 2 * common)
     of_mean = mean_variance(made.models["x1"], made.duration_s, made.frame_rate_hz)
     assert found["mu_1"] == pytest.approx(a * math.sqrt(of_mean))
-
-
-@pytest.mark.parametrize(("distance", "expected"), [(0.5, 1.0), (10.0, -1.0), (3.0, 0.5)])
-def test_coherence_of_two_coordinates_is_clipped(distance: float, expected: float) -> None:
-    """(S1 + S2 - SL) / (2 sqrt(S1 S2)) of spectra 4 and 1, within -1 and 1, times the factor."""
-    made = twin(coherence_factor=0.5)
-    found = _coherence(made, np.array([[4.0], [1.0], [distance]]))
-    assert found.tolist() == pytest.approx([0.5 * expected])
-    assert _coherence(made, np.array([[4.0], [1.0]])).tolist() == [0.0]

@@ -13,7 +13,6 @@ from mocap_metrology.noise.model.components import (
     GaussMarkov,
     NoiseModel,
     PowerLaw,
-    Sinusoid,
 )
 from mocap_metrology.noise.model.scale_factors import (
     MU,
@@ -130,14 +129,6 @@ def test_sampled_forms_tend_to_known_multiples_of_the_textbook_ones():
     assert extra == pytest.approx(1.645, abs=1e-3)
 
 
-def test_sinusoid_slow_line_and_zero():
-    slow = Sinusoid(2.0, 1e-4)
-    for form in ("sampled", "continuous"):
-        assert slow.avar(5, RATE, form) == pytest.approx((2e-4 * np.pi * 5 * TAU0 * 2) ** 2 / 4)
-    assert Sinusoid(1.0, 12.0).avar(10, RATE) == pytest.approx(0, abs=1e-25)
-    assert Sinusoid(1.0, 120.0).avar(3, RATE) == 0
-
-
 def test_sum_coefficients_scale_and_order():
     named = {"h_-2": 1e-9, "h_0": 1e-6, "q_c1": 0.01, "T_c1": 6.0, "q_c2": 0.02, "T_c2": 0.1}
     named |= {"A_s": 1e-3, "f_0": 14.4}
@@ -216,13 +207,3 @@ def test_simulated_averages_have_the_integral(alpha: int) -> None:
     weights = slope_weights(m * TAU0)
     slope, of_slope = slope_and_error(m * TAU0, found)
     assert abs(slope - weights @ np.log(exact)) < 3.5 * of_slope < 0.05
-
-
-def test_error_of_a_slope_is_its_scatter() -> None:
-    """400 times 60 realisations of chi-squared estimates, as Allan variances are."""
-    rng = np.random.default_rng(3)
-    tau, truth, edf = np.array([1.0, 10.0, 100.0]), np.array([1.0, 0.1, 0.01]), [300, 40, 8]
-    found = [slope_and_error(tau, truth * rng.chisquare(edf, (60, 3)) / edf) for _ in range(400)]
-    z = np.array([(slope + 1) / error for slope, error in found])
-    assert abs(z.mean()) < 0.2
-    assert 0.9 < z.std() < 1.12

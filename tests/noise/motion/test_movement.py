@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from scipy.signal import lfilter
 
 from mocap_metrology.noise.gaussian.two_markers import drift
 from mocap_metrology.noise.motion.movement import (
-    UNKNOWN,
     most_moving,
     movement,
     movements,
@@ -90,54 +88,6 @@ def test_a_jump_has_its_size_its_interval_and_its_time(step_mm: float) -> None:
         False,
         True,
     ]
-
-
-@pytest.mark.parametrize("range_mm", [0.5, 2.0])
-@pytest.mark.parametrize("rate", [20.0, 100.0])
-def test_other_movement_counts_from_a_range_on(range_mm: float, rate: float) -> None:
-    """A slide, within a horizon: its size is the range of means over quarters of a second."""
-    rng, t = np.random.default_rng(2), np.arange(round(300 * rate)) / rate
-    for share, horizon_s, moves in ((0.9, 3600.0, 0), (1.1, 3600.0, 1), (1.1, 200.0, 0)):
-        slide = share * range_mm * t / 300 + 0.001 * rng.normal(size=t.size)
-        found = movement(slide, rate, range_mm, horizon_s)
-        assert found.moves == moves and math.isnan(found.time_s)
-        if moves:
-            assert found.size_mm == pytest.approx(share * range_mm, rel=0.02)
-
-
-def test_short_recordings_gaps_and_outliers() -> None:
-    """A gait of three seconds, a swing; gaps and outliers neither move nor hide a push."""
-    rng = np.random.default_rng(4)
-    t, noise = T[:300], SIGMA * rng.normal(size=300)
-    assert movement(1200 * t + 20 * np.sin(2 * np.pi * 1.8 * t) + noise, RATE, *AT_REST).moves
-    assert movement(30 * np.sin(4 * np.pi * t) + noise, RATE, *AT_REST).moves
-    assert not movement(noise, RATE, *AT_REST).moves
-    still = SIGMA * rng.normal(size=N)
-    still[rng.integers(0, N, 30)] = 1e9
-    still[10_000:14_000] = np.nan
-    assert (
-        not movement(still, RATE, *AT_REST).moves
-        and movement(still + 2.0 * (T > 200), RATE, *AT_REST).moves
-    )
-    for n, known in ((49, False), (50, True)):
-        assert (movement(noise[:n], RATE, *AT_REST) is UNKNOWN) is not known
-        assert movement(noise[:n], RATE, *AT_REST).moves is False
-
-
-@pytest.mark.parametrize("point", [1, 10, 21])
-def test_a_still_tracker_is_still(samples: Path, point: int) -> None:
-    file = samples / f"static_vive_pose/20201001_Exp1_measurementPoint{point}.txt"
-    position = 1000 * np.loadtxt(file)[:, [3, 7, 11]].T
-    assert not any(movement(axis, 250.0, *AT_REST).moves for axis in position)
-
-
-def test_all_markers_that_move_are_found() -> None:
-    t = np.arange(340) / 200
-    walking = [np.stack([speed * t, 0 * t, 0 * t]) for speed in (1400.0, 1410.0, 1390.0)]
-    found = most_moving(movements(dict(zip("ABC", walking, strict=True)), 200.0, *AT_REST))
-    assert [(label, axis) for label, (axis, _) in found.items()] == [(name, "x") for name in "ABC"]
-    assert max(found, key=lambda label: found[label][1].size_mm) == "B"
-    assert 2300 < found["B"][1].size_mm < 2400
 
 
 @pytest.mark.filterwarnings("error")

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.motion.orientation import of_cluster, of_poses, unknown
+from mocap_metrology.noise.motion.orientation import of_cluster, unknown
 
 SHAPE = np.array([[0, 0, 0], [100, 0, 0], [0, 60, 10], [50, 40, 30.0]])
 PLACE = np.array([1000, -2000, 500.0])
@@ -62,26 +62,6 @@ def test_each_frame_as_scipy_aligns_it() -> None:
     found = of_cluster(points)
     assert np.isnan(found.vectors_rad[:, 10:20]).all() and np.isnan(found.residual_mm[10:20]).all()
     assert np.isfinite(found.vectors_rad[:, 20:]).all()
-
-
-def test_quaternions_of_either_sign() -> None:
-    turns = Rotation.from_rotvec(0.01 * np.random.default_rng(4).standard_normal((300, 3)))
-    turns = turns * Rotation.from_euler("xyz", [1.0, 2.0, 3.0])
-    quaternions = turns.as_quat().T
-    quaternions[:, ::2] *= -1
-    quaternions[:, 5] = np.nan
-    vectors = of_poses(quaternions).vectors_rad
-    keep = np.arange(300) != 5
-    expected = (turns[keep] * turns[keep].mean().inv()).as_rotvec().T
-    np.testing.assert_allclose(vectors[:, keep], expected, atol=1e-12)
-    assert np.isnan(vectors[:, 5]).all()
-
-
-def test_the_mean_of_half_turns_is_the_most_frequent() -> None:
-    """Four about x, three about y, two about z: trace(R' sum of all) is greatest for x."""
-    quaternions = np.repeat(np.eye(4)[:, :3], [4, 3, 2], axis=1)
-    angle = np.linalg.norm(of_poses(quaternions).vectors_rad, axis=0)
-    np.testing.assert_allclose(angle, np.repeat([0.0, np.pi], [4, 5]), atol=1e-12)
 
 
 @pytest.mark.parametrize(

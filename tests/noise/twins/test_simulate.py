@@ -19,16 +19,13 @@ from mocap_metrology.noise.model.components import (
     GaussMarkov,
     NoiseModel,
     PowerLaw,
-    Sinusoid,
 )
 from mocap_metrology.noise.model.synthesis import (
-    Cross,
     circle_length,
-    draw_pair,
     increment_spectrum,
 )
-from mocap_metrology.noise.twins.published import published_gaussian, published_row
-from mocap_metrology.noise.twins.simulate import Twin, simulate, stream
+from mocap_metrology.noise.twins.published import published_row
+from mocap_metrology.noise.twins.simulate import simulate, stream
 from tests.noise.model.textbook import allan_variance
 
 RATE = 120.0
@@ -74,24 +71,6 @@ def test_expected_allan_variance_is_the_models_at_every_tau(component, form, n):
         assert found == pytest.approx(model.avar(m, RATE, form), rel=tolerance)
 
 
-def test_drawn_series_have_the_variances_of_their_models():
-    # 300 short recordings of T40-10: x1, x2 and L together
-    models, n, runs = published_row("T40", 10), 2400, 300
-    rng = np.random.default_rng(3)
-    m = np.array([1, 4, 20, 100, 400, 800])
-    found = {"x1": [], "x2": [], "L": []}
-    for _ in range(runs):
-        x1, x2 = draw_pair(models["x1"], models["x2"], Cross(models["L"]), n, RATE, rng)
-        assert x1[0] == x2[0] == 0
-        for name, series in (("x1", x1), ("x2", x2), ("L", x1 - x2)):
-            found[name].append([allan_variance(series, k) for k in m])
-    for name, values in found.items():
-        model = NoiseModel(models[name].broadband).avar(m, RATE)
-        ratio, error = np.mean(values, 0) / model, np.std(values, 0) / model / math.sqrt(runs)
-        assert np.all(np.abs(ratio - 1) < 3.5 * error)
-        assert ratio[:2] == pytest.approx(1, abs=0.02)
-
-
 @pytest.mark.parametrize("form", FORMS)
 def test_a_twin_has_the_allan_variance_of_its_form(form):
     # y1 of T40-2, whose correlated term of 2.3 ms is a quarter of a frame: 1.76 times at m = 1
@@ -100,41 +79,6 @@ def test_a_twin_has_the_allan_variance_of_its_form(form):
     m = np.array([1, 2, 5])
     found = [allan_variance(position[0, 1], k) for k in m]
     assert found == pytest.approx(published_row("T40", 2)["y1"].avar(m, RATE, form), rel=0.03)
-
-
-def test_a_sinusoid_is_averaged_too():
-    line = Sinusoid(1.0, 45.0)
-    assert line.recorded(RATE) == 1.0
-    high = line.recorded(RATE, "continuous")
-    assert high == pytest.approx(np.sinc(45 / 120))
-    models = dict.fromkeys(("x1", "y1", "z1", "x2", "y2", "z2"), NoiseModel((line,)))
-    told = simulate(Twin("t", 1, models, form="continuous"), 10)
-    assert told.position_mm[0, 0].std() * math.sqrt(2) == pytest.approx(high, rel=1e-3)
-    assert told.truth["form"] == "continuous"
-    assert told.truth["sinusoids"][0]["amplitude_mm"] == pytest.approx(high)
-    assert told.truth["coefficients"]["x1"]["A_s"] == 1.0
-
-
-def test_yz_coherence_and_coherence_factor():
-    one, two = NoiseModel((PowerLaw(0, 1.0),)), NoiseModel((PowerLaw(0, 4.0),))
-    rng = np.random.default_rng(4)
-    a, b = draw_pair(one, two, Cross(constant=0.6), 100_000, RATE, rng)
-    assert np.corrcoef(np.diff(a), np.diff(b))[0, 1] == pytest.approx(0.6, abs=0.02)
-    # a distance twice as noisy as x1 - x2 can be is clipped: coherence -1, halved
-    far = NoiseModel((PowerLaw(0, 30.0),))
-    a, b = draw_pair(one, two, Cross(far, 0.5), 100_000, RATE, rng)
-    assert np.corrcoef(np.diff(a), np.diff(b))[0, 1] == pytest.approx(-0.5, abs=0.02)
-
-
-def test_start_and_mean_distance_are_those_of_table_4():
-    for kind in ("T40", "All"):
-        published = {"camera_type": "T40", "n_cameras": 10, "gaussian": kind}
-        position = simulate(twin_from_mapping(T40 | {"published": published}), 60).position_mm
-        row = published_gaussian(kind)
-        assert position[:, 0, 0] == pytest.approx([row["mu_1_mm"], row["mu_2_mm"]])
-        distance = np.linalg.norm(position[0] - position[1], axis=0)
-        assert distance[0] == pytest.approx(row["mu_L_mm"], abs=1e-9)
-        assert distance.mean() == pytest.approx(row["mu_L_mm"], abs=0.02)
 
 
 def test_same_seed_same_bytes_and_no_stream_depends_on_another():
@@ -150,25 +94,6 @@ def test_same_seed_same_bytes_and_no_stream_depends_on_another():
     spiky = twin_from_mapping(T40 | {"outliers": {"per_hour": 3600, "amplitude_mm": 2}}, "T40-10")
     changed = simulate(spiky, 30).position_mm != first.position_mm
     assert 10 < changed.sum() < 60
-
-
-def test_outliers_are_as_told():
-    for kind, ratio in (("exponential", math.sqrt(2)), ("normal", 1.0)):
-        outliers = {"per_hour": 36_000, "amplitude_mm": 2.0, "distribution": kind}
-        twin = twin_from_mapping(WHITE | {"outliers": outliers}, "w")
-        told = simulate(twin, 120)
-        clean = simulate(replace(twin, outliers=None), 120)
-        truth = told.truth["outliers"]
-        expected = np.zeros_like(clean.position_mm)
-        marker = [("Wand1", "Wand2").index(label) for label in truth["marker"]]
-        axis = ["xyz".index(letter) for letter in truth["axis"]]
-        expected[marker, axis, truth["frame"]] = truth["amplitude_mm"]
-        assert told.position_mm - clean.position_mm == pytest.approx(expected)
-        count = len(truth["frame"])
-        assert abs(count - 1200) < 4 * math.sqrt(1200) and len(set(truth["frame"])) == count
-        rms = math.sqrt(np.mean(np.square(truth["amplitude_mm"])))
-        assert rms == pytest.approx(2.0 * ratio, rel=0.15)
-        assert abs(np.mean(np.sign(truth["amplitude_mm"]))) < 0.15
 
 
 def test_crump_gaps_drift_and_rounding():
@@ -224,37 +149,6 @@ def test_every_twin_of_the_configuration_simulates(twins):
         assert truth == recording.truth
 
 
-def test_subsets_of_a_take_share_their_slow_noise_and_nothing_else():
-    # 1000 s; random walk and 30 s of correlation are slow, white noise is not; y has other noise
-    entry = {"seed": 3, "slow": {"take": "hall", "below_hz": 0.1}, "duration_s": 1000}
-    coefficients = [
-        {"all": {"h_0": 1e-6, "h_-2": 1e-6, "q_c1": 0.01, "T_c1": 30.0}, "y1": {"h_0": 1e-6}},
-        {"all": {"h_0": 4e-6, "h_-2": 4e-6, "q_c1": 0.02, "T_c1": 30.0}, "y1": {"h_0": 1e-6}},
-    ]
-    few, many, other = (
-        simulate(twin_from_mapping(entry | {"coefficients": c} | more, name)).position_mm
-        for name, c, more in (
-            ("few", coefficients[0], {}),
-            ("many", coefficients[1], {}),
-            ("other", coefficients[0], {"slow": {"take": "elsewhere", "below_hz": 0.1}}),
-        )
-    )
-    f = np.fft.rfftfreq(few.shape[2], TAU0)
-    window = np.hanning(few.shape[2])
-
-    def coherence(a, b, low, high):
-        band = (f > low) & (f < high)
-        one, two = (np.fft.rfft(np.diff(x, prepend=x[0]) * window)[band] for x in (a, b))
-        return abs(np.vdot(one, two)) / math.sqrt(np.vdot(one, one).real * np.vdot(two, two).real)
-
-    for marker, axis in ((0, 0), (1, 0), (1, 2)):
-        one, two, none = (x[marker, axis] for x in (few, many, other))
-        assert coherence(one, two, 0.003, 0.09) > 0.999  # twice the noise, of one history
-        assert coherence(one, two, 0.11, 0.3) < 0.3 and coherence(one, two, 5, 60) < 0.02
-        assert coherence(one, none, 0.003, 0.09) < 0.35
-    assert coherence(few[0, 0], few[1, 0], 0.003, 0.09) < 0.35
-
-
 @pytest.mark.parametrize(
     ("entry", "words"),
     [
@@ -285,23 +179,6 @@ def test_too_short_is_refused():
     with pytest.raises(Refusal, match="expected 16 frames at least"):
         simulate(twin_from_mapping(WHITE), 15 / RATE)
     assert simulate(twin_from_mapping(WHITE), 16 / RATE).position_mm.shape[-1] == 16
-
-
-def test_components_are_left_out_with_what_belongs_to_them():
-    values = {"h_0": 1e-6, "q_c1": 0.01, "T_c1": 0.3, "q_c2": 0.02, "T_c2": 5.0}
-    values |= {"A_s": 0.1, "f_0": 9}
-    entry = {"coefficients": {"all": values}, "seed": 1}
-    for more, left in (
-        ({"without": ["A_s"]}, {"h_0", "q_c1", "T_c1", "q_c2", "T_c2"}),
-        ({"without": ["q_c1", "h_0"]}, {"q_c1", "T_c1", "A_s", "f_0"}),  # counted anew
-        ({"without_T_c_below_s": 0.3}, set(values)),
-        ({"without_T_c_below_s": 0.5}, set(values) - {"q_c2", "T_c2"}),
-    ):
-        twin = twin_from_mapping(entry | more, "T9")
-        found = twin.models["y2"].coefficients()
-        assert set(found) == left
-        assert found.get("T_c1", 5.0) == (0.3 if "T_c2" in left else 5.0)
-        assert bool(twin.notes) is (left != set(values))
 
 
 def test_days_of_a_facility() -> None:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.papers.studies.cases import Case, draw, spread_out, twin_of
 
 
@@ -28,15 +27,6 @@ def test_lasers_are_at_their_distance_and_the_truth_is_between_the_optics() -> N
     same = draw(Case(), 0.2, np.random.default_rng(1))  # without offsets
     master, slave = drawn.origins_m
     np.testing.assert_allclose(drawn.t_optical_m, same.t_optical_m + drawn.R @ slave - master)
-
-
-def test_few_diodes_still_span_the_board() -> None:
-    board = flat_board()
-    for count in (3, 4, 8, 16):
-        chosen = spread_out(board, count)
-        assert len(set(chosen)) == count
-        np.testing.assert_allclose(np.ptp(board[chosen], axis=0), np.ptp(board, axis=0))
-    assert list(spread_out(board, 32)) == list(range(32))
 
 
 def test_few_diodes_have_the_hits_of_the_whole_board() -> None:

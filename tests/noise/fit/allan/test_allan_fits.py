@@ -159,37 +159,6 @@ def test_power_laws_alone_are_non_negative_least_squares(kind):
             assert statuses(found)[f"h_{alpha}"] == "at_bound"
 
 
-def test_what_is_beyond_the_range_ends_at_its_ends():
-    found = annealed(of(h_0=1e-6).avar(M, RATE), Components((-2, 0, 2), 0), seed=6).estimate
-    assert statuses(found) == {"h_-2": "at_bound", "h_0": "ok", "h_2": "at_bound"}
-    assert found.values["h_0"] == pytest.approx(1e-6, rel=1e-4)
-    long = of(h_0=1e-6, q_c1=1e-3, T_c1=3000.0).avar(M, RATE)
-    found = annealed(long, Components((0,), 1), seed=7, form="sampled", duration=2e4).estimate
-    assert statuses(found)["T_c1"] == "at_bound"
-    assert found.values["T_c1"] == pytest.approx(2000.0)
-    # The sampled curve of a term of two frames is beyond what the continuous form can follow
-    short = of(h_0=1e-6, q_c1=0.05, T_c1=2 * TAU0).avar(M, RATE)
-    found = annealed(short, Components((0,), 1), seed=8).estimate
-    assert statuses(found)["T_c1"] == "at_bound"
-    assert found.values["T_c1"] == pytest.approx(2 * TAU0)
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_ordinary_least_squares_recover_the_truth(form):
-    truth = of(h__2=4e-10, h_0=1e-6, q_c1=0.012, T_c1=0.3)
-    avar = truth.avar(M, RATE, form)
-    found, again = (LM(M, avar, RATE, Components.of(truth), form=form) for _ in range(2))
-    assert found.values == pytest.approx(truth.coefficients(), rel=1e-3)
-    assert {*statuses(found).values()} == {"ok"} and found.values == again.values
-    assert found.estimator == "levenberg-marquardt" and found.form == form
-    # A small variance changed tenfold moves this fit by little, where it would wreck another
-    broken = np.where(np.arange(M.size) == np.argmin(avar), 10 * avar, avar)
-    moved = LM(M, broken, RATE, Components.of(truth), form=form)
-    assert moved.values["h_-2"] == pytest.approx(4e-10, rel=0.02)
-    white = LM(M, of(h_0=1e-6).avar(M, RATE, form), RATE, Components((-2, 0), 0), form=form)
-    assert statuses(white)["h_-2"] == "at_bound"
-
-
 BAD = {
     "NaN": ({"avar": np.where(M == 1, np.nan, 1.0)}, "m = 1: nan, expected a number > 0"),
     "zero": ({"avar": np.where(M > 1, 1.0, 0.0)}, "m = 1: 0.0, expected a number > 0"),
@@ -240,15 +209,6 @@ def test_textbook_coefficients():
         (5**2 * tau / 3, "h_-2", 5**2 / (2 * np.pi**2)),
     ):
         assert slopes(M, avar, RATE).values == pytest.approx({name: h}, rel=1e-9)
-
-
-def test_mixtures():
-    """Each rules at its end of the curve; the valley between them is level at a point only."""
-    found = read({"h_0": 1e-6, "h_-2": 4e-10})
-    # At the longest tau read (3240 s) white noise adds 3 (h_0/h_-2) / (2 pi tau)^2 = 2e-5
-    assert found.values == pytest.approx({"h_0": 1e-6, "h_-2": 4e-10}, rel=1e-3)
-    # What else there is adds to flicker: white and walk of equal size at the valley's floor
-    assert 1e-6 < read({"h_0": 1e-6, "h_-1": 1e-6, "h_-2": 4e-12}).values["h_-1"] < 1.02e-6
 
 
 @pytest.mark.parametrize(

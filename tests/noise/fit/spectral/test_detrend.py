@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from scipy.fft import dct
 
-from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.spectral.detrend import Designs
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.periodogram import Stretch, periodogram
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
-from mocap_metrology.noise.model.deterministic import HOUR, Deterministic
+from mocap_metrology.noise.model.deterministic import HOUR
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 RATE, N = 100.0, 60_000
@@ -67,17 +66,6 @@ def test_a_warm_up_has_its_size_and_its_time():
     assert held == 4
 
 
-@pytest.mark.parametrize("alpha, h", [(0, 0.0), (-1, 1.5e-5), (-2, 5e-7), (-2, 2e-8)])
-def test_noise_alone_is_no_drift(alpha, h):
-    more = [PowerLaw(alpha, h)] if h else []
-    false = 0
-    for seed in range(4):
-        by_name = found(noise(100 + seed, *more))
-        false += by_name["drift"].detected or by_name["A_w"].detected
-        assert by_name["drift"].detected or by_name["drift"].upper_95 > 0
-    assert false <= 1
-
-
 def test_a_walk_under_a_line_keeps_its_coefficient():
     """The walk is 0.1 mm in 10 min, the line 0.5 mm; restricted likelihood keeps h_-2 unbiased."""
     ratios = []
@@ -86,16 +74,3 @@ def test_a_walk_under_a_line_keeps_its_coefficient():
         values = [found(x)["h_-2"].value for x in (alone, alone + 0.5 * T / 600)]
         ratios.append(values[1] / values[0])
     assert np.nanmedian(ratios) == pytest.approx(1, abs=0.03)
-
-
-def test_allan_variance_and_spread_of_the_part_itself():
-    part = Deterministic(drift=3.6, A_w=0.4, T_w=50.0)
-    x, m = part.at(T), np.array([1, 10, 100, 1000, 10_000])
-    expected = allan_variance(x, m).variance
-    assert part.avar(m * TAU0, N * TAU0) == pytest.approx(expected, rel=1e-2)
-    blocks = x[:30_000].reshape(-1, 100).mean(axis=1)
-    expected = np.mean((blocks - blocks.mean()) ** 2)
-    assert part.variance_of_means(1.0, 300.0, 300.0) == pytest.approx(expected, rel=0.01)
-    line = Deterministic(drift=3.6)
-    assert line.variance_of_means(1.0, 300.0, 900.0) == pytest.approx(1e-6 * (300**2 - 1) / 12)
-    assert line.avar(np.array([2.0]), 600.0) == pytest.approx(2e-3**2 / 2)

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
+from mocap_metrology.noise.fit.spectral.gaps import bridged, filled
 from mocap_metrology.noise.fit.spectral.periodogram import Stretch, periodogram
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
@@ -16,17 +16,6 @@ MODEL = NoiseModel((PowerLaw(0, 1e-6), PowerLaw(-2, 1e-9), GaussMarkov(0.02, 0.1
 
 def density(f):
     return MODEL.psd(f, RATE)
-
-
-def test_white_gap_is_a_draw_of_the_same_variance():
-    rng = np.random.default_rng(1)
-    series = rng.normal(size=N)
-    gone = rng.random(N) < 0.05
-    gone[[0, -1]] = False
-    out = filled(np.where(gone, np.nan, series), lambda f: np.full(f.size, 2.0), 1.0, rng)
-    assert np.array_equal(out[~gone], series[~gone])
-    # Var of a draw: 1 + 1/32 for the unknown mean of 32 neighbours; 6500 of them scatter by 1.8 %
-    assert abs(out[gone].var() - 1.03) < 0.06
 
 
 def test_one_gap_of_a_random_walk_is_a_brownian_bridge():
@@ -65,16 +54,3 @@ def test_spectrum_survives_five_percent_missing():
         level[name] = np.average(ratio[fast], weights=data.bins.n[fast])
     assert abs(level["filled"] / level["full"] - 1) < 0.004
     assert level["bridged"] / level["full"] < 0.95
-
-
-def test_stretches_are_cut_at_long_gaps():
-    series = np.arange(100.0)
-    series[:3] = np.nan
-    series[40:45] = np.nan
-    series[60:80] = np.nan
-    series[99] = np.nan
-    assert stretches(series, 5, 10) == [slice(3, 60), slice(80, 99)]
-    assert stretches(series, 4, 10) == [slice(3, 40), slice(45, 60), slice(80, 99)]
-    assert stretches(series, 4, 16) == [slice(3, 40), slice(80, 99)]
-    assert stretches(np.full(10, np.nan), 5, 1) == []
-    assert stretches(np.zeros(10), 5, 10) == [slice(0, 10)] and stretches(np.zeros(9), 5, 10) == []

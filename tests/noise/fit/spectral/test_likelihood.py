@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from functools import lru_cache
 
 import numpy as np
@@ -14,13 +13,12 @@ from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of
 from mocap_metrology.noise.fit.spectral.intervals import law_limit
 from mocap_metrology.noise.fit.spectral.likelihood import (
-    LikelihoodSettings,
     check_series,
     likelihood,
 )
 from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.fit.spectral.whittle import Likelihood, Spectrum
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
@@ -65,23 +63,6 @@ def test_published_truth_from_a_whole_simulated_series():
     assert all(c.status == "ok" for c in run.estimate.coefficients)
 
 
-def test_same_optimum_from_twenty_starts():
-    likelihood_of = drawn(TRUTH, NINE_HOURS, 2)
-    best = fit_known(likelihood_of, (-2, 0), 2)
-    rng = np.random.default_rng(3)
-    reached = []
-    for _ in range(20):
-        T_c = np.sort(np.exp(rng.uniform(np.log(0.02), np.log(500.0), 2)))
-        q2 = np.exp(rng.uniform(np.log(1e-8), np.log(1e-3), 2))
-        start = Spectrum({-2: 10 ** rng.uniform(-12, -8), 0: 10 ** rng.uniform(-8, -4)}, q2, T_c)
-        reached.append(likelihood_of.fit(start))
-    assert all(fit.deviance >= best.deviance - 1e-4 for fit in reached)
-    same = [fit for fit in reached if fit.deviance < best.deviance + 0.01]
-    assert len(same) >= 10  # plain ascents; the estimator's own starts need no luck
-    for fit in same:
-        assert np.allclose(fit.spectrum.T_c, best.spectrum.T_c, rtol=1e-3)
-
-
 def test_errors_are_at_the_cramer_rao_bound_and_intervals_cover():
     names, values = [*TRUTH.coefficients()], TRUTH.coefficients()
     bounds = crlb(TRUTH, NINE_HOURS, RATE)
@@ -103,13 +84,6 @@ def test_crlb_of_a_gauss_markov_process_is_that_of_an_ar1():
     # AR(1): var(phi) = (1 - phi^2)/n, and dphi/dT_c = phi tau0/T_c^2
     expected = np.sqrt((1 - phi**2) / n) / (phi * TAU0 / T_c**2)
     assert np.isclose(found["T_c1"], expected, rtol=0.01)
-
-
-def test_pure_white_noise_shows_nothing_else():
-    runs = [
-        likelihood(np.random.default_rng(seed).normal(size=1 << 15), RATE) for seed in range(12)
-    ]
-    assert sum(set(run.estimate.values) == {"h_0"} for run in runs) >= 11
 
 
 def test_upper_limit_holds_in_95_of_100():
@@ -137,36 +111,6 @@ def test_gross_outliers_masked_do_not_bias():
     clean = by_name(likelihood(series, RATE, Components.of(MEDIUM)))
     found = by_name(likelihood(masked, RATE, Components.of(MEDIUM)))
     assert abs(found["h_0"].value / clean["h_0"].value - 1) < 0.002
-
-
-def test_sinusoid_is_found_and_taken_out():
-    n = 1 << 18
-    series = series_of(MEDIUM, n, 11) + sine(0.003, 14.4, 1.0, n)
-    run = likelihood(series, RATE)
-    found = by_name(run)
-    assert abs(found["A_s"].value - 0.003) < 4 * found["A_s"].std_error
-    assert abs(found["f_0"].value - 14.4) < 4 * found["f_0"].std_error
-    assert abs(found["h_0"].value - 1e-6) < 4 * found["h_0"].std_error
-    without = likelihood(series, RATE, Components((-2, 0), 1, False))
-    assert "A_s" not in without.estimate.values
-    assert "14.4 Hz" in without.estimate.note
-
-
-def test_a_component_at_the_end_of_its_range_says_so():
-    # Faster than half a frame: white to a camera
-    data = drawn(NoiseModel((PowerLaw(-2, 1e-9), GaussMarkov(1.0, 1e-4))), 1 << 18, 21)
-    from mocap_metrology.noise.fit.spectral.intervals import coefficients
-
-    wanted = Components((-2,), 1, False)
-    fit = fit_known(data, wanted.alphas, 1)
-    source = Periodogram(data.bins, data.psd, data.weight)
-    found = {c.parameter: c for c in coefficients(source, fit, None, wanted, 4, False)}
-    assert found["T_c1"].status == "at_bound"
-    # 230 powers of e away, and a step of Fisher scoring from above is one
-    stopped = data.fit(dataclasses.replace(fit.spectrum, q2=1e100 * fit.spectrum.q2))
-    assert fit.converged and not stopped.converged
-    found = {c.parameter: c for c in coefficients(source, stopped, None, wanted, 4, False)}
-    assert found["q_c1"].status == "not_converged"
 
 
 def test_levels_of_a_coarse_file_have_no_noise() -> None:
@@ -225,29 +169,6 @@ def test_gaps_in_white_noise_make_no_other_noise(share):
     assert abs(np.mean([z for _, z in found])) < 2, found
 
 
-def test_amplitude_of_a_line_does_not_suffer_from_gaps():
-    errors = []
-    for seed in range(5):
-        series = series_of(MEDIUM, 1 << 16, 20 + seed) + sine(0.003, 50.0, n=1 << 16)
-        found = by_name(likelihood(with_gaps(series, 0.05, seed), RATE))
-        errors.append((found["A_s"].value - 0.003) / found["A_s"].std_error)
-    assert abs(np.mean(errors)) < 3 / np.sqrt(5), errors  # five of unit variance
-    assert np.std(errors) < 2
-
-
-def test_many_lines_are_all_taken_out():
-    series = series_of(MEDIUM, N, 5) + sum(sine(0.012 + 0.001 * k, 3.3 + 5 * k) for k in range(10))
-    run = likelihood(series, RATE)
-    found = by_name(run)
-    assert len(run.lines) == 10
-    assert abs(found["h_0"].value - 1e-6) < 4 * found["h_0"].std_error
-    assert run.estimate.note.startswith("further lines, removed before the fit: ")
-    assert run.estimate.note.endswith(" and 1 more")
-    few = likelihood(series, RATE, settings=LikelihoodSettings(max_lines=3))
-    assert "the largest number searched for" in few.estimate.note
-    assert {c.status for c in few.estimate.coefficients if c.detected} <= {"misfit", "at_bound"}
-
-
 def test_slow_line_and_its_error():
     """Beside a warm-up, too."""
     f_0, warm_up = 40.3 / (N * TAU0), 10 * np.exp(-12 * np.arange(N) / N)
@@ -260,31 +181,11 @@ def test_slow_line_and_its_error():
     assert np.sqrt(np.mean(np.square(errors))) < 2, errors
 
 
-def test_odd_and_even_frames_apart_is_a_line_at_nyquist():
-    series = series_of(MEDIUM, N, 6) + 0.0011 * (-1.0) ** np.arange(N)
-    found = by_name(likelihood(series, RATE))
-    assert found["f_0"].value == pytest.approx(60)
-    assert found["A_s"].value == pytest.approx(0.0011, rel=0.1)
-    assert abs(found["h_0"].value - 1e-6) < 4 * found["h_0"].std_error
-
-
 def resonance(seed: int) -> np.ndarray:
     """A damped oscillator of 14 Hz and Q = 50, driven by noise: a peak, and no line."""
     a, w = np.exp(-np.pi * 14 / 50 * TAU0), 2 * np.pi * 14 * TAU0
     driven = np.random.default_rng(seed).normal(size=N)
     return lfilter([1.0], [1.0, -2 * a * np.cos(w), a * a], driven)
-
-
-@pytest.mark.parametrize("odd", ["swing", "resonance"])
-def test_what_the_model_cannot_describe_is_a_misfit(odd):
-    series = series_of(MEDIUM, N, 7)
-    swing = np.sin(np.pi * np.arange(N) / N) ** 8  # out and back once, as no line or warm-up goes
-    run = likelihood(series + {"swing": 3 * swing, "resonance": 1e-3 * resonance(8)}[odd], RATE)
-    assert "the model does not describe the spectrum" in run.estimate.note
-    for c in run.estimate.coefficients:
-        assert c.status in ("misfit", "at_bound", "not_converged", "not_detected")
-        assert np.isnan(c.upper_95) or c.detected
-    assert "misfit" not in {c.status for c in likelihood(series, RATE).estimate.coefficients}
 
 
 def test_wrong_settings_are_refused():

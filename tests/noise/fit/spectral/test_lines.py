@@ -13,10 +13,9 @@ from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
-from mocap_metrology.noise.fit.spectral.line import around, level
+from mocap_metrology.noise.fit.spectral.line import around
 from mocap_metrology.noise.fit.spectral.lines import (
     find_lines,
-    find_slow_lines,
     line_errors,
 )
 
@@ -142,15 +141,6 @@ def test_a_stable_line_within_coefficients_of_nyquist_is_found_as_it_is(from_nyq
     assert held >= 17
 
 
-def test_two_stable_lines_side_by_side_stay_two():
-    rng = np.random.default_rng(9)
-    t = np.arange(N) / RATE
-    for apart in (0.012, 0.05, 0.1):
-        waves = 0.01 * np.sin(2 * np.pi * 20 * t) + 0.006 * np.sin(2 * np.pi * (20 + apart) * t + 1)
-        found = sorted(x.f_0 for x in find_lines(waves + white(rng), RATE))
-        assert np.allclose(found, [20, 20 + apart], atol=5e-4)
-
-
 TAU0, SHORT = 1 / RATE, 1 << 15
 
 
@@ -188,38 +178,3 @@ def test_amplitude_frequency_and_phase_reach_the_cramer_rao_bound(offset):
     assert 0.75 < rms[0] / bounds[0] < 1.3
     assert 0.75 < rms[1] / bounds[1] < 1.3
     assert rms[2] < 2.5 * 2 * bounds[0] / 0.1  # 2 sigma/(A sqrt n): phase at the start, f unknown
-
-
-def test_noise_of_any_colour_has_no_lines():
-    rng = np.random.default_rng(3)
-    for _ in range(40):
-        noise = rng.normal(size=SHORT)
-        assert find_lines(noise, RATE) == []
-        assert find_lines(np.cumsum(noise), RATE) == []
-        assert find_lines(np.diff(noise), RATE) == []
-
-
-def flat(f: np.ndarray) -> np.ndarray:
-    return np.full(f.size, 2 * TAU0)
-
-
-def test_slow_line_is_found_against_the_density_of_its_noise():
-    rng = np.random.default_rng(6)
-    f_0 = 31.3 / (SHORT * TAU0)
-    series = rng.normal(size=SHORT) + sine(0.2, f_0, 0.7)
-    lines = find_slow_lines(series, RATE, flat, 9)
-    assert len(lines) == 1
-    assert np.isclose(lines[0].f_0, f_0, rtol=2e-3)
-    assert np.isclose(lines[0].A_s, 0.2, atol=0.04)
-    assert np.std(series - lines[0].wave(SHORT, RATE)) < 1.01
-    assert find_slow_lines(rng.normal(size=SHORT), RATE, flat, 9) == []
-
-
-@pytest.mark.parametrize("slope", [-2, 0, 2])
-def test_the_level_is_that_of_the_noise(slope):
-    """Of coefficients with exponential distributions about a power law; a band of a quarter octave
-    has 20 of them at first."""
-    density = np.maximum(np.arange(40_000.0), 1) ** slope
-    power = density * np.random.default_rng(5).exponential(size=density.size)
-    off = np.log(level(power, np.arange(128, 40_000)) / density[128:])
-    assert np.abs(off).max() < 1 and np.sqrt(np.mean(off**2)) < 0.1 and abs(off.mean()) < 0.05

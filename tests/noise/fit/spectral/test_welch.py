@@ -49,9 +49,3 @@ def test_distance_is_equation_12_with_differences():
     assert list(series) == [*names, "L"]
     assert series["L"] == pytest.approx(13.0)
     assert pair_name((1, 3), [(1, 2), (1, 3)]) == "L_1_3"
-
-
-def test_short_series_keep_eight_segments():
-    found = welch(np.random.default_rng(2).normal(size=900), 100.0, segment_s=600.0)
-    assert found.segment == 200
-    assert found.n_segments == 8

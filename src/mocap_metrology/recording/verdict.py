@@ -33,9 +33,9 @@ def diagnose(results: Results, settings: Settings, progress: Progress = CALM) ->
     progress.step("events, periodic disturbances, filters")
     raw, over = results.raw, progress.over
     made = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
-    named = raw.origin["recording"], raw.origin["source"]
+    name, source = raw.origin["recording"], raw.origin["source"]
     parts = made.recording, made.found, made.findings, made.sentences
-    write_diagnosis(results.folder, *named, *parts)
+    write_diagnosis(results.folder, name, source, *parts)
     return made
 
 
@@ -71,13 +71,13 @@ def verdict(
     document |= {"warnings": list(results.check["warnings"])} | told
     path = results.folder / "verdict.json"
     write_json(path, document)
-    document = dict(read_json(path))
+    written: Mapping[str, Any] = read_json(path)
     means = [np.nanmean(v) if np.isfinite(v).any() else np.nan for _, v in results.clean.in_mm()]
-    places = np.array(means[: 3 * len(document["labels"])]).reshape(-1, 3)
-    found = filters.covariances(document, places)
-    write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(document, found))
-    write_text(results.folder / "px4.params", filters.px4_params(document, found))
-    return document
+    places = np.array(means[: 3 * len(written["labels"])]).reshape(-1, 3)
+    found = filters.covariances(written, places)
+    write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(written, found))
+    write_text(results.folder / "px4.params", filters.px4_params(written, found))
+    return written
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,9 +34,7 @@ def diagnose(results: Results, settings: Settings, progress: Progress = CALM) ->
     progress.step("events, periodic disturbances, filters")
     raw, over = results.raw, progress.over
     made = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
-    name, source = raw.origin["recording"], raw.origin["source"]
-    parts = made.recording, made.found, made.findings, made.sentences
-    write_diagnosis(results.folder, name, source, *parts)
+    made.write(results.folder, raw.origin["recording"], raw.origin["source"])
     return made
 
 
@@ -88,6 +87,11 @@ class Diagnosed:
     found: Diagnosis
     findings: Sequence[Finding]
     sentences: Sequence[Sentence]
+
+    def write(self, folder: Path, name: str, source: str) -> None:
+        """diagnosis.json, events.csv, periodic.csv, filters.csv."""
+        parts = self.recording, self.found, self.findings, self.sentences
+        write_diagnosis(folder, name, source, *parts)
 
 
 def diagnosed(

@@ -122,10 +122,11 @@ def study_figure(shown: studies.StudyDisplay, rows: Sequence[Row], source: str) 
     body = fig.new_figure(title, source, 92.0 if alone else 138.0)
     shape = (1, 2) if alone else (2, len(panels))
     grid = body.subplots(*shape, squeeze=False, sharex=True, sharey=False if alone else "row")
-    values = table["value"].drop_duplicates()  # at their place; 0 at a third of the next
-    kinds = isinstance(values.iloc[0], str)  # beside each other
-    at = np.arange(1.0, len(values) + 1) if kinds else values.where(values > 0)
-    at = pd.Series(at if kinds else at.fillna(at.min() / 3).to_numpy(), values)
+    values = table["value"].drop_duplicates()
+    places = np.arange(1.0, len(values) + 1)  # of kinds, beside each other
+    if not isinstance(values.iloc[0], str):  # numbers at their value, 0 at a third of the next
+        places = values.where(values > 0, values[values > 0].min() / 3).to_numpy()
+    at = pd.Series(places, values)
     x_label = shown.parameter[0].upper() + shown.parameter[1:]
     x_label += f" ({shown.unit})" if shown.unit else ""
     both = [(unit, panel) for unit in UNITS for panel in panels]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,9 +34,7 @@ def diagnose(results: Results, settings: Settings, progress: Progress = CALM) ->
     progress.step("events, periodic disturbances, filters")
     raw, over = results.raw, progress.over
     made = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
-    named = raw.origin["recording"], raw.origin["source"]
-    parts = made.recording, made.found, made.findings, made.sentences
-    write_diagnosis(results.folder, *named, *parts)
+    made.write(results.folder, raw.origin["recording"], raw.origin["source"])
     return made
 
 
@@ -71,13 +70,13 @@ def verdict(
     document |= {"warnings": list(results.check["warnings"])} | told
     path = results.folder / "verdict.json"
     write_json(path, document)
-    document = dict(read_json(path))
+    written: Mapping[str, Any] = read_json(path)
     means = [np.nanmean(v) if np.isfinite(v).any() else np.nan for _, v in results.clean.in_mm()]
-    places = np.array(means[: 3 * len(document["labels"])]).reshape(-1, 3)
-    found = filters.covariances(document, places)
-    write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(document, found))
-    write_text(results.folder / "px4.params", filters.px4_params(document, found))
-    return document
+    places = np.array(means[: 3 * len(written["labels"])]).reshape(-1, 3)
+    found = filters.covariances(written, places)
+    write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(written, found))
+    write_text(results.folder / "px4.params", filters.px4_params(written, found))
+    return written
 
 
 @dataclass(frozen=True)
@@ -88,6 +87,11 @@ class Diagnosed:
     found: Diagnosis
     findings: Sequence[Finding]
     sentences: Sequence[Sentence]
+
+    def write(self, folder: Path, name: str, source: str) -> None:
+        """diagnosis.json, events.csv, periodic.csv, filters.csv."""
+        parts = self.recording, self.found, self.findings, self.sentences
+        write_diagnosis(folder, name, source, *parts)
 
 
 def diagnosed(

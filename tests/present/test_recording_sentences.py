@@ -73,6 +73,11 @@ def drifting_beside_a_step() -> dict[str, Any]:
     return {"wanders": {"x1": replace(one, kinds=("drift", "step"), moved_mm=-0.05)}}
 
 
+def known_step() -> dict[str, Any]:
+    one = wander("step", -0.03, 200.0)["wanders"]["x1"]
+    return {"wanders": {"x1": replace(one, error_mm=0.005)}}
+
+
 def row(series: str, parameter: str, value: float, status: str = "ok", note: str = "") -> Any:
     return {
         "series": series, "estimator": "likelihood", "model": "sampled", "parameter": parameter,

@@ -1,7 +1,7 @@
 """What kind of slow wander is it? A kind is named only where the data exclude every other.
 
-Block means z of a series (1000 at most) are explained by a shape (`shapes`) and a noise: white; with
-a random walk, flicker, or a Gauss-Markov term of at most a fifth of the recording; with one of a
+Block means z of a series (1000 at most) are explained by a shape (`shapes`) and a noise: white, or
+with a walk, flicker, or a Gauss-Markov term of at most a fifth of the recording; with one of a
 quarter of a block, which is no slow wander; steeper ones, f^-2.5 and f^-3, alone. Any other curve,
 of many cosines, bends or steps, is a shape, too, so that it is not taken for noise.
 

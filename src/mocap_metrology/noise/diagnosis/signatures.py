@@ -118,7 +118,8 @@ class Wander:
         ranges of less than a step."""
         larger = abs(self.size_mm) > step_mm
         kinds = tuple(kind for kind in self.kinds if larger or kind == "drift")
-        possible = self.possible if self.range_mm > step_mm and (kinds or not self.kinds) else ()
+        least = step_mm if kinds or not self.kinds else 2 * step_mm
+        possible = self.possible if self.range_mm > least else ()
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
 
     def size_of(self, kind: str) -> float:

@@ -214,7 +214,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     for named, part in PARTS.items():
         sure -= part if named in sure else set()
     jumps = shape.jumps(solved) if sure & AT_ONCE else []
-    alone = 2 if "shift" in sure else 1 if "step" in sure else 0
+    alone = 2 if "shift" in sure else 1  # changes at once
     possible = tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds)))
     possible = () if none else possible or (() if noise or not slow else ("noise",))
     tenth, short = max(z.size // 10, 1), max(z.size // 50, 1)

@@ -72,6 +72,11 @@ def drifting_beside_a_step() -> dict[str, Any]:
     return {"wanders": {"x1": replace(one, kinds=("drift", "step"), moved_mm=-0.05)}}
 
 
+def known_step() -> dict[str, Any]:
+    one = wander("step", -0.03, 200.0)["wanders"]["x1"]
+    return {"wanders": {"x1": replace(one, error_mm=0.005)}}
+
+
 def row(series: str, parameter: str, value: float, status: str = "ok", note: str = "") -> Any:
     return {
         "series": series, "estimator": "likelihood", "model": "sampled", "parameter": parameter,
@@ -134,6 +139,7 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     (wander("cycle", -0.03, 200.0), "wander.cycle", True, "x1, 3.33 min, 30 µm"),
     (drifting_beside_a_step(), "wander.drift", False, "x1, 50 µm, 15 min"),
     (wander("step", -0.03, 200.0), "wander.step", True, "3 min, 20.0 s, x1, 30 µm"),
+    (known_step(), "wander.step", True, "3 min, 20.0 s, x1, 30.0, 20.2, 39.8"),
     (wander("shift", 0.03, 200.0, 240.0), "wander.shift", True, "3 min, 20.0 s, x1, 30 µm, 40 s"),
     (wander("levels", 0.03, 50.0), "wander.levels", True, "x1, 30 µm, 50 s"),
     ({"resonances": [Resonance(k, 6.0, 0.03, 0.03) for k in ("x1", "x2")]}, "resonance.broad", True,

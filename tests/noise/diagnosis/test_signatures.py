@@ -166,6 +166,11 @@ OTHER = {
         only("warm_up", "slowing"),
     ),
     "bent": (lambda r: 0.05 * np.minimum(T / 400, 1) + 0.05 * T / 400, only("slowing")),
+    "parabola and cycle": (
+        lambda r: 0.3 * (T / T[-1]) ** 2 + 0.03 * np.sin(T / 10 + r.uniform(0, 6)),
+        only("cycle"),
+    ),
+    "stretched exponential": (lambda r: 0.4 * np.exp(-np.sqrt(T / 60)), only("slowing")),
     "two levels": (KINDS["two levels"][0], only("two_levels")),
     "clicks": (clicks, lambda found: not found.of & {"levels", "step", "shift"}),
     "fast approaches": (warm(6.0, 20.0), lambda found: found.kinds == ("warm_up",)),
@@ -200,6 +205,38 @@ def test_size_and_place_of_a_step_a_cycle_and_two_levels() -> None:
     assert levels is not None and levels.kinds == ("two_levels",)
     assert abs(levels.size_mm) == pytest.approx(0.04, abs=0.001)
     assert levels.at_s[0] == pytest.approx(45, rel=0.05)
+
+
+def test_the_size_of_a_step_in_a_walk_has_the_error_of_a_local_level() -> None:
+    """Of blocks with white noise r in a walk q the level at the last block before the step, and at
+    the first after it, has the variance P r / (P + r), P^2 = q (P + r) [Harvey 1989, 4.1.2], and
+    between them there is q. Blocks of a second, of 20 frames."""
+    q, r = 0.004**2, 0.02**2 / 20
+    P = (q + math.sqrt(q * q + 4 * q * r)) / 2
+    error = math.sqrt(2 * P * r / (P + r) + q)
+    found = []
+    for seed in range(8):
+        rng = np.random.default_rng([seed, 5])
+        x = 0.02 * rng.standard_normal(12_000) + rng.normal(0, 0.004 / 20**0.5, 12_000).cumsum()
+        x[int(rng.uniform(3000, 9000)) :] += 0.2
+        found.append(signature(x, 20.0))
+    assert all("step" in one.kinds and len(one.jumps) == 1 for one in found)
+    assert np.mean([one.error_mm for one in found]) == pytest.approx(error, rel=0.15)
+    off = np.array([one.size_mm - 0.2 for one in found])
+    assert math.sqrt(np.mean(off**2)) < 2 * error and np.abs(off).max() < 4 * error
+    assert sum(low < 0.2 < high for low, high in (one.ends_mm for one in found)) >= 6
+
+
+def test_the_slope_beside_a_cycle() -> None:
+    """Of a line under white noise: sigma sqrt(12 / n) / duration, n frames."""
+    cycle = 0.06 * np.sin(2 * np.pi * T / 110)
+    found = [signature(noise(seed) + cycle + 3 * T / 3600, RATE) for seed in range(4)]
+    error = 0.02 * math.sqrt(12 / N) / T[-1]
+    for one in found:
+        assert one.kinds == ("drift", "cycle") and one.own("drift") and not one.own("warm_up")
+        assert one.slope[1] == pytest.approx(error, rel=0.2)
+        assert one.slope[0] == pytest.approx(3 / 3600, abs=4 * error)
+        assert one.size_of("drift") == pytest.approx(3 * T[-1] / 3600, rel=0.01)
 
 
 def test_gaps_leave_the_kind_and_a_short_recording_has_none() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import TypedDict, cast
 
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
@@ -94,14 +94,7 @@ class Finding:
 
     def as_dict(self) -> FindingRow:
         """For JSON."""
-        return {
-            "code": self.code,
-            "series": self.series,
-            "value": self.value,
-            "lower_95": self.lower_95,
-            "upper_95": self.upper_95,
-            "unit": self.unit,
-        }
+        return cast(FindingRow, vars(self) | {"unit": self.unit})
 
     @classmethod
     def of(cls, row: FindingRow) -> Finding:
@@ -129,7 +122,11 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
         _exchanged(recording),
         [Finding(one.code, one.series, one.value) for one in found.processed],
         [Finding("solved", name, ratio) for name, ratio in found.solved.items()],
-        _coarse(found),
+        [  # series whose noise the file's steps decide
+            Finding("resolution_limited", one.series, one.step_mm)
+            for one in found.resolutions
+            if one.word == DOMINATES and one.series not in found.solved
+        ],
         [Finding("heavy_tails", x.series, x.excess, x.lower, x.upper) for x in found.tails],
         _level_changes(found),
         _lines(found),
@@ -203,15 +200,6 @@ def _events(found: Diagnosis) -> list[Finding]:
     regular = [Finding("recurring", name, period) for name, period in found.recurring.items()]
     return regular + [
         Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in found.events
-    ]
-
-
-def _coarse(found: Diagnosis) -> list[Finding]:
-    """Every series whose noise the file's steps decide."""
-    return [
-        Finding("resolution_limited", one.series, one.step_mm)
-        for one in found.resolutions
-        if one.word == DOMINATES and one.series not in found.solved
     ]
 
 

@@ -172,7 +172,9 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         kinds = {"cycle", "smooth"} if len(curve) else {"cycle"}
         for count in (1, HARMONICS) if place >= PERIODS else (1,):
             waves = np.vstack([curve, *(wave(place * j) for j in range(count, 0, -1))])
-            yield Shape(frozenset(kinds), waves, PLACE, (n / place,))
+            shape = Shape(frozenset(kinds), waves, PLACE, (n / place,))
+            straight = pace(shape.solved(z)[: len(curve)] @ curve) & {"drift"}
+            yield replace(shape, kinds=shape.kinds | straight)
     fall = partial(CURVES["warm_up"], time)
     constant = _refined(z, t, fall, CONSTANTS)
     for _ in range(4):  # in turn, each beside the other

@@ -1,16 +1,9 @@
 """What kind of slow wander is it? A kind is named only where the data exclude every other.
 
-Block means z of a series (1000 at most) are explained by a shape and a noise, in one small library:
-
-* shapes: none, line, warm-up (exponential approach), creep (logarithm of time), power of time,
-  exponential departure, cycle, step, temporary shift, either with recovery, two to four levels;
-  most also on a straight line; and any other: powers, up to 48 half cosines, ten bends of a
-  straight line and eight steps, so that a curve which none of the former describes is not taken for
-  noise. Curves that go one way ever faster (`accelerating`) or ever more slowly (`slowing`) are
-  this, whatever their law;
-* noises: white; with a random walk, flicker, or a Gauss-Markov term of at most a tenth of the
-  recording; with one of a quarter of a block, which is no slow wander; steeper ones, f^-2.5 and
-  f^-3, alone.
+Block means z of a series (1000 at most) are explained by a shape (`shapes`) and a noise: white, or
+with a walk, flicker, or a Gauss-Markov term of at most a fifth of the recording; with one of a
+quarter of a block, which is no slow wander; steeper ones, f^-2.5 and f^-3, alone. Any other curve,
+of many cosines, bends or steps, is a shape, too, so that it is not taken for noise.
 
 Differences d of neighbouring block means have, for all these noises, a covariance that the discrete
 sine transform makes diagonal, but for the ends of the recording: at f_k = k / 2 (n + 1) cycles a
@@ -125,7 +118,8 @@ class Wander:
         ranges of less than a step."""
         larger = abs(self.size_mm) > step_mm
         kinds = tuple(kind for kind in self.kinds if larger or kind == "drift")
-        possible = self.possible if self.range_mm > step_mm and (kinds or not self.kinds) else ()
+        least = step_mm if kinds or not self.kinds else 2 * step_mm
+        possible = self.possible if self.range_mm > least else ()
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
 
     def size_of(self, kind: str) -> float:
@@ -220,6 +214,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     for named, part in PARTS.items():
         sure -= part if named in sure else set()
     jumps = shape.jumps(solved) if sure & AT_ONCE else []
+    alone = 2 if "shift" in sure else 1  # changes at once
     possible = tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds)))
     possible = () if none else possible or (() if noise or not slow else ("noise",))
     tenth, short = max(z.size // 10, 1), max(z.size // 50, 1)
@@ -237,7 +232,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         tuple((float(begun[place]) * block_s, size) for place, size in jumps),
         np.array([(k + 0.5) * block_s, shape.curve(solved)]) if jumps else None,
         shape.moved(solved),
-        float(fitted.errors[shape.main]) if shape.placed and len(jumps) == len(at) else math.nan,
+        float(fitted.errors[shape.main]) if len(jumps) == len(at) == alone else math.nan,
         (float(solved[0]) / span_s, float(fitted.errors[0]) / span_s) if shape.line else NONE,
     )
 

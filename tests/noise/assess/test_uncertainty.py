@@ -94,6 +94,20 @@ def test_without_a_model_numbers_are_measured(series, table, status: str, why) -
     assert found.frame_lower_mm < found.frame_mm < found.frame_upper_mm
 
 
+def test_constant_and_empty_series() -> None:
+    still = assess_series(np.full(500, 3.0), [], curve(), Span(RATE, step_mm=0.01))
+    assert (still.sigma_frame_mm, still.frame_mm) == (0.0, pytest.approx(0.01 / 12**0.5))
+    assert still.status == "constant"
+    for n_valid, status in (
+        (0, "no valid samples"),
+        (1, "no valid samples"),
+        (2, "no coefficients"),
+    ):
+        none = np.full(500, math.nan)
+        none[:n_valid] = np.arange(n_valid)
+        assert assess_series(none, [], curve(), SPAN).status == status
+
+
 def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     """Of 150 white series the right model is believed in all but what 1 in 1000 explains."""
     found = assess_series(white() + np.linspace(0, 0.2, N), rows(), curve(), SPAN)

@@ -122,6 +122,22 @@ def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     assert bases.count("measured") <= 2
 
 
+@pytest.mark.parametrize("name", ["drift", "warm-up"])
+def test_what_lies_under_the_noise_counts(name: str) -> None:
+    """A drift of 0.6 mm in 10 min, a warm-up of a minute: fitted, subtracted, and counted."""
+    t = np.arange(60_000) / 100
+    wave = 0.6 * t / 600 if name == "drift" else 0.6 * np.exp(-t / 60)
+    series = np.random.default_rng(1).normal(0, 0.05, t.size) + wave
+    table = noise_rows("x1", likelihood(series, 100.0).estimate)
+    found = assess_series(series, table, curve(), Span(100.0))
+    assert found.basis == "model"
+    assert found.frame_mm == pytest.approx(np.hypot(0.05, wave.std()), rel=0.02)
+    assert found.shares[name] == pytest.approx(wave.var() / (0.05**2 + wave.var()), rel=0.02)
+    minutes = wave.reshape(10, -1).mean(axis=1).std()
+    assert found.means[2].uncertainty_mm == pytest.approx(minutes, rel=0.05)
+    assert sum(found.shares.values()) == pytest.approx(1)
+
+
 def correlated(seed: list[int], n: int) -> np.ndarray:
     """White noise and a Gauss-Markov process of T_c 1 s at 100 Hz, of SIGMA each."""
     rng, phi = np.random.default_rng(seed), math.exp(-1 / 100)

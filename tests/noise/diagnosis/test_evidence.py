@@ -1,4 +1,4 @@
-"""What supports a diagnosis: the event or window that shows best, the surest line, both halves."""
+"""What supports a diagnosis: the event that shows best, its view, a broad peak."""
 
 from __future__ import annotations
 

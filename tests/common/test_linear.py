@@ -1,4 +1,4 @@
-"""Small positive definite systems, beside numpy; and what each caller asks for at singular ones."""
+"""Small positive definite systems, beside numpy."""
 
 import numpy as np
 import pytest

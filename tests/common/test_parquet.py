@@ -64,7 +64,7 @@ def tables(draw) -> dict[str, np.ndarray]:
     return {"frame": np.arange(n, dtype=np.int32), **numbers}
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(columns=tables(), data=st.data())
 def test_read_as_written_at_once_or_a_column_at_a_time(tmp_path, columns, data) -> None:
     """In groups of any length, from the disk or not, and any slice or rising indices of it."""

@@ -1,4 +1,4 @@
-"""Ticks of logarithmic axes, titles that wrap, limits, and which series share a panel."""
+"""Ticks of logarithmic axes, and which series share a panel."""
 
 import pytest
 from matplotlib.figure import Figure

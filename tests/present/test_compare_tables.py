@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from figure_data import check, every_text
+from said import numbers_in
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.confidence import allan_curve
@@ -13,6 +14,7 @@ from mocap_metrology.present.changes import (
     Comparison,
     compare_figure,
     compare_markdown,
+    sentences,
     trend_figure,
 )
 
@@ -67,6 +69,43 @@ def test_places_are_compared_with_their_mean() -> None:
     allan["p1"] = columns(1.0, series=("x1",))
     with pytest.raises(Refusal, match="a series that all places have"):
         changes.places_rows(recordings, allan, {name: {} for name in allan})
+
+
+def test_a_growth_of_ten_percent_a_month() -> None:
+    _, rows = trend(1.1)
+    assert [(row["series"], row["n_recordings"]) for row in rows] == [("x1", 5)] * 5 + [
+        ("L", 5)
+    ] * 5
+    assert all(row["percent_per_month"] == pytest.approx(10, rel=0.05) for row in rows)
+    assert all(row["lower"] < row["percent_per_month"] < row["upper"] for row in rows)
+    assert [row["word"] for row in rows[:5]] == ["worse"] * 3 + [changes.NO_TREND] * 2
+    assert trend(1 / 1.1)[1][0]["word"] == "better"
+    words = [row["word"] for row in trend(1.1, {"x1": 0.1})[1]]
+    assert words[:5] == ["resolution"] * 5 and words[5] == "worse"
+    with pytest.raises(Refusal, match="time zone"):
+        changes.days_of(["2026-01-01", "2026-01-02T00:00:00+01:00"])
+    assert changes.days_of(["2026-01-02T06:00", "2026-01-01T00:00"]) == [1.25, 0]
+
+
+def test_sentences_name_series_times_and_the_largest_change() -> None:
+    """x1 is worse at 0.1 and 1 s, L at 0.1 s alone: not both over 0.1 to 1 s."""
+    row = {"recording": "b", "reference": "a", "word": "worse", "lower": 1.1, "upper": 2.0}
+    rows = [
+        row | {"series": series, "tau_s": tau, "ratio": ratio}
+        for series, tau, ratio in (("x1", 0.1, 1.5), ("L", 0.1, 1.3), ("x1", 1.0, 1.2))
+    ]
+    better = rows[0] | {"word": "better", "series": "y1", "ratio": 0.5}
+    limited = row | {"word": "resolution", "step_mm": 0.1}
+    others = [row | {"word": "same", "recording": "c"}, limited | {"recording": "d", "series": "L"}]
+    said = list(map(numbers_in, sentences([*rows, better, *others])))
+    assert said == [
+        "x1, L, 0.1 s, x1, 1 s, 1.50, 1.10, 2.00, x1, 0.1 s, y1, 0.1 s, "
+        "0.50, 1.10, 2.00, y1, 0.1 s",
+        "",
+        "L, 0.1 mm",
+    ]
+    alike = [*rows, rows[0] | {"series": "L", "tau_s": 1.0, "ratio": 1.1}]
+    assert numbers_in(sentences(alike)[0]).startswith("x1, L, 0.1, 1 s, 1.50")
 
 
 @pytest.mark.parametrize(

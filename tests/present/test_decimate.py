@@ -48,6 +48,22 @@ def test_outliers_and_samples_beyond_the_axis_are_counted():
     assert len(trace(clean[:900]).means) == 0 and trace(clean[:1200]).means["n_valid"].sum() == 1200
 
 
+@pytest.mark.parametrize(
+    ("values", "limits"),
+    [
+        (
+            np.r_[0.0, 1.0, np.zeros(98)],
+            (-0.0109, 0.0059),
+        ),  # its 99 % quantile is 0.01, its mean too
+        (np.full(5, 3.0), (-5e-4, 5e-4)),  # 1 µm at least
+        (np.full(5, np.nan), (-5e-4, 5e-4)),
+        (np.arange(11.0), (-5.6, 5.6)),  # 6 % on either side
+    ],
+)
+def test_limits(values, limits):
+    assert trace(values).limits == pytest.approx(limits)
+
+
 def test_log_bins_keep_a_narrow_line_and_sparse_points():
     f_hz = np.arange(36_001) / 600
     psd = np.full(f_hz.size, 1e-5)

@@ -1,12 +1,14 @@
 """Figures: what they show, also of odd recordings and of nothing; their bytes repeat."""
 
+import math
+
 import numpy as np
 import pytest
 from figure_data import ODD_TEXT, RATE, allan_columns, check, every_text, recording
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.motion.orientation import of_cluster, orientation_rows, unknown
-from mocap_metrology.present.motion import orientation_figure, place_figure
+from mocap_metrology.present.motion import orientation_figure, place_figure, place_sentence
 from mocap_metrology.present.recording import allan_figure, trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -91,6 +93,11 @@ def test_a_cluster_on_a_line() -> None:
     figure = orientation_figure(NOTHING, found, ORIGIN, ["A", "B", "C"], why)
     assert "lie on a line" in " ".join(every_text(figure))
     check(figure)
+
+
+def test_cubes_without_noise_have_no_infinite_factor() -> None:
+    words = place_sentence({"p": math.nan, "worst_over_best": math.inf, "bend_mm": 0.1})
+    assert "inf" not in words and "nan" not in words
 
 
 def test_the_squares_of_a_map_are_the_cells() -> None:

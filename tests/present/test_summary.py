@@ -56,6 +56,37 @@ def rows(*recordings: dict) -> list[dict]:
     return summary.own_rows(summary.Verdicts(recordings).rows())
 
 
+def test_changes_are_a_sentence_or_counts() -> None:
+    sentences = ["a compared with b: worse in x1.", "c compared with b: better in x1."]
+    sentences += ["d compared with e: no significant change beyond the margin."]
+    assert summary.changes(sentences[:1]) == sentences[:1] and summary.changes([]) == []
+    (line,) = summary.changes(sentences)
+    assert line == (
+        "Of 3 recordings compared with another: 1 worse, 1 better, 1 without a significant change."
+    )
+
+
+@pytest.mark.parametrize(
+    ("sources", "lengths", "words"),
+    [
+        ("mm", (None, 5.0), "measured"),
+        ("t", (600.0,), "simulated (a twin of 10 min)"),
+        ("tt", (None, None), "all simulated (twins)"),
+        ("tm", (600.0, 5.0), "1 simulated (twins of 10 min), 1 measured"),
+        ("ttt", (32400.0, 20.0, 600.0), "all simulated (twins of 20 s to nine hours)"),
+    ],
+)
+def test_origin_of_recordings(sources: str, lengths: tuple, words: str) -> None:
+    kinds = {"m": "measured", "t": "twin"}
+    of = [{"source": kinds[s], "duration_s": t} for s, t in zip(sources, lengths, strict=True)]
+    assert summary.origin(of) == words
+    twins = [recording("a", "good", **row) for row in of]
+    text = summary.page(summary.Verdicts(twins))
+    assert f"recording{'s' * (len(of) > 1)}, {words}: {len(of)} good." in text
+    known = [t for s, t in zip(sources, lengths, strict=True) if s == "t" and t]
+    assert ("A quick look" in text) == bool(known and max(known) < 32400)
+
+
 def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:
     """The distance L is no coordinate; a recording without an uncertainty has no row."""
     figure = overview_figure(ROWS[:4], "T", "Source: measured.").figure

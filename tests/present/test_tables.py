@@ -8,7 +8,7 @@ import pytest
 
 from mocap_metrology.noise.assess.allan_summary import allan_summary
 from mocap_metrology.present import tables
-from mocap_metrology.present.text import coefficients, numbers
+from mocap_metrology.present.text import captions, coefficients, numbers
 from mocap_metrology.present.text.numbers import with_interval, with_uncertainty, with_unit
 
 PLAIN = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
@@ -103,3 +103,27 @@ def test_a_series_without_a_value_has_an_empty_row() -> None:
     assert list(first) == list(second)
     assert (first["adev_min_mm"], first["tau_min_s"]) == (0.1, 0.1)
     assert second["series"] == "L" and second["adev_min_mm"] is None
+
+
+@pytest.mark.parametrize(
+    ("sources", "duration_s", "text"),
+    [
+        ("t", 600.0, "All recordings are twins of 10 min (S: nine hours): simulated, from published"
+         " or configured numbers."),
+        ("tm", 20, "Simulated (twins of 20 s (S: nine hours)): a; the others are measured."),
+        ("m", 20.0, "All recordings are measured."),
+    ],
+)  # fmt: skip
+def test_the_length_of_twins_stands_where_they_are_named(sources, duration_s, text) -> None:
+    kinds = {"t": "twin", "m": "measured"}
+    named = {name: kinds[kind] for name, kind in zip("ab", sources, strict=False)}
+    assert tables.source_sentence(named, duration_s) == text
+
+
+def test_captions_of_several_figures_follow_one_another() -> None:
+    """Each with its number, a number also as text."""
+    assert captions.of_skurowski("1", "A1").startswith("Figure 1: Computed from the numbers")
+    assert " Figure A1: Overlapping Allan deviation of z1" in captions.of_skurowski(1, "A1")
+    assert captions.of_jansen(5) == f"Figure 5: {captions.JANSEN[5]}"
+    with pytest.raises(AttributeError, match="NO_SUCH"):
+        _ = captions.NO_SUCH

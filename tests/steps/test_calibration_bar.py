@@ -84,8 +84,20 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def plain(lab: Path) -> dict:
-    return judged(lab, entry_of(lab, "a", "a", "T20"), BarEntry("T20-T21", LENGTH_MM))
+def attitude() -> str:
+    """Of the heads, turned half about the way up against each other."""
+    turn = Rotation.from_matrix(HEAD[0])
+    half = turn.inv() * Rotation.from_euler("z", 180, degrees=True) * turn
+    return json.dumps({"quaternion_xyzw": half.as_quat().tolist()})
+
+
+@pytest.fixture(scope="module")
+def found(lab: Path, attitude: str) -> dict:
+    asked = BarEntry("T20-T21", LENGTH_MM, 0.1, attitude)
+    return judged(lab, entry_of(lab, "a", "a", "T20"), asked) | {
+        "csv": (lab / "a/bar.csv").read_text(),
+        "json": (lab / "a/bar.json").read_text(),
+    }
 
 
 def calibrate(folder: Path, name: str, recording: str, board: str) -> Entry:
@@ -109,32 +121,28 @@ def judged(folder: Path, entry: Entry, asked: BarEntry, **more: object) -> dict:
     return bar(entry, asked, given, SETTINGS, Bar(), paths_in(BAR, own), **more)
 
 
-def test_a_bar_is_as_long_as_it_is(lab: Path) -> None:
-    """Stations 2.5 m away, calibrated by one object through its cover; the heads are turned
-    half about the way up against each other."""
-    entry, turn = entry_of(lab, "a", "a", "T20"), Rotation.from_matrix(HEAD[0])
-    half = turn.inv() * Rotation.from_euler("z", 180, degrees=True) * turn
-    told = json.dumps({"quaternion_xyzw": half.as_quat().tolist()})
-    found = judged(lab, entry, BarEntry("T20-T21", LENGTH_MM, 0.1, told))
+def test_a_bar_is_as_long_as_it_is(found: dict) -> None:
+    """Stations 2.5 m away, calibrated by one object through its cover."""
     assert found["word"] == "good" and sum(one["n_frames"] for one in found["classes"]) > 200
     for statistics in (one["statistics_mm"] for one in found["classes"]):
         assert abs(statistics["mean"]["value"]) < 1.0 and statistics["sd"]["value"] < 0.3
     assert found["stated"]["sd_mm"] < 1.0 and found["stated"]["within_2"] > 0.9
     assert found["clock"]["rms_ns"] < 100 and found["clock"]["stations_apart_ns"] < 100
     assert found["angles_deg"]["p95"]["value"] < 0.3
-    rows = list(csv.DictReader((lab / "a/bar.csv").open()))
+    rows = list(csv.DictReader(found["csv"].splitlines()))
     assert {row["quantity"] for row in rows} == {"length_mm", "angle_deg"}
-    written = json.loads((lab / "a/bar.json").read_text())
+    written = json.loads(found["json"])
     assert written["pair"] == ["T20", "T21"] and written["certificate"]["length_mm"] == LENGTH_MM
 
 
-def test_the_other_end_can_be_of_another_row(lab: Path, plain: dict) -> None:
+def test_the_other_end_can_be_of_another_row(lab: Path, attitude: str, found: dict) -> None:
     entry, other = entry_of(lab, "a", "a", "T20"), entry_of(lab, "b", "a", "T21")
     given = {"other_dump": str(other.path)}
     given |= {f"other_{k}": v for k, v in paths_in(TABLES, lab / "b").items()}
-    found = judged(lab, entry, BarEntry("T20-b:T21", LENGTH_MM), given=given, other=other)
-    assert found["pair"] == ["T20", "b:T21"]
-    assert json.dumps(found["classes"]) == json.dumps(plain["classes"])
+    asked = BarEntry("T20-b:T21", LENGTH_MM, 0.1, attitude)
+    of_rows = judged(lab, entry, asked, given=given, other=other)
+    assert of_rows["pair"] == ["T20", "b:T21"]
+    assert json.dumps(of_rows["classes"]) == json.dumps(found["classes"])
     refused = judged(lab, entry, BarEntry("T20-b:T20", LENGTH_MM), given=given, other=other)
     assert refused["refused"] == "bar: b:T20 is not the board of calibration b"
 

@@ -37,7 +37,7 @@ FILES = {
 }
 
 
-def deck(seed: int, sensors: InertialTwin | None) -> LighthouseTwin:
+def deck(seed: int, sensors: InertialTwin | None, seconds: float = 4.0) -> LighthouseTwin:
     return LighthouseTwin(
         seed=seed,
         master=StationTwin(id=1, mode="b"),
@@ -45,7 +45,7 @@ def deck(seed: int, sensors: InertialTwin | None) -> LighthouseTwin:
         motion=MotionTwin(centre_m=(3.0, 0.8, 0.2)),
         board=BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015),
         inertial=sensors,
-        duration_s=4.0,
+        duration_s=seconds,
         independent_urad=50.0,
     )
 
@@ -105,7 +105,7 @@ def test_sensors_of_all_recordings_of_a_setup(tmp_path: Path) -> None:
     how = SETTINGS.model_copy(update={"inertial": True})
     members = []
     for k, sensors in enumerate((InertialTwin(), InertialTwin(), None)):
-        files = calibrated(tmp_path / str(k), deck(k, sensors), how)
+        files = calibrated(tmp_path / str(k), deck(k, sensors, 2.0), how)
         names = ("sweeps", "stations", "board", "pose", "inertial")
         members.append(Member(str(k), *(files[name] for name in names)))
     assert inertial_of(read_table(members[2].inertial)[0]) is None

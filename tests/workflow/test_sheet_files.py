@@ -1,7 +1,5 @@
-"""Sheets as files: what editors do to them, and what is no sheet."""
+"""Sheets as files: rows, names and cells of recordings; `common/test_rows_of_sheets` has the rest."""
 
-import csv
-import io
 from pathlib import Path
 
 import pytest
@@ -21,83 +19,6 @@ def written(folder: Path, content: bytes) -> list[str] | dict[str, RecordingRow]
 
 
 SHEET = "recording\tpath\tmarkers\tgroup\nA\ta.c3d\tM1\tg\n"
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        SHEET.encode("utf-8-sig"),
-        SHEET.replace("\n", "\r\n").encode(),
-        SHEET.replace("\n", "\r").encode(),
-        SHEET.replace("\n", "\t\t \n").encode(),
-        SHEET.replace("A\t", " A \t").encode(),
-        f"# a word first\n\n{SHEET}\t\t\t\n  # and last".encode(),
-        SHEET.replace("a.c3d", '"a.c3d"').encode(),
-    ],
-    ids=["BOM", "CRLF", "CR", "trailing tabs", "blanks", "comments", "quotes"],
-)
-def test_what_editors_do_to_a_sheet_is_tolerated(folder: Path, content: bytes) -> None:
-    found = written(folder, content)
-    assert isinstance(found, dict), found
-    assert found["A"].paths == ("a.c3d",)
-
-
-def of_a_spreadsheet(delimiter: str) -> str:
-    """As csv writes a table: cells that hold the delimiter in quotes, all rows of one width."""
-    rows = [
-        ["# a title, of ours; with all", "", "", "", ""],
-        ["recording", "path", "markers", "group", "comment"],
-        ["", "", "", "", ""],
-        ["A", "a.c3d;b.c3d", "M1; M2", "g", 'warm, then "cold"'],
-        ["B", "a.c3d", "M1", "g", ""],
-    ]
-    stream = io.StringIO()
-    csv.writer(stream, delimiter=delimiter).writerows(rows)
-    return stream.getvalue()
-
-
-@pytest.mark.parametrize("bom", ["", "\ufeff"])
-@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
-def test_what_a_spreadsheet_saves_is_read(folder: Path, delimiter: str, bom: str) -> None:
-    content = bom + of_a_spreadsheet(delimiter)
-    found = written(folder, content.encode())
-    assert isinstance(found, dict), found
-    assert found["A"].paths == ("a.c3d", "b.c3d") and found["A"].markers == ("M1", "M2")
-    assert found["A"].comment == 'warm, then "cold"' and found["B"].markers == ("M1",)
-    faults = written(folder, content.replace("M1; M2", "").encode())
-    assert isinstance(faults, list)
-    assert faults[0].startswith('sheet.tsv, row 4 (recording "A"), column markers: nothing;')
-
-
-@pytest.mark.parametrize(
-    ("content", "expected"),
-    [
-        (SHEET.encode("utf-16"), "sheet.tsv: UTF-16; expected UTF-8 text"),
-        (SHEET.encode("utf-16-le"), "sheet.tsv: not a text file"),
-        (b"PK\x03\x04 a spreadsheet", "sheet.tsv: not a text file"),
-        (SHEET.replace("M1", "M\xe4").encode("latin-1"), "sheet.tsv, row 2: not UTF-8"),
-        (b"", "sheet.tsv: no header; expected columns recording, path, markers"),
-        (SHEET.replace("\t", "|").encode(), "sheet.tsv: cells are separated by bars"),
-        (SHEET.replace("\t", "  ").encode(), "sheet.tsv: cells are separated by blanks"),
-        (SHEET.replace("markers", "marker").encode(), '"marker": unknown; did you mean markers?'),
-        (SHEET.replace("markers", "x_note").encode(), '"x_note": unknown; expected one of'),
-        (SHEET.replace("markers", "group").encode(), "column group: repeated; expected once"),
-        (SHEET.replace("markers", "").encode(), "sheet.tsv: column 3 has no name"),
-        (SHEET.replace("\tgroup", "").encode(), "sheet.tsv: no column group; expected"),
-        (SHEET.replace("\tg\n", "\tg\tmore\n").encode(), "sheet.tsv, row 2: 5 cells; expected 4"),
-        (
-            SHEET.replace("a.c3d", '"a.c3d').encode(),
-            "sheet.tsv, row 2: a quote without its closing quote",
-        ),
-    ],
-)
-def test_a_sheet_that_is_none_is_refused_in_one_line(
-    folder: Path, content: bytes, expected: str
-) -> None:
-    lines = written(folder, content)
-    assert isinstance(lines, list), lines
-    assert expected in lines[0]
-    assert len(lines) == 1
 
 
 def test_rows_are_counted_as_an_editor_does(folder: Path) -> None:

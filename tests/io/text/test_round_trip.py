@@ -97,7 +97,7 @@ def exports(draw, kind: str) -> Export:
 
 
 @pytest.mark.parametrize("kind", WRITERS)
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_every_form_of_a_format_gives_the_numbers_that_were_written(tmp_path, kind, data) -> None:
     export = data.draw(exports(kind))

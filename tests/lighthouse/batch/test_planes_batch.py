@@ -13,6 +13,7 @@ from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.parts import halves
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.fits import well_fitted
 from mocap_metrology.lighthouse.calibrate.network import islands, look, shared_moments, start
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from tests.lighthouse.batch import planes_scene
@@ -67,6 +68,16 @@ def test_poses_by_ideal_planes() -> None:
     given = made(2, 3, 2.0, ideal=True)
     found, _ = joint(replace(given.scene, optics="ideal"))
     assert squared(found, errors(found, given)) < chi2.ppf(0.999, 6)
+
+
+@pytest.mark.parametrize("bad", [(), (7,)])
+def test_a_diode_that_is_off_twice_as_much_is_named(bad: tuple[int, ...]) -> None:
+    given = made(2, 7, 4.0, cover=COVER_M, place_mm=0.15, slow_mm=0.07, priors=Priors())
+    hits, rng = given.scene.hits, np.random.default_rng(1)
+    more = 75e-6 * rng.standard_normal(len(hits)) * np.isin(hits.diode, bad)
+    near, how = start(given.scene), replace(hits, angle_rad=hits.angle_rad + more)
+    _, note = well_fitted(given.scene, how, *near[1:])
+    assert note == ("diode 7 excluded: the others contradict it" if bad else "")
 
 
 def test_a_station_without_a_common_view_is_an_island() -> None:

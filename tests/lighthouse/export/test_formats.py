@@ -52,6 +52,42 @@ def members(text: str) -> dict:
     return json.loads("{" + text + "}")
 
 
+def test_crazyflie() -> None:
+    found = yaml.safe_load(crazyflie_yaml(GOOD))
+    assert (found["type"], found["version"]) == ("lighthouse_system_configuration", "1")
+    assert found["systemType"] == 1
+    for k, (axes, place) in enumerate(zip(AXES, PLACES, strict=True)):
+        geo = found["geos"][k]
+        assert geo["origin"] == place.tolist()
+        assert np.array(geo["rotation"]).T.tolist() == [axis.tolist() for axis in axes]
+        assert found["calibs"][k]["uid"] == STATIONS[k].id
+        for axis, sweep in enumerate(found["calibs"][k]["sweeps"]):
+            for name in VALUES:
+                assert sweep[name] == pytest.approx(getattr(STATIONS[k].factory, name)[axis])
+            assert (sweep["ogeemag"], sweep["ogeephase"]) == (0, 0)
+
+
+def test_libsurvive() -> None:
+    """A station of libsurvive looks along its -Z, X to its right, Y up. Lighthouse 1 flashes first,
+    so it is the master. Arrays are of texts, and its id is unsigned."""
+    found = members(libsurvive_json(GOOD))
+    for k, (ahead, left, top) in enumerate(AXES):
+        own = found[f"lighthouse{1 - k}"]
+        assert [own[key] for key in ("index", "id", "mode")] == [
+            str(1 - k),
+            str(STATIONS[k].id),
+            "10"[k],
+        ]
+        assert (own["OOTXSet"], own["PositionSet"]) == ("1", "1")
+        x, y, z, w, *v = map(float, own["pose"])
+        assert [x, y, z] == PLACES[k].tolist()
+        for given, expected in ((X, -left), (Y, top), (Z, -ahead)):
+            np.testing.assert_allclose(turned([*v, w], given), expected, atol=1e-11)
+        for name, key in zip(VALUES, ("phase", "tilt", "curve", "gibpha", "gibmag"), strict=True):
+            values = [float(value) for value in own[f"fcal{key}"]]
+            assert values == pytest.approx(getattr(STATIONS[k].factory, name))
+
+
 def arguments(text: str) -> dict[str, dict[str, str]]:
     """Options of each static_transform_publisher in a launch file, by its name."""
     launch = ElementTree.fromstring(text)

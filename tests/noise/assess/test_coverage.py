@@ -23,6 +23,7 @@ from mocap_metrology.noise.model.components import (
     GaussMarkov,
     NoiseModel,
     PowerLaw,
+    Sinusoid,
 )
 from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 from mocap_metrology.settings import Verdict as Limits
@@ -212,6 +213,19 @@ def test_spread_of_means_about_their_mean() -> None:
     assert math.isnan(measured_spread(x, 2, 8).variance)
     assert math.isnan(measured_spread(X, 10, 19).variance)
     assert measured_spread(np.ones(8), 2, 8) == Measured(0.0, 1.0)
+
+
+@pytest.mark.parametrize("n", [1, 5, 40])
+def test_spread_of_a_sinusoid(n: int) -> None:
+    """A^2/2 times the squared means of n and of N points of exp(2 pi i f t)."""
+    rate, N = 50.0, 200
+
+    def gain(count: int, f: float) -> float:
+        return abs(np.exp(2j * math.pi * f * np.arange(count) / rate).mean()) ** 2
+
+    for f, size in ((3.3, 2), (25.0, 1), (50.0, 2)):
+        line = 0.04 / size * (gain(n, f) - gain(N, f))
+        assert spread(Sinusoid(0.2, f), n, N, rate) == pytest.approx(line, abs=1e-12)
 
 
 def test_a_walk_is_not_named_where_the_wander_is_of_another_kind() -> None:

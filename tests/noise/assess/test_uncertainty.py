@@ -94,6 +94,20 @@ def test_without_a_model_numbers_are_measured(series, table, status: str, why) -
     assert found.frame_lower_mm < found.frame_mm < found.frame_upper_mm
 
 
+def test_constant_and_empty_series() -> None:
+    still = assess_series(np.full(500, 3.0), [], curve(), Span(RATE, step_mm=0.01))
+    assert (still.sigma_frame_mm, still.frame_mm) == (0.0, pytest.approx(0.01 / 12**0.5))
+    assert still.status == "constant"
+    for n_valid, status in (
+        (0, "no valid samples"),
+        (1, "no valid samples"),
+        (2, "no coefficients"),
+    ):
+        none = np.full(500, math.nan)
+        none[:n_valid] = np.arange(n_valid)
+        assert assess_series(none, [], curve(), SPAN).status == status
+
+
 def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     """Of 150 white series the right model is believed in all but what 1 in 1000 explains."""
     found = assess_series(white() + np.linspace(0, 0.2, N), rows(), curve(), SPAN)
@@ -106,6 +120,22 @@ def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     assert found.drift_mm_per_h == pytest.approx(0.2 * 12, rel=0.02)
     bases = [assess_series(white(s), rows(), curve(), SPAN).basis for s in range(150)]
     assert bases.count("measured") <= 2
+
+
+@pytest.mark.parametrize("name", ["drift", "warm-up"])
+def test_what_lies_under_the_noise_counts(name: str) -> None:
+    """A drift of 0.6 mm in 10 min, a warm-up of a minute: fitted, subtracted, and counted."""
+    t = np.arange(60_000) / 100
+    wave = 0.6 * t / 600 if name == "drift" else 0.6 * np.exp(-t / 60)
+    series = np.random.default_rng(1).normal(0, 0.05, t.size) + wave
+    table = noise_rows("x1", likelihood(series, 100.0).estimate)
+    found = assess_series(series, table, curve(), Span(100.0))
+    assert found.basis == "model"
+    assert found.frame_mm == pytest.approx(np.hypot(0.05, wave.std()), rel=0.02)
+    assert found.shares[name] == pytest.approx(wave.var() / (0.05**2 + wave.var()), rel=0.02)
+    minutes = wave.reshape(10, -1).mean(axis=1).std()
+    assert found.means[2].uncertainty_mm == pytest.approx(minutes, rel=0.05)
+    assert sum(found.shares.values()) == pytest.approx(1)
 
 
 def correlated(seed: list[int], n: int) -> np.ndarray:

@@ -6,6 +6,7 @@ from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.dynamic import (
     Scale,
+    _dispersion,
     _windows,
     dynamic_allan,
 )
@@ -55,6 +56,17 @@ def test_a_window_has_half_of_its_differences(there: int, known: bool) -> None:
     mean, share = _windows(np.where(seen, 3.0, 0.0), seen, Scale(1, 1, 8))
     assert (share == there / 8).all()
     np.testing.assert_array_equal(mean, np.full(mean.size, 3.0 if known else np.nan))
+
+
+def test_degrees_of_freedom_of_a_window() -> None:
+    """(sum r)^2 / sum r^2 and max r / sum r of the eigenvalues r of its differences: n and 1/n of
+    white noise, 2 and 1/2 of a sinusoid; one and all where nothing moves, or nothing is known."""
+    rng, n = np.random.default_rng(2), 64
+    edf, kappa = _dispersion(rng.standard_normal((4000, n)))
+    assert edf == pytest.approx(n, rel=0.03) and kappa == pytest.approx(1 / n, rel=0.25)
+    wave = np.sin(2 * np.pi * 5 / n * np.arange(n) + rng.uniform(0, 7, (400, 1)))
+    assert _dispersion(wave) == pytest.approx((2, 0.5), rel=1e-6)
+    assert _dispersion(np.zeros((9, n))) == _dispersion(np.zeros((0, n))) == (1.0, 1.0)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,4 +1,4 @@
-"""What supports a diagnosis: the event or window that shows best, the surest line, both halves."""
+"""What supports a diagnosis: the event that shows best, its view, a broad peak."""
 
 from __future__ import annotations
 
@@ -24,6 +24,15 @@ def test_the_largest_burst_comes_before_the_surest_change_of_level() -> None:
     assert evidence.largest_event(found(sure, small, large)) is large
     assert evidence.largest_event(found(unsure, sure)) is sure
     assert evidence.largest_event(found()) is None
+
+
+def test_views_of_events() -> None:
+    burst = evidence.view_of(found(), event("burst", 0.1, 1e-9))
+    assert (burst.kind, burst.series, burst.first_s, burst.last_s) == ("burst", "y2", 20.0, 22.0)
+    assert burst.names == ["x2", "y2", "z2"]
+    level = evidence.view_of(found(), event("level", 0.1, 1e-9))
+    assert (level.kind, level.first_s, level.last_s) == ("level", 15.0, 25.0)
+    assert evidence.View("level", "L_1_2", 0.0, 1.0).names == ["L_1_2"]
 
 
 @pytest.mark.parametrize(

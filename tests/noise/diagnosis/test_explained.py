@@ -93,16 +93,15 @@ def test_one_disturbance_is_one_kind_of_finding(
 def test_frames_of_heavy_tails_are_no_events() -> None:
     """Cauchy noise that is cut off at thirty scales, and a marker that shakes in it."""
     rng = np.random.default_rng(5)
-    x = 0.01 * np.clip(rng.standard_cauchy((6, 20_000)), -30, 30)
-    x[4] += 500
+    x = 0.01 * np.clip(rng.standard_cauchy((3, 20_000)), -30, 30)
     codes = []
     for size in (0.0, 0.6):
         x[0, 9_000:9_300] += size * np.sin(np.arange(300) / 3)
         stored = dict(zip(NAMES, x.astype(np.float32).astype(float), strict=True))
-        found = diagnose(Recording(stored, ["A", "B"], [(1, 2)], RATE, 4e-6, "float32"), [])
+        found = diagnose(Recording(stored, ["A"], [], RATE, 4e-6, "float32"), [])
         codes.append([round(one.time_s) for one in found.events])
         assert found.tails
-    assert len(codes[0]) <= 1 and any(89 <= time <= 91 for time in codes[1])
+    assert len(codes[0]) <= 1 and any(179 <= time <= 181 for time in codes[1])
 
 
 @pytest.mark.parametrize("blue", [False, True])

@@ -12,6 +12,8 @@ from typing import Generic, TypeVar
 
 import pandas as pd
 
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
@@ -294,6 +296,14 @@ def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
     they are many, and look alike."""
     first_of: dict[str, CalibrationRow] = {}
     return [row for row in rows if first_of.setdefault(row.setup, row) is row or not row.twin]
+
+
+def of_generation(
+    rows: Iterable[CalibrationRow], twins: Mapping[str, CalibrationTwin], generation: int
+) -> list[CalibrationRow]:
+    """Twins before stations of one generation."""
+    kinds = {1: LighthouseTwin, 2: NetworkTwin}
+    return [row for row in rows if row.twin and isinstance(twins[row.twin], kinds[generation])]
 
 
 def setups(rows: Iterable[CalibrationRow]) -> list[tuple[str, str, str]]:

@@ -34,142 +34,243 @@ checkpoint sweeps:
         "../scripts/sweeps.py"
 
 
-of_calibration = partial(
-    job,
-    of="calibration",
-    only={"calibration": CALIBRATIONS.pattern(source="measured")},
-    runtime=minutes(30),
-)
-of_calibration(
-    "pose",
-    unpacked=[files(selection.compared_with), of_row(stations_for), of_row(objects_beside)],
-    input=tables(DECODED),
-    output={
-        "figures": figures_of_calibration(),
+rule pose:
+    input:
+        unpack(files(selection.compared_with)),
+        unpack(of_row(stations_for)),
+        unpack(of_row(objects_beside)),
+        **tables(DECODED),
+    output:
+        figures_of_calibration(),
         **tables(ESTIMATED),
-        "allan": f"{FOLDER}/allan.parquet",
-    },
-    priority=5,
-    mem_mb=memory(1000),
-    params={
-        "caption": captions.CALIBRATION_EITHER,
-        "contents": contents(selection.compared_files),
-        "row": columns(*ENTRIES),
-        "beside": entries_beside(*ENTRIES),
-        "lighthouse": LIGHTHOUSE,
-        "allan": config["allan"],
-    },
-    message="calibrating",
-)
-of_calibration(
-    "calibration_bar",
-    unpacked=[of_row(bar_of)],
-    input=tables(DECODED | {"pose": ESTIMATED["pose"]}),
-    output=tables(BAR_OF_CALIBRATION),
-    mem_mb=memory(1500),
-    params={
-        "contents": contents(selection.decoded_files),
-        "row": columns(*ENTRIES),
-        "bar": columns("bar", "length_mm", "length_u_mm", "bar_pose"),
-        "other": of_row(other_end),
-        "lighthouse": LIGHTHOUSE,
-        "limits": config["bar"],
-    },
-    message="errors of the length of a bar",
-)
-of_calibration(
-    "calibration_receiver",
-    unpacked=[of_row(receiver_of)],
-    input=tables(DECODED | {name: ESTIMATED[name] for name in ("pose", "track")}),
-    output=tables(RECEIVER),
-    mem_mb=memory(1000),
-    params={
-        "contents": contents(selection.seen_by),
-        "row": columns(*ENTRIES),
-        "receiver": columns("receiver_labels", "receiver_unit"),
-        "lighthouse": LIGHTHOUSE,
-    },
-    message="against motion capture of its receiver",
-)
-# Of a twin on demand, or of the first of its setup.
-job(
-    "calibration_figures",
-    of="calibration",
-    only={"calibration": CALIBRATIONS.pattern(source="twin")},
-    input=tables(DECODED | ESTIMATED),
-    output={"figures": figures_of_calibration()},
-    mem_mb=memory(1000),
-    params={"caption": captions.CALIBRATION_EITHER, "twin": cell("twin")},
-    message="figures",
-)
-# All recordings of a setup in one estimate.
-job(
-    "calibrate_setup",
-    place="calibrate_setup/{group}/{setup}",
-    input={
-        name: of_each(file, accepted_calibrations(query=OF_SETUP), CALIBRATIONS)
-        for name, file in (DECODED | ESTIMATED).items()
-        if name in ("sweeps", "inertial", "stations", "board", "pose")
-    },
-    output={"pose": "<results>/setups/{group}/{setup}/pose.json"},
-    mem_mb=memory(1500),
-    runtime=minutes(30),
-    params={
-        "names": accepted_calibrations(selection.names, OF_SETUP),
-        "lighthouse": LIGHTHOUSE,
-    },
-    message="Setup {wildcards.setup} of {wildcards.group}: all recordings in one estimate",
-)
-for_groups(
-    "calibration_tables",
-    of=groups(sheet=CALIBRATIONS),
-    input={
-        "checks": checks(CALIBRATIONS, OF_GROUP),
-        "poses": of_each("pose.json", accepted_calibrations(), CALIBRATIONS),
-        "tracks": of_each("track.parquet", accepted_calibrations(), CALIBRATIONS),
-        "allan": of_each("allan.parquet", accepted_calibrations(at_rest), CALIBRATIONS),
-        "setups": poses_of_setups(),
-    },
-    tables=dict.fromkeys(("calibrations", "track", "angles"), TABLE),
-    local=True,
-    params={
-        "rows": columns("calibration", "setup", "source", of=accepted_calibrations()),
-        "at_rest": columns("calibration", "setup", "source", of=accepted_calibrations(at_rest)),
-        "setups": setups(),
-    },
-    message="tables of calibrations",
-)
+        allan=f"{FOLDER}/allan.parquet",
+    log:
+        "<logs>/pose/{calibration}.log",
+    benchmark:
+        "<benchmarks>/pose/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.pattern(source="measured"),
+    priority: 5
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(30),
+    params:
+        code=source("pose.py"),
+        caption=captions.CALIBRATION_EITHER,
+        contents=contents(selection.compared_files),
+        row=columns(*ENTRIES),
+        beside=entries_beside(*ENTRIES),
+        lighthouse=LIGHTHOUSE,
+        allan=config["allan"],
+    message:
+        "{wildcards.calibration}: calibrating"
+    script:
+        "../scripts/pose.py"
+
+
+rule calibration_bar:
+    input:
+        unpack(of_row(bar_of)),
+        **tables(DECODED | {"pose": ESTIMATED["pose"]}),
+    output:
+        **tables(BAR_OF_CALIBRATION),
+    log:
+        "<logs>/calibration_bar/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_bar/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.pattern(source="measured"),
+    resources:
+        mem_mb=memory(1500),
+        runtime=minutes(30),
+    params:
+        code=source("calibration_bar.py"),
+        contents=contents(selection.decoded_files),
+        row=columns(*ENTRIES),
+        bar=columns("bar", "length_mm", "length_u_mm", "bar_pose"),
+        other=of_row(other_end),
+        lighthouse=LIGHTHOUSE,
+        limits=config["bar"],
+    message:
+        "{wildcards.calibration}: errors of the length of a bar"
+    script:
+        "../scripts/calibration_bar.py"
+
+
+rule calibration_receiver:
+    input:
+        unpack(of_row(receiver_of)),
+        **tables(DECODED | {name: ESTIMATED[name] for name in ("pose", "track")}),
+    output:
+        **tables(RECEIVER),
+    log:
+        "<logs>/calibration_receiver/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_receiver/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.pattern(source="measured"),
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(30),
+    params:
+        code=source("calibration_receiver.py"),
+        contents=contents(selection.seen_by),
+        row=columns(*ENTRIES),
+        receiver=columns("receiver_labels", "receiver_unit"),
+        lighthouse=LIGHTHOUSE,
+    message:
+        "{wildcards.calibration}: against motion capture of its receiver"
+    script:
+        "../scripts/calibration_receiver.py"
 
 
 for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), start=1):
-    job(
-        f"calibration_twins_{NUMBER}",
-        script="calibration_twins",
-        place=f"calibration_twins/{BATCH[0].name}",
-        input={"against": lambda wildcards, rows=BATCH: [path for *_, path in against(rows)]},
-        output={"files": [path for row in BATCH for path in results_of_calibration(row)]},
+
+    rule:
+        name:
+            f"calibration_twins_{NUMBER}"
+        input:
+            lambda wildcards, rows=BATCH: [path for *_, path in against(rows)],
+        output:
+            collect(
+                "<results>/calibrations/{row.name}/{file}",
+                row=BATCH,
+                file=[*DECODED.values(), *ESTIMATED.values()],
+            ),
+            *(
+                collect("<results>/calibrations/{row.name}/{file}", row=of(BATCH), file=names)
+                for of, names in TWIN_FILES
+            ),
+            collect("<results>/calibrations/{row.name}/allan.parquet", row=at_rest(BATCH)),
+        log:
+            f"<logs>/calibration_twins/{BATCH[0].name}.log",
+        benchmark:
+            f"<benchmarks>/calibration_twins/{BATCH[0].name}.tsv"
+        resources:
+            mem_mb=memory(1000),
+            runtime=minutes(30),
+        params:
+            code=source("calibration_twins.py"),
+            contents=[list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
+            rows=[{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
+            at_rest=selection.names(at_rest(BATCH)),
+            against=lambda wildcards, rows=BATCH: [one[:2] for one in against(rows)],
+            twins={row.twin: CALIBRATION_TWINS[row.twin] for row in BATCH},
+            lighthouse=LIGHTHOUSE,
+            allan=config["allan"],
+            seed=config["seed"],
+        message:
+            f"Setup {BATCH[0].setup}: simulating and calibrating {len(BATCH)} recordings"
+        script:
+            "../scripts/calibration_twins.py"
+
+
+# Of a twin on demand, or of the first of its setup.
+rule calibration_figures:
+    input:
+        **tables(DECODED | ESTIMATED),
+    output:
+        figures_of_calibration(),
+    log:
+        "<logs>/calibration_figures/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_figures/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.pattern(source="twin"),
+    resources:
         mem_mb=memory(1000),
-        runtime=minutes(30),
-        params={
-            "contents": [list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
-            "rows": [{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
-            "at_rest": selection.names(at_rest(BATCH)),
-            "against": lambda wildcards, rows=BATCH: [one[:2] for one in against(rows)],
-            "twins": {row.twin: CALIBRATION_TWINS[row.twin] for row in BATCH},
-            "lighthouse": LIGHTHOUSE,
-            "allan": config["allan"],
-            "seed": config["seed"],
+        runtime=minutes(10),
+    params:
+        code=source("calibration_figures.py"),
+        caption=captions.CALIBRATION_EITHER,
+        twin=cell("twin"),
+    message:
+        "{wildcards.calibration}: figures"
+    script:
+        "../scripts/calibration_figures.py"
+
+
+# All recordings of a setup in one estimate.
+rule calibrate_setup:
+    input:
+        **{
+            name: of_each(file, accepted_calibrations(query=OF_SETUP), CALIBRATIONS)
+            for name, file in (DECODED | ESTIMATED).items()
+            if name in ("sweeps", "inertial", "stations", "board", "pose")
         },
-        message=f"Setup {BATCH[0].setup}: simulating and calibrating {len(BATCH)} recordings",
-    )
+    output:
+        "<results>/setups/{group}/{setup}/pose.json",
+    log:
+        "<logs>/calibrate_setup/{group}/{setup}.log",
+    benchmark:
+        "<benchmarks>/calibrate_setup/{group}/{setup}.tsv"
+    resources:
+        mem_mb=memory(1500),
+        runtime=minutes(30),
+    params:
+        code=source("calibrate_setup.py"),
+        names=accepted_calibrations(selection.names, OF_SETUP),
+        lighthouse=LIGHTHOUSE,
+    message:
+        "Setup {wildcards.setup} of {wildcards.group}: all recordings in one estimate"
+    script:
+        "../scripts/calibrate_setup.py"
+
+
+rule calibration_tables:
+    input:
+        checks=checks(CALIBRATIONS, OF_GROUP),
+        poses=of_each("pose.json", accepted_calibrations(), CALIBRATIONS),
+        tracks=of_each("track.parquet", accepted_calibrations(), CALIBRATIONS),
+        allan=of_each("allan.parquet", accepted_calibrations(at_rest), CALIBRATIONS),
+        setups=poses_of_setups(),
+    output:
+        tables_of_group("calibrations", "track", "angles"),
+    log:
+        "<logs>/calibration_tables/{group}.log",
+    benchmark:
+        "<benchmarks>/calibration_tables/{group}.tsv"
+    localrule: True
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("calibration_tables.py"),
+        rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
+        at_rest=columns("calibration", "setup", "source", of=accepted_calibrations(at_rest)),
+        setups=setups(),
+    message:
+        "{wildcards.group}: tables of calibrations"
+    script:
+        "../scripts/calibration_tables.py"
 
 
 promise(
     calibrations=together(
-        lambda wildcards: [
-            path for row in EVERY_CALIBRATION(wildcards) for path in results_of_calibration(row)
-        ],
+        collect(
+            "<results>/calibrations/{row.calibration}/{file}",
+            row=EVERY_CALIBRATION,
+            file=[*DECODED.values(), *ESTIMATED.values()],
+        ),
+        *(
+            of_each(file, accepted_calibrations(of, SIMULATED), CALIBRATIONS)
+            for of, names in TWIN_FILES
+            for file in names
+        ),
+        of_each("allan.parquet", accepted_calibrations(at_rest, EVERY), CALIBRATIONS),
         poses_of_setups(EVERY),
+        *(
+            of_each(file, accepted_calibrations(selection.having("bar"), EVERY), CALIBRATIONS)
+            for file in BAR_OF_CALIBRATION.values()
+        ),
+        of_each(
+            "receiver.json",
+            accepted_calibrations(selection.having("receiver"), EVERY),
+            CALIBRATIONS,
+        ),
+    ),
+    tables=collect(
+        tables_of_group("calibrations", "track", "angles"), group=groups(sheet=CALIBRATIONS)
     ),
     figures=collect(
         "<results>/calibrations/{row.calibration}/{figure}.{kind}",

@@ -101,9 +101,6 @@ JANSEN = "group == 'jansen2019'"
 # Columns of a recording that most tables and figures show; see `columns`.
 SUBSET = ("recording", "twin", "camera_type", "n_cameras")
 
-# What a rule may be of each of, by the name of its wildcard.
-SUBJECTS = ("recording", "calibration", "group", "monitor")
-
 # File endings: for programs and for people.
 TABLE, FIGURE = ("csv", "md"), ("svg", "png")
 
@@ -117,24 +114,6 @@ def settings(*sections, **keys):
 # `mem_mb` and `runtime` of a job.
 NEEDS = needs.Needs(recordings, TWINS)
 memory, minutes = NEEDS.memory, NEEDS.minutes
-
-
-# Rules of one form, which jobs.smk makes of these.
-JOBS = {}
-
-
-def job(name, output, message, of="", script="", mem_mb=memory(500), runtime=minutes(10), **more):
-    """Note a rule, and return its outputs. of: wildcard that log and benchmark are named by; of a
-    subject it begins the message; script: by default that of the name; more: what is not as
-    in `others`. Inputs in `unpacked` return them by name."""
-    script = script or name
-    others = {"input": {}, "unpacked": [], "params": {}, "only": {}, "priority": 0, "local": False}
-    message = f"{{wildcards.{of}}}: {message}" if of in SUBJECTS else message
-    of_job = {"output": output, "message": message, "mem_mb": mem_mb, "runtime": runtime}
-    place = f"{script}/{{{of}}}" if of else script
-    JOBS[name] = others | of_job | {"script": script, "place": place} | more
-    lists = (found if isinstance(found, list) else [found] for found in output.values())
-    return [str(path) for found in lists for path in found]
 
 
 # Values of the rule's own row of a sheet.
@@ -331,9 +310,15 @@ def together(*parts):
     return of
 
 
+def collect_outputs(*outputs, **wildcards):
+    """All files that are outputs of some rules, for all values of their wildcards. `collect` alone
+    refuses outputs that are marked for the report."""
+    return collect([str(path) for paths in outputs for path in paths], **wildcards)
+
+
 def in_folder(name, outputs):
     """Those outputs of a rule that are in the folder of this name."""
-    return [path for path in outputs if Path(path).parent.name == name]
+    return [path for path in collect_outputs(outputs) if Path(path).parent.name == name]
 
 
 def by_wildcard(name, choices):

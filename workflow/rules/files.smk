@@ -3,7 +3,6 @@
 from functools import partial
 
 from mocap_metrology.calibration.tables import DECODED, NETWORK_TWIN, TWIN
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_workflow import report as reporting
 from mocap_workflow import selection
 
@@ -75,22 +74,17 @@ def other_end(row):
     return other and {name: getattr(other, name) for name in ("calibration", "format", "board")}
 
 
+# Files of what twins of either generation were made with.
+TWIN_FILES = [
+    (partial(selection.of_generation, twins=CALIBRATION_TWINS, generation=k), [*names.values()])
+    for k, names in ((1, TWIN), (2, NETWORK_TWIN))
+]
+
+
 def at_rest(rows):
     """Calibrations whose board may be at rest; of twins it is known."""
     still = {name for name, twin in CALIBRATION_TWINS.items() if twin.motion.pattern == "still"}
     return [row for row in rows if row.twin is None or row.twin in still]
-
-
-def results_of_calibration(row):
-    """All files that a row of the sheet is to have, but figures."""
-    names = [*DECODED.values(), *ESTIMATED.values()]
-    if row.twin:
-        first = isinstance(CALIBRATION_TWINS[row.twin], LighthouseTwin)
-        names += (TWIN if first else NETWORK_TWIN).values()
-    names += ["allan.parquet"] * len(at_rest([row]))
-    names += BAR_OF_CALIBRATION.values() if row.bar else []
-    names += RECEIVER.values() if row.receiver else []
-    return [f"{config['results']}/calibrations/{row.name}/{name}" for name in names]
 
 
 def setups(query=OF_GROUP):
@@ -119,15 +113,17 @@ def tables(files):
     return {name: f"<results>/calibrations/{{calibration}}/{file}" for name, file in files.items()}
 
 
+def figure_of_calibration(name, words):
+    """SVG of the rule's calibration as output, with its label in the report."""
+    path = f"<results>/calibrations/{{calibration}}/{name}.svg"
+    return listed(path, "6 Calibrations", f"{{calibration}}: {words}")
+
+
 def figures_of_calibration():
-    """Both figures of the rule's calibration as outputs, with their labels in the report."""
+    """Both figures of the rule's calibration as outputs."""
     shown = {"calibration": "paths, residuals, pose, verdict", "track": "tracked receiver"}
-    path = "<results>/calibrations/{{calibration}}/{}".format
-    svg = [
-        listed(path(f"{name}.svg"), "6 Calibrations", f"{{calibration}}: {words}")
-        for name, words in shown.items()
-    ]
-    return [*svg, *(path(f"{name}.png") for name in shown)]
+    png = [f"<results>/calibrations/{{calibration}}/{name}.png" for name in shown]
+    return [figure_of_calibration(name, words) for name, words in shown.items()] + png
 
 
 # Recordings and groups.
@@ -151,22 +147,34 @@ def of_each(file, rows, sheet=RECORDINGS):
     return collect(f"<results>/{kind}s/{{row.{kind}}}/{file}", row=rows)
 
 
-def for_groups(name, of, tables=None, figures=None, more=None, **parts):
-    """One job for each group that `of` returns. Outputs: tables by the end of their names with the
-    endings of their files, figures by it with the labels they have in the report, and more by name.
-    """
-    found = {}
-    for k, (end, kinds) in enumerate((tables or {}).items()):
-        files = {kind: f"<results>/tables/{{group}}_{end}.{kind}" for kind in kinds}
-        found |= {f"{end}_{kind}" if k else kind: path for kind, path in files.items()}
-    for end, label in (figures or {}).items():
-        key, stem = f"{end}_" * (len(figures) > 1), f"<results>/figures/{{group}}_{end}"
+def tables_of_group(*names):
+    """Tables of the rule's group by the end of their names, each for programs and for people."""
+    return [f"<results>/tables/{{group}}_{name}.{kind}" for name in names for kind in TABLE]
+
+
+def outputs_of_group(tables=None, figures=None, pages=()):
+    """Outputs by name: tables by the end of their names, figures by it with the labels they have in
+    the report, pages as PDF and PNG."""
+    found = {name: f"<results>/tables/{{group}}_{file}" for name, file in (tables or {}).items()}
+    for name, label in (figures or {}).items():
+        key = "" if len(figures) == 1 else f"{name}_"
+        stem = f"<results>/figures/{{group}}_{name}"
         found[f"{key}svg"] = listed(f"{stem}.svg", "4 Groups", label, subcategory="{group}")
         found[f"{key}png"] = f"{stem}.png"
-    promise(tables=collect(job(name, found | (more or {}), of="group", **parts), group=of))
+    for name in pages:
+        for ending in ("pdf", "png"):
+            found[f"{name}_{ending}"] = f"<results>/figures/{{group}}_{name}.{ending}"
+    return found
 
 
 # Texts of the report.
+
+
+def figure_of_skurowski(number):
+    """SVG of a figure of the first paper."""
+    path = f"<results>/figures/skurowski_fig{number:02d}.svg"
+    label = f"Figure {number:2d}: {SKUROWSKI_FIGURES[number]}"
+    return listed(path, "2 Skurowski & Pawlyta 2019", label)
 
 
 def entry(key):

@@ -10,7 +10,6 @@ TWINS_OF_PAPER = accepted(
 )
 # Twins made from the row of the paper's tables for their recording.
 PRINTED = selection.printed(filter(selection.subset_of_paper, RECORDINGS.rows.values()), TWINS)
-BOTH = together(OF_SKUROWSKI, OF_JANSEN)
 
 SKUROWSKI_FIGURES = {
     1: "Gaussian model",
@@ -35,76 +34,90 @@ SKUROWSKI_CASES = {
 SKUROWSKI_TABLES = (*(f"table{n}" for n in (3, 4, "A1", "A2", "A3")), "white_levels", "support")
 
 
-def tables_of_papers(*names):
-    """Tables of these names as outputs."""
-    return {"tables": collect("<results>/tables/{name}.{kind}", name=names, kind=TABLE)}
+# Depends on no recording.
+rule skurowski_theory:
+    output:
+        tables=multiext(
+            "<results>/tables/",
+            *(
+                f"{name}.{kind}"
+                for name in ("skurowski_table1", "skurowski_table2", "left_out")
+                for kind in ("csv", "md")
+            ),
+        ),
+        svg=[figure_of_skurowski(n) for n in (1, 2, 3)],
+        png=[f"<results>/figures/skurowski_fig{n:02d}.png" for n in (1, 2, 3)],
+    log:
+        "<logs>/skurowski_theory.log",
+    benchmark:
+        "<benchmarks>/skurowski_theory.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("skurowski_theory.py"),
+        caption=captions.of_skurowski(1, 2, 3),
+    message:
+        "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski_theory.py"
 
 
-def figures_of_paper(paper, titles):
-    """Figures of a paper by number as outputs, with their titles in the report."""
-    category = {"skurowski": "2 Skurowski & Pawlyta 2019", "jansen": "3 Jansen et al. 2019"}[paper]
-    svg = [
-        listed(f"<results>/figures/{paper}_fig{n:02d}.svg", category, f"Figure {n:2d}: {title}")
-        for n, title in titles.items()
-    ]
-    return {"svg": svg, "png": [f"<results>/figures/{paper}_fig{n:02d}.png" for n in titles]}
-
-
-# Depends on no recording; its tables accompany the results of both papers.
-THEORY = job(
-    "skurowski_theory",
-    output=tables_of_papers("skurowski_table1", "skurowski_table2", "left_out")
-    | figures_of_paper("skurowski", {n: SKUROWSKI_FIGURES[n] for n in (1, 2, 3)}),
-    mem_mb=memory(1000),
-    params={"caption": captions.of_skurowski(1, 2, 3)},
-    message="Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019",
-)
-promise(
-    tables=branch(BOTH, then=in_folder("tables", THEORY)),
-    figures=branch(OF_SKUROWSKI, then=in_folder("figures", THEORY)),
-)
 # Result of S's estimator for the published noise without sampling errors. Depends on no recording.
-job(
-    "expected_noise",
-    output={"expected": of_each("expected.csv", PRINTED)},
-    mem_mb=memory(1000),
-    runtime=minutes(60),
-    params={
-        "subsets": {row.name: selection.subset(row) for row in PRINTED},
-        "twins": {row.name: TWINS[row.twin] for row in PRINTED},
-        "forms": {row.name: selection.form(row, TWINS) for row in PRINTED},
-        "settings": settings(*NOISE),
-    },
-    message="Expected noise coefficients of the recordings of Skurowski & Pawlyta 2019",
-)
-FROM_RECORDINGS = {n: title for n, title in SKUROWSKI_FIGURES.items() if n > 3}
-OF_S = job(
-    "skurowski",
-    input={
-        "checks": checks(RECORDINGS, SKUROWSKI),
-        "gaussian": of_each("gaussian.csv", OF_SKUROWSKI),
-        "noise": of_each("noise.csv", OF_SKUROWSKI),
-        "expected": of_each("expected.csv", PRINTED),
-        "allan": of_each("allan.parquet", OF_SKUROWSKI),
-        "psd": of_each("psd.parquet", OF_SKUROWSKI),
-        "clean": of_each("clean.parquet", accepted(selection.full_sets, SKUROWSKI)),
-    },
-    output=tables_of_papers(*(f"skurowski_{name}" for name in SKUROWSKI_TABLES))
-    | figures_of_paper("skurowski", FROM_RECORDINGS),
-    mem_mb=memory(2000),
-    runtime=minutes(30),
-    params={
-        "caption": captions.of_skurowski(*FROM_RECORDINGS),
-        "rows": columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
-        "twins": TWINS_OF_PAPER,
-        "settings": settings(*NOISE, "duration_s", "twin_form"),
-    },
-    message="Tables 3, 4, A1-A3 and Figures 6 and 9-17 of Skurowski & Pawlyta 2019",
-)
-promise(
-    tables=branch(OF_SKUROWSKI, then=in_folder("tables", OF_S)),
-    figures=branch(OF_SKUROWSKI, then=in_folder("figures", OF_S)),
-)
+rule expected_noise:
+    output:
+        of_each("expected.csv", PRINTED),
+    log:
+        "<logs>/expected_noise.log",
+    benchmark:
+        "<benchmarks>/expected_noise.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(60),
+    params:
+        code=source("expected_noise.py"),
+        subsets={row.name: selection.subset(row) for row in PRINTED},
+        twins={row.name: TWINS[row.twin] for row in PRINTED},
+        forms={row.name: selection.form(row, TWINS) for row in PRINTED},
+        settings=settings(*NOISE),
+    message:
+        "Expected noise coefficients of the recordings of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/expected_noise.py"
+
+
+rule skurowski:
+    input:
+        checks=checks(RECORDINGS, SKUROWSKI),
+        gaussian=of_each("gaussian.csv", OF_SKUROWSKI),
+        noise=of_each("noise.csv", OF_SKUROWSKI),
+        expected=of_each("expected.csv", PRINTED),
+        allan=of_each("allan.parquet", OF_SKUROWSKI),
+        psd=of_each("psd.parquet", OF_SKUROWSKI),
+        clean=of_each("clean.parquet", accepted(selection.full_sets, SKUROWSKI)),
+    output:
+        collect("<results>/tables/skurowski_{table}.{kind}", table=SKUROWSKI_TABLES, kind=TABLE),
+        [figure_of_skurowski(n) for n in (6, *range(9, 18))],
+        [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (6, *range(9, 18))],
+    log:
+        "<logs>/skurowski.log",
+    benchmark:
+        "<benchmarks>/skurowski.tsv"
+    resources:
+        mem_mb=memory(2000),
+        runtime=minutes(30),
+    params:
+        code=source("skurowski.py"),
+        caption=captions.of_skurowski(6, *range(9, 18)),
+        rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
+        twins=TWINS_OF_PAPER,
+        settings=settings(*NOISE, "duration_s", "twin_form"),
+    message:
+        "Tables 3, 4, A1-A3 and Figures 6 and 9-17 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski.py"
+
+
 # Recordings beside others: with a shock, with a failing camera, after the repair.
 CASES = {
     "07": SHAKEN,
@@ -114,40 +127,72 @@ CASES = {
 OF_CASE = by_wildcard("number", CASES)
 BESIDE_IT = by_wildcard("number", {"07": WITHOUT_SHOCK, "A1": BEFORE_REPAIR})
 SHOCKED = by_wildcard("number", {"07": SHAKEN})
-CASE = job(
-    "skurowski_case",
-    of="number",
-    only={"number": "|".join(CASES)},
-    input={
-        "checks": checks(RECORDINGS, f"{SKUROWSKI} or {CRUMP} or {REPAIRED}"),
-        "allan": of_each("allan.parquet", together(OF_CASE, BESIDE_IT)),
-        "raw": of_each("trajectories.parquet", SHOCKED),
-        "clean": of_each("clean.parquet", SHOCKED),
-    },
-    output={
-        "svg": report(
+
+
+rule skurowski_case:
+    input:
+        checks=checks(RECORDINGS, f"{SKUROWSKI} or {CRUMP} or {REPAIRED}"),
+        allan=of_each("allan.parquet", together(OF_CASE, BESIDE_IT)),
+        raw=of_each("trajectories.parquet", SHOCKED),
+        clean=of_each("clean.parquet", SHOCKED),
+    output:
+        report(
             "<results>/figures/skurowski_fig{number}.svg",
             caption="../report/caption.rst",
             category="2 Skurowski & Pawlyta 2019",
             labels=lambda wildcards: {"result": SKUROWSKI_CASES[wildcards.number]},
         ),
-        "png": "<results>/figures/skurowski_fig{number}.png",
-    },
-    mem_mb=memory(2500),
-    params={
-        "caption": lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
-        "rows": columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
-        "others": columns("recording", "twin", of=BESIDE_IT),
-        "crumps": column_of_twins("crump", of=OF_CASE),
-        "left_out": column_of_twins("without_T_c_below_s", of=OF_CASE),
-    },
-    message="Figure {wildcards.number} of Skurowski & Pawlyta 2019",
+        "<results>/figures/skurowski_fig{number}.png",
+    log:
+        "<logs>/skurowski_case/{number}.log",
+    benchmark:
+        "<benchmarks>/skurowski_case/{number}.tsv"
+    wildcard_constraints:
+        number="|".join(CASES),
+    resources:
+        mem_mb=memory(2500),
+        runtime=minutes(10),
+    params:
+        code=source("skurowski_case.py"),
+        caption=lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
+        rows=columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
+        others=columns("recording", "twin", of=BESIDE_IT),
+        crumps=column_of_twins("crump", of=OF_CASE),
+        left_out=column_of_twins("without_T_c_below_s", of=OF_CASE),
+    message:
+        "Figure {wildcards.number} of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski_case.py"
+
+
+# The first tables depend on no recording; they accompany the results of both papers.
+promise(
+    tables=together(
+        branch(
+            together(OF_SKUROWSKI, OF_JANSEN),
+            then=collect_outputs(rules.skurowski_theory.output.tables),
+        ),
+        branch(OF_SKUROWSKI, then=in_folder("tables", rules.skurowski.output)),
+    ),
+    figures=together(
+        branch(
+            OF_SKUROWSKI,
+            then=collect_outputs(
+                rules.skurowski_theory.output.svg, rules.skurowski_theory.output.png
+            )
+            + in_folder("figures", rules.skurowski.output),
+        ),
+        *(
+            branch(rows, then=collect_outputs(rules.skurowski_case.output, number=number))
+            for number, rows in CASES.items()
+        ),
+    ),
 )
-for NUMBER, ROWS in CASES.items():
-    promise(figures=branch(ROWS, then=collect(CASE, number=NUMBER)))
+
 
 # The first calibration on a half circle, as in the paper's figures.
 EXAMPLE = accepted_calibrations(partial(selection.half_circle, twins=CALIBRATION_TWINS), JANSEN)
+
 JANSEN_FIGURES = {
     3: "what a photodiode sees",
     5: "angles of a photodiode",
@@ -155,44 +200,19 @@ JANSEN_FIGURES = {
     7: "one path laid on the other",
     8: "pose of the slave",
 }
-OF_EXAMPLE = ("pulses.parquet", "sweeps.parquet", "poses.parquet")
-OF_EXAMPLE += ("stations.json", "pose.json", "board.csv")
-JANSEN_COLUMNS = ("calibration", "setup", "source")
-OF_J = job(
-    "jansen",
-    input={
-        **{Path(file).stem: of_each(file, EXAMPLE, CALIBRATIONS) for file in OF_EXAMPLE},
-        "checks": checks(CALIBRATIONS, JANSEN),
-        "every": of_each("pose.json", OF_JANSEN, CALIBRATIONS),
-    },
-    output=tables_of_papers(*(f"jansen_table{n}" for n in (1, 2, 3)))
-    | figures_of_paper("jansen", JANSEN_FIGURES),
-    mem_mb=memory(1000),
-    params={
-        "caption": captions.of_jansen(*JANSEN_FIGURES),
-        "rows": columns(*JANSEN_COLUMNS, of=OF_JANSEN),
-        "example": columns("calibration", "twin", of=EXAMPLE),
-    },
-    message="Tables I-III and Figures 3 and 5-8 of Jansen et al. 2019",
-)
-promise(
-    tables=branch(OF_JANSEN, then=in_folder("tables", OF_J)),
-    figures=branch(OF_JANSEN, then=in_folder("figures", OF_J)),
-)
-# With the sheet config/second_generation.tsv.
-OF_STATIONS = accepted_calibrations(query="group == 'jansen2019-v2'")
-STATIONS = job(
-    "jansen_stations",
-    input={"every": of_each("pose.json", OF_STATIONS, CALIBRATIONS)},
-    output=tables_of_papers("jansen2019-v2_stations"),
-    local=True,
-    params={"rows": columns(*JANSEN_COLUMNS, of=OF_STATIONS)},
-    message="Tables I-III of Jansen et al. 2019 with second-generation stations",
-)
-promise(tables=branch(OF_STATIONS, then=STATIONS))
 
-# Simulations of what the paper claims, in their own target: they take minutes of a processor.
-# Settings of each besides the recordings and their length.
+
+OF_EXAMPLE = {
+    "pulses": "pulses.parquet",
+    "sweeps": "sweeps.parquet",
+    "stations": "stations.json",
+    "poses": "poses.parquet",
+    "pose": "pose.json",
+    "board": "board.csv",
+}
+
+
+# Studies of its claims, and the settings of each besides the recordings and their length.
 JANSEN_STUDIES = {
     "reconstruction": ["speeds_m_s"],
     "pattern": ["patterns"],
@@ -201,65 +221,174 @@ JANSEN_STUDIES = {
     "diodes": ["diodes"],
     "lasers": ["laser_offsets_mm", "laser_distances_m"],
 }
-STUDY = job(
-    "jansen_study",
-    of="study",
-    only={"study": "|".join(JANSEN_STUDIES)},
-    output={"csv": "<results>/jansen_studies/{study}.csv"},
-    mem_mb=memory(1000),
-    runtime=minutes(120),
-    params={
-        "settings": lambda wildcards: {
+
+
+rule jansen:
+    input:
+        **{key: of_each(file, EXAMPLE, CALIBRATIONS) for key, file in OF_EXAMPLE.items()},
+        checks=checks(CALIBRATIONS, JANSEN),
+        every=of_each("pose.json", OF_JANSEN, CALIBRATIONS),
+    output:
+        collect("<results>/tables/jansen_table{n}.{kind}", n=(1, 2, 3), kind=TABLE),
+        [
+            listed(
+                f"<results>/figures/jansen_fig{n:02d}.svg",
+                "3 Jansen et al. 2019",
+                f"Figure {n:2d}: {shows}",
+            )
+            for n, shows in JANSEN_FIGURES.items()
+        ],
+        [f"<results>/figures/jansen_fig{n:02d}.png" for n in JANSEN_FIGURES],
+    log:
+        "<logs>/jansen.log",
+    benchmark:
+        "<benchmarks>/jansen.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("jansen.py"),
+        caption=captions.of_jansen(*JANSEN_FIGURES),
+        rows=columns("calibration", "setup", "source", of=OF_JANSEN),
+        example=columns("calibration", "twin", of=EXAMPLE),
+    message:
+        "Tables I-III and Figures 3 and 5-8 of Jansen et al. 2019"
+    script:
+        "../scripts/jansen.py"
+
+
+# With the sheet config/second_generation.tsv.
+OF_STATIONS = accepted_calibrations(query="group == 'jansen2019-v2'")
+
+
+rule jansen_stations:
+    input:
+        every=of_each("pose.json", OF_STATIONS, CALIBRATIONS),
+    output:
+        csv="<results>/tables/jansen2019-v2_stations.csv",
+        md="<results>/tables/jansen2019-v2_stations.md",
+    log:
+        "<logs>/jansen_stations.log",
+    benchmark:
+        "<benchmarks>/jansen_stations.tsv"
+    localrule: True
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("jansen_stations.py"),
+        rows=columns("calibration", "setup", "source", of=OF_STATIONS),
+    message:
+        "Tables I-III of Jansen et al. 2019 with second-generation stations"
+    script:
+        "../scripts/jansen_stations.py"
+
+
+# Simulations of what the paper claims, in their own target: they take minutes of a processor.
+rule jansen_study:
+    output:
+        "<results>/jansen_studies/{study}.csv",
+    log:
+        "<logs>/jansen_study/{study}.log",
+    benchmark:
+        "<benchmarks>/jansen_study/{study}.tsv"
+    wildcard_constraints:
+        study="|".join(JANSEN_STUDIES),
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(120),
+    params:
+        code=source("jansen_study.py"),
+        settings=lambda wildcards: {
             name: config["jansen_studies"][name]
             for name in ("recordings", "duration_s", *JANSEN_STUDIES[wildcards.study])
         },
-        "seed": config["seed"],
-    },
-    message="Study of a claim of Jansen et al. 2019: {wildcards.study}",
-)
-job(
-    "jansen_studies",
-    input={"studies": collect(STUDY, study=JANSEN_STUDIES)},
-    output=tables_of_papers("jansen_studies")
-    | {
-        "figures": collect(
-            "<results>/figures/jansen_studies_{number}.{kind}", number=range(1, 8), kind=FIGURE
+        seed=config["seed"],
+    message:
+        "Study of a claim of Jansen et al. 2019: {wildcards.study}"
+    script:
+        "../scripts/jansen_study.py"
+
+
+rule jansen_studies:
+    input:
+        collect(rules.jansen_study.output, study=JANSEN_STUDIES),
+    output:
+        csv="<results>/tables/jansen_studies.csv",
+        md="<results>/tables/jansen_studies.md",
+        figures=collect(
+            "<results>/figures/jansen_studies_{number}.{kind}",
+            number=range(1, 8),
+            kind=FIGURE,
         ),
-    },
-    mem_mb=memory(1000),
-    params={"settings": config["jansen_studies"], "seed": config["seed"]},
-    message="Studies of the claims of Jansen et al. 2019",
+    log:
+        "<logs>/jansen_studies.log",
+    benchmark:
+        "<benchmarks>/jansen_studies.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("jansen_studies.py"),
+        settings=config["jansen_studies"],
+        seed=config["seed"],
+    message:
+        "Studies of the claims of Jansen et al. 2019"
+    script:
+        "../scripts/jansen_studies.py"
+
+
+promise(
+    tables=together(
+        branch(OF_JANSEN, then=in_folder("tables", rules.jansen.output)),
+        branch(OF_STATIONS, then=collect_outputs(rules.jansen_stations.output)),
+    ),
+    figures=branch(OF_JANSEN, then=in_folder("figures", rules.jansen.output)),
 )
+
 
 JANSEN_TWINS = f"{JANSEN} and {SIMULATED}"  # their motion is known
 TWINS_OF_JANSEN = accepted_calibrations(query=JANSEN_TWINS)
 SETUPS = accepted_calibrations(selection.first_of_setups, JANSEN_TWINS)
-CLAIMS = job(
-    "claims",
-    input={
-        "allan": of_each("allan.parquet", OF_SKUROWSKI),
-        "noise": of_each("noise.csv", OF_SKUROWSKI),
-        "gaussian": of_each("gaussian.csv", OF_SKUROWSKI),
-        "shocked": of_each("clean.parquet", SHAKEN),
-        "repaired": of_each("noise.csv", OF_REPAIRED),
-        "poses": of_each("pose.json", OF_JANSEN, CALIBRATIONS),
-        "truth": of_each("truth.json", TWINS_OF_JANSEN, CALIBRATIONS),
-        "sweeps": of_each("sweeps.parquet", SETUPS, CALIBRATIONS),
-        "boards": of_each("board.csv", SETUPS, CALIBRATIONS),
-        "truth_of_first": of_each("truth.json", SETUPS, CALIBRATIONS),
-    },
-    output=tables_of_papers("claims"),
-    mem_mb=memory(1500),
-    runtime=minutes(30),
-    params={
-        "recordings": columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),
-        "repaired": columns("recording", of=OF_REPAIRED),
-        "calibrations": columns(*JANSEN_COLUMNS, of=OF_JANSEN),
-        "moved": accepted_calibrations(selection.names, JANSEN_TWINS),
-        "twins": TWINS_OF_PAPER,
-        "hampel": config["hampel"],
-    },
-    message="Claims of both papers",
-)
+
+
+rule claims:
+    input:
+        allan=of_each("allan.parquet", OF_SKUROWSKI),
+        noise=of_each("noise.csv", OF_SKUROWSKI),
+        gaussian=of_each("gaussian.csv", OF_SKUROWSKI),
+        shocked=of_each("clean.parquet", SHAKEN),
+        repaired=of_each("noise.csv", OF_REPAIRED),
+        poses=of_each("pose.json", OF_JANSEN, CALIBRATIONS),
+        truth=of_each("truth.json", TWINS_OF_JANSEN, CALIBRATIONS),
+        sweeps=of_each("sweeps.parquet", SETUPS, CALIBRATIONS),
+        boards=of_each("board.csv", SETUPS, CALIBRATIONS),
+        truth_of_first=of_each("truth.json", SETUPS, CALIBRATIONS),
+    output:
+        csv="<results>/tables/claims.csv",
+        md="<results>/tables/claims.md",
+    log:
+        "<logs>/claims.log",
+    benchmark:
+        "<benchmarks>/claims.tsv"
+    resources:
+        mem_mb=memory(1500),
+        runtime=minutes(30),
+    params:
+        code=source("claims.py"),
+        recordings=columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),
+        repaired=columns("recording", of=OF_REPAIRED),
+        calibrations=columns("calibration", "setup", "source", of=OF_JANSEN),
+        moved=accepted_calibrations(selection.names, JANSEN_TWINS),
+        twins=TWINS_OF_PAPER,
+        hampel=config["hampel"],
+    message:
+        "Claims of both papers"
+    script:
+        "../scripts/claims.py"
+
+
 # Only with a recording or a calibration of a paper's group.
-promise(tables=branch(BOTH, then=CLAIMS))
+promise(
+    tables=branch(together(OF_SKUROWSKI, OF_JANSEN), then=collect_outputs(rules.claims.output)),
+)

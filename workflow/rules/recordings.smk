@@ -2,18 +2,18 @@
 # setting of the noise reads no recording, a changed caption fits no noise. Of a bar that is moved
 # there are two: take_bar, bar.
 
+CLEANED = [
+    "<results>/recordings/{recording}/trajectories.parquet",
+    "<results>/recordings/{recording}/clean.parquet",
+    "<results>/recordings/{recording}/outliers.csv",
+]
 MEASURED_FILES = files(selection.paths)
 ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
 ORIGIN = ("recording", "source", "twin", "pairs")  # what tables are marked with
 OF_BAR = ("bar", "length_mm", "length_u_mm", "bar_pose")
-ROW = columns("recording", "group", "twin", "camera_type", "n_cameras")
-CLEANED = {
-    "trajectories": of_recording("trajectories.parquet"),
-    "clean": of_recording("clean.parquet"),
-    "outliers": of_recording("outliers.csv"),
-}
-BAR_TAKE = {"take": of_recording("bar.parquet")}
+BAR_TAKE = "<results>/recordings/{recording}/bar.parquet"
 READ_AS_BAR = {  # params of both rules
+    "code": source("take_bar.py"),
     "entry": columns(*ENTRY),
     "origin": columns("recording", "source", "twin", "date"),
     "bar": columns(*OF_BAR),
@@ -21,18 +21,15 @@ READ_AS_BAR = {  # params of both rules
 }
 
 
-def promised(outputs, query, choose=selection.names, target="recordings"):
-    """Add outputs of recordings to a target: of those that `choose` names of a query."""
-    promise(**{target: collect(outputs, recording=accepted(choose, query))})
-
-
 # A refusal is a result: this rule succeeds, check.json states the reason, and tables are empty.
 checkpoint clean:
     input:
         MEASURED_FILES,
     output:
-        **CLEANED,
-        check=of_recording("check.json"),
+        check="<results>/recordings/{recording}/check.json",
+        trajectories=CLEANED[0],
+        clean=CLEANED[1],
+        outliers=CLEANED[2],
     log:
         "<logs>/clean/{recording}.log",
     benchmark:
@@ -58,27 +55,34 @@ checkpoint clean:
 
 
 # A twin needs no check, so it is known to be accepted before anything runs.
-job(
-    "clean_twin",
-    of="recording",
-    script="clean",
-    only={"recording": RECORDINGS.pattern(source="twin", about="noise")},
-    output={"truth": of_recording("truth.json"), **CLEANED},
-    mem_mb=memory(1000, arrays=9),
-    runtime=minutes(30, seconds=2.5),
-    params={
-        "entry": columns(*ENTRY),
-        "origin": of_row(
+rule clean_twin:
+    output:
+        truth="<results>/recordings/{recording}/truth.json",
+        trajectories=CLEANED[0],
+        clean=CLEANED[1],
+        outliers=CLEANED[2],
+    log:
+        "<logs>/clean/{recording}.log",
+    benchmark:
+        "<benchmarks>/clean/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.pattern(source="twin", about="noise"),
+    resources:
+        mem_mb=memory(1000, arrays=9),
+        runtime=minutes(30, seconds=2.5),
+    params:
+        code=source("clean.py"),
+        entry=columns(*ENTRY),
+        origin=of_row(
             lambda row: {name: getattr(row, name) for name in ORIGIN}
             | {"form": selection.form(row, TWINS)}
         ),
-        "twin": twin_of(TWINS),
-        "settings": settings("hampel", "seed"),
-    },
-    message="simulating and cleaning",
-)
-promised([of_recording("truth.json")], SIMULATED)
-promised(CLEANED.values(), ABOUT_NOISE)
+        twin=twin_of(TWINS),
+        settings=settings("hampel", "seed"),
+    message:
+        "{wildcards.recording}: simulating and cleaning"
+    script:
+        "../scripts/clean.py"
 
 
 # As `clean` of a bar that is moved. Its noise is no noise: nothing is cleaned or fitted.
@@ -86,8 +90,8 @@ checkpoint take_bar:
     input:
         MEASURED_FILES,
     output:
-        **BAR_TAKE,
-        check=of_recording("check.json"),
+        check="<results>/recordings/{recording}/check.json",
+        take=BAR_TAKE,
     log:
         "<logs>/take_bar/{recording}.log",
     benchmark:
@@ -100,7 +104,6 @@ checkpoint take_bar:
         runtime=minutes(30, seconds=2.5),
     params:
         **READ_AS_BAR,
-        code=source("take_bar.py"),
         contents=contents(selection.paths),
         paths=cell("paths"),
         sha256=cell("sha256"),
@@ -110,140 +113,219 @@ checkpoint take_bar:
         "../scripts/take_bar.py"
 
 
-job(
-    "take_bar_twin",
-    of="recording",
-    script="take_bar",
-    only={"recording": RECORDINGS.pattern(source="twin", about="bar")},
-    output={"truth": of_recording("truth.json"), **BAR_TAKE},
-    mem_mb=memory(1000, arrays=12),
-    runtime=minutes(30, seconds=2.5),
-    params=READ_AS_BAR | {"twin": twin_of(TWINS)},
-    message="simulating a bar",
-)
-promised(BAR_TAKE.values(), ABOUT_BAR)
-FILTERS = [of_recording("noise_ros.yaml"), of_recording("px4.params")]
-BAR = job(
-    "bar",
-    of="recording",
-    only={"recording": RECORDINGS.pattern(about="bar")},
-    input=BAR_TAKE,
-    output={
+rule take_bar_twin:
+    output:
+        truth="<results>/recordings/{recording}/truth.json",
+        take=BAR_TAKE,
+    log:
+        "<logs>/take_bar/{recording}.log",
+    benchmark:
+        "<benchmarks>/take_bar/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.pattern(source="twin", about="bar"),
+    resources:
+        mem_mb=memory(1000, arrays=12),
+        runtime=minutes(30, seconds=2.5),
+    params:
+        **READ_AS_BAR,
+        twin=twin_of(TWINS),
+    message:
+        "{wildcards.recording}: simulating a bar"
+    script:
+        "../scripts/take_bar.py"
+
+
+rule bar:
+    input:
+        take=BAR_TAKE,
+    output:
         **figure_of_recording("bar", "bar: errors of a length that moves"),
-        "json": of_recording("bar.json"),
-        "csv": of_recording("bar.csv"),
-        "places": of_recording("bar_places.csv"),
-        "verdict": of_recording("verdict.json"),
-        "filters": FILTERS,
-    },
-    mem_mb=memory(1000, arrays=12),
-    runtime=minutes(30, seconds=3.0),
-    params={"caption": captions.BAR, "row": ROW, "settings": settings("bar", "place")},
-    message="errors of a bar that is moved",
-)
-promised(BAR, ABOUT_BAR)
+        json=of_recording("bar.json"),
+        csv=of_recording("bar.csv"),
+        places=of_recording("bar_places.csv"),
+        verdict=of_recording("verdict.json"),
+        filters=multiext("<results>/recordings/{recording}/", "noise_ros.yaml", "px4.params"),
+    log:
+        "<logs>/bar/{recording}.log",
+    benchmark:
+        "<benchmarks>/bar/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.pattern(about="bar"),
+    resources:
+        mem_mb=memory(1000, arrays=12),
+        runtime=minutes(30, seconds=3.0),
+    params:
+        code=source("bar.py"),
+        caption=captions.BAR,
+        row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
+        settings=settings("bar", "place"),
+    message:
+        "{wildcards.recording}: errors of a bar that is moved"
+    script:
+        "../scripts/bar.py"
+
 
 # Priority, because it is the longest job of a recording and should not run last and alone.
-NOISE_OUTPUT = job(
-    "noise",
-    of="recording",
-    input={"trajectories": CLEANED["trajectories"], "clean": CLEANED["clean"]},
-    output={
-        "allan": of_recording("allan.parquet"),
-        "psd": of_recording("psd.parquet"),
-        "gaussian": of_recording("gaussian.csv"),
-        "covariance": of_recording("covariance.csv"),
-        "noise": of_recording("noise.csv"),
-        "masked": of_recording("allan_masked.parquet"),
-        "periodogram": of_recording("periodogram.parquet"),
-    },
-    priority=5,
-    mem_mb=memory(1000, arrays=9),
-    runtime=minutes(120, seconds=5),
-    params={
-        "subset": of_row(selection.subset_of_paper),
-        "settings": settings("psd", "gaussian", *NOISE),
-    },
-    message="Allan deviations, spectrum, noise coefficients",
-)
-promised(NOISE_OUTPUT, ABOUT_NOISE)
-# In the report the first figure alone: all would be three quarters of it
-ON_THE_PAGE = ("verdict.png", "adev.svg", "adev.png", "trajectory.svg", "trajectory.png")
-ON_THE_PAGE += ("diagnosis.json", "events.csv", "periodic.csv", "filters.csv")
-ON_THE_PAGE += ("diagnosis.svg", "diagnosis.png")
-VERDICT = job(
-    "verdict",
-    of="recording",
-    input={"cleaned": list(CLEANED.values()), "noise": NOISE_OUTPUT},
-    output={
-        "svg": figure_of_recording("verdict", "verdict: uncertainties, limits, causes")["svg"],
-        "files": [*map(of_recording, ON_THE_PAGE), *FILTERS],
-        "json": of_recording("verdict.json"),
-        "fits": directory(of_recording("fit")),
-    },
-    mem_mb=memory(1000, arrays=9),
-    runtime=minutes(30, seconds=3.5),
-    params={
-        "captions": [captions.VERDICT, captions.DIAGNOSIS],
-        "row": ROW,
-        "settings": settings("diagnosis", "still", "verdict", allan=["confidence"]),
-        "fits": config["fit_figures"],
-    },
-    message="diagnosis, verdict and figures",
-)
-promised(VERDICT, ABOUT_NOISE)
+rule noise:
+    input:
+        CLEANED[:2],
+    output:
+        allan="<results>/recordings/{recording}/allan.parquet",
+        psd="<results>/recordings/{recording}/psd.parquet",
+        gaussian="<results>/recordings/{recording}/gaussian.csv",
+        covariance="<results>/recordings/{recording}/covariance.csv",
+        noise="<results>/recordings/{recording}/noise.csv",
+        masked="<results>/recordings/{recording}/allan_masked.parquet",
+        periodogram="<results>/recordings/{recording}/periodogram.parquet",
+    log:
+        "<logs>/noise/{recording}.log",
+    benchmark:
+        "<benchmarks>/noise/{recording}.tsv"
+    priority: 5
+    resources:
+        mem_mb=memory(1000, arrays=9),
+        runtime=minutes(120, seconds=5),
+    params:
+        code=source("noise.py"),
+        subset=of_row(selection.subset_of_paper),
+        settings=settings("psd", "gaussian", *NOISE),
+    message:
+        "{wildcards.recording}: Allan deviations, spectrum, noise coefficients"
+    script:
+        "../scripts/noise.py"
+
+
+rule verdict:
+    input:
+        CLEANED,
+        rules.noise.output,
+    output:
+        figure_of_recording("verdict", "verdict: uncertainties, limits, causes")["svg"],
+        # On the page of the recording only: in the report they would be three quarters of it
+        collect(
+            "<results>/recordings/{{recording}}/{file}",
+            file=[
+                *("verdict.png", "adev.svg", "adev.png", "trajectory.svg", "trajectory.png"),
+                *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
+                *("diagnosis.svg", "diagnosis.png", "noise_ros.yaml", "px4.params"),
+            ],
+        ),
+        json="<results>/recordings/{recording}/verdict.json",
+        fits=directory("<results>/recordings/{recording}/fit"),
+    log:
+        "<logs>/verdict/{recording}.log",
+    benchmark:
+        "<benchmarks>/verdict/{recording}.tsv"
+    resources:
+        mem_mb=memory(1000, arrays=9),
+        runtime=minutes(30, seconds=3.5),
+    params:
+        code=source("verdict.py"),
+        captions=[captions.VERDICT, captions.DIAGNOSIS],
+        row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
+        settings=settings("diagnosis", "still", "verdict", allan=["confidence"]),
+        fits=config["fit_figures"],
+    message:
+        "{wildcards.recording}: diagnosis, verdict and figures"
+    script:
+        "../scripts/verdict.py"
+
 
 # What only some recordings have, or is made on demand: snakemake results/recordings/<name>/fits
-further = partial(
-    job, of="recording", mem_mb=memory(1000, arrays=12), runtime=minutes(30, seconds=3.0)
-)
-further(
-    "fits",
-    input={"results": NOISE_OUTPUT, "noise": of_recording("noise.csv")},
-    output={"folder": directory(of_recording("fits"))},
-    message="fits of the noise model to every series",
-)
-ORIENTATION = further(
-    "orientation",
-    input={
-        "trajectories": CLEANED["trajectories"],
-        "poses": branch(of_row(has_bodies), then=MEASURED_FILES),
+FURTHER = {
+    "fits": {
+        "input": {"results": rules.noise.output, "noise": of_recording("noise.csv")},
+        "output": {"folder": directory(of_recording("fits"))},
+        "params": {},
+        "message": "fits of the noise model to every series",
     },
-    output={
-        "series": of_recording("orientation.parquet"),
-        "allan": of_recording("allan_orientation.parquet"),
-        "csv": of_recording("orientation.csv"),
-        **figure_of_recording("orientation", "orientation: Allan deviation of a rotation vector"),
+    "orientation": {
+        "input": {
+            "trajectories": CLEANED[0],
+            "poses": branch(of_row(has_bodies), then=MEASURED_FILES),
+        },
+        "output": {
+            "series": of_recording("orientation.parquet"),
+            "allan": of_recording("allan_orientation.parquet"),
+            "csv": of_recording("orientation.csv"),
+            **figure_of_recording(
+                "orientation", "orientation: Allan deviation of a rotation vector"
+            ),
+        },
+        "params": {
+            "caption": captions.ORIENTATION,
+            "contents": contents(selection.paths),
+            "cluster": cell("cluster"),
+            "accept_truncated": cell("accept_truncated"),
+            "names": cell("column_names"),
+            "allan": config["allan"],
+            "hampel": config["hampel"],
+            "mask_sigma": config["noise"]["mask_sigma"],
+        },
+        "message": "noise of the orientation",
     },
-    params={
-        "caption": captions.ORIENTATION,
-        "contents": contents(selection.paths),
-        "cluster": cell("cluster"),
-        "accept_truncated": cell("accept_truncated"),
-        "names": cell("column_names"),
-        "allan": config["allan"],
-        "hampel": config["hampel"],
-        "mask_sigma": config["noise"]["mask_sigma"],
+    "monitor_take": {
+        "input": {"cleaned": CLEANED},
+        "output": {"json": of_recording("monitor_take.json")},
+        "params": {"settings": settings(monitor=["wander_s"])},
+        "message": "numbers for the monitor",
     },
-    message="noise of the orientation",
-)
-promised(ORIENTATION, ABOUT_NOISE, turned, "figures")
-further(
-    "monitor_take",
-    input={"cleaned": list(CLEANED.values())},
-    output={"json": of_recording("monitor_take.json")},
-    params={"settings": settings(monitor=["wander_s"])},
-    message="numbers for the monitor",
-)
-PLACE = further(
-    "place",
-    input={"clean": CLEANED["clean"]},
-    output={
-        "csv": of_recording("place.csv"),
-        "md": of_recording("place.md"),
-        **figure_of_recording("place", "by place: length of a moving pair over the volume"),
+    "place": {
+        "input": {"clean": CLEANED[1]},
+        "output": {
+            "csv": of_recording("place.csv"),
+            "md": of_recording("place.md"),
+            **figure_of_recording("place", "by place: length of a moving pair over the volume"),
+        },
+        "params": {"caption": captions.PLACE, "place": config["place"]},
+        "message": "noise by place",
     },
-    params={"caption": captions.PLACE, "place": config["place"]},
-    message="noise by place",
+}
+
+for NAME, OF in FURTHER.items():
+
+    rule:
+        name:
+            NAME
+        input:
+            **OF["input"],
+        output:
+            **OF["output"],
+        log:
+            f"<logs>/{NAME}/{{recording}}.log",
+        benchmark:
+            f"<benchmarks>/{NAME}/{{recording}}.tsv"
+        resources:
+            mem_mb=memory(1000, arrays=12),
+            runtime=minutes(30, seconds=3.0),
+        params:
+            **OF["params"],
+            code=source(f"{NAME}.py"),
+            script=NAME,
+        message:
+            f"{{wildcards.recording}}: {OF['message']}"
+        script:
+            "../scripts/{params.script}.py"  # by name: NAME is the last one when a job runs
+
+
+promise(
+    recordings=together(
+        collect(
+            "<results>/recordings/{row.recording}/truth.json",
+            row=accepted(query=SIMULATED),
+        ),
+        collect_outputs(
+            CLEANED,
+            rules.noise.output,
+            rules.verdict.output,
+            recording=accepted(selection.names, ABOUT_NOISE),
+        ),
+        collect_outputs(
+            [BAR_TAKE], rules.bar.output, recording=accepted(selection.names, ABOUT_BAR)
+        ),
+    ),
+    figures=together(
+        collect_outputs(rules.orientation.output, recording=accepted(turned, ABOUT_NOISE)),
+        collect_outputs(rules.place.output, recording=accepted(moved, ABOUT_NOISE)),
+    ),
 )
-promised(PLACE, ABOUT_NOISE, moved, "figures")

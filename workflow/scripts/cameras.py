@@ -41,7 +41,7 @@ with step(snakemake) as log:
     law_title = f"{group}: noise against the number of cameras"
     caption = f"{captions.LAW_TABLE} {source} {remarks}"
     text = tables.markdown(laws, law_title, caption) if laws else law_title
-    tables.write_with(snakemake.output.camera_law_csv, laws, text, LAW_COLUMNS)
+    tables.write_with(snakemake.output.law, laws, text, LAW_COLUMNS)
     summary = cameras.summary(rows, laws, settings)
     write_json(snakemake.output.json, summary)
     save(cameras.camera_figure(rows, sigma, settings, title, source, remarks), snakemake.output.svg)

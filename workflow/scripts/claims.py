@@ -76,5 +76,5 @@ with step(snakemake) as log:
             moments[row["camera_type"], row["n_cameras"]] = drawn
     rows = claims.claim_rows(decisions(study, calibrations, sources, moments))
     text = claims.claims_markdown(rows)
-    tables.write_with(snakemake.output[0], rows, text, claims.COLUMNS)
+    tables.write_with(snakemake.output.csv, rows, text, claims.COLUMNS)
     log.info("%d claims", len(rows))

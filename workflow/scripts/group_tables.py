@@ -26,5 +26,5 @@ with step(snakemake) as log:
     write("subsets", group_tables.subsets(rows), "recordings and cameras", group_tables.SUBSETS)
     summary = list(map(words.summary_row, found))
     write("summary", summary, "verdicts", captions.SUMMARY_TABLE)
-    write_json(snakemake.output.mqc_json, multiqc(group, summary))
+    write_json(snakemake.output.multiqc, multiqc(group, summary))
     log.info("%s: %d recordings", group, len(rows))

@@ -14,5 +14,5 @@ with step(snakemake) as log:
     head = ["table", "row", "stations", "x mm", "y mm", "z mm", "α °", "β °", "γ °", "n"]
     title = "# Jansen et al. 2019, Tables I to III with second-generation stations"
     text = [title, "", f"{captions.JANSEN_STATIONS} {note}", "", *aligned([head, *cells(rows)]), ""]
-    write_with(snakemake.output[0], rows, "\n".join(text))
+    write_with(snakemake.output.csv, rows, "\n".join(text))
     log.info("%d rows", len(rows))

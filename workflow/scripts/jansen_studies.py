@@ -15,7 +15,7 @@ with step(snakemake) as log:
     rows = {shown: rows_of(shown, found[shown.data]) for shown in SHOWN}
     every = [row for own in rows.values() for row in own]
     text = markdown(every, given["recordings"], given["duration_s"], seed)
-    tables.write_with(snakemake.output[0], every, text)
+    tables.write_with(snakemake.output.csv, every, text)
     source = (
         f"Source: simulated recordings of {given['duration_s']:g} s with the noise of real sweeps."
     )

@@ -111,7 +111,7 @@ class Wander:
     def own(self, kind: str) -> bool:
         """Whether the size of a drift or a warm-up is of this curve, as the noise model does not
         have what is beside it."""
-        return len(self.jumps) == 1 or (kind == "drift" and "cycle" in self.kinds)
+        return len(self.jumps) == 1 or (kind == "drift" and self.kinds == ("drift", "cycle"))
 
     def beyond(self, step_mm: float) -> Wander:
         """Without what steps of a file may make of a straight line, or lines of nothing: shapes and

@@ -209,11 +209,11 @@ def test_size_and_place_of_a_step_a_cycle_and_two_levels() -> None:
 
 def test_the_size_of_a_step_in_a_walk_has_the_error_of_a_local_level() -> None:
     """Of blocks with white noise r in a walk q the level at the last block before the step, and at
-    the first after it, has the variance P r / (P + r), P^2 = q (P + r) [Harvey 1989, 4.1.2], and
-    between them there is q. Blocks of a second, of 20 frames."""
+    the first after it, has the variance P r / (P + r), P^2 = q (P + r) [Harvey 1989, 4.1.2]; one or
+    two blocks between them are not known, so there is q two or three times. Blocks of a second."""
     q, r = 0.004**2, 0.02**2 / 20
     P = (q + math.sqrt(q * q + 4 * q * r)) / 2
-    error = math.sqrt(2 * P * r / (P + r) + q)
+    least, most = (math.sqrt(2 * P * r / (P + r) + number * q) for number in (2, 3))
     found = []
     for seed in range(8):
         rng = np.random.default_rng([seed, 5])
@@ -221,9 +221,9 @@ def test_the_size_of_a_step_in_a_walk_has_the_error_of_a_local_level() -> None:
         x[int(rng.uniform(3000, 9000)) :] += 0.2
         found.append(signature(x, 20.0))
     assert all("step" in one.kinds and len(one.jumps) == 1 for one in found)
-    assert np.mean([one.error_mm for one in found]) == pytest.approx(error, rel=0.15)
+    assert 0.9 * least < np.mean([one.error_mm for one in found]) < 1.1 * most
     off = np.array([one.size_mm - 0.2 for one in found])
-    assert math.sqrt(np.mean(off**2)) < 2 * error and np.abs(off).max() < 4 * error
+    assert math.sqrt(np.mean(off**2)) < 1.5 * most and np.abs(off).max() < 3 * most
     assert sum(low < 0.2 < high for low, high in (one.ends_mm for one in found)) >= 6
 
 

@@ -205,7 +205,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
     usual = [_whiteness(part) for part in alone if part.size > 1] or [0.0]
-    moved = _whiteness(within) < min(LIKE_NOISE * np.median(usual), np.quantile(usual, SELDOM))
+    limit = min(LIKE_NOISE * float(np.median(usual)), float(np.quantile(usual, SELDOM)))
+    moved = _whiteness(within) < limit
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
@@ -216,14 +217,14 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     levels = [np.median(s) if s.size else np.nan for s in (sides[0][-few:], sides[1][:few])]
     inside = near[first:last] - levels[0]
     noise = min((spread(s) for s in sides if s.size), default=0.0)
-    far = max(FAR * noise, min((float(np.ptp(s)) for s in sides if s.size), default=0))
+    reached = max(FAR * noise, min((float(np.ptp(s)) for s in sides if s.size), default=0.0))
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     if not off.size:
         return _Excursion(size, levels[1] - levels[0], None, None, moved)
     at = (start + first + off[[0, -1]]) / rate_hz
-    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), bool(moved or size > far)
+    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > reached
     rests = np.diff(off) / rate_hz
     rest_s = float(rests[rests > REST_S].sum())
     return _Excursion(size, float(levels[1] - levels[0]), *ends, moved, rest_s)

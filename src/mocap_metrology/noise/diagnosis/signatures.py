@@ -111,7 +111,7 @@ class Wander:
     def own(self, kind: str) -> bool:
         """Whether the size of a drift or a warm-up is of this curve, as the noise model does not
         have what is beside it."""
-        return len(self.jumps) == 1 or (kind == "drift" and "cycle" in self.kinds)
+        return len(self.jumps) == 1 or (kind == "drift" and self.kinds == ("drift", "cycle"))
 
     def beyond(self, step_mm: float) -> Wander:
         """Without what steps of a file may make of a straight line, or lines of nothing: shapes and
@@ -300,7 +300,12 @@ def _fits(
             value, key = float(values[at]), (shape.kinds, noise)
             best = min(best, (value, shape, columns, stacked[at]), key=lambda one: one[0])
             found[key] = min(value, found.get(key, math.inf))
-    return found, best[1], _fitted(y, *best[2:])
+    _, shape, columns, spectrum = best
+    if "step" in shape.kinds and len(shape.at) == 1 and len(shape.columns) == shape.line + 1:
+        ends = np.eye(z.size)[int(shape.at[0]) - 1 :][:2]  # it comes within one of these
+        rows = np.insert(shape.columns, shape.line, ends, axis=0)
+        shape, columns = replace(shape, columns=rows), dst(np.diff(rows), type=1, norm="ortho")
+    return found, shape, _fitted(y, columns, spectrum)
 
 
 class Fitted(NamedTuple):

@@ -3,6 +3,7 @@
 from functools import partial
 
 import numpy as np
+import pytest
 
 from mocap_metrology.noise.fit.spectral.gaps import bridged, filled
 from mocap_metrology.noise.fit.spectral.periodogram import Stretch, periodogram
@@ -16,6 +17,19 @@ MODEL = NoiseModel((PowerLaw(0, 1e-6), PowerLaw(-2, 1e-9), GaussMarkov(0.02, 0.1
 
 def density(f):
     return MODEL.psd(f, RATE)
+
+
+def test_a_slope_survives_frames_that_are_missing():
+    """That of least squares has the standard error sigma sqrt(12 / n) over the whole series, though
+    the density is of white noise alone."""
+    n, sigma = 6000, 0.02
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        series = sigma * rng.standard_normal(n) + 1.5 * np.arange(n) / n
+        series[1:-1][rng.random(n - 2) < 0.15] = np.nan
+        whole = filled(series, lambda f: np.full_like(f, 2 * sigma**2 / 50), 50.0, rng)
+        rise = n * np.polyfit(np.arange(n), whole, 1)[0]
+        assert rise == pytest.approx(1.5, abs=4 * sigma * np.sqrt(12 / n))
 
 
 def test_one_gap_of_a_random_walk_is_a_brownian_bridge():

@@ -60,7 +60,8 @@ def filled(
     rng: np.random.Generator,
 ) -> np.ndarray:
     """(n,) series with its NaN replaced by a draw of Gaussian noise of one-sided density
-    f -> unit^2/Hz about the mean of the series, conditioned on up to 16 samples on each side.
+    f -> unit^2/Hz about the straight line through the series, whose slope the noise need not have,
+    conditioned on up to 16 samples on each side.
 
     The covariance is the cosine transform of the density down to one cycle in 2^17 frames; what is
     slower is constant over a gap. First and last sample must be valid.
@@ -68,7 +69,8 @@ def filled(
     missing = ~np.isfinite(series)
     if not missing.any():
         return series.copy()
-    level = float(np.nanmean(series))
+    time = np.linspace(-1, 1, series.size)
+    level = np.polyval(np.polyfit(time[~missing], series[~missing], 1), time)
     out = series - level
     step = np.diff(np.concatenate([[0], missing.view(np.int8), [0]]))
     gaps = np.flatnonzero(step == 1), np.flatnonzero(step == -1)

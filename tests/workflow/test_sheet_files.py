@@ -1,4 +1,4 @@
-"""Sheets as files: rows, names and cells of recordings; `common/test_rows_of_sheets` has the rest."""
+"""Sheets as files: rows, names and cells; `common/test_rows_of_sheets` has the rest."""
 
 from pathlib import Path
 

@@ -81,6 +81,16 @@ def test_the_scatter_of_passes_is_neither_direction_nor_place_nor_bias() -> None
     assert len(false) <= 6, false
 
 
+def test_one_take_has_no_interval_but_that_of_a_mean_of_many_effective_frames() -> None:
+    one = passes(QUIET, 1, Certificate(500.0)).every.statistics
+    assert one["mean"].lower < 0 < one["mean"].upper
+    assert math.isnan(one["rms"].lower) and one["rms"].value == pytest.approx(0.21, rel=0.2)
+    slow = replace(QUIET, correlation_s=4.0)
+    assert math.isnan(passes(slow, 1, Certificate(500.0)).every.statistics["mean"].lower)
+    three = passes(slow, 3, Certificate(500.0)).every.statistics
+    assert all(s.lower < s.value < s.upper < s.next_upper for s in three.values())
+
+
 def test_growth_with_speed_and_spikes() -> None:
     """A rest that grows like the root of the speed; 0.3 % of the frames far off."""
     take = taken(replace(QUIET, rest=0.0), 1, 200.0)

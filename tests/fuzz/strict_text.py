@@ -19,7 +19,6 @@ from .strict_c3d import MM, Unreadable, Values, need
 
 DECIMAL = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 NONE = ("", "NULL", "null", "NaN", "nan", "NAN", "NA", "N/A", "None", "-nan")
-TICKS = 48_000_000
 LARGEST_CELL = 131_072
 
 

@@ -1,4 +1,4 @@
-"""Sheets as files: rows, names, cells of recordings; `common/test_rows_of_sheets` has the rest."""
+"""Sheets as files: rows, names and cells; `common/test_rows_of_sheets` has the rest."""
 
 from pathlib import Path
 
@@ -19,11 +19,6 @@ def written(folder: Path, content: bytes) -> list[str] | dict[str, RecordingRow]
 
 
 SHEET = "recording\tpath\tmarkers\tgroup\nA\ta.c3d\tM1\tg\n"
-
-
-def test_rows_are_counted_as_an_editor_does(folder: Path) -> None:
-    lines = written(folder, b"# one\n\n" + SHEET.replace("M1", "").encode())
-    assert lines[0].startswith('sheet.tsv, row 4 (recording "A"), column markers')
 
 
 def test_no_sheet_an_empty_one_and_one_that_is_missing(folder: Path) -> None:

@@ -14,6 +14,7 @@ from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinuso
 from mocap_metrology.noise.series import all_series, allan_columns
 from mocap_metrology.noise.twins.published import published_gaussian, published_row
 from mocap_metrology.noise.twins.simulate import simulate
+from mocap_metrology.papers import power_laws as laws
 from mocap_metrology.papers import subsets
 from mocap_metrology.papers.shock import CUT, RECORDED, ShockRecording, find_shock
 from mocap_metrology.present.skurowski import gaussian_figures as gaussians
@@ -78,12 +79,12 @@ def test_slopes_written_in_figure_3_are_those_of_the_curves() -> None:
         *("−1", "−½", "0", "+½"),
         *("−½", "+1", "−1", "+½", "−½", "+½"),
     ]
-    assert theory.slope_at(theory.deviation([PowerLaw(0, 3.0)]), 1.0) == pytest.approx(-0.5)
-    bump = theory.deviation([GaussMarkov(1.0, 10.0)])
-    assert theory.TAU[bump.argmax()] == pytest.approx(18.9, rel=0.01)  # 1.893 T_c
+    assert laws.slope_at(laws.deviation([PowerLaw(0, 3.0)]), 1.0) == pytest.approx(-0.5)
+    bump = laws.deviation([GaussMarkov(1.0, 10.0)])
+    assert laws.TAU[bump.argmax()] == pytest.approx(18.9, rel=0.01)  # 1.893 T_c
     assert theory.slope_text(0.37) == "+0.37"
-    line, tau = Sinusoid(1.0, 3.0), theory.TAU
-    exact, reach = theory.deviation([line]), theory.envelope(line)
+    line, tau = Sinusoid(1.0, 3.0), laws.TAU
+    exact, reach = laws.deviation([line]), laws.envelope(line)
     # ADEV of a sinusoid: A sin^2(pi f tau) / (pi f tau)
     x = np.pi * 3.0 * tau
     early = 3.0 * tau <= 6

@@ -189,10 +189,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
-    noises: dict[str, float] = {}
-    for (kinds, own), value in best.items():
-        if kinds <= {"drift"}:
-            noises[own] = min(value, noises.get(own, math.inf))
+    noises = {own: v for (kinds, own), v in best.items() if kinds == sure & {"drift"}}
     noise = min(noises, key=lambda own: noises[own])
     slow = all(noise not in FAST for _, noise in near)
     slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape

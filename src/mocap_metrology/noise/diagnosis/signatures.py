@@ -1,7 +1,7 @@
 """What kind of slow wander is it? A kind is named only where the data exclude every other.
 
 Block means z of a series (1000 at most) are explained by a shape (`shapes`) and a noise: white, or
-with a walk, flicker, or a Gauss-Markov term of at most a fifth of the recording; with one of a
+with a walk, flicker, or a Gauss-Markov term of at most a tenth of the recording; with one of a
 quarter of a block, which is no slow wander; steeper ones, f^-2.5 and f^-3, alone. Any other curve,
 of many cosines, bends or steps, is a shape, too, so that it is not taken for noise.
 
@@ -45,7 +45,7 @@ MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
-LONGEST, SHARES = 0.2, 5  # of T_c of a Gauss-Markov term, from one block to this of all
+LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to this of all
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),
@@ -189,10 +189,7 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
-    noises: dict[str, float] = {}
-    for (kinds, own), value in best.items():
-        if kinds <= {"drift"}:
-            noises[own] = min(value, noises.get(own, math.inf))
+    noises = {own: v for (kinds, own), v in best.items() if kinds == sure & {"drift"}}
     noise = min(noises, key=lambda own: noises[own])
     slow = all(noise not in FAST for _, noise in near)
     slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape

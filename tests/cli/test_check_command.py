@@ -231,7 +231,12 @@ def test_markers_that_are_chosen_of_real_files(file: str, chosen: str, samples: 
 
 def test_names_of_recordings_are_short_and_distinguished() -> None:
     """Those without a letter of ASCII, or too long, by a hash."""
-    names = {"a/take.c3d": "take", "Wand 240 (final).c3d": "Wand-240-final", "-x.c3d": "x"}
+    names = {
+        "a/take.c3d": "take",
+        "Wand 240 (final).c3d": "Wand-240-final",
+        "-x.c3d": "x",
+        "_x.c3d": "x",
+    }
     assert {file: results.name_of(Path(file)) for file in names} == names
     files = ["\u65e5\u672c.c3d", "\u4e2d\u6587.c3d", *(f"{'x' * n}.c3d" for n in (200, 201))]
     short = {results.name_of(Path(file)) for file in files}

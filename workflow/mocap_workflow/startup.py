@@ -175,11 +175,11 @@ def _unlike_twins(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]
     cameras, dates = [], []
     for name, row in rows.items():
         twin = twins.get(row.twin or "")
-        if isinstance(twin, TakeTwin) and set(row.camera_ids) != set(twin.camera_ids):
+        cameras_of_row = set(row.camera_ids)
+        if isinstance(twin, TakeTwin) and cameras_of_row not in (set(), set(twin.camera_ids)):
             shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, twin.camera_ids))
             expected = f"those of its twin {row.twin}, {own}"
-            fault = _wrong("recording", name, "camera_ids", shown, expected)
-            cameras += [fault] if shown else []
+            cameras.append(_wrong("recording", name, "camera_ids", shown, expected))
         if not row.date and getattr(twin, "days", None):
             expected = f"a date, as twin {row.twin} has days"
             dates.append(_wrong("recording", name, "date", "", expected))

@@ -60,9 +60,7 @@ def findings_of(
 ) -> list[Finding]:
     """All of a bar, in the order of CODES; still_mm: standard deviation of the length at rest;
     pose_u_deg: standard uncertainty of a stated rotation."""
-    found = [
-        *_bias(bar),
-    ]
+    found = _bias(bar)
     turned = repeated([take.angle_bias_deg for take in bar.takes])
     least = NORMAL * pose_u_deg + float(np.nan_to_num(turned.upper - turned.value))
     if turned.value > least:  # than the stated rotation, by more than its uncertainty

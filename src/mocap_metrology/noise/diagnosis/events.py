@@ -203,8 +203,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     before, within, after = np.split(near, [first - start, last - start])
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
-    usual = [_whiteness(part) for part in alone if part.size > 1] or [0.0]
-    moved = _whiteness(within) < LIKE_NOISE * float(np.median(usual))
+    usual = float(np.median([_whiteness(part) for part in alone if part.size > 1] or [0.0]))
+    moved = _whiteness(within) < LIKE_NOISE * usual
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start

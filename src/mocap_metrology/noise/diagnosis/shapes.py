@@ -17,7 +17,6 @@ from mocap_metrology.noise.diagnosis.shape import Shape, pace, time_of
 
 CONSTANTS = np.geomspace(0.005, 0.7, 20)  # of a warm-up, over the recording
 POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a straight line
-STRETCHED = -CONSTANTS[::-1]  # of exponentials of the root of time
 FINER = 8  # places a cycle of the search for one
 PLACE = 2  # parameters of a place in time, as it is searched among many
 SMOOTH, BESIDE = (4, 8, 16, 32, 48), 4  # cosines of any other slow curve; of one beside a cycle
@@ -36,8 +35,10 @@ CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant
     "warm_up": lambda t, c: np.exp(-t / c),
     "accelerating": lambda t, c: np.exp((t - 1) / c),
     "creep": lambda t, c: np.log1p(15 * t / c),
-    "slowing": lambda t, c: t**c if c > 0 else np.exp(-np.sqrt(-t / c)),
+    "power": lambda t, c: t**c,
+    "stretched": lambda t, c: np.exp(-np.sqrt(t / c)),
 }
+NAMELESS = "power", "stretched"  # laws that are `slowing` alone
 
 
 def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
@@ -50,10 +51,11 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     for powers in (np.array([t, t**2]), np.array([t, t**2, t**3])):
         yield _smooth(powers, z)
     for kind, curve in CURVES.items():
-        for line in (False, True):  # that it is searched on; of no law there are two families
-            among = CONSTANTS if kind != "slowing" else STRETCHED if line else POWERS
-            constant = _refined(z, t, partial(curve, since), among, line and among is CONSTANTS)
-            kinds = {kind} if kind == "accelerating" else {kind, "slowing"}
+        kinds = {"slowing"} if kind in NAMELESS else {kind, "slowing"}
+        kinds -= {"slowing"} if kind == "accelerating" else set()
+        for line in (False,) if kind in NAMELESS else (False, True):  # that it is searched on
+            among = POWERS if kind == "power" else CONSTANTS
+            constant = _refined(z, t, partial(curve, since), among, line)
             yield Shape(frozenset(kinds), curve(since, constant)[None], 1)
     yield from _two_approaches(z, t)
     yield from _curves_and_steps(z, t)

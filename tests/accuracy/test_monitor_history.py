@@ -118,6 +118,19 @@ def test_takes_that_are_left_out(tmp_path: Path) -> None:
     assert "no take could be used" in none["line"]
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_labels_that_were_exchanged_are_left_out_until_a_restart(tmp_path: Path) -> None:
+    """Neither the mean place of the markers nor their distance shows them."""
+    every = takes()
+    for k in (7, 8):
+        places = every[f"t{k}"]["take"]["places_mm"]
+        places["A"], places["B"] = places["B"], places["A"]
+    found = monitor("hall", rows()[:8], every, Settings(), tmp_path)
+    assert [one["recording"] for one in found["left_out"]] == ["t7", "t8"]
+    assert "A, B stand where B, A stood in the take before" in found["left_out"][0]["why"]
+    assert monitor("hall", rows(restart=7)[:8], every, Settings(), tmp_path)["left_out"] == []
+
+
 def line(number: int, **cells: str) -> Line:
     named = {"recording": f"t{number}", "monitor": "hall", "baseline": "", "markers": "A;B"}
     return Line(number, named | {"date": f"2026-03-{number:02d}", "n_cameras": "8"} | cells)

@@ -98,6 +98,7 @@ def test_what_is_refused_changes_nothing(
     copy.write_bytes((tmp_path / "t1.c3d").read_bytes())
     other = write_take(tmp_path / "other.c3d", 5, labels="CD")
     moving = write_take(tmp_path / "moving.c3d", 6, move=50)
+    exchanged = write_take(tmp_path / "exchanged.c3d", 7, labels="BA")
     late = ("--date", "2026-03-05")
     for path, options, words in (
         (tmp_path / "t1.c3d", late, "is the file of row 2"),
@@ -108,6 +109,7 @@ def test_what_is_refused_changes_nothing(
         (other, (*late, "--markers", "C", "D"), 'column markers: "C;D"; expected "A;B"'),
         (other, (*late, "--monitor", "../x"), 'column monitor: "../x"; expected letters'),
         (moving, late, "moving.c3d: its markers move"),
+        (exchanged, late, "A, B stand where B, A stood in the take before"),
         (tmp_path / "none.c3d", late, "no such file"),
     ):
         assert run(path, *options) == 1

@@ -159,6 +159,9 @@ def _added(
         (part / SHEET).write_bytes(sheet.with_row(line.cells))
         takes[recording] = _analysed(sheet, line, of_take, settings)
         document = monitor(name, rows, takes, settings, of_monitor)
+        for one in document["left_out"]:
+            if one["recording"] == recording:
+                raise Refusal(f"{path}: {one['why']}")
         if sheet.path.exists() and sheet.path.read_bytes() != sheet.raw:
             raise Refusal(f"{sheet.path} was changed meanwhile; run the command again")
         kept = folder / "monitors" / name

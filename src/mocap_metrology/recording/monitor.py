@@ -7,6 +7,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.accuracy.monitor_take import COLUMNS, Take, numbers, stretches, table
 from mocap_metrology.common.files import read_json, write_csv, write_json
@@ -18,6 +20,7 @@ from mocap_metrology.recording.results import Results
 from mocap_metrology.settings import Settings
 
 TAKE = "monitor_take.json"
+EXCHANGED = 0.1  # of the way from where a marker stood itself: it is where another one stood
 
 
 def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
@@ -74,6 +77,8 @@ def monitor(
         why = "the recording was refused"
         if row.recording in takes:
             why = unfit(takes[row.recording], first)
+            if used and row.baseline != "restart" and settings.monitor.frame == "fixed":
+                why = why or exchanged(*(takes[of.recording]["take"] for of in (used[-1], row)))
         if why:
             left_out[row.recording] = why
             begins |= row.baseline == "restart"
@@ -95,6 +100,27 @@ def monitor(
     )
     write_json(folder / "monitor.json", document)
     return document
+
+
+def exchanged(before: Mapping[str, Any], take: Mapping[str, Any]) -> str:
+    """Which markers stand where others stood in the take before, or nothing: neither the mean place
+    nor a length shows that."""
+    from scipy.optimize import linear_sum_assignment
+    from scipy.spatial.distance import cdist
+
+    apart = cdist(*(np.array([*one["places_mm"].values()], float) for one in (take, before)))
+    if not np.isfinite(apart).all():  # a marker that was not seen
+        return ""
+    own, others = linear_sum_assignment(apart)
+    own, others = own[own != others], others[own != others]
+    if not apart[own, others].sum() < EXCHANGED * apart[own, own].sum():
+        return ""
+    labels = np.array([*take["places_mm"]])
+    here, there = (", ".join(labels[at]) for at in (own, others))
+    return (
+        f"{here} stand where {there} stood in the take before; expected the same labels, and the "
+        "object as it stood (a new baseline: restart)"
+    )
 
 
 def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:

@@ -135,7 +135,7 @@ def motive(raw: bytes, labels: Sequence[str]) -> Values:
     axes = lines[at].split(",")
     k = (len(axes) - 2) // 3
     need(axes[2:] == ["X", "Y", "Z"] * k)
-    need(head["Type"][2:] == ["Marker"] * 3 * k)
+    need([cell.lower() for cell in head["Type"][2:]] == ["marker"] * 3 * k)
     need(lines[at - 1].split(",")[2:] == ["Position"] * 3 * k)
     names = [cell.strip().strip('"') for cell in head["Name"][2:]]
     every = names[::3]

@@ -89,9 +89,11 @@ SAID = [
      0.1}, "word": "bad", "limits_mm": LIMITS, "size_mm": 2.1}, "95 %, 1.9 mm, 2.1 mm, 2 mm"),
     ("bar.precise", {"p95": 0.4, "one": False, "worst": "oblique"}, "95 %, 0.4 mm"),
     ("bar.mean", {"c": {"class": "bar x, way x", "statistics_mm": {"mean": {"value": 0.5, "lower":
-     0.3, "upper": 0.7}}, "n_eff": 30.0}, "length_mm": 500.0}, "0.50, 0.30, 0.70, +0.1 %"),
+     0.3, "upper": 0.7}}, "n_eff": 30.0, "passes": ["a", "b"]}, "length_mm": 500.0, "fewest": 3},
+     "2, 0.50, 0.30, 0.70, +0.1 %"),
     ("bar.mean", {"c": {"class": "bar x, way x", "statistics_mm": {"mean": {"value": 0.5, "lower":
-     NAN, "upper": NAN}}, "n_eff": 12.0}, "length_mm": 500.0}, "0.5 mm, +0.1 %, 12"),
+     NAN, "upper": NAN}}, "n_eff": 12.0, "passes": ["a"]}, "length_mm": 500.0, "fewest": 3},
+     "0.5 mm, +0.1 %, 12"),
     ("bar.length_bias", {"series": "bar x, way x", "value": -0.31, "lower_95": -0.5, "upper_95":
      -0.12, "passes": 3, "fewest": 3}, "−0.31, −0.50, −0.12"),
     ("bar.length_bias", {"series": "bar x, way x", "value": 0.31, "lower_95": 0.12, "upper_95": 0.5,
@@ -110,6 +112,7 @@ SAID = [
     ("bar.no_slope", {"way_m": 12.7, "slope_ppm_m": -54.2, "lower_95": -688.0, "upper_95": 580.0,
      "pairs": 6}, "12.7 m, -54.2 ppm/m, -688, 580, 6"),
     ("bar.few", {"passes": 1, "fewest": 3}, "1, 3"),
+    ("bar.few", {"passes": 4, "few": 2, "of": 5, "fewest": 3}, "2, 5, 3"),
     ("bar.seen", {"seen": 0.7}, "70 %"),
     ("bar.reversals", {"n": 2, "pair": ("A", "B")}, "2"),
     ("bar.twice", {"name": "x2", "known": "x1"}, "x2, x1"),

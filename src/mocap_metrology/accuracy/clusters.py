@@ -37,7 +37,7 @@ def distances(position_mm: np.ndarray, pairs: tuple[np.ndarray, np.ndarray]) -> 
 
 def rigid_clusters(position_mm: np.ndarray, cut_mm: float) -> list[Cluster]:
     """Clusters of two markers or more, those of three or more first, then by how often the longest
-    pair is seen.
+    pair is seen, then as in the file.
 
     position_mm (markers, 3, n), NaN where not seen. Complete linkage by the spread of a distance,
     (p97.5 - p2.5) / 4, which is the standard deviation of normal noise; so no pair of a cluster
@@ -66,7 +66,7 @@ def rigid_clusters(position_mm: np.ndarray, cut_mm: float) -> list[Cluster]:
         n_seen = int(np.isfinite(position_mm[list(pair)]).all(axis=(0, 1)).sum())
         markers = tuple(np.flatnonzero(number == one).tolist())
         found.append(Cluster(markers, float(spread[inside].max()), pair, n_seen))
-    return sorted(found, key=lambda c: (len(c.markers) < 3, -c.n_frames))
+    return sorted(found, key=lambda c: (len(c.markers) < 3, -c.n_frames, c.markers))
 
 
 def _spread(apart: np.ndarray, cut_mm: float) -> float:

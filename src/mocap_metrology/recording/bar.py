@@ -143,7 +143,8 @@ def passes_of(
         pair, told = own[0][1]["pair"], twice.get(key, ())
         bar = evaluate([take for take, _ in own], _certificate(own[0][1]), settings.bar)
         findings = findings_of(bar, still_mm=still_mm)
-        named: Row = {"recording": f"{len(own)} passes of {'-'.join(pair)}"}
+        passes = "1 pass" if len(own) == 1 else f"{len(own)} passes"
+        named: Row = {"recording": f"{passes} of {'-'.join(pair)}"}
         document = named | present.bar_document(bar, findings, settings.bar, pair, warnings=told)
         sources = {origin["recording"]: origin["source"] for _, origin in own}
         found.append(BarGroup(bar, pair, sources, document))

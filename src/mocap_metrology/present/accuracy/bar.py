@@ -222,19 +222,20 @@ def sentences(document: Record) -> list[str]:
     needed."""
     said = []
     if document["certificate"]:
-        said += [render("bar.mean", c=c, **document["certificate"]) for c in document["classes"]]
+        known = document["certificate"] | {"fewest": FEWEST}
+        said += [render("bar.mean", c=c, **known) for c in document["classes"]]
     of_class = {one["class"]: len(one["passes"]) for one in document["classes"]}
     said += [
         render(f"bar.{one['code']}", **one, passes=of_class.get(one["series"], 0), fewest=FEWEST)
         for one in document["findings"]
     ]
-    passes = min(of_class.values())
     if document["scale"] and not any(f["code"] == "scale_slope" for f in document["findings"]):
         said.append(render("bar.no_slope", **document["scale"]))
     if document["certificate"] and not document["certificate"]["u_mm"]:
         said.append(render("bar.exact"))
-    if passes < FEWEST:
-        said.append(render("bar.few", passes=passes, fewest=FEWEST))
+    passes = len({name for one in document["classes"] for name in one["passes"]})
+    if few := sum(count < FEWEST for count in of_class.values()):
+        said.append(render("bar.few", few=few, of=len(of_class), passes=passes, fewest=FEWEST))
     return said
 
 

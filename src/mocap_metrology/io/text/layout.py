@@ -165,7 +165,7 @@ def check_text(path: Path, expected: str, read: str = READ) -> None:
         raise not_read(path.name, expected, "a binary format", read)
     if not block.removeprefix(BOM).strip() and size <= 4096:
         raise Refusal(f"{path.name}: contains only white space, expected {expected}")
-    if b"\r" in block and b"\n" not in block and len(block.split(b"\r")) > 2:
+    if b"\r" in block and b"\n" not in block and sum(map(bool, block.split(b"\r"))) > 2:
         raise Refusal(f"{path.name}: its lines end with CR alone, expected LF or CR LF")
 
 

@@ -127,6 +127,21 @@ def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:
     check_saved(picture, tmp_path / "verdict")
 
 
+def test_of_many_series_the_worst_are_shown_and_the_one_that_decided() -> None:
+    """Nine markers have 27 series, z with 0.03 mm and x with 0.02 mm."""
+    verdict = contents(9, n=1200)
+    verdict["decided_by"] |= {"series": "x3"}
+    (note,) = [line for line in verdict_lines(verdict) if "not shown" in line]
+    assert note.startswith("3 series with smaller uncertainties")
+    picture = verdict_figure(verdict)
+    shown = [t.get_text() for t in left_of(picture).get_yticklabels()]
+    assert shown == [name for name in verdict["series"] if name in shown] and len(shown) == 24
+    assert {"x3"} | {f"{axis}{k}" for axis in "yz" for k in range(1, 10)} < set(shown)
+    assert any(note in text.replace("\n", " ") for text in every_text(picture))
+    lines = [line for line in verdict_lines(verdict) if line.startswith("  z")]
+    assert len(lines) == 2 * 9  # of both tables
+
+
 def test_kinds_of_noise_are_rows_and_bars() -> None:
     """From fast to slow, each where the one before ends; correlated noise by its class (S 4.6)."""
     numbers = SeriesNumbers("ok", kinds=(Share("random walk", 0.5), Share("drift", 0.25)))

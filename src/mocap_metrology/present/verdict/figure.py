@@ -19,7 +19,6 @@ from mocap_metrology.present.text.numbers import moment, with_unit
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.present.verdict import words
 
-MOST_ROWS = 24
 FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many times the value
 ROW_MM, CHECK_MM = 9.5, 5.5
 LETTER = 0.024  # of the width of a bar of all
@@ -64,8 +63,7 @@ def verdict_figure(verdict: Record) -> figure.Picture:
     verdict: contents of verdict.json.
     """
     series = verdict["series"]
-    largest = sorted(series, key=lambda name: -(series[name]["frame_mm"] or 0.0))[:MOST_ROWS]
-    names = [name for name in series if name in largest]
+    names = words.shown_series(verdict)
     kinds, checks = _kinds(verdict, names), _other_checks(verdict)
     first, *others = words.sentences(verdict)
     heights = {"checks": CHECK_MM * (len(checks) + 1), "marks": ROW_MM * len(names) + 15.0}
@@ -74,9 +72,8 @@ def verdict_figure(verdict: Record) -> figure.Picture:
     mosaic: list[Any] = [columns if name == "marks" else [name] * len(columns) for name in heights]
     said = {name: verdict[name] for name in SAID}
     title, high = f"{verdict['recording']}: {verdict['word']}", sum(heights.values())
-    body = figure.new_figure(
-        title, render("verdict.source", twin=verdict.get("twin"), **said), 35.0 + high
-    )
+    source = [render("verdict.source", twin=verdict.get("twin"), **said), *words.left_out(verdict)]
+    body = figure.new_figure(title, " ".join(source), 35.0 + high)
     head = f"Deciding quantity: {verdict['decided_by']['quantity']}. {first}"
     how: Keywords = {"x": 0.01, "ha": "left", "fontsize": 8.5, "weight": "normal", "wrap": True}
     body.suptitle(figure.wrapped(head), **how)
@@ -97,7 +94,6 @@ def verdict_figure(verdict: Record) -> figure.Picture:
         times=kinds["label"].isin(list(CORRELATED.values())).any(),
         measured=[name for name in names if series[name]["basis"] == "measured"],
         n=len(names),
-        left_out=len(series) - len(names),
     )
     return figure.Picture(body, " ".join([captions.VERDICT, *others, note]))
 

@@ -33,6 +33,7 @@ NUMBERS = (  # of a series
     *("frame_mm", "frame_lower_mm", "frame_upper_mm", "adev_min_mm", "adev_min_lower_mm"),
     *("adev_min_upper_mm", "tau_min_s", "adev_still_falls"),
 )
+MOST_ROWS = 24  # of a table on the terminal, and of the figure
 OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm")
 
 
@@ -110,14 +111,29 @@ def verdict_lines(verdict: Record) -> list[str]:
         f"Standard uncertainties in mm, about the mean of {duration_words(verdict['horizon_s'])}:"
     )
     lines = [first, *sentences(verdict), *marker_numbers(verdict), "", head]
-    lines += [*_aligned(_table(verdict["series"])), *_measured(verdict)]
-    means = _aligned(mean_table(verdict["series"])) if has_mean(verdict) else []
+    shown = {name: verdict["series"][name] for name in shown_series(verdict)}
+    lines += [*_aligned(_table(shown)), *left_out(verdict), *_measured(verdict)]
+    means = _aligned(mean_table(shown)) if has_mean(verdict) else []
     lines += ["", mean_words(verdict), *means]
     findings = [item["words"] for item in _warnings(verdict) if not is_stated(item, verdict)]
     lines += ["", "Findings:", *(f"  {words}" for words in findings)] if findings else []
     told = {item["words"].casefold().rstrip(".") for item in _warnings(verdict)}
     others = (w for w in verdict["warnings"] if w.casefold().rstrip(".") not in told)
     return [*lines, *(f"warning: {words}" for words in others)]
+
+
+def shown_series(verdict: Record) -> list[str]:
+    """The series that there is room for, in their order: the one that decided, and those with the
+    largest uncertainty of one frame."""
+    series, own = verdict["series"], verdict["decided_by"].get("series")
+    largest = sorted(series, key=lambda name: (name != own, -(series[name]["frame_mm"] or 0.0)))
+    return [name for name in series if name in largest[:MOST_ROWS]]
+
+
+def left_out(verdict: Record) -> list[str]:
+    """How many series there was no room for, if any."""
+    n = len(verdict["series"]) - MOST_ROWS
+    return [render("verdict.left_out", n=n)] if n > 0 else []
 
 
 def mean_words(verdict: Record) -> str:

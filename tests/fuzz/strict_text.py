@@ -20,6 +20,7 @@ from .strict_c3d import MM, Unreadable, Values, need
 DECIMAL = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 NONE = ("", "NULL", "null", "NaN", "nan", "NAN", "NA", "N/A", "None", "-nan")
 LARGEST_CELL = 131_072
+QUOTED = re.compile(r'(^|\t) *"((?:[^"\t\r\n]+|"")*)" *(?=[\t\r\n]|$)', re.M)  # cells of a sheet
 
 
 def decoded(raw: bytes) -> str:
@@ -62,6 +63,7 @@ def series(
     need(all(list(every).count(label) == 1 for label in labels))
     lead = numbered + timed
     width = lead + 3 * len(every)
+    need(all(len(row) <= width + 100 for row in rows))
     need(all(not any(cell.strip() for cell in row[width:]) for row in rows))
     table = np.array([[number(cell) for cell in [*row, *[""] * width][:width]] for row in rows])
     index = np.arange(len(rows), dtype=float)
@@ -285,10 +287,11 @@ def sheet(raw: bytes) -> Values:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise Unreadable from None
-    text = re.sub(r'(^|\t) *"([^"\t\r\n]*)" *(?=[\t\r\n]|$)', r"\1\2", text, flags=re.M)
+    need(not re.search(r'(^|\t) *"', QUOTED.sub(r"\1", text), re.M))
+    text = QUOTED.sub(lambda cell: cell[1] + cell[2].replace('""', '"'), text)
     rows = [line for line in re.split(r"\r\n|\n|\r", text) if line.strip(" \t;,")]
     rows = [line for line in rows if not line.lstrip(' "').startswith("#")]
-    need(rows and "\0" not in text and not re.search(r'(^|\t) *"', text, re.M))
+    need(rows and "\0" not in text)
     head, *cells = ([cell.strip() for cell in line.split("\t")] for line in rows)
     while head and not head[-1]:
         head.pop()

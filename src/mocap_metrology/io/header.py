@@ -132,8 +132,9 @@ def not_read(file: str, expected: str, looks: str, read: str = READ) -> Refusal:
 
 
 def number(text: str) -> float | None:
-    """A finite decimal number, with a point or a comma; None for anything else."""
-    text = text.strip().strip('"')
+    """A finite decimal number, with a point or a comma, perhaps in a pair of quotes; None for
+    anything else."""
+    text = re.sub('^"(.*)"$', r"\1", text.strip())
     if "." not in text:
         text = text.replace(",", ".", 1)
     value = float(text) if NUMBER.fullmatch(text) else math.nan

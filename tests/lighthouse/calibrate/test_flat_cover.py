@@ -39,7 +39,7 @@ def squared_error(seed: int, cover_mm: tuple[float, float]) -> float:
 
 
 def test_the_cover_of_a_flat_board_is_an_unknown() -> None:
-    """The light tells it, with the normal of the board: errors are as stated, as without a cover."""
+    """The light tells it, by the normal of the board: errors are as stated, and without a cover."""
     for cover_mm in (COVER_MM, (0.0, 0.0)):
         total = sum(squared_error(seed, cover_mm) for seed in range(3))
         assert total < chi2.ppf(0.995, 18)

@@ -268,8 +268,7 @@ def motion(chosen: PoseEstimate) -> Check:
 
 
 def common_measurements(chosen: PoseEstimate, n_common: int | None) -> Check:
-    """Moments at which both stations saw the board; `batch` counts on none, and its covariance
-    states what few are worth."""
+    """Moments at which both stations saw the board, which `batch` does not need."""
     name = "common measurements"
     if n_common is None or chosen.stage == "static":
         return unknown(name, Case.COMMON_UNNEEDED, "")

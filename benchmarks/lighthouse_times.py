@@ -25,7 +25,7 @@ import yaml
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate import jansen
-from mocap_metrology.lighthouse.calibrate.batch import by_batch
+from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.fit import simplex
@@ -73,7 +73,7 @@ def steps(name: str, folder: Path) -> list[tuple[str, float]]:
         ("64 MB dump to cleaned sweeps, OOTX", cpu(lambda: decode(dump, "gpio-dump", board))),
     ]
     scene = Scene(found.hits, found.board, "ideal", factories, None, "libsurvive", Priors())
-    rows.append(("cleaned sweeps to pose, batch", cpu(lambda: by_batch(scene))))
+    rows.append(("cleaned sweeps to pose, batch", cpu(lambda: solved(scene)[0])))
     unknown = jansen.CalibrationSettings(estimators=("batch",), optics=("factory",))
     by_all = cpu(lambda: jansen.calibrate(found.hits, found.board, factories, unknown))
     rows.append(("calibration, batch, variant of the rotor model unknown", by_all))

@@ -14,7 +14,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
-from mocap_metrology.lighthouse.calibrate.batch import by_batch, details_of, joint
+from mocap_metrology.lighthouse.calibrate.batch import details_of, joint, solved
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, reconstruct
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
@@ -70,7 +70,7 @@ def first(name: str, folder: Path | None = None) -> Flat:
 
 
 def timeless(scene: Scene) -> object:
-    return replace(by_batch(scene), seconds=0.0)
+    return replace(solved(scene)[0], seconds=0.0)
 
 
 def tried(function: Callable[..., object], *given: object) -> object:

@@ -94,10 +94,8 @@ def known_length(
     if cell is None or not 0 < float(cell["sd"]) < float(cell["length"]) <= LARGEST_M:
         raise Refusal(f"known_length: {text!r}; expected {EXPECTED}")
     ends = cell.groupdict()
-    labels = [
-        ends.get("first") or ends.get("one") or names[0],
-        ends.get("second") or ends.get("other") or names[-1],
-    ]
+    keys = ("first", "one", names[0]), ("second", "other", names[-1])
+    labels = [ends.get(diode) or ends.get(station) or usual for diode, station, usual in keys]
     if cell.re is STATIONS and ends["one"] is None and len(names) > 2:
         raise Refusal(f"known_length: {text!r}; expected two of the stations {', '.join(names)}")
     first, second = (_place(label, n_diodes, names) for label in labels)

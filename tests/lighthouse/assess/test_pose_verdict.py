@@ -64,6 +64,7 @@ WIDE = np.diag([100.0, 1, 1, 1e-4, 1e-4, 1e-4])
         ({"covariance": WIDE}, "usable", Case.UNCERTAINTY, {"value": 10}),
         ({"covariance": WIDE * np.nan}, "doubtful", Case.UNCERTAINTY_UNKNOWN, {"value": np.nan}),
         ({"n_common": 30}, "doubtful", Case.COMMON_FEW, {"value": 30}),
+        ({"n_common": 30, "estimator": "batch", "residual_rms_urad": 60.0}, "good", None, {}),
         ({"board_rms_urad": 40.0}, "good", None, {}),
         ({"board_rms_urad": 120.0}, "usable", Case.BOARD_POSES_HIGH, {"value": 120}),
         ({"duration_s": 2.0}, "usable", Case.DURATION_SHORT, {"value": 2}),

@@ -11,7 +11,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.batch.residuals import BINS
-from mocap_metrology.lighthouse.calibrate.batch import by_batch
+from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.records import Factory, Hits, PoseEstimate
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
@@ -30,7 +30,7 @@ def of_scene(own: scenes.Scene) -> Scene:
 def estimated(
     made: SimulatedSweeps, hits: Hits | None = None, priors: Priors = EXACT
 ) -> PoseEstimate:
-    return by_batch(pairs.scene(made, hits, priors))
+    return solved(pairs.scene(made, hits, priors))[0]
 
 
 def off(pose: PoseEstimate, R: np.ndarray, t_m: np.ndarray) -> np.ndarray:
@@ -45,7 +45,7 @@ def test_quantised_hits_of_another_generator() -> None:
     squares = []
     for seed in range(5):
         own = scenes.scene(seed, seconds=5)
-        pose = by_batch(of_scene(own))
+        pose = solved(of_scene(own))[0]
         error = off(pose, own.R, own.t_m)
         assert np.abs(error[:3]).max() < 1.5 and np.abs(error[3:]).max() < 0.04
         assert pose.path is not None
@@ -97,7 +97,7 @@ def test_a_displaced_diode_has_its_residual_though_it_is_excluded() -> None:
     made = simulate(twin(7))
     wrong = made.truth.board.copy()
     wrong[13] += [0.0, 0.004, 0.0]
-    pose = by_batch(replace(pairs.scene(made, priors=Priors()), board=wrong))
+    pose = solved(replace(pairs.scene(made, priors=Priors()), board=wrong))[0]
     for row in pose.details["residuals"]["by_diode"]:
         assert row["excluded"] == [13]
         rms = dict(zip(row["diode"], row["rms_urad"], strict=True))
@@ -110,7 +110,7 @@ def test_a_station_hidden_for_a_part_leaves_a_pose(station: int, hidden) -> None
     """Its error is within what its covariance allows, which is positive."""
     blocked = ((station, *(6.0 * share for share in hidden)),)
     made = simulate(twin(50 + station, duration_s=6.0, blocked=blocked))
-    pose = by_batch(replace(pairs.scene(made), optics="factory", factories=FACTORIES))
+    pose = solved(replace(pairs.scene(made), optics="factory", factories=FACTORIES))[0]
     assert np.linalg.eigvalsh(pose.covariance)[0] > 0
     assert squared(off(pose, made.truth.R, made.truth.t_optical_m), pose.covariance) < chi2.ppf(
         0.9999, 6
@@ -122,7 +122,7 @@ def test_too_little_is_refused() -> None:
     own = scenes.scene(1, seconds=2)
     few = own.hits.take((own.hits.station == 0) | (own.hits.diode < 3))
     with pytest.raises(Refusal, match=r"batch, ideal: \d+ and 0 moments at which a station sees"):
-        by_batch(replace(of_scene(own), hits=few))
+        solved(replace(of_scene(own), hits=few))[0]
 
 
 def test_unknown_rotors_are_estimated_with_the_pose() -> None:
@@ -143,7 +143,7 @@ def test_unknown_rotors_are_estimated_with_the_pose() -> None:
     scene = pairs.scene(made)
     errors = []
     for optics in ("ideal", "estimated"):
-        pose = by_batch(replace(scene, optics=optics))
+        pose = solved(replace(scene, optics=optics))[0]
         errors.append(off(pose, made.truth.R, made.truth.t_m))
     ideal, free = (np.linalg.norm(error[:3]) for error in errors)
     assert ideal > 30 and free < 40 and free < ideal

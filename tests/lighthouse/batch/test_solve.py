@@ -167,3 +167,9 @@ def test_noise_by_restricted_likelihood(common: float, share: float) -> None:
     assert np.mean([one.hit for one in found]) == pytest.approx(30e-6, rel=0.1)
     sweep = np.mean([one.sweep for one in found])
     assert sweep == pytest.approx(common, rel=0.15) if common else sweep < 12e-6
+
+
+def test_negative_information_is_no_solution() -> None:
+    """As hits of a wrong clock left it."""
+    with pytest.raises(np.linalg.LinAlgError):
+        solve.solved(np.diag([1.0, -1.0]), np.ones(2))

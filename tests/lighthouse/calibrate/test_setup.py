@@ -11,7 +11,7 @@ from mocap_metrology.calibration.setup import same_stations
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.batch import by_batch
+from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.setup import Setup, by_setup
 from mocap_metrology.lighthouse.records import Factory, Station
@@ -64,7 +64,7 @@ def test_recordings_of_all_stations_predict_each_other() -> None:
             "a": True,
             "b": True,
         }
-    alone = by_batch(given["a"].scene)
+    alone = solved(given["a"].scene)[0]
     assert np.trace(found.pose.covariance[:3, :3]) < 0.8 * np.trace(alone.covariance[:3, :3])
 
 

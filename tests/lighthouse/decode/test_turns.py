@@ -193,6 +193,28 @@ def test_turns_are_counted_through_defects(
         check(light)
 
 
+@pytest.mark.parametrize("jump_s", [0.8, -0.5, 1.7, 0.05, -1e-3])
+def test_a_clock_that_jumps_ends_the_light_that_is_used(tmp_path: Path, jump_s: float) -> None:
+    """The longer part of the recording remains, by whatever part of a turn the rest is off."""
+
+    def jumped(lines: list[str]) -> list[str]:
+        cells = [line.split() for line in lines]
+        for some in cells[3 * len(cells) // 5 :]:
+            at = 5 if some[2] == "W" else 4
+            some[at] = str((int(some[at]) + round(48e6 * jump_s)) % 2**32)
+        return [" ".join(some) for some in cells]
+
+    whole, _ = read_libsurvive(made(tmp_path / "a.rec.gz"), "T20")
+    light, _ = read_libsurvive(made(tmp_path / "b.rec.gz", change=jumped), "T20")
+    assert light.hit_s.size == pytest.approx(0.6 * whole.hit_s.size, rel=0.02)
+    turns, notes = find_turns(light)
+    assert [one.channel for one in turns] == [2, 9] and notes == []
+    hits, _ = find_turn_hits(light, turns)
+    angle = 0.02 * hits.diode + 0.1 * hits.station - 0.15 * hits.axis
+    right = np.abs(hits.angle_rad - angle) < 12e-6
+    assert np.count_nonzero(right) > 0.99 * light.hit_s.size
+
+
 def b_lines(lines: list[str]) -> list[str]:
     found = []
     for cells in map(str.split, lines):

@@ -38,8 +38,7 @@ BOARD = (1.2, 3.0)  # over the noise of an angle
 BOARD_PLACES = 1.5  # doubtful, over noise and errors of the board
 MIRRORED = (0.01, 0.05)
 MIRRORED_FAILED = 0.5
-COMMON = (200, 50)  # usable below, doubtful below
-COMMON_MOMENTS = (100, 25)  # likewise, of any number of stations: 30 a second, not 60
+COMMON = (200, 50)  # usable below, doubtful below; not of `batch`
 SPAN_M = (0.3, 0.1)
 CHI2_6 = 22.46  # of six degrees of freedom, exceeded with probability 0.001
 WEIGHTED = (1.3, 3.0)  # over the noise, without errors of board poses: sound ones reach 1.2
@@ -269,11 +268,11 @@ def motion(chosen: PoseEstimate) -> Check:
 
 
 def common_measurements(chosen: PoseEstimate, n_common: int | None) -> Check:
-    """Moments at which both stations saw the board."""
+    """Moments at which both stations saw the board, which `batch` does not need."""
     name = "common measurements"
     if n_common is None or chosen.stage == "static":
         return unknown(name, Case.COMMON_UNNEEDED, "")
-    grade = graded_low(n_common, COMMON_MOMENTS if chosen.station.isdigit() else COMMON)
+    grade = graded_low(n_common, (0, 0) if chosen.estimator == "batch" else COMMON)
     return judged(name, (Case.COMMON, Case.COMMON_FEW), n_common, "", grade)
 
 

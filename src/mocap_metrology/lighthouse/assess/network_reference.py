@@ -85,20 +85,14 @@ class NetworkReference:
         }, note
 
     def _of(self, station: Station) -> Placed | None:
-        if station.id is not None:
-            for one in self.stations:
-                if one.id == station.id:
-                    return one
-        for one in self.stations:
-            if one.channel != station.channel:
-                continue
-            if None not in (one.id, station.id):
-                raise Refusal(
-                    f"{self.source}: its station {one.channel} is {one.id}, that of the recording"
-                    f" is {station.id}; expected poses of the same stations"
-                )
-            return one
-        return None
+        same = [one for one in self.stations if one.id == station.id is not None]
+        same = same or [one for one in self.stations if one.channel == station.channel]
+        if same and None not in (same[0].id, station.id) and same[0].id != station.id:
+            raise Refusal(
+                f"{self.source}: its station {same[0].channel} is {same[0].id}, that of the"
+                f" recording is {station.id}; expected poses of the same stations"
+            )
+        return same[0] if same else None
 
 
 def network_reference(path: str | Path) -> NetworkReference:
@@ -163,11 +157,9 @@ def _of_pose_json(path: str | Path) -> list[Placed]:
     given = read_pose_json(path)
     own = str(given["reference"])
     first = Placed(int(own), given["stations"][own]["id"], np.eye(3), np.zeros(3))
-    found = [first]
-    for name, one in pairs(given).items():
-        entry = chosen_pose(one)
-        if entry is not None:
-            found.append(
-                Placed(int(name), given["stations"][name]["id"], *matrix_and_metres(entry))
-            )
-    return found
+    chosen = {name: chosen_pose(one) for name, one in pairs(given).items()}
+    return [first] + [
+        Placed(int(name), given["stations"][name]["id"], *matrix_and_metres(entry))
+        for name, entry in chosen.items()
+        if entry is not None
+    ]

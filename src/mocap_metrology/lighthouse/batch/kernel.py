@@ -33,7 +33,7 @@ from mocap_metrology.lighthouse.rotor import (
 POSE = 6  # unknowns of a control point, and of a station: position, rotation vector
 SPAN = 5 * POSE  # of a sweep: the control points of two neighbouring intervals
 LOCAL = 28  # most global unknowns of one hit
-ROOM = 43  # of the work of one hit
+ROOM = 44  # of the work of one hit
 HELD = 0.5  # of the factor of t: where the places of a board's file hold
 INDEX2 = 1.5**2  # of refraction, of the cover of a diode
 
@@ -136,7 +136,8 @@ def _hit(
     """Predicted angle; derivative by the board's pose at the time, in row[:6]; work[3:6] is that
     by the diode's place, work[6:9] by the master's coordinates, work[9:12] the diode from the
     station, work[12:15] in the station's frame, work[30:36] those of `plane_gradient`, work[36]
-    the factor of t, work[37:43] the normal in the master's frame and the diode under its cover."""
+    the factor of t, work[37:43] the normal in the master's frame and the diode under its cover,
+    work[43] the sign of the shift."""
     who, basis, normals, cover = seen.who, seen.basis, of.normals, of.cover
     t, rotors = of.t_m, of.rotors
     s, axis, d, k = who[h, 0], who[h, 1], who[h, 2], who[h, 3]
@@ -165,9 +166,10 @@ def _hit(
             m[i] = F[i, 0] * a[0] + F[i, 1] * a[1] + F[i, 2] * a[2]
             along -= m[i] * far[i]
         along /= math.sqrt(far[0] * far[0] + far[1] * far[1] + far[2] * far[2])
-        along = min(max(along, 0.0), 1.0)
-        work[36] = 1.0 - along / math.sqrt(INDEX2 - 1.0 + along * along)
-        shift = cover[0] + cover[1] * work[36]
+        side = 1.0 if along > 0.0 else -1.0  # that of a flat board which the light comes from
+        along = min(side * along, 1.0)
+        work[36], work[43] = 1.0 - along / math.sqrt(INDEX2 - 1.0 + along * along), side
+        shift = side * (cover[0] + cover[1] * work[36])
         for i in range(3):
             far[i] += shift * m[i]
             under[i] = q[i] + shift * normals[d, i]
@@ -246,6 +248,7 @@ def _globals(
             n += 1
     if cover >= 0:
         across = e[0] * normals[d, 0] + e[1] * normals[d, 1] + e[2] * normals[d, 2]
+        across *= work[43]
         at[n], value[n] = cover, across
         at[n + 1], value[n + 1] = cover + 1, across * (work[36] - HELD)
         n += 2

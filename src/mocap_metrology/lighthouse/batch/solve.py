@@ -165,7 +165,9 @@ def bend_cost(trajectory: Trajectory) -> float:
 
 def solved(M: np.ndarray, y: np.ndarray) -> Floats:
     """M^-1 y of a positive definite M, in units in which its diagonal is 1: those of the unknowns
-    differ by many orders of magnitude."""
+    differ by many orders of magnitude. Raises LinAlgError for another M."""
+    if not (np.diag(M) > 0).all():
+        raise np.linalg.LinAlgError("an unknown of no or negative information")
     scale = 1 / np.sqrt(np.diag(M))
     x: Floats = linalg.solve(M * np.outer(scale, scale), (y.T * scale).T, assume_a="pos")
     return (x.T * scale).T

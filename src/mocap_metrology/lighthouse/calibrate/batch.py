@@ -31,14 +31,6 @@ from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.records import SLAVE, Measurements, Path, PoseEstimate
 
 
-def by_batch(scene: Scene, still: Sequence[Measurements] | None = None) -> PoseEstimate:
-    """The slave's pose from all hits. still: median angles of a board that keeps its place.
-
-    Raises `Refusal` where no start is found or the search does not converge.
-    """
-    return solved(scene, still)[0]
-
-
 def solved(
     scene: Scene,
     still: Sequence[Measurements] | None = None,
@@ -54,8 +46,9 @@ def all_solved(
     still: Sequence[Measurements] | None = None,
     known: tuple[Joint, str] | None = None,
 ) -> tuple[list[PoseEstimate], Joint]:
-    """Poses of all stations but the first, and the joint estimate that they are from; raises as
-    `by_batch`. known: what `joint` returns, where it was called before."""
+    """Poses of all stations but the first from all hits, and the joint estimate that they are from.
+    still: median angles of a board that keeps its place; known: what `joint` returns, where it was
+    called before. Raises `Refusal` where no start is found or the search does not converge."""
     began = time.perf_counter()
     found, note = known or joint(scene, still)
     one, stage = found.recordings[0], "final" if still is None else "static"
@@ -174,7 +167,7 @@ def joint(
     near: Start | None = None,
     first: Joint | None = None,
 ) -> tuple[Joint, str]:
-    """The joint estimate behind `by_batch`, and a note on what was left out; raises as that.
+    """The joint estimate behind `solved`, and a note on what was left out; raises as that.
     near: where it starts, if that is known; first: what `fits.explored` returned from there."""
     with determined(scene.title):
         if still is None:

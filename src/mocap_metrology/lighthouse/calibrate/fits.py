@@ -99,13 +99,13 @@ def without_bad_diodes(
 def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
     """The estimate by priors as they are, with its bias: `bridged`, and without diodes whose hits
     the others contradict."""
-    for _ in range(RENEWALS):
+    for _ in range(RENEWALS + 1):
         found = bridged(scene, fitted(scene, hits, trajectory, poses, sized=True), hits)
         worst = bad_diodes(found)[:1]
         if not worst.size:
-            return found
+            break
         hits = hits.take(hits.diode != worst)
-    return bridged(scene, fitted(scene, hits, trajectory, poses, sized=True), hits)
+    return found
 
 
 def noted(out: Sequence[int], why: str) -> str:

@@ -53,12 +53,7 @@ from mocap_metrology.lighthouse.fit import board_pose
 FAILED_M2 = 22.46  # of halves of batch: by chance one time in a thousand
 FAILED_RATIO = 0.5  # of the differences of halves
 
-__all__ = [
-    "Calibration",
-    "CalibrationSettings",
-    "calibrate",
-    "chosen",
-]
+__all__ = ["Calibration", "CalibrationSettings", "calibrate", "chosen"]
 
 
 def calibrate(
@@ -236,9 +231,8 @@ def _with_batch(
 
 def _middle(hits: records.Hits, n_diodes: int) -> tuple[records.Measurements, records.Measurements]:
     """Median angles of each diode, of master and slave."""
-    return median_angles(hits, records.MASTER, n_diodes), median_angles(
-        hits, records.SLAVE, n_diodes
-    )
+    master, slave = (median_angles(hits, k, n_diodes) for k in (records.MASTER, records.SLAVE))
+    return master, slave
 
 
 def _measured(
@@ -284,14 +278,8 @@ def chosen(estimates: Sequence[records.PoseEstimate]) -> int | None:
     paper-lm comes before a batch that fails at what neither used: from one part of the recording
     the pose by the other, which batch misses by more than chance, and paper-lm less than half as
     far."""
-    order = [
-        (BATCH, "static"),
-        (BATCH, "final"),
-        ("paper-lm", "static"),
-        ("paper-lm", "final"),
-        ("paper-lm", "kabsch"),
-        *((e, s) for e in ("paper", "paper-tight", *PEERS) for s in ("kabsch", "final")),
-    ]
+    order = [(e, s) for e in (BATCH, "paper-lm") for s in ("static", "final", "kabsch")]
+    order += [(e, s) for e in ("paper", "paper-tight", *PEERS) for s in ("kabsch", "final")]
     final = {(e.optics, e.estimator): e.halves for e in estimates if e.stage == "final"}
 
     def failed(e: records.PoseEstimate) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.problem import Priors, SideInformation
+from mocap_metrology.lighthouse.calibrate.pnp import is_flat
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD
@@ -122,8 +123,13 @@ class Scene:
 
     @property
     def more(self) -> SideInformation:
-        """What an estimate knows besides."""
-        return SideInformation(self.sensors.ups, self.spreads, self.sensors.normals)
+        """What an estimate knows besides. Before stations of the second generation diodes of a flat
+        board look along its normal, to the side that the light comes from."""
+        normals = self.sensors.normals
+        if normals is None and self.generation == 2 and is_flat(self.board):
+            across = np.linalg.svd(self.board - self.board.mean(axis=0))[2][2]
+            normals = np.tile(across, (len(self.board), 1))
+        return SideInformation(self.sensors.ups, self.spreads, normals)
 
     def of(self, members: Sequence[int]) -> Scene:
         """Some of the stations, the first of them the reference."""

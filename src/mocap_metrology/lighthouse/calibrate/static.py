@@ -124,10 +124,8 @@ def static_pose(
     n_angles = int(master.n_angles[0] + slave.n_angles[0])
     rms = float(np.sqrt((master.epsilon[0] + slave.epsilon[0]) / n_angles))
     ambiguity = float(min(master.ambiguity[0], slave.ambiguity[0]))
-    (_, of_master), (_, of_slave) = cleaned
-    left_out = of_master, of_slave
-    board_R, board_t = master.R[0], master.t_m[0]
-    return StaticPose(R, t, covariance, rms, n_angles, ambiguity, left_out, board_R, board_t)
+    left_out, placed = (cleaned[0][1], cleaned[1][1]), (master.R[0], master.t_m[0])
+    return StaticPose(R, t, covariance, rms, n_angles, ambiguity, left_out, *placed)
 
 
 def without_bad(

@@ -27,8 +27,6 @@ RESOLUTION_RAD = np.pi * 0.5e-6 * 60 * 2  # one sample of 2 MHz
 SINGULAR = 1e-6  # of the board's extent: thinner is flat
 FEWEST_DIODES = 5  # diodes with both angles: one can be left out
 WRONG_DIODES = 2  # wrong diodes of one moment
-
-
 USUAL = Cleaning()
 
 
@@ -46,8 +44,7 @@ def clean_hits(
     highest = int(hits.diode.max(initial=-1))
     if highest >= len(board):
         raise Refusal(
-            f"board: {len(board)} diodes, but light on diode {highest};"
-            f" expected a position for each"
+            f"board: {len(board)} diodes, light on diode {highest}; expected a position for each"
         )
     wrong = sweep_outliers(hits, board, cleaning)
     left = np.flatnonzero(~wrong)

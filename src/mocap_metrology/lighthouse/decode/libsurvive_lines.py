@@ -6,7 +6,8 @@
 
 time in ticks of 48 MHz of a 32-bit counter of the object; seconds those of the computer. Sensors
 are numbered as the positions in CONFIG. Y lines come late and out of order. A counter can restart,
-and single lines are off by 2^24 ticks: both are told by the seconds, which lag by milliseconds.
+and single lines are off by 2^24 ticks: both are told by the seconds, which lag by milliseconds. A
+counter that jumps by less is told by the begins of turns, which are a period apart.
 
     seconds object I mask time ax ay az gx gy gz ...
 
@@ -23,6 +24,7 @@ from collections.abc import Mapping
 from itertools import chain
 
 import numpy as np
+from scipy import ndimage
 
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Floats
@@ -35,6 +37,8 @@ OPERATIONS = {b"W": W, b"Y": Y, b"B": B}
 STRAY_S = 0.12  # between a line's time and those of others of its moment: 2^24 ticks are 0.35 s
 FARTHEST_S = 2.0  # likewise from those of the whole recording, by drift and delay
 MOMENT = 256  # lines
+JUMP = 2e-3  # of a turn, 17 us, by which begins are off those before: clocks differ by 1e-5
+FEW = 15  # begins, of which the median is taken
 LENGTH_OF_NORMAL = 0.1  # deviation from 1 that is damage
 WRAP = 1 << 32
 G_M_S2 = 9.80665
@@ -135,6 +139,7 @@ def light_of(
     begins = values[:, 1] == Y
     counter = np.where(begins, values[:, 3], values[:, 4])
     ticks, kept, lag = _ticks(counter, values[:, 0])
+    kept &= _of_one_count(ticks, kept & begins, values[:, 2])
     notes = []
     if not kept.all():
         notes.append(
@@ -187,6 +192,25 @@ def _ticks(counter: Floats, host_s: Floats) -> tuple[Floats, np.ndarray, float]:
         kept[some] = np.abs(off[some] - np.median(off[some])) <= STRAY_S
     wraps = np.round((host_s - usual - counter / TICKS_PER_S) / period)
     return counter + WRAP * wraps, kept, usual
+
+
+def _of_one_count(ticks: Floats, begins: np.ndarray, channel: Floats) -> np.ndarray:
+    """The longest part of the lines, in their order, between jumps of the counter: there begins of
+    the turns of a station are no longer whole periods after those before."""
+    ends = {0, ticks.size}
+    for own in (np.flatnonzero(begins & (channel == one)) for one in np.unique(channel[begins])):
+        turns = np.diff(ticks[own]) / (TICKS_PER_S * PERIOD_S[int(channel[own[0]])])
+        off = turns - np.round(turns)
+        near = (np.round(turns) == 1) & (np.abs(off) < JUMP)
+        if np.count_nonzero(near) <= FEW:
+            continue
+        phase = np.cumsum(off - np.round(turns) * off[near].mean())
+        step = np.diff(ndimage.median_filter(phase, FEW, mode="nearest"))
+        ends |= set(own[2:][np.abs(step) > JUMP].tolist())
+    at = np.sort(list(ends))
+    longest = int(np.argmax(np.diff(at)))
+    line = np.arange(ticks.size)
+    return (line >= at[longest]) & (line < at[longest + 1])
 
 
 def normals_of(config: Mapping[str, object], n_diodes: int) -> np.ndarray | None:

@@ -19,6 +19,7 @@ CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
 FAR = 15.0  # standard deviations that no louder noise is off, beyond the range beside it
 LIKE_NOISE = 0.75  # of the whiteness beside it, from which an excursion is louder noise
+SURE = 3.0  # standard errors of a whiteness
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
 SIDES_MISS = 0.01  # probability that some series of an event is reported as changed and is not
@@ -204,7 +205,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
     usual = float(np.median([_whiteness(part) for part in alone if part.size > 1] or [0.0]))
-    moved = _whiteness(within) < LIKE_NOISE * usual
+    chance = SURE / math.sqrt(max(within.size, 1))  # by which white noise departs from 1
+    moved = _whiteness(within) < min(LIKE_NOISE, 1 - chance) * usual
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start

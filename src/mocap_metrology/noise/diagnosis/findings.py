@@ -13,6 +13,7 @@ from typing import TypedDict, cast
 
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.shape import AT_ONCE
 from mocap_metrology.noise.diagnosis.signatures import NEAR_S, Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, Z_95, NoiseRow, deterministic_of
 from mocap_metrology.noise.model.deterministic import Deterministic
@@ -315,6 +316,24 @@ def _is_event(kind: str, wander: Wander, found: Diagnosis) -> bool:
         for one in found.events
         if one.kind == "burst" and (len(wander.jumps) == 1 or kind == "shift")
     )
+
+
+def shift_near(
+    begin_s: float, end_s: float, wanders: Mapping[str, Wander]
+) -> tuple[str, float, bool] | None:
+    """Series (coordinates before distances, then the largest), size in mm of the step, lasting
+    shift or switch that an event is, and whether a shift ends with it; None of other events."""
+    near = {
+        name: jump
+        for name, one in wanders.items()
+        if set(one.kinds) & AT_ONCE
+        if (jump := one.jump_near(begin_s, end_s))
+    }
+    name = max(near, key=lambda k: (not k.startswith("L"), abs(near[k][1])), default=None)
+    if name is None:
+        return None
+    one, (time_s, size_mm) = wanders[name], near[name]
+    return name, size_mm, "shift" in one.kinds and time_s > (one.at_s[0] + one.at_s[1]) / 2
 
 
 def approach(part: Deterministic, duration_s: float) -> tuple[float, float]:

@@ -14,7 +14,12 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.export import bands, low_passes, wander
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
-from mocap_metrology.noise.diagnosis.one_series import Examiner, decided, without_frames
+from mocap_metrology.noise.diagnosis.one_series import (
+    Examiner,
+    decided,
+    hiding_step,
+    without_frames,
+)
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
     heavy_tails,
@@ -84,7 +89,7 @@ def diagnose(
     blanked = LazyArrays(quiet, lambda name: without_frames(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     lines = [line for one in every for line in one.lines]
-    wanders = {one.name: decided(one.wander, noise, one.name) for one in every if one.wander}
+    wanders = decided({one.name: one.wander for one in every if one.wander}, noise)
     wanders |= _of_distances(wanders, recording.pairs)
     recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
     still = _still(recording, blanked, levels, settings)
@@ -142,7 +147,9 @@ def searched(
         return one[0], dynamic_allan(one[1], rate_hz, step)
 
     def level(one: tuple[str, np.ndarray]) -> tuple[str, Blocks]:
-        return one[0], blocks(one[1], rate_hz)
+        found = blocks(one[1], rate_hz)
+        hidden = hiding_step(one[1], step, one[0].startswith("L")) > 0  # levels are of the steps
+        return one[0], replace(found, variance=found.variance + np.nan) if hidden else found
 
     dynamics = dict(over(dynamic, all_series(drawn, pairs)))
     levels = dict(over(level, quiet.items()))

@@ -46,6 +46,7 @@ FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
 LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to this of all
+SLOWEST = 30  # coefficients that show whether noise is bounded
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),
@@ -77,7 +78,7 @@ class Wander:
     s and signed size in mm of every change at once; curve: (2, n) times in s and the positions
     of a shape that has some; moved_mm: of that shape, from start to end, without these changes;
     error_mm: standard error of the size of one step or shift; slope: of a straight line, mm/s, with
-    its standard error.
+    its standard error; slowest: of slow noise (see `_slowest`).
     """
 
     kinds: tuple[str, ...]
@@ -93,6 +94,7 @@ class Wander:
     moved_mm: float = math.nan
     error_mm: float = math.nan
     slope: tuple[float, float] = NONE
+    slowest: Floats | None = field(default=None, repr=False, compare=False)
 
     @property
     def of(self) -> frozenset[str]:
@@ -156,24 +158,6 @@ class Wander:
         return self.at_s[1] - self.at_s[0] if "shift" in self.kinds else math.inf
 
 
-def shift_near(
-    begin_s: float, end_s: float, wanders: Mapping[str, Wander]
-) -> tuple[str, float, bool] | None:
-    """Series (coordinates before distances, then the largest), size in mm of the step, lasting
-    shift or switch that an event is, and whether a shift ends with it; None of other events."""
-    near = {
-        name: jump
-        for name, one in wanders.items()
-        if set(one.kinds) & AT_ONCE
-        if (jump := one.jump_near(begin_s, end_s))
-    }
-    name = max(near, key=lambda k: (not k.startswith("L"), abs(near[k][1])), default=None)
-    if name is None:
-        return None
-    one, (time_s, size_mm) = wanders[name], near[name]
-    return name, size_mm, "shift" in one.kinds and time_s > (one.at_s[0] + one.at_s[1]) / 2
-
-
 def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     """Kind of the slow wander of (n,) values in mm, NaN in gaps; None where there is too little to
     tell."""
@@ -231,7 +215,20 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         shape.moved(solved),
         float(fitted.errors[shape.main]) if len(jumps) == len(at) == alone else math.nan,
         (float(solved[0]) / span_s, float(fitted.errors[0]) / span_s) if shape.line else NONE,
+        _slowest(z) if slow and noise in ("", "random_walk") else None,
     )
+
+
+def _slowest(z: Floats) -> Floats:
+    """(2, SLOWEST) slowest coefficients of differences of (n,) values, of variance 1 by the best
+    walk in white noise, and the share of the walk in it."""
+    from scipy.fft import dst
+
+    y = dst(np.diff(z), type=1, norm="ortho")
+    white, walks = _noises(y.size)["white"], _noises(y.size)["random_walk"]
+    best = walks[np.argmin(_bic(y, y[:0, None], 1 / walks, np.log(walks).sum(axis=1)))]
+    own = y / np.sqrt(best * np.mean(y**2 / best))
+    return np.array([own, 1 - white[0] / best])[:, :SLOWEST]
 
 
 def block_length(size: int, frame_rate_hz: float) -> int:

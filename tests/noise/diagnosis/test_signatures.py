@@ -10,8 +10,9 @@ from scipy import signal
 
 from benchmarks.sentences._kinds import coloured, gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
+from mocap_metrology.noise.diagnosis.export import hiding_step
 from mocap_metrology.noise.diagnosis.findings import shift_near
-from mocap_metrology.noise.diagnosis.one_series import decided, hiding_step
+from mocap_metrology.noise.diagnosis.one_series import decided
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
     MOST_BLOCKS,

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.levels import Blocks, Change, Sides, changes, compare
+from mocap_metrology.noise.diagnosis.levels import Blocks, Sides, changes, compare
 from mocap_metrology.noise.diagnosis.outliers import spread
 
 JOIN_S = 1.0  # alarms so close are one event
@@ -294,14 +294,9 @@ def find_events(
     for change in changes(dict(levels), out_of, side_s, false_alarm / 2):
         near = 3 * side_s / 10
         if not any(e.time_s - near <= change.time_s <= e.stop_s + near for e in found):
-            found.append(_level(change))
+            name, nan = change.series, math.nan
+            level = (change.time_s, 0.0, "level", (name,), name, nan, nan, change.p, nan, nan)
+            found.append(Event(*level))
     levels_s = [event.time_s for event in found if event.kind == "level"]
     found = [with_sides(event, levels, out_of, side_s, levels_s) for event in found]
     return sorted(found, key=lambda e: e.time_s)
-
-
-def _level(change: Change) -> Event:
-    nan = math.nan
-    return Event(
-        change.time_s, 0.0, "level", (change.series,), change.series, nan, nan, change.p, nan, nan
-    )

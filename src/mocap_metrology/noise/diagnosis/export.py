@@ -19,7 +19,9 @@ from typing import Final, Literal
 
 import numpy as np
 
+from mocap_metrology.common.hampel import SAMPLED, own_step
 from mocap_metrology.common.linear import non_negative
+from mocap_metrology.noise.diagnosis.filtering import middle
 from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
 
 # Rounded
@@ -106,6 +108,14 @@ def rounding_share(step_mm: float, avar_1: float, distance: bool) -> float:
         return 0.0
     variance = step_mm**2 / 12 * (2 if distance else 1)
     return min(variance / avar_1, 1.0) if avar_1 > 0 else 1.0
+
+
+def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
+    """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file."""
+    changes = np.diff(middle(series)[:SAMPLED])
+    avar_1 = float(np.nanmean(changes**2)) / 2 if np.isfinite(changes).any() else math.nan
+    step = max(step_mm, own_step(series))
+    return step if rounding_share(step, avar_1, distance) > MOST else 0.0
 
 
 @dataclass(frozen=True)

@@ -118,9 +118,7 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
             if one.moves
         ],
         [Finding("low_pass", one.series, one.cutoff_hz) for one in found.low_pass],
-        _gap_filled(recording, found),
-        _repeated(recording, found),
-        _exchanged(recording),
+        _frames(recording, found),
         [Finding(one.code, one.series, one.value) for one in found.processed],
         [Finding("solved", name, ratio) for name, ratio in found.solved.items()],
         [  # series whose noise the file's steps decide
@@ -138,32 +136,21 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
     return sorted((one for part in parts for one in part), key=lambda one: order.index(one.code))
 
 
-def _gap_filled(recording: Recording, found: Diagnosis) -> list[Finding]:
-    """Shares of filled frames, for all coordinates of a marker, which are filled together; none
-    where frames are smooth."""
-    return [
-        Finding("gap_filled", f"{axis}{k}", recording.n_filled[label] / recording.n_frames)
-        for k, label in enumerate(recording.labels, start=1)
+def _frames(recording: Recording, found: Diagnosis) -> list[Finding]:
+    """Shares of filled (none where frames are smooth), repeated and exchanged frames, for all
+    coordinates of a marker, which share them."""
+    n = recording.n_frames
+    shares = [
+        ("gap_filled", label, recording.n_filled[label] / n)
+        for label in recording.labels
         if recording.n_filled.get(label) and not found.smooth
-        for axis in AXES
     ]
-
-
-def _repeated(recording: Recording, found: Diagnosis) -> list[Finding]:
-    """Shares of repeated frames, for all coordinates of a marker, which repeat together."""
+    shares += [("repeated", one.label, one.share) for one in found.repeats]
+    every = recording.exchanged
+    shares += [("exchanged", k, one["n_frames"] / n) for one in every for k in one["labels"]]
     return [
-        Finding("repeated", f"{axis}{recording.labels.index(one.label) + 1}", one.share)
-        for one in found.repeats
-        for axis in AXES
-    ]
-
-
-def _exchanged(recording: Recording) -> list[Finding]:
-    """Shares of frames with exchanged labels, for all coordinates of both markers."""
-    return [
-        Finding("exchanged", f"{axis}{k}", one["n_frames"] / recording.n_frames)
-        for one in recording.exchanged
-        for k in (recording.labels.index(label) + 1 for label in one["labels"])
+        Finding(code, f"{axis}{recording.labels.index(label) + 1}", share)
+        for code, label, share in shares
         for axis in AXES
     ]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import SAMPLED, own_step
-from mocap_metrology.noise.diagnosis.export import MOST, Resolution, resolution, rounding_share
+from mocap_metrology.noise.diagnosis.export import Resolution, hiding_step, resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine, described, series_lines
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
@@ -109,14 +109,6 @@ class Examiner:
             described(name, found, duration, rate, series, spectrum),
             tried(name, series, rate, among, density, sinusoids),
         )
-
-
-def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
-    """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file."""
-    changes = np.diff(middle(series)[:SAMPLED])
-    avar_1 = float(np.nanmean(changes**2)) / 2 if np.isfinite(changes).any() else math.nan
-    step = max(step_mm, own_step(series))
-    return step if rounding_share(step, avar_1, distance) > MOST else 0.0
 
 
 def multiples_of(series: np.ndarray) -> float:

@@ -112,15 +112,15 @@ def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> n
     """Frames of (n,) that are farther than n_sigma scales from the median of the five round them;
     the scale is that of all these distances, or of steps from frame to frame over sqrt(2) if that
     is more (smoothed tracks lie on their medians), half a step of the values at least; as
-    many times that as the distances of some `BLOCK` frames about them are louder."""
+    many times that as the distances of `BLOCK` frames are louder, there or beside."""
     distance = series - medians_of_five(series)
     usual = spread(distance)
     scale = max(usual, spread(np.diff(series)) / np.sqrt(2), resolution / 2, own_step(series) / 2)
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
-    at = off // BLOCK
-    near = {k: spread(distance[max(k - 1, 0) * BLOCK : (k + 2) * BLOCK]) for k in np.unique(at)}
-    louder = np.array([near[k] for k in at]) / (usual or math.inf)
+    blocks = np.add.outer(off // BLOCK, (-1, 0, 1)).clip(0, max(series.size // BLOCK - 1, 0))
+    level = {k: spread(distance[k * BLOCK : (k + 1) * BLOCK]) for k in np.unique(blocks)}
+    louder = np.array([max(level[k] for k in near) for near in blocks]) / (usual or math.inf)
     return off[np.abs(distance[off]) > n_sigma * scale * louder]
 
 

@@ -69,7 +69,7 @@ class Examiner:
         name, series = one
         rate, blank = self.rate_hz, without_frames(series, self.away)
         coarse = hiding_step(blank, self.step_mm, name.startswith("L"))
-        wander = signature(blank, rate)
+        wander = signature(blank, rate, self.n_series)
         jumps = bool(wander and wander.jumps)
         if wander:
             blank = wander.without_jumps(blank, rate)

@@ -36,6 +36,7 @@ from mocap_metrology.noise.fit.estimates import Z_95
 
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
+USUAL = 7  # series of a recording
 WALK = 1 / 3  # of every other noise, beside a random walk
 LOUD, SURE = 2.0, 7.0  # times the usual variance of frames; standard errors beyond it, at least
 LEFT_OUT, OFTEN = 0.4, 0.05  # of the blocks, at most; from which others may be loud, too
@@ -158,9 +159,10 @@ class Wander:
         return self.at_s[1] - self.at_s[0] if "shift" in self.kinds else math.inf
 
 
-def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
+def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wander | None:
     """Kind of the slow wander of (n,) values in mm, NaN in gaps; None where there is too little to
-    tell."""
+    tell. n_series: of the recording; many have the chances of two markers together."""
+    rarer = 2 * math.log(max(n_series / USUAL, 1.0))
     length = block_length(series.size, frame_rate_hz)
     z, k, loud = _means(series, length)
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
@@ -168,8 +170,8 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     z = z - np.median(z)
     best, shape, fitted = _fits(z, k)
     white, gaussian, solved = fitted.white, fitted.gaussian, fitted.solved
-    excluded = min(best.values()) - 2 * math.log(LEVEL)
-    none = _nothing(best) or (loud > OFTEN and _nothing(_fits(_scores(z), k)[0]))
+    excluded = min(best.values()) - 2 * math.log(LEVEL) + rarer
+    none = _nothing(best, rarer) or (loud > OFTEN and _nothing(_fits(_scores(z), k)[0], rarer))
     near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
@@ -336,10 +338,10 @@ def _scores(z: Floats) -> Floats:
     return np.asarray(ndtri((z.argsort().argsort() + 1) / (z.size + 1)))
 
 
-def _nothing(best: Mapping[tuple[frozenset[str], str], float]) -> bool:
+def _nothing(best: Mapping[tuple[frozenset[str], str], float], rarer: float) -> bool:
     """Whether noise that is none of slow wander may be all."""
     fast = min(best[frozenset(), noise] for noise in FAST)
-    return fast < min(best.values()) - 2 * math.log(NOTHING)
+    return fast < min(best.values()) - 2 * math.log(NOTHING) + rarer
 
 
 @lru_cache(maxsize=2)

@@ -170,9 +170,10 @@ def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) 
         {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
     )
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
-    starts = [m.first_s for m in moved.values() if m.first_s is not None]
-    stops = [m.last_s for m in moved.values() if m.last_s is not None]
-    start, stop = min(starts, default=surest.start_s), max(stops, default=surest.stop_s)
+    starts = [m.first_s for m in moved.values() if m.moved and m.first_s is not None]
+    stops = [m.last_s for m in moved.values() if m.moved and m.last_s is not None]
+    start = min(starts, default=min(a.start_s for a in group))
+    stop = max(stops, default=max(a.stop_s for a in group))
     largest = max(sized, key=lambda k: sized[k].size)
     return Event(
         start, stop - start, "burst", tuple(order), largest, sized[largest].size,

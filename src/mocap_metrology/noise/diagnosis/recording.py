@@ -110,15 +110,15 @@ def diagnose(
 def _of_distances(
     wanders: Mapping[str, Wander], pairs: Sequence[tuple[int, int]]
 ) -> dict[str, Wander]:
-    """Undecided, where a distance has a kind that none of its coordinates has, and one of these is
-    undecided: it shows a part of the same movement."""
+    """Undecided, where a distance has a kind that none of its coordinates has, and one of these has
+    any or is undecided: it shows a part of the same movement, or a sum of several."""
     found = {}
     for pair in pairs:
         name = pair_name(pair, pairs)
         own = [one for k in pair for axis in AXES if (one := wanders.get(f"{axis}{k}"))]
         known = {kind for one in own for kind in one.kinds}
         one = wanders.get(name)
-        if one and not known.issuperset(one.kinds) and any(x.undecided for x in own):
+        if one and not known.issuperset(one.kinds) and (known or any(x.undecided for x in own)):
             found[name] = replace(one, kinds=(), possible=one.kinds, jumps=())
     return found
 

@@ -13,6 +13,7 @@ from mocap_metrology.noise.diagnosis.evidence import halves, view_of
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
+from mocap_metrology.noise.diagnosis.resonance import Resonance
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.welch import welch
@@ -114,18 +115,13 @@ def test_without_an_event_the_most_unusual_window_is_framed() -> None:
     assert 0.9 < sides["y1"].lower < 1 < sides["y1"].upper < 1.1
 
 
-@pytest.mark.parametrize(("width_hz", "shown"), [(0.6, True), (1e9, False)])
-def test_a_broad_peak_of_a_short_recording_is_undecided(width_hz: float, shown: bool) -> None:
-    """White noise, and as much again in a band about 4.5 Hz: too wide for a spectral line."""
-    rng, n = np.random.default_rng(5), 1200
-    f = np.fft.rfftfreq(n, 1 / RATE)
-    gain = np.sqrt(1 + 60 * np.exp(-(((f - 4.5) / width_hz) ** 2)))
-    position = np.fft.irfft(np.fft.rfft(rng.normal(0, 0.01, (6, n))) * gain, n)
-    position[0] += 160
-    one = of(position)
+def test_a_broad_resonance_of_the_series_is_beside_its_spectrum() -> None:
+    one = of(white())
     found = diagnose(one, [], None)
     spectra = {name: welch(values, RATE) for name, values in one.coordinates.items()}
     spectra = {k: {"f_hz": v.f_hz, "psd_mm2_hz": v.psd} for k, v in spectra.items()}
-    found = replace(found, spectra=spectra, lines=[])
-    panel = axes_of(diagnosis_figure(one, found, "R"), "Spectrum of ")
-    assert ("10 s cannot decide" in panel.get_title(loc="right")) == shown
+    for seen in ([], list(one.coordinates)):
+        at = [Resonance(name, 4.5, 0.1, 0.01) for name in seen]
+        found = replace(found, spectra=spectra, lines=[], resonances=at)
+        panel = axes_of(diagnosis_figure(one, found, "R"), "Spectrum of ")
+        assert ("4.5 Hz" in panel.get_title(loc="right")) == bool(seen)

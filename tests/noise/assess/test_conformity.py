@@ -66,7 +66,7 @@ SPECIAL = {
     "filled": (finding("gap_filled", y1=0.004) | {"missing": {"y1": 0.012}}, {}, "usable",
         {"code": Code.MISSING_OR_FILLED, "value": 0.012}, []),
     "low pass": (finding("low_pass", x1=6.1, y1=5.9), {}, "usable",
-        {"code": Code.LOW_PASS, "value": 6.1, "unit": "Hz", "names": ()}, []),
+        {"code": Code.LOW_PASS, "value": 6.0, "unit": "Hz", "names": ()}, []),
     "low pass of one": (finding("low_pass", y1=NAN), {}, "usable",
         {"code": Code.LOW_PASS, "value": NAN, "names": ("y1",)}, []),
     "smoothed": (finding("smoothed", y1=0.1), {}, "usable",

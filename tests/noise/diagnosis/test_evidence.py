@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from types import SimpleNamespace as Some
 
-import numpy as np
-import pytest
-
 from mocap_metrology.noise.diagnosis import evidence
 
 
@@ -33,21 +30,3 @@ def test_views_of_events() -> None:
     level = evidence.view_of(found(), event("level", 0.1, 1e-9))
     assert (level.kind, level.first_s, level.last_s) == ("level", 15.0, 25.0)
     assert evidence.View("level", "L_1_2", 0.0, 1.0).names == ["L_1_2"]
-
-
-@pytest.mark.parametrize(
-    ("height", "f_0", "seen"),
-    [
-        *((4.0, 10.0, True), (2.0, 10.0, False)),  # three times its surroundings
-        *((4.0, 1.2, False), (4.0, 85.0, False)),  # too near to an end of the axis
-    ],
-)
-def test_a_broad_peak_of_three_times_what_lies_around(height, f_0, seen) -> None:
-    f = np.geomspace(1.0, 100.0, 300)
-    peak = 1 + (height - 1) * (abs(np.log10(f / f_0)) < 0.08) + 0.05 * (abs(f / f_0 - 1.05) < 0.01)
-    at = evidence.broad_peak(f, 1e-6 * peak)
-    assert (at is not None) == seen
-    if seen:
-        assert at == pytest.approx(1.05 * f_0, rel=0.02)
-    assert evidence.broad_peak(f, 0 * peak) is None
-    assert evidence.broad_peak(f[:0], f[:0]) is None

@@ -1,5 +1,6 @@
 """Whole recordings in which one disturbance looks like several: only the one is a finding."""
 
+import math
 from collections.abc import Callable
 from dataclasses import fields
 
@@ -8,11 +9,14 @@ import pytest
 from scipy import signal
 
 from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.export import bands, low_passes
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.outliers import Tails
+from mocap_metrology.noise.diagnosis.periodic import SpectralLine
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording, explained
-from mocap_metrology.noise.diagnosis.resonance import resonance
+from mocap_metrology.noise.diagnosis.resonance import Resonance, resonance
+from mocap_metrology.noise.fit.spectral.line import Line
 from mocap_metrology.noise.fit.spectral.welch import welch
 
 RATE, N = 50.0, 30_000
@@ -103,6 +107,34 @@ def test_loud_frames_of_heavy_tails_are_no_event() -> None:
         assert bool(explained(found, 600.0).events) is stands
 
 
+@pytest.mark.parametrize(("size", "code"), [(0.008, "resonance"), (0.03, "line")])
+def test_a_weak_line_in_a_resonance_is_a_part_of_it(size: float, code: str) -> None:
+    line = Line(size, 6.1, 0.0, 1.0, 99.0)
+    line = SpectralLine("x1", line, *[math.nan] * 3, None, None, *[math.nan] * 2, *[math.nan] * 3)
+    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
+    one = Resonance("x1", 6.0, 0.03, 0.02)
+    found = explained(Diagnosis(**others | {"lines": [line], "resonances": [one]}), 600.0)
+    assert bool(found.lines) is (code == "line") and bool(found.resonances) is (code != "line")
+
+
+def test_what_oscillates_is_no_low_pass() -> None:
+    """Noise of an autoregression whose density rises three times before it falls; a Butterworth
+    filter has none of that."""
+    for sos, named in (([[1, 0, 0, 1, -1.1, 0.6]], 0), (signal.butter(2, 0.4, output="sos"), 4)):
+        x = signal.sosfilt(sos, np.random.default_rng(2).standard_normal((4, N)))
+        found = {f"x{k}": bands(row, RATE) for k, row in enumerate(x)}
+        assert len(low_passes(found, RATE, 0.0)) == named
+
+
+def test_levels_of_noise_that_steps_hide_are_not_stated() -> None:
+    """A marker that moves over five steps of the file is noisy between two of them alone."""
+    x = 0.01 * np.random.default_rng(3).standard_normal((3, N)) + 0.3 * np.exp(-T / 90)
+    stored = dict(zip(NAMES, 0.1 * np.round(x / 0.1), strict=True))
+    recording = Recording(stored, ["A"], [], RATE, 0.1, "text")
+    codes = {one.code for one in findings_of(recording, diagnose(recording, [], None), [])}
+    assert "resolution_limited" in codes and "level_changes" not in codes
+
+
 @pytest.mark.parametrize("blue", [False, True])
 @pytest.mark.parametrize(
     ("f_0", "damping", "rms"), [(2.5, 0.08, 0.02), (6.0, 0.03, 0.01), (11.5, 0.01, 0.03)]
@@ -143,6 +175,7 @@ OTHER: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "falling": lambda x: x + correlated(2),
     "hits": lambda x: x + hits(),
     "sweep": lambda x: x + 0.03 * np.sin(2 * np.pi * (2 * T + 9 * T**2 / T[-1])),
+    "sweep in noise": lambda x: x + 0.03 * np.sin(2 * np.pi * (8 * T + 2 * T**2 / T[-1])),
     "lobes": lambda x: signal.savgol_filter(x, 21, 3),
     "notch": lambda x: signal.filtfilt(*signal.iirnotch(RATE / 4, 5, fs=RATE), x),
 }

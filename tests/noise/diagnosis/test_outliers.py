@@ -93,3 +93,21 @@ def test_one_axis_in_coarse_steps_has_no_outliers() -> None:
     assert own_step(held) > band and multiples_of(held) == 0
     assert off_frames(x, 6.0).size == 0
     assert hampel(x, 60, 6.0, resolution=own_step(x)).share == 0
+
+
+def test_frames_of_a_loud_stretch_are_not_off() -> None:
+    """Of Gaussian noise whose level falls at once one frame in 10^8 is; in either part one is."""
+    x = np.random.default_rng(4).standard_normal(60_000)
+    x[40_500:] /= 10
+    assert off_frames(x, 6.0).size == 0
+    x[[20_000, 50_000]] += 15
+    assert off_frames(x, 6.0).tolist() == [20_000, 50_000]
+
+
+def test_tails_as_heavy_as_cauchy_are_drawn_in() -> None:
+    """Of five clipped Cauchy values three are beyond three scales to one side in 1 %, which five
+    cannot show; of fifteen eight are in 1 of 50 000 [binomial]."""
+    rng = np.random.default_rng(5)
+    series = {f"{axis}1": np.clip(rng.standard_cauchy(N), -20, 20) for axis in "xyz"}
+    for values in drawn_in(series).values():
+        assert np.mean(np.abs(values) > 8) < 1e-3 < 0.05 < np.mean(np.abs(series["x1"]) > 8)

@@ -10,14 +10,15 @@ from scipy import signal
 
 from benchmarks.sentences._kinds import coloured, gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
-from mocap_metrology.noise.diagnosis.one_series import decided, hiding_step
+from mocap_metrology.noise.diagnosis.export import hiding_step
+from mocap_metrology.noise.diagnosis.findings import shift_near
+from mocap_metrology.noise.diagnosis.one_series import decided
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
     MOST_BLOCKS,
     Wander,
     _noises,
     block_length,
-    shift_near,
     signature,
 )
 
@@ -61,6 +62,27 @@ def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
             assert found == pytest.approx(covariance / variance, abs=0.003)
 
 
+UNBOUNDED = np.array([[3.0, 3.5] * 15, [1.0] * 30])  # slowest differences larger than a walk's
+
+
+@pytest.mark.parametrize(("lasts", "most", "least"), [(0.22, 1, 0), (math.inf, 20, 7)])
+def test_noise_that_is_correlated_over_a_fifth_of_the_recording_is_no_walk(lasts, most, least):
+    """By six series together; AR(1) sampled exactly. One movement of all is no better known."""
+    rng, named, alike = np.random.default_rng(8), 0, 0
+    for _ in range(20):
+        keep = math.exp(-1 / lasts / 900)
+        x = 0.01 * rng.normal(size=(6, 900)) / math.sqrt(1 - keep**2 if keep < 1 else 1)
+        x[:, 1:] = 0.01 * rng.normal(size=(6, 899))
+        x = signal.lfilter([1], [1, -keep], x) + 0.003 * rng.normal(size=x.shape)
+        wanders = {f"x{k}": one for k, row in enumerate(x) if (one := signature(row, 1.0))}
+        walks = [one.noise for one in decided(wanders, []).values()]
+        named += "random_walk" in walks
+        same = {f"x{k}": one for one in list(wanders.values())[:1] for k in range(6)}
+        alone = {"x0": same["x0"]}
+        alike += decided(same, [])["x0"].noise != decided(alone, [])["x0"].noise
+    assert least <= named <= most and alike == 0
+
+
 @pytest.mark.parametrize(
     ("noise", "lowest", "kept"),
     [
@@ -79,8 +101,8 @@ def test_a_noise_is_named_where_the_likelihood_allows_it(noise, lowest, kept) ->
         for name, low in [*(("x1", low) for low in lowest), ("x2", 0.0)]
     ]
     for possible in ((), ("drift",)):
-        wander = Wander((), noise, possible, 0.1, 0.01, 0.1)
-        one = decided(wander, rows, "x1")
+        wander = Wander((), noise, possible, 0.1, 0.01, 0.1, slowest=UNBOUNDED)
+        one = decided({"x1": wander}, rows)["x1"]
         assert one.noise == (noise if kept else "")
         assert one.possible == (possible if kept else possible or ("noise",))
 
@@ -96,7 +118,7 @@ def test_a_line_is_named_where_its_slope_is_all_the_movement(detected, named) ->
         | {"status": "ok" if name in detected else "not_detected"}
         for name in ("drift", "A_w", "T_w")
     ]
-    one = decided(Wander(("drift",), "", ("drift",), 0.1, 0.01, 0.1), rows, "x1")
+    one = decided({"x1": Wander(("drift",), "", ("drift",), 0.1, 0.01, 0.1)}, rows)["x1"]
     assert one.allows("drift") is named and one.undecided is not named
 
 

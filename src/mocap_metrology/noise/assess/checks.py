@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from statistics import median
 
 from mocap_metrology.noise.assess.uncertainty import Reason, SeriesNumbers, Unmodelled
 from mocap_metrology.noise.diagnosis.findings import WANDERS, Finding
@@ -233,8 +234,8 @@ def low_pass(coordinates: Series, facts: Facts) -> Check:
     """Check for low-pass filters: filtered data are at best usable, as the scatter of single frames
     is lost."""
     cutoffs = {k: v for k, v in facts.values_of("low_pass").items() if k in coordinates}
-    known = sorted(v for v in cutoffs.values() if math.isfinite(v))
-    value = known[len(known) // 2] if known else math.nan
+    known = [v for v in facts.values_of("low_pass").values() if math.isfinite(v)]
+    value = median(known) if known else math.nan  # as the diagnosis states it
     word: Word = "usable" if cutoffs else "good"
     name, names = next(iter(cutoffs), ""), _unless_all(cutoffs, coordinates)
     return Check(Code.LOW_PASS, word, value, math.nan, "Hz", series=name, names=names)

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.levels import Blocks, Change, Sides, changes, compare
+from mocap_metrology.noise.diagnosis.levels import Blocks, Sides, changes, compare
 from mocap_metrology.noise.diagnosis.outliers import spread
 
 JOIN_S = 1.0  # alarms so close are one event
@@ -19,6 +19,7 @@ CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
 FAR = 15.0  # standard deviations that no louder noise is off, beyond the range beside it
 LIKE_NOISE = 0.75  # of the whiteness beside it, from which an excursion is louder noise
+SURE = 3.0  # standard errors of a whiteness
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
 SIDES_MISS = 0.01  # probability that some series of an event is reported as changed and is not
@@ -169,9 +170,10 @@ def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) 
         {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
     )
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
-    starts = [m.first_s for m in moved.values() if m.first_s is not None]
-    stops = [m.last_s for m in moved.values() if m.last_s is not None]
-    start, stop = min(starts, default=surest.start_s), max(stops, default=surest.stop_s)
+    starts = [m.first_s for m in moved.values() if m.moved and m.first_s is not None]
+    stops = [m.last_s for m in moved.values() if m.moved and m.last_s is not None]
+    start = min(starts, default=min(a.start_s for a in group))
+    stop = max(stops, default=max(a.stop_s for a in group))
     largest = max(sized, key=lambda k: sized[k].size)
     return Event(
         start, stop - start, "burst", tuple(order), largest, sized[largest].size,
@@ -204,7 +206,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
     usual = float(np.median([_whiteness(part) for part in alone if part.size > 1] or [0.0]))
-    moved = _whiteness(within) < LIKE_NOISE * usual
+    chance = SURE / math.sqrt(max(within.size, 1))  # by which white noise departs from 1
+    moved = _whiteness(within) < min(LIKE_NOISE, 1 - chance) * usual
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
@@ -292,14 +295,9 @@ def find_events(
     for change in changes(dict(levels), out_of, side_s, false_alarm / 2):
         near = 3 * side_s / 10
         if not any(e.time_s - near <= change.time_s <= e.stop_s + near for e in found):
-            found.append(_level(change))
+            name, nan = change.series, math.nan
+            level = (change.time_s, 0.0, "level", (name,), name, nan, nan, change.p, nan, nan)
+            found.append(Event(*level))
     levels_s = [event.time_s for event in found if event.kind == "level"]
     found = [with_sides(event, levels, out_of, side_s, levels_s) for event in found]
     return sorted(found, key=lambda e: e.time_s)
-
-
-def _level(change: Change) -> Event:
-    nan = math.nan
-    return Event(
-        change.time_s, 0.0, "level", (change.series,), change.series, nan, nan, change.p, nan, nan
-    )

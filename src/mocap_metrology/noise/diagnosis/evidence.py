@@ -15,7 +15,6 @@ from mocap_metrology.noise.series import AXES
 
 ROUND_LEVEL_S = 5.0  # on either side of a change of level
 HALVES_MISS = 0.01  # probability that some series is reported as changed and is not
-PEAK, PEAK_DECADES, AROUND_DECADES = 3.0, 0.06, 0.4  # times what lies around; half widths
 SEEN = 1e-4  # share of the Allan variance from which rounding shows
 
 
@@ -76,21 +75,3 @@ def halves(found: Diagnosis, duration_s: float) -> tuple[Sides, ...]:
         compare(name, one.between(0.0, middle), one.between(middle, duration_s), tail)
         for name, one in found.levels.items()
     )
-
-
-def broad_peak(f_hz: np.ndarray, density: np.ndarray) -> float | None:
-    """Frequency at which a smoothed density is three times that around it, or None: medians over
-    0.12 decades over medians over 0.8 decades, where both are on the axis. f_hz ascends."""
-    if not f_hz.size or not np.all(density > 0):
-        return None
-    at, level = np.log10(f_hz), np.log10(density)
-    away = np.abs(at[:, None] - at)
-    near, around = (
-        np.array([np.median(level[row]) for row in away <= half])
-        for half in (PEAK_DECADES, AROUND_DECADES)
-    )
-    inside = (at - at[0] > AROUND_DECADES) & (at[-1] - at > AROUND_DECADES)
-    excess = np.where(inside, near - around, -np.inf)
-    most = int(np.argmax(excess))
-    top = int(np.argmax(np.where(away[most] <= 2 * PEAK_DECADES, level, -np.inf)))
-    return float(f_hz[top]) if excess[most] > np.log10(PEAK) else None

@@ -19,7 +19,9 @@ from typing import Final, Literal
 
 import numpy as np
 
+from mocap_metrology.common.hampel import SAMPLED, own_step
 from mocap_metrology.common.linear import non_negative
+from mocap_metrology.noise.diagnosis.filtering import middle
 from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
 
 # Rounded
@@ -36,6 +38,7 @@ LEAST_ORDINATES = 8  # of the periodograms, a band
 MIDDLE, TOP = (0.50, 0.70), (0.70, 0.95)  # of Nyquist: at the top a filter has left little
 FALLS_SHARE = 0.4  # W at most, of that of a whole octave below
 QUIET_SHARE = 0.2  # S of the top at most, of that of the same octave
+PEAKED = 1.5  # S at most, of a filter of no overshoot, of its least in three octaves below
 ROUNDED_LEVELS = 4.0  # times the white level of rounding that is no noise of the system
 COARSE_SHARE = 0.02  # of S at the edge, in rounding, from which no cutoff is reported
 PIECES = 32  # of the middle and the top
@@ -107,14 +110,24 @@ def rounding_share(step_mm: float, avar_1: float, distance: bool) -> float:
     return min(variance / avar_1, 1.0) if avar_1 > 0 else 1.0
 
 
+def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
+    """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file."""
+    changes = np.diff(middle(series)[:SAMPLED])
+    avar_1 = float(np.nanmean(changes**2)) / 2 if np.isfinite(changes).any() else math.nan
+    step = max(step_mm, own_step(series))
+    return step if rounding_share(step, avar_1, distance) > MOST else 0.0
+
+
 @dataclass(frozen=True)
 class LowPass:
     """A filter that ran: cutoff_hz, where it halves the amplitude, NaN in coarse files; ratio: S of
-    the top (0.70 to 0.95 Nyquist) to S of the pass band."""
+    the top (0.70 to 0.95 Nyquist) to S of the pass band; peaked: whether S rises before it falls,
+    as that of what oscillates."""
 
     series: str
     cutoff_hz: float
     ratio: float
+    peaked: bool = False
 
 
 @dataclass(frozen=True)
@@ -203,18 +216,21 @@ def low_pass(
     if levelled and found.top > ROUNDED_LEVELS * rounding:
         return None
     fallen = high + OCTAVE + 1 + int(np.argmin(after))
-    return LowPass(name, _cutoff(found, steps, fallen, rounding), ratio)
+    peak = int(np.argmax(level[max(high - OCTAVE, 0) :])) + max(high - OCTAVE, 0)
+    peaked = level[peak] > PEAKED * level[max(peak - 3 * OCTAVE, 0) : peak + 1].min()
+    return LowPass(name, _cutoff(found, steps, fallen, rounding), ratio, bool(peaked))
 
 
 def low_passes(
     spectra: Mapping[str, Bands | None], rate_hz: float, resolution_mm: float
 ) -> list[LowPass]:
     """The low-pass filters of still series where most coordinates show one, since an export filters
-    all of them; else none."""
+    all of them, and most of these no peak; else none."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
     found = {name: low_pass(name, one, rate_hz, step) for name, one in spectra.items()}
     coordinates = [v is not None for k, v in found.items() if not k.startswith("L")]
-    agree = 2 * sum(coordinates) >= len(coordinates)
+    peaked = sum(v.peaked for k, v in found.items() if v and not k.startswith("L"))
+    agree = 2 * sum(coordinates) >= len(coordinates) and 2 * peaked <= sum(coordinates)
     return [v for v in found.values() if v is not None] if agree else []
 
 

@@ -99,7 +99,7 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
         chance = max(rule.chance, _seen(lengths))
         if chance > LIKELIEST:
             continue
-        ends = float(np.nanmin(series)), float(np.nanmax(series))
+        ends = np.nanmin(series), np.nanmax(series)
         sure = lengths >= Rule.run(chance)
         shorter = [
             part
@@ -110,14 +110,10 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
             end = last + rule.order - 1
             held = np.all(series[first:end] == series[end])  # but of a held value the first alone
             inside = slice(first + 1, end + int(held))
-            if not (_clipped(series[inside], ends) or _fading(series, first, last, rule)):
+            clipped = any(np.all(series[inside] == end) for end in ends)
+            if not (clipped or _fading(series, first, last, rule)):
                 mask[inside] = True
     return mask
-
-
-def _clipped(values: np.ndarray, ends: tuple[float, float]) -> bool:
-    """Whether all are the least or the greatest of a series."""
-    return bool(np.all(values == ends[0]) or np.all(values == ends[1]))
 
 
 def _fading(series: np.ndarray, first: int, last: int, rule: Rule) -> bool:

@@ -13,6 +13,7 @@ from typing import TypedDict, cast
 
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.shape import AT_ONCE
 from mocap_metrology.noise.diagnosis.signatures import NEAR_S, Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, Z_95, NoiseRow, deterministic_of
 from mocap_metrology.noise.model.deterministic import Deterministic
@@ -117,9 +118,7 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
             if one.moves
         ],
         [Finding("low_pass", one.series, one.cutoff_hz) for one in found.low_pass],
-        _gap_filled(recording, found),
-        _repeated(recording, found),
-        _exchanged(recording),
+        _frames(recording, found),
         [Finding(one.code, one.series, one.value) for one in found.processed],
         [Finding("solved", name, ratio) for name, ratio in found.solved.items()],
         [  # series whose noise the file's steps decide
@@ -137,32 +136,21 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
     return sorted((one for part in parts for one in part), key=lambda one: order.index(one.code))
 
 
-def _gap_filled(recording: Recording, found: Diagnosis) -> list[Finding]:
-    """Shares of filled frames, for all coordinates of a marker, which are filled together; none
-    where frames are smooth."""
-    return [
-        Finding("gap_filled", f"{axis}{k}", recording.n_filled[label] / recording.n_frames)
-        for k, label in enumerate(recording.labels, start=1)
+def _frames(recording: Recording, found: Diagnosis) -> list[Finding]:
+    """Shares of filled (none where frames are smooth), repeated and exchanged frames, for all
+    coordinates of a marker, which share them."""
+    n = recording.n_frames
+    shares = [
+        ("gap_filled", label, recording.n_filled[label] / n)
+        for label in recording.labels
         if recording.n_filled.get(label) and not found.smooth
-        for axis in AXES
     ]
-
-
-def _repeated(recording: Recording, found: Diagnosis) -> list[Finding]:
-    """Shares of repeated frames, for all coordinates of a marker, which repeat together."""
+    shares += [("repeated", one.label, one.share) for one in found.repeats]
+    every = recording.exchanged
+    shares += [("exchanged", k, one["n_frames"] / n) for one in every for k in one["labels"]]
     return [
-        Finding("repeated", f"{axis}{recording.labels.index(one.label) + 1}", one.share)
-        for one in found.repeats
-        for axis in AXES
-    ]
-
-
-def _exchanged(recording: Recording) -> list[Finding]:
-    """Shares of frames with exchanged labels, for all coordinates of both markers."""
-    return [
-        Finding("exchanged", f"{axis}{k}", one["n_frames"] / recording.n_frames)
-        for one in recording.exchanged
-        for k in (recording.labels.index(label) + 1 for label in one["labels"])
+        Finding(code, f"{axis}{recording.labels.index(label) + 1}", share)
+        for code, label, share in shares
         for axis in AXES
     ]
 
@@ -315,6 +303,24 @@ def _is_event(kind: str, wander: Wander, found: Diagnosis) -> bool:
         for one in found.events
         if one.kind == "burst" and (len(wander.jumps) == 1 or kind == "shift")
     )
+
+
+def shift_near(
+    begin_s: float, end_s: float, wanders: Mapping[str, Wander]
+) -> tuple[str, float, bool] | None:
+    """Series (coordinates before distances, then the largest), size in mm of the step, lasting
+    shift or switch that an event is, and whether a shift ends with it; None of other events."""
+    near = {
+        name: jump
+        for name, one in wanders.items()
+        if set(one.kinds) & AT_ONCE
+        if (jump := one.jump_near(begin_s, end_s))
+    }
+    name = max(near, key=lambda k: (not k.startswith("L"), abs(near[k][1])), default=None)
+    if name is None:
+        return None
+    one, (time_s, size_mm) = wanders[name], near[name]
+    return name, size_mm, "shift" in one.kinds and time_s > (one.at_s[0] + one.at_s[1]) / 2
 
 
 def approach(part: Deterministic, duration_s: float) -> tuple[float, float]:

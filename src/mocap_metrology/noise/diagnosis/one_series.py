@@ -11,12 +11,12 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import SAMPLED, own_step
-from mocap_metrology.noise.diagnosis.export import MOST, Resolution, resolution, rounding_share
+from mocap_metrology.noise.diagnosis.export import Resolution, hiding_step, resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine, described, series_lines
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
-from mocap_metrology.noise.diagnosis.signatures import Wander, block_length, signature
+from mocap_metrology.noise.diagnosis.signatures import WALK, Wander, block_length, signature
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.gaps import filled
 from mocap_metrology.noise.fit.spectral.likelihood import (
@@ -30,6 +30,7 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 PICOMETRES = 9  # digits of mm; without a shape, equal values of a coarse file are equal again
 NOTCHES = 3  # of a series: its strongest lines
 SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
+BOUNDED = 0.25  # of the recording, T_c of the slowest rival of a walk
 LEAST_PERIOD = 8  # blocks, of a cycle that the signatures have
 Columns = Mapping[str, np.ndarray]
 Density = Callable[[np.ndarray], np.ndarray]
@@ -68,7 +69,7 @@ class Examiner:
         name, series = one
         rate, blank = self.rate_hz, without_frames(series, self.away)
         coarse = hiding_step(blank, self.step_mm, name.startswith("L"))
-        wander = signature(blank, rate)
+        wander = signature(blank, rate, self.n_series)
         jumps = bool(wander and wander.jumps)
         if wander:
             blank = wander.without_jumps(blank, rate)
@@ -108,14 +109,6 @@ class Examiner:
             described(name, found, duration, rate, series, spectrum),
             tried(name, series, rate, among, density, sinusoids),
         )
-
-
-def hiding_step(series: np.ndarray, step_mm: float, distance: bool) -> float:
-    """Step of (n,) values, mm, that hides their noise; 0 where none does. step_mm: of the file."""
-    changes = np.diff(middle(series)[:SAMPLED])
-    avar_1 = float(np.nanmean(changes**2)) / 2 if np.isfinite(changes).any() else math.nan
-    step = max(step_mm, own_step(series))
-    return step if rounding_share(step, avar_1, distance) > MOST else 0.0
 
 
 def multiples_of(series: np.ndarray) -> float:
@@ -162,20 +155,41 @@ def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
     return model if model and model.broadband else None
 
 
-def decided(wander: Wander, noise: Sequence[NoiseRow], series: str) -> Wander:
+def decided(wanders: Mapping[str, Wander], noise: Sequence[NoiseRow]) -> dict[str, Wander]:
     """No noise that is named where a walk is of another noise by the signature, or its interval
-    holds zero, as slow Gauss-Markov noise may stand for it; and no straight line where the noise
-    model has an approach beside it, or none, as its slope is not that of the movement then."""
-    rows = _likelihood_rows(noise, series)
-    known = {r["parameter"] for r in rows if r["status"] != "not_detected"}
-    bent = "A_w" in known and "warm_up" not in wander.kinds
-    if wander.kinds == ("drift",) and (bent or "drift" not in known):
-        wander = replace(wander, kinds=(), noise="", possible=("drift",))
-    of_walk = [r for r in rows if r["parameter"] == "h_-2"]
-    lowest = [low for r in of_walk if math.isfinite(low := float(r["lower_95"]))]
-    if not wander.noise or not lowest or (wander.noise == "random_walk" and min(lowest) > 0):
-        return wander
-    return replace(wander, noise="", possible=wander.possible or ("noise",))
+    holds zero, or it may be bounded (`_bounded`), as slow Gauss-Markov noise may stand for it; and
+    no straight line where the noise model has an approach beside it, or none, as its slope is not
+    that of the movement then."""
+    bounded = _bounded([one.slowest for one in wanders.values() if one.slowest is not None])
+
+    def of(series: str, wander: Wander) -> Wander:
+        rows = _likelihood_rows(noise, series)
+        known = {r["parameter"] for r in rows if r["status"] != "not_detected"}
+        bent = "A_w" in known and "warm_up" not in wander.kinds
+        if wander.kinds == ("drift",) and (bent or "drift" not in known):
+            wander = replace(wander, kinds=(), noise="", possible=("drift",))
+        lowest = [float(r["lower_95"]) for r in rows if r["parameter"] == "h_-2"]
+        least = min((low for low in lowest if math.isfinite(low)), default=1.0)
+        walk = wander.noise == "random_walk"
+        if not wander.noise or (least > 0 and not bounded if walk else not lowest):
+            return wander
+        return replace(wander, noise="", possible=wander.possible or ("noise",))
+
+    return {name: of(name, one) for name, one in wanders.items()}
+
+
+def _bounded(slowest: Sequence[np.ndarray]) -> bool:
+    """Whether walks (see `_slowest`) may be noise correlated over a quarter of the recording, by
+    all series together: it has x^2 / (1 + x^2) of the variance of the differences of a walk, x = 2
+    pi f T_c. Series that share a movement count for as few as their correlation leaves."""
+    if not slowest:
+        return True
+    own, share = np.stack(slowest, axis=1)
+    x = np.pi * BOUNDED * np.arange(1, own.shape[1] + 1)
+    left = 1 - share / (1 + x**2)
+    odds = np.sum(own**2 * (1 / left - 1) + np.log(left), axis=1) / 2
+    alike = float(np.sum(np.corrcoef(own) ** 2))
+    return float(odds.sum()) * len(slowest) / alike < -math.log(WALK)
 
 
 def _welch(

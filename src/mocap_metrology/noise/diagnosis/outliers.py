@@ -23,6 +23,7 @@ LEAST_EXCESS = 0.2  # excess that is reported
 LONGEST_FRAMES = 2  # frames; what is off for longer is an event
 NEAR_FRAMES = 2  # frames between markers that were struck by the same thing
 DRAWN_IN_SCALES = 3.0  # scales that a frame may be off the median of the five round it
+MANY_BEYOND = 0.1  # share of the frames; of Gaussian noise 0.03
 TOGETHER_FRAMES = (1, 3, 9)  # frames
 ALONE_EXPECTED = 1e-3  # number of times that so many are off among them by chance in a recording
 SAMPLED = 1 << 18  # values of a scale
@@ -110,12 +111,17 @@ def _medians_of_five(series: np.ndarray, found: np.ndarray) -> None:
 def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> np.ndarray:
     """Frames of (n,) that are farther than n_sigma scales from the median of the five round them;
     the scale is that of all these distances, or of steps from frame to frame over sqrt(2) if that
-    is more (smoothed tracks lie on their medians), half a step of the values at least."""
+    is more (smoothed tracks lie on their medians), half a step of the values at least; as
+    many times that as the distances of `BLOCK` frames are louder, there or beside."""
     distance = series - medians_of_five(series)
-    scale = max(spread(distance), spread(np.diff(series)) / np.sqrt(2))
-    scale = max(scale, resolution / 2, own_step(series) / 2)
+    usual = spread(distance)
+    scale = max(usual, spread(np.diff(series)) / np.sqrt(2), resolution / 2, own_step(series) / 2)
     with np.errstate(invalid="ignore"):
-        return np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
+        off = np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
+    blocks = np.add.outer(off // BLOCK, (-1, 0, 1)).clip(0, max(series.size // BLOCK - 1, 0))
+    level = {k: spread(distance[k * BLOCK : (k + 1) * BLOCK]) for k in np.unique(blocks)}
+    louder = np.array([max(level[k] for k in near) for near in blocks]) / (usual or math.inf)
+    return off[np.abs(distance[off]) > n_sigma * scale * louder]
 
 
 def isolated(off: Mapping[str, np.ndarray], markers: Mapping[str, int]) -> dict[str, np.ndarray]:
@@ -184,14 +190,20 @@ def drawn_in(
 
 def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray]:
     """Frames that are farther from the median of five than three scales of these distances, and by
-    how much."""
+    how much; of fifteen where many are, as three of five may be then."""
+    from scipy.ndimage import median_filter
+
     with np.errstate(invalid="ignore"):
         distance = series - medians_of_five(series)
-    reach = DRAWN_IN_SCALES * max(spread(distance), resolution / 2)
-    if not reach > 0:
-        return np.empty(0, int), np.empty(0)
-    distance[~np.isfinite(distance)] = 0.0
-    frames = np.flatnonzero(np.abs(distance) > reach)
+    for again in (True, False):
+        reach = DRAWN_IN_SCALES * max(spread(distance), resolution / 2)
+        if not reach > 0:
+            return np.empty(0, int), np.empty(0)
+        distance[~np.isfinite(distance)] = 0.0
+        frames = np.flatnonzero(np.abs(distance) > reach)
+        if not again or frames.size < MANY_BEYOND * series.size:
+            break
+        distance = series - median_filter(series, 15)
     own = distance[frames]
     return frames, own - np.clip(own, -reach, reach)
 

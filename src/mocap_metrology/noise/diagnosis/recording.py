@@ -12,7 +12,7 @@ from mocap_metrology.common.large import LazyArrays, kept_if_small
 from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
-from mocap_metrology.noise.diagnosis.export import bands, low_passes, wander
+from mocap_metrology.noise.diagnosis.export import bands, hiding_step, low_passes, wander
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
 from mocap_metrology.noise.diagnosis.one_series import Examiner, decided, without_frames
 from mocap_metrology.noise.diagnosis.outliers import (
@@ -29,11 +29,11 @@ from mocap_metrology.noise.diagnosis.records import (
     explained,
 )
 from mocap_metrology.noise.diagnosis.recurring import bout, pulses, recurrence
-from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
+from mocap_metrology.noise.diagnosis.repeats import repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import processed, running_median
 from mocap_metrology.noise.fit.estimates import NoiseRow
-from mocap_metrology.noise.gaussian.two_markers import Drift, drift
+from mocap_metrology.noise.gaussian.two_markers import drift
 from mocap_metrology.noise.motion.movement import Movement, movement
 from mocap_metrology.noise.series import AXES, all_series, every_series, pair_name
 
@@ -60,11 +60,8 @@ def diagnose(
     settings = settings or DiagnosisSettings()
     rate, step = recording.frame_rate_hz, recording.step_mm
     spikes, coordinates, quiet = _quiet(recording, settings, step, over)
-
-    def drifted(one: tuple[str, np.ndarray]) -> tuple[str, Drift]:
-        return one[0], drift(one[1], rate)
-
-    drifts = dict(over(drifted, all_series(coordinates, recording.pairs)))
+    series = all_series(coordinates, recording.pairs)
+    drifts = dict(over(lambda one: (one[0], drift(one[1], rate)), series))
     events, dynamics, levels = searched(
         quiet, recording.pairs, rate, step, settings.false_alarm, settings.side_s, over
     )
@@ -84,17 +81,18 @@ def diagnose(
     blanked = LazyArrays(quiet, lambda name: without_frames(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     lines = [line for one in every for line in one.lines]
-    wanders = {one.name: decided(one.wander, noise, one.name) for one in every if one.wander}
+    wanders = decided({one.name: one.wander for one in every if one.wander}, noise)
     wanders |= _of_distances(wanders, recording.pairs)
     recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
     still = _still(recording, blanked, levels, settings)
     own = over(lambda name: bands(still[name], rate), still)
     still_spectra = dict(zip(still, own, strict=True))
     processing = processed(still, still_spectra, rate, step, over)
-    for k in range(1, len(recording.labels) + 1):
-        processing += running_median(
-            {f"{a}{k}": recording.coordinates[f"{a}{k}"] for a in AXES}, step
-        )
+    repeated = []
+    for k, label in enumerate(recording.labels, start=1):
+        axes = {f"{a}{k}": recording.coordinates[f"{a}{k}"] for a in AXES}
+        processing += running_median(axes, step)
+        repeated.append(repeats(label, list(axes.values()), step))
     low = low_passes(still_spectra, rate, recording.resolution_mm)
     trends_of = _trends(levels, events)
     n_windows = sum(d.n_tests for own in dynamics.values() for d in own)
@@ -102,7 +100,7 @@ def diagnose(
         events, lines, [left for one in every for left in one.filtered],
         [one.step for one in every], spikes, _missing(recording), drifts, moves, dynamics, levels,
         n_windows, quiet, spectra, low, trends_of,
-        heavy_tails(blanked, step, over), _repeats(recording), wanders,
+        heavy_tails(blanked, step, over), [one for one in repeated if one], wanders,
         solved_pairs(quiet, at_rest), processing, recurring,
         [one.resonance for one in every if one.resonance], bouts,
     )  # fmt: skip
@@ -112,15 +110,15 @@ def diagnose(
 def _of_distances(
     wanders: Mapping[str, Wander], pairs: Sequence[tuple[int, int]]
 ) -> dict[str, Wander]:
-    """Undecided, where a distance has a kind that none of its coordinates has, and one of these is
-    undecided: it shows a part of the same movement."""
+    """Undecided, where a distance has a kind that none of its coordinates has, and one of these has
+    any or is undecided: it shows a part of the same movement, or a sum of several."""
     found = {}
     for pair in pairs:
         name = pair_name(pair, pairs)
         own = [one for k in pair for axis in AXES if (one := wanders.get(f"{axis}{k}"))]
         known = {kind for one in own for kind in one.kinds}
         one = wanders.get(name)
-        if one and not known.issuperset(one.kinds) and any(x.undecided for x in own):
+        if one and not known.issuperset(one.kinds) and (known or any(x.undecided for x in own)):
             found[name] = replace(one, kinds=(), possible=one.kinds, jumps=())
     return found
 
@@ -138,13 +136,13 @@ def searched(
     coordinates = LazyArrays((k for k in quiet if not k.startswith("L")), quiet.__getitem__)
     drawn = drawn_in(coordinates, step, over)
 
-    def dynamic(one: tuple[str, np.ndarray]) -> tuple[str, list[Dynamic]]:
-        return one[0], dynamic_allan(one[1], rate_hz, step)
-
     def level(one: tuple[str, np.ndarray]) -> tuple[str, Blocks]:
-        return one[0], blocks(one[1], rate_hz)
+        found = blocks(one[1], rate_hz)
+        hidden = hiding_step(one[1], step, one[0].startswith("L")) > 0  # levels are of the steps
+        return one[0], replace(found, variance=found.variance + np.nan) if hidden else found
 
-    dynamics = dict(over(dynamic, all_series(drawn, pairs)))
+    series = all_series(drawn, pairs)
+    dynamics = dict(over(lambda one: (one[0], dynamic_allan(one[1], rate_hz, step)), series))
     levels = dict(over(level, quiet.items()))
     return find_events(dynamics, levels, quiet, rate_hz, false_alarm, side_s), dynamics, levels
 
@@ -217,10 +215,8 @@ def _movements(
     recording: Recording, settings: DiagnosisSettings, over: MapFunction
 ) -> dict[str, Movement]:
     """Movement of every coordinate as recorded, and of every distance."""
-    given = (
-        *(recording.frame_rate_hz, settings.still_range_mm, settings.horizon_s),
-        recording.step_mm,
-    )
+    rate, step = recording.frame_rate_hz, recording.step_mm
+    given = rate, settings.still_range_mm, settings.horizon_s, step
 
     def of(one: tuple[str, np.ndarray]) -> tuple[str, Movement]:
         name, values = one
@@ -242,12 +238,3 @@ def _still(
         k for k in series if k not in busy and not (k in recording.coordinates and k[1:] in numbers)
     ]
     return LazyArrays(still, series.__getitem__)
-
-
-def _repeats(recording: Recording) -> list[Repeats]:
-    """Repeated positions of every marker, as recorded."""
-    found = [
-        repeats(label, [recording.coordinates[f"{axis}{k}"] for axis in AXES], recording.step_mm)
-        for k, label in enumerate(recording.labels, start=1)
-    ]
-    return [one for one in found if one is not None]

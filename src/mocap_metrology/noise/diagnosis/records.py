@@ -131,8 +131,9 @@ class Diagnosis:
 def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of
     level that are switches between positions, a line that comes and goes, or, where nothing moved,
-    heavy tails; cycles that are multiples of recurring bursts; isolated and repeated frames, broad
-    peaks, bands above the cutoff of a filter (its lobes) and bursts at its ends by software."""
+    heavy tails; cycles that are multiples of recurring bursts; weak lines in a resonance; isolated
+    and repeated frames, broad peaks, bands above the cutoff of a filter (its lobes) and bursts at
+    its ends by software."""
     cutoffs = {one.series: one.cutoff_hz for one in found.low_pass if one.cutoff_hz > 0}
     end_s = 1 / min(cutoffs.values(), default=math.inf)
     switching = {name: one for name, one in found.wanders.items() if "levels" in one.of}
@@ -157,9 +158,12 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
         near = np.abs(one.at_s[-1] / periods - 1) < 0.02 if "cycle" in one.kinds else [False]
         return not np.any(near)
 
+    def near(line: SpectralLine, one: Resonance) -> bool:
+        apart = abs(line.line.f_0 / one.f_hz - 1)
+        return line.series == one.series and apart <= 2 * one.damping
+
     def other_than_lines(one: Resonance) -> bool:
-        near = (line.line.f_0 for line in found.lines if line.series == one.series)
-        return all(abs(f_0 / one.f_hz - 1) > 2 * one.damping for f_0 in near)
+        return not any(x.line.A_s > one.rms_mm for x in found.lines if near(x, one))
 
     if found.repeats:  # which no interpolation makes
         found = replace(found, processed=[x for x in found.processed if x.code != "resampled"])
@@ -171,14 +175,18 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
         found = replace(found, processed=[x for x in found.processed if x.code != "smoothed"])
     software = bool(codes or found.low_pass or held)
     none = np.empty(0, int)
+    resonances = [one for one in found.resonances if not software and other_than_lines(one)]
     return replace(
         found,
         events=[one for one in found.events if not is_explained(one)],
         lines=[
             one
             for one in found.lines
-            if one.line.f_0 <= cutoffs.get(one.series, math.inf)
-            or (one.in_adev and not one.line.wide)
+            if not any(near(one, x) for x in resonances)
+            and (
+                one.line.f_0 <= cutoffs.get(one.series, math.inf)
+                or (one.in_adev and not one.line.wide)
+            )
         ],
         recurring={k: period for k, period in found.recurring.items() if k not in switching},
         trends=[one for one in found.trends if one.series not in changing],
@@ -186,5 +194,5 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
         wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
         spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
         repeats=[] if codes & {"running_median", "repeated"} else found.repeats,
-        resonances=[one for one in found.resonances if not software and other_than_lines(one)],
+        resonances=resonances,
     )

@@ -31,7 +31,7 @@ BROADEST = 0.25  # damping; broader, a peak is hardly told from correlated noise
 CORNERS = 24  # of what falls, between the lowest frequency and Nyquist's
 ORDERS = 1, 2, 4  # of Butterworth filters
 PLACES, BAND = 60, 0.015  # of f_0 that are tried; of the frequency, a band
-RANDOM = 1.5  # mean square of the power over the square of its mean; Gaussian noise has 2
+RANDOM = 1.6  # mean square of the power over the square of its mean; Gaussian noise has 2
 MOST_GAPS = 0.1  # share of the frames; bridges over more have a spectrum of their own
 STEADY = 0.5  # share of the mean square that its median is
 NARROWEST = 0.006  # damping; narrower, it may be a line that wanders
@@ -160,10 +160,11 @@ def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float, base
     turned = known * np.exp(-2j * np.pi * f_0 / rate_hz * np.arange(known.size))
     power = np.abs(turned.reshape(-1, short).mean(axis=1)) ** 2
     blocks = power.reshape(-1, long).mean(axis=1)
-    if float(np.mean(power**2)) < RANDOM * float(power.mean()) ** 2:
+    noise = base * rate_hz / 2 / short
+    size = float(power.mean()) - noise  # E |s + n|^4 = E |s|^4 + 4 S N + 2 N^2 of Gaussian noise
+    if float(np.mean(power**2)) - 4 * size * noise - 2 * noise**2 < RANDOM * size**2:
         return False
-    blocks = blocks - base * rate_hz / 2 / short
-    return float(np.median(blocks)) > STEADY * float(blocks.mean())
+    return float(np.median(blocks)) - noise > STEADY * size
 
 
 def _oscillator(f: Floats, f_0: float | Floats, damping: float | Floats) -> Floats:

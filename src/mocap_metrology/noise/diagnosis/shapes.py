@@ -37,8 +37,9 @@ CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant
     "creep": lambda t, c: np.log1p(15 * t / c),
     "power": lambda t, c: t**c,
     "stretched": lambda t, c: np.exp(-np.sqrt(t / c)),
+    "hyperbolic": lambda t, c: 1 / (1 + t / c),
 }
-NAMELESS = "power", "stretched"  # laws that are `slowing` alone
+NAMELESS = "power", "stretched", "hyperbolic"  # laws that are `slowing` alone
 
 
 def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:

@@ -36,6 +36,7 @@ from mocap_metrology.noise.fit.estimates import Z_95
 
 LEVEL = 0.03  # of what is excluded
 NOTHING = 1e-3  # of white noise alone
+USUAL = 7  # series of a recording
 WALK = 1 / 3  # of every other noise, beside a random walk
 LOUD, SURE = 2.0, 7.0  # times the usual variance of frames; standard errors beyond it, at least
 LEFT_OUT, OFTEN = 0.4, 0.05  # of the blocks, at most; from which others may be loud, too
@@ -46,6 +47,7 @@ FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
 LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to this of all
+SLOWEST = 30  # coefficients that show whether noise is bounded
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),
@@ -77,7 +79,7 @@ class Wander:
     s and signed size in mm of every change at once; curve: (2, n) times in s and the positions
     of a shape that has some; moved_mm: of that shape, from start to end, without these changes;
     error_mm: standard error of the size of one step or shift; slope: of a straight line, mm/s, with
-    its standard error.
+    its standard error; slowest: of slow noise (see `_slowest`).
     """
 
     kinds: tuple[str, ...]
@@ -93,6 +95,7 @@ class Wander:
     moved_mm: float = math.nan
     error_mm: float = math.nan
     slope: tuple[float, float] = NONE
+    slowest: Floats | None = field(default=None, repr=False, compare=False)
 
     @property
     def of(self) -> frozenset[str]:
@@ -156,27 +159,10 @@ class Wander:
         return self.at_s[1] - self.at_s[0] if "shift" in self.kinds else math.inf
 
 
-def shift_near(
-    begin_s: float, end_s: float, wanders: Mapping[str, Wander]
-) -> tuple[str, float, bool] | None:
-    """Series (coordinates before distances, then the largest), size in mm of the step, lasting
-    shift or switch that an event is, and whether a shift ends with it; None of other events."""
-    near = {
-        name: jump
-        for name, one in wanders.items()
-        if set(one.kinds) & AT_ONCE
-        if (jump := one.jump_near(begin_s, end_s))
-    }
-    name = max(near, key=lambda k: (not k.startswith("L"), abs(near[k][1])), default=None)
-    if name is None:
-        return None
-    one, (time_s, size_mm) = wanders[name], near[name]
-    return name, size_mm, "shift" in one.kinds and time_s > (one.at_s[0] + one.at_s[1]) / 2
-
-
-def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
+def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wander | None:
     """Kind of the slow wander of (n,) values in mm, NaN in gaps; None where there is too little to
-    tell."""
+    tell. n_series: of the recording; many have the chances of two markers together."""
+    rarer = 2 * math.log(max(n_series / USUAL, 1.0))
     length = block_length(series.size, frame_rate_hz)
     z, k, loud = _means(series, length)
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
@@ -184,8 +170,8 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     z = z - np.median(z)
     best, shape, fitted = _fits(z, k)
     white, gaussian, solved = fitted.white, fitted.gaussian, fitted.solved
-    excluded = min(best.values()) - 2 * math.log(LEVEL)
-    none = _nothing(best) or (loud > OFTEN and _nothing(_fits(_scores(z), k)[0]))
+    excluded = min(best.values()) - 2 * math.log(LEVEL) + rarer
+    none = _nothing(best, rarer) or (loud > OFTEN and _nothing(_fits(_scores(z), k)[0], rarer))
     near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
@@ -231,7 +217,20 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
         shape.moved(solved),
         float(fitted.errors[shape.main]) if len(jumps) == len(at) == alone else math.nan,
         (float(solved[0]) / span_s, float(fitted.errors[0]) / span_s) if shape.line else NONE,
+        _slowest(z) if slow and noise in ("", "random_walk") else None,
     )
+
+
+def _slowest(z: Floats) -> Floats:
+    """(2, SLOWEST) slowest coefficients of differences of (n,) values, of variance 1 by the best
+    walk in white noise, and the share of the walk in it."""
+    from scipy.fft import dst
+
+    y = dst(np.diff(z), type=1, norm="ortho")
+    white, walks = _noises(y.size)["white"], _noises(y.size)["random_walk"]
+    best = walks[np.argmin(_bic(y, y[:0, None], 1 / walks, np.log(walks).sum(axis=1)))]
+    own = y / np.sqrt(best * np.mean(y**2 / best))
+    return np.array([own, 1 - white[0] / best])[:, :SLOWEST]
 
 
 def block_length(size: int, frame_rate_hz: float) -> int:
@@ -339,10 +338,10 @@ def _scores(z: Floats) -> Floats:
     return np.asarray(ndtri((z.argsort().argsort() + 1) / (z.size + 1)))
 
 
-def _nothing(best: Mapping[tuple[frozenset[str], str], float]) -> bool:
+def _nothing(best: Mapping[tuple[frozenset[str], str], float], rarer: float) -> bool:
     """Whether noise that is none of slow wander may be all."""
     fast = min(best[frozenset(), noise] for noise in FAST)
-    return fast < min(best.values()) - 2 * math.log(NOTHING)
+    return fast < min(best.values()) - 2 * math.log(NOTHING) + rarer
 
 
 @lru_cache(maxsize=2)

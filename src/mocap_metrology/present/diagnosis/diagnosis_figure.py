@@ -35,7 +35,6 @@ LEAST_S_SHOWN, MOST_S_SHOWN = 3.0, 60.0
 BINS_PER_DECADE = 40
 DECADES = 9  # of a spectrum that a filter is followed down
 NAMED = 4  # lines that are labelled
-SHORT_S = 60.0  # of a recording whose broad peaks are left undecided
 LIKELY = 0.5  # chance from which noise explains a window
 # None of the coordinates' own, and as far apart in lightness
 FILTER_LOOKS: tuple[Keywords, ...] = (
@@ -236,9 +235,8 @@ def _draw_spectrum(
     bins = log_bins(psd["f_hz"], psd["psd_mm2_hz"], BINS_PER_DECADE)
     lines = [one.line for one in found.lines if one.series == series]
     remark = f"{len(lines) or 'no'} spectral line{'s' if len(lines) > 1 else ''}"
-    short = not lines and recording.duration_s < SHORT_S
-    if short and (peak := evidence.broad_peak(bins.centre, bins.median)):
-        remark = f"broad peak near {peak:.2g} Hz, {recording.duration_s:.2g} s cannot decide"
+    for peak in (one for one in found.resonances if one.series == series):
+        remark = f"broad resonance at {peak.f_hz:.3g} Hz"
     panel_title(axes, f"Spectrum of {series}", remark)
     axes.set(xlabel="Frequency (Hz)", ylabel="PSD (mm²/Hz)")
     levels = [bins.high, bins.median[bins.median > 0] / 300]

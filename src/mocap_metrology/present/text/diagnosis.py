@@ -15,7 +15,7 @@ from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine, disturbances
 from mocap_metrology.noise.diagnosis.recording import MANY_GAPS
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
-from mocap_metrology.noise.diagnosis.signatures import Wander, shift_near
+from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.motion.movement import all_keep_moving, most_moving
 from mocap_metrology.noise.series import AXES
@@ -90,7 +90,7 @@ def _events(
 
 def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) -> Sentence:
     markers, shift = event.markers(recording.labels), ""
-    if near := shift_near(event.time_s, event.stop_s, wanders):
+    if near := findings.shift_near(event.time_s, event.stop_s, wanders):
         shift = render(
             "event.shift", name=near[0], size_mm=near[1], back=near[2], one=wanders[near[0]]
         )

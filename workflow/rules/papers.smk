@@ -56,7 +56,7 @@ rule skurowski_theory:
         runtime=minutes(10),
     params:
         code=source("skurowski_theory.py"),
-        caption=captions.of_skurowski(1, 2, 3),
+        caption=captions.of_figures("skurowski", 1, 2, 3),
     message:
         "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
     script:
@@ -108,7 +108,7 @@ rule skurowski:
         runtime=minutes(30),
     params:
         code=source("skurowski.py"),
-        caption=captions.of_skurowski(6, *range(9, 18)),
+        caption=captions.of_figures("skurowski", 6, *range(9, 18)),
         rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
         twins=TWINS_OF_PAPER,
         settings=settings(*NOISE, "duration_s", "twin_form"),
@@ -154,7 +154,7 @@ rule skurowski_case:
         runtime=minutes(10),
     params:
         code=source("skurowski_case.py"),
-        caption=lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
+        caption=lambda wildcards: captions.of_figures("skurowski", wildcards.number.lstrip("0")),
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
         others=columns("recording", "twin", of=BESIDE_IT),
         crumps=column_of_twins("crump", of=OF_CASE),
@@ -248,7 +248,7 @@ rule jansen:
         runtime=minutes(10),
     params:
         code=source("jansen.py"),
-        caption=captions.of_jansen(*JANSEN_FIGURES),
+        caption=captions.of_figures("jansen", *JANSEN_FIGURES),
         rows=columns("calibration", "setup", "source", of=OF_JANSEN),
         example=columns("calibration", "twin", of=EXAMPLE),
     message:

@@ -14,7 +14,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.skurowski import theory_figures as theory
     from mocap_metrology.present.text import captions
 
-    folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
+    folder, paper = Path(snakemake.output[0]).parents[1], captions.PAPERS["skurowski"]
     laws, types, missing = table_1(), camera_tables.table_2(), left_out.left_out()
     laws_shown = [{column: row[column] for column in appendix.TABLE_1_SHOWN} for row in laws]
 

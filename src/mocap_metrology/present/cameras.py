@@ -16,6 +16,12 @@ from mocap_metrology.present.text import captions
 
 SENTENCES = captions.texts("CAMERA_SENTENCES")
 HEIGHTS_MM, REST_MM = (60.0, 48.0, 46.0), 22.0  # of the rows (a), (b), (c)
+PANELS = (  # of a column: letter, title (of the first its camera type), label
+    ("a", "", "Allan deviation,\none frame (mm)"),
+    ("b", "With each addition", "Noise of subset /\nof the smaller one"),
+    ("c", "Each added camera", "Noise of camera /\nmedian of all"),
+)
+NO_DEVIATION = "no significant deviation"
 MOST, NAME = 3, 18  # camera types side by side, characters over a panel
 ALARM = "#c2185b"
 RAISED: plot.Keywords = {"color": ALARM, "alpha": 0.13, "lw": 0}
@@ -30,18 +36,15 @@ def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, flo
     """What <group>_cameras.json holds: `words`, sentences for a reader; `short`, one a camera type;
     `apart`: whether subsets do not share their frames; `raised` and `noisy`."""
     rises, loud = findings.raised(rows), findings.noisy(rows, settings["noisy"])
-    with_law = [row["camera_type"] for row in laws if row["b"] is not None]
     words, short = [], []
-    for kind in dict.fromkeys([*(row["camera_type"] for row in rows), *with_law]):
-        own, its_rises, its_loud = (
-            [r for r in of if r["camera_type"] == kind] for of in (rows, rises, loud)
+    for kind in dict.fromkeys(row["camera_type"] for row in (*rows, *laws)):
+        own, its_rises, its_loud, its_laws = (
+            [r for r in of if r["camera_type"] == kind] for of in (rows, rises, loud, laws)
         )
-        sentences = []
+        sentences = _law_sentence(its_laws)
         if own:
-            sentences += _sentences(own, its_rises, its_loud, settings)
+            sentences = [*_sentences(own, its_rises, its_loud, settings), *sentences]
             short.append(f"{kind}: {_short(own, its_rises, its_loud)}")
-        if kind in with_law:
-            sentences.append(_law_sentence([r for r in laws if r["camera_type"] == kind]))
         words += [f"{kind}: {sentence}" for sentence in sentences]
     columns = ("camera_type", "from", "to", "added", "marker", "tau_s")
     of_rise = (*columns, *findings.LARGEST, *findings.DIRECTION, "law_factor")
@@ -62,10 +65,8 @@ def _sentences(
     rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row], settings: Mapping[str, float]
 ) -> list[str]:
     """On one camera type: noisy cameras, increases, and what was not detected."""
-    names = ["none raised"] * (not rises) + ["none noisy"] * (
-        not loud and not _of_other_frames(rows)
-    )
-    names += ["apart"] * _of_other_frames(rows)
+    apart = _of_other_frames(rows)
+    names = {"none raised": not rises, "none noisy": not (loud or apart), "apart": apart}
     limits = {"rise": 100 * settings["rise"], "noisy": settings["noisy"]}
     words = [_filled("noisy", row, rows) for row in loud]
     by_added = [row for row in rises if findings.cause(row, loud) == "added"]
@@ -78,7 +79,7 @@ def _sentences(
     if by_earlier := [row for row in rises if row not in by_added]:
         smallest = min(by_earlier, key=lambda row: row["n_from"])
         words.append(SENTENCES["earlier"].format(**(smallest | {"listed": _listed(by_earlier)})))
-    return words + [SENTENCES[name].format(**limits) for name in names]
+    return words + [SENTENCES[name].format(**limits) for name, holds in names.items() if holds]
 
 
 def _short(rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row]) -> str:
@@ -88,16 +89,10 @@ def _short(rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row]) -> st
     if not rises:
         return SENTENCES["short none"]
     row = rises[0]
-    return _filled(
-        "short raised",
-        row
-        | {"axis": "xyz"[max(range(3), key=lambda k: abs(row[findings.DIRECTION[k]]))]}
-        | {
-            "earlier": f", because of one of {row['from']}"
-            * (findings.cause(row, loud) == "earlier")
-        },
-        rows,
-    )
+    axis = max("xyz", key=lambda axis: abs(row[f"direction_{axis}"]))
+    by_earlier = findings.cause(row, loud) == "earlier"
+    earlier = f", because of one of {row['from']}" if by_earlier else ""
+    return _filled("short raised", row | {"axis": axis, "earlier": earlier}, rows)
 
 
 def _filled(name: str, row: Row, rows: Sequence[Row]) -> str:
@@ -116,17 +111,16 @@ def _listed(rows: Sequence[Row]) -> str:
     return ", ".join(form.format(**row) for row in rows)
 
 
-def _law_sentence(laws: Sequence[Row]) -> str:
+def _law_sentence(laws: Sequence[Row]) -> list[str]:
     known = [row for row in laws if row["b"] is not None]
+    if not known:
+        return []
     off = [row["series"] for row in known if row["b_p"] is not None and row["b_p"] < 0.05]
     white = [row["h_0_scatter"] for row in laws if row["h_0_scatter"] is not None]
     scatter = f"; n h_0 scatters by {min(white):.2f} to {max(white):.2f} (ln)" if white else ""
-    significant = f"significant deviation (5 %): {', '.join(off)}"
-    return SENTENCES["law"].format(
-        each=", ".join(f"{r['series']} {r['b']:.2f} ± {r['b_std_error']:.2f}" for r in known),
-        verdict=significant if off else "no significant deviation",
-        scatter=scatter,
-    )
+    verdict = f"significant deviation (5 %): {', '.join(off)}" if off else NO_DEVIATION
+    each = ", ".join(f"{r['series']} {r['b']:.2f} ± {r['b_std_error']:.2f}" for r in known)
+    return [SENTENCES["law"].format(each=each, verdict=verdict, scatter=scatter)]
 
 
 @plot.styled()
@@ -134,25 +128,18 @@ def camera_figure(
     rows: Sequence[Row],
     sigma_mm: Mapping[str, Levels],
     settings: Mapping[str, float],
-    title: str,
-    source: str,
-    remarks: str,
+    texts: plot.Texts,
 ) -> plot.Picture:
-    """A column a camera type: (a) noise at one frame against the number of cameras, (b) how it
-    changed with each addition, (c) the noise of each added camera, where it is known.
-
-    rows: those of <group>_cameras; sigma_mm: camera type -> recording -> `n`, the ids it
-    is `without` and the deviation at one frame of each coordinate; settings: `rise`, `noisy`.
-    """
+    """The figure of `captions.CAMERAS`, a column a camera type. rows: of <group>_cameras; sigma_mm:
+    by camera type; settings: `rise`, `noisy`."""
     table = pd.DataFrame(rows, columns=findings.COLUMNS)
     changes = findings.worst_marker(table[table["from"] != ""], findings.LARGEST)
     cameras = findings.worst_marker(table[table["tau_s"] == table["tau_s"].min()], findings.NOISE)
     levels = {kind: pd.DataFrame.from_dict(dict(of), "index") for kind, of in sigma_mm.items()}
     limits = log_limits([of.drop(columns=["n", "without"]).to_numpy() for of in levels.values()])
     heights = HEIGHTS_MM if len(cameras) else HEIGHTS_MM[:2]
-    n_rows, columns = len(heights), min(len(levels), MOST)
-    blocks = -(-len(levels) // MOST)
-    body = plot.new_figure(title, source, REST_MM + blocks * sum(heights))
+    n_rows, columns, blocks = len(heights), min(len(levels), MOST), -(-len(levels) // MOST)
+    body = plot.new_figure(texts, REST_MM + blocks * sum(heights))
     how: plot.Keywords = {"squeeze": False, "sharey": "row", "height_ratios": heights * blocks}
     grid = body.subplots(blocks * n_rows, columns, **how)
     for k, (kind, of_kind) in enumerate(levels.items()):
@@ -163,14 +150,11 @@ def camera_figure(
         loud_steps = {(row["from"], row["to"]) for row in own if row["added"] in loud}
         _noise_panel(panels[0], of_kind, rises, limits)
         plot.panel_title(panels[0], plot.short(kind, NAME))
-        for axes, steps, bad, limit, nothing in zip(
-            panels[1:],
-            (changes, cameras),
-            (rises, loud_steps),
-            (1 + settings["rise"], settings["noisy"]),
-            ("no addition of cameras", "frames are not shared"),
-            strict=False,
-        ):
+        below = (
+            (changes, rises, 1 + settings["rise"], "no addition of cameras"),
+            (cameras, loud_steps, settings["noisy"], "frames are not shared"),
+        )
+        for axes, (steps, bad, limit, nothing) in zip(panels[1:], below, strict=False):
             values = steps["value"]
             plot.log_axis(axes, "y", (min([0.8, *(values / 1.12)]), max([1.25, *(values * 1.12)])))
             _factor_panel(axes, steps[steps["camera_type"] == kind], bad, limit, nothing)
@@ -178,17 +162,11 @@ def camera_figure(
     for axes in grid[-n_rows:, (len(levels) - 1) % MOST + 1 :].flat:
         axes.axis("off")
     for k, axes in enumerate(grid[:, 0]):
-        text = (axes.get_title(loc="left"), "With each addition", "Each added camera")[k % n_rows]
-        plot.panel_title(axes, f"({'abc'[k % n_rows]}) {text}")
-        axes.set_ylabel(
-            (
-                "Allan deviation,\none frame (mm)",
-                "Noise of subset /\nof the smaller one",
-                "Noise of camera /\nmedian of all",
-            )[k % n_rows]
-        )
+        letter, title, label = PANELS[k % n_rows]
+        plot.panel_title(axes, f"({letter}) {title or axes.get_title(loc='left')}")
+        axes.set_ylabel(label)
     grid[1, 0].axvspan(np.nan, np.nan, label="raised or noisy", **RAISED)
-    return plot.finished(body, grid.flat, f"{captions.CAMERAS} {remarks}", columns=5)
+    return plot.finished(body, grid.flat, f"{captions.CAMERAS} {texts.caption}", columns=5)
 
 
 def _noise_panel(axes: plot.Axes, levels: pd.DataFrame, rises: Pairs, limits: Limits) -> None:
@@ -211,7 +189,7 @@ def _noise_panel(axes: plot.Axes, levels: pd.DataFrame, rises: Pairs, limits: Li
     if not nested:
         ids = zip(levels["without"], levels["n"], strict=True)
         texts = ["\n".join(f"−{i}" for i in i) if 0 < len(i) <= 2 else str(n) for i, n in ids]
-        _slot_axis(axes, texts)
+        plot.name_axis(axes, texts)
         axes.set_xlabel("Cameras left out (−), or their number")
         return
     n = x.to_numpy()
@@ -250,11 +228,4 @@ def _factor_panel(
         axes.axvspan(place[pair] - 0.5, place[pair] + 0.5, **RAISED)
     added = [ids.split(";") for ids in first["added"]]
     few = ("\n".join(map(plot.short, i)) if len(i) <= 2 else f"{len(i)} ids" for i in added)
-    _slot_axis(axes, list(few))
-
-
-def _slot_axis(axes: plot.Axes, labels: Sequence[str]) -> None:
-    axes.set_xlim(-0.5, len(labels) - 0.5)
-    axes.set_xticks(range(len(labels)), labels)
-    axes.tick_params(axis="x", length=0)
-    axes.grid(visible=False, axis="x")
+    plot.name_axis(axes, list(few))

@@ -22,6 +22,7 @@ MORE = {
 }
 ALL_HAVE_POSES = "No recording was without a pose."
 WORDS = {"full-interpolation": "full interpolation", "kabsch": "Kabsch"}
+OF_POINTS = ("error mm", "error °", "ratio", "failed", "beyond 8°", "mirrored %")
 WAYS = (("paper", "kabsch"), ("paper", "final"), ("paper-lm", "final"))
 ROOM = 1.25  # factor between the first and last value and the edge of the axis
 ASIDE, ASIDE_KINDS = 0.014, 0.04  # of the axis, from the bars of one method to those of the next
@@ -57,13 +58,12 @@ def _tables(shown: studies.StudyDisplay, rows: list[Row]) -> list[str]:
         kind = f": {row['value']}" if isinstance(row["value"], str) else ""
         numbers = _interval(row, "correlation_mm", 2), _interval(row, "overall_ratio", 3)
         methods.append(line(row, method_text(row) + kind, *numbers, row["claim"], row["finding"]))
-    value = f"{shown.parameter}{f' {shown.unit}' if shown.unit else ''}"
-    points = [[*head, "method", value, "error mm", "error °", "ratio"]]
-    points[0] += ["failed", "beyond 8°", "mirrored %"]
+    points = [[*head, "method", f"{shown.parameter} {shown.unit}".rstrip(), *OF_POINTS]]
     for row in rows:
         mirrored = row["mirrored_percent"]
+        value = row["value"]
         cells = (
-            _value(row["value"]),
+            value if isinstance(value, str) else f"{value:g}",
             _interval(row, "median_mm", 3, "mm"),
             _interval(row, "median_deg", 2, "deg"),
             _interval(row, "ratio", 3),
@@ -73,10 +73,6 @@ def _tables(shown: studies.StudyDisplay, rows: list[Row]) -> list[str]:
         )
         points.append(line(row, method_text(row), *cells))
     return ["\n".join(aligned(methods)), "\n".join(aligned(points))]
-
-
-def _value(value: object) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
 
 
 def _interval(row: Row, name: str, digits: int, unit: str = "") -> str:
@@ -93,12 +89,11 @@ def panels_of(shown: studies.StudyDisplay, rows: Sequence[Row]) -> pd.DataFrame:
     table = pd.DataFrame(rows)
     method = pd.Series(list(zip(table["estimator"], table["stage"], strict=True)))
     if shown.name == "reconstruction":
+        batch = table[method == ("batch", "final")].assign(line="batch")
         parts = []
-        for estimator, stage in WAYS:
-            panel = f"{estimator}, {WORDS.get(stage, stage)}"
-            own = table[method == (estimator, stage)]
-            batch = table[method == ("batch", "final")].assign(line="batch")
-            own = own.assign(line=own["variant"].replace(WORDS))
+        for way in WAYS:
+            own = table[method == way].assign(line=table["variant"].replace(WORDS))
+            panel = ", ".join(WORDS.get(part, part) for part in way)
             parts.append(pd.concat([own, batch]).assign(panel=panel))
         return pd.concat(parts)
     if shown.name == "weights":
@@ -119,7 +114,7 @@ def study_figure(shown: studies.StudyDisplay, rows: Sequence[Row], source: str) 
     looks = dict(zip(lines, (*fig.LOOKS.values(), *fig.OTHER_LOOKS), strict=False))
     alone = len(panels) == 1
     title = f"Jansen et al. 2019, study {shown.number}: {shown.title}"
-    body = fig.new_figure(title, source, 92.0 if alone else 138.0)
+    body = fig.new_figure(fig.Texts(title, source), 92.0 if alone else 138.0)
     shape = (1, 2) if alone else (2, len(panels))
     grid = body.subplots(*shape, squeeze=False, sharex=True, sharey=False if alone else "row")
     values = table["value"].drop_duplicates()
@@ -146,13 +141,12 @@ def study_figure(shown: studies.StudyDisplay, rows: Sequence[Row], source: str) 
         if not alone:
             axes.label_outer()
     fig.letters(grid.flat)
-    fig.legend_below(body, grid.flat)
     failed, n = (sum(row[key] for row in rows) for key in ("failed", "n"))
     more = MORE.get(shown.name, "")
     more += captions.STUDY_FAILED.format(n=n, failed=failed) if failed else ALL_HAVE_POSES
     most = max(row["n"] for row in rows)
     caption = captions.STUDY.format(parameter=shown.parameter, n=most, more=more)
-    return fig.Picture(body, caption)
+    return fig.finished(body, grid.flat, caption)
 
 
 def _draw_methods(
@@ -171,11 +165,10 @@ def _draw_methods(
     for name, aside in zip(names, order, strict=True):
         own = table[table["line"] == name]
         x = own["value"].map(at).to_numpy()
-        x = (
-            x + ASIDE_KINDS * len(at) * aside
-            if kinds
-            else x * (at.max() / at.min()) ** (ASIDE * aside)
-        )
+        if kinds:
+            x = x + ASIDE_KINDS * len(at) * aside
+        else:
+            x = x * (at.max() / at.min()) ** (ASIDE * aside)
         y, low, high = (own[f"{key}_{unit}"].to_numpy() for key in ("median", "lower", "upper"))
         how = looks[name].line(ms=4.0, lw=0.9, elinewidth=0.9, capsize=1.6, label=name)
         how |= {"ls": ""} if kinds else {}

@@ -134,8 +134,8 @@ def calibration_markdown(rows: Sequence[Row], title: str, note: str) -> str:
     head += ["σ", "residual µrad", "hits", "error", "verdict"]
     lines += [*aligned([head, *(_line(row) for row in rows)]), "", "## Verdicts", ""]
     lines += [f"- {row['calibration']}: {row['verdict']}. {row['reason']}" for row in rows]
-    moved = [f"- {row['calibration']}: {row['check_against']}" for row in rows
-             if row["check_against"]]  # fmt: skip
+    known = (row for row in rows if row["check_against"])
+    moved = [f"- {row['calibration']}: {row['check_against']}" for row in known]
     lines += ["", "## Against an earlier pose", "", *moved] if moved else []
     return "\n".join([*lines, ""])
 
@@ -156,7 +156,5 @@ def _line(row: Row) -> list[object]:
 def _mm_and_deg(row: Row, kind: str) -> str:
     """`0.52 mm, 0.011°`, the largest sigma or the length of an error; empty if unknown."""
     values = [row[f"{kind}_{axis}"] for axis in AXIS_NAMES]
-    mm, deg = (
-        max(own) if kind == "sigma" else math.hypot(*own) for own in (values[:3], values[3:])
-    )
+    mm, deg = (max(v) if kind == "sigma" else math.hypot(*v) for v in (values[:3], values[3:]))
     return "" if math.isnan(mm) else f"{significant(mm)} mm, {significant(deg)}°"

@@ -17,14 +17,7 @@ from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_bins, log_limits
-from mocap_metrology.present.plot.figure import (
-    GREY,
-    INK,
-    Keywords,
-    length_unit,
-    panel_title,
-    time_axis,
-)
+from mocap_metrology.present.plot.figure import GREY, INK, Keywords, length_unit, panel_title
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.diagnosis import outcome
 from mocap_metrology.present.text.numbers import mm, moment, number, significant
@@ -55,14 +48,8 @@ COMPARED = {
 
 
 @figure.styled()
-def diagnosis_figure(
-    recording: Recording, found: Diagnosis, title: str, source: str = "", remarks: str = ""
-) -> figure.Picture:
-    """Above, the dynamic Allan deviation of one series over time, events marked, and below it the
-    largest event (or, without one, the most unusual window) beside the noise before and after (or
-    in both halves); at the bottom the spectrum with its lines, and the Allan deviation, both as
-    they are and as filters would leave them, without the events. Of a short recording, what there
-    is of this."""
+def diagnosis_figure(recording: Recording, found: Diagnosis, texts: figure.Texts) -> figure.Picture:
+    """The figure of `captions.DIAGNOSIS`; of a short recording, what there is of it."""
     event = evidence.largest_event(found)
     view = evidence.view_of(found, event)
     seen = view.series if view else next(iter(recording.coordinates))
@@ -74,7 +61,7 @@ def diagnosis_figure(
     close = ("b" if view else "") + ("c" if sides else "")
     rows |= {close * (3 - len(close)): CLOSE_MM} if close else {}
     rows |= {"de": SPECTRA_MM}
-    body = figure.new_figure(title, source, 25.0 + sum(height + 12.0 for height in rows.values()))
+    body = figure.new_figure(texts, 25.0 + sum(height + 12.0 for height in rows.values()))
     panels = body.subplot_mosaic("\n".join(rows), height_ratios=list(rows.values()))
     if view is not None:
         _draw_dynamic(panels["a"], recording, found, view)
@@ -91,7 +78,7 @@ def diagnosis_figure(
         panels[name].set_title(f"{panels[name].get_title(loc='left')}\n")
     figure.legend_below(body, panels.values())
     none = "" if view else render("event.undetectable")
-    return figure.Picture(body, " ".join(filter(None, (captions.DIAGNOSIS, remarks, none))))
+    return figure.Picture(body, f"{captions.DIAGNOSIS} {texts.caption} {none}")
 
 
 def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, view: View) -> None:
@@ -100,7 +87,7 @@ def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, vie
     import matplotlib
     from matplotlib.colors import LogNorm
 
-    axis = time_axis(recording.n_frames, recording.frame_rate_hz)
+    axis = figure.time_axis(recording.n_frames, recording.frame_rate_hz)
     per_s = axis.per_frame * recording.frame_rate_hz
     n, windows = len(found.events), f"{number(found.n_windows)} windows of all series"
     remark = f"{n or 'no'} event{'s' if n > 1 else ''} in {windows}"
@@ -147,16 +134,16 @@ def _draw_close(
     first = max(round(view.first_s * rate) - begin, 0)
     values = (values - values.iloc[: max(first, 8)].median()).dropna(axis=1, how="all")
     values.index = values.index / rate
-    unit = length_unit([(values.max() - values.min()).max()])
+    unit, per_mm = length_unit([(values.max() - values.min()).max()])
     for name in values:
         place = figure.coordinate_of(str(name))
         look = figure.LOOKS[place[0]] if place else figure.OTHER_LOOKS[0]
         how: Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.7, "label": name}
-        axes.plot(values.index, values[name] * unit.per_mm, **how)
+        axes.plot(values.index, values[name] * per_mm, **how)
     start = begin / rate
     ends = view.first_s - start, min(view.last_s, end / rate) - start
     axes.axvspan(*ends, label=SHOWN[view.kind], facecolor=figure.FAINT, alpha=0.45, lw=0)
-    axes.set(xlim=(0.0, (end - begin) / rate), ylabel=f"{', '.join(view.names)} ({unit.symbol})")
+    axes.set(xlim=(0.0, (end - begin) / rate), ylabel=f"{', '.join(view.names)} ({unit})")
     axes.set_xlabel(f"Time (s) from {moment(start)}" if begin else "Time (s)")
     inside = values.iloc[first : first + round(duration * rate)]
     spans = (inside.max() - inside.min()).dropna()
@@ -165,7 +152,7 @@ def _draw_close(
         title = "Where the noise changes"
     elif event:
         title = "The event" if len(found.events) == 1 else "The largest event"
-        size = f"{significant(event.size_mm * unit.per_mm)} {unit.symbol}"
+        size = f"{significant(event.size_mm * per_mm)} {unit}"
         unknown = event.outcome == "unknown"
         word = "too close to an end to compare" if unknown else outcome(event)
         remark = f"{size} in {view.series}, {word}"
@@ -173,8 +160,7 @@ def _draw_close(
         likely = view.chance >= LIKELY
         remark = "explained by noise" if likely else f"chance ≤ {100 * view.chance:.2g} %"
     elif len(spans):
-        size = significant(spans.max() * unit.per_mm)
-        remark = f"{spans.idxmax()} spans {size} {unit.symbol}"
+        remark = f"{spans.idxmax()} spans {significant(spans.max() * per_mm)} {unit}"
     panel_title(axes, title, remark)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 import pandas as pd
@@ -42,14 +43,11 @@ def series_curves(
     return frame[frame["thin"] == ""]
 
 
-def ratio_picture(panels: Panels, looks: plot.Looks, texts: tuple[str, str, str]) -> Picture:
-    """A panel a series, and under it the curves of that panel divided by its first curve.
-
-    panels: curves by title, the smallest subset first; texts: title, source line and caption. The
-    ratio is computed where both have the averaging time. Call it within `styled`.
-    """
+def ratio_picture(panels: Panels, looks: plot.Looks, texts: fig.Texts) -> Picture:
+    """A panel a series, and under it the curves of that panel divided by its first curve, where
+    both have the averaging time. Call it within `styled`."""
     rows, limits = -(-len(panels) // COLUMNS), plot.curve_limits(pd.concat(panels.values()))
-    body = fig.new_figure(*texts[:2], 24.0 + rows * ROW_MM)
+    body = fig.new_figure(texts, 24.0 + rows * ROW_MM)
     grid = body.subplots(2 * rows, COLUMNS, sharex=True, squeeze=False, height_ratios=(5, 3) * rows)
     above, below = grid[::2].ravel(), grid[1::2].ravel()
     found = [ratios(curves) for curves in panels.values()]
@@ -78,7 +76,7 @@ def ratio_picture(panels: Panels, looks: plot.Looks, texts: tuple[str, str, str]
     if len(panels) < above.size:
         fig.log_axes(above[len(panels)], limits)
         plot.slope_fan(above[len(panels)], limits)
-    return fig.finished(body, above[: len(panels)], texts[2])
+    return fig.finished(body, above[: len(panels)], texts.caption)
 
 
 def ratios(curves: pd.DataFrame) -> pd.DataFrame:
@@ -94,17 +92,14 @@ def family_figure(
     family: Family,
     allan: Allan,
     expected: Mapping[str, Sequence[str]],
-    title: str,
-    source: str,
-    remarks: str,
+    texts: fig.Texts,
     confidence: float | None = None,
 ) -> Picture:
     """Allan deviations of a family of recordings, as S Figures 8, 12 and 13.
 
-    allan: columns of allan_masked.parquet, and expected: series that should be there, both by
-    recording; a panel shows those that should have its series. Subsets of cameras are drawn with
-    their ratio to the smallest one; up to three other recordings with their intervals, of that
-    `confidence` (0 to 1).
+    expected: series that should be there, by recording; a panel shows those that should have its
+    series. Subsets of cameras are drawn with their ratio to the smallest one; up to three other
+    recordings with their intervals, of that `confidence` (0 to 1).
     """
     shown, others = shown_series([name for names in expected.values() for name in names])
     subsets = family.by == CAMERAS and bool(family.looks)
@@ -115,17 +110,17 @@ def family_figure(
     for series in shown:
         own = {name: label for name, label in labels.items() if series in expected[name]}
         panels[series] = series_curves(allan, series, own, band)
-    words = f"{left_out(others)} {remarks}"
+    words = f"{left_out(others)} {texts.caption}"
     if subsets:
         caption = f"{captions.ADEV} {captions.ADEV_RATIOS} {words}"
-        return ratio_picture(panels, looks, (title, source, caption))
+        return ratio_picture(panels, looks, texts._replace(caption=caption))
     names = [
         f"{series}: {' and '.join(plot.family_ends(curves))}"
         for series, curves in ({} if looks else panels).items()
         if curves["curve"].nunique() > plot.MOST_SINGLE and (curves["y"] > 0).any()
     ]
     note = captions.ADEV_ENDS.format(names="; ".join(names)) if names else ""
-    texts = title, source, f"{captions.ADEV} {note} {words}"
+    texts = texts._replace(caption=f"{captions.ADEV} {note} {words}")
     return plot.curves_picture(panels, texts, confidence, looks=looks or None)
 
 
@@ -169,16 +164,13 @@ def family_of(rows: Rows) -> Family:
 
 def count_looks(counts: Sequence[int]) -> dict[int, Look]:
     """Looks of numbers of cameras: the more, the darker, in even steps; a marker each."""
-    import numpy as np
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
     counts = sorted(set(counts))
-    shades = np.linspace(LIGHTEST, DARKEST, len(counts)) if len(counts) != 1 else [DARKEST]
-    return {
-        n: Look(to_hex(colormaps[MAP](shade)), "-", MARKERS[k % len(MARKERS)])
-        for k, (n, shade) in enumerate(zip(counts, shades, strict=True))
-    }
+    shades = np.linspace(DARKEST, LIGHTEST, len(counts))[::-1]
+    looks = zip(counts, shades, cycle(MARKERS), strict=False)
+    return {n: Look(to_hex(colormaps[MAP](shade)), "-", marker) for n, shade, marker in looks}
 
 
 def shown_series(names: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -65,23 +65,20 @@ def _shown(family: Family, marks: pd.DataFrame) -> tuple[Family, pd.DataFrame, l
 
 
 @fig.styled()
-def coefficients_figure(
-    family: Family, noise: Noise, title: str, source: str, remarks: str = ""
-) -> Picture:
+def coefficients_figure(family: Family, noise: Noise, texts: fig.Texts) -> Picture:
     """Coefficients h_-2 ... h_2 of every recording by the likelihood estimator, with intervals: a
     group a recording or number of cameras, a slot a series."""
     family, marks, shown, words = _shown(family, marks_of(family, noise))
     if marks.empty:
-        return fig.words_picture(NO_MODEL, title, source)
-    body = fig.new_figure(title, source, REST_MM + len(ALPHAS) * ROW_MM + _names_mm(family))
+        return fig.words_picture(NO_MODEL, texts)
+    body = fig.new_figure(texts, REST_MM + len(ALPHAS) * ROW_MM + _names_mm(family))
     panels = body.subplots(len(ALPHAS), sharex=True)
     for axes, alpha in zip(panels, ALPHAS, strict=True):
         _panel(axes, marks, f"h_{alpha}", shown, family)
     panels[-1].set_xlabel(family.by)
     slots.label_marks(panels[0], marks[marks["coefficient"].str.startswith("h_")], shown)
-    return fig.finished(
-        body, panels, f"{captions.COEFFICIENTS} {words} {remarks}", columns=MOST_COLUMNS
-    )
+    caption = f"{captions.COEFFICIENTS} {words} {texts.caption}"
+    return fig.finished(body, panels, caption, columns=MOST_COLUMNS)
 
 
 def _names_mm(family: Family) -> float:
@@ -104,22 +101,19 @@ def _panel(
 
 
 @fig.styled()
-def correlated_figure(
-    family: Family, noise: Noise, title: str, source: str, remarks: str = ""
-) -> Picture:
-    """Gauss-Markov terms of every recording by the likelihood estimator, with 95 % intervals: (a)
-    T_c and (b) q_c by recording or number of cameras, (c) q_c against T_c, the classes of S 4.6
-    shaded; where no recording has such a term, the limits of q_c alone."""
+def correlated_figure(family: Family, noise: Noise, texts: fig.Texts) -> Picture:
+    """The figure of `captions.CORRELATED`; where no recording has a Gauss-Markov term, the limits
+    of q_c alone."""
     family, marks, shown, words = _shown(family, marks_of(family, noise))
     if marks.empty:
-        return fig.words_picture(NO_MODEL, title, source)
+        return fig.words_picture(NO_MODEL, texts)
     marks = marks[marks["coefficient"].isin(["T_c", "q_c"])]
     if marks.empty:
-        return fig.words_picture(NO_TERM, title, source)
+        return fig.words_picture(NO_TERM, texts)
     terms = slots.terms_of(marks)
     names = ["q_c"] if terms.empty else ["T_c", "q_c"]
     heights = [12.0 + len(names) * ROW_MM + _names_mm(family)] + [SCATTER_MM] * (len(names) - 1)
-    body = fig.new_figure(title, source, sum(heights) + 18.0)
+    body = fig.new_figure(texts, sum(heights) + 18.0)
     parts = body.subfigures(len(heights), height_ratios=heights, squeeze=False)[:, 0]
     panels = parts[0].subplots(len(names), sharex=True, squeeze=False)[:, 0]
     for axes, name in zip(panels, names, strict=True):
@@ -134,7 +128,7 @@ def correlated_figure(
         fig.letters([*panels, scatter])
     fig.legend_below(parts[0], panels, MOST_COLUMNS)
     caption = captions.CORRELATED if len(terms) else f"{NO_TERM} {captions.CORRELATED_LIMITS}"
-    return Picture(body, f"{caption} {words} {remarks}")
+    return Picture(body, f"{caption} {words} {texts.caption}")
 
 
 def _scatter(axes: fig.Axes, terms: pd.DataFrame, family: Family) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from mocap_metrology.present.tables import Row
+from mocap_metrology.present.text.captions import PAPERS
 
 CAPTION = "All other figures and all tables of both papers are regenerated, from twins or theory."
 COLUMNS = ("paper", "figure", "shows", "reason")
-S, J = "Skurowski & Pawlyta 2019", "Jansen et al. 2019"
+S, J = PAPERS["skurowski"], PAPERS["jansen"]
 LEFT_OUT = (
     (S, "Figure 4", "camera locations: a view in Vicon Blade and a photograph of the laboratory",
      "a photograph, and places of cameras of which the paper prints no coordinates"),

@@ -13,7 +13,7 @@ from mocap_metrology.noise.changes.compare import DAYS_A_MONTH
 from mocap_metrology.noise.changes.rows import COARSE, Columns, dated_curves, ratio_curves
 from mocap_metrology.present.plot import curves
 from mocap_metrology.present.plot import figure as plot
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Row, document
 from mocap_metrology.present.text import captions
 
 SENTENCES = captions.texts("COMPARE_SENTENCES")
@@ -72,8 +72,7 @@ def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     head = ["recording", "reference", "series", "word", *(f"{tau:.3g} s" for tau in taus)]
     body = [[*key, *(cells.get(tau, "") for tau in taus)] for key, cells in lines.items()]
     told = "\n".join(f"* {sentence}" for sentence in sentences(rows))
-    table = "\n".join(aligned([head, *body]))
-    return f"# {title}\n\n{caption} `+` worse, `−` better.\n\n{told}\n\n{table}\n"
+    return document(title, f"{caption} `+` worse, `−` better.", told, [head, *body])
 
 
 @dataclass(frozen=True)

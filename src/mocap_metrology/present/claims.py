@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mocap_metrology.papers.claims.decide import UNKNOWN, Text
 from mocap_metrology.papers.claims.table import Decision
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Row, document
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant, with_unit
 
@@ -51,9 +51,8 @@ def claims_markdown(rows: Sequence[Row]) -> str:
         f"{kind}: " + ", ".join(f"{w} {sum(r[f'{kind}_word'] == w for r in rows)}" for w in words)
         for kind in kinds
     ]
-    table = "\n".join(aligned([SHOWN, *map(_line, rows)]))
-    told = f"{captions.CLAIMS}\n\nOf {len(rows)} claims, {'; '.join(counts)}."
-    return f"# {TITLE}\n\n{told}\n\n{table}\n"
+    told = f"Of {len(rows)} claims, {'; '.join(counts)}."
+    return document(TITLE, captions.CLAIMS, told, [SHOWN, *map(_line, rows)])
 
 
 def _line(row: Row) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import pandas as pd
 from mocap_metrology.papers.studies import findings as studies
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import log_limits
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Part, Row, document
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
@@ -38,15 +38,14 @@ def method_text(row: Mapping[str, Any], *columns: str) -> str:
 def markdown(rows: Sequence[Row], n: int, seconds: float, seed: int) -> str:
     """All studies: for each what J claims, a table of methods and one of points."""
     text = captions.STUDIES.format(n=n, seconds=seconds, seed=seed, noticeable=studies.NOTICEABLE)
-    parts = ["# Jansen et al. 2019: claims in simulated studies", text]
+    parts: list[Part] = []
     for shown in studies.SHOWN:
-        own = [row for row in rows if row["study"] == shown.name]
-        if own:
+        if own := [row for row in rows if row["study"] == shown.name]:
             parts += [f"## {shown.number}. {shown.title.capitalize()}", *_tables(shown, own)]
-    return "\n\n".join(parts) + "\n"
+    return document("Jansen et al. 2019: claims in simulated studies", text, *parts)
 
 
-def _tables(shown: studies.StudyDisplay, rows: list[Row]) -> list[str]:
+def _tables(shown: studies.StudyDisplay, rows: list[Row]) -> list[list[list[str]]]:
     """The table of methods, and that of points; with boards at several distances, by these."""
 
     def line(row: Row, *cells: str) -> list[str]:
@@ -72,7 +71,7 @@ def _tables(shown: studies.StudyDisplay, rows: list[Row]) -> list[str]:
             "" if math.isnan(mirrored) else f"{mirrored:.0f}",
         )
         points.append(line(row, method_text(row), *cells))
-    return ["\n".join(aligned(methods)), "\n".join(aligned(points))]
+    return [methods, points]
 
 
 def _interval(row: Row, name: str, digits: int, unit: str = "") -> str:

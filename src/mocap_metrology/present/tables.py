@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Row = dict[str, Any]  # of a table: numbers, words, gaps
+Part = str | Sequence[Sequence[object]]  # of a document: a text, or a table with its head
 BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
 DIGITS = 5  # significant ones of a number to read
@@ -74,14 +75,20 @@ def in_columns(rows: Sequence[Sequence[str]]) -> list[str]:
     return [f"  {'  '.join(map(str.ljust, row, width))}".rstrip() for row in rows]
 
 
+def document(title: str, *parts: Part) -> str:
+    """Markdown of a title and its parts: texts, and tables whose first line is their head; empty
+    ones are omitted."""
+    texts = (part if isinstance(part, str) else "\n".join(aligned(part)) for part in parts if part)
+    return "\n\n".join([f"# {title}", *texts]) + "\n"
+
+
 def markdown(rows: Sequence[Row], title: str, caption: str, nothing: str = "") -> str:
-    """A Markdown table, numbers as `readable` and `as_printed` write them, columns of equal width;
-    the words `nothing` in its place where there is no row."""
+    """A Markdown table, numbers as `readable` and `as_printed` write them; the words `nothing` in
+    its place where there is no row."""
     if not rows:
-        return f"# {title}\n\n{nothing}\n"
+        return document(title, nothing)
     head = list(rows[0])
-    lines = aligned([head, *([shown(row, name) for name in head] for row in rows)])
-    return "\n".join([f"# {title}", "", caption, "", *lines, ""])
+    return document(title, caption, [head, *([shown(row, n) for n in head] for row in rows)])
 
 
 def shown(row: Record, name: str) -> object:

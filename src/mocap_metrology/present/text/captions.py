@@ -41,12 +41,18 @@ CALIBRATION_EITHER = (
 
 def of_figure(paper: str, figure: int | str, source: str = "", *more: str) -> Texts:
     """Texts of a figure of a paper (`skurowski`, `jansen`); more: what is added to its caption."""
-    of, titles = texts(paper.upper()), texts(f"{paper.upper()}_TITLES")
-    title = f"{PAPERS[paper]}, Figure {figure}: {titles[str(figure)]}"
-    return Texts(title, source, " ".join(filter(None, (of[str(figure)], *more))))
+    caption = texts(paper.upper())[str(figure)]
+    title = f"{PAPERS[paper]}, {label(paper, figure, 0)}"
+    return Texts(title, source, " ".join(filter(None, (caption, *more))))
+
+
+def label(paper: str, figure: int | str, width: int = 2) -> str:
+    """`Figure  7: a seismic crump`."""
+    number = str(figure).lstrip("0")
+    return f"Figure {number:>{width}}: {texts(f'{paper.upper()}_TITLES')[number]}"
 
 
 def of_figures(paper: str, *figures: int | str) -> str:
     """Captions of several figures one after the other, each with its number."""
-    of = texts(paper.upper())
-    return " ".join(f"Figure {figure}: {of[str(figure)]}" for figure in figures)
+    of, numbers = texts(paper.upper()), [str(figure).lstrip("0") for figure in figures]
+    return " ".join(f"Figure {number}: {of[number]}" for number in numbers)

@@ -28,11 +28,13 @@ RAISED: plot.Keywords = {"color": ALARM, "alpha": 0.13, "lw": 0}
 LAW: plot.Keywords = {"color": plot.FAINT, "lw": 0.8, "zorder": 0.5}
 TAU_LOOKS = (("o", plot.INK), ("s", "#5c5c5c"), ("^", "#757575"))  # one frame, 0.1 s, 1 s
 CLOSE = 0.88  # of the next larger number of cameras, from which its label would touch
+Rows = Sequence[Row]
+Settings = Mapping[str, float]
 Levels = Mapping[str, Record]  # of each recording: n, ids it is without, deviation by coordinate
 Pairs = Collection[tuple[str, str]]  # recordings: smaller and larger subset
 
 
-def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, float]) -> Row:
+def summary(rows: Rows, laws: Rows, settings: Settings) -> Row:
     """What <group>_cameras.json holds: `words`, sentences for a reader; `short`, one a camera type;
     `apart`: whether subsets do not share their frames; `raised` and `noisy`."""
     rises, loud = findings.raised(rows), findings.noisy(rows, settings["noisy"])
@@ -57,13 +59,11 @@ def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, flo
     }
 
 
-def _of_other_frames(rows: Sequence[Row]) -> bool:
+def _of_other_frames(rows: Rows) -> bool:
     return any(row["same_frames"] == "no" for row in rows)
 
 
-def _sentences(
-    rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row], settings: Mapping[str, float]
-) -> list[str]:
+def _sentences(rows: Rows, rises: Rows, loud: Rows, settings: Settings) -> list[str]:
     """On one camera type: noisy cameras, increases, and what was not detected."""
     apart = _of_other_frames(rows)
     names = {"none raised": not rises, "none noisy": not (loud or apart), "apart": apart}
@@ -82,7 +82,7 @@ def _sentences(
     return words + [SENTENCES[name].format(**limits) for name, holds in names.items() if holds]
 
 
-def _short(rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row]) -> str:
+def _short(rows: Rows, rises: Rows, loud: Rows) -> str:
     """The one thing to know of a camera type."""
     if loud:
         return _filled("short noisy", loud[0], rows)
@@ -95,7 +95,7 @@ def _short(rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row]) -> st
     return _filled("short raised", row | {"axis": axis, "earlier": earlier}, rows)
 
 
-def _filled(name: str, row: Row, rows: Sequence[Row]) -> str:
+def _filled(name: str, row: Row, rows: Rows) -> str:
     """A sentence with the numbers of one row; rows: all of the camera type."""
     ids = row["added"].split(";")
     listed = ", ".join(ids)
@@ -106,12 +106,12 @@ def _filled(name: str, row: Row, rows: Sequence[Row]) -> str:
     return SENTENCES[name].format(**(row | texts))
 
 
-def _listed(rows: Sequence[Row]) -> str:
+def _listed(rows: Rows) -> str:
     form = "{n_from} to {n_to} ({added} added) {largest_factor:.2f}"
     return ", ".join(form.format(**row) for row in rows)
 
 
-def _law_sentence(laws: Sequence[Row]) -> list[str]:
+def _law_sentence(laws: Rows) -> list[str]:
     known = [row for row in laws if row["b"] is not None]
     if not known:
         return []
@@ -125,10 +125,7 @@ def _law_sentence(laws: Sequence[Row]) -> list[str]:
 
 @plot.styled()
 def camera_figure(
-    rows: Sequence[Row],
-    sigma_mm: Mapping[str, Levels],
-    settings: Mapping[str, float],
-    texts: plot.Texts,
+    rows: Rows, sigma_mm: Mapping[str, Levels], settings: Settings, texts: plot.Texts
 ) -> plot.Picture:
     """The figure of `captions.CAMERAS`, a column a camera type. rows: of <group>_cameras; sigma_mm:
     by camera type; settings: `rise`, `noisy`."""

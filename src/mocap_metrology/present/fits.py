@@ -22,6 +22,7 @@ from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import symbol, unit
 from mocap_metrology.present.text.numbers import MARKS, significant, with_uncertainty
 
+Kind = Component | Deterministic
 ROWS_MM = (58.0, 25.0, 38.0)  # curves, residuals, other estimators
 LABEL_AT = -0.21  # of the width of a panel; matplotlib would measure every tick label for it
 BELOW_DATA = 8.0  # an axis extends so many times below the least datum, for components
@@ -57,7 +58,7 @@ STEM = (
 class Part:
     """One component, its name with its value, and how it is drawn."""
 
-    component: Component | Deterministic
+    component: Kind
     name: str
     text: str
     look: plot.Keywords
@@ -166,11 +167,7 @@ def fit_of(estimator: str, rows: Iterable[of.NoiseRow], duration_s: float = 0.0)
 
 
 def _part(
-    component: Component | Deterministic,
-    name: str,
-    rows: Iterable[of.NoiseRow],
-    colour: str,
-    dashes: object,
+    component: Kind, name: str, rows: Iterable[of.NoiseRow], colour: str, dashes: object
 ) -> Part:
     text = f"{name}: " * bool(name) + ", ".join(map(_value, rows))
     return Part(component, name, text, {"color": colour, "lw": 1.0, "ls": dashes})

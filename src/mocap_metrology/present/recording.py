@@ -14,12 +14,13 @@ from mocap_metrology.noise.motion.orientation import AXES, TURNS_RAD, Orientatio
 from mocap_metrology.noise.trace import MARKED_SIGMA, Trace, trace_of
 from mocap_metrology.present.plot import curves as of_curves
 from mocap_metrology.present.plot import figure as plot
-from mocap_metrology.present.plot.curves import NOTHING, facets
+from mocap_metrology.present.plot.curves import NOTHING, Limits, facets
 from mocap_metrology.present.plot.figure import Picture, Texts, TimeAxis, length_unit, time_axis
 from mocap_metrology.present.tables import Row, origin_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm, number, significant
 
+Arrays = Mapping[str, np.ndarray]
 MOST_NAMED = 2  # files
 LEAST_STEP_MM = 1e-9  # as of float64; smaller sizes in mm are written as 0
 MOST_PANELS = 20  # six markers and two distances; more are drawn as rows
@@ -57,11 +58,7 @@ def step_words(resolution_mm: float, kind: str) -> str:
 
 @plot.styled()
 def allan_figure(
-    columns: Mapping[str, np.ndarray],
-    texts: Texts,
-    *,
-    expected: Sequence[str] = (),
-    confidence: float | None = None,
+    columns: Arrays, texts: Texts, *, expected: Sequence[str] = (), confidence: float | None = None
 ) -> Picture:
     """Allan deviation of every series of a recording. columns: of `allan_masked.parquet`;
     `expected`: series that should be there, one that is not is drawn as without valid samples."""
@@ -77,11 +74,7 @@ def allan_figure(
 
 @plot.styled()
 def trajectory_figure(
-    raw: Mapping[str, np.ndarray],
-    clean: Mapping[str, np.ndarray],
-    outliers: Mapping[str, np.ndarray],
-    frame_rate_hz: float,
-    texts: Texts,
+    raw: Arrays, clean: Arrays, outliers: Arrays, frame_rate_hz: float, texts: Texts
 ) -> Picture:
     """The figure of `captions.TRAJECTORY`, a panel a series; with more than 20 series, one row a
     marker and a column of axes a coordinate, all to one scale.
@@ -102,12 +95,7 @@ def trajectory_figure(
 
 
 def draw(
-    axes: plot.Axes,
-    one: Trace,
-    time: TimeAxis,
-    scale: float,
-    limits: tuple[float, float],
-    offset: float = 0.0,
+    axes: plot.Axes, one: Trace, time: TimeAxis, scale: float, limits: Limits, offset: float = 0.0
 ) -> None:
     """Gaps at the back, then raw, cleaned, outliers, mean, each labelled for the legend.
 
@@ -235,12 +223,8 @@ SENTENCE = (
 
 @plot.styled()
 def orientation_figure(
-    allan: Mapping[str, np.ndarray],
-    orientation: Orientation,
-    origin: Record,
-    cluster: Sequence[str],
-    refused: str,
-) -> plot.Picture:
+    allan: Arrays, orientation: Orientation, origin: Record, cluster: Sequence[str], refused: str
+) -> Picture:
     """Allan deviation of the three components of the rotation vector, with intervals; or the words
     why there is none (`refused`)."""
     title = f"{origin['recording']}: Allan deviation of orientation"

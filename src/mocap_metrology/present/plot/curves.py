@@ -25,6 +25,7 @@ ALLAN_DECADES = (1.0, 7.0)  # shown at least and at most: below is rounding
 ADEV_AXES = r"Averaging time $\tau$ (s)", "Allan deviation (mm)"
 COLUMNS = ("curve", "x", "y", "lower", "upper")  # of curves
 Limits = tuple[float, float]
+Arrays = Iterable[np.ndarray | pd.Series]
 Looks = Mapping[str, Look]
 
 # Noise for the slope in each figure (S Table 1, Figure 3)
@@ -226,11 +227,7 @@ def invisible(curves: pd.DataFrame, bottom: float) -> str:
     return "; ".join(notes)
 
 
-def log_limits(
-    arrays: Iterable[np.ndarray | pd.Series],
-    least_decades: float = 1.0,
-    most_decades: float = np.inf,
-) -> Limits:
+def log_limits(arrays: Arrays, least_decades: float = 1.0, most_decades: float = np.inf) -> Limits:
     """Limits around all positive finite values, `least_decades` apart; (0.1, 10) without any.
 
     `most_decades` caps how far down they go, for rounding errors of a constant series are positive

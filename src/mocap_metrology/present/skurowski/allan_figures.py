@@ -260,6 +260,7 @@ def _close(axes: fig.Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour:
 
 # ---- Figure 7
 
+Other = tuple[str, Mapping[str, np.ndarray]]  # label and columns of allan.parquet
 LEAST_MM = 5e-4  # of half the axis
 NO_SHOCK = "No shock was found."
 ASSUMED = (
@@ -270,13 +271,10 @@ ASSUMED = (
 
 @fig.styled()
 def crump_figure(
-    shaken: shocks.ShockRecording,
-    other: tuple[str, Mapping[str, np.ndarray]] | None,
-    source: str,
-    remarks: str,
+    shaken: shocks.ShockRecording, other: Other | None, source: str, remarks: str
 ) -> fig.Picture:
     """Marker 1 round the strongest shake of a recording, and the Allan deviation of the distance
-    with and without it; other: label and columns of allan.parquet of a recording without one."""
+    with and without it; other: a recording without one."""
     coordinates = {k: v for k, v in shaken.raw.items() if k != "L"}
     shock = shocks.find_shock(coordinates, shaken.frame_rate_hz)
     curves = shaken.curves(shock).assign(thin="")

@@ -74,11 +74,7 @@ def colour_figure(
 
 
 def _coefficients(
-    grid: np.ndarray,
-    marks: pd.DataFrame,
-    names: Sequence[str],
-    floor: float,
-    logarithmic: bool = True,
+    grid: np.ndarray, marks: pd.DataFrame, names: Sequence[str], floor: float, logarithmic: bool
 ) -> None:
     """A row of panels a coefficient, a column a camera type, with their titles and labels."""
     for name, row in zip(names, grid, strict=True):
@@ -116,7 +112,7 @@ def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Pi
     texts = captions.of_figure("skurowski", 16, source, remarks)
     body = fig.new_figure(texts, 255.0)
     grid = body.subplots(3, len(TYPES), sharey="row", height_ratios=(3, 3, 4))
-    _coefficients(grid[:2], marks, ("T_c", "q_c"), LEAST_Q_C)
+    _coefficients(grid[:2], marks, ("T_c", "q_c"), LEAST_Q_C, True)
     ends = searched_ends(rows)
     for axes in grid[0]:
         axes.tick_params(labelbottom=False)

@@ -23,6 +23,7 @@ FAR = 8.0  # times the median distance from the median
 LEAST_DENSITY = 0.02  # 1/mm, the lower end of the logarithmic axis
 PRINTED: fig.Keywords = {"ls": (0, (1.2, 1.2)), "lw": 0.8}
 Numbers = Mapping[str, float]  # a row of Table 4
+Arrays = Mapping[str, np.ndarray]
 
 
 def normal(x: np.ndarray, sigma: float) -> np.ndarray:
@@ -33,11 +34,11 @@ def normal(x: np.ndarray, sigma: float) -> np.ndarray:
 
 @fig.styled()
 def locations_figure(
-    series: Mapping[str, np.ndarray], published: Numbers | None, source: str, remarks: str = ""
+    series: Arrays, published: Numbers | None, source: str, *more: str
 ) -> fig.Picture:
     """S Figure 9 of x1 and x2 (n,) in mm, beside a row of Table 4 (or None: of no row, and zero is
     the recording's own mean)."""
-    texts = captions.of_figure("skurowski", 9, source, remarks)
+    texts = captions.of_figure("skurowski", 9, source, *more)
     body = fig.new_figure(texts, 85.0)
     grid = body.subplots(1, 2, sharey=True)
     fill: fig.Keywords = {"color": LOOKS["x"].colour, "alpha": 0.3, "lw": 0}
@@ -67,15 +68,11 @@ def locations_figure(
 
 @fig.styled()
 def distances_figure(
-    distance: Mapping[str, np.ndarray],
-    published: Mapping[str, Numbers],
-    means: pd.DataFrame,
-    source: str,
-    remarks: str = "",
+    distance: Arrays, published: Mapping[str, Numbers], means: pd.DataFrame, source: str, *more: str
 ) -> fig.Picture:
     """S Figure 10: densities of L (n,) in mm by set (T40, Bonita, Vantage, All) beside the rows of
     Table 4, and the means of L of every subset (`papers.subsets.means_of_distance`)."""
-    texts = captions.of_figure("skurowski", 10, source, remarks)
+    texts = captions.of_figure("skurowski", 10, source, *more)
     body = fig.new_figure(texts, 150.0)
     above, below = body.subplots(2)
     for name, values in distance.items():

@@ -44,14 +44,6 @@ OTHERS: tuple[plot.Keywords, ...] = (  # other estimators: none of the component
     {"color": "#6b6b6b", "lw": 1.0, "ls": DASHES[1]},
     {"color": "#7a4f33", "lw": 1.0, "ls": DASHES[3]},
 )
-MISFIT = "Misfit: the model does not describe the data; no number of it is valid."
-UNDER = (
-    "Under the noise: {slow}; subtracted from the spectrum; part of the Allan deviation of the "
-    "data and of the model."
-)
-STEM = (
-    "The stem at f_0 is as high as the sinusoid would raise its bin, which it was subtracted from."
-)
 
 
 @dataclass(frozen=True)
@@ -303,11 +295,11 @@ def _caption(fit: Fit, others: bool, estimated: bool) -> str:
         captions.FIT: True,
         captions.OTHER_FITS: others,
         "No estimate by {estimator}.": not estimated,
-        MISFIT: "misfit" in fit.trouble,
+        captions.FIT_MISFIT: "misfit" in fit.trouble,
         "Not detected (95 % limits): {absent}.": bool(fit.absent),
-        UNDER: bool(slow),
+        captions.FIT_UNDER: bool(slow),
         captions.GAUSS_MARKOV: GaussMarkov in kinds,
-        STEM: Sinusoid in kinds,
+        captions.FIT_STEM: Sinusoid in kinds,
     }
     text = " ".join(sentence for sentence, holds in applies.items() if holds)
     return text.format(estimator=fit.estimator, absent=", ".join(fit.absent), slow=slow)

@@ -39,10 +39,7 @@ def diagnose(results: Results, settings: Settings, progress: Progress = CALM) ->
 
 
 def verdict(
-    results: Results,
-    named: Row,
-    settings: Settings,
-    progress: Progress = CALM,
+    results: Results, named: Row, settings: Settings, progress: Progress = CALM
 ) -> Mapping[str, Any]:
     """verdict.json of a diagnosed recording; returns its contents. named: what it begins with."""
     progress.step("verdict")

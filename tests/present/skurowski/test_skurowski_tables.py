@@ -13,7 +13,7 @@ from mocap_metrology.noise.gaussian.moments import Cleaning
 from mocap_metrology.noise.gaussian.two_markers import gaussian_model
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.papers import camera_tables, gaussian_table, power_laws
-from mocap_metrology.present.pages import left_out
+from mocap_metrology.present import claims
 from mocap_metrology.present.skurowski import appendix
 from mocap_metrology.present.text import captions
 
@@ -130,11 +130,11 @@ def test_every_figure_is_regenerated_or_left_out_with_a_reason(root: Path) -> No
         titles = captions.texts(f"{paper.upper()}_TITLES")
         made[paper] = {int(number) for number in titles if number.isdigit()}
     assert made == drawn
-    rows = left_out.left_out()
+    rows = claims.left_out()
     assert all(row["reason"] for row in rows)
     for paper, found, count in (
-        (left_out.S, made["skurowski"], 17),
-        (left_out.J, made["jansen"], 9),
+        (claims.S, made["skurowski"], 17),
+        (claims.J, made["jansen"], 9),
     ):
         out = {int(r["figure"].split()[-1]) for r in rows if r["paper"] == paper}
         assert out.isdisjoint(found) and out | found == set(range(1, count + 1)), paper

@@ -21,10 +21,6 @@ from mocap_metrology.present.text.coefficients import mathtext, unit
 
 ROW_MM, SCATTER_MM, REST_MM = 34.0, 84.0, 30.0  # heights: a panel, (c), titles and legend
 NAME_MM = 1.6  # of a letter of a recording written upright
-NO_MODEL = (
-    "No recording has noise coefficients, so there is nothing to draw. The table of noise states "
-    "why."
-)
 NO_TERM = "Correlated noise was not detected in any recording."
 MOST_COLUMNS = 8  # of a legend
 MOST_FULL = 8  # recordings with a slot a series; of more only the distance, ordered by its noise
@@ -70,7 +66,7 @@ def coefficients_figure(family: Family, noise: Noise, texts: fig.Texts) -> Pictu
     group a recording or number of cameras, a slot a series."""
     family, marks, shown, words = _shown(family, marks_of(family, noise))
     if marks.empty:
-        return fig.words_picture(NO_MODEL, texts)
+        return fig.words_picture(captions.COEFFICIENTS_NONE, texts)
     body = fig.new_figure(texts, REST_MM + len(ALPHAS) * ROW_MM + _names_mm(family))
     panels = body.subplots(len(ALPHAS), sharex=True)
     for axes, alpha in zip(panels, ALPHAS, strict=True):
@@ -106,7 +102,7 @@ def correlated_figure(family: Family, noise: Noise, texts: fig.Texts) -> Picture
     of q_c alone."""
     family, marks, shown, words = _shown(family, marks_of(family, noise))
     if marks.empty:
-        return fig.words_picture(NO_MODEL, texts)
+        return fig.words_picture(captions.COEFFICIENTS_NONE, texts)
     marks = marks[marks["coefficient"].isin(["T_c", "q_c"])]
     if marks.empty:
         return fig.words_picture(NO_TERM, texts)

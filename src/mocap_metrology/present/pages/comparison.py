@@ -162,10 +162,7 @@ RULES = {
         after={"note": _note},
     ),
     "skurowski_table3": Rule(
-        "COMPARED_CAMERAS",
-        {"camera_type": "camera", "n_cameras": "cameras"},
-        cameras,
-        after=SOURCE,
+        "COMPARED_CAMERAS", {"camera_type": "camera", "n_cameras": "cameras"}, cameras, after=SOURCE
     ),
     "skurowski_table4": Rule(
         "COMPARED_MOMENTS",

@@ -11,9 +11,8 @@ from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers.coefficient_tables import TABLES, table_a
 from mocap_metrology.present.groups import slots
-from mocap_metrology.present.groups.adev import family_of
-from mocap_metrology.present.groups.coefficients import coefficients_figure
-from mocap_metrology.present.groups.coefficients import correlated_figure as group_correlated
+from mocap_metrology.present.groups.figures import coefficients_figure, family_of
+from mocap_metrology.present.groups.figures import correlated_figure as group_correlated
 from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.skurowski.coefficients import (
     TYPES,

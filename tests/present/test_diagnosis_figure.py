@@ -17,8 +17,7 @@ from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.twins.simulate import simulate
-from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
-from mocap_metrology.present.diagnosis.tables import write_diagnosis
+from mocap_metrology.present.diagnosis import diagnosis_figure, write_diagnosis
 from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.text.diagnosis import sentences
 

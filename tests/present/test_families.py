@@ -7,7 +7,7 @@ from noise_data import RATE, TAU0, M, assert_texts_apart, drawn, published, row
 
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers import subsets
-from mocap_metrology.present.groups.adev import family_figure, family_of, ratios, series_curves
+from mocap_metrology.present.groups.figures import family_figure, family_of, ratios, series_curves
 from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.skurowski import allan_figures as paper
 

@@ -8,8 +8,12 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.present import tables
-    from mocap_metrology.present.groups.adev import family_figure, family_of
-    from mocap_metrology.present.groups.coefficients import coefficients_figure, correlated_figure
+    from mocap_metrology.present.groups.figures import (
+        coefficients_figure,
+        correlated_figure,
+        family_figure,
+        family_of,
+    )
     from mocap_metrology.present.plot.figure import Texts, save
 
     given, group = snakemake.input, snakemake.wildcards.group

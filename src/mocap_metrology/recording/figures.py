@@ -12,7 +12,7 @@ from mocap_metrology.common.files import Metadata, whole_folder
 from mocap_metrology.common.large import LazyArrays
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.series import coordinate_names, every_series, pair_name
-from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
+from mocap_metrology.present.diagnosis import diagnosis_figure
 from mocap_metrology.present.fits import fit_figure
 from mocap_metrology.present.plot.figure import Texts, save
 from mocap_metrology.present.recording import (

@@ -12,7 +12,7 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.curves import drawn_m, total_avar
 from mocap_metrology.papers import shock as shocks
 from mocap_metrology.papers import subsets
-from mocap_metrology.present.groups.adev import Allan, Rows, compared, count_looks, series_curves
+from mocap_metrology.present.groups.figures import Allan, Rows, compared, count_looks, series_curves
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, OTHER_LOOKS

@@ -174,7 +174,7 @@ def _noise_panel(axes: plot.Axes, levels: pd.DataFrame, rises: Pairs, limits: Li
     x = levels["n"].astype(float) if nested else pd.Series(range(len(levels)), levels.index)
     plot.log_axis(axes, "y", limits)
     axes.grid(visible=False)
-    for smaller, larger in rises:
+    for smaller, larger in sorted(rises):  # a set has another order in each run
         ends = (x[smaller], x[larger]) if nested else (x[smaller] - 0.5, x[smaller] + 0.5)
         axes.axvspan(*ends, **RAISED)
     for name in levels.columns.drop(["n", "without"]):
@@ -221,8 +221,9 @@ def _factor_panel(
         axes.errorbar(at + (j - (len(taus) - 1) / 2) * 0.24, own["value"], yerr=reach, **how)
     axes.axhline(1, color=plot.GREY, lw=0.8)
     axes.axhline(limit, label="limit", color=ALARM, lw=0.9, ls=(0, (4, 2)))
-    for pair in place.keys() & bad:
-        axes.axvspan(place[pair] - 0.5, place[pair] + 0.5, **RAISED)
+    for pair, at_pair in place.items():
+        if pair in bad:
+            axes.axvspan(at_pair - 0.5, at_pair + 0.5, **RAISED)
     added = [ids.split(";") for ids in first["added"]]
     few = ("\n".join(map(plot.short, i)) if len(i) <= 2 else f"{len(i)} ids" for i in added)
     plot.name_axis(axes, list(few))

@@ -124,12 +124,10 @@ def clearest_point(paths: tuple[Path, Path], board: np.ndarray) -> np.ndarray:
 @figure.styled()
 def angles_figure(point: np.ndarray, source: str) -> figure.Picture:
     """P and its projection P' on the XZ plane, with theta = atan2(y, x), phi' = atan2(z, x) (J
-    Eq. 1, from the rotor model) and phi = atan2(z, sqrt(x^2 + y^2)).
-
-    point (3,) in m in the station's frame. Where its angles are small, y and z are drawn some times
-    as long, as the caption states.
-    """
+    Eq. 1, from the rotor model) and phi = atan2(z, sqrt(x^2 + y^2)). point (3,) in m in the
+    station's frame."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from scipy.spatial import geometric_slerp
 
     least = np.abs(point[1:]).min() / point[0]
     stretches = (k for k in range(1, 9) if np.degrees(np.arctan(k * least)) >= LEAST_DEG)
@@ -171,9 +169,7 @@ def angles_figure(point: np.ndarray, source: str) -> figure.Picture:
         (below, P, 0.72, r"$\phi$", of_P, "elevation of P", spherical),
     ):
         first, last = (v / np.linalg.norm(v) for v in (start, end))
-        turn, s = np.arccos(np.clip(first @ last, -1, 1)), np.linspace(0, 1, 40)[:, None]
-        way = (np.sin((1 - s) * turn) * first + np.sin(s * turn) * last) / np.sin(turn)
-        way *= share * np.linalg.norm(start)
+        way = geometric_slerp(first, last, np.linspace(0, 1, 40)) * share * np.linalg.norm(start)
         label = f"{symbol} = {number(degrees, 2, sign=True)}°, {words}"
         curve(axes, way, color=colour, lw=1.2, label=label)
         write(axes, 1.1 * way[20], symbol, color=colour, size=10)

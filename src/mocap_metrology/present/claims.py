@@ -76,9 +76,6 @@ def _line(row: Row) -> tuple[str, ...]:
 
 # ---- Figures of the two papers that are not regenerated, and why
 
-LEFT_OUT_CAPTION = (
-    "All other figures and all tables of both papers are regenerated, from twins or theory."
-)
 OF_LEFT_OUT = ("paper", "figure", "shows", "reason")
 S, J = captions.PAPERS["skurowski"], captions.PAPERS["jansen"]
 LEFT_OUT = (

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.common.files import write_csv, write_json, write_text
+from mocap_metrology.common.files import write_csv, write_json
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.diagnosis import evidence
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
@@ -319,15 +319,11 @@ def write_diagnosis(
     """Write all four into `folder`; tables without rows have their header. source: `twin` or
     `measured`."""
     none = {one.series: one for one in found.filtered if one.filter.sos is None}
-    of_events = [
-        _row(
-            EVENTS,
-            event,
-            {"event": k, "series": ";".join(event.series)}
-            | {"markers": ";".join(event.markers(recording.labels)), "word": outcome(event)},
-        )
-        for k, event in enumerate(found.events, start=1)
-    ]
+    of_events = []
+    for k, event in enumerate(found.events, start=1):
+        names = {"series": event.series, "markers": event.markers(recording.labels)}
+        computed = {key: ";".join(of) for key, of in names.items()}
+        of_events.append(_row(EVENTS, event, {"event": k, "word": outcome(event), **computed}))
     of_lines = [_row(PERIODIC, x, _of_line(x, recording.frame_rate_hz)) for x in found.lines]
     of_filters = [filter_row(none[one.series], one) for one in found.filtered]
     tables: dict[str, tuple[list[Row], Mapping[str, object]]] = {
@@ -336,11 +332,8 @@ def write_diagnosis(
         "filters": (of_filters, filter_row(NO_FILTER, NO_FILTER)),
     }
     for stem, (rows, columns) in tables.items():
-        path = Path(folder) / f"{stem}.csv"
-        if rows:
-            write_csv(path, [{"recording": name, "source": source, **row} for row in rows])
-        else:
-            write_text(path, ",".join(("recording", "source", *columns)) + "\n")
+        named = [{"recording": name, "source": source, **row} for row in rows]
+        write_csv(Path(folder) / f"{stem}.csv", named, ("recording", "source", *columns))
     document = {
         "recording": name,
         "source": source,

@@ -59,14 +59,14 @@ def write_with(path: str | Path, rows: Sequence[Row], text: str, head: Sequence[
     write_text(f"{stem}.md", text)
 
 
-def aligned(lines: Sequence[Sequence[object]]) -> list[str]:
-    """Lines of a Markdown table, the first its head, columns of equal width."""
+def _aligned(lines: Sequence[Sequence[object]]) -> str:
+    """A Markdown table, the first of the lines its head, columns of equal width."""
     cells = [[_text(cell) for cell in line] for line in lines]
     width = [max(map(len, column)) for column in zip(*cells, strict=True)]
     made = [[c.ljust(w) for c, w in zip(line, width, strict=True)] for line in cells]
     rule = "|" + "|".join("-" * (w + 2) for w in width) + "|"
     head, *body = (f"| {' | '.join(line)} |" for line in made)
-    return [head, rule, *body]
+    return "\n".join([head, rule, *body])
 
 
 def in_columns(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -78,7 +78,7 @@ def in_columns(rows: Sequence[Sequence[str]]) -> list[str]:
 def document(title: str, *parts: Part) -> str:
     """Markdown of a title and its parts: texts, and tables whose first line is their head; empty
     ones are omitted."""
-    texts = (part if isinstance(part, str) else "\n".join(aligned(part)) for part in parts if part)
+    texts = (part if isinstance(part, str) else _aligned(part) for part in parts if part)
     return "\n\n".join([f"# {title}", *texts]) + "\n"
 
 

@@ -26,6 +26,7 @@ from mocap_metrology.present.plot.figure import (
     INK,
     LOOKS,
     Picture,
+    Texts,
     legend_below,
     letters,
     log_axis,
@@ -110,7 +111,8 @@ def figure(path: Path) -> Picture:
     with path.open(encoding="utf-8") as file:
         rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
     source = f"Simulated: {len(rows)} recordings with real noise (benchmarks/bound_figure.py)."
-    body = new_figure("Error of the slave's pose and its Cramer-Rao bound", source, HEIGHT_MM)
+    texts = Texts("Error of the slave's pose and its Cramer-Rao bound", source)
+    body = new_figure(texts, HEIGHT_MM)
     panels = body.subplots(2, 1, sharex=True)
     for axes, unit in zip(panels, PARTS, strict=True):
         draw(axes, rows, unit)

@@ -19,6 +19,7 @@ from mocap_metrology.present.plot.figure import (
     LOOKS,
     OTHER_LOOKS,
     Picture,
+    Texts,
     legend_below,
     letters,
     log_axes,
@@ -60,7 +61,7 @@ def figure(path: Path) -> Picture:
     """Above the seconds, below the gigabytes of the largest job of a rule; a column a kind."""
     found = measured(path)
     kinds = [kind for kind in KINDS if kind in found]
-    body = new_figure("Cost of a run", "Measured by benchmarks/scale.py.", HEIGHT_MM)
+    body = new_figure(Texts("Cost of a run", "Measured by benchmarks/scale.py."), HEIGHT_MM)
     panels = body.subplots(len(LABELS), len(kinds), squeeze=False, sharey="row")
     for row, quantity in zip(panels, LABELS, strict=True):
         row[0].set_ylabel(LABELS[quantity])

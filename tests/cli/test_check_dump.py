@@ -16,7 +16,7 @@ from mocap_workflow.calibration_twins import calibration_twin
 from mocap_metrology.calibration.sweeps import write_board
 from mocap_metrology.cli import calibration, main
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
-from mocap_metrology.present.plot.figure import words_picture
+from mocap_metrology.present.plot.figure import Texts, words_picture
 
 
 def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, capsys) -> None:
@@ -33,7 +33,7 @@ def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, cap
     def slow(*_: object) -> object:
         started.set()
         time.sleep(0.2)
-        return words_picture("late", "", "")
+        return words_picture("late", Texts(""))
 
     monkeypatch.setattr(calibration, "track_figure", broken)
     monkeypatch.setattr(calibration, "calibration_figure", slow)

@@ -13,6 +13,7 @@ from mocap_metrology.noise.cameras import findings
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose
 from mocap_metrology.noise.twins.take import joint_covariance, random_facility
 from mocap_metrology.present.cameras import camera_figure, summary
+from mocap_metrology.present.plot.figure import Texts
 
 LIMITS = {"rise": 0.05, "noisy": 1.5}
 IDS = tuple(range(11, 21))  # of the ten cameras, in the order in which they are added
@@ -106,9 +107,8 @@ def levels(subsets: dict, scale: float = 1.0) -> dict:
 @pytest.mark.parametrize("subsets", [PAPER, LEFT_OUT])
 def test_figure_has_a_panel_for_each_question(tmp_path, subsets: dict) -> None:
     rows = rows_of(np.random.default_rng(18), subsets, 15)
-    picture = camera_figure(
-        rows, {"T40": levels(subsets)}, LIMITS, "Cameras", "Source: 7.", "More."
-    )
+    texts = Texts("Cameras", "Source: 7.", "More.")
+    picture = camera_figure(rows, {"T40": levels(subsets)}, LIMITS, texts)
     _, of_rise, of_camera = picture.figure.axes
     ticks = [text.get_text() for text in of_camera.get_xticklabels()]
     assert ticks == (list(map(str, IDS)) if subsets is LEFT_OUT else

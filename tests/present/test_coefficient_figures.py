@@ -11,9 +11,9 @@ from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers.coefficient_tables import TABLES, table_a
 from mocap_metrology.present.groups import slots
-from mocap_metrology.present.groups.adev import family_of
-from mocap_metrology.present.groups.coefficients import coefficients_figure
-from mocap_metrology.present.groups.coefficients import correlated_figure as group_correlated
+from mocap_metrology.present.groups.figures import coefficients_figure, family_of
+from mocap_metrology.present.groups.figures import correlated_figure as group_correlated
+from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.skurowski.coefficients import (
     TYPES,
     colour_figure,
@@ -156,7 +156,7 @@ def values_drawn(axes) -> np.ndarray:
 
 def test_every_correlated_term_of_a_group_is_shown_twice() -> None:
     of, noise = family("T40")
-    picture = group_correlated(of, noise, "g: correlated noise", "n")
+    picture = group_correlated(of, noise, Texts("g: correlated noise", "n"))
     *panels, scatter = picture.figure.axes
     table = table_of(noise)
     table = table[table["parameter"].str[1:3] == "_c"]
@@ -177,7 +177,7 @@ def test_many_recordings_show_one_series_the_noisiest_first() -> None:
     levels = {name: 1e-6 * (1 + (7 * k) % 22) for k, name in enumerate(rows)}
     models = {n: NoiseModel.from_coefficients({"h_0": level}) for n, level in levels.items()}
     noise = {n: noise_rows(dict.fromkeys(SERIES, model), 0.001) for n, model in models.items()}
-    picture = coefficients_figure(family_of(rows), noise, "t", "s")
+    picture = coefficients_figure(family_of(rows), noise, Texts("t", "s"))
     h_0 = picture.body.axes[2]
     points = values_drawn(h_0)
     points = points[np.argsort(points[:, 0])]

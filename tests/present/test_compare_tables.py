@@ -17,9 +17,11 @@ from mocap_metrology.present.changes import (
     sentences,
     trend_figure,
 )
+from mocap_metrology.present.plot.figure import Texts
 
 SETTINGS = {"margin": 0.05, "alpha": 0.01, "confidence": 0.95}
 SERIES = (*(f"{axis}{k}" for k in (1, 2) for axis in "xyz"), "L")
+TEXTS = Texts("title", "Source: one.", "More.")
 NAMES, DATES = "abcde", [f"2026-{month:02}-01" for month in range(1, 6)]
 
 
@@ -132,7 +134,7 @@ def test_figure_shows_the_last_ratios_with_their_intervals() -> None:
         Comparison(f"r{k}", f"r{k - 1}", *(columns(f, series=SERIES) for f in (1 + k / 10, 1)))
         for k in range(1, 9)
     ]
-    picture = compare_figure(both, 0.05, 0.95, "title", "Source: one.", "More.")
+    picture = compare_figure(both, 0.05, 0.95, TEXTS)
     texts = every_text(picture)
     assert "r8 / r7" in texts and "r2 / r1" not in texts
     for k, row in enumerate(np.array(picture.figure.axes).reshape(6, 3), 3):
@@ -144,7 +146,7 @@ def test_figure_shows_the_last_ratios_with_their_intervals() -> None:
 
 def test_trend_figure_has_a_line_where_there_is_a_trend() -> None:
     allan, rows = trend(1.1)
-    picture = trend_figure(NAMES, DATES, allan, rows, "title", "Source: one.", "More.")
+    picture = trend_figure(NAMES, DATES, allan, rows, TEXTS)
     panels = picture.figure.axes
     assert len(panels) == 3 * 2 and picture.caption.endswith("More.")
     lines = [line for axes in panels for line in axes.lines if line.get_ls() != "None"]

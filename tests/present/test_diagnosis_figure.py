@@ -18,8 +18,8 @@ from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.twins.simulate import simulate
-from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
-from mocap_metrology.present.diagnosis.tables import write_diagnosis
+from mocap_metrology.present.diagnosis import diagnosis_figure, write_diagnosis
+from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.text.diagnosis import sentences
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -41,7 +41,7 @@ def white(n: int = 24_000, seed: int = 1) -> np.ndarray:
 
 def page(recording: Recording):
     found = diagnose(recording, [], None)
-    return diagnosis_figure(recording, found, "R: diagnosis", "Source: twin."), found
+    return diagnosis_figure(recording, found, Texts("R: diagnosis", "Source: twin.")), found
 
 
 def axes_of(picture, title: str):
@@ -87,7 +87,7 @@ def test_files_and_page_of_a_twin_with_a_shock_and_a_line(tmp_path) -> None:
     told = {f["code"]: f for f in document["findings"] if f["series"] == "z1"}
     assert told["line"]["lower_95"] < 14.4 < told["line"]["upper_95"]
     assert document["source"] == "twin" and len(document["sentences"]) == len(said)
-    picture = diagnosis_figure(recording, found, "R", "S", "Remark.")
+    picture = diagnosis_figure(recording, found, Texts("R", "S", "Remark."))
     assert {"curve: by the noise model", "as recorded", "notch 14.4 Hz"} <= set(every_text(picture))
     check_saved(picture, tmp_path / "page")
 
@@ -123,5 +123,5 @@ def test_a_broad_resonance_of_the_series_is_beside_its_spectrum() -> None:
     for seen in ([], list(one.coordinates)):
         at = [Resonance(name, 4.5, 0.1, 0.01) for name in seen]
         found = replace(found, spectra=spectra, lines=[], resonances=at)
-        panel = axes_of(diagnosis_figure(one, found, "R"), "Spectrum of ")
+        panel = axes_of(diagnosis_figure(one, found, Texts("R")), "Spectrum of ")
         assert ("4.5 Hz" in panel.get_title(loc="right")) == bool(seen)

@@ -7,7 +7,8 @@ from noise_data import RATE, TAU0, M, assert_texts_apart, drawn, published, row
 
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers import subsets
-from mocap_metrology.present.groups.adev import family_figure, family_of, ratios, series_curves
+from mocap_metrology.present.groups.figures import family_figure, family_of, ratios, series_curves
+from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.skurowski import allan_figures as paper
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -27,7 +28,8 @@ def test_a_family_shows_every_curve_and_its_ratio_to_the_smallest_subset() -> No
     rows = {f"T40-{n}": row(f"T40-{n}", n_cameras=n) for n in T40}
     given = {name: published("T40", r["n_cameras"]) for name, r in rows.items()}
     expected = dict.fromkeys(rows, SERIES)
-    figure = family_figure(family_of(rows), given, expected, "g: Allan deviation", "s", "n", 0.683)
+    texts = Texts("g: Allan deviation", "s", "n")
+    figure = family_figure(family_of(rows), given, expected, texts, 0.683)
     for axes, series in zip(panels_of(figure), SERIES, strict=True):
         curves = drawn(axes)
         assert len(curves) == 7 and not axes.collections

@@ -8,8 +8,14 @@ from figure_data import ODD_TEXT, RATE, allan_columns, check, every_text, record
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.motion.orientation import of_cluster, orientation_rows, unknown
-from mocap_metrology.present.motion import orientation_figure, place_figure, place_sentence
-from mocap_metrology.present.recording import allan_figure, trajectory_figure
+from mocap_metrology.present.plot.figure import Texts
+from mocap_metrology.present.recording import (
+    allan_figure,
+    orientation_figure,
+    place_figure,
+    place_sentence,
+    trajectory_figure,
+)
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -43,7 +49,7 @@ def test_odd_trajectories(case):
     data, change = TRAJECTORIES[case]
     if change is not None:
         change(data)
-    figure = trajectory_figure(*data, RATE, ODD_TEXT, ODD_TEXT)
+    figure = trajectory_figure(*data, RATE, Texts(ODD_TEXT, ODD_TEXT))
     check(figure)
     shown = every_text(figure)
     assert ("no valid samples" in shown) >= (case in ("gaps", "29 frames", "many markers"))
@@ -73,7 +79,7 @@ def test_odd_allan_curves(case, text):
             data[key][chosen] = 0.0
     elif case == "tiny":
         data["adev_mm"][chosen] = 1e-17
-    figure = allan_figure(data, ODD_TEXT, ODD_TEXT, expected=names)
+    figure = allan_figure(data, Texts(ODD_TEXT, ODD_TEXT), expected=names)
     check(figure)
     assert every_text(figure).count(text) == (3 if case == "none" else 1)
 
@@ -109,7 +115,7 @@ def test_the_squares_of_a_map_are_the_cells() -> None:
             *((500.0, 0.0, 0.0, 100, 0.05), (0.0, 250.0, 0.0, 100, 0.06)),
         )
     ]
-    figure = place_figure(rows, "R: length by place", "Source: measured.", "A caption.")
+    figure = place_figure(rows, Texts("R: length by place", "Source: measured.", "A caption."))
     (squares, *_) = figure.figure.axes[0].collections
     shown = np.ma.filled(squares.get_array(), np.nan).reshape(2, 3)
     assert np.allclose(shown, [[70, np.nan, 50], [60, np.nan, np.nan]], equal_nan=True)

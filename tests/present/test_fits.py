@@ -14,7 +14,7 @@ from mocap_metrology.noise.model import curves
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.present.fits import fit_figure
-from mocap_metrology.present.plot.figure import INK, LOOKS
+from mocap_metrology.present.plot.figure import INK, LOOKS, Texts
 
 pytestmark = pytest.mark.filterwarnings("error")
 MODEL_Z1 = published_row("T40", 10)["z1"].ordered()
@@ -33,7 +33,7 @@ def figure(model=MODEL_Z1, others=OTHERS, title="t", **changed):
     }
     data = {"allan": allan_arrays(model), "periodogram": periodogram_arrays(model)}
     data |= {"estimates": estimates} | changed
-    return fit_figure(title, *data.values(), RATE, title, "", 0.683), data
+    return fit_figure(Texts(title, title), *data.values(), RATE, 0.683), data
 
 
 def panels(made, letters):

@@ -65,7 +65,7 @@ def test_signal_has_the_times_put_in(calibration, figures):
 )  # fmt: skip
 def test_angles_are_those_of_the_definition(point, stretch):
     x, y, z = point
-    drawn = space.angles_figure(np.array(point), "t", "s")
+    drawn = space.angles_figure(np.array(point), "s")
     spherical = np.arcsin(z / np.linalg.norm(point))
     for name, value in ((r"\theta", np.arctan2(y, x)), (r"\phi'", np.arctan2(z, x)),
                         (r"\phi", spherical)):  # fmt: skip

@@ -17,6 +17,7 @@ from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.papers import power_laws as laws
 from mocap_metrology.papers import subsets
 from mocap_metrology.papers.shock import CUT, RECORDED, ShockRecording, find_shock
+from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.skurowski import gaussian_figures as gaussians
 from mocap_metrology.present.skurowski import theory_figures as theory
 from mocap_metrology.present.skurowski.allan_figures import (
@@ -29,7 +30,7 @@ from mocap_metrology.present.skurowski.allan_figures import (
 )
 
 pytestmark = pytest.mark.filterwarnings("error")
-TEXTS = ("t", "s", "c")
+TEXTS = Texts("t", "s", "c")
 
 
 def sheet(numbers=(10, 5, 2), kinds=("T40", "Bonita")) -> dict:

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.assess.rows import spread
 from mocap_metrology.present.pages import details, summary
+from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.verdict.figure import overview_figure
 
 LIMITS = {"good": 0.1, "usable": 0.25}
@@ -89,7 +90,7 @@ def test_origin_of_recordings(sources: str, lengths: tuple, words: str) -> None:
 
 def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:
     """The distance L is no coordinate; a recording without an uncertainty has no row."""
-    figure = overview_figure(ROWS[:4], "T", "Source: measured.").figure
+    figure = overview_figure(ROWS[:4], Texts("T", "Source: measured.")).figure
     axes = next(panel for panel in figure.get_axes() if panel.lines)
     drawn = {float(line.get_xdata()[0]) for line in axes.lines if line.get_marker() == "o"}
     assert drawn == {0.02, 0.4, 0.9}

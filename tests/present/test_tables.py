@@ -122,8 +122,11 @@ def test_the_length_of_twins_stands_where_they_are_named(sources, duration_s, te
 
 def test_captions_of_several_figures_follow_one_another() -> None:
     """Each with its number, a number also as text."""
-    assert captions.of_skurowski("1", "A1").startswith("Figure 1: Computed from the numbers")
-    assert " Figure A1: Overlapping Allan deviation of z1" in captions.of_skurowski(1, "A1")
-    assert captions.of_jansen(5) == f"Figure 5: {captions.JANSEN[5]}"
+    both = captions.of_figures("skurowski", 1, "A1")
+    assert both == captions.of_figures("skurowski", "1", "A1")
+    assert both.startswith("Figure 1: Computed from the numbers")
+    assert " Figure A1: Overlapping Allan deviation of z1" in both
+    of_one = captions.of_figure("jansen", 5)
+    assert captions.of_figures("jansen", 5) == f"Figure 5: {of_one.caption}"
     with pytest.raises(AttributeError, match="NO_SUCH"):
         _ = captions.NO_SUCH

@@ -32,7 +32,7 @@ from mocap_metrology.lighthouse.assess.rows import calibration_rows
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import Station
 from mocap_metrology.lighthouse.simulate.turns import MadeTurns, write_rec
-from mocap_metrology.present.plot.figure import words_picture
+from mocap_metrology.present.plot.figure import Texts, words_picture
 from mocap_metrology.settings import Bar, Lighthouse
 from tests.lighthouse.track.test_track_bar import HEAD, LENGTH_M, on_a_bar
 
@@ -80,7 +80,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures take most of the time of the command."""
     for name in ("calibration_figure", "track_figure"):
-        monkeypatch.setattr(calibration, name, lambda *_: words_picture("undrawn", "", ""))
+        monkeypatch.setattr(calibration, name, lambda *_: words_picture("undrawn", Texts("")))
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from scipy.stats import spearmanr
 from mocap_metrology.papers.studies.findings import SHOWN, rows_of
 from mocap_metrology.papers.studies.study import STUDIES
 from mocap_metrology.present import tables
+from mocap_metrology.present.claims import studies_markdown, study_figure
 from mocap_metrology.present.plot.figure import save
-from mocap_metrology.present.studies import markdown, study_figure
 
 SMALL = "{recordings: 2, duration_s: 1.0, diodes: [3, 6, 32], distances_m: [2.0, 5.0]}"
 NAMES = {shown.name: shown for shown in SHOWN}
@@ -90,7 +90,7 @@ def test_three_diodes_are_refused_and_counted(results: Path, tmp_path: Path) -> 
         ]
         assert len(own) == 4
         assert row["correlation_mm"] == pytest.approx(spearmanr(*zip(*own, strict=True)).statistic)
-    text = markdown(rows, 2, 1.0, 2019)
+    text = studies_markdown(rows, 2, 1.0, 2019)
     assert "2 of 2" in text and "## 5. Number of diodes" in text
     svg, png = save(study_figure(NAMES["diodes"], rows, "Source: simulated."), tmp_path / "five")
     assert "refused" in svg.read_text(encoding="utf-8") and png.stat().st_size > 10_000

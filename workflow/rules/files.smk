@@ -170,11 +170,11 @@ def outputs_of_group(tables=None, figures=None, pages=()):
 # Texts of the report.
 
 
-def figure_of_skurowski(number):
-    """SVG of a figure of the first paper."""
-    path = f"<results>/figures/skurowski_fig{number:02d}.svg"
-    label = f"Figure {number:2d}: {SKUROWSKI_FIGURES[number]}"
-    return listed(path, "2 Skurowski & Pawlyta 2019", label)
+def figure_of(paper, number):
+    """SVG of a figure of a paper."""
+    category = f"{2 + list(captions.PAPERS).index(paper)} {captions.PAPERS[paper]}"
+    path = f"<results>/figures/{paper}_fig{number:02d}.svg"
+    return listed(path, category, captions.label(paper, number))
 
 
 def entry(key):

@@ -11,26 +11,6 @@ TWINS_OF_PAPER = accepted(
 # Twins made from the row of the paper's tables for their recording.
 PRINTED = selection.printed(filter(selection.subset_of_paper, RECORDINGS.rows.values()), TWINS)
 
-SKUROWSKI_FIGURES = {
-    1: "Gaussian model",
-    2: "standard error",
-    3: "slopes of an Allan deviation",
-    6: "weighted and ordinary least squares",
-    9: "positions of the markers",
-    10: "the distance by sets of cameras",
-    11: "spread over the number of cameras",
-    12: "Allan deviation by number of cameras",
-    13: "Allan deviation by camera type",
-    14: "colour noise, logarithmic",
-    15: "colour noise, linear",
-    16: "correlated noise",
-    17: "periodic disturbance",
-}
-SKUROWSKI_CASES = {
-    "07": "Figure  7: a seismic crump",
-    "08": "Figure  8: a failing camera",
-    "A1": "Figure A1: z1 after the repair",
-}
 SKUROWSKI_TABLES = (*(f"table{n}" for n in (3, 4, "A1", "A2", "A3")), "white_levels", "support")
 
 
@@ -45,7 +25,7 @@ rule skurowski_theory:
                 for kind in ("csv", "md")
             ),
         ),
-        svg=[figure_of_skurowski(n) for n in (1, 2, 3)],
+        svg=[figure_of("skurowski", n) for n in (1, 2, 3)],
         png=[f"<results>/figures/skurowski_fig{n:02d}.png" for n in (1, 2, 3)],
     log:
         "<logs>/skurowski_theory.log",
@@ -56,7 +36,7 @@ rule skurowski_theory:
         runtime=minutes(10),
     params:
         code=source("skurowski_theory.py"),
-        caption=captions.of_skurowski(1, 2, 3),
+        caption=captions.of_figures("skurowski", 1, 2, 3),
     message:
         "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
     script:
@@ -97,7 +77,7 @@ rule skurowski:
         clean=of_each("clean.parquet", accepted(selection.full_sets, SKUROWSKI)),
     output:
         collect("<results>/tables/skurowski_{table}.{kind}", table=SKUROWSKI_TABLES, kind=TABLE),
-        [figure_of_skurowski(n) for n in (6, *range(9, 18))],
+        [figure_of("skurowski", n) for n in (6, *range(9, 18))],
         [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (6, *range(9, 18))],
     log:
         "<logs>/skurowski.log",
@@ -108,7 +88,7 @@ rule skurowski:
         runtime=minutes(30),
     params:
         code=source("skurowski.py"),
-        caption=captions.of_skurowski(6, *range(9, 18)),
+        caption=captions.of_figures("skurowski", 6, *range(9, 18)),
         rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
         twins=TWINS_OF_PAPER,
         settings=settings(*NOISE, "duration_s", "twin_form"),
@@ -140,7 +120,7 @@ rule skurowski_case:
             "<results>/figures/skurowski_fig{number}.svg",
             caption="../report/caption.rst",
             category="2 Skurowski & Pawlyta 2019",
-            labels=lambda wildcards: {"result": SKUROWSKI_CASES[wildcards.number]},
+            labels=lambda wildcards: {"result": captions.label("skurowski", wildcards.number)},
         ),
         "<results>/figures/skurowski_fig{number}.png",
     log:
@@ -154,7 +134,7 @@ rule skurowski_case:
         runtime=minutes(10),
     params:
         code=source("skurowski_case.py"),
-        caption=lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
+        caption=lambda wildcards: captions.of_figures("skurowski", wildcards.number),
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
         others=columns("recording", "twin", of=BESIDE_IT),
         crumps=column_of_twins("crump", of=OF_CASE),
@@ -193,13 +173,7 @@ promise(
 # The first calibration on a half circle, as in the paper's figures.
 EXAMPLE = accepted_calibrations(partial(selection.half_circle, twins=CALIBRATION_TWINS), JANSEN)
 
-JANSEN_FIGURES = {
-    3: "what a photodiode sees",
-    5: "angles of a photodiode",
-    6: "paths as both stations see them",
-    7: "one path laid on the other",
-    8: "pose of the slave",
-}
+JANSEN_FIGURES = (3, *range(5, 9))
 
 
 OF_EXAMPLE = {
@@ -230,14 +204,7 @@ rule jansen:
         every=of_each("pose.json", OF_JANSEN, CALIBRATIONS),
     output:
         collect("<results>/tables/jansen_table{n}.{kind}", n=(1, 2, 3), kind=TABLE),
-        [
-            listed(
-                f"<results>/figures/jansen_fig{n:02d}.svg",
-                "3 Jansen et al. 2019",
-                f"Figure {n:2d}: {shows}",
-            )
-            for n, shows in JANSEN_FIGURES.items()
-        ],
+        [figure_of("jansen", n) for n in JANSEN_FIGURES],
         [f"<results>/figures/jansen_fig{n:02d}.png" for n in JANSEN_FIGURES],
     log:
         "<logs>/jansen.log",
@@ -248,7 +215,7 @@ rule jansen:
         runtime=minutes(10),
     params:
         code=source("jansen.py"),
-        caption=captions.of_jansen(*JANSEN_FIGURES),
+        caption=captions.of_figures("jansen", *JANSEN_FIGURES),
         rows=columns("calibration", "setup", "source", of=OF_JANSEN),
         example=columns("calibration", "twin", of=EXAMPLE),
     message:

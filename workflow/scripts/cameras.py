@@ -12,8 +12,7 @@ with step(snakemake) as log:
     from mocap_metrology.noise.cameras.take import Take, levels_of, one_frame, take_rows
     from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.present import cameras, tables
-    from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski import gather
+    from mocap_metrology.present.plot.figure import Texts, save
     from mocap_metrology.present.text import captions
 
     given, settings, group = snakemake.params, snakemake.params.cameras, snakemake.wildcards.group
@@ -33,7 +32,7 @@ with step(snakemake) as log:
         found = take_rows(kind, ids, files, levels, noise, settings["rise"], log)
         rows, laws = rows + found[0], laws + found[1]
         sigma.setdefault(kind, {}).update(levels_of(ids, levels))
-    source, remarks = gather.sources_of(origins)
+    source, remarks = tables.sources_of(origins)
     title = f"{group}: noise with each camera added"
     caption, nothing = f"{captions.CAMERA_TABLE} {source} {remarks}", "No addition of cameras."
     text = tables.markdown(rows, title, caption, nothing)
@@ -44,6 +43,7 @@ with step(snakemake) as log:
     tables.write_with(snakemake.output.law, laws, text, LAW_COLUMNS)
     summary = cameras.summary(rows, laws, settings)
     write_json(snakemake.output.json, summary)
-    save(cameras.camera_figure(rows, sigma, settings, title, source, remarks), snakemake.output.svg)
+    texts = Texts(title, source, remarks)
+    save(cameras.camera_figure(rows, sigma, settings, texts), snakemake.output.svg)
     for word in summary["words"]:
         log.info("%s", word)

@@ -7,8 +7,8 @@ with step(snakemake) as log:
     from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows
     from mocap_metrology.present import changes, tables
     from mocap_metrology.present.changes import Comparison, compare_figure
-    from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski.gather import sources_of
+    from mocap_metrology.present.plot.figure import Texts, save
+    from mocap_metrology.present.tables import sources_of
     from mocap_metrology.present.text import captions
 
     settings, pairs = snakemake.params.compare, snakemake.params.pairs
@@ -29,7 +29,8 @@ with step(snakemake) as log:
     recordings = [recording for recording, _ in pairs]
     of = dict(zip(recordings, words, strict=True))
     write_json(snakemake.output.json, {"words": words, "recordings": of})
-    of_settings = settings["margin"], settings["confidence"]
-    save(compare_figure(found, *of_settings, title, source, remarks), snakemake.output.svg)
+    texts = Texts(title, source, remarks)
+    picture = compare_figure(found, settings["margin"], settings["confidence"], texts)
+    save(picture, snakemake.output.svg)
     for word in words:
         log.info("%s", word)

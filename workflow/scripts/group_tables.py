@@ -9,7 +9,6 @@ with step(snakemake) as log:
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
     from mocap_metrology.present.groups.group_tables import multiqc
-    from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.text import captions
     from mocap_metrology.present.verdict import words
 
@@ -17,7 +16,7 @@ with step(snakemake) as log:
     found = list(map(read_json, snakemake.input.verdicts))
     lengths = {one["recording"]: one["duration_s"] for one in found}
     of_rows = {row["recording"]: row for row in rows}
-    sentence = " ".join(gather.sources(of_rows, lengths, paper=False))
+    sentence = " ".join(tables.sources(of_rows, lengths, paper=False))
     stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
 
     def write(kind, rows, title, caption):

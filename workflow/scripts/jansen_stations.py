@@ -5,14 +5,14 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.lighthouse.assess.rows import records_of
     from mocap_metrology.papers.jansen_stations import cells, stations_tables
-    from mocap_metrology.present.tables import aligned, source_sentence, write_with
+    from mocap_metrology.present.tables import document, source_sentence, write_with
     from mocap_metrology.present.text import captions
 
     records = records_of(snakemake.params.rows, snakemake.input.every)
     rows = list(stations_tables(records))
     note = source_sentence({record["calibration"]: record["source"] for record in records})
     head = ["table", "row", "stations", "x mm", "y mm", "z mm", "α °", "β °", "γ °", "n"]
-    title = "# Jansen et al. 2019, Tables I to III with second-generation stations"
-    text = [title, "", f"{captions.JANSEN_STATIONS} {note}", "", *aligned([head, *cells(rows)]), ""]
-    write_with(snakemake.output.csv, rows, "\n".join(text))
+    title = "Jansen et al. 2019, Tables I to III with second-generation stations"
+    text = document(title, f"{captions.JANSEN_STATIONS} {note}", [head, *cells(rows)])
+    write_with(snakemake.output.csv, rows, text)
     log.info("%d rows", len(rows))

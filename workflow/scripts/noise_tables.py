@@ -13,14 +13,13 @@ with step(snakemake):
     from mocap_metrology.papers.subsets import source_of
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
-    from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.text import captions
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: source_of(row) for row in rows}
     allan = dict(zip(source, map(read_table, snakemake.input.allan), strict=True))
     origins = {name: origin for name, (_, origin) in allan.items()}
-    sentence = " ".join(gather.sources_of(origins))
+    sentence = " ".join(tables.sources_of(origins))
     stem = str(Path(snakemake.output[0])).removesuffix("_gaussian.csv")
 
     def gathered(paths):

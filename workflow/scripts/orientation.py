@@ -12,8 +12,8 @@ with step(snakemake) as log:
     from mocap_metrology.noise.allan.variance import averaging_factors
     from mocap_metrology.noise.motion import orientation as motion
     from mocap_metrology.noise.series import ALLAN, allan_columns, joined
-    from mocap_metrology.present.motion import orientation_figure
     from mocap_metrology.present.plot.figure import save
+    from mocap_metrology.present.recording import orientation_figure
 
     cluster, settings = snakemake.params.cluster, snakemake.params.allan
     columns, origin = files.open_table(snakemake.input.trajectories)

@@ -7,9 +7,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.noise.motion.place import by_place, evenness
     from mocap_metrology.noise.series import AXES, pair_name
-    from mocap_metrology.present import motion, tables
-    from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.recording import source_words
+    from mocap_metrology.present import recording, tables
+    from mocap_metrology.present.plot.figure import Texts, save
     from mocap_metrology.present.text import captions
     from mocap_metrology.recording.results import Table
 
@@ -24,13 +23,13 @@ with step(snakemake) as log:
     name = pair_name(origin["pairs"][0], origin["pairs"])
     rows = by_place(middle, series[name], cell)
     few = "" if rows else f"too few frames in any cube of {cell:g} mm; raise place.cell_mm"
-    said = few or motion.place_sentence(evenness(rows))
+    said = few or recording.place_sentence(evenness(rows))
     pair = " and ".join(origin["labels"][marker - 1] for marker in origin["pairs"][0])
     words = f"Pair {pair}: {said}" if few else f"Pair {pair}. {said}"
     source = tables.source_sentence({origin["recording"]: origin["source"]})
     caption = f"{captions.PLACE_TABLE.format(cell=cell)} {words}"
     title = f"{origin['recording']}: length by place"
     tables.write(snakemake.output.csv, rows or [{"note": few}], title, f"{caption} {source}")
-    origin_words = f"Source: {source_words(origin)}."
-    save(motion.place_figure(rows, title, origin_words, caption), snakemake.output.svg)
+    texts = Texts(title, f"Source: {recording.source_words(origin)}.", caption)
+    save(recording.place_figure(rows, texts), snakemake.output.svg)
     log.info("%s", words)

@@ -8,7 +8,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import write_json
     from mocap_metrology.present import tables
-    from mocap_metrology.present.plot.figure import save, styled, words_picture
+    from mocap_metrology.present.plot.figure import Texts, save, styled, words_picture
     from mocap_metrology.recording.points import seen, write_points
 
     given, output, rows = snakemake.input, snakemake.output, snakemake.params.rows
@@ -29,5 +29,5 @@ with step(snakemake) as log:
         write_json(output.json, {"group": group, "refused": str(refusal)})
         tables.write(output.csv, [{"note": str(refusal)}], title, snakemake.params.caption)
         with styled():
-            save(words_picture(str(refusal), title, ""), output.svg)
+            save(words_picture(str(refusal), Texts(title)), output.svg)
     log.info("%d points", len(rows))

@@ -8,7 +8,9 @@ with step(snakemake) as log:
     from mocap_metrology.noise.series import length_s
     from mocap_metrology.papers.shock import ShockRecording
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski import allan_figures, gather
+    from mocap_metrology.present.skurowski import allan_figures
+    from mocap_metrology.present.skurowski.results import filter_sentence
+    from mocap_metrology.present.tables import sources
     from mocap_metrology.present.text import captions
     from mocap_metrology.recording.results import Table
 
@@ -33,7 +35,7 @@ with step(snakemake) as log:
         other = next(iter(others), None)
         quiet = (f"{other}, without a shock", columns[other]) if other else None
         chance = "is another realisation of the noise: they differ by chance. "
-        source, remarks = gather.sources(every, lengths)
+        source, remarks = sources(every, lengths)
         assumed = allan_figures.ASSUMED.format(**given.crumps[0]) if given.crumps else ""
         remarks = (
             f"Recording {next(iter(rows))}; the paper shows one of all its cameras. "
@@ -42,10 +44,10 @@ with step(snakemake) as log:
         return allan_figures.crump_figure(shaken, quiet, source, remarks)
 
     def beside(figure, *shown, paper=True):
-        source, remarks = gather.sources(every, lengths, paper)
+        source, remarks = sources(every, lengths, paper)
         limits = " or ".join(f"{t:g} s" for t in dict.fromkeys(given.left_out))
         guess = captions.LEFT_OUT_OF_A1.format(limits=limits) if limits else ""
-        remarks = f"{gather.filter_sentence(origin)} {remarks} {guess}".strip()
+        remarks = f"{filter_sentence(origin)} {remarks} {guess}".strip()
         return figure(*shown, columns, source, remarks, confidence)
 
     draw = {

@@ -7,15 +7,14 @@ with step(snakemake) as log:
 
     from mocap_metrology.papers import camera_tables
     from mocap_metrology.papers.power_laws import table_1
-    from mocap_metrology.present import tables
-    from mocap_metrology.present.pages import left_out
+    from mocap_metrology.present import claims, tables
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix
     from mocap_metrology.present.skurowski import theory_figures as theory
     from mocap_metrology.present.text import captions
 
-    folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
-    laws, types, missing = table_1(), camera_tables.table_2(), left_out.left_out()
+    folder, paper = Path(snakemake.output[0]).parents[1], captions.PAPERS["skurowski"]
+    laws, types, missing = table_1(), camera_tables.table_2(), claims.left_out()
     laws_shown = [{column: row[column] for column in appendix.TABLE_1_SHOWN} for row in laws]
 
     def write(name, rows, shown, title, caption):
@@ -28,7 +27,7 @@ with step(snakemake) as log:
     title, shown = f"{paper}, Table 2: cameras", camera_tables.side_by_side()
     write("skurowski_table2", types, shown, title, captions.TABLE_2)
     title = "Left out: figures of both papers that are not regenerated"
-    write("left_out", missing, missing, title, left_out.CAPTION)
+    write("left_out", missing, missing, title, captions.LEFT_OUT_TABLE)
     figures = (theory.model_figure, theory.standard_error_figure, theory.slopes_figure)
     for number, figure in enumerate(figures, start=1):
         save(figure(), folder / "figures" / f"skurowski_fig{number:02d}")

@@ -7,8 +7,8 @@ with step(snakemake) as log:
     from mocap_metrology.noise.changes.rows import coarse_steps, trend_rows
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import trend_figure
-    from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski.gather import sources_of
+    from mocap_metrology.present.plot.figure import Texts, save
+    from mocap_metrology.present.tables import sources_of
     from mocap_metrology.present.text import captions
 
     dates, settings = snakemake.params.dates, snakemake.params.compare
@@ -32,7 +32,7 @@ with step(snakemake) as log:
         )
         if not rows:  # the first cameras of the sheet; others are in the table
             said = f"Recordings of the same cameras: {', '.join(names)}. {remarks}"
-            of_names = [dates[name] for name in names], allan, found, title, source, said
+            of_names = [dates[name] for name in names], allan, found, Texts(title, source, said)
             save(trend_figure(names, *of_names), snakemake.output.svg)
         rows += [{"first": names[0], "last": names[-1], **row} for row in found]
     tables.write(snakemake.output.csv, rows, title, f"{captions.TREND_TABLE} {source} {remarks}")

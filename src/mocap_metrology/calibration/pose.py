@@ -29,10 +29,7 @@ from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess import reference
-from mocap_metrology.lighthouse.assess.network_reference import (
-    NetworkReference,
-    network_reference,
-)
+from mocap_metrology.lighthouse.assess.network_reference import NetworkReference, network_reference
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.assess.summary import refused, summary, with_objects

@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.noise.twins.published import (
-    published_cameras,
-    published_subsets,
-)
+from mocap_metrology.noise.twins.published import published_cameras, published_subsets
 from mocap_metrology.papers.subsets import TYPES, source_of, standing_for
 
 Row = dict[str, Any]

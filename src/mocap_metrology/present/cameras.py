@@ -16,32 +16,37 @@ from mocap_metrology.present.text import captions
 
 SENTENCES = captions.texts("CAMERA_SENTENCES")
 HEIGHTS_MM, REST_MM = (60.0, 48.0, 46.0), 22.0  # of the rows (a), (b), (c)
+PANELS = (  # of a column: letter, title (of the first its camera type), label
+    ("a", "", "Allan deviation,\none frame (mm)"),
+    ("b", "With each addition", "Noise of subset /\nof the smaller one"),
+    ("c", "Each added camera", "Noise of camera /\nmedian of all"),
+)
+NO_DEVIATION = "no significant deviation"
 MOST, NAME = 3, 18  # camera types side by side, characters over a panel
 ALARM = "#c2185b"
 RAISED: plot.Keywords = {"color": ALARM, "alpha": 0.13, "lw": 0}
 LAW: plot.Keywords = {"color": plot.FAINT, "lw": 0.8, "zorder": 0.5}
 TAU_LOOKS = (("o", plot.INK), ("s", "#5c5c5c"), ("^", "#757575"))  # one frame, 0.1 s, 1 s
 CLOSE = 0.88  # of the next larger number of cameras, from which its label would touch
+Rows = Sequence[Row]
+Settings = Mapping[str, float]
 Levels = Mapping[str, Record]  # of each recording: n, ids it is without, deviation by coordinate
 Pairs = Collection[tuple[str, str]]  # recordings: smaller and larger subset
 
 
-def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, float]) -> Row:
+def summary(rows: Rows, laws: Rows, settings: Settings) -> Row:
     """What <group>_cameras.json holds: `words`, sentences for a reader; `short`, one a camera type;
     `apart`: whether subsets do not share their frames; `raised` and `noisy`."""
     rises, loud = findings.raised(rows), findings.noisy(rows, settings["noisy"])
-    with_law = [row["camera_type"] for row in laws if row["b"] is not None]
     words, short = [], []
-    for kind in dict.fromkeys([*(row["camera_type"] for row in rows), *with_law]):
-        own, its_rises, its_loud = (
-            [r for r in of if r["camera_type"] == kind] for of in (rows, rises, loud)
+    for kind in dict.fromkeys(row["camera_type"] for row in (*rows, *laws)):
+        own, its_rises, its_loud, its_laws = (
+            [r for r in of if r["camera_type"] == kind] for of in (rows, rises, loud, laws)
         )
-        sentences = []
+        sentences = _law_sentence(its_laws)
         if own:
-            sentences += _sentences(own, its_rises, its_loud, settings)
+            sentences = [*_sentences(own, its_rises, its_loud, settings), *sentences]
             short.append(f"{kind}: {_short(own, its_rises, its_loud)}")
-        if kind in with_law:
-            sentences.append(_law_sentence([r for r in laws if r["camera_type"] == kind]))
         words += [f"{kind}: {sentence}" for sentence in sentences]
     columns = ("camera_type", "from", "to", "added", "marker", "tau_s")
     of_rise = (*columns, *findings.LARGEST, *findings.DIRECTION, "law_factor")
@@ -54,18 +59,14 @@ def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, flo
     }
 
 
-def _of_other_frames(rows: Sequence[Row]) -> bool:
+def _of_other_frames(rows: Rows) -> bool:
     return any(row["same_frames"] == "no" for row in rows)
 
 
-def _sentences(
-    rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row], settings: Mapping[str, float]
-) -> list[str]:
+def _sentences(rows: Rows, rises: Rows, loud: Rows, settings: Settings) -> list[str]:
     """On one camera type: noisy cameras, increases, and what was not detected."""
-    names = ["none raised"] * (not rises) + ["none noisy"] * (
-        not loud and not _of_other_frames(rows)
-    )
-    names += ["apart"] * _of_other_frames(rows)
+    apart = _of_other_frames(rows)
+    names = {"none raised": not rises, "none noisy": not (loud or apart), "apart": apart}
     limits = {"rise": 100 * settings["rise"], "noisy": settings["noisy"]}
     words = [_filled("noisy", row, rows) for row in loud]
     by_added = [row for row in rises if findings.cause(row, loud) == "added"]
@@ -78,29 +79,23 @@ def _sentences(
     if by_earlier := [row for row in rises if row not in by_added]:
         smallest = min(by_earlier, key=lambda row: row["n_from"])
         words.append(SENTENCES["earlier"].format(**(smallest | {"listed": _listed(by_earlier)})))
-    return words + [SENTENCES[name].format(**limits) for name in names]
+    return words + [SENTENCES[name].format(**limits) for name, holds in names.items() if holds]
 
 
-def _short(rows: Sequence[Row], rises: Sequence[Row], loud: Sequence[Row]) -> str:
+def _short(rows: Rows, rises: Rows, loud: Rows) -> str:
     """The one thing to know of a camera type."""
     if loud:
         return _filled("short noisy", loud[0], rows)
     if not rises:
         return SENTENCES["short none"]
     row = rises[0]
-    return _filled(
-        "short raised",
-        row
-        | {"axis": "xyz"[max(range(3), key=lambda k: abs(row[findings.DIRECTION[k]]))]}
-        | {
-            "earlier": f", because of one of {row['from']}"
-            * (findings.cause(row, loud) == "earlier")
-        },
-        rows,
-    )
+    axis = max("xyz", key=lambda axis: abs(row[f"direction_{axis}"]))
+    by_earlier = findings.cause(row, loud) == "earlier"
+    earlier = f", because of one of {row['from']}" if by_earlier else ""
+    return _filled("short raised", row | {"axis": axis, "earlier": earlier}, rows)
 
 
-def _filled(name: str, row: Row, rows: Sequence[Row]) -> str:
+def _filled(name: str, row: Row, rows: Rows) -> str:
     """A sentence with the numbers of one row; rows: all of the camera type."""
     ids = row["added"].split(";")
     listed = ", ".join(ids)
@@ -111,48 +106,37 @@ def _filled(name: str, row: Row, rows: Sequence[Row]) -> str:
     return SENTENCES[name].format(**(row | texts))
 
 
-def _listed(rows: Sequence[Row]) -> str:
+def _listed(rows: Rows) -> str:
     form = "{n_from} to {n_to} ({added} added) {largest_factor:.2f}"
     return ", ".join(form.format(**row) for row in rows)
 
 
-def _law_sentence(laws: Sequence[Row]) -> str:
+def _law_sentence(laws: Rows) -> list[str]:
     known = [row for row in laws if row["b"] is not None]
+    if not known:
+        return []
     off = [row["series"] for row in known if row["b_p"] is not None and row["b_p"] < 0.05]
     white = [row["h_0_scatter"] for row in laws if row["h_0_scatter"] is not None]
     scatter = f"; n h_0 scatters by {min(white):.2f} to {max(white):.2f} (ln)" if white else ""
-    significant = f"significant deviation (5 %): {', '.join(off)}"
-    return SENTENCES["law"].format(
-        each=", ".join(f"{r['series']} {r['b']:.2f} ± {r['b_std_error']:.2f}" for r in known),
-        verdict=significant if off else "no significant deviation",
-        scatter=scatter,
-    )
+    verdict = f"significant deviation (5 %): {', '.join(off)}" if off else NO_DEVIATION
+    each = ", ".join(f"{r['series']} {r['b']:.2f} ± {r['b_std_error']:.2f}" for r in known)
+    return [SENTENCES["law"].format(each=each, verdict=verdict, scatter=scatter)]
 
 
 @plot.styled()
 def camera_figure(
-    rows: Sequence[Row],
-    sigma_mm: Mapping[str, Levels],
-    settings: Mapping[str, float],
-    title: str,
-    source: str,
-    remarks: str,
+    rows: Rows, sigma_mm: Mapping[str, Levels], settings: Settings, texts: plot.Texts
 ) -> plot.Picture:
-    """A column a camera type: (a) noise at one frame against the number of cameras, (b) how it
-    changed with each addition, (c) the noise of each added camera, where it is known.
-
-    rows: those of <group>_cameras; sigma_mm: camera type -> recording -> `n`, the ids it
-    is `without` and the deviation at one frame of each coordinate; settings: `rise`, `noisy`.
-    """
+    """The figure of `captions.CAMERAS`, a column a camera type. rows: of <group>_cameras; sigma_mm:
+    by camera type; settings: `rise`, `noisy`."""
     table = pd.DataFrame(rows, columns=findings.COLUMNS)
     changes = findings.worst_marker(table[table["from"] != ""], findings.LARGEST)
     cameras = findings.worst_marker(table[table["tau_s"] == table["tau_s"].min()], findings.NOISE)
     levels = {kind: pd.DataFrame.from_dict(dict(of), "index") for kind, of in sigma_mm.items()}
     limits = log_limits([of.drop(columns=["n", "without"]).to_numpy() for of in levels.values()])
     heights = HEIGHTS_MM if len(cameras) else HEIGHTS_MM[:2]
-    n_rows, columns = len(heights), min(len(levels), MOST)
-    blocks = -(-len(levels) // MOST)
-    body = plot.new_figure(title, source, REST_MM + blocks * sum(heights))
+    n_rows, columns, blocks = len(heights), min(len(levels), MOST), -(-len(levels) // MOST)
+    body = plot.new_figure(texts, REST_MM + blocks * sum(heights))
     how: plot.Keywords = {"squeeze": False, "sharey": "row", "height_ratios": heights * blocks}
     grid = body.subplots(blocks * n_rows, columns, **how)
     for k, (kind, of_kind) in enumerate(levels.items()):
@@ -163,14 +147,11 @@ def camera_figure(
         loud_steps = {(row["from"], row["to"]) for row in own if row["added"] in loud}
         _noise_panel(panels[0], of_kind, rises, limits)
         plot.panel_title(panels[0], plot.short(kind, NAME))
-        for axes, steps, bad, limit, nothing in zip(
-            panels[1:],
-            (changes, cameras),
-            (rises, loud_steps),
-            (1 + settings["rise"], settings["noisy"]),
-            ("no addition of cameras", "frames are not shared"),
-            strict=False,
-        ):
+        below = (
+            (changes, rises, 1 + settings["rise"], "no addition of cameras"),
+            (cameras, loud_steps, settings["noisy"], "frames are not shared"),
+        )
+        for axes, (steps, bad, limit, nothing) in zip(panels[1:], below, strict=False):
             values = steps["value"]
             plot.log_axis(axes, "y", (min([0.8, *(values / 1.12)]), max([1.25, *(values * 1.12)])))
             _factor_panel(axes, steps[steps["camera_type"] == kind], bad, limit, nothing)
@@ -178,17 +159,11 @@ def camera_figure(
     for axes in grid[-n_rows:, (len(levels) - 1) % MOST + 1 :].flat:
         axes.axis("off")
     for k, axes in enumerate(grid[:, 0]):
-        text = (axes.get_title(loc="left"), "With each addition", "Each added camera")[k % n_rows]
-        plot.panel_title(axes, f"({'abc'[k % n_rows]}) {text}")
-        axes.set_ylabel(
-            (
-                "Allan deviation,\none frame (mm)",
-                "Noise of subset /\nof the smaller one",
-                "Noise of camera /\nmedian of all",
-            )[k % n_rows]
-        )
+        letter, title, label = PANELS[k % n_rows]
+        plot.panel_title(axes, f"({letter}) {title or axes.get_title(loc='left')}")
+        axes.set_ylabel(label)
     grid[1, 0].axvspan(np.nan, np.nan, label="raised or noisy", **RAISED)
-    return plot.finished(body, grid.flat, f"{captions.CAMERAS} {remarks}", columns=5)
+    return plot.finished(body, grid.flat, f"{captions.CAMERAS} {texts.caption}", columns=5)
 
 
 def _noise_panel(axes: plot.Axes, levels: pd.DataFrame, rises: Pairs, limits: Limits) -> None:
@@ -199,7 +174,7 @@ def _noise_panel(axes: plot.Axes, levels: pd.DataFrame, rises: Pairs, limits: Li
     x = levels["n"].astype(float) if nested else pd.Series(range(len(levels)), levels.index)
     plot.log_axis(axes, "y", limits)
     axes.grid(visible=False)
-    for smaller, larger in rises:
+    for smaller, larger in sorted(rises):  # a set has another order in each run
         ends = (x[smaller], x[larger]) if nested else (x[smaller] - 0.5, x[smaller] + 0.5)
         axes.axvspan(*ends, **RAISED)
     for name in levels.columns.drop(["n", "without"]):
@@ -211,7 +186,7 @@ def _noise_panel(axes: plot.Axes, levels: pd.DataFrame, rises: Pairs, limits: Li
     if not nested:
         ids = zip(levels["without"], levels["n"], strict=True)
         texts = ["\n".join(f"−{i}" for i in i) if 0 < len(i) <= 2 else str(n) for i, n in ids]
-        _slot_axis(axes, texts)
+        plot.name_axis(axes, texts)
         axes.set_xlabel("Cameras left out (−), or their number")
         return
     n = x.to_numpy()
@@ -246,15 +221,9 @@ def _factor_panel(
         axes.errorbar(at + (j - (len(taus) - 1) / 2) * 0.24, own["value"], yerr=reach, **how)
     axes.axhline(1, color=plot.GREY, lw=0.8)
     axes.axhline(limit, label="limit", color=ALARM, lw=0.9, ls=(0, (4, 2)))
-    for pair in place.keys() & bad:
-        axes.axvspan(place[pair] - 0.5, place[pair] + 0.5, **RAISED)
+    for pair, at_pair in place.items():
+        if pair in bad:
+            axes.axvspan(at_pair - 0.5, at_pair + 0.5, **RAISED)
     added = [ids.split(";") for ids in first["added"]]
     few = ("\n".join(map(plot.short, i)) if len(i) <= 2 else f"{len(i)} ids" for i in added)
-    _slot_axis(axes, list(few))
-
-
-def _slot_axis(axes: plot.Axes, labels: Sequence[str]) -> None:
-    axes.set_xlim(-0.5, len(labels) - 0.5)
-    axes.set_xticks(range(len(labels)), labels)
-    axes.tick_params(axis="x", length=0)
-    axes.grid(visible=False, axis="x")
+    plot.name_axis(axes, list(few))

@@ -13,7 +13,7 @@ from mocap_metrology.noise.changes.compare import DAYS_A_MONTH
 from mocap_metrology.noise.changes.rows import COARSE, Columns, dated_curves, ratio_curves
 from mocap_metrology.present.plot import curves
 from mocap_metrology.present.plot import figure as plot
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Row, document
 from mocap_metrology.present.text import captions
 
 SENTENCES = captions.texts("COMPARE_SENTENCES")
@@ -37,12 +37,10 @@ def sentences(rows: Sequence[Row]) -> list[str]:
 def _changes(rows: Sequence[Row]) -> str:
     parts = []
     for word in ("worse", "better"):
-        changed = [row for row in rows if row["word"] == word]
-        if changed:
+        if changed := [row for row in rows if row["word"] == word]:
             most = max(changed, key=lambda row: abs(math.log(row["ratio"])))
             parts.append(SENTENCES["change"].format(**(most | {"where": _where(changed)})))
-    limited = {row["series"]: row["step_mm"] for row in rows if row["word"] == COARSE}
-    if limited:
+    if limited := {row["series"]: row["step_mm"] for row in rows if row["word"] == COARSE}:
         step, names = max(limited.values()), ", ".join(limited)
         parts.append(SENTENCES["resolution"].format(names=names, step=step))
     return "; ".join(parts) or SENTENCES["none"]
@@ -74,8 +72,7 @@ def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     head = ["recording", "reference", "series", "word", *(f"{tau:.3g} s" for tau in taus)]
     body = [[*key, *(cells.get(tau, "") for tau in taus)] for key, cells in lines.items()]
     told = "\n".join(f"* {sentence}" for sentence in sentences(rows))
-    table = "\n".join(aligned([head, *body]))
-    return f"# {title}\n\n{caption} `+` worse, `−` better.\n\n{told}\n\n{table}\n"
+    return document(title, f"{caption} `+` worse, `−` better.", told, [head, *body])
 
 
 @dataclass(frozen=True)
@@ -90,19 +87,13 @@ class Comparison:
 
 @plot.styled()
 def compare_figure(
-    comparisons: Sequence[Comparison],
-    margin: float,
-    confidence: float,
-    title: str,
-    source: str,
-    remarks: str = "",
+    comparisons: Sequence[Comparison], margin: float, confidence: float, texts: plot.Texts
 ) -> plot.Picture:
     """Ratios over averaging time, a row a comparison (the last `MOST` of them), a column a marker
-    or the distances. Above 1 the recording is noisier; the band is the margin within which a change
-    counts as none."""
-    shown = comparisons[-MOST:]
+    or the distances, with the margin within which a change counts as none."""
+    shown, caption = comparisons[-MOST:], f"{captions.COMPARE} {texts.caption}"
     if len(shown) < len(comparisons):
-        remarks += f" The last {MOST} of {len(comparisons)} comparisons; all are in the table."
+        caption += f" The last {MOST} of {len(comparisons)} comparisons; all are in the table."
     ratios = [ratio_curves(one.new, one.old, confidence) for one in shown]
     every = pd.concat(ratios)
     # About the ratios themselves, 1 and its margin; wide intervals at long tau may leave
@@ -111,7 +102,7 @@ def compare_figure(
     reach = 0.3 * max(-low, high, 3 * np.log1p(margin))
     limits = float(np.exp(min(low, -reach))), float(np.exp(max(high, reach)))
     looks = curves.looks_of(every["series"])
-    body, grid, panels = _grid(title, source, len(shown), every["series"])
+    body, grid, panels = _grid(texts, len(shown), every["series"])
     for row, one, of_it in zip(grid, shown, ratios, strict=True):
         plot.panel_title(row[0], f"{plot.short(one.recording)} / {plot.short(one.reference)}")
         row[0].set_ylabel("Ratio of\nAllan deviations")
@@ -131,15 +122,15 @@ def compare_figure(
     last.fill([], [], color=MARGIN, lw=0, label=f"no change: within {100 * margin:.3g} %")
     for axes in grid[-1]:
         axes.set_xlabel(curves.ADEV_AXES[0])
-    return plot.finished(body, grid.flat, f"{captions.COMPARE} {remarks}")
+    return plot.finished(body, grid.flat, caption)
 
 
 def _grid(
-    title: str, source: str, n_rows: int, series: Iterable[str]
+    texts: plot.Texts, n_rows: int, series: Iterable[str]
 ) -> tuple[plot.SubFigure, np.ndarray, dict[str, list[str]]]:
     """The body of a figure, its axes (`n_rows` rows of panels, named inside), series by panel."""
     panels = curves.facets(series, MOST_MARKERS) or {"": []}
-    body = plot.new_figure(title, source, REST_MM + n_rows * ROW_MM)
+    body = plot.new_figure(texts, REST_MM + n_rows * ROW_MM)
     grid = body.subplots(n_rows, len(panels), sharex=True, sharey="row", squeeze=False)
     how: plot.Keywords = {"va": "top", "size": plot.SMALL_PT, "color": plot.GREY}
     how["bbox"] = {"facecolor": "white", "alpha": 0.7, "lw": 0, "pad": 1}
@@ -159,17 +150,11 @@ def trend_figure(
     dates: Sequence[str],
     allan: Mapping[str, Columns],
     rows: Sequence[Row],
-    title: str,
-    source: str,
-    remarks: str = "",
+    texts: plot.Texts,
 ) -> plot.Picture:
-    """Allan deviations over dates, a row an averaging time (a frame, and those nearest to 1 and
-    100 s that all recordings have): points with 68 % intervals, and the fitted line where there is
-    a trend.
-
-    names in order of `dates` (ISO); rows: of `trend_rows`.
-    """
-    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+    """Allan deviations over dates, a row an averaging time: a frame, and those nearest to 1 and
+    100 s that all recordings have. names in order of `dates` (ISO); rows: of `trend_rows`."""
+    from matplotlib.dates import date2num
 
     series = list(dict.fromkeys(row["series"] for row in rows))
     reached = sorted({float(row["tau_s"]) for row in rows})
@@ -179,11 +164,9 @@ def trend_figure(
     points["day"] = date2num(points["date"].tolist())
     looks = curves.looks_of(series)
     trends = {(r["tau_s"], r["series"]): r["percent_per_month"] for r in rows if r["word"] in CLEAR}
-    body, grid, panels = _grid(title, source, len(taus), series)
+    body, grid, panels = _grid(texts, len(taus), series)
     grid[0, 0].margins(x=0.06)
-    locator = AutoDateLocator(minticks=2, maxticks=5)
-    grid[0, 0].xaxis.set_major_locator(locator)
-    grid[0, 0].xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    plot.date_axis(grid[0, 0], 5)
     beside = 0.012 * max(np.ptp(points["day"]), 1e-9)  # series side by side
     for tau, row in zip(taus, grid, strict=True):
         at_tau = points[points["tau_s"] == tau]
@@ -210,6 +193,5 @@ def trend_figure(
     last.plot([], [], color=plot.GREY, ls="", marker="|", markersize=9, label="68 % interval")
     if any(tau in taus for tau, _ in trends):
         last.plot([], [], color=plot.GREY, label="trend, where clear")
-    return plot.finished(
-        body, grid.flat, f"{captions.TREND} Series are drawn side by side. {remarks}"
-    )
+    caption = f"{captions.TREND} Series are drawn side by side. {texts.caption}"
+    return plot.finished(body, grid.flat, caption)

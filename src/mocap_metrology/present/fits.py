@@ -20,8 +20,9 @@ from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import NOTHING, log_limits, positive
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import symbol, unit
-from mocap_metrology.present.text.numbers import significant, with_uncertainty
+from mocap_metrology.present.text.numbers import MARKS, significant, with_uncertainty
 
+Kind = Component | Deterministic
 ROWS_MM = (58.0, 25.0, 38.0)  # curves, residuals, other estimators
 LABEL_AT = -0.21  # of the width of a panel; matplotlib would measure every tick label for it
 BELOW_DATA = 8.0  # an axis extends so many times below the least datum, for components
@@ -36,21 +37,12 @@ BAND: plot.Keywords = {"color": plot.GREY, "alpha": 0.3, "lw": 0}
 MODEL: plot.Keywords = {"color": plot.INK, "lw": 1.5, "ls": "-", "zorder": 2.5}
 FINE = (5, 1.2, 1.2, 1.2, 1.2, 1.2)
 DASHES = tuple((0, on) for on in ((6, 1.4), (1.2, 1.2), (7, 1.4, 1.4, 1.4), (3, 1.2), FINE))
-OTHERS = tuple(  # other estimators: none of the components' colours
-    {"color": colour, "lw": 1.0, "ls": dashes}
-    for colour, dashes in zip(
-        ("#23733d", "#8a6500", "#a8308e", "#6b6b6b", "#7a4f33"),
-        ("-", DASHES[0], DASHES[4], DASHES[1], DASHES[3]),
-        strict=True,
-    )
-)
-MISFIT = "Misfit: the model does not describe the data; no number of it is valid."
-UNDER = (
-    "Under the noise: {slow}; subtracted from the spectrum; part of the Allan deviation of the "
-    "data and of the model."
-)
-STEM = (
-    "The stem at f_0 is as high as the sinusoid would raise its bin, which it was subtracted from."
+OTHERS: tuple[plot.Keywords, ...] = (  # other estimators: none of the components' colours
+    {"color": "#23733d", "lw": 1.0, "ls": "-"},
+    {"color": "#8a6500", "lw": 1.0, "ls": DASHES[0]},
+    {"color": "#a8308e", "lw": 1.0, "ls": DASHES[4]},
+    {"color": "#6b6b6b", "lw": 1.0, "ls": DASHES[1]},
+    {"color": "#7a4f33", "lw": 1.0, "ls": DASHES[3]},
 )
 
 
@@ -58,7 +50,7 @@ STEM = (
 class Part:
     """One component, its name with its value, and how it is drawn."""
 
-    component: Component | Deterministic
+    component: Kind
     name: str
     text: str
     look: plot.Keywords
@@ -85,23 +77,19 @@ class Fit:
 
 @plot.styled()
 def fit_figure(
-    title: str,
+    texts: plot.Texts,
     allan: Mapping[str, np.ndarray],
     periodogram: Mapping[str, np.ndarray],
     estimates: Mapping[str, Sequence[of.NoiseRow]],
     frame_rate_hz: float,
-    source: str,
-    remarks: str,
     confidence: float,
 ) -> plot.Picture:
-    """Figure of one series: data, fitted model and its components, residuals below; then what other
-    estimators found.
+    """The figure of `captions.FIT`, of one series.
 
-    allan: arrays `m`, `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`, `n_terms`, its
-    intervals of `confidence`; periodogram: `f_hz`, `f_lower_hz`, `f_upper_hz`, `psd_mm2_hz`, `dof`,
-    sinusoids subtracted; estimates: rows of noise.csv of this series by estimator. Components are
-    those of the default estimator; models are drawn in the form of Allan variances they were fitted
-    in, spectra in that of the default one.
+    allan: of allan_masked.parquet, its intervals of `confidence`; periodogram: of
+    periodogram.parquet; estimates: rows of noise.csv by estimator. Components are those of the
+    default estimator; models are drawn in the form of Allan variances they were fitted in, spectra
+    in that of the default one.
     """
     duration_s = model.recorded_s(allan, frame_rate_hz)
     fits = {name: fit_of(name, rows, duration_s) for name, rows in estimates.items()}
@@ -111,7 +99,7 @@ def fit_figure(
     points = points[np.isfinite(points["adev_mm"]) & (points["adev_mm"] > 0)]
     spectrum = model.spectrum_of(periodogram)
     heights = ROWS_MM if others else ROWS_MM[:2]
-    body = plot.new_figure(title, source, 34.0 + sum(heights) + 1.9 * len(fit.parts))
+    body = plot.new_figure(texts, 34.0 + sum(heights) + 1.9 * len(fit.parts))
     grid = body.subplots(len(heights), 2, sharex="col", height_ratios=heights)
     form = "" if fit.model.form == "sampled" else f"model: {fit.model.form}"
     plot.panel_title(grid[0, 0], "Allan deviation", fit.trouble or form)
@@ -137,7 +125,7 @@ def fit_figure(
     plot.letters(grid.flat)
     plot.legend_below(body, grid[0], columns=2)
     estimated = bool(estimates.get(of.DEFAULT_ESTIMATOR))
-    return plot.Picture(body, f"{_caption(fit, bool(others), estimated)} {remarks}".strip())
+    return plot.Picture(body, f"{_caption(fit, bool(others), estimated)} {texts.caption}")
 
 
 def fit_of(estimator: str, rows: Iterable[of.NoiseRow], duration_s: float = 0.0) -> Fit:
@@ -165,19 +153,13 @@ def fit_of(estimator: str, rows: Iterable[of.NoiseRow], duration_s: float = 0.0)
     limited = (row for row in rows if row["status"] == "not_detected")
     absent = tuple(_limit(row) for row in limited if math.isfinite(row.get("upper_95", math.nan)))
     statuses = dict.fromkeys(row["status"] for row in rows)
-    trouble = [
-        s.replace("_", " ") for s in statuses if s in ("at_bound", "not_converged", "misfit")
-    ]
+    trouble = [s.replace("_", " ") for s in statuses if s in MARKS]
     noise = of.model_of(detected)
     return Fit(estimator, noise, tuple(parts), absent, ", ".join(trouble), duration_s)
 
 
 def _part(
-    component: Component | Deterministic,
-    name: str,
-    rows: Iterable[of.NoiseRow],
-    colour: str,
-    dashes: object,
+    component: Kind, name: str, rows: Iterable[of.NoiseRow], colour: str, dashes: object
 ) -> Part:
     text = f"{name}: " * bool(name) + ", ".join(map(_value, rows))
     return Part(component, name, text, {"color": colour, "lw": 1.0, "ls": dashes})
@@ -313,11 +295,11 @@ def _caption(fit: Fit, others: bool, estimated: bool) -> str:
         captions.FIT: True,
         captions.OTHER_FITS: others,
         "No estimate by {estimator}.": not estimated,
-        MISFIT: "misfit" in fit.trouble,
+        captions.FIT_MISFIT: "misfit" in fit.trouble,
         "Not detected (95 % limits): {absent}.": bool(fit.absent),
-        UNDER: bool(slow),
+        captions.FIT_UNDER: bool(slow),
         captions.GAUSS_MARKOV: GaussMarkov in kinds,
-        STEM: Sinusoid in kinds,
+        captions.FIT_STEM: Sinusoid in kinds,
     }
     text = " ".join(sentence for sentence, holds in applies.items() if holds)
     return text.format(estimator=fit.estimator, absent=", ".join(fit.absent), slow=slow)

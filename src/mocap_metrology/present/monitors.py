@@ -94,13 +94,10 @@ def _findings(one: Judged) -> list[Row]:
         return []
     sizes, m = shares(one), int(chart.n_baseline[-1])
     unit = series.unit
-    size = render(
-        "changed.size",
-        name=series.name,
-        value=_value(one, float(series.natural(chart.value)[-1])),
-        change=_change(sizes["take"], unit),
-        m=m,
-    )
+    last = float(series.natural(chart.value)[-1])
+    value = mm(last) if series.kind in ("jitter", "wander") else f"{number(last, 3)} mm"
+    change = _change(sizes["take"], unit)
+    size = render("changed.size", name=series.name, value=value, change=change, m=m)
     found: list[Row] = []
 
     def find(code: str, case: str, value: float, ends: tuple[float, float], **how: Any) -> None:
@@ -108,7 +105,7 @@ def _findings(one: Judged) -> list[Row]:
         of = {"code": code, "series": series.name, "value": value, "unit": unit}
         found.append(of | {"lower_95": ends[0], "upper_95": ends[1], "words": words})
 
-    interval = sizes["lower"], sizes["upper"]
+    interval, none = (sizes["lower"], sizes["upper"]), (np.nan, np.nan)
     if chart.beyond[-1]:
         find(series.code, "beyond", sizes["take"], interval, room=_change(sizes["room"], unit))
     elif chart.unusual[-1]:
@@ -116,16 +113,11 @@ def _findings(one: Judged) -> list[Row]:
     if chart.drifting[-1]:
         n = chart.value.size - int(chart.since[-1])
         moved = _change(sizes["shift"], unit)
-        find("trend", "trend", sizes["shift"], (np.nan, np.nan), change=moved, n=n)
+        find("trend", "trend", sizes["shift"], none, change=moved, n=n)
     if not chart.capable[-1]:
         least, asked = (_change(sizes[name], unit, False) for name in ("least", "tolerance"))
-        ends = np.nan, np.nan
-        find("not_capable", "not_capable", sizes["least"], ends, least=least, tolerance=asked)
+        find("not_capable", "not_capable", sizes["least"], none, least=least, tolerance=asked)
     return found
-
-
-def _value(one: Judged, value: float) -> str:
-    return mm(value) if one.series.kind in ("jitter", "wander") else f"{number(value, 3)} mm"
 
 
 def _change(size: float, unit: str, sign: bool = True) -> str:
@@ -133,26 +125,24 @@ def _change(size: float, unit: str, sign: bool = True) -> str:
 
 
 @plot.styled()
-def chart(rows: Sequence[Mapping[str, Any]], title: str, source: str) -> plot.Picture:
+def chart(rows: Sequence[Mapping[str, Any]], texts: plot.Texts) -> plot.Picture:
     """Values, baseline and tolerance of each series over the dates; rows: of `words.table`."""
-    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+    from matplotlib.dates import date2num
 
     names = list(dict.fromkeys(row["series"] for row in rows))
-    body = plot.new_figure(title, source, HEAD_MM + STRIP_MM * max(len(names), 1))
+    body = plot.new_figure(texts, HEAD_MM + STRIP_MM * max(len(names), 1))
     if not names:
         plot.say(body.subplots(), "no take")
         return plot.Picture(body, render("chart.caption"))
     strips = body.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for axes, name in zip(strips, names, strict=True):
         own = [row for row in rows if row["series"] == name]
-        columns = {key: np.array([row[key] for row in own]) for key in own[0] if key not in NUMBERS}
-        columns |= {key: np.array([row[key] for row in own], dtype=float) for key in NUMBERS}
+        columns = {key: np.array([row[key] for row in own]) for key in own[0]}
+        columns |= {key: columns[key].astype(float) for key in NUMBERS}
         columns["day"] = np.asarray(date2num(columns["date"].astype("datetime64[s]")))
         _strip(axes, name, columns)
-    locator = AutoDateLocator(minticks=2, maxticks=6)
-    strips[-1].xaxis.set_major_locator(locator)
-    strips[-1].set_xticks(locator())  # once: they are costly, and the same in all strips
-    strips[-1].xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    plot.date_axis(strips[-1], 6)
+    strips[-1].set_xticks(strips[-1].get_xticks())  # once: they are costly, in all strips the same
     said = {row["word"] for row in rows}
     for word in (word for word in LOOKS if word in said):
         colour, marker = LOOKS[word]
@@ -173,8 +163,8 @@ def _strip(axes: plot.Axes, name: str, own: Columns) -> None:
             own[key][start:end] -= about
     shown = np.concatenate([own["value_mm"], own["lower_mm"][-1:], own["upper_mm"][-1:]])
     shown = shown[np.isfinite(shown)]
-    unit = plot.length_unit([np.ptp(shown)] if shown.size else [])
-    value, mean, lower, upper = (unit.per_mm * own[key] for key in NUMBERS)
+    unit, per_mm = plot.length_unit([np.ptp(shown)] if shown.size else [])
+    value, mean, lower, upper = (per_mm * own[key] for key in NUMBERS)
     day, word = own["day"], own["word"]
     for start, end in zip(starts, [*starts[1:], day.size], strict=True):
         at = slice(start, end)
@@ -194,8 +184,7 @@ def _strip(axes: plot.Axes, name: str, own: Columns) -> None:
                 how: plot.Keywords = {"s": size, "marker": marker, "linewidths": 0.8, "zorder": 3}
                 axes.scatter(day[chosen], value[chosen], facecolor=face, edgecolor=colour, **how)
     plot.panel_title(axes, plot.literal(name), f"zero at {about:.1f} mm" if about else "")
-    axes.set_ylabel(unit.symbol)
+    axes.set_ylabel(unit)
     if shown.size and np.ptp(shown) > 0:
         room = 0.08 * np.ptp(shown)
-        low, high = shown.min() - room, shown.max() + room
-        axes.set_ylim(unit.per_mm * low, unit.per_mm * high)
+        axes.set_ylim(per_mm * (shown.min() - room), per_mm * (shown.max() + room))

@@ -13,12 +13,14 @@ import numpy as np
 from mocap_metrology.common.errors import printable
 from mocap_metrology.common.files import write_csv, write_text
 from mocap_metrology.common.types import Record
+from mocap_metrology.noise.series import length_s
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Row = dict[str, Any]  # of a table: numbers, words, gaps
+Part = str | Sequence[Sequence[object]]  # of a document: a text, or a table with its head
 BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
 DIGITS = 5  # significant ones of a number to read
@@ -57,24 +59,36 @@ def write_with(path: str | Path, rows: Sequence[Row], text: str, head: Sequence[
     write_text(f"{stem}.md", text)
 
 
-def aligned(lines: Sequence[Sequence[object]]) -> list[str]:
-    """Lines of a Markdown table, the first its head, columns of equal width."""
+def _aligned(lines: Sequence[Sequence[object]]) -> str:
+    """A Markdown table, the first of the lines its head, columns of equal width."""
     cells = [[_text(cell) for cell in line] for line in lines]
     width = [max(map(len, column)) for column in zip(*cells, strict=True)]
     made = [[c.ljust(w) for c, w in zip(line, width, strict=True)] for line in cells]
     rule = "|" + "|".join("-" * (w + 2) for w in width) + "|"
     head, *body = (f"| {' | '.join(line)} |" for line in made)
-    return [head, rule, *body]
+    return "\n".join([head, rule, *body])
+
+
+def in_columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a table in plain text, columns of equal width."""
+    width = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [f"  {'  '.join(map(str.ljust, row, width))}".rstrip() for row in rows]
+
+
+def document(title: str, *parts: Part) -> str:
+    """Markdown of a title and its parts: texts, and tables whose first line is their head; empty
+    ones are omitted."""
+    texts = (part if isinstance(part, str) else _aligned(part) for part in parts if part)
+    return "\n\n".join([f"# {title}", *texts]) + "\n"
 
 
 def markdown(rows: Sequence[Row], title: str, caption: str, nothing: str = "") -> str:
-    """A Markdown table, numbers as `readable` and `as_printed` write them, columns of equal width;
-    the words `nothing` in its place where there is no row."""
+    """A Markdown table, numbers as `readable` and `as_printed` write them; the words `nothing` in
+    its place where there is no row."""
     if not rows:
-        return f"# {title}\n\n{nothing}\n"
+        return document(title, nothing)
     head = list(rows[0])
-    lines = aligned([head, *([shown(row, name) for name in head] for row in rows)])
-    return "\n".join([f"# {title}", "", caption, "", *lines, ""])
+    return document(title, caption, [head, *([shown(row, n) for n in head] for row in rows)])
 
 
 def shown(row: Record, name: str) -> object:
@@ -111,6 +125,41 @@ def plain(cell: str) -> str:
 def origin_words(twin: str | None) -> str:
     """`simulated stand-in (twin) T40-10`, or `measured`."""
     return f"simulated stand-in (twin) {twin}" if twin else "measured"
+
+
+def sources(
+    rows: Mapping[str, Record], lengths_s: Mapping[str, float], paper: bool = True
+) -> tuple[str, str]:
+    """The line at the foot of a figure of these rows of the sheet, and what its caption adds: how
+    many are measured, how many are twins of which length, and which.
+
+    lengths_s: by recording; paper: whether the nine hours of S are to compare with.
+    """
+    twins = [name for name, row in rows.items() if row["twin"]]
+    lengths: dict[str, list[str]] = {}
+    for name in (name for name in twins if name in lengths_s):
+        lengths.setdefault(duration_words(lengths_s[name]), []).append(name)
+    measured = len(rows) - len(twins)
+    kinds = [f"{measured} measured recording{'s' * (measured > 1)}"] if measured else []
+    remarks = []
+    if twins:
+        many, of = "s" * (len(twins) > 1), f" of {' and '.join(lengths)}" if lengths else ""
+        kinds.append(f"{len(twins)} simulated stand-in{many} (twin{many}){of}")
+        remarks.append("Twins are simulated from published or configured numbers.")
+    line = f"Source: {' and '.join(kinds)}."
+    if paper and lengths and list(lengths) != [duration_words(NINE_HOURS_S)]:
+        line += " The paper's recordings last nine hours."
+    if twins and measured:
+        remarks.append(f"Simulated: {', '.join(twins)}; the others are measured.")
+    if len(lengths) > 1:
+        each = "; ".join(f"{', '.join(names)}: {length}" for length, names in lengths.items())
+        remarks.append(f"Length of the twins: {each}.")
+    return line, " ".join(remarks)
+
+
+def sources_of(origins: Mapping[str, Record]) -> tuple[str, str]:
+    """The same of recordings of any group, by metadata of a table of each."""
+    return sources(origins, {name: length_s(of) for name, of in origins.items()}, paper=False)
 
 
 def source_sentence(sources: Mapping[str, str], duration_s: float | None = None) -> str:

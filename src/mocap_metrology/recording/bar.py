@@ -24,7 +24,7 @@ from mocap_metrology.present.accuracy import bar as present
 from mocap_metrology.present.accuracy import statement
 from mocap_metrology.present.accuracy.bar import bar_figure
 from mocap_metrology.present.accuracy.statement import save_page, statement_page
-from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.plot.figure import Texts, save
 from mocap_metrology.present.recording import source_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.sentence import render
@@ -86,8 +86,8 @@ def write_bar(folder: Path, settings: Settings) -> Mapping[str, Any]:
     files.write_csv(folder / "bar.csv", bar_rows.bar_rows(bar))
     places = bar_rows.place_rows(bar, settings.place.cell_mm)
     files.write_csv(folder / "bar_places.csv", places, bar_rows.PLACES)
-    title, source = f"{take.name}: length of the bar", f"Source: {source_words(origin)}."
-    save(bar_figure(bar, settings.place.cell_mm, settings.bar, title, source), folder / "bar")
+    texts = Texts(f"{take.name}: length of the bar", f"Source: {source_words(origin)}.")
+    save(bar_figure(bar, settings.place.cell_mm, settings.bar, texts), folder / "bar")
     _write_filters(folder, document, bar)
     files.write_json(folder / "bar.json", document)
     return dict(files.read_json(folder / "bar.json"))
@@ -175,9 +175,8 @@ def write_group(
     tables.write(path.with_suffix(".csv"), rows, f"{group}: length of a bar that moves", said)
     files.write_json(path, {"bars": [one.document for one in bars]})
     drawn = bars[0].bar
-    title = f"{group}: length of the bar, {len(drawn.takes)} passes"
-    look = settings.place.cell_mm, settings.bar
-    save(bar_figure(drawn, *look, title, of, still_mm), figure)
+    texts = Texts(f"{group}: length of the bar, {len(drawn.takes)} passes", of)
+    save(bar_figure(drawn, settings.place.cell_mm, settings.bar, texts, still_mm), figure)
     return bars[0]
 
 

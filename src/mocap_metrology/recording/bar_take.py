@@ -39,10 +39,7 @@ class Reading:
 
 
 def read_bar(
-    entry: Entry,
-    asked: BarEntry,
-    settings: Settings,
-    named: Mapping[str, Any],
+    entry: Entry, asked: BarEntry, settings: Settings, named: Mapping[str, Any]
 ) -> Reading:
     """The take of a recording; named: `recording`, `source`, `twin`, `date`. Refuses what says
     nothing of a bar."""

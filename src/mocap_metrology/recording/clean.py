@@ -98,10 +98,7 @@ def read(entry: Entry, second_opinion: bool, only_seen: bool = False) -> Recordi
 
 
 def examine(
-    entry: Entry,
-    recording: Recording,
-    settings: Settings,
-    over: MapFunction = in_turn,
+    entry: Entry, recording: Recording, settings: Settings, over: MapFunction = in_turn
 ) -> tuple[Check, Movements]:
     """Contents of check.json of a recording that can be used, and how its markers move, by label
     and axis; over: how coordinates are worked on."""

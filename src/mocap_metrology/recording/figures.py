@@ -12,9 +12,9 @@ from mocap_metrology.common.files import Metadata, whole_folder
 from mocap_metrology.common.large import LazyArrays
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.series import coordinate_names, every_series, pair_name
-from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
+from mocap_metrology.present.diagnosis import diagnosis_figure
 from mocap_metrology.present.fits import fit_figure
-from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.plot.figure import Texts, save
 from mocap_metrology.present.recording import (
     allan_figure,
     source_words,
@@ -32,11 +32,10 @@ def draw_allan(results: Results) -> None:
     allan, origin = results.allan_masked.columns, results.allan_masked.origin
     pairs = results.allan_masked.pairs
     distances = [pair_name(pair, pairs) for pair in pairs]
+    masked = f"Masked: outliers beyond {origin['noise']['mask_sigma']:g} sigma."
     picture = allan_figure(
         allan,
-        f"{origin['recording']}: Allan deviation",
-        _source(origin),
-        f"Masked: outliers beyond {origin['noise']['mask_sigma']:g} sigma.",
+        Texts(f"{origin['recording']}: Allan deviation", _source(origin), masked),
         expected=[*coordinate_names(len(origin["labels"])), *distances],
         confidence=origin["allan"]["confidence"],
     )
@@ -55,8 +54,8 @@ def draw_trajectory(results: Results) -> None:
     changed, rate = LazyArrays(recorded, replaced), origin["frame_rate_hz"]
     hampel, frames = origin["hampel"], origin["window_frames"]
     filtered = f"Hampel filter, {hampel['n_sigma']:g} sigma, {frames} frames: {hampel['action']}."
-    how = f"{origin['recording']}: trajectory", _source(origin), filtered
-    save(trajectory_figure(recorded, cleaned, changed, rate, *how), results.folder / "trajectory")
+    texts = Texts(f"{origin['recording']}: trajectory", _source(origin), filtered)
+    save(trajectory_figure(recorded, cleaned, changed, rate, texts), results.folder / "trajectory")
 
 
 def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -> None:
@@ -69,8 +68,10 @@ def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -
         "cutoff). Spectrum: medians of bins, grey up to the greatest value; behind filters by "
         "their gain."
     )
-    how = f"{origin['recording']}: diagnosis", f"Source: {source_words(origin)}.", remarks
-    save(diagnosis_figure(diagnosis.recording, diagnosis.found, *how), results.folder / "diagnosis")
+    source = f"Source: {source_words(origin)}."
+    texts = Texts(f"{origin['recording']}: diagnosis", source, remarks)
+    picture = diagnosis_figure(diagnosis.recording, diagnosis.found, texts)
+    save(picture, results.folder / "diagnosis")
 
 
 def draw_verdict(document: Mapping[str, Any], folder: Path) -> None:
@@ -93,6 +94,7 @@ def draw_fits(results: Results, folder: str | Path, chosen: Collection[str] | No
     and residuals."""
     allan, origin = results.allan_masked.columns, results.allan_masked.origin
     periodogram = Table.read(results.folder / "periodogram.parquet").columns
+    source = f"Source: {source_words(origin)}."
     remarks = (
         f"As recorded, beyond {origin['noise']['mask_sigma']:g} sigma masked; components are those "
         "of the likelihood estimator."
@@ -106,13 +108,11 @@ def draw_fits(results: Results, folder: str | Path, chosen: Collection[str] | No
             of_allan = (allan["estimator"] == "oadev") & (allan["series"] == series)
             of_spectrum = periodogram["series"] == series
             picture = fit_figure(
-                f"{origin['recording']}, {series}: noise model",
+                Texts(f"{origin['recording']}, {series}: noise model", source, remarks),
                 {k: v[of_allan] for k, v in allan.items()},
                 {k: v[of_spectrum] for k, v in periodogram.items()},
                 estimates,
                 origin["frame_rate_hz"],
-                f"Source: {source_words(origin)}.",
-                remarks,
                 origin["allan"]["confidence"],
             )
             save(picture, part / series)

@@ -14,7 +14,7 @@ from mocap_metrology.accuracy.monitor_take import COLUMNS, Take, numbers, stretc
 from mocap_metrology.common.files import read_json, write_csv, write_json
 from mocap_metrology.noise.series import pair_name, position
 from mocap_metrology.present import monitors
-from mocap_metrology.present.plot.figure import save_png
+from mocap_metrology.present.plot.figure import Texts, save_png
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.recording.results import Results
 from mocap_metrology.settings import Settings
@@ -94,10 +94,8 @@ def monitor(
     n, said = len(used), document["word"] or "no word"
     dates = {"first": used[0].date[:10], "last": used[-1].date[:10]} if used else {}
     title = render("monitor.title", name=name, word=said, n=n, **dates)
-    save_png(
-        monitors.chart(rows_of_table, title, render("monitor.source", **document)),
-        folder / "chart.png",
-    )
+    texts = Texts(title, render("monitor.source", **document))
+    save_png(monitors.chart(rows_of_table, texts), folder / "chart.png")
     write_json(folder / "monitor.json", document)
     return document
 

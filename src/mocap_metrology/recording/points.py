@@ -18,7 +18,7 @@ from mocap_metrology.common.files import write_json
 from mocap_metrology.io.read import bodies_of, orientation_of
 from mocap_metrology.present import tables
 from mocap_metrology.present.accuracy.points import points_figure, sentences
-from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.plot.figure import Texts, save
 from mocap_metrology.present.text import captions
 from mocap_metrology.recording.results import Table
 
@@ -117,5 +117,5 @@ def write_points(
     said = " ".join((captions.POINTS, *document["sentences"], source))
     write_json(path, {"group": group, **document})
     tables.write(path.with_suffix(".csv"), table, f"{group}: reference points", said)
-    title = f"{group}: {len(labels)} reference points"
-    save(points_figure(points, off, labels, document["cuts"], title, source), figure)
+    texts = Texts(f"{group}: {len(labels)} reference points", source)
+    save(points_figure(points, off, labels, document["cuts"], texts), figure)

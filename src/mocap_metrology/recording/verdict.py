@@ -20,7 +20,7 @@ from mocap_metrology.noise.diagnosis.recording import diagnose as diagnose_serie
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.motion.movement import Movement
-from mocap_metrology.present.diagnosis.tables import write_diagnosis
+from mocap_metrology.present.diagnosis import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 from mocap_metrology.present.text.sentence import Sentence
 from mocap_metrology.present.verdict.words import verdict_document
@@ -39,10 +39,7 @@ def diagnose(results: Results, settings: Settings, progress: Progress = CALM) ->
 
 
 def verdict(
-    results: Results,
-    named: Row,
-    settings: Settings,
-    progress: Progress = CALM,
+    results: Results, named: Row, settings: Settings, progress: Progress = CALM
 ) -> Mapping[str, Any]:
     """verdict.json of a diagnosed recording; returns its contents. named: what it begins with."""
     progress.step("verdict")

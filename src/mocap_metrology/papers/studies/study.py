@@ -81,10 +81,7 @@ STUDIES = {
 
 
 def recordings_of(
-    name: str,
-    settings: Mapping[str, Any],
-    seed: int,
-    report: Callable[[str], None],
+    name: str, settings: Mapping[str, Any], seed: int, report: Callable[[str], None]
 ) -> list[Row]:
     """A row for each simulated recording and method of a study.
 

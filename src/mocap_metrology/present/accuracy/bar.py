@@ -14,6 +14,7 @@ from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.accuracy.findings import Finding
 from mocap_metrology.common.types import Record, Row
 from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.tables import in_columns
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import ARITHMETIC, mm, significant
 from mocap_metrology.present.text.sentence import render
@@ -39,18 +40,12 @@ LOOKS = (*plot.LOOKS.values(), *plot.OTHER_LOOKS)
 
 @plot.styled()
 def bar_figure(
-    bar: Bar,
-    cell_mm: float,
-    settings: Settings,
-    title: str,
-    source: str,
-    still_mm: float | None = None,
+    bar: Bar, cell_mm: float, settings: Settings, texts: plot.Texts, still_mm: float | None = None
 ) -> plot.Picture:
-    """Above, cumulative errors of passes and classes, and maps; below, the parts of the mean
-    square. cell_mm: edge of the squares of maps, at least; still_mm: standard deviation at rest."""
+    """The figure of `captions.BAR`. cell_mm: edge of the squares of maps, at least; still_mm:
+    standard deviation at rest."""
     rows = len(bar.classes)
-    height = HEIGHT_MM + ROW_MM * rows
-    body = plot.new_figure(title, source, height)
+    body = plot.new_figure(texts, HEIGHT_MM + ROW_MM * rows)
     ratios = [4.5, 1.2 + 0.5 * rows]
     upper, lower = np.ravel(body.subfigures(2, 1, squeeze=False, height_ratios=ratios))
     left, right = np.ravel(upper.subfigures(1, 2, squeeze=False, width_ratios=[1.0, 1.1]))
@@ -121,7 +116,8 @@ def _maps(parent: plot.SubFigure, bar: Bar, cell_mm: float) -> list[plot.Axes]:
     flat = _columns(len(shown), float(extent[across] / max(extent[up], cell)))
     ends = [((own.min() - cell) / 1000, (own.max() + cell) / 1000) for own in known]
     panels = parent.subplots(-(-len(shown) // flat), flat, squeeze=False)
-    reach = max(abs(_number(row, "error_mm")) for row in rows) or 1.0
+    errors = np.array([row["error_mm"] for row in rows], dtype=np.float64)
+    reach = float(np.abs(errors).max()) or 1.0
     for axes, (name, own) in zip(panels.flat, shown.items(), strict=False):
         x, y, values = _squares(own, f"{'xyz'[across]}_mm", f"{'xyz'[up]}_mm", cell)
         how: plot.Keywords = {"cmap": "coolwarm", "vmin": -reach, "vmax": reach}
@@ -151,19 +147,12 @@ def _squares(
     rows: Sequence[Row], across: str, up: str, cell: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges of squares and their mean errors, weighted by frames over what lies behind."""
-    x, y, n, error = (np.array([_number(row, k) for row in rows])
-                      for k in (across, up, "n_frames", "error_mm"))  # fmt: skip
-    column, row = (np.round((v - v.min()) / cell).astype(int) for v in (x, y))
-    sums, frames = np.zeros((2, row.max() + 1, column.max() + 1))
-    np.add.at(sums, (row, column), n * error)
-    np.add.at(frames, (row, column), n)
-    edges = (v.min() + cell * (np.arange(k.max() + 2) - 0.5) for v, k in ((x, column), (y, row)))
+    names = (across, up, "n_frames", "error_mm")
+    x, y, n, error = np.array([[row[k] for row in rows] for k in names], dtype=np.float64)
+    xs, ys = (v.min() + cell * (np.arange(round(np.ptp(v) / cell) + 2) - 0.5) for v in (x, y))
+    sums, frames = (np.histogram2d(y, x, (ys, xs), weights=w)[0] for w in (n * error, n))
     with np.errstate(invalid="ignore"):
-        return (*edges, sums / frames)
-
-
-def _number(row: Row, key: str) -> float:
-    return float(row[key])  # type: ignore[arg-type]
+        return xs, ys, sums / frames
 
 
 def _parts(axes: plot.Axes, bar: Bar) -> None:
@@ -258,8 +247,6 @@ def bar_lines(document: Record) -> list[str]:
         sizes = [significant(v if abs(v) > ARITHMETIC["mm"] else 0.0) for v in values]
         counts = [len(one["passes"]), one["n_frames"], f"{one['n_eff']:.0f}"]
         rows.append([one["class"], *map(str, counts), *sizes])
-    width = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    table = [f"  {'  '.join(map(str.ljust, row, width))}".rstrip() for row in rows]
     against = "certificate" if document["certificate"] else "mean"
     pair = " and ".join(document["pair"])
     length = f"{against}, {document['reference_mm']:.6g} mm"
@@ -272,7 +259,7 @@ def bar_lines(document: Record) -> list[str]:
         *found,
         "",
         head,
-        *table,
+        *in_columns(rows),
         "",
         f"Not covered: {', '.join(document['not_covered'])}.",
         *(f"warning: {words}" for words in document["warnings"]),

@@ -30,12 +30,11 @@ def points_figure(
     off_mm: np.ndarray,
     labels: Sequence[str],
     cuts: Sequence[int],
-    title: str,
-    source: str,
+    texts: plot.Texts,
 ) -> plot.Picture:
     """Arrows of the left-out points, enlarged alike in both views, and their sizes in the order in
     which they were taken; lines where the frame jumped."""
-    body = plot.new_figure(title, source, HEIGHT_MM)
+    body = plot.new_figure(texts, HEIGHT_MM)
     panels = body.subplot_mosaic([["above", "side"], ["size", "size"]], height_ratios=[1.6, 1.0])
     size = np.linalg.norm(off_mm, axis=1)
     extent = float(np.ptp(points.reference, axis=0).max())

@@ -20,9 +20,11 @@ from mocap_metrology.present.text.numbers import number, percent, significant
 from mocap_metrology.present.text.sentence import render
 
 SAID = ("quantity", "where", "when", "correction", "method")
+OF_PART = ("contribution", "type", "u_mm", "dof")
 COMBINED = ("u_mm", "dof", "k", "U_mm", "U_of_mean_mm", "correction_mm", "passes", "dates")
 PAGE_MM, MARGIN, COLUMN = (210.0, 297.0), 20.0, 50.0
 LINE_MM, ROW_MM = 4.3, 5.6
+SMALL: plot.Keywords = {"fontsize": plot.SMALL_PT, "color": plot.GREY}
 U_C = r"$\mathbf{u_c}$"
 BUDGET = {"Contribution": 20.0, "type": 92.0, "u (mm)": 112.0, "dof": 132.0}  # first: where it
 TABLE = {  # begins, others: where they end
@@ -57,11 +59,9 @@ def statement_rows(document: Row) -> list[Row]:
     rows: list[Row] = []
     for one in document["statements"]:
         named = {"direction": one["direction"]}
-        rows += [
-            named | {"contribution": part["contribution"], "type": part["type"],
-                     "u_mm": part["u_mm"], "dof": part["dof"], "share_percent": 100 * part["share"]}
-            for part in one["budget"]
-        ]  # fmt: skip
+        for part in one["budget"]:
+            share = {"share_percent": 100 * part["share"]}
+            rows.append(named | {key: part[key] for key in OF_PART} | share)
         rows.append(named | {"contribution": "combined"} | {key: one[key] for key in COMBINED})
     return rows or [{"note": document["headline"][0]}]
 
@@ -98,9 +98,7 @@ def statement_page(document: Row, group: str, source: str) -> plot.Figure:
         y = _directions(axes, y + 7, document["statements"])
     _text(axes, MARGIN, y + 6, ["Not covered"], color=plot.GREY)
     _text(axes, COLUMN, y + 6, [f"• {one}" for one in document["not_covered"]])
-    _text(
-        axes, MARGIN, 284, [plot.clipped(source, 240)], 125, fontsize=plot.SMALL_PT, color=plot.GREY
-    )
+    _text(axes, MARGIN, 284, [plot.clipped(source, 240)], 125, **SMALL)
     return figure
 
 
@@ -149,9 +147,8 @@ def _budget(axes: plot.Axes, y: float, one: Row) -> float:
     size, expanded = (significant(one[key], 2) for key in ("u_mm", "U_mm"))
     total = (f"Combined, {U_C}", "", size, _dof(one["dof"]))
     _write(axes, y + ROW_MM, total, BUDGET, fontweight="bold")
-    _write(
-        axes, y + 2 * ROW_MM, (f"Expanded, U = k {U_C}", "", expanded), BUDGET, fontweight="bold"
-    )
+    cells = f"Expanded, U = k {U_C}", "", expanded
+    _write(axes, y + 2 * ROW_MM, cells, BUDGET, fontweight="bold")
     axes.text(start, y + 2 * ROW_MM, f"k = {one['k']:.2f}", fontweight="bold")
     return y + 2 * ROW_MM + 3
 
@@ -161,13 +158,12 @@ def _directions(axes: plot.Axes, y: float, every: Sequence[Row]) -> float:
     _rule(axes, y)
     for one in every[:MOST]:
         y += ROW_MM
-        sizes = [significant(one[key], 2)
-                 for key in ("correction_mm", "u_mm", "U_mm", "U_of_mean_mm")]  # fmt: skip
+        keys = ("correction_mm", "u_mm", "U_mm", "U_of_mean_mm")
+        sizes = [significant(one[key], 2) for key in keys]
         numbers = (*sizes[:2], _dof(one["dof"]), f"{one['k']:.2f}", *sizes[2:])
         cells = (one["direction"], str(one["passes"]), str(one["dates"] or "–"), *numbers)
         _write(axes, y, cells, TABLE)
-    how: plot.Keywords = {"fontsize": plot.SMALL_PT, "color": plot.GREY}
-    return _text(axes, MARGIN, y + ROW_MM, [render("statement.table")], 125, **how)
+    return _text(axes, MARGIN, y + ROW_MM, [render("statement.table")], 125, **SMALL)
 
 
 def _dof(value: float | None) -> str:

@@ -8,23 +8,11 @@ from textwrap import fill, wrap
 import numpy as np
 
 from mocap_metrology.common.types import Record
-from mocap_metrology.lighthouse.assess.calibration_files import (
-    CalibrationFiles,
-    beyond_sigma,
-    expected_urad,
-    faint_diodes,
-    residuals_urad,
-    seen_shares,
-)
+from mocap_metrology.lighthouse.assess import calibration_files as data
+from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles
 from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES
 from mocap_metrology.present.calibration import pose_text, stations
-from mocap_metrology.present.calibration.stations import (
-    ALL_COLOURS,
-    ALL_MARKS,
-    COLOURS,
-    MARKS,
-    thinned,
-)
+from mocap_metrology.present.calibration.stations import ALL_COLOURS, ALL_MARKS, thinned
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import GREY, INK, Keywords, Picture, panel_title, say
@@ -53,14 +41,10 @@ DOTTED: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (1, 1.5))}
 
 @figure.styled()
 def calibration_figure(files: CalibrationFiles) -> Picture:
-    """One page of a calibration. Above, the result: verdict, pose in numbers, stations from above.
-    Below, the evidence: stations from the right, uncertainty of the slave's position, the path,
-    residuals of `batch` by angle, time and diode (of other estimators distance of both paths and
-    residuals of board poses), diodes.
+    """The figure of `captions.CALIBRATION`; panels without data state why.
 
     Two plane views show the stations rather than one in 3-D, in which a point has no place that
-    can be read off the paper. If the board was at rest or no pose was found, empty panels state
-    the reason.
+    can be read off the paper.
     """
     entry: Record = dict(files.chosen or {})
     residuals = (entry.get("details") or {}).get("residuals")
@@ -70,7 +54,8 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     heights = [head_mm, RESULT_MM, ROW_MM * len(places) + LEGEND_MM]
     whose = stations.called(files.reference_name)
     source = f"Source: {origin_words(files.twin)}. All positions are in the frame of {whose}."
-    page = figure.new_figure(f"{files.name}: calibration", source, sum(heights))
+    texts = figure.Texts(f"{files.name}: calibration", source)
+    page = figure.new_figure(texts, sum(heights))
     head, result, evidence = page.subfigures(3, 1, squeeze=False, height_ratios=heights)[:, 0]
     word = files.pose["verdict"]["word"]
     colour, behind = figure.VERDICT_WORDS.get(word, figure.UNKNOWN_WORD)  # as on the pages
@@ -108,9 +93,9 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     remarks.append(_draw_seen(axes["seen"], files))
     figure.letters([above, *axes.values()])
     figure.legend_below(evidence, [above, *axes.values()])
-    remarks.append(captions.BEYOND_SIGMA if beyond_sigma(entry) else "")
+    remarks.append(captions.BEYOND_SIGMA if data.beyond_sigma(entry) else "")
     fit = captions.CALIBRATION_BATCH if residuals else captions.CALIBRATION_BOARD_POSES
-    return Picture(evidence, " ".join(filter(None, (captions.CALIBRATION, fit, *remarks))))
+    return Picture(evidence, " ".join((captions.CALIBRATION, fit, *remarks)))
 
 
 def _write_pose(axes: figure.Axes, files: CalibrationFiles) -> None:
@@ -149,8 +134,8 @@ def _draw_disagreement(axes: figure.Axes, files: CalibrationFiles) -> None:
     axes.set(xlim=(0.0, files.duration_s), xlabel="Time (s)", ylabel="Distance (mm)")
     figure.log_axis(axes, "y", log_limits([np.maximum(value, median / 300)], 2.0))
     few = thinned(value.size, MOST_DOTS)
-    axes.plot(both.time_s[few], value[few], "o", color="#4d4d4d", rasterized=value.size > DENSE,
-              **DOT)  # fmt: skip
+    dots: Keywords = DOT | {"color": "#4d4d4d", "rasterized": value.size > DENSE}
+    axes.plot(both.time_s[few], value[few], "o", **dots)
     text = f"median distance: {mm(median, 2)}, 95 % below {mm(most, 2)}"
     axes.axhline(median, color=INK, lw=0.7, ls=(0, (5, 2)), label=text)
     if (turned := np.flatnonzero(both.mirrored)).size:
@@ -160,7 +145,7 @@ def _draw_disagreement(axes: figure.Axes, files: CalibrationFiles) -> None:
     for station, alone in enumerate(both.alone_s):
         if alone.size:
             at, label = np.full(alone.size, 0.97 - station / 20), f"only {ROLES[station]} sees it"
-            how = {"ms": 3.0, "mew": 0.5, "color": COLOURS[station], "label": label}
+            how = {"ms": 3.0, "mew": 0.5, "color": ALL_COLOURS[station], "label": label}
             across = axes.get_xaxis_transform()
             axes.plot(alone, at, "|", transform=across, rasterized=alone.size > DENSE, **how)
 
@@ -172,13 +157,13 @@ def _draw_residuals(axes: figure.Axes, files: CalibrationFiles) -> None:
     paths = files.shown_paths()
     if paths is None:
         return
-    expected = expected_urad(files.pose)
-    values = [residuals_urad(path) for path in paths]
+    expected = data.expected_urad(files.pose)
+    values = [data.residuals_urad(path) for path in paths]
     shown = [np.maximum(v, np.median(v) / 100) for v in values]
     axes.set(xlim=(0.0, files.duration_s), xlabel="Time (s)", ylabel="Residual (µrad)")
     figure.log_axis(axes, "y", log_limits([*shown, np.array([1.5 * expected])]))
     for station, path in enumerate(paths):
-        few, colour, mark = thinned(len(path), MOST_DOTS), COLOURS[station], MARKS[station]
+        few, colour, mark = thinned(len(path), MOST_DOTS), ALL_COLOURS[station], ALL_MARKS[station]
         how: Keywords = DOT | {"color": colour, "rasterized": len(path) > DENSE}
         axes.plot(path.time_s[few], shown[station][few], mark, zorder=2.2 - station, **how)
         median = significant(float(np.median(values[station])), 2)
@@ -190,9 +175,8 @@ def _draw_residuals(axes: figure.Axes, files: CalibrationFiles) -> None:
 def _draw_means(panels: Mapping[str, figure.Axes], residuals: Record, names: Sequence[str]) -> None:
     """Mean residuals with their standard deviations by noise, against azimuth, elevation and time,
     all on one scale."""
-    reach, called = [LEAST_URAD], dict(zip(AXES, AXES, strict=True))
-    if names[0].isdigit():
-        called = dict(zip(AXES, PLANES, strict=True))
+    reach = [LEAST_URAD]
+    called = dict(zip(AXES, PLANES if names[0].isdigit() else AXES, strict=True))
     for key, (against, label) in MEANS.items():
         axes, typical = panels[key], [0.0]
         of = called.get(key, key).capitalize()
@@ -254,11 +238,11 @@ def _draw_seen(axes: figure.Axes, files: CalibrationFiles) -> str:
     """Share of either station's sweeps that each diode saw, pale where it is seldom; dead ones
     crossed. Returns the diodes that are dead, or seen seldom or never, by number."""
     n = len(files.board)
-    shares = seen_shares(files.sweeps, n, len(files.names))
-    sentences, counts = [], {"dead": 0, "faint": 0}
     many = len(files.names)
+    shares = data.seen_shares(files.sweeps, n, many)
+    sentences, counts = [], {"dead": 0, "faint": 0}
     for station, name in enumerate(files.names):
-        states = faint_diodes(shares, files.board, station)
+        states = data.faint_diodes(shares, files.board, station)
         at = np.arange(n) + _beside(station, many, 0.4 - 0.4 / many)
         bars = axes.bar(at, 100 * shares[station], 0.8 / many, color=ALL_COLOURS[station])
         for k in states["seldom"]:
@@ -272,8 +256,8 @@ def _draw_seen(axes: figure.Axes, files: CalibrationFiles) -> str:
         words = "; ".join(f"{word}: {', '.join(map(str, own))}" for word, own in known.items())
         words = words if shares[station].any() else "no sweep seen"
         sentences += [f"Diodes of {stations.called(name)}, {words}."] if words else []
-    axes.set(xlim=(-0.8, n - 0.2), ylim=(0, 105), yticks=[0, 50, 100], ylabel="Seen (%)")
-    axes.set_xlabel("Diode (from 0)")
+    axes.set(xlim=(-0.8, n - 0.2), xlabel="Diode (from 0)", ylabel="Seen (%)")
+    axes.set(ylim=(0, 105), yticks=[0, 50, 100])
     axes.grid(visible=False, axis="x")
     remark = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
     panel_title(axes, "Diodes", remark or "all seen")

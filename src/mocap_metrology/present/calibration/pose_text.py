@@ -14,7 +14,7 @@ from mocap_metrology.lighthouse.assess.pose_file import is_network
 from mocap_metrology.lighthouse.assess.rows import AXIS_NAMES, CHOSEN
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.lighthouse.records import MASTER
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Part, Row, document
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number, significant
 
@@ -127,17 +127,17 @@ def _station(station: Record) -> str:
 
 def calibration_markdown(rows: Sequence[Row], title: str, note: str) -> str:
     """Markdown of `calibration_rows`: the poses, then the reasons of the verdicts."""
-    lines = [f"# {title}", "", f"{captions.CALIBRATION_TABLE} {note}".strip(), ""]
+    caption = f"{captions.CALIBRATION_TABLE} {note}".strip()
     if not rows:
-        return "\n".join([*lines, "No calibrations.", ""])
+        return document(title, caption, "No calibrations.")
     head = ["calibration", "source", "master", "slave", "by", "t mm", "α β γ °", "baseline mm"]
     head += ["σ", "residual µrad", "hits", "error", "verdict"]
-    lines += [*aligned([head, *(_line(row) for row in rows)]), "", "## Verdicts", ""]
-    lines += [f"- {row['calibration']}: {row['verdict']}. {row['reason']}" for row in rows]
-    moved = [f"- {row['calibration']}: {row['check_against']}" for row in rows
-             if row["check_against"]]  # fmt: skip
-    lines += ["", "## Against an earlier pose", "", *moved] if moved else []
-    return "\n".join([*lines, ""])
+    verdicts = [f"- {row['calibration']}: {row['verdict']}. {row['reason']}" for row in rows]
+    known = (row for row in rows if row["check_against"])
+    moved = [f"- {row['calibration']}: {row['check_against']}" for row in known]
+    parts: list[Part] = [caption, [head, *map(_line, rows)], "## Verdicts", "\n".join(verdicts)]
+    parts += ["## Against an earlier pose", "\n".join(moved)] if moved else []
+    return document(title, *parts)
 
 
 def _line(row: Row) -> list[object]:
@@ -156,7 +156,5 @@ def _line(row: Row) -> list[object]:
 def _mm_and_deg(row: Row, kind: str) -> str:
     """`0.52 mm, 0.011°`, the largest sigma or the length of an error; empty if unknown."""
     values = [row[f"{kind}_{axis}"] for axis in AXIS_NAMES]
-    mm, deg = (
-        max(own) if kind == "sigma" else math.hypot(*own) for own in (values[:3], values[3:])
-    )
+    mm, deg = (max(v) if kind == "sigma" else math.hypot(*v) for v in (values[:3], values[3:]))
     return "" if math.isnan(mm) else f"{significant(mm)} mm, {significant(deg)}°"

@@ -7,27 +7,24 @@ from collections.abc import Sequence
 import numpy as np
 
 from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles, Pose, usual
-from mocap_metrology.lighthouse.assess.pose_file import (
-    PoseEntry,
-    is_network,
-)
+from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, is_network
 from mocap_metrology.lighthouse.records import MASTER, SLAVE
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, SMALL_PT, Keywords, say
 from mocap_metrology.present.text.numbers import mm
 
 COLOURS = LOOKS["x"].colour, LOOKS["y"].colour  # of master and slave
-MARKS = "os"  # of master and slave
-# Of stations by rising channel, which begin with those.
+# Of stations by rising channel, which begin with those
 ALL_COLOURS = 3 * (*COLOURS, LOOKS["z"].colour, "#7a4fa3", "#8c6d1f", "#3b7f86")
-ALL_MARKS = 2 * (MARKS + "^vDPX*")
+ALL_MARKS = 2 * "os^vDPX*"
 PATHS: tuple[Keywords, ...] = (
     {"color": COLOURS[MASTER], "lw": 1.2, "label": "path of the board, by the master"},
     {"color": COLOURS[SLAVE], "lw": 0.8, "ls": (0, (3, 1.5)), "label": "by the slave, after R, t"},
 )
 MIRRORED: Keywords = {"marker": "v", "color": INK, "markerfacecolor": "#ffcc33", "ms": 4.2}
 NAMES = ("x, forward (m)", "y, left (m)", "z, up (m)")
-ABOVE, RIGHT, FRONT = (0, 1), (0, 2), (1, 2)  # coordinates across and up the paper
+View = tuple[int, int]  # coordinates across and up the paper
+ABOVE, RIGHT, FRONT = (0, 1), (0, 2), (1, 2)
 SEEN_FROM = {ABOVE: "from above", RIGHT: "from the right", FRONT: "from the front"}
 FIELD_DEG = 60.0  # half of what a laser sweeps (J II)
 CONE, ARROW = 0.38, 0.15  # lengths in half widths of a view
@@ -52,7 +49,7 @@ def called(name: str) -> str:
     return f"station {name}" if name.isdigit() else f"the {name}"
 
 
-def draw_view(axes: plot.Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
+def draw_view(axes: plot.Axes, files: CalibrationFiles, view: View) -> None:
     """One view with equal scales: stations, what they can see, the board's path, lines between."""
     known, names = files.frames(), files.names
     frames = list(known.values())
@@ -80,7 +77,7 @@ def _draw_station(
     pose: Pose,
     name: str,
     station: int,
-    view: tuple[int, int],
+    view: View,
     half: float,
     others: np.ndarray,
 ) -> None:
@@ -108,7 +105,7 @@ def _draw_station(
         axes.annotate(name, tuple(at), tuple(off), **how)
 
 
-def draw_paths(axes: plot.Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
+def draw_paths(axes: plot.Axes, files: CalibrationFiles, view: View) -> None:
     """Both paths of the board, or the master's alone where there is no other; gaps stay gaps."""
     both, paths, own = files.agreement(), files.shown_paths(), list(view)
     if both is not None:
@@ -119,10 +116,9 @@ def draw_paths(axes: plot.Axes, files: CalibrationFiles, view: tuple[int, int]) 
             shown = np.where(gap[:, None], np.nan, points[few])
             axes.plot(*shown[:, own].T, zorder=3, **how)
     elif paths is not None:
-        alone = paths[MASTER].t_m
+        alone = paths[MASTER].t_m[thinned(len(paths[MASTER]))]
         alone_by: Keywords = {"label": "path of the board"} if is_network(files.pose) else {}
-        axes.plot(*alone[thinned(len(alone)), own[0] : own[1] + 1 : own[1] - own[0]].T,
-                  zorder=3, **(PATHS[MASTER] | alone_by))  # fmt: skip
+        axes.plot(*alone[:, own].T, zorder=3, **(PATHS[MASTER] | alone_by))
 
 
 def draw_path(axes: plot.Axes, files: CalibrationFiles, still: bool) -> str:
@@ -148,12 +144,7 @@ def draw_path(axes: plot.Axes, files: CalibrationFiles, still: bool) -> str:
 
 
 def _equal(
-    axes: plot.Axes,
-    view: tuple[int, int],
-    centre: np.ndarray,
-    half: float,
-    high: float,
-    ticks: int = 6,
+    axes: plot.Axes, view: View, centre: np.ndarray, half: float, high: float, ticks: int = 6
 ) -> None:
     """Equal scales, `half` metres to the left and right of the centre, `high` times that up."""
     across, up = (float(centre[k]) for k in view)
@@ -162,7 +153,7 @@ def _equal(
     axes.locator_params(nbins=ticks, steps=[1, 2, 5, 10])
 
 
-def ellipse(covariance: np.ndarray, plane: tuple[int, int], scale: float) -> np.ndarray:
+def ellipse(covariance: np.ndarray, plane: View, scale: float) -> np.ndarray:
     """Points (n, 2) with d^T C^-1 d = scale^2, C the block of the plane of a covariance."""
     values, vectors = np.linalg.eigh(covariance[np.ix_(plane, plane)])
     turn = np.linspace(0, 2 * np.pi, 121)
@@ -175,10 +166,9 @@ def draw_ellipses(panels: Sequence[plot.Axes], files: CalibrationFiles) -> None:
     other estimates of the same frame and optics, and the reference, on the border where they are
     far off."""
     entry = files.chosen
-    matrices = {} if entry is None else {
-        name: np.array(entry.get(name) or [[np.nan]], dtype=np.float64) for name, *_ in ELLIPSES
-    }  # fmt: skip
-    known = [one for one in ELLIPSES if one[0] in matrices and np.isfinite(matrices[one[0]]).all()]
+    stated = {name: (entry or {}).get(name) or [[np.nan]] for name, *_ in ELLIPSES}
+    matrices = {name: np.array(matrix, dtype=np.float64) for name, matrix in stated.items()}
+    known = [one for one in ELLIPSES if np.isfinite(matrices[one[0]]).all()]
     if entry is None or not known:
         for axes in panels:
             axes.set(xticks=[], yticks=[])
@@ -204,13 +194,8 @@ def draw_ellipses(panels: Sequence[plot.Axes], files: CalibrationFiles) -> None:
 def _others(files: CalibrationFiles, entry: PoseEntry) -> list[tuple[str, np.ndarray, Keywords]]:
     """Label, distance (3,) in mm from the chosen estimate, and look."""
     at = np.array(entry["translation_mm"])
-    same = [
-        p
-        for p in files.pose["poses"]
-        if (p["optics"], p["frame"]) == (entry["optics"], entry["frame"])
-        and p["stage"] != "kabsch"
-        and p["estimator"] != entry["estimator"]
-    ]
+    alike = (p for p in files.pose["poses"] if all(p[k] == entry[k] for k in ("optics", "frame")))
+    same = (p for p in alike if p["stage"] != "kabsch" and p["estimator"] != entry["estimator"])
     others = [
         (f"{p['estimator']}, {p['stage']}", np.array(p["translation_mm"]) - at, how)
         for p, how in zip(same, OTHERS, strict=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from mocap_metrology.common.types import Record
@@ -26,8 +28,11 @@ CURVES: dict[str, figure.Keywords] = {
     "noise": {"label": "noise of the hits", "color": COLOURS[0], "lw": 0.8},
 }
 HEIGHT_MM = 195.0
+PLACES: list[Any] = [["path", "far"], ["place", "place"], ["mm", "mm"], ["deg", "deg"]]
 ROWS = (64, 48, 40, 40)  # round: with others the last digits of the layout vary between runs
 DENSE = 2000  # poses; more are an image in an SVG
+ALONE: figure.Keywords = {"color": figure.FAINT, "lw": 0, "zorder": 0, "step": "mid"}
+ALONE["label"] = "one station sees it"
 DASHES: dict[str, object] = {"common": "-", "independent": (0, (4, 1.5))}
 EDGES = np.sqrt(24)  # a pulse's middle has two edges, each rounded by step / sqrt(12)
 
@@ -36,24 +41,18 @@ EDGES = np.sqrt(24)  # a pulse's middle has two edges, each rounded by step / sq
 def track_figure(
     name: str, twin: str | None, track: Columns, origin: Record, allan: Columns, noise: Record
 ) -> figure.Picture:
-    """One page: path from above coloured by its standard deviation, the same against the distance,
-    position over time, standard deviations of position and of rotation over time.
-
-    Of a board at rest, Allan deviations of its angles (`allan`, `noise`: of its allan.parquet) take
-    the place of the path. Where there is no track, words state why.
-    """
+    """The figure of `captions.TRACK_PATH`, or TRACK_AT_REST (`allan`, `noise`: of the board's
+    allan.parquet), and TRACK; where there is no track, words state why."""
     other = origin.get("tracked_with")
     whose = f"of {other}" if other else "of this recording's own calibration"
     of = f"station {origin['reference']}" if origin.get("reference") else "the master"
     source = f"Source: {origin_words(twin)}. Stations {whose}; frame of {of}."
-    title = f"{name}: tracked receiver"
+    texts = figure.Texts(f"{name}: tracked receiver", source)
     if not np.isfinite(track["x_mm"]).any():
         why = origin.get("reason") or "no moment with a pose"
-        return figure.words_picture(f"No path of the receiver: {why}.", title, source)
-    body = figure.new_figure(title, source, HEIGHT_MM)
-    axes: dict[str, figure.Axes] = body.subplot_mosaic(
-        [["path", "far"], ["place", "place"], ["mm", "mm"], ["deg", "deg"]], height_ratios=ROWS
-    )
+        return figure.words_picture(f"No path of the receiver: {why}.", texts)
+    body = figure.new_figure(texts, HEIGHT_MM)
+    axes: dict[str, figure.Axes] = body.subplot_mosaic(PLACES, height_ratios=ROWS)
     if noise.get("rotors"):
         above = captions.TRACK_AT_REST
         first, second = PLANES if "generation" in noise else AXES
@@ -69,16 +68,8 @@ def track_figure(
     one = np.sum([track[k] > 0 for k in track if k.startswith("n_hits_")], axis=0) == 1
     for key in ("place", "mm", "deg"):
         if one.any():
-            how: figure.Keywords = {
-                "color": figure.FAINT,
-                "lw": 0,
-                "zorder": 0,
-                "label": "one station sees it",
-            }
-            across = axes[key].get_xaxis_transform()
-            axes[key].fill_between(
-                track["time_s"], 0, 1, where=one, transform=across, step="mid", **how
-            )
+            how = ALONE | {"transform": axes[key].get_xaxis_transform()}
+            axes[key].fill_between(track["time_s"], 0, 1, where=one, **how)
         axes[key].set(xlim=(track["time_s"][0], track["time_s"][-1]))
         axes[key].tick_params(labelbottom=key == "deg")
     axes["deg"].set_xlabel("Time (s)")
@@ -127,10 +118,7 @@ def _draw_place(axes: figure.Axes, track: Columns, still: bool) -> str:
         mm, deg = (significant(value, 2) for value in jitter(track))
         noise = significant(float(np.sqrt(np.nanmean(lengths(track, "noise", "mm") ** 2))), 2)
         remark = f"jitter {mm} mm, {deg}°"
-        sentence = (
-            f"The board was at rest: (c) shows jitter of {mm} mm, the noise of the hits makes "
-            f"{noise} mm (both lengths of vectors)."
-        )
+        sentence = captions.TRACK_JITTER.format(mm=mm, noise=noise)
     for k, (name, look) in enumerate(figure.LOOKS.items()):
         how: figure.Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.9}
         axes.plot(track["time_s"], scale * off[:, k], label=f"{name}, about its mean", **how)
@@ -164,10 +152,8 @@ def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) ->
             if not own.any():
                 continue
             tau = np.asarray(allan["tau_s"][own], dtype=np.float64)
-            adev, low, high = (
-                1e6 * np.asarray(allan[f"adev{end}_rad"][own], dtype=np.float64)
-                for end in ("", "_lower", "_upper")
-            )
+            ends = [allan[f"adev{end}_rad"][own] for end in ("", "_lower", "_upper")]
+            adev, low, high = 1e6 * np.asarray(ends, dtype=np.float64)
             title = f"station {role}" if role.isdigit() else role
             axes.plot(tau, adev, label=f"{title}, {part} part", color=colour, ls=dashes, lw=1.1)
             axes.fill_between(tau, low, high, color=colour, **figure.BAND)

@@ -10,7 +10,7 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, limit_class, 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.papers.subsets import source_of
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Part, Row, document
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, significant, with_interval
 
@@ -51,12 +51,12 @@ def noise_table(noise: Mapping[str, Sequence[Record]], sources: Mapping[str, str
 
 def noise_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     """Markdown of `noise_table`: a block a recording, a column a series, by one estimator."""
-    lines = [f"# {title}", "", caption, f"Estimator: {DEFAULT_ESTIMATOR}.", ""]
+    parts: list[Part] = [f"{caption}\nEstimator: {DEFAULT_ESTIMATOR}."]
     for name in dict.fromkeys(row["recording"] for row in rows):
         every = [row for row in rows if row["recording"] == name]
         own = [row for row in every if row["estimator"] == DEFAULT_ESTIMATOR]
-        lines += [f"## {name} ({every[0]['source']})", ""]
-        lines += [] if own else [f"No coefficients by {DEFAULT_ESTIMATOR}.", ""]
+        parts.append(f"## {name} ({every[0]['source']})")
+        parts.append("" if own else f"No coefficients by {DEFAULT_ESTIMATOR}.")
         reasons: dict[str, list[str]] = {}
         cells: dict[str, dict[str, Row]] = {}  # by series and parameter
         for row in own:
@@ -64,16 +64,16 @@ def noise_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
                 reasons.setdefault(row["note"], []).append(row["series"])
             else:
                 cells.setdefault(row["series"], {})[row["parameter"]] = row
-        lines += [f"- {', '.join(of)}: no coefficients: {why}." for why, of in reasons.items()]
-        lines += [""] if reasons else []
+        without = [f"- {', '.join(of)}: no coefficients: {why}." for why, of in reasons.items()]
+        parts.append("\n".join(without))
         for k in range(0, len(cells), MOST_SERIES):
             series = list(cells)[k : k + MOST_SERIES]
             block = [["", "unit", *series]]
             for parameter in sorted({p for one in series for p in cells[one]}, key=_rank):
                 texts = [_cell(cells[one].get(parameter)) for one in series]
                 block.append([parameter, unit_of(parameter), *texts])
-            lines += [*aligned(block), ""]
-    return "\n".join(lines if rows else [*lines, "No coefficients.", ""])
+            parts.append(block)
+    return document(title, *parts, "" if rows else "No coefficients.")
 
 
 def _rank(parameter: str) -> tuple[int, int, int]:

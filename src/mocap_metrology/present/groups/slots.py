@@ -38,13 +38,10 @@ STYLES: dict[str, Keywords] = {
     S_END: {"marker": "x", "color": RED, "ms": 2.4, "mew": 0.5},
     VALUE: {"marker": "_", "color": GREEN, "ms": 4.2, "mew": 1.1},
     LIMIT: {"marker": "v", "color": GREEN, "ms": 2.8, "mfc": "white", "mew": 0.6},
-    **{
-        text: {"marker": letter, "color": GREEN, "ms": 3.8, "mew": 0.1}
-        for text, letter in zip(
-            CLASS_LIMITS.values(), (r"$\mathrm{s}$", r"$\mathrm{m}$", r"$\ell$"), strict=True
-        )
-    },
 }
+LETTERS = r"$\mathrm{s}$", r"$\mathrm{m}$", r"$\ell$"  # of the classes
+for _text, _letter in zip(CLASS_LIMITS.values(), LETTERS, strict=True):
+    STYLES[_text] = {"marker": _letter, "color": GREEN, "ms": 3.8, "mew": 0.1}
 
 
 def mark(
@@ -126,8 +123,7 @@ def floor_axis(axes: fig.Axes, marks: pd.DataFrame, floor: float = FLOOR) -> Non
 
 
 def in_band(floor: float) -> float:
-    """The height at which values smaller than the floor are drawn: the middle of the band below
-    it."""
+    """The height at which values smaller than the floor are drawn."""
     return floor * float(10 ** (-BAND_DECADES / 2))
 
 
@@ -144,12 +140,6 @@ def shade_classes(axes: fig.Axes, limits: Limits) -> None:
             axes.text(float(np.sqrt(low * high)), 0.02, name, transform=place, **how)
 
 
-def offsets(names: Sequence[str]) -> dict[str, float]:
-    """The offset of the slot of each series from the middle of its group, in groups."""
-    pitch = 1 / (len(names) + EMPTY_SLOTS)
-    return {name: (j - (len(names) - 1) / 2) * pitch for j, name in enumerate(names)}
-
-
 def draw(
     axes: fig.Axes,
     marks: pd.DataFrame,
@@ -164,8 +154,9 @@ def draw(
     if marks.empty:
         return
     bottom, top = axes.get_ylim()
-    x = marks["group"].map({group: k for k, group in enumerate(groups)})
-    x = x.astype(float) + marks["series"].map(offsets(names))
+    x = marks["group"].map(list(groups).index).astype(float)
+    slot = marks["series"].map(list(names).index) - (len(names) - 1) / 2
+    x += slot / (len(names) + EMPTY_SLOTS)
     looks = looks_of(names)
     colours = marks["series"].map(lambda name: looks[name].colour)
     colours = colours if coloured else marks["style"].map(lambda style: STYLES[style]["color"])

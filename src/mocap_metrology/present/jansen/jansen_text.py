@@ -11,7 +11,7 @@ from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse import published
 from mocap_metrology.lighthouse.published import QUANTITIES, RECORDINGS, SETUPS
 from mocap_metrology.papers.jansen import FACTOR, LAST, Variant, paper_setup, pose_of
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Part, Row, document
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
@@ -39,23 +39,22 @@ SIDE_BY_SIDE = "Stage final, of each estimator with factory values where it was 
 def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: str = "") -> str:
     """Markdown of `jansen_table` or `jansen_table_3`: all variants in one table, what differs by
     more than a factor of four and why, then each variant by setup. note: of the sources."""
+    title = f"Jansen et al. 2019, Table {'I' * number}: {TITLES[number]}"
     caption = CAPTIONS[str(number)], captions.JANSEN_COMMON, published.NOTES[number], note
-    lines = [f"# Jansen et al. 2019, Table {'I' * number}: {TITLES[number]}", ""]
-    lines += [" ".join(filter(None, caption)), ""]
+    parts: list[Part] = [" ".join(filter(None, caption))]
     if number == 3:
-        return "\n".join([*lines, *_simulation(rows)])
+        return document(title, *parts, *_simulation(rows))
     last = LAST[number]
-    lines += [f"## {last}", "", *_summary(rows, last), ""]
+    parts += [f"## {last}", _summary(rows, last)]
     if number == 2:
-        lines += _caution([row["n"] for row in rows if row["setup"] != last])
-    lines += _explained(rows, last)
+        parts.append(_caution([row["n"] for row in rows if row["setup"] != last]))
+    parts.append(_explained(rows, last))
     if number == 1:
-        gained = gain([r for r in records if paper_setup(r["setup"])])
-        lines += [gained, ""] if gained else []
-        lines += [captions.JANSEN_ANGLES, ""] if any(row["n"] for row in rows) else []
+        parts.append(gain([r for r in records if paper_setup(r["setup"])]))
+        parts.append(captions.JANSEN_ANGLES if any(row["n"] for row in rows) else "")
     by_variant = {v: own for v, own in _by_variant(rows).items() if any(row["n"] for row in own)}
-    lines += _beside(by_variant, last)
-    lines += ["## By setup", "", "Regenerated, in brackets published.", ""]
+    parts += _beside(by_variant, last)
+    parts += ["## By setup", "Regenerated, in brackets published."]
     for variant, own in by_variant.items():
         cells = {(row["setup"], row["quantity"]): row for row in own}
         table = [["setup", *HEAD, "n"]]
@@ -63,23 +62,23 @@ def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: 
             of = [cells[setup, q] for q in QUANTITIES]
             texts = [f"{significant(r['regenerated'])} ({r['published']:g})".lstrip() for r in of]
             table.append([setup, *texts, str(of[0]["n"])])
-        lines += [f"### {variant}", "", *aligned(table), ""]
-    return "\n".join(lines)
+        parts += [f"### {variant}", table]
+    return document(title, *parts)
 
 
-def _simulation(rows: Sequence[Row]) -> list[str]:
-    lines = []
+def _simulation(rows: Sequence[Row]) -> list[Part]:
+    parts: list[Part] = []
     for noise in dict.fromkeys(row["noise"] for row in rows):
         own = [row for row in rows if row["noise"] == noise]
         n, setups = (max((row[key] for row in own), default=0) for key in ("n", "n_setups"))
         counts = f"{_counted(setups, 'setup')}, {_counted(n, 'calibration')}"
-        lines += [f"## Noise: {noise} ({counts})", ""]
+        parts.append(f"## Noise: {noise} ({counts})")
         for last in (published.MAE, published.AVERAGE_SD):
-            lines += [f"### {last}", "", *_summary(own, last), ""]
+            parts += [f"### {last}", _summary(own, last)]
             if last == published.AVERAGE_SD:
-                lines += _caution([n // setups] if setups else [])
-            lines += _explained(own, last, ideal_rotors=True)
-    return lines
+                parts.append(_caution([n // setups] if setups else []))
+            parts.append(_explained(own, last, ideal_rotors=True))
+    return parts
 
 
 def _by_variant(rows: Sequence[Row]) -> dict[Variant, list[Row]]:
@@ -90,43 +89,40 @@ def _by_variant(rows: Sequence[Row]) -> dict[Variant, list[Row]]:
     return groups
 
 
-def _summary(rows: Sequence[Row], last: str) -> list[str]:
+def _summary(rows: Sequence[Row], last: str) -> list[list[str]]:
     """One line a variant, the published one first; in brackets regenerated over published."""
     own = [row for row in rows if row["setup"] == last]
     printed = {row["quantity"]: row["published"] for row in own}
     table = [["estimator", "stage", "optics", *HEAD, "mirrored", "n"]]
     table.append(["published", "", "", *(significant(printed.get(q)) for q in QUANTITIES), "", ""])
     for variant, of_it in _by_variant(own).items():
-        cells = {row["quantity"]: _with_ratio(row) for row in of_it}
         share, n = of_it[0]["mirrored_share"], of_it[0]["n"]
         percent = "" if math.isnan(share) else f"{100 * share:.2g} %"
-        table.append([*vars(variant).values(), *(cells[q] for q in QUANTITIES), percent, str(n)])
-    return aligned(table)
+        table.append([*vars(variant).values(), *map(_with_ratio, of_it), percent, str(n)])
+    return table
 
 
 def _with_ratio(row: Row) -> str:
-    if math.isnan(row["regenerated"]):
-        return ""
     ratio = float(f"{row['ratio']:.2g}")
-    return f"{significant(row['regenerated'])} (×{ratio:g})"
+    return f"{significant(row['regenerated'])} (×{ratio:g})" if math.isfinite(ratio) else ""
 
 
 def _counted(n: int, noun: str) -> str:
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
-def _caution(counts: Sequence[int]) -> list[str]:
+def _caution(counts: Sequence[int]) -> str:
     """Uncertainty of an SD from so few calibrations; nothing if J has as few."""
     from scipy.special import chdtri
 
     n = min((count for count in counts if count > 1), default=RECORDINGS)
     if n >= RECORDINGS:
-        return []
+        return ""
     low, high = (math.sqrt(chdtri(n - 1, p) / (n - 1)) for p in (0.975, 0.025))
-    return [captions.JANSEN_CAUTION.format(n=n, of_paper=RECORDINGS, low=low, high=high), ""]
+    return captions.JANSEN_CAUTION.format(n=n, of_paper=RECORDINGS, low=low, high=high)
 
 
-def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[str]:
+def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[Part]:
     """Published and the final stage of `BESIDE` in columns, a row a setup; of each estimator with
     factory values, where it has been run with these."""
     shown = {}
@@ -139,7 +135,7 @@ def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[str]
         return []
     columns = [("published", next(iter(shown.values())))]
     columns += [("regenerated", cells) for cells in shown.values()]
-    lines = ["## Estimators side by side", "", SIDE_BY_SIDE, ""]
+    parts: list[Part] = ["## Estimators side by side", SIDE_BY_SIDE]
     for own in (slice(3), slice(3, 6)):
         title = " / ".join(one.split()[0] for one in HEAD[own]) + f" {HEAD[own][0].split()[1]}"
         table = [[title, "published", *(f"{v.estimator}, {v.optics}" for v in shown)]]
@@ -147,11 +143,11 @@ def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[str]
             if any(np.isfinite(c[setup, "x_mm"]["regenerated"]) for c in shown.values()):
                 values = [[c[setup, q][key] for q in QUANTITIES[own]] for key, c in columns]
                 table.append([setup, *(" / ".join(map(significant, v)) for v in values)])
-        lines += [*aligned(table), ""]
-    return lines
+        parts.append(table)
+    return parts
 
 
-def _explained(rows: Sequence[Row], last: str, ideal_rotors: bool = False) -> list[str]:
+def _explained(rows: Sequence[Row], last: str, ideal_rotors: bool = False) -> str:
     """A line for the variants with the same values beyond the factor: which, and why."""
     larger: dict[str, list[str]] = {}
     smaller = []
@@ -170,7 +166,7 @@ def _explained(rows: Sequence[Row], last: str, ideal_rotors: bool = False) -> li
     if smaller:
         names = "; ".join(smaller)
         lines.append(f"- Below a quarter of the published value in some column: {names}.")
-    return [*lines, ""] if lines else []
+    return "\n".join(lines)
 
 
 def reason(variant: Variant, mirrored: float, ideal_rotors: bool = False) -> str:

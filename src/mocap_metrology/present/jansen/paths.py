@@ -1,4 +1,5 @@
-"""Figures 6 to 8 of J: paths of the board from both stations, superposed, and the slave's pose."""
+"""Figures of J: 6 to 8, paths of the board from both stations, superposed, and the slave's pose;
+3, what one photodiode sees in a measurement cycle."""
 
 from __future__ import annotations
 
@@ -11,23 +12,17 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess import calibration_files as data
 from mocap_metrology.lighthouse.assess.pose_file import matrix_and_metres
-from mocap_metrology.lighthouse.assess.signal import signal_of
-from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
+from mocap_metrology.lighthouse.assess.signal import N_CYCLES, Signal, signal_of
+from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES, SLAVE
+from mocap_metrology.lighthouse.timing import CYCLE_S
 from mocap_metrology.present.calibration.stations import COLOURS, thinned
-from mocap_metrology.present.jansen import signal, space
+from mocap_metrology.present.jansen import space
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, Keywords, Picture
 from mocap_metrology.present.tables import origin_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
 
-TITLES = {
-    3: "signal of a photodiode over a measurement cycle",
-    5: "azimuth and elevation of a photodiode",
-    6: "board poses from both stations, both at the origin",
-    7: "the slave's path superposed on the master's",
-    8: "pose of the slave by T and R",
-}
 DENSE = 500  # so many dots are an image in an SVG
 DOTS: Keywords = {"ls": "", "mew": 0, "marker": "s", "markersize": 1.6}
 BEFORE, BETWEEN = DOTS | {"color": "#c06a52"}, DOTS | {"color": "#757575"}
@@ -50,16 +45,14 @@ def jansen_figures(files: data.CalibrationFiles, pulses: data.Columns) -> dict[i
     optics, as J's do; of the chosen pose where the calibration has it not.
     """
     source = f"Source: calibration {files.name}, {origin_words(files.twin)}."
-    titles = {k: f"Jansen et al. 2019, Figure {k}: {text}" for k, text in TITLES.items()}
-    shown = Superposed.of(files)
+    shown = Superposed.of(files, source)
     point = space.clearest_point(shown.paths, files.board)
-    four_cycles = signal_of(pulses, files.sweeps)
     return {
-        3: signal.signal_figure(four_cycles, titles[3], source),
-        5: space.angles_figure(point, titles[5], source),
-        6: paths_figure(shown, titles[6], source),
-        7: superposition_figure(shown, titles[7], source),
-        8: slave_figure(shown, titles[8], source),
+        3: signal_figure(signal_of(pulses, files.sweeps), source),
+        5: space.angles_figure(point, source),
+        6: paths_figure(shown),
+        7: superposition_figure(shown),
+        8: slave_figure(shown),
     }
 
 
@@ -71,11 +64,12 @@ class Superposed:
     board: np.ndarray
     pose: data.Pose
     reference: data.Pose | None
+    source: str
     label: str
     mirrored: float | None = None  # share of the board poses
 
     @classmethod
-    def of(cls, files: data.CalibrationFiles) -> Superposed:
+    def of(cls, files: data.CalibrationFiles, source: str) -> Superposed:
         """The paths by the Kabsch stage of `paper`, else of `paper-lm`, or by the chosen pose.
 
         Raises `Refusal` where the calibration has neither.
@@ -84,106 +78,92 @@ class Superposed:
         entry = next((one for one in known if one is not None), files.chosen)
         paths = None if entry is None else files.paths(entry["estimator"], entry["optics"])
         if entry is None or paths is None:
-            raise Refusal(
-                f"{files.name}: no pose with a path of the board;"
-                " expected one for Figures 5 to 8 of J"
-            )
-        label = (
-            f"Board poses by the estimator {entry['estimator']} with {entry['optics']} optics; R"
-            f" and T {STAGES.get(entry['stage'], entry['stage'])}."
-        )
+            expected = "expected one for Figures 5 to 8 of J"
+            raise Refusal(f"{files.name}: no pose with a path of the board; {expected}")
+        by = f"the estimator {entry['estimator']} with {entry['optics']} optics"
+        label = f"Board poses by {by}; R and T {STAGES.get(entry['stage'], entry['stage'])}."
         pose, share = matrix_and_metres(entry), entry.get("mirrored_share")
-        return cls(paths, files.board, pose, files.reference, label, share)
+        return cls(paths, files.board, pose, files.reference, source, label, share)
 
-    def caption(self, number: int, outside: Sequence[int] = ()) -> str:
-        """Caption of a figure: what the dots are, those off the path included; outside: how many
-        are beyond each of its enlarged panels."""
-        mirrored = (
-            "Dots off the path: the search for that board pose ended elsewhere, in the other"
-            f" minimum of a flat board (mirrored poses, {100 * self.mirrored:.2g} % here, many of"
-            " them near the path) or before any minimum."
-            if self.mirrored
-            else ""
-        )
+    def texts(self, number: int, outside: Sequence[int] = ()) -> figure.Texts:
+        """Of a figure: what the dots are, those off the path included; outside: how many are beyond
+        each of its enlarged panels."""
+        said = [self.label]
+        if self.mirrored:
+            said.append(captions.JANSEN_MIRRORED.format(percent=100 * self.mirrored))
         panels = zip("bc", outside, strict=False)
-        beyond = " and ".join(f"{n} dots are outside of ({panel})" for panel, n in panels if n)
-        parts = captions.JANSEN[number], self.label, mirrored, f"{beyond}." if beyond else ""
-        return " ".join(filter(None, parts))
+        beyond = [f"{n} dots are outside of ({panel})" for panel, n in panels if n]
+        said += [f"{' and '.join(beyond)}."] * bool(beyond)
+        return captions.of_figure("jansen", number, self.source, *said)
 
 
 @figure.styled()
-def paths_figure(shown: Superposed, title: str, source: str) -> Picture:
+def paths_figure(shown: Superposed) -> Picture:
     """J Figure 6: board poses as each station sees them, both stations at the origin."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    body = figure.new_figure(title, source, 135.0)
-    axes = _panels(body)
+    body, axes = _panels(shown.texts(6))
     points = np.vstack([np.zeros((1, 3)), *(data.usual_points(path.t_m) for path in shown.paths)])
     view, length = space.widest(points), LENGTH * float(np.ptp(points, axis=0).max())
-    space.show(axes["all"], points, view, WHOLE)
+    space.show(axes["a"], points, view, WHOLE)
     outside = []
     for station, (path, how) in enumerate(zip(shown.paths, (OWN, AFTER), strict=True)):
-        near, boards = axes[("left", "right")[station]], data.boards_along(path, shown.board)
+        near, boards = axes["bc"[station]], data.boards_along(path, shown.board)
         near.set_title(f"({'bc'[station]}) As the {ROLES[station]} sees it", loc="left")
         core = np.vstack([path.t_m[data.on_the_path(path.t_m)], *boards])
         outside.append(_n_outside(space.show(near, core, view, NEAR, 4), path.t_m))
-        for into in (axes["all"], near):
+        for into in (axes["a"], near):
             _dots(into, path.t_m, f"path of the board from the {ROLES[station]}", how)
-            faces = Poly3DCollection(
-                boards, fc=(COLOURS[station], 0.1), ec=COLOURS[station], lw=0.6, zorder=2
-            )
-            into.add_collection3d(faces)
+            edge: Keywords = {"ec": COLOURS[station], "lw": 0.6, "zorder": 2}
+            into.add_collection3d(Poly3DCollection(boards, fc=(COLOURS[station], 0.1), **edge))
             into.plot([], [], [], label="the board in some of its poses", **BOARD)
-    axes["all"].set_title("(a) Both stations at the origin", loc="left")
-    space.draw_frame(axes["all"], (np.eye(3), np.zeros(3)), length, INK)
+    axes["a"].set_title("(a) Both stations at the origin", loc="left")
+    space.draw_frame(axes["a"], (np.eye(3), np.zeros(3)), length, INK)
     space.unclipped(axes.values())
-    return figure.finished(body, axes.values(), shown.caption(6, outside))
+    return figure.finished(body, axes.values(), shown.texts(6, outside).caption)
 
 
 @figure.styled()
-def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
+def superposition_figure(shown: Superposed) -> Picture:
     """J Figure 7: the slave's path moved onto the master's: shifted with its centroid, turned by R
     about it. The shift is not the T of Figure 8, R c + T = c + shift for the centroid c."""
     (master, slave), (R, t) = (path.t_m for path in shown.paths), shown.pose
     centre = data.usual_points(slave).mean(axis=0)
     shift = R @ centre + t - centre
     moved, after = slave + shift, slave @ R.T + t
-    body = figure.new_figure(title, source, 135.0)
-    axes = _panels(body)
+    body, axes = _panels(shown.texts(7))
     points = np.vstack([data.usual_points(p) for p in (master, slave, moved, after)])
     view = space.widest(points)
-    space.show(axes["all"], points, view, WHOLE)
+    space.show(axes["a"], points, view, WHOLE)
     own = master, "path from the master", OWN
     shifted = moved, "path from the slave, shifted", BETWEEN
     turned = after, "and turned by R", AFTER
     for path in ((slave, "path from the slave", BEFORE), shifted, own, turned):
-        _dots(axes["all"], *path)
+        _dots(axes["a"], *path)
     core, outside = np.vstack([p[data.on_the_path(p)] for p in (master, moved, after)]), []
-    for place, other, heading in (
-        ("left", shifted, "(b) Shifted"),
-        ("right", turned, "(c) And turned by R"),
-    ):
+    headings = {"b": "(b) Shifted", "c": "(c) And turned by R"}
+    for (place, heading), other in zip(headings.items(), (shifted, turned), strict=True):
         limits = space.show(axes[place], core, view, NEAR, 4)
         axes[place].set_title(heading, loc="left")
         outside.append(_n_outside(limits, own[0]) + _n_outside(limits, other[0]))
         for path in (own, other):
             _dots(axes[place], *path)
-    axes["all"].set_title("(a) Shift of the centroid and rotation about it", loc="left")
+    axes["a"].set_title("(a) Shift of the centroid and rotation about it", loc="left")
     about = centre + shift
     how: Keywords = {"color": INK, "lw": 1.3, "zorder": 5}
     label = f"shift of the centroid, {number(float(np.linalg.norm(shift)), 2)} m"
-    space.curve(axes["all"], np.array([centre, about]), label=label, **how)
+    space.curve(axes["a"], np.array([centre, about]), label=label, **how)
     label = f"R, {number(float(np.degrees(np.linalg.norm(rotation.log(R)))), 1)}°"
     far = data.usual_points(moved) - about
     first = far[int(np.argmax(np.linalg.norm(far, axis=1)))]
     for end in (first, far[int(np.argmin(far @ first))]):
-        space.curve(axes["all"], about + space.arc(end, R), label=label, **how | {"lw": 0.9})
+        space.curve(axes["a"], about + space.arc(end, R), label=label, **how | {"lw": 0.9})
     space.unclipped(axes.values())
-    return figure.finished(body, axes.values(), shown.caption(7, outside))
+    return figure.finished(body, axes.values(), shown.texts(7, outside).caption)
 
 
 @figure.styled()
-def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
+def slave_figure(shown: Superposed) -> Picture:
     """J Figure 8: R and T applied to the slave at the origin give its pose; the truth beside it."""
     (R, t), origin, reference = shown.pose, np.zeros(3), shown.reference
     master, after = shown.paths[MASTER].t_m, shown.paths[SLAVE].t_m @ R.T + t
@@ -193,7 +173,7 @@ def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
     frames = (np.eye(3), origin), (R, t)
     tips = [at + 1.3 * length * turn.T for turn, at in frames]
     points = np.vstack([*places, *tips])
-    body = figure.new_figure(title, source, 135.0)
+    body = figure.new_figure(shown.texts(8), 135.0)
     axes: figure.Axes3D = body.subplots(subplot_kw=space.IN_SPACE)
     space.show(axes, points, space.widest(points), ALONE)
     _dots(axes, master, "board, from the master", OWN)
@@ -219,14 +199,13 @@ def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
         space.write(axes, below, role, color=colour, weight="bold")
     space.write(axes, 0.5 * t, "T", weight="bold")
     space.unclipped([axes])
-    return figure.finished(body, [axes], shown.caption(8), columns=2)
+    return figure.finished(body, [axes], shown.texts(8).caption, columns=2)
 
 
-def _panels(body: figure.SubFigure) -> dict[str, figure.Axes3D]:
-    """A large panel of all, and two enlarged ones beside it."""
-    return body.subplot_mosaic(
-        [["all", "left"], ["all", "right"]], width_ratios=[5, 3], subplot_kw=space.IN_SPACE
-    )
+def _panels(texts: figure.Texts) -> tuple[figure.SubFigure, dict[str, figure.Axes3D]]:
+    """A figure with a large panel of all, and two enlarged ones beside it."""
+    body = figure.new_figure(texts, 135.0)
+    return body, body.subplot_mosaic("ab;ac", width_ratios=[5, 3], subplot_kw=space.IN_SPACE)
 
 
 def _dots(axes: figure.Axes3D, points: np.ndarray, label: str, how: Keywords) -> None:
@@ -244,3 +223,79 @@ def _n_outside(limits: np.ndarray, points: np.ndarray) -> int:
 
 def _numbers(values: np.ndarray, digits: int) -> str:
     return ", ".join(number(float(v), digits, sign=True) for v in values)
+
+
+# ---- Figure 3
+
+BETWEEN_US = 240.0  # of a flash's zoom: before and behind
+ARROW: Keywords = {
+    "arrowstyle": "<|-|>,head_width=0.14,head_length=0.3", "color": INK, "lw": 0.8,
+    "shrinkA": 0, "shrinkB": 0,
+}  # fmt: skip
+TEXT: Keywords = {"size": figure.SMALL_PT, "ha": "center", "va": "bottom"}
+
+
+@figure.styled()
+def signal_figure(signal: Signal, source: str) -> Picture:
+    """J Figure 3."""
+    texts = captions.of_figure("jansen", 3, f"Diode {signal.diode}. {source}")
+    body = figure.new_figure(texts, 108.0)
+    axes = body.subplot_mosaic(
+        [["cycles", "cycles"], ["flashes", "sweep"]], height_ratios=[5, 3], width_ratios=[3, 2]
+    )
+    for one in axes.values():
+        one.set(ylim=(0, 1.75), yticks=[0, 1], ylabel="Light")
+        one.spines[["top", "right"]].set_visible(False)
+    _draw_cycles(axes["cycles"], signal)
+    _draw_flashes(axes["flashes"], signal)
+    sweep, half = signal.sweeps[0], max(2.2e6 * signal.sweeps[0].length_s, 6.0)
+    at = f"at {1e3 * (sweep.middle_s - signal.flashes[0][0]):.2f} ms"
+    figure.panel_title(axes["sweep"], "First sweep", at)
+    axes["sweep"].set(xlim=(-half, half), xlabel="Time from its middle (µs)", ylabel="")
+    _draw_light(axes["sweep"], -0.5e6 * sweep.length_s, 1e6 * sweep.length_s, sweep.station)
+    axes["sweep"].plot([0, 0], [0, 1.0], color="white", lw=1.0, ls=(0, (2, 1)), zorder=4)
+    words = f"{ROLES[sweep.station]}'s sweep\n{1e6 * sweep.length_s:.1f} µs"
+    axes["sweep"].text(0, 1.06, words, color=COLOURS[sweep.station], **TEXT)
+    figure.letters(axes.values())
+    return figure.finished(body, [axes["cycles"]], texts.caption)
+
+
+def _draw_light(axes: figure.Axes, start: float, length: float, station: int) -> None:
+    """A pulse of light of a station; its edge makes a short one visible."""
+    colour, name = COLOURS[station], f"light of the {ROLES[station]}"
+    axes.broken_barh([(start, length)], (0, 1), color=colour, lw=0.9, zorder=3, label=name)
+
+
+def _draw_cycles(axes: figure.Axes, signal: Signal) -> None:
+    figure.panel_title(axes, "Four cycles")
+    start_s, end_s = signal.flashes[0][0], N_CYCLES * CYCLE_S
+    axes.set(xlim=(-0.5, 1e3 * end_s + 0.2), xlabel="Time from the master's flash (ms)")
+    for start, length, station in signal.flashes:
+        _draw_light(axes, 1e3 * (start - start_s), 1e3 * length, station)
+    for k, sweep in enumerate(signal.sweeps):
+        flash, middle = (1e3 * (v - start_s) for v in (sweep.flash_s, sweep.middle_s))
+        _draw_light(axes, 1e3 * (sweep.start_s - start_s), 1e3 * sweep.length_s, sweep.station)
+        axes.annotate("", (middle, 0.6), (flash, 0.6), arrowprops=ARROW, zorder=4)
+        axes.text((flash + middle) / 2, 0.63, r"$\Delta t$", **TEXT)
+        begin = 1e3 * k * CYCLE_S
+        axes.axvline(begin, color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=0)
+        degrees = number(float(np.degrees(sweep.angle_rad)), 2, sign=True)
+        angle = rf"$\{('theta', 'phi')[sweep.axis]}$ = {degrees}°"
+        delta = rf"$\Delta t$ = {1e3 * sweep.delta_s:.3f} ms"
+        words = f"{ROLES[sweep.station]}, {AXES[sweep.axis]}\n{delta}\n{angle}"
+        axes.text(begin + 500 * CYCLE_S, 1.08, words, color=COLOURS[sweep.station], **TEXT)
+
+
+def _draw_flashes(axes: figure.Axes, signal: Signal) -> None:
+    figure.panel_title(axes, "Flashes of the first cycle", "at 0 ms")
+    (first, _, _), (second, longer, _) = signal.flashes[:2]
+    end = 1e6 * (second + longer - first) + BETWEEN_US / 3
+    axes.set(xlim=(-BETWEEN_US / 3, end), xlabel="Time from the master's flash (µs)")
+    for start, length, station in signal.flashes[:2]:
+        at = 1e6 * (start - first)
+        _draw_light(axes, at, 1e6 * length, station)
+        text = f"{ROLES[station]}'s flash\n{1e6 * length:.1f} µs"
+        axes.text(at + 0.5e6 * length, 1.06, text, color=COLOURS[station], **TEXT)
+    offset = 1e6 * (second - first)
+    axes.annotate("", (offset, 1.03), (0.0, 1.03), arrowprops=ARROW, zorder=5)
+    axes.text(offset / 2, 1.06, f"begins {offset:.1f} µs later", **TEXT)

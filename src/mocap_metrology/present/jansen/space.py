@@ -13,6 +13,7 @@ from mocap_metrology.present.plot import figure
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
 
+Pose = tuple[np.ndarray, np.ndarray]
 View = tuple[float, float]  # azimuth of the viewer, from x towards y, and elevation, in deg
 VIEWS = [(a, e) for a in (200, 215, 230, 245, 115, 130, 145, 160) for e in (20, 28, 36)]
 IN_SPACE: figure.Keywords = {"projection": "3d", "proj_type": "ortho", "computed_zorder": False}
@@ -84,8 +85,7 @@ def write(axes: figure.Axes3D, place: np.ndarray, text: str, **how: object) -> N
     axes.text2D(x, y, text, bbox=box, **how)
 
 
-def draw_frame(axes: figure.Axes3D, pose: tuple[np.ndarray, np.ndarray], length_m: float,
-               colour: str) -> None:  # fmt: skip
+def draw_frame(axes: figure.Axes3D, pose: Pose, length_m: float, colour: str) -> None:
     """Axes x, y, z of a frame R (3, 3), t (3,), with their letters."""
     R, t = pose
     for letter, way in zip("xyz", length_m * R.T, strict=True):
@@ -122,14 +122,12 @@ def clearest_point(paths: tuple[Path, Path], board: np.ndarray) -> np.ndarray:
 
 
 @figure.styled()
-def angles_figure(point: np.ndarray, title: str, source: str) -> figure.Picture:
+def angles_figure(point: np.ndarray, source: str) -> figure.Picture:
     """P and its projection P' on the XZ plane, with theta = atan2(y, x), phi' = atan2(z, x) (J
-    Eq. 1, from the rotor model) and phi = atan2(z, sqrt(x^2 + y^2)).
-
-    point (3,) in m in the station's frame. Where its angles are small, y and z are drawn some times
-    as long, as the caption states.
-    """
+    Eq. 1, from the rotor model) and phi = atan2(z, sqrt(x^2 + y^2)). point (3,) in m in the
+    station's frame."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from scipy.spatial import geometric_slerp
 
     least = np.abs(point[1:]).min() / point[0]
     stretches = (k for k in range(1, 9) if np.degrees(np.arctan(k * least)) >= LEAST_DEG)
@@ -137,7 +135,9 @@ def angles_figure(point: np.ndarray, title: str, source: str) -> figure.Picture:
     P = point * [1, stretch, stretch]
     origin, along, below, behind = (P * k for k in ([0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 1]))
     tips = np.diag(np.where(P > 0, 1.18, 0.5) * np.abs(P))
-    body = figure.new_figure(title, source, 108.0)
+    times = f"y and z are drawn {stretch} times as long as x." if stretch > 1 else ""
+    texts = captions.of_figure("jansen", 5, source, times)
+    body = figure.new_figure(texts, 108.0)
     axes: figure.Axes3D = body.subplots(subplot_kw=IN_SPACE)
     corners = np.vstack([origin, tips, P, below, behind])
     show(axes, corners, (48.0 if P[1] < 0 else -48.0, 22.0), (1.5, 1.05))
@@ -169,13 +169,9 @@ def angles_figure(point: np.ndarray, title: str, source: str) -> figure.Picture:
         (below, P, 0.72, r"$\phi$", of_P, "elevation of P", spherical),
     ):
         first, last = (v / np.linalg.norm(v) for v in (start, end))
-        turn, s = np.arccos(np.clip(first @ last, -1, 1)), np.linspace(0, 1, 40)[:, None]
-        way = (np.sin((1 - s) * turn) * first + np.sin(s * turn) * last) / np.sin(turn)
-        way *= share * np.linalg.norm(start)
+        way = geometric_slerp(first, last, np.linspace(0, 1, 40)) * share * np.linalg.norm(start)
         label = f"{symbol} = {number(degrees, 2, sign=True)}°, {words}"
         curve(axes, way, color=colour, lw=1.2, label=label)
         write(axes, 1.1 * way[20], symbol, color=colour, size=10)
     unclipped([axes])
-    figure.legend_below(body, [axes], columns=3)
-    times = f" y and z are drawn {stretch} times as long as x." if stretch > 1 else ""
-    return figure.Picture(body, captions.JANSEN[5] + times)
+    return figure.finished(body, [axes], texts.caption, columns=3)

@@ -107,6 +107,10 @@ def _likelihood(row: Record) -> str:
     return with_interval(row["likelihood"], low, high) or site.EMPTY
 
 
+def _standard_error(row: Record) -> str:
+    return significant(row["standard_error"], 2) if row["method"] == "simulation" else ""
+
+
 def _span(row: Record, before: str = "") -> str:
     """`0.0125…0.0178`: what chance allows nine times in ten."""
     ends = (f"{before}lower_5", f"{before}upper_95")
@@ -148,11 +152,7 @@ RULES = {
         "COMPARED_LAWS",
         {"noise": "noise"} | QUANTITY | {"tau_s": "τ (s)", "method": "method"},
         law,
-        {
-            "standard error": lambda row: (
-                significant(row["standard_error"], 2) if row["method"] == "simulation" else ""
-            )
-        },
+        {"standard error": _standard_error},
         NOTE,
     ),
     "skurowski_table2": Rule(
@@ -162,10 +162,7 @@ RULES = {
         after={"note": _note},
     ),
     "skurowski_table3": Rule(
-        "COMPARED_CAMERAS",
-        {"camera_type": "camera", "n_cameras": "cameras"},
-        cameras,
-        after=SOURCE,
+        "COMPARED_CAMERAS", {"camera_type": "camera", "n_cameras": "cameras"}, cameras, after=SOURCE
     ),
     "skurowski_table4": Rule(
         "COMPARED_MOMENTS",

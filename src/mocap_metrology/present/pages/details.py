@@ -22,7 +22,6 @@ from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant
 
 FIRST = ("verdict", "calibration", "track", "trajectory", "adev", "psd", "diagnosis")  # of figures
-PAPERS = {"skurowski": "Skurowski & Pawlyta 2019", "jansen": "Jansen et al. 2019"}
 UNDRAWN = "It has no figure: of the twins of a setup, which look alike, only the first is drawn."
 LETTERS = {"skurowski": "S", "jansen": "J"}  # as claims.csv names the papers
 PLURAL = {"holds": "hold", "does not": "do not hold", "undecided": "undecided"}
@@ -81,14 +80,10 @@ def page(
     `table`; up: more links."""
     if verdict and not figures:
         lines = [*lines, UNDRAWN]
-    files = [
-        {
-            "name": path.name,
-            "address": f"{UP}/{path.as_posix()}",
-            "page": f"{UP}/pages/{path.stem}.html" if path.parent.name == "tables" else "",
-        }
-        for path in sorted(csv, key=lambda path: site.natural(path.name))
-    ]
+    files = []
+    for path in sorted(csv, key=lambda path: site.natural(path.name)):
+        to_read = f"{UP}/pages/{path.stem}.html" if path.parent.name == "tables" else ""
+        files.append({"name": path.name, "address": f"{UP}/{path.as_posix()}", "page": to_read})
     up = {"summary": f"{UP}/summary.html"} | dict(up or {})
     shown = {"figures": figures, "files": files, "verdict": verdict, "lines": lines}
     return site.render("subject.html", title, **shown, tables=tables, up=up)
@@ -118,7 +113,7 @@ def tables_of(paper: str, paths: Iterable[Path]) -> list[PaperTable]:
         short = comparison.of_file(path) if comparison.paper_of(path.stem) == paper else None
         if short:
             title = title_of(path.with_suffix(".md").read_text(encoding="utf-8"))
-            shown = title.removeprefix(f"{PAPERS[paper]}, ")
+            shown = title.removeprefix(f"{captions.PAPERS[paper]}, ")
             tables.append(PaperTable(shown, f"pages/{path.stem}.html", short.counts))
     return tables
 
@@ -172,9 +167,8 @@ def parts_of(text: str) -> list[Markup | site.Table]:
 def _typeset(html: str) -> Markup:
     """HTML with its text typeset, tags as they are."""
     parts = re.split(r"(<code>.*?</code>|<[^>]+>)", html)
-    return Markup(
-        "".join(p if k % 2 else str(site.typeset(Markup(p))) for k, p in enumerate(parts))
-    )
+    parts[::2] = [str(site.typeset(Markup(part))) for part in parts[::2]]
+    return Markup("".join(parts))
 
 
 def _table(tokens: list[Token]) -> site.Table:
@@ -198,11 +192,9 @@ def run_times(files: Mapping[str, Iterable[str | Path]]) -> list[Row]:
 
     rows = []
     for rule, paths in sorted(files.items()):
-        jobs = [pd.read_csv(path, sep="\t", na_values=["-"]).iloc[0] for path in paths]
-        if jobs:
-            seconds, memory = ([float(job[name]) for job in jobs] for name in ("s", "max_rss"))
-            most = max((mb for mb in memory if not math.isnan(mb)), default=math.nan)
-            values = (rule, len(jobs), round(math.fsum(seconds), 2), max(seconds), most)
+        if jobs := [pd.read_csv(path, sep="\t", na_values=["-"]) for path in paths]:
+            s, mb = (pd.concat(jobs)[name].astype(float) for name in ("s", "max_rss"))
+            values = (rule, len(jobs), round(math.fsum(s), 2), float(s.max()), float(mb.max()))
             rows.append(dict(zip(TIMES, values, strict=True)))
     return rows
 
@@ -227,5 +219,4 @@ def provenance_page(document: Record) -> str:
         for title, note, head, rows in tables
     ]
     lines = [f"{line}Python {code['python']}."]
-    up = {"summary": "summary.html"}
-    return page("Provenance", lines=lines, tables=shown, up=up)
+    return page("Provenance", lines=lines, tables=shown, up={"summary": "summary.html"})

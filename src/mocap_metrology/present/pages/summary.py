@@ -80,11 +80,8 @@ class Verdicts:
         for r in self.calibrations:
             named = {"kind": "calibration", "name": r["calibration"]}
             rows.append({**r, **r["pose"]["verdict"], **named})
-        kinds = ("recording", "calibration")
-        return sorted(
-            rows,
-            key=lambda r: (kinds.index(r["kind"]), r["source"] == "twin", site.natural(r["name"])),
-        )
+        rows.sort(key=lambda r: (r["source"] == "twin", site.natural(r["name"])))
+        return sorted(rows, key=lambda r: r["kind"], reverse=True)
 
 
 class Paper(NamedTuple):
@@ -112,6 +109,7 @@ def page(
     rows, refused = verdicts.rows(), verdicts.refused
     mine = own_rows(rows)
     groups = sorted({row["group"] for row in mine})
+    changed = [words for group in groups for words in verdicts.changes.get(group, ())]
     sections = [*_sections(verdicts, rows, address)]
     names = sorted(tables, key=site.natural)
     shown = [(link(f"pages/{n}.html", n), link(f"tables/{n}.csv", f"{n}.csv")) for n in names]
@@ -125,10 +123,7 @@ def page(
             for kind in ("recording", "calibration")
             if (of_kind := [row for row in mine if row["kind"] == kind])
         ],
-        changes=[
-            *verdicts.monitors,
-            *changes([words for group in groups for words in verdicts.changes.get(group, ())]),
-        ],
+        changes=[*verdicts.monitors, *changes(changed)],
         picture=base64.b64encode(verdicts.picture).decode(),
         picture_says=verdicts.caption,
         notes=captions,

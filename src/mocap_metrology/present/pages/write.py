@@ -12,7 +12,8 @@ from typing import Any
 from mocap_metrology.common.files import read_json
 from mocap_metrology.common.types import Record
 from mocap_metrology.present.pages import comparison, details, site, summary
-from mocap_metrology.present.plot.figure import Picture, caption_of
+from mocap_metrology.present.plot.figure import Picture, Texts, caption_of
+from mocap_metrology.present.text.captions import PAPERS
 from mocap_metrology.present.verdict import words
 from mocap_metrology.present.verdict.figure import overview_figure
 
@@ -78,11 +79,9 @@ def table_pages(tables: Iterable[Path], papers: Sequence[str]) -> dict[str, str]
         name, csv = source.stem, source.with_suffix(".csv")
         short = comparison.of_file(csv) if csv.is_file() else None
         paper = comparison.paper_of(name)
-        up = (
-            {details.PAPERS[paper]: f"../{details.address('paper', paper)}"}
-            if paper in papers
-            else {}
-        )
+        up = {}
+        if paper in papers:
+            up[PAPERS[paper]] = f"../{details.address('paper', paper)}"
         if (source.parents[1] / "figures" / f"{name}.pdf").is_file():
             up["PDF"] = f"../figures/{name}.pdf"
         text = source.read_text(encoding="utf-8")
@@ -94,7 +93,7 @@ def detail_pages(results: Results) -> dict[Path, str]:
     """A page of each recording, calibration, group and paper, by its path in the folder."""
     return {
         Path(details.address(kind, name)).relative_to("details"): results.page(
-            kind, name, details.PAPERS.get(name, name) if kind == "paper" else name, csv, **more
+            kind, name, PAPERS.get(name, name) if kind == "paper" else name, csv, **more
         )
         for kind, name, csv, more in _subjects(results)
     }
@@ -145,8 +144,8 @@ def _judged(verdict: Record, lines: list[str], group: str, groups: Sequence[str]
 def overview(results: Results) -> Picture:
     """Figure of one's own recordings against the limits."""
     mine = summary.own_rows(results.verdicts)
-    source = f"Source: {summary.origin(mine)}."
-    return overview_figure(mine, "One frame against the limits", source)
+    texts = Texts("One frame against the limits", f"Source: {summary.origin(mine)}.")
+    return overview_figure(mine, texts)
 
 
 def summaries(
@@ -174,7 +173,7 @@ def summaries(
     csv = [path for path in tables if path.suffix == ".csv"]
     papers = [
         summary.Paper(
-            details.PAPERS[paper],
+            PAPERS[paper],
             details.address("paper", paper),
             details.claim_counts(details.of_paper(results.claims, paper)),
             details.tables_of(paper, csv),

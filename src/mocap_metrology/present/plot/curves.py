@@ -7,8 +7,8 @@ where there is none), and optionally `thin`, the name of another estimator of th
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from itertools import cycle
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -23,7 +23,9 @@ NOTHING = "no valid samples"
 FARTHEST_BAND = 4.0  # an interval counts for the limits up to so many times the value
 ALLAN_DECADES = (1.0, 7.0)  # shown at least and at most: below is rounding
 ADEV_AXES = r"Averaging time $\tau$ (s)", "Allan deviation (mm)"
+COLUMNS = ("curve", "x", "y", "lower", "upper")  # of curves
 Limits = tuple[float, float]
+Arrays = Iterable[np.ndarray | pd.Series]
 Looks = Mapping[str, Look]
 
 # Noise for the slope in each figure (S Table 1, Figure 3)
@@ -91,7 +93,7 @@ def adev_curves(
 
 def curves_picture(
     panels: Mapping[str, pd.DataFrame],
-    texts: tuple[str, str, str],
+    texts: plot.Texts,
     confidence: float | None,
     *,
     looks: Looks | None = None,
@@ -101,17 +103,15 @@ def curves_picture(
     """The panels (title -> curves) on common axes, the slopes of noises in the cell after the last
     one, a legend below.
 
-    texts: title, source line and caption; confidence (0 ... 1): of the shaded intervals, where it
-    is known; looks: by curve, without them curves are series, which have their own. Call it within
-    `styled`.
+    confidence (0 ... 1): of the shaded intervals, where it is known; looks: by curve, without them
+    curves are series, which have their own. Call it within `styled`.
     """
     band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
-    columns = ["curve", "x", "y", "lower", "upper"]
-    panels = panels or {"": pd.DataFrame(columns=columns, dtype=float)}
+    panels = panels or {"": pd.DataFrame(columns=COLUMNS, dtype=float)}
     limits = curve_limits(pd.concat(panels.values()))
     n_columns = 2 if len(panels) in (1, 3) else 3
     n_rows = -(-(len(panels) + 1) // n_columns)
-    body = plot.new_figure(*texts[:2], 26.0 + n_rows * (58.0 if n_columns == 2 else 48.0))
+    body = plot.new_figure(texts, 26.0 + n_rows * (58.0 if n_columns == 2 else 48.0))
     grid = body.subplots(n_rows, n_columns, sharex=True, sharey=True, squeeze=False)
     plot.log_axes(grid[0, 0], limits)
     for axes, (title, curves) in zip(grid.flat, panels.items(), strict=False):
@@ -124,7 +124,7 @@ def curves_picture(
     label_outer(grid, len(panels), (ADEV_AXES[0], y_label))
     if lettered:
         plot.letters(grid.flat[: len(panels)])
-    return plot.finished(body, grid.flat[: len(panels)], texts[2])
+    return plot.finished(body, grid.flat[: len(panels)], texts.caption)
 
 
 def curve_limits(curves: pd.DataFrame) -> tuple[Limits, Limits]:
@@ -227,11 +227,7 @@ def invisible(curves: pd.DataFrame, bottom: float) -> str:
     return "; ".join(notes)
 
 
-def log_limits(
-    arrays: Iterable[np.ndarray | pd.Series],
-    least_decades: float = 1.0,
-    most_decades: float = np.inf,
-) -> Limits:
+def log_limits(arrays: Arrays, least_decades: float = 1.0, most_decades: float = np.inf) -> Limits:
     """Limits around all positive finite values, `least_decades` apart; (0.1, 10) without any.
 
     `most_decades` caps how far down they go, for rounding errors of a constant series are positive
@@ -256,16 +252,14 @@ def slope_fan(axes: plot.Axes, limits: tuple[Limits, Limits]) -> None:
     x, y = left + 0.05 * (right - left), (bottom + top) / 2
     arrow = {"arrowstyle": "-", "color": GREY, "lw": 0.4, "shrinkA": 1, "shrinkB": 1}
     how: Keywords = {"textcoords": "axes fraction", "va": "center", "fontsize": plot.SMALL_PT}
-    for (slope, text), at in zip(
-        ALLAN_SLOPES, np.linspace(0.92, 0.08, len(ALLAN_SLOPES)), strict=True
-    ):
+    places = np.linspace(0.92, 0.08, len(ALLAN_SLOPES))
+    for (slope, text), at in zip(ALLAN_SLOPES, places, strict=True):
         end = (10 ** (x + reach), 10 ** (y + slope * reach))
         axes.plot([10**x, end[0]], [10**y, end[1]], color=GREY, lw=0.8)
         axes.annotate(text, end, xytext=(0.35, at), arrowprops=arrow, **how)
 
 
-@dataclass(frozen=True)
-class Bins:
+class Bins(NamedTuple):
     """Values over logarithmic bins: centre, median and greatest, each (k,); empty bins left out."""
 
     centre: np.ndarray
@@ -274,12 +268,9 @@ class Bins:
 
 
 def log_bins(x: np.ndarray, y: np.ndarray, per_decade: int) -> Bins:
-    """Median and maximum of `y` (n,) over bins of `x` (n,) of equal width in log x.
-
-    x is ascending. Points with x <= 0 or y not finite are left out. Where the bins are narrower
-    than the spacing of x, every point is its own bin and nothing is changed; elsewhere a narrow
-    line remains in `high`. The centre is the geometric mean of the x in the bin.
-    """
+    """Median and maximum of `y` (n,) over bins of equal width in log x of `x` (n,), ascending,
+    without x <= 0 and y not finite. A narrow line remains in `high`; bins of one point are that
+    point. The centre is the geometric mean."""
     keep = (x > 0) & np.isfinite(y)
     frame = pd.DataFrame({"x": x[keep], "y": y[keep]}, dtype=np.float64)
     frame["log"] = np.log10(frame["x"])

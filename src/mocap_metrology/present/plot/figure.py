@@ -1,10 +1,9 @@
 """One look for every figure of the project, and figures whose bytes repeat.
 
-A figure function returns a `Picture`: matplotlib's figure in constrained layout, and the caption,
-which pages show below it. Of what all take, `title` stands above, `source` is the line at the foot
-that states where the data come from, and `remarks` is what the caption adds. Colours differ in
-lightness as much as in hue (CIE L* about 20, 35 and 50), so that they differ in grey and for
-colour-blind readers; line style and marker differ as well.
+A figure function takes `Texts` and returns a `Picture`: matplotlib's figure in constrained layout,
+and the caption, which pages show below it. Colours differ in lightness as much as in hue (CIE L*
+about 20, 35 and 50), so that they differ in grey and for colour-blind readers; line style and
+marker differ as well.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from mocap_metrology.common.files import whole
+from mocap_metrology.present.text.captions import Texts as Texts
 from mocap_metrology.present.text.numbers import power_of_ten
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def styled() -> Iterator[None]:
         yield
 
 
-def new_figure(title: str, source: str, height_mm: float, width_mm: float = WIDTH_MM) -> SubFigure:
+def new_figure(texts: Texts, height_mm: float) -> SubFigure:
     """The empty body of a figure in constrained layout; call it within `styled`.
 
     Draw into the body as into a figure (`subplots`, `subplot_mosaic`, `subfigures`, `legend`): it
@@ -128,8 +128,9 @@ def new_figure(title: str, source: str, height_mm: float, width_mm: float = WIDT
     """
     from matplotlib.figure import Figure
 
+    title, source, _ = texts
     height_mm += sum(LINE_MM * (len(text) // LINE) for text in (title, source))
-    figure = Figure(figsize=(width_mm * MM, height_mm * MM), layout="constrained")
+    figure = Figure(figsize=(WIDTH_MM * MM, height_mm * MM), layout="constrained")
     figure.set_label(plain(title))
     figure.suptitle(wrapped(title), x=0.01, ha="left", wrap=True)
     if source:
@@ -253,9 +254,9 @@ def finished(body: SubFigure, axes: Iterable[Axes], caption: str, columns: int =
     return Picture(body, caption)
 
 
-def words_picture(words: str, title: str, source: str) -> Picture:
+def words_picture(words: str, texts: Texts) -> Picture:
     """A figure that states why there is nothing to draw; call it within `styled`."""
-    figure = new_figure(title, source, 35.0)
+    figure = new_figure(texts, 35.0)
     axes = figure.subplots()
     axes.axis("off")
     axes.text(0, 0.5, wrapped(words), va="center", wrap=True)
@@ -330,13 +331,6 @@ class TimeAxis(NamedTuple):
     limits: tuple[float, float]
 
 
-class LengthUnit(NamedTuple):
-    """Its symbol, and how many of it are a mm."""
-
-    symbol: str
-    per_mm: float
-
-
 def time_axis(n_frames: int, frame_rate_hz: float) -> TimeAxis:
     """Seconds up to three minutes, minutes up to three hours, then hours."""
     duration = max(n_frames, 1) / frame_rate_hz
@@ -344,7 +338,27 @@ def time_axis(n_frames: int, frame_rate_hz: float) -> TimeAxis:
     return TimeAxis(f"Time ({symbol})", 1 / frame_rate_hz / seconds, (0.0, duration / seconds))
 
 
-def length_unit(ranges_mm: Sequence[float]) -> LengthUnit:
-    """µm where the typical axis spans less than 2 mm, else mm."""
+def length_unit(ranges_mm: Sequence[float]) -> tuple[str, float]:
+    """µm where the typical axis spans less than 2 mm, else mm; and how many are a mm."""
     coarse = len(ranges_mm) and np.median(ranges_mm) >= MICROMETRES_BELOW_MM
-    return LengthUnit("mm", 1.0) if coarse else LengthUnit("µm", 1000.0)
+    return ("mm", 1.0) if coarse else ("µm", 1000.0)
+
+
+def date_axis(axes: Axes, most_ticks: int) -> None:
+    """An x axis of days (matplotlib's numbers), labelled at so many at most."""
+    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+
+    locator = AutoDateLocator(minticks=2, maxticks=most_ticks)
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+
+
+def name_axis(
+    axes: Axes, names: Sequence[object], which: Literal["x", "y"] = "x", **how: Any
+) -> None:
+    """An axis of names at 0, 1, 2, ...: no ticks, no grid; y downwards."""
+    axis, ends = getattr(axes, f"{which}axis"), (-0.5, max(len(names), 1) - 0.5)
+    axes.set(**{f"{which}lim": ends if which == "x" else ends[::-1]})
+    axis.set_ticks(range(len(names)), list(map(str, names)), **how)
+    axis.set_tick_params(length=0)
+    axis.grid(visible=False)

@@ -12,30 +12,15 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.curves import drawn_m, total_avar
 from mocap_metrology.papers import shock as shocks
 from mocap_metrology.papers import subsets
-from mocap_metrology.present.groups.adev import (
-    Allan,
-    Rows,
-    compared,
-    count_looks,
-    series_curves,
-)
+from mocap_metrology.present.groups.figures import Allan, Rows, compared, count_looks, series_curves
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, OTHER_LOOKS
 from mocap_metrology.present.skurowski.gaussian_figures import SETS
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
 from mocap_metrology.present.text.numbers import significant
 
 SERIES = ("x1", "x2", "L")
-TITLES: dict[int | str, str] = {
-    6: f"{PAPER}, Figure 6: weighted and ordinary least squares",
-    8: f"{PAPER}, Figure 8: Vantage with and without the failing camera",
-    12: f"{PAPER}, Figure 12: Allan deviation by number of cameras",
-    13: f"{PAPER}, Figure 13: Allan deviation by camera type",
-    17: f"{PAPER}, Figure 17: a periodic disturbance, in spectra of z1",
-    "A1": f"{PAPER}, Figure A1: z1 after the failing camera was replaced",
-}
 SLICE_S = 10.0  # averaging time of the panel against the number of cameras
 DROPS = {"T40": 3, "Bonita": 5, "Vantage": 4}  # S 4.3: "notably better suited" setups
 LAW: fig.Keywords = {"color": GREY, "lw": 0.8, "ls": (0, (1.2, 1.2)), "zorder": 1}
@@ -44,11 +29,10 @@ SLICE_LOOKS = {"x1": LOOKS["x"], "x2": LOOKS["y"], "L": OTHER_LOOKS[0]}
 
 @fig.styled()
 def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> fig.Picture:
-    """S Figure 12: Allan deviations of x1, x2 and L by number of cameras, a row a camera type, and
-    at one averaging time against it. The number that S calls notably better suited is shaded.
-    allan: columns of allan.parquet by recording."""
+    """S Figure 12, a row a camera type. allan: columns of allan.parquet by recording."""
+    texts = captions.of_figure("skurowski", 12, source, remarks)
     types = {kind: names for kind, names in subsets.sound_subsets(rows).items() if names}
-    body = fig.new_figure(TITLES[12], source, 34.0 + max(len(types), 1) * 56.0)
+    body = fig.new_figure(texts, 34.0 + max(len(types), 1) * 56.0)
     grid = body.subplots(max(len(types), 1), 4, sharey="row", sharex="col", squeeze=False)
     if not types:
         fig.say(grid[0, 0], "no recording of such a subset")
@@ -73,7 +57,7 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
         row[0].set_ylabel(plot.ADEV_AXES[1])
     for axes, label in zip(grid[-1], (*3 * (r"$\tau$ (s)",), "Cameras n"), strict=True):
         axes.set_xlabel(label)
-    return fig.finished(body, grid.flat, f"{SKUROWSKI[12]} {remarks}", columns=6)
+    return fig.finished(body, grid.flat, texts.caption)
 
 
 def _draw_slice(
@@ -102,7 +86,7 @@ def failing_figure(
         return None
     labels = {ten: "10 cameras, one failing", nine: "9 cameras, without it"}
     looks = dict(zip(labels.values(), (LOOKS["y"], LOOKS["x"]), strict=True))
-    texts = TITLES[8], source, f"{SKUROWSKI[8]} {remarks}"
+    texts = captions.of_figure("skurowski", 8, source, remarks)
     panels = compared(allan, SERIES, labels)
     return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
@@ -115,7 +99,7 @@ def types_figure(
     names = subsets.largest_sets(rows)
     labels = {name: f"{kind} ({subsets.TABLE_4[kind]})" for kind, name in names.items()}
     looks = {labels[name]: SETS[kind] for kind, name in names.items()}
-    texts = TITLES[13], source, f"{SKUROWSKI[13]} {_of_all(rows)} {remarks}"
+    texts = captions.of_figure("skurowski", 13, source, _of_all(rows), remarks)
     panels = compared(allan, SERIES, labels)
     return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
@@ -130,28 +114,17 @@ def _of_all(rows: Rows) -> str:
 def repaired_figure(
     rows: Rows, others: Rows, allan: Allan, source: str, remarks: str, confidence: float
 ) -> fig.Picture:
-    """S Figure A1: z1 of every camera type after the repair, and left of it of those that the
-    sheet compares them with.
-
-    rows: of the repaired recordings; others: of those named in their `compare_with`; allan: of all
-    of them.
-    """
+    """S Figure A1. rows: of the repaired recordings; others: of those named in their
+    `compare_with`; allan: of all of them."""
     after = {name: f"{row['camera_type']} ({row['n_cameras']})" for name, row in rows.items()}
-    before = {
-        row["compare_with"]: after[name]
-        for name, row in rows.items()
-        if row["compare_with"] in others
-    }
-    looks = {
-        after[name]: SETS.get(row["camera_type"], OTHER_LOOKS[1]) for name, row in rows.items()
-    }
-    panels = {
-        title: series_curves(allan, "z1", labels)
-        for title, labels in (("Before the repair", before), ("After the repair", after))
-        if labels
-    }
+    old = {name: row["compare_with"] for name, row in rows.items()}
+    before = {old[name]: label for name, label in after.items() if old[name] in others}
+    looks = {after[n]: SETS.get(row["camera_type"], OTHER_LOOKS[1]) for n, row in rows.items()}
+    panels = {"After the repair": series_curves(allan, "z1", after)}
+    if before:
+        panels = {"Before the repair": series_curves(allan, "z1", before)} | panels
     comments = " ".join(f"{n}: {row['comment']}." for n, row in rows.items() if row["comment"])
-    texts = TITLES["A1"], source, f"{SKUROWSKI['A1']} {comments} {_of_all(rows)} {remarks}"
+    texts = captions.of_figure("skurowski", "A1", source, comments, _of_all(rows), remarks)
     return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
@@ -172,20 +145,17 @@ def regression_figure(
     ordinary: NoiseModel,
     final: NoiseModel,
     frame_rate_hz: float,
-    texts: tuple[str, str],
+    sources: tuple[str, str],
     form: Form,
 ) -> fig.Picture:
-    """S Figure 6: the Allan deviation, every start of annealing, the result after the ant colony
-    (relative residuals, S Eq. 13) and ordinary least squares (Levenberg-Marquardt, no weights).
-
-    data: averaging time in s and Allan deviation in mm, (k,) each; starts: annealing's results;
-    texts: source line, and what the caption adds; form: of the Allan variances that were fitted.
-    Below: residuals in per cent of the model; the axis holds 90 % of each curve, of the final one
-    all.
-    """
+    """S Figure 6. data: averaging time in s and Allan deviation in mm, (k,) each; starts:
+    annealing's results; sources: at the foot, and what the caption adds; form: of the Allan
+    variances that were fitted. The axis of the residuals holds 90 % of each curve, of the final
+    one all."""
     tau, adev = (np.asarray(values, dtype=np.float64) for values in data)
     tau, adev = tau[adev > 0], adev[adev > 0]
-    body = fig.new_figure(TITLES[6], texts[0], 150.0)
+    texts = captions.of_figure("skurowski", 6, *sources)
+    body = fig.new_figure(texts, 150.0)
     axes, below = body.subplots(2, sharex=True, height_ratios=(2, 1))
     low, high = plot.log_limits([adev], 1.0)
     fig.log_axes(axes, (plot.log_limits([tau]), (low / 1.2, high * 1.2)))
@@ -214,7 +184,7 @@ def regression_figure(
     axes.set_ylabel(plot.ADEV_AXES[1])
     if not tau.size:
         fig.say(axes, plot.NOTHING)
-    return fig.finished(body, [axes], f"{SKUROWSKI[6]} {texts[1]}")
+    return fig.finished(body, [axes], texts.caption)
 
 
 def smooth_adev(model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form) -> np.ndarray:
@@ -242,15 +212,13 @@ Spectra = Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 @fig.styled()
 def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Picture:
-    """S Figure 17: Welch spectra with the line marked, all in one panel, and a close view of each.
-
-    spectra: name (of a camera type) -> f in Hz, ascending, and density in mm^2/Hz, (k,) each. The
-    whole is shown as medians of bins with bands up to their greatest values; the close views show
-    every point.
-    """
+    """S Figure 17. spectra: name (of a camera type) -> f in Hz, ascending, and density in mm^2/Hz,
+    (k,) each. The whole is shown as medians of bins with bands up to their greatest values; the
+    close views show every point."""
+    texts = captions.of_figure("skurowski", 17, source, remarks)
     looks = dict(zip(spectra, (*LOOKS.values(), *OTHER_LOOKS), strict=False))
     rows = max(len(looks), 1)
-    body = fig.new_figure(TITLES[17], source, 40.0 + max(29.0 * rows, 60.0))
+    body = fig.new_figure(texts, 40.0 + max(29.0 * rows, 60.0))
     cells = body.add_gridspec(rows, 2, width_ratios=(2, 1))
     whole = body.add_subplot(cells[:, 0])
     close = [body.add_subplot(cells[k, 1]) for k in range(len(looks))]
@@ -272,7 +240,7 @@ def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Pic
     if not any(b.centre.size for b in bins.values()):
         fig.say(whole, "no spectrum")
     fig.letters([whole, *close])
-    return fig.finished(body, [whole], f"{SKUROWSKI[17]} {remarks}")
+    return fig.finished(body, [whole], texts.caption)
 
 
 def _close(axes: fig.Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour: str) -> None:
@@ -292,6 +260,7 @@ def _close(axes: fig.Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour:
 
 # ---- Figure 7
 
+Other = tuple[str, Mapping[str, np.ndarray]]  # label and columns of allan.parquet
 LEAST_MM = 5e-4  # of half the axis
 NO_SHOCK = "No shock was found."
 ASSUMED = (
@@ -302,32 +271,34 @@ ASSUMED = (
 
 @fig.styled()
 def crump_figure(
-    shaken: shocks.ShockRecording,
-    other: tuple[str, Mapping[str, np.ndarray]] | None,
-    source: str,
-    remarks: str,
+    shaken: shocks.ShockRecording, other: Other | None, source: str, remarks: str
 ) -> fig.Picture:
     """Marker 1 round the strongest shake of a recording, and the Allan deviation of the distance
-    with and without it; other: label and columns of allan.parquet of a recording without one."""
+    with and without it; other: a recording without one."""
     coordinates = {k: v for k, v in shaken.raw.items() if k != "L"}
     shock = shocks.find_shock(coordinates, shaken.frame_rate_hz)
     curves = shaken.curves(shock).assign(thin="")
     curves["curve"] = "(b) " + curves["curve"]
-    looks = {shocks.RECORDED: LOOKS["y"], shocks.CLEANED: LOOKS["x"], shocks.CUT: LOOKS["z"]}
-    looks = {f"(b) {curve}": look for curve, look in looks.items()}
+    found = {shocks.RECORDED: "y", shocks.CLEANED: "x", shocks.CUT: "z"}
+    looks = {f"(b) {curve}": LOOKS[axis] for curve, axis in found.items()}
     if other is not None:
         name = f"(b) {other[0]}"
         curves = pd.concat([curves, plot.adev_curves(other[1], {"L": name}, band=False)])
         looks[name] = fig.Look(OTHER_LOOKS[0].colour, (0, (1.2, 1.2)), "D")
     traces = shaken.traces(0 if shock is None else shock.onset)
     half = 1.08 * max(1e3 * LEAST_MM, *(table["raw"].abs().max() for table in traces.values()))
-    body = fig.new_figure(f"{PAPER}, Figure 7: a seismic crump", source, 118.0)
+    remark = NO_SHOCK
+    if shock is not None:
+        replaced, every = shaken.replaced(shock)
+        from_s, to_s = (frame / shaken.frame_rate_hz for frame in (shock.onset, shock.stop))
+        remark = captions.SHOCK.format(replaced=replaced, all=every, from_s=from_s, to_s=to_s)
+    texts = captions.of_figure("skurowski", 7, source, remark, remarks)
+    body = fig.new_figure(texts, 118.0)
     grid = body.subplot_mosaic([[series, "L"] for series in shocks.AXES], width_ratios=(5, 4))
     for series, table in traces.items():
         axes, time_s = grid[series], table["time_s"]
-        axes.set(
-            xlim=(-shocks.BEFORE_S, shocks.AFTER_S), ylim=(-half, half), ylabel=f"{series} (µm)"
-        )
+        axes.set(xlim=(-shocks.BEFORE_S, shocks.AFTER_S), ylim=(-half, half))
+        axes.set_ylabel(f"{series} (µm)")
         axes.plot(time_s, table["raw"], color=GREY, lw=0.5, label=f"(a) {shocks.RECORDED}")
         how: fig.Keywords = {"lw": 0.6, "label": f"(a) {shocks.CLEANED}"}
         axes.plot(time_s, table["clean"], color=LOOKS["x"].colour, **how)
@@ -339,14 +310,4 @@ def crump_figure(
     plot.draw_curves(grid["L"], curves, limits[1], looks)
     x_label, y_label = plot.ADEV_AXES
     grid["L"].set(title="(b) Distance L", xlabel=x_label, ylabel=y_label)
-    remark = NO_SHOCK
-    if shock is not None:
-        replaced, every = shaken.replaced(shock)
-        span = {
-            "from_s": shock.onset / shaken.frame_rate_hz,
-            "to_s": shock.stop / shaken.frame_rate_hz,
-        }
-        remark = captions.SHOCK.format(replaced=replaced, all=every, **span)
-    return fig.finished(
-        body, [grid["x1"], grid["L"]], f"{SKUROWSKI[7]} {remark} {remarks}", columns=3
-    )
+    return fig.finished(body, [grid["x1"], grid["L"]], texts.caption, columns=3)

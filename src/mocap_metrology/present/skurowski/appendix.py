@@ -9,7 +9,7 @@ from mocap_metrology.noise.fit import estimates
 from mocap_metrology.noise.twins import published as printed
 from mocap_metrology.papers import coefficient_tables
 from mocap_metrology.papers.gaussian_table import REPEATS, related
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Part, Row, document
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_words, significant
 
@@ -69,41 +69,36 @@ def table_a_markdown(
     named = dict(zip(("of_paper", "plain", "default"), of, strict=True))
     named |= {"unsupported": UNSUPPORTED, "left_out": LEFT_OUT, "signs": STATUS_SIGNS}
     signs = captions.TABLE_A_SIGNS.format(length=length, **named)
-    lines = [f"# {title}", "", caption, "", signs, ""]
     counts = coefficient_tables.support_counts(rows)
     total = next((count for count in counts if count["parameter"] == "all"), None)
     support = NOT_COMPUTED.format(length=length)
     if total is not None and total["not_computed"] < total["published"]:
         rest = f", {total['not_computed']} have no bound" if total["not_computed"] else ""
         support = COUNTS.format(**total, length=length[:1].upper() + length[1:], rest=rest)
-    lines += [support, ""]
+    parts: list[Part] = [caption, signs, support]
     for kind, n in dict.fromkeys((row["camera_type"], row["n_cameras"]) for row in rows):
-        for note in coefficient_tables.notes_by_coefficient(kind, n)[1]:
-            lines += [f"{n} cameras, all series: {note}.", ""]
+        notes = coefficient_tables.notes_by_coefficient(kind, n)[1]
+        parts += [f"{n} cameras, all series: {note}." for note in notes]
     for letter, series in zip("abcdefg", printed.SERIES, strict=True):
-        panel = [row for row in rows if row["series"] == series]
-        if panel:
-            lines += [f"## ({letter}) {series}", "", *_panel(panel), "", *_notes(panel), ""]
-    return "\n".join(lines).rstrip("\n") + "\n"
+        if panel := [row for row in rows if row["series"] == series]:
+            parts += [f"## ({letter}) {series}", _panel(panel), "\n".join(_notes(panel))]
+    return document(title, *parts)
 
 
-def _panel(rows: Sequence[Row]) -> list[str]:
+def _panel(rows: Sequence[Row]) -> list[list[str]]:
     """Lines for each number of cameras: published, then each estimator that was run."""
     cells = {(r["n_cameras"], r["parameter"]): r for r in rows if r["published"] is not None}
-    names = [
-        name for name in printed.COEFFICIENTS if any(name == parameter for _, parameter in cells)
-    ]
+    found = {parameter for _, parameter in cells}
+    names = [name for name in printed.COEFFICIENTS if name in found]
     lines = [["cameras", "", *(f"{name} ({estimates.unit_of(name)})" for name in names)]]
     for n_cameras in dict.fromkeys(row["n_cameras"] for row in rows):
         own = [cells.get((n_cameras, name)) for name in names]
-        lines.append(
-            [str(n_cameras), "published", *(_published(row) if row else "" for row in own)]
-        )
+        lines.append([str(n_cameras), "published", *(_published(r) if r else "" for r in own)])
         for column in ("regenerated", "plain", "likelihood"):
             texts = [_estimated(row, column) if row else "" for row in own]
             if any(texts):
                 lines.append(["", coefficient_tables.ESTIMATORS[column], *texts])
-    return aligned(lines)
+    return lines
 
 
 def _published(row: Row) -> str:
@@ -137,9 +132,8 @@ def _notes(rows: Sequence[Row]) -> list[str]:
                 noted.setdefault(f"{cameras}, {{}}{LEFT_OUT}: {note}", []).append(parameter)
             continue
         name, _, estimator = parameter.partition(" (")
-        value = next(
-            row[column] for column in coefficient_tables.ESTIMATORS if row[column] is not None
-        )
+        values = (row[column] for column in coefficient_tables.ESTIMATORS)
+        value = next(value for value in values if value is not None)
         group = others.setdefault(f"{cameras}, {estimator[:-1]}, not published: {{}}", [])
         group.append(f"{name} {significant(value)} {row['unit']}")
     return [text.format(", ".join(names)) for text, names in (noted | others).items()]

@@ -33,16 +33,15 @@ SOURCES = {"published": "published", S_ESTIMATOR: "regenerated", DEFAULT_ESTIMAT
 def marks_of(rows: Sequence[Row]) -> pd.DataFrame:
     """Marks of rows of `table_a`, with `camera_type` and `source` (a key of `SOURCES`). A limit of
     q_c is for the class of the published T_c of its term."""
-    terms = ("camera_type", "n_cameras", "series")
-    times = {
-        (*(r[k] for k in terms), r["parameter"][3:]): r["published"]
-        for r in rows
-        if r["parameter"].startswith("T_c")
-    }
+
+    def term(row: Row) -> tuple[object, ...]:
+        return row["camera_type"], row["n_cameras"], row["series"], row["parameter"][3:]
+
+    times = {term(r): r["published"] for r in rows if r["parameter"].startswith("T_c")}
     marks = []
     for r in rows:
-        T_c = times.get((*(r[k] for k in terms), r["parameter"][3:]))
-        kind = correlation_class(T_c) if r["parameter"].startswith("q_c") and T_c else None
+        T_c = times.get(term(r)) if r["parameter"].startswith("q_c") else None
+        kind = correlation_class(T_c) if T_c else None
         published = slots.PALE if r["supported"] is False else slots.PUBLISHED
         ended = r["regenerated_status"] == "at_bound"
         numbers = [r[f"likelihood{end}"] for end in ("", "_lower_95", "_upper_95")]
@@ -65,24 +64,17 @@ def colour_figure(
     """Coefficients h_-2 ... h_2 of the rows of `table_a`, a row of panels each, and a column a
     camera type: S Figure 14 (logarithmic) or 15 (linear, each panel to its own scale)."""
     marks = marks_of(rows)
-    number = 14 if logarithmic else 15
-    scale = "logarithmic" if logarithmic else "linear"
-    title = f"{captions.PAPER}, Figure {number}: colour noise coefficients, {scale}"
-    body = fig.new_figure(title, source, 42.0 + ROW_MM * len(ALPHAS))
-    grid = body.subplots(
-        len(ALPHAS), len(TYPES), sharex="col", sharey="row" if logarithmic else False
-    )
+    texts = captions.of_figure("skurowski", 14 if logarithmic else 15, source, remarks)
+    body = fig.new_figure(texts, 42.0 + ROW_MM * len(ALPHAS))
+    share: Keywords = {"sharex": "col", "sharey": "row" if logarithmic else False}
+    grid = body.subplots(len(ALPHAS), len(TYPES), **share)
     _coefficients(grid, marks, [f"h_{alpha}" for alpha in ALPHAS], slots.FLOOR, logarithmic)
     slots.label_marks(grid[0, 0], marks[marks["coefficient"].str.startswith("h_")])
-    return fig.finished(body, [grid[0, 0]], f"{captions.SKUROWSKI[number]} {remarks}", columns=3)
+    return fig.finished(body, [grid[0, 0]], texts.caption, columns=3)
 
 
 def _coefficients(
-    grid: np.ndarray,
-    marks: pd.DataFrame,
-    names: Sequence[str],
-    floor: float,
-    logarithmic: bool = True,
+    grid: np.ndarray, marks: pd.DataFrame, names: Sequence[str], floor: float, logarithmic: bool
 ) -> None:
     """A row of panels a coefficient, a column a camera type, with their titles and labels."""
     for name, row in zip(names, grid, strict=True):
@@ -114,19 +106,17 @@ def _coefficients(
 
 @fig.styled()
 def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Picture:
-    """S Figure 16 of the rows of `table_a`: (a) to (c) T_c and q_c against the number of cameras, a
-    column a camera type, (d) to (f) q_c against T_c with the classes of S 4.6 shaded, a panel a
-    source."""
+    """S Figure 16 of the rows of `table_a`."""
     marks = marks_of(rows)
     marks = marks[marks["coefficient"].isin(["T_c", "q_c"])]
-    body = fig.new_figure(f"{captions.PAPER}, Figure 16: correlated noise", source, 255.0)
+    texts = captions.of_figure("skurowski", 16, source, remarks)
+    body = fig.new_figure(texts, 255.0)
     grid = body.subplots(3, len(TYPES), sharey="row", height_ratios=(3, 3, 4))
-    _coefficients(grid[:2], marks, ("T_c", "q_c"), LEAST_Q_C)
+    _coefficients(grid[:2], marks, ("T_c", "q_c"), LEAST_Q_C, True)
+    ends = searched_ends(rows)
     for axes in grid[0]:
         axes.tick_params(labelbottom=False)
-    ends = searched_ends(rows)
-    for end in ends:
-        for axes in grid[0]:
+        for end in ends:
             axes.axhline(end, **END)
     terms = slots.terms_of(marks)
     across, (low, high) = (log_limits([terms[name]]) for name in ("T_c", "q_c"))
@@ -149,9 +139,7 @@ def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Pi
     for kind in TYPES:
         grid[2, 0].plot([], [], **SETS[kind].line(ls="", markersize=3.6, label=f"(d)-(f) {kind}"))
     grid[2, 0].fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
-    return fig.finished(
-        body, [grid[0, 0], grid[2, 0]], f"{captions.SKUROWSKI[16]} {remarks}", columns=3
-    )
+    return fig.finished(body, [grid[0, 0], grid[2, 0]], texts.caption, columns=3)
 
 
 def _scatter(axes: fig.Axes, terms: pd.DataFrame, *, hollow: bool) -> None:

@@ -14,7 +14,7 @@ from mocap_metrology.noise.gaussian.two_markers import kernel_density
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import groups_of, label_outer, log_limits
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, OTHER_LOOKS, SMALL_PT
-from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
+from mocap_metrology.present.text import captions
 
 SETS = dict(
     zip(("T40", "Bonita", "Vantage", "All"), (*LOOKS.values(), OTHER_LOOKS[0]), strict=True)
@@ -23,6 +23,7 @@ FAR = 8.0  # times the median distance from the median
 LEAST_DENSITY = 0.02  # 1/mm, the lower end of the logarithmic axis
 PRINTED: fig.Keywords = {"ls": (0, (1.2, 1.2)), "lw": 0.8}
 Numbers = Mapping[str, float]  # a row of Table 4
+Arrays = Mapping[str, np.ndarray]
 
 
 def normal(x: np.ndarray, sigma: float) -> np.ndarray:
@@ -33,11 +34,12 @@ def normal(x: np.ndarray, sigma: float) -> np.ndarray:
 
 @fig.styled()
 def locations_figure(
-    series: Mapping[str, np.ndarray], published: Numbers | None, source: str, remarks: str = ""
+    series: Arrays, published: Numbers | None, source: str, *more: str
 ) -> fig.Picture:
     """S Figure 9 of x1 and x2 (n,) in mm, beside a row of Table 4 (or None: of no row, and zero is
     the recording's own mean)."""
-    body = fig.new_figure(f"{PAPER}, Figure 9: where the markers were seen", source, 85.0)
+    texts = captions.of_figure("skurowski", 9, source, *more)
+    body = fig.new_figure(texts, 85.0)
     grid = body.subplots(1, 2, sharey=True)
     fill: fig.Keywords = {"color": LOOKS["x"].colour, "alpha": 0.3, "lw": 0}
     for k, axes in enumerate(grid, start=1):
@@ -61,21 +63,17 @@ def locations_figure(
         fig.panel_title(axes, f"Marker {k}", f"mean {middle:.4f} mm, SD {sigma:.1f} µm")
         axes.set_xlabel(f"$x_{k}$ − {zero:.4f} mm (µm)")
     grid[0].set(ylabel="Density (1/µm)", ylim=(0, None))
-    return fig.finished(body, grid, f"{SKUROWSKI[9]} {remarks}")
+    return fig.finished(body, grid, texts.caption)
 
 
 @fig.styled()
 def distances_figure(
-    distance: Mapping[str, np.ndarray],
-    published: Mapping[str, Numbers],
-    means: pd.DataFrame,
-    source: str,
-    remarks: str = "",
+    distance: Arrays, published: Mapping[str, Numbers], means: pd.DataFrame, source: str, *more: str
 ) -> fig.Picture:
     """S Figure 10: densities of L (n,) in mm by set (T40, Bonita, Vantage, All) beside the rows of
     Table 4, and the means of L of every subset (`papers.subsets.means_of_distance`)."""
-    title = f"{PAPER}, Figure 10: one distance, several sets of cameras"
-    body = fig.new_figure(title, source, 150.0)
+    texts = captions.of_figure("skurowski", 10, source, *more)
+    body = fig.new_figure(texts, 150.0)
     above, below = body.subplots(2)
     for name, values in distance.items():
         look = SETS.get(name, OTHER_LOOKS[1])
@@ -93,7 +91,7 @@ def distances_figure(
     above.set(title="(a) Densities of the distance L", xlabel="L (mm)", ylabel="Density (1/mm)")
     _means(below, means)
     below.set(title="(b) Means", xlabel="Number of cameras", ylabel="Mean of L (mm)")
-    return fig.finished(body, [above], f"{SKUROWSKI[10]} {remarks}")
+    return fig.finished(body, [above], texts.caption)
 
 
 def _means(axes: fig.Axes, means: pd.DataFrame) -> None:
@@ -127,9 +125,8 @@ def _means(axes: fig.Axes, means: pd.DataFrame) -> None:
             x += 1
         how = {"color": look.colour, "ha": "center", "transform": axes.get_xaxis_transform()}
         axes.text((left + x - 1) / 2, 0.95, fig.short(kind) or "cameras", **how, **small)
-        axes.hlines(
-            own["published"].iloc[:1], left - 0.6, x - 0.4, color=look.colour, lw=0.8, alpha=0.6
-        )
+        line: fig.Keywords = {"color": look.colour, "lw": 0.8, "alpha": 0.6}
+        axes.hlines(own["published"].iloc[:1], left - 0.6, x - 0.4, **line)
         axes.axvline(x, color=fig.FAINT, lw=0.8)
         x += 1
     axes.set(xlim=(-1, max(x - 1, 1)), ylim=(low, high))
@@ -145,21 +142,16 @@ SQUARE_MM_FROM = 0.1  # covariances, mm²: smaller ones are shown in µm²
 DECADES_FROM = 50.0  # range of covariances from which their axis is logarithmic
 CLOSE = 0.83  # of the next larger number of cameras, from which its label would touch
 SIGMA_12 = "sigma_12_mm2"
+SECOND: fig.Keywords = {"color": LOOKS["z"].colour, "marker": "^", "mfc": "white"}
 SERIES: dict[str, tuple[str, fig.Keywords, fig.Keywords]] = {  # name, look of points and of line
     "sigma_1_mm": ("marker 1", {"color": LOOKS["x"].colour, "marker": "o"}, {"ls": "-"}),
-    "sigma_2_mm": (
-        "marker 2",
-        {"color": LOOKS["z"].colour, "marker": "^", "mfc": "white"},
-        {"ls": (0, (5, 1.6))},
-    ),
+    "sigma_2_mm": ("marker 2", SECOND, {"ls": (0, (5, 1.6))}),
     "sigma_L_mm": ("distance", {"color": INK, "marker": "D"}, {"ls": (0, (1.2, 1.2))}),
 }
 COVARIANCE: fig.Keywords = {"color": "#4d4d4d", "marker": "X", "markersize": 4.6, "mew": 0.4}
+EXPECTED: fig.Keywords = {"marker": "_", "markersize": 7.0, "mew": 1.1, "alpha": 0.75}
 EXTRA: dict[str, tuple[str, fig.Keywords]] = {
-    "expected": (
-        "on average, by the coefficients",
-        {"marker": "_", "markersize": 7.0, "mew": 1.1, "alpha": 0.75},
-    ),
+    "expected": ("on average, by the coefficients", EXPECTED),
     "published": ("Table 4", {"marker": "*", "markersize": 8.0, "mew": 0.8, "mfc": "none"}),
 }
 
@@ -175,17 +167,14 @@ def fits(spreads: pd.DataFrame) -> dict[str, Scaling | None]:
 
 @fig.styled()
 def scaling_figure(
-    spreads: pd.DataFrame, texts: tuple[str, str, str], *, variances: bool = False
+    spreads: pd.DataFrame, texts: fig.Texts, *, variances: bool = False
 ) -> fig.Picture:
-    """S Figure 11 of any group: a column a camera type, above the standard deviations (or, as in
-    S, `variances`) with the law, below the covariances; one row of columns for every three types.
-
-    spreads: of `papers.subsets`; texts: title, source line and caption.
-    """
+    """S Figure 11 of any group, a column a camera type; `variances`, as in S, or standard
+    deviations. spreads: of `papers.subsets`."""
     power = 1 + variances
     kinds = list(spreads["camera_type"].unique()) or [""]
     rows, columns = -(-len(kinds) // COLUMNS), min(len(kinds), COLUMNS)
-    body = fig.new_figure(texts[0], texts[1], 32.0 + 98.0 * rows)
+    body = fig.new_figure(texts, 32.0 + 98.0 * rows)
     grid = body.subplots(2 * rows, columns, sharex=True, squeeze=False, height_ratios=(3, 2) * rows)
     above, below = grid[::2].ravel(), grid[1::2].ravel()
     n = sorted(set(spreads["n"])) or [1]
@@ -208,8 +197,7 @@ def scaling_figure(
     ticks = fig.room_for(n, CLOSE)
     above[0].set_xticks(ticks, [f"{k:g}" for k in ticks])
     above[0].set_xticks([], minor=True)
-    labels = "Number of cameras", f"Covariance ({unit})"
-    label_outer(below.reshape(rows, columns), len(kinds), labels)
+    label_outer(grid[1::2], len(kinds), ("Number of cameras", f"Covariance ({unit})"))
     for axes in above[: len(kinds) : columns]:
         axes.set_ylabel("Variance (mm²)" if variances else "Standard deviation (mm)")
     for axes in (*above[len(kinds) :], *below[len(kinds) :]):
@@ -221,7 +209,7 @@ def scaling_figure(
     below[0].plot([], [], label=law, color=GREY, lw=1.0)
     for kind in (kind for kind in EXTRA if kind in set(spreads["kind"])):
         below[0].plot([], [], label=EXTRA[kind][0], color=GREY, ls="", **EXTRA[kind][1])
-    return fig.finished(body, [below[0]], texts[2])
+    return fig.finished(body, [below[0]], texts.caption)
 
 
 def _deviations(axes: fig.Axes, spreads: pd.DataFrame, power: int) -> None:

@@ -4,15 +4,17 @@ group."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from mocap_metrology.common.files import read_metadata, read_table
+from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_level_kept
 from mocap_metrology.common.types import Record
 from mocap_metrology.noise.fit.estimates import read_noise
 from mocap_metrology.noise.fit.estimators import NoiseSettings, regression
+from mocap_metrology.noise.gaussian.moments import expected_moments
 from mocap_metrology.noise.series import length_s
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.noise.twins.twin import Twin
@@ -24,14 +26,14 @@ from mocap_metrology.present.skurowski import (
     allan_figures,
     appendix,
     coefficients,
-    gather,
     gaussian_figures,
 )
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
+from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words
 from mocap_metrology.settings import Settings
 
+PAPER = captions.PAPERS["skurowski"]
 SERIES = "z1"  # of Figures 6 and 17; S names none for 6, this one has a line and three bumps
 
 
@@ -63,19 +65,44 @@ class Recordings:
     @cached_property
     def gaussian(self) -> dict[str, Row]:
         """The row of gaussian.csv of each recording, of axis x where it has one."""
-        found = {}
-        for name in self.rows:
-            rows: Any = tables.read(self.file(name, "gaussian.csv")).to_dict("records")
-            found[name] = gather.gaussian_row(rows, "x")
-        return found
+        return {name: gaussian_row(self.file(name, "gaussian.csv"), "x") for name in self.rows}
 
     def sources(self, names: Sequence[str] = (), remark: str = "") -> tuple[str, str]:
         """Line at the foot of a figure of some of the recordings, or of all, and its remarks."""
         shown = {name: self.rows[name] for name in names or self.rows}
         paths = {name: self.file(name, "allan.parquet") for name in shown}
         lengths = {name: length_s(read_metadata(path)) for name, path in paths.items()}
-        source, remarks = gather.sources(shown, lengths)
+        source, remarks = tables.sources(shown, lengths)
         return source, f"{remark} {remarks}".strip()
+
+
+def gaussian_row(path: str | Path, axis: str) -> Row:
+    """The first row of a gaussian.csv along that axis, else the first row."""
+    rows: Any = tables.read(path).to_dict("records")
+    return next((row for row in rows if row["axis"] == axis), rows[0] if rows else {})
+
+
+def filter_sentence(origin: Record) -> str:
+    """Effect of cleaning as in S on the Allan deviations of a table with these metadata."""
+    hampel, half = origin["hampel"], origin["window_frames"] // 2
+    n_sigma, action = hampel["n_sigma"], hampel["action"]
+    if action == "off":
+        return ""
+    kept = white_level_kept(n_sigma, max(half, SHORT_WINDOW), action)[1]
+    most = 100 * taken_at_most(n_sigma, half, action)
+    return captions.FILTER.format(n_sigma=n_sigma, percent=100 * (1 - kept**0.5), most=most)
+
+
+def _spread_sentence(twin: Twin | None) -> str:
+    """Why the spread of a twin of Figure 9 is not Table 4's: its length and its coefficients."""
+    if twin is None:
+        return ""
+    spread = []
+    for seconds in (twin.duration_s, NINE_HOURS_S):
+        moments = expected_moments(replace(twin, duration_s=seconds))
+        one, two = (f"{1000 * moments[f'sigma_{k}']:.1f}" for k in (1, 2))
+        spread.append(f"{one} and {two} µm over {duration_words(seconds)}")
+    return captions.SPREAD.format(spread=", ".join(dict.fromkeys(spread)))
 
 
 def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
@@ -84,15 +111,16 @@ def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
     sentence = tables.source_sentence(sources, of.settings.duration_s)
     form = f"{sentence} {appendix.FORM_WORDS[of.settings.twin_form]}"
     every = [row for rows in of.coefficients.values() for row in rows]
-    levels, title = coefficient_tables.white_levels(every), f"{PAPER}, Tables A1-A3:"
+    levels = coefficient_tables.white_levels(every)
     counts = appendix.white_level_sentence(levels)
-    stem, subsets_title = f"{folder}/skurowski_", f"{PAPER}, Table 3: camera subsets"
-    caption = f"{captions.TABLE_3} {sentence}"
-    tables.write(f"{stem}table3", table_3(of.rows), subsets_title, caption)
-    caption = f"{counts} {captions.WHITE} {form}"
-    tables.write(f"{stem}white_levels", levels, f"{title} white noise given back", caption)
-    rows, caption = coefficient_tables.support_counts(every), f"{captions.SUPPORT} {form}"
-    tables.write(f"{stem}support", rows, f"{title} limits from the length", caption)
+    support = coefficient_tables.support_counts(every)
+    white = f"{counts} {captions.WHITE} {form}"
+    for name, rows, title, caption in (
+        ("table3", table_3(of.rows), "Table 3: camera subsets", f"{captions.TABLE_3} {sentence}"),
+        ("white_levels", levels, "Tables A1-A3: white noise given back", white),
+        ("support", support, "Tables A1-A3: limits from the length", f"{captions.SUPPORT} {form}"),
+    ):
+        tables.write(folder / f"skurowski_{name}", rows, f"{PAPER}, {title}", caption)
     cleaning = gaussian_table.cleaning_of(of.settings.hampel.model_dump(mode="json"))
     fourth = gaussian_table.table_4(of.rows, of.gaussian, of.twins, cleaning)
     fourth = [row | {"note": appendix.note_of_table_4(row)} for row in fourth]
@@ -118,7 +146,7 @@ def pictures(of: Recordings) -> Iterator[tuple[int, Picture]]:
     allan = {name: read_table(of.file(name, "allan.parquet")) for name in of.rows}
     origin = next(iter(allan.values()))[1]
     columns = {name: table for name, (table, _) in allan.items()}
-    cleaned, confidence = gather.filter_sentence(origin), origin["allan"]["confidence"]
+    cleaned, confidence = filter_sentence(origin), origin["allan"]["confidence"]
     largest = subsets.largest_sets(of.rows)
     yield 12, allan_figures.numbers_figure(of.rows, columns, *of.sources(remark=cleaned))
     texts = of.sources(list(largest.values()), cleaned)
@@ -128,15 +156,13 @@ def pictures(of: Recordings) -> Iterator[tuple[int, Picture]]:
     yield 14, coefficients.colour_figure(every, *sources)
     yield 15, coefficients.colour_figure(every, *sources, logarithmic=False)
     yield 16, coefficients.correlated_figure(every, *sources)
-    spectra = {}
-    for kind in subsets.TYPES:
-        if kind in largest:
-            psd, _ = read_table(of.file(largest[kind], "psd.parquet"))
-            pick = psd["series"] == SERIES
-            label = f"{kind} ({subsets.TABLE_4[kind]})"
-            spectra[label] = psd["f_hz"][pick], psd["psd_mm2_hz"][pick]
-    names = [largest[kind] for kind in subsets.TYPES if kind in largest]
-    yield 17, allan_figures.periodic_figure(spectra, *of.sources(names))
+    spectra, names = {}, {kind: largest[kind] for kind in subsets.TYPES if kind in largest}
+    for kind, name in names.items():
+        psd, _ = read_table(of.file(name, "psd.parquet"))
+        pick = psd["series"] == SERIES
+        label = f"{kind} ({subsets.TABLE_4[kind]})"
+        spectra[label] = psd["f_hz"][pick], psd["psd_mm2_hz"][pick]
+    yield 17, allan_figures.periodic_figure(spectra, *of.sources(list(names.values())))
 
 
 def _regression(of: Recordings) -> Picture:
@@ -149,7 +175,7 @@ def _regression(of: Recordings) -> Picture:
     rate, row = origin["frame_rate_hz"], of.rows[name]
     how = NoiseSettings.of(of.settings, rate, subset=(row["camera_type"], row["n_cameras"]))
     run, ordinary = regression(own["m"], own["avar_mm2"], rate, how, SERIES)
-    remark = f"Series {SERIES} of recording {name}. {gather.filter_sentence(origin)}"
+    remark = f"Series {SERIES} of recording {name}. {filter_sentence(origin)}"
     return allan_figures.regression_figure(
         *((own["tau_s"], own["adev_mm"]), run.starts, ordinary.model, run.estimate.model, rate),
         of.sources([name], remark),
@@ -160,20 +186,19 @@ def _regression(of: Recordings) -> Picture:
 def _gaussian(of: Recordings) -> Iterator[tuple[int, Picture]]:
     """Figures 9-11."""
     lengths = {name: twin.duration_s for name, twin in of.twins.items()}
-    source, remarks = gather.sources(of.rows, lengths)
+    source, remarks = tables.sources(of.rows, lengths)
     clean = {name: read_table(of.file(name, "clean.parquet"))[0] for name in of.densities}
     kinds = {name: of.rows[name]["camera_type"] for name in clean}
     first = next((name for name in clean if kinds[name] == "T40"), next(iter(clean)))
     x = {f"x{k}": clean[first][f"x{k}_mm"] for k in (1, 2)}
     printed = {k: published_gaussian(k) for k in kinds.values() if k in subsets.TABLE_4}
-    source_9, of_first = gather.sources({first: of.rows[first]}, lengths)
-    spread = gather.spread_sentence(of.twins.get(first))
+    source_9, of_first = tables.sources({first: of.rows[first]}, lengths)
+    spread = _spread_sentence(of.twins.get(first))
     texts_9 = source_9, f"Recording {first}. {spread} {of_first}"
     yield 9, gaussian_figures.locations_figure(x, printed.get(kinds[first]), *texts_9)
     distances = {kinds[name]: table["L_mm"] for name, table in clean.items()}
     means = subsets.means_of_distance(of.rows, of.gaussian, of.twins)
     yield 10, gaussian_figures.distances_figure(distances, printed, means, source, remarks)
-    title = f"{PAPER}, Figure 11: spread over the number of cameras"
     spreads = subsets.spreads(of.rows, of.gaussian, of.twins)
-    texts = title, source, f"{SKUROWSKI[11]} {remarks}"
+    texts = captions.of_figure("skurowski", 11, source, remarks)
     yield 11, gaussian_figures.scaling_figure(spreads, texts, variances=True)

@@ -14,7 +14,7 @@ from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.papers import power_laws as laws
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.skurowski.gaussian_figures import SETS, normal
-from mocap_metrology.present.text.captions import PAPER, SKUROWSKI
+from mocap_metrology.present.text import captions
 
 MOST_N = 12
 LENGTHS = {
@@ -33,7 +33,8 @@ def model_figure() -> fig.Picture:
     panels = {f"Marker {k}": {f"sigma_{k}_mm": ("", fig.LOOKS["x"])} for k in (2, 1)}
     panels["Distance"] = LENGTHS
     source = "Source: computed from Table 4 of the paper, row T40."
-    body = fig.new_figure(f"{PAPER}, Figure 1: Gaussian model of two markers", source, 100.0)
+    texts = captions.of_figure("skurowski", 1, source)
+    body = fig.new_figure(texts, 100.0)
     grid = body.subplot_mosaic([["wand"] * 3, list(panels)], height_ratios=(1, 3))
     _wand(grid["wand"], row)
     sigmas = [1000 * row[name] for parts in panels.values() for name in parts]
@@ -54,7 +55,7 @@ def model_figure() -> fig.Picture:
         axes.set(title=panel, xlabel=rf"{left} − $\mu_{symbol}$ (µm)")
         axes.tick_params(labelleft=panel == "Marker 2")
     grid["Marker 2"].set_ylabel("Density (1/µm)")
-    return fig.finished(body, grid.values(), SKUROWSKI[1])
+    return fig.finished(body, grid.values(), texts.caption)
 
 
 def _wand(axes: fig.Axes, row: Mapping[str, float]) -> None:
@@ -78,13 +79,13 @@ def _wand(axes: fig.Axes, row: Mapping[str, float]) -> None:
 def standard_error_figure() -> fig.Picture:
     """S Figure 2, with the printed white noise beside the law."""
     source = "Source: computed from Equation 3 and Tables A1-A3 of the paper."
-    body = fig.new_figure(f"{PAPER}, Figure 2: standard error of the mean of N", source, 95.0)
+    texts = captions.of_figure("skurowski", 2, source)
+    body = fig.new_figure(texts, 95.0)
     axes = body.subplots()
     n = np.linspace(1, MOST_N, 400)
     axes.plot(n, 1 / np.sqrt(n), color=fig.INK, lw=1.4, label=r"$\sigma/\sqrt{N}$")
-    for shift, (kind, (cameras, roots)) in zip(
-        (-0.08, 0, 0.08), laws.white_roots().items(), strict=True
-    ):
+    roots_of = laws.white_roots().items()
+    for shift, (kind, (cameras, roots)) in zip((-0.08, 0, 0.08), roots_of, strict=True):
         fit = fit_scaling(cameras, roots)
         assert fit is not None  # the printed numbers are positive
         text = f"{kind}: exponent {fit.exponent:.2f} ± {fit.exponent_error:.2f}".replace("-", "−")
@@ -93,7 +94,7 @@ def standard_error_figure() -> fig.Picture:
     axes.set(xlim=(0.5, MOST_N + 0.5), xticks=range(1, MOST_N + 1))
     axes.set_ylim(0, 1.05 * axes.get_ylim()[1])
     axes.set(xlabel="Number of observations N, or of cameras", ylabel=r"Standard error ($\sigma$)")
-    return fig.finished(body, [axes], SKUROWSKI[2])
+    return fig.finished(body, [axes], texts.caption)
 
 
 class Part(NamedTuple):
@@ -106,6 +107,7 @@ class Part(NamedTuple):
     at: Sequence[tuple[float, tuple[float, float]]] = ()
 
 
+SINUSOID, CORRELATED, TERM = Sinusoid(0.12, 3.0), "correlated (Gauss-Markov)", GaussMarkov(4e-3, 60)
 PANELS = {
     "Power laws": (
         Part("violet", PowerLaw(2, 6e-7), fig.OTHER_LOOKS[2], [(4e-3, (2.5, 2.5))]),
@@ -115,14 +117,8 @@ PANELS = {
     ),
     "Correlated and periodic noise": (
         Part("white", PowerLaw(0, 2e-5), fig.LOOKS["x"], [(4e-3, (3.0, 3.0))]),
-        Part(
-            *("sinusoid", Sinusoid(0.12, 3.0), fig.OTHER_LOOKS[1]),
-            [(1e-2, (-3.5, 2.0)), (0.9, (3.5, 3.0))],
-        ),
-        Part(
-            *("correlated (Gauss-Markov)", GaussMarkov(4e-3, 60.0), fig.OTHER_LOOKS[0]),
-            [(0.06, (-3.0, 2.5)), (1.5e3, (2.5, 3.0))],
-        ),
+        Part("sinusoid", SINUSOID, fig.OTHER_LOOKS[1], [(1e-2, (-3.5, 2)), (0.9, (3.5, 3))]),
+        Part(CORRELATED, TERM, fig.OTHER_LOOKS[0], [(0.06, (-3, 2.5)), (1.5e3, (2.5, 3))]),
         Part("random walk", PowerLaw(-2, 2e-11), fig.LOOKS["y"], [(4.5e4, (-3.0, 3.0))]),
     ),
 }
@@ -130,10 +126,9 @@ PANELS = {
 
 def slope_text(slope: float) -> str:
     """−½, or to two decimals where it is none of the slopes of power laws."""
-    for value, text in ((-1.0, "−1"), (-0.5, "−½"), (0.0, "0"), (0.5, "+½"), (1.0, "+1")):
-        if abs(slope - value) < 0.05:
-            return text
-    return f"{slope:+.2f}".replace("-", "−")
+    halves = {-2: "−1", -1: "−½", 0: "0", 1: "+½", 2: "+1"}
+    text = halves.get(round(2 * slope)) if abs(2 * slope - round(2 * slope)) < 0.1 else None
+    return text or f"{slope:+.2f}".replace("-", "−")
 
 
 @fig.styled()
@@ -141,8 +136,8 @@ def slopes_figure() -> fig.Picture:
     """S Figure 3 in two panels: the colours, then correlated and periodic noise."""
     from matplotlib.ticker import LogFormatterMathtext
 
-    title = f"{PAPER}, Figure 3: parts of an Allan deviation and their slopes"
-    body = fig.new_figure(title, "Source: computed from noise models.", 105.0)
+    texts = captions.of_figure("skurowski", 3, "Source: computed from noise models.")
+    body = fig.new_figure(texts, 105.0)
     grid = body.subplots(1, 2)
     for axes, (panel, parts) in zip(grid, PANELS.items(), strict=True):
         total = laws.deviation([part.component for part in parts])
@@ -163,4 +158,4 @@ def slopes_figure() -> fig.Picture:
                 axes.annotate(text, (tau, y), (right * MM_PT, up * MM_PT), **how)
         axes.set(title=panel, xlabel=r"Averaging time $\tau$ (s)", ylabel="Allan deviation (mm)")
     fig.letters(grid)
-    return fig.finished(body, grid, SKUROWSKI[3], columns=4)
+    return fig.finished(body, grid, texts.caption, columns=4)

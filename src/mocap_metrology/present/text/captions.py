@@ -5,9 +5,19 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from typing import NamedTuple
 
 FILES = (Path(__file__).with_name(f"{name}.toml") for name in ("captions", "papers", "calibration"))
 TEXTS = {k: v for file in FILES for k, v in tomllib.loads(file.read_text(encoding="utf-8")).items()}
+
+
+class Texts(NamedTuple):
+    """What a figure states: its title, at its foot where the data come from, and its caption, or
+    what is added to that."""
+
+    title: str
+    source: str = ""
+    caption: str = ""
 
 
 def __getattr__(name: str) -> str:
@@ -22,25 +32,27 @@ def texts(table: str) -> dict[str, str]:
     return {key: " ".join(text.split()) for key, text in TEXTS[table].items()}
 
 
-def _key(figure: int | str) -> int | str:
-    return int(figure) if str(figure).isdecimal() else figure
-
-
-JANSEN, SKUROWSKI = (
-    {_key(figure): text for figure, text in texts(paper).items()}
-    for paper in ("JANSEN", "SKUROWSKI")
-)
+PAPERS = texts("PAPERS")
 CALIBRATION_EITHER = (
     f"{__getattr__('CALIBRATION')} Where the pose is by batch: {__getattr__('CALIBRATION_BATCH')} "
     f"Otherwise: {__getattr__('CALIBRATION_BOARD_POSES')}"
 )
 
 
-def of_jansen(*figures: int | str) -> str:
-    """Captions of several figures one after the other, each with its number."""
-    return " ".join(f"Figure {figure}: {JANSEN[_key(figure)]}" for figure in figures)
+def of_figure(paper: str, figure: int | str, source: str = "", *more: str) -> Texts:
+    """Texts of a figure of a paper (`skurowski`, `jansen`); more: what is added to its caption."""
+    caption = texts(paper.upper())[str(figure)]
+    title = f"{PAPERS[paper]}, {label(paper, figure, 0)}"
+    return Texts(title, source, " ".join(filter(None, (caption, *more))))
 
 
-def of_skurowski(*figures: int | str) -> str:
+def label(paper: str, figure: int | str, width: int = 2) -> str:
+    """`Figure  7: a seismic crump`."""
+    number = str(figure).lstrip("0")
+    return f"Figure {number:>{width}}: {texts(f'{paper.upper()}_TITLES')[number]}"
+
+
+def of_figures(paper: str, *figures: int | str) -> str:
     """Captions of several figures one after the other, each with its number."""
-    return " ".join(f"Figure {figure}: {SKUROWSKI[_key(figure)]}" for figure in figures)
+    of, numbers = texts(paper.upper()), [str(figure).lstrip("0") for figure in figures]
+    return " ".join(f"Figure {number}: {of[number]}" for number in numbers)

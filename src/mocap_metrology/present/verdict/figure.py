@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many ti
 ROW_MM, CHECK_MM = 9.5, 5.5
 LETTER = 0.024  # of the width of a bar of all
 OF_FRAME = ("frame", "constant", "no_samples", "few_samples")  # codes of checks
+OF_MEAN = ("uncertainty_mm", "lower_mm", "upper_mm")
 SAID = ("duration_s", "frame_rate_hz", "horizon_s", "confidence", "decided_by")
 MARKS: tuple[tuple[str, Keywords], ...] = (
     (words.FRAME, {"marker": "o", "color": INK, "mfc": INK, "ms": 4.2}),
@@ -57,11 +59,8 @@ BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
 
 @figure.styled()
 def verdict_figure(verdict: Record) -> figure.Picture:
-    """Uncertainty of one frame and of means of every series against the limits of good and usable,
-    and the shares of the kinds of noise in that of one frame; above, the check that decided.
-
-    verdict: contents of verdict.json.
-    """
+    """The figure of `captions.VERDICT`, and above it the checks that decided. verdict: contents of
+    verdict.json."""
     series = verdict["series"]
     names = words.shown_series(verdict)
     kinds, checks = _kinds(verdict, names), _other_checks(verdict)
@@ -69,11 +68,11 @@ def verdict_figure(verdict: Record) -> figure.Picture:
     heights = {"checks": CHECK_MM * (len(checks) + 1), "marks": ROW_MM * len(names) + 15.0}
     heights = heights if checks else {"marks": heights["marks"]}
     columns = ["marks", "kinds"] if len(kinds) else ["marks"]
-    mosaic: list[Any] = [columns if name == "marks" else [name] * len(columns) for name in heights]
+    mosaic: list[Any] = [["checks"] * len(columns)] * bool(checks) + [columns]
     said = {name: verdict[name] for name in SAID}
-    title, high = f"{verdict['recording']}: {verdict['word']}", sum(heights.values())
     source = [render("verdict.source", twin=verdict.get("twin"), **said), *words.left_out(verdict)]
-    body = figure.new_figure(title, " ".join(source), 35.0 + high)
+    texts = figure.Texts(f"{verdict['recording']}: {verdict['word']}", " ".join(source))
+    body = figure.new_figure(texts, 35.0 + sum(heights.values()))
     head = f"Deciding quantity: {verdict['decided_by']['quantity']}. {first}"
     how: Keywords = {"x": 0.01, "ha": "left", "fontsize": 8.5, "weight": "normal", "wrap": True}
     body.suptitle(figure.wrapped(head), **how)
@@ -86,15 +85,10 @@ def verdict_figure(verdict: Record) -> figure.Picture:
     if len(kinds):
         _draw_kinds(panels["kinds"], kinds, names)
     figure.legend_below(body, [panels[name] for name in columns])
-    note = render(
-        "verdict.note",
-        **said,
-        of_frame=of_frame,
-        markers=words.marker_numbers(verdict),
-        times=kinds["label"].isin(list(CORRELATED.values())).any(),
-        measured=[name for name in names if series[name]["basis"] == "measured"],
-        n=len(names),
-    )
+    facts: Keywords = {"of_frame": of_frame, "markers": words.marker_numbers(verdict)}
+    facts |= {"times": kinds["label"].isin(list(CORRELATED.values())).any(), "n": len(names)}
+    facts["measured"] = [name for name in names if series[name]["basis"] == "measured"]
+    note = render("verdict.note", **said, **facts)
     return figure.Picture(body, " ".join([captions.VERDICT, *others, note]))
 
 
@@ -141,11 +135,10 @@ def _marks(verdict: Record, names: list[str]) -> pd.DataFrame:
     rows = []
     for name in names:
         values = verdict["series"][name]
-        of_frame = [[values[f"{stem}{end}_mm"] for end in ("", "_lower", "_upper")]
-                    for stem in ("frame", "sigma_frame")]  # fmt: skip
-        means = [[mean[f"{end}_mm"] for end in ("uncertainty", "lower", "upper")]
-                 for mean in values["means"]]  # fmt: skip
-        rows += [(name, mark, *three) for mark, three in enumerate([*of_frame, *means])]
+        every = [[values[f"{stem}{end}_mm"] for end in ("", "_lower", "_upper")]
+                 for stem in ("frame", "sigma_frame")]  # fmt: skip
+        every += [[mean[key] for key in OF_MEAN] for mean in values["means"]]
+        rows += [(name, mark, *three) for mark, three in enumerate(every)]
     marks = pd.DataFrame(rows, columns=["name", "mark", "value", "lower", "upper"])
     marks = marks.astype({"value": float, "lower": float, "upper": float})
     for end in ("lower", "upper"):
@@ -179,10 +172,8 @@ def _draw_marks(axes: figure.Axes, verdict: Record, names: list[str], bold: str)
         if name not in set(marks["name"]):
             how = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "center"}
             axes.text(math.sqrt(math.prod(limits)), row, verdict["series"][name]["status"], **how)
-    axes.set(ylim=(max(len(names), 1) - 0.5, -0.5), xlabel="Standard uncertainty (mm)")
-    axes.set_yticks(range(len(names)), names)
-    axes.tick_params(axis="y", length=0)
-    axes.grid(visible=False, axis="y")
+    axes.set_xlabel("Standard uncertainty (mm)")
+    figure.name_axis(axes, names, "y")
 
 
 def _kinds(verdict: Record, names: list[str]) -> pd.DataFrame:
@@ -247,25 +238,22 @@ def draw_bands(
     good, usable = words_mm["good"], words_mm["usable"]
     ends = limits[0], good, usable, limits[1]
     places = (limits[0], "left"), (math.sqrt(good * usable), "center"), (limits[1], "right")
-    for k, ((word, colour), (at, side)) in enumerate(
-        zip(BAND_COLOURS.items(), places, strict=True)
-    ):
-        axes.axvspan(ends[k], ends[k + 1], color=colour, lw=0, zorder=0)
-        look: figure.Keywords = {"weight": "normal", "color": figure.GREY}
-        look = {"weight": "bold", "color": figure.INK} if word == bold else look
-        where: figure.Keywords = {"xycoords": axes.get_xaxis_transform(), "ha": side}
-        where |= {"xytext": (0, 3), "textcoords": "offset points", "size": figure.SMALL_PT}
-        axes.annotate(word, (at, 1.0), **where, **look)
+    bands = zip(BAND_COLOURS.items(), pairwise(ends), places, strict=True)
+    for (word, colour), span, (at, side) in bands:
+        axes.axvspan(*span, color=colour, lw=0, zorder=0)
+        where: Keywords = {"xycoords": axes.get_xaxis_transform(), "ha": side, "size": SMALL_PT}
+        where |= {"xytext": (0, 3), "textcoords": "offset points"}
+        look = ("bold", INK) if word == bold else ("normal", GREY)
+        axes.annotate(word, (at, 1.0), weight=look[0], color=look[1], **where)
 
 
 @figure.styled()
-def overview_figure(rows: Sequence[Record], title: str, source: str) -> figure.Picture:
+def overview_figure(rows: Sequence[Record], texts: figure.Texts) -> figure.Picture:
     """A row a recording, in the order given, at most `MOST`."""
     shown = [(row, point) for row in rows if (point := worst_frame(row))][:MOST]
     if not shown:
-        none = "No recording has an uncertainty of a frame."
-        return figure.words_picture(none, title, source)
-    body = figure.new_figure(title, source, 22.0 + NAME_MM * len(shown))
+        return figure.words_picture("No recording has an uncertainty of a frame.", texts)
+    body = figure.new_figure(texts, 22.0 + NAME_MM * len(shown))
     axes = body.subplots()
     words_mm = shown[0][0]["limits_mm"]
     limits = axis_limits([np.array(point) for _, point in shown], words_mm)
@@ -276,10 +264,8 @@ def overview_figure(rows: Sequence[Record], title: str, source: str) -> figure.P
         face = "white" if row["source"] == "twin" else colour
         axes.hlines(place, lower, upper, color=colour, lw=1.2)
         axes.plot([value], [place], marker="o", ms=5, mec=colour, mfc=face)
-    axes.set(ylim=(len(shown) - 0.5, -0.5), xlabel="Standard uncertainty of one frame (mm)")
-    axes.set_yticks(range(len(shown)), [row["recording"] for row, _ in shown], size=figure.SMALL_PT)
-    axes.tick_params(axis="y", length=0)
-    axes.grid(visible=False, axis="y")
+    axes.set_xlabel("Standard uncertainty of one frame (mm)")
+    figure.name_axis(axes, [row["recording"] for row, _ in shown], "y", size=figure.SMALL_PT)
     twins = any(row["source"] == "twin" for row, _ in shown)
     more = len(rows) - len(shown)
     hollow = " Hollow: a simulated stand-in (twin)." if twins else ""

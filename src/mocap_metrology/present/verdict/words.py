@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 
 from mocap_metrology.common.types import Record, Row
 from mocap_metrology.noise.assess.checks import COORDINATE, LEAST_FRAMES, LEAST_S, Check, ModelCheck
 from mocap_metrology.noise.assess.mean import NOT_COVERED
 from mocap_metrology.noise.assess.recording import Assessment
-from mocap_metrology.noise.assess.spread import Share
 from mocap_metrology.noise.assess.uncertainty import Reason, SeriesNumbers, Unmodelled
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.accuracy.bar import bar_lines
+from mocap_metrology.present.tables import in_columns
 from mocap_metrology.present.text.numbers import duration_words, significant, with_unit
 from mocap_metrology.present.text.sentence import render
 
@@ -34,7 +34,8 @@ NUMBERS = (  # of a series
     *("adev_min_upper_mm", "tau_min_s", "adev_still_falls"),
 )
 MOST_ROWS = 24  # of a table on the terminal, and of the figure
-OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm")
+OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm",
+           "shares")  # fmt: skip
 
 
 def summary_row(verdict: Record) -> Row:
@@ -107,13 +108,12 @@ def verdict_lines(verdict: Record) -> list[str]:
     first = f"{verdict['recording']}: {verdict['word']}"
     if verdict["decided_by"]["code"] == "moves":
         return [first, verdict["reason"], reference_sentence(verdict)]
-    head = (
-        f"Standard uncertainties in mm, about the mean of {duration_words(verdict['horizon_s'])}:"
-    )
+    horizon = duration_words(verdict["horizon_s"])
+    head = f"Standard uncertainties in mm, about the mean of {horizon}:"
     lines = [first, *sentences(verdict), *marker_numbers(verdict), "", head]
     shown = {name: verdict["series"][name] for name in shown_series(verdict)}
-    lines += [*_aligned(_table(shown)), *left_out(verdict), *_measured(verdict)]
-    means = _aligned(mean_table(shown)) if has_mean(verdict) else []
+    lines += [*in_columns(_table(shown)), *left_out(verdict), *_measured(verdict)]
+    means = in_columns(mean_table(shown)) if has_mean(verdict) else []
     lines += ["", mean_words(verdict), *means]
     findings = [item["words"] for item in _warnings(verdict) if not is_stated(item, verdict)]
     lines += ["", "Findings:", *(f"  {words}" for words in findings)] if findings else []
@@ -155,17 +155,10 @@ def mean_table(series: Mapping[str, Record]) -> list[list[str]]:
         n_eff, low, high = (
             significant(mean[f"n_eff{end}"]) for end in ("", "_lower_95", "_upper_95")
         )
-        rows.append(
-            [
-                name,
-                _in_mm(mean["u_mm"]),
-                significant(mean["k"]) or "-",
-                _in_mm(mean["expanded_mm"]),
-                f"{n_eff} ({low} to {high})" if n_eff else "-",
-                significant(mean["correlation_s"]) or "-",
-                significant(mean["length_s"]) or "-",
-            ]
-        )
+        k, T_c, length = (significant(mean[of]) or "-" for of in ("k", "correlation_s", "length_s"))
+        frames = f"{n_eff} ({low} to {high})" if n_eff else "-"
+        sizes = _in_mm(mean["u_mm"]), k, _in_mm(mean["expanded_mm"])
+        rows.append([name, *sizes, frames, T_c, length])
     return rows
 
 
@@ -205,11 +198,6 @@ def _table(series: Mapping[str, Record]) -> list[list[str]]:
         sizes = [_in_mm(values["frame_mm"]), _in_mm(values["sigma_frame_mm"]), *means]
         rows.append([name, *sizes, least, mostly])
     return rows if any(row[-1] for row in rows[1:]) else [row[:-1] for row in rows]
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    width = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [f"  {'  '.join(map(str.ljust, row, width))}".rstrip() for row in rows]
 
 
 def _in_mm(value: float | None) -> str:
@@ -301,7 +289,7 @@ def why_measured(unmodelled: Unmodelled | None, others: Collection[Unmodelled | 
 
 
 def _series(numbers: SeriesNumbers) -> Row:
-    means = [{name: getattr(mean, name) for name in (*OF_MEAN, "shares")} for mean in numbers.means]
+    means = [{name: getattr(mean, name) for name in OF_MEAN} for mean in numbers.means]
     return {
         "status": numbers.status,
         "basis": numbers.basis,
@@ -309,7 +297,7 @@ def _series(numbers: SeriesNumbers) -> Row:
         **{name: getattr(numbers, name) for name in NUMBERS},
         "means": means,
         "shares": numbers.shares,
-        "kinds": [_kind(one) for one in numbers.kinds],
+        "kinds": [vars(one) | {"class": _class(one.T_c_s)} for one in numbers.kinds],
         "floor_mm": numbers.floor_mm,
         "drift_mm_per_h": numbers.drift_mm_per_h,
         "range_mm": numbers.range_mm,
@@ -317,7 +305,6 @@ def _series(numbers: SeriesNumbers) -> Row:
     }
 
 
-def _kind(one: Share) -> Row:
-    """A kind of noise with its share; class: of correlated noise (S 4.6)."""
-    of_time = "" if math.isnan(one.T_c_s) else correlation_class(one.T_c_s)
-    return {**vars(one), "class": of_time}
+def _class(T_c_s: float) -> str:
+    """The class of correlated noise (S 4.6)."""
+    return "" if math.isnan(T_c_s) else correlation_class(T_c_s)

@@ -1,34 +1,35 @@
-"""One page that proves a diagnosis: events, noise before and after, lines, filters, resolution."""
+"""What is wrong with a recording: one page that proves it (events, noise before and after, lines,
+filters, resolution), and events.csv, periodic.csv, filters.csv and diagnosis.json."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import reduce
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from mocap_metrology.common.files import write_csv, write_json
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.diagnosis import evidence
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.evidence import View
 from mocap_metrology.noise.diagnosis.export import Resolution
-from mocap_metrology.noise.diagnosis.filtering import Filtered
+from mocap_metrology.noise.diagnosis.filtering import NO_FILTER, Filtered, filter_row
+from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.diagnosis.levels import Sides
+from mocap_metrology.noise.diagnosis.periodic import SpectralLine
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_bins, log_limits
-from mocap_metrology.present.plot.figure import (
-    GREY,
-    INK,
-    Keywords,
-    length_unit,
-    panel_title,
-    time_axis,
-)
+from mocap_metrology.present.plot.figure import GREY, INK, Keywords, length_unit, panel_title
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.diagnosis import outcome
+from mocap_metrology.present.text.diagnosis import line_words, outcome
 from mocap_metrology.present.text.numbers import mm, moment, number, significant
-from mocap_metrology.present.text.sentence import render
+from mocap_metrology.present.text.sentence import Sentence, render
 
 DYNAMIC_MM, CLOSE_MM, SPECTRA_MM = 36.0, 44.0, 58.0
 LEAST_S_SHOWN, MOST_S_SHOWN = 3.0, 60.0
@@ -54,14 +55,8 @@ COMPARED = {
 
 
 @figure.styled()
-def diagnosis_figure(
-    recording: Recording, found: Diagnosis, title: str, source: str = "", remarks: str = ""
-) -> figure.Picture:
-    """Above, the dynamic Allan deviation of one series over time, events marked, and below it the
-    largest event (or, without one, the most unusual window) beside the noise before and after (or
-    in both halves); at the bottom the spectrum with its lines, and the Allan deviation, both as
-    they are and as filters would leave them, without the events. Of a short recording, what there
-    is of this."""
+def diagnosis_figure(recording: Recording, found: Diagnosis, texts: figure.Texts) -> figure.Picture:
+    """The figure of `captions.DIAGNOSIS`; of a short recording, what there is of it."""
     event = evidence.largest_event(found)
     view = evidence.view_of(found, event)
     seen = view.series if view else next(iter(recording.coordinates))
@@ -73,7 +68,7 @@ def diagnosis_figure(
     close = ("b" if view else "") + ("c" if sides else "")
     rows |= {close * (3 - len(close)): CLOSE_MM} if close else {}
     rows |= {"de": SPECTRA_MM}
-    body = figure.new_figure(title, source, 25.0 + sum(height + 12.0 for height in rows.values()))
+    body = figure.new_figure(texts, 25.0 + sum(height + 12.0 for height in rows.values()))
     panels = body.subplot_mosaic("\n".join(rows), height_ratios=list(rows.values()))
     if view is not None:
         _draw_dynamic(panels["a"], recording, found, view)
@@ -90,7 +85,7 @@ def diagnosis_figure(
         panels[name].set_title(f"{panels[name].get_title(loc='left')}\n")
     figure.legend_below(body, panels.values())
     none = "" if view else render("event.undetectable")
-    return figure.Picture(body, " ".join(filter(None, (captions.DIAGNOSIS, remarks, none))))
+    return figure.Picture(body, f"{captions.DIAGNOSIS} {texts.caption} {none}")
 
 
 def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, view: View) -> None:
@@ -99,7 +94,7 @@ def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, vie
     import matplotlib
     from matplotlib.colors import LogNorm
 
-    axis = time_axis(recording.n_frames, recording.frame_rate_hz)
+    axis = figure.time_axis(recording.n_frames, recording.frame_rate_hz)
     per_s = axis.per_frame * recording.frame_rate_hz
     n, windows = len(found.events), f"{number(found.n_windows)} windows of all series"
     remark = f"{n or 'no'} event{'s' if n > 1 else ''} in {windows}"
@@ -146,16 +141,16 @@ def _draw_close(
     first = max(round(view.first_s * rate) - begin, 0)
     values = (values - values.iloc[: max(first, 8)].median()).dropna(axis=1, how="all")
     values.index = values.index / rate
-    unit = length_unit([(values.max() - values.min()).max()])
+    unit, per_mm = length_unit([(values.max() - values.min()).max()])
     for name in values:
         place = figure.coordinate_of(str(name))
         look = figure.LOOKS[place[0]] if place else figure.OTHER_LOOKS[0]
         how: Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.7, "label": name}
-        axes.plot(values.index, values[name] * unit.per_mm, **how)
+        axes.plot(values.index, values[name] * per_mm, **how)
     start = begin / rate
     ends = view.first_s - start, min(view.last_s, end / rate) - start
     axes.axvspan(*ends, label=SHOWN[view.kind], facecolor=figure.FAINT, alpha=0.45, lw=0)
-    axes.set(xlim=(0.0, (end - begin) / rate), ylabel=f"{', '.join(view.names)} ({unit.symbol})")
+    axes.set(xlim=(0.0, (end - begin) / rate), ylabel=f"{', '.join(view.names)} ({unit})")
     axes.set_xlabel(f"Time (s) from {moment(start)}" if begin else "Time (s)")
     inside = values.iloc[first : first + round(duration * rate)]
     spans = (inside.max() - inside.min()).dropna()
@@ -164,7 +159,7 @@ def _draw_close(
         title = "Where the noise changes"
     elif event:
         title = "The event" if len(found.events) == 1 else "The largest event"
-        size = f"{significant(event.size_mm * unit.per_mm)} {unit.symbol}"
+        size = f"{significant(event.size_mm * per_mm)} {unit}"
         unknown = event.outcome == "unknown"
         word = "too close to an end to compare" if unknown else outcome(event)
         remark = f"{size} in {view.series}, {word}"
@@ -172,8 +167,7 @@ def _draw_close(
         likely = view.chance >= LIKELY
         remark = "explained by noise" if likely else f"chance ≤ {100 * view.chance:.2g} %"
     elif len(spans):
-        size = significant(spans.max() * unit.per_mm)
-        remark = f"{spans.idxmax()} spans {size} {unit.symbol}"
+        remark = f"{spans.idxmax()} spans {significant(spans.max() * per_mm)} {unit}"
     panel_title(axes, title, remark)
 
 
@@ -287,3 +281,86 @@ def _draw_deviations(
     if rounding:
         tau = np.array(limits[0])
         axes.plot(tau, rounding.rounding_mm / np.sqrt(np.maximum(tau * rate_hz, 1.0)), **ROUNDING)
+
+
+# ---- Files
+
+# Columns with the attributes that they hold; those without one are computed. Sides of an event are
+# those of the series that changed most for its interval, of 99 % over all series together.
+EVENTS = {
+    "event": "", "time_s": "time_s", "duration_s": "duration_s", "kind": "kind", "series": "",
+    "markers": "", "size_mm": "size_mm", "size_series": "largest", "shift_mm": "shift_mm",
+    "significance": "ratio", "tau_s": "tau_s", "false_alarm_p": "p",
+    "side_series": "most_changed.series", "sd_before_mm": "most_changed.sd_before",
+    "sd_after_mm": "most_changed.sd_after", "fast_sd_before_mm": "most_changed.fast_before",
+    "fast_sd_after_mm": "most_changed.fast_after", "ratio": "most_changed.ratio",
+    "ratio_lower": "most_changed.lower", "ratio_upper": "most_changed.upper", "word": "",
+}  # fmt: skip
+PERIODIC = {
+    "series": "series", "f_hz": "line.f_0", "f_std_error_hz": "f_error", "width_f_hz": "",
+    "amplitude_mm": "line.A_s", "lower_95_mm": "lower", "upper_95_mm": "upper",
+    "in_periodogram": "", "periodogram_gain": "line.gain", "in_psd": "in_psd",
+    "psd_snr": "snr_psd", "in_adev": "in_adev", "share_of_avar": "share", "tau_s": "tau_s",
+    "harmonic": "", "fundamental_hz": "", "alias_below_hz": "", "alias_above_hz": "", "word": "",
+}  # fmt: skip
+
+
+def write_diagnosis(
+    folder: str | Path,
+    name: str,
+    source: str,
+    recording: Recording,
+    found: Diagnosis,
+    findings: Sequence[Finding],
+    sentences: Sequence[Sentence],
+) -> None:
+    """Write all four into `folder`; tables without rows have their header. source: `twin` or
+    `measured`."""
+    none = {one.series: one for one in found.filtered if one.filter.sos is None}
+    of_events = []
+    for k, event in enumerate(found.events, start=1):
+        names = {"series": event.series, "markers": event.markers(recording.labels)}
+        computed = {key: ";".join(of) for key, of in names.items()}
+        of_events.append(_row(EVENTS, event, {"event": k, "word": outcome(event), **computed}))
+    of_lines = [_row(PERIODIC, x, _of_line(x, recording.frame_rate_hz)) for x in found.lines]
+    of_filters = [filter_row(none[one.series], one) for one in found.filtered]
+    tables: dict[str, tuple[list[Row], Mapping[str, object]]] = {
+        "events": (of_events, EVENTS),
+        "periodic": (of_lines, PERIODIC),
+        "filters": (of_filters, filter_row(NO_FILTER, NO_FILTER)),
+    }
+    for stem, (rows, columns) in tables.items():
+        named = [{"recording": name, "source": source, **row} for row in rows]
+        write_csv(Path(folder) / f"{stem}.csv", named, ("recording", "source", *columns))
+    document = {
+        "recording": name,
+        "source": source,
+        "findings": [one.as_dict() for one in findings],
+        "sentences": [{**asdict(one), "series": list(one.series)} for one in sentences],
+    }
+    write_json(Path(folder) / "diagnosis.json", document)
+
+
+def _row(columns: Mapping[str, str], of: object, computed: Row) -> Row:
+    """Attributes of an object, `a.b` those of attribute a, none where it is None."""
+
+    def get(value: object, name: str) -> object:
+        return None if value is None else getattr(value, name)
+
+    return {
+        name: reduce(get, attributes.split("."), of) if attributes else computed[name]
+        for name, attributes in columns.items()
+    }
+
+
+def _of_line(one: SpectralLine, rate_hz: float) -> Row:
+    harmonic, fundamental_hz = one.harmonic or (None, None)
+    return {
+        "width_f_hz": one.line.width_f or None,
+        "in_periodogram": True,
+        "harmonic": harmonic,
+        "fundamental_hz": fundamental_hz,
+        "alias_below_hz": rate_hz - one.line.f_0,
+        "alias_above_hz": rate_hz + one.line.f_0,
+        "word": line_words(one),
+    }

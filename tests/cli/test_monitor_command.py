@@ -45,7 +45,8 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
     monkeypatch.setattr(monitor.analyse, "analyse", first_step)
     monkeypatch.setattr("mocap_metrology.recording.monitor.monitors.chart", lambda *words: words)
     monkeypatch.setattr(
-        "mocap_metrology.recording.monitor.save_png", lambda words, path: path.write_text(words[1].title)
+        "mocap_metrology.recording.monitor.save_png",
+        lambda words, path: path.write_text(words[1].title),
     )
 
     def add(path: Path, *options: str) -> int:

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
+from mocap_metrology.lighthouse.assess.calibration_files import beyond_sigma
 from mocap_metrology.lighthouse.assess.pose_file import (
     chosen_pose,
     matrix_and_metres,
@@ -57,6 +58,9 @@ def test_written_and_read(tmp_path):
     np.testing.assert_allclose(list(pose["rotation_deg"].values()), ANGLES, atol=1e-9)
     np.testing.assert_allclose(matrix_and_metres(pose)[0], R, atol=1e-12)
     np.testing.assert_allclose(pose["errors_mm"], [1, 0, 0], atol=1e-9)
+    pose["errors_deg"] = [0.0, 0.0, 0.0]
+    for error_mm, is_beyond in ([5.9, 0, 0], False), ([0, 3.1, 0], True), (None, False):
+        assert beyond_sigma(pose | {"errors_mm": error_mm}) == is_beyond  # sigma: 2, 1, 1 mm
     np.testing.assert_allclose(pose["covariance"], COVARIANCE)
     assert given["poses"][0]["covariance"] is None
     assert pose["residual_rms_urad"] is None  # unknown, as JSON has no NaN

@@ -98,3 +98,16 @@ def _names_something(sentence) -> bool:
     return sentence.numbers.get("n_events", 1) not in (0, None) and (
         sentence.numbers.get("n_lines", 1) != 0
     )
+
+
+def test_movement_is_no_filter() -> None:
+    """It may have any spectrum: neither on the axis that moves nor on others of the marker."""
+    t, rng = np.arange(N) / RATE, np.random.default_rng(6)
+    sos = signal.butter(2, 12.0, fs=RATE, output="sos")
+    position = signal.sosfiltfilt(sos, 0.05 * rng.standard_normal((6, N)))
+    position[0] += 40 * np.sin(2 * np.pi * t / 60)
+    names = ("x1", "y1", "z1", "x2", "y2", "z2")
+    coordinates = {name: np.float32(position[i]) for i, name in enumerate(names)}
+    one = Recording(coordinates, ("A", "B"), [], RATE, 6e-5, "float32", {})
+    findings = findings_of(one, diagnose(one, [], None, DiagnosisSettings()), [])
+    assert {f.series for f in findings if f.code == "low_pass"} == {"x2", "y2", "z2"}

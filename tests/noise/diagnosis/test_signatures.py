@@ -354,7 +354,10 @@ def test_what_steps_of_a_file_make_is_no_cycle() -> None:
         rng = np.random.default_rng([seed, 7])
         x = 0.1 * np.round((0.4 * t / t[-1] + rng.normal(0, 0.02, t.size) + rng.uniform()) / 0.1)
         found = signature(x, 50.0)
-        assert found is not None and hiding_step(x, 0.0, distance=False) == pytest.approx(0.1)
+        gaps = np.where(rng.random(x.size) < 0.01, np.nan, x)
+        for series in (x, gaps):
+            assert hiding_step(series, 0.0, distance=False) == pytest.approx(0.1)
+        assert found is not None
         left = found.beyond(0.1)
         assert not set(left.kinds) - {"drift"} and (left.kinds or left.undecided)
 

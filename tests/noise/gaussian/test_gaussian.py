@@ -61,7 +61,9 @@ def test_correlation_time_of_an_autoregression(phi):
 
 
 def test_correlation_time_of_a_few_samples_is_a_share_of_them() -> None:
-    """Not less than that of white noise, and not more than all of them; two samples do not tell."""
+    """Not less than that of white noise, and not more than all of them; two samples do not tell,
+    and no number of equal ones."""
+    assert correlation_time(np.full(60, 1000.1)) == 0.5
     series = np.random.default_rng(2).standard_normal(60)
     times = [correlation_time(series[:n]) for n in range(60)]
     assert times[:3] == [0.5, 0.5, 0.5]

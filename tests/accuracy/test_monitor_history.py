@@ -19,8 +19,8 @@ from mocap_metrology.settings import Settings
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts take most of the time of a monitor."""
     module = "mocap_metrology.recording.monitor"
-    monkeypatch.setattr(f"{module}.monitors.chart", lambda *words: words)
-    monkeypatch.setattr(f"{module}.save_png", lambda words, path: path.write_text(words[1].title))
+    monkeypatch.setattr(f"{module}.monitors.chart", lambda rows, texts: texts)
+    monkeypatch.setattr(f"{module}.save_png", lambda texts, path: path.write_text(texts.title))
 
 
 DATES = [f"2026-03-{k:02d}" for k in range(1, 31)]

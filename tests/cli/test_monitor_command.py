@@ -43,10 +43,12 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
         clean(entry, analyse.origin(name, rest[1]), settings, folder, tell=tell)
 
     monkeypatch.setattr(monitor.analyse, "analyse", first_step)
-    monkeypatch.setattr("mocap_metrology.recording.monitor.monitors.chart", lambda *words: words)
+    monkeypatch.setattr(
+        "mocap_metrology.recording.monitor.monitors.chart", lambda rows, texts: texts
+    )
     monkeypatch.setattr(
         "mocap_metrology.recording.monitor.save_png",
-        lambda words, path: path.write_text(words[1].title),
+        lambda texts, path: path.write_text(texts.title),
     )
 
     def add(path: Path, *options: str) -> int:

@@ -278,7 +278,8 @@ def well_fitted(
     if finer is not found:  # where the board was not followed, good diodes can look bad
         found, out = _without_bad(scene, hits, finer)
     good, scene = _gated(scene, hits, found, FINE_RAD, out), replace(scene, covered=True)
-    return fitted(scene, good, found.recordings[0].trajectory, near=found), noted(out, why)
+    path, rounds = found.recordings[0].trajectory, 2 * ROUNDS  # as the cover is new to the search
+    return fitted(scene, good, path, near=found, rounds=rounds), noted(out, why)
 
 
 def _without_bad(scene: Scene, hits: Hits, found: Joint) -> tuple[Joint, list[int]]:

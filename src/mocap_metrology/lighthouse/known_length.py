@@ -86,10 +86,8 @@ def known_length(
     if (cell := POINTS.fullmatch(text)) is not None:
         if points is None:
             raise Refusal(f"known_length: {text!r}; expected a file of points (world_points)")
-        labels, sd = list(points), float(cell[1] or POINTS_SD_M)
-        return KnownLength.of_points(
-            [(_place(label, n_diodes, names), points[label]) for label in labels], sd
-        )
+        own = [(_place(label, n_diodes, names), at) for label, at in points.items()]
+        return KnownLength.of_points(own, float(cell[1] or POINTS_SD_M))
     cell = STATIONS.fullmatch(text) or DIODES.fullmatch(text)
     if cell is None or not 0 < float(cell["sd"]) < float(cell["length"]) <= LARGEST_M:
         raise Refusal(f"known_length: {text!r}; expected {EXPECTED}")

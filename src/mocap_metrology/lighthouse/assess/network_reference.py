@@ -86,7 +86,7 @@ class NetworkReference:
 
     def _of(self, station: Station) -> Placed | None:
         same = [one for one in self.stations if one.id == station.id is not None]
-        same = same or [one for one in self.stations if one.channel == station.channel]
+        same += [one for one in self.stations if one.channel == station.channel]
         if same and None not in (same[0].id, station.id) and same[0].id != station.id:
             raise Refusal(
                 f"{self.source}: its station {same[0].channel} is {same[0].id}, that of the"

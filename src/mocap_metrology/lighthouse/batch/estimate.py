@@ -123,8 +123,8 @@ def estimate(
 
     rotors (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors
     are taken as they are, also of `SIZED`, and the bias remains; near: an estimate of the same
-    unknowns from other hits, where this begins; rounds: at most. Raises LinAlgError where the hits
-    do not determine the poses.
+    unknowns, or all but the last, where this begins; rounds: at most. Raises LinAlgError where the
+    hits do not determine the poses.
     """
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
@@ -139,7 +139,8 @@ def estimate(
         R, t_m, rotors, board, of.size, problem.NO_NORMALS if normals is None else normals
     )
     if near is not None:
-        state = near.state
+        values = np.append(near.state.values, state.values[near.of.size :])
+        state = near.state._replace(values=values, normals=state.normals)
     own = [recording.recording(one, state) for one in recordings]
     for one, its, column in zip(own, seen, of.inertial, strict=True):
         if its is not None:

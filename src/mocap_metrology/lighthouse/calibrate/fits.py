@@ -153,9 +153,8 @@ def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
     order = np.argsort(-excess, kind="stable")
     worst = order[excess[order] > max(1.0, 0.5 * excess.max())]
     n = np.unique(one.sweeps.hits.diode).size
-    if n <= FEWEST_DIODES:
-        return worst[:0]
-    return worst[:1] if n - worst.size < MANY_DIODES else worst
+    most = 0 if n <= FEWEST_DIODES else 1 if n - worst.size < MANY_DIODES else n
+    return worst[:most]
 
 
 def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
@@ -270,6 +269,7 @@ def well_fitted(
     stations of the first generation, where it was called before."""
     if scene.generation != 2:
         return without_bad_diodes(scene, hits, trajectory, poses, first)
+    scene = replace(scene, covered=False)
     found, scene, why = if_they_agree(
         scene, lambda own: bridged(own, _first(own, hits, trajectory, poses))
     )
@@ -277,8 +277,9 @@ def well_fitted(
     finer = _followed(scene, hits, found)
     if finer is not found:  # where the board was not followed, good diodes can look bad
         found, out = _without_bad(scene, hits, finer)
-    good = _gated(scene, hits, found, FINE_RAD, out)
-    return fitted(scene, good, found.recordings[0].trajectory, near=found), noted(out, why)
+    good, scene = _gated(scene, hits, found, FINE_RAD, out), replace(scene, covered=True)
+    path, rounds = found.recordings[0].trajectory, 2 * ROUNDS  # as the cover is new to the search
+    return fitted(scene, good, path, near=found, rounds=rounds), noted(out, why)
 
 
 def _without_bad(scene: Scene, hits: Hits, found: Joint) -> tuple[Joint, list[int]]:

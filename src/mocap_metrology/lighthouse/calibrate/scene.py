@@ -63,8 +63,8 @@ class Sensors:
 class Scene:
     """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
     `seen` or `estimated`, and what is known beforehand; known_pose: those of
-    the stations are held; sensors: data besides hits; generation: of the stations; names: of the
-    stations."""
+    the stations are held; sensors: data besides hits; generation, names: of the stations; covered:
+    whether the cover of a flat board is an unknown."""
 
     hits: records.Hits
     board: np.ndarray
@@ -77,6 +77,7 @@ class Scene:
     sensors: Sensors = Sensors()
     generation: int = 1
     names: Sequence[str] = records.ROLES
+    covered: bool = True
 
     @property
     def title(self) -> str:
@@ -126,7 +127,7 @@ class Scene:
         """What an estimate knows besides. Before stations of the second generation diodes of a flat
         board look along its normal, to the side that the light comes from."""
         normals = self.sensors.normals
-        if normals is None and self.generation == 2 and is_flat(self.board):
+        if normals is None and self.generation == 2 and self.covered and is_flat(self.board):
             across = np.linalg.svd(self.board - self.board.mean(axis=0))[2][2]
             normals = np.tile(across, (len(self.board), 1))
         return SideInformation(self.sensors.ups, self.spreads, normals)

@@ -208,9 +208,8 @@ def _of_one_count(ticks: Floats, begins: np.ndarray, channel: Floats) -> np.ndar
         step = np.diff(ndimage.median_filter(phase, FEW, mode="nearest"))
         ends |= set(own[2:][np.abs(step) > JUMP].tolist())
     at = np.sort(list(ends))
-    longest = int(np.argmax(np.diff(at)))
-    line = np.arange(ticks.size)
-    return (line >= at[longest]) & (line < at[longest + 1])
+    k = int(np.argmax(np.diff(at)))
+    return np.isin(np.arange(ticks.size), np.arange(at[k], at[k + 1]))
 
 
 def normals_of(config: Mapping[str, object], n_diodes: int) -> np.ndarray | None:

@@ -26,6 +26,7 @@ DRAWN_IN_SCALES = 3.0  # scales that a frame may be off the median of the five r
 MANY_BEYOND = 0.1  # share of the frames; of Gaussian noise 0.03
 TOGETHER_FRAMES = (1, 3, 9)  # frames
 ALONE_EXPECTED = 1e-3  # number of times that so many are off among them by chance in a recording
+LOUDER = 1.15  # than the usual scale; that of a block varies by 4 %
 SAMPLED = 1 << 18  # values of a scale
 MANY_OUTLIERS = 1e-3  # share of the frames from which a reader is warned
 
@@ -121,7 +122,7 @@ def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> n
     blocks = np.add.outer(off // BLOCK, (-1, 0, 1)).clip(0, max(series.size // BLOCK - 1, 0))
     level = {k: spread(distance[k * BLOCK : (k + 1) * BLOCK]) for k in np.unique(blocks)}
     louder = np.array([max(level[k] for k in near) for near in blocks]) / (usual or math.inf)
-    return off[np.abs(distance[off]) > n_sigma * scale * louder]
+    return off[np.abs(distance[off]) > n_sigma * scale * np.where(louder > LOUDER, louder, 1.0)]
 
 
 def isolated(off: Mapping[str, np.ndarray], markers: Mapping[str, int]) -> dict[str, np.ndarray]:

@@ -30,7 +30,7 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 PICOMETRES = 9  # digits of mm; without a shape, equal values of a coarse file are equal again
 NOTCHES = 3  # of a series: its strongest lines
 SLOW_HZ = 0.25  # lines below may be of what a change at once leaves
-BOUNDED = 0.25  # of the recording, T_c of the slowest rival of a walk
+BOUNDED = 0.2  # of the recording, T_c of the slowest rival of a walk
 LEAST_PERIOD = 8  # blocks, of a cycle that the signatures have
 Columns = Mapping[str, np.ndarray]
 Density = Callable[[np.ndarray], np.ndarray]
@@ -179,8 +179,8 @@ def decided(wanders: Mapping[str, Wander], noise: Sequence[NoiseRow]) -> dict[st
 
 
 def _bounded(slowest: Sequence[np.ndarray]) -> bool:
-    """Whether walks (see `_slowest`) may be noise correlated over a quarter of the recording, by
-    all series together: it has x^2 / (1 + x^2) of the variance of the differences of a walk, x = 2
+    """Whether walks (see `_slowest`) may be noise correlated over a fifth of the recording, by all
+    series together: it has x^2 / (1 + x^2) of the variance of the differences of a walk, x = 2
     pi f T_c. Series that share a movement count for as few as their correlation leaves."""
     if not slowest:
         return True

@@ -7,14 +7,14 @@ with step(snakemake) as log:
 
     from mocap_metrology.papers import camera_tables
     from mocap_metrology.papers.power_laws import table_1
-    from mocap_metrology.present import claims, tables
+    from mocap_metrology.present import tables
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix
     from mocap_metrology.present.skurowski import theory_figures as theory
     from mocap_metrology.present.text import captions
 
     folder, paper = Path(snakemake.output[0]).parents[1], captions.PAPERS["skurowski"]
-    laws, types, missing = table_1(), camera_tables.table_2(), claims.left_out()
+    laws, types, missing = table_1(), camera_tables.table_2(), theory.left_out()
     laws_shown = [{column: row[column] for column in appendix.TABLE_1_SHOWN} for row in laws]
 
     def write(name, rows, shown, title, caption):

@@ -1,5 +1,5 @@
 """The claims of both papers: rows of `claims.csv` and their text; the studies of those of J, as a
-document of tables and a figure each; figures that are not regenerated."""
+document of tables and a figure each."""
 
 from __future__ import annotations
 
@@ -72,31 +72,6 @@ def _line(row: Row) -> tuple[str, ...]:
     note = f" ({row['note']})" if row["note"] else ""
     rule = f"{row['statistic']}; holds if {row['criterion']}{note}"
     return (f"{row['id']}: {row['claim']}", rule, *answers)
-
-
-# ---- Figures of the two papers that are not regenerated, and why
-
-OF_LEFT_OUT = ("paper", "figure", "shows", "reason")
-S, J = captions.PAPERS["skurowski"], captions.PAPERS["jansen"]
-LEFT_OUT = (
-    (S, "Figure 4", "camera locations: a view in Vicon Blade and a photograph of the laboratory",
-     "a photograph, and places of cameras of which the paper prints no coordinates"),
-    (S, "Figure 5", "drawing of the calibration wand (T-frame)",
-     "a drawing of a vendor's part, without data"),
-    (J, "Fig. 1", "a person with receivers on the limbs, and the pose found",
-     "a photograph of an earlier experiment (reference 19 there); its recording was not published"),
-    (J, "Fig. 2", "illustration of a Lighthouse seen from the front",
-     "an illustration of the device, without data"),
-    (J, "Fig. 4", "the calibration board with its 32 photodiodes",
-     "a photograph; the diodes' places are in the board file of each calibration"),
-    (J, "Fig. 9", "two Lighthouses with markers for motion capture",
-     "a photograph; the twins' marker mounts are in their mount files"),
-)  # fmt: skip
-
-
-def left_out() -> list[Row]:
-    """One row a figure."""
-    return [dict(zip(OF_LEFT_OUT, line, strict=True)) for line in LEFT_OUT]
 
 
 # ---- Studies

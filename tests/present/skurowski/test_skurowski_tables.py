@@ -13,8 +13,7 @@ from mocap_metrology.noise.gaussian.moments import Cleaning
 from mocap_metrology.noise.gaussian.two_markers import gaussian_model
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.papers import camera_tables, gaussian_table, power_laws
-from mocap_metrology.present import claims
-from mocap_metrology.present.skurowski import appendix
+from mocap_metrology.present.skurowski import appendix, theory_figures
 from mocap_metrology.present.text import captions
 
 NAMES = {("T40", 10): "T", ("Bonita", 10): "B", ("Vantage", 9): "V", ("All", 30): "A"}
@@ -130,11 +129,11 @@ def test_every_figure_is_regenerated_or_left_out_with_a_reason(root: Path) -> No
         titles = captions.texts(f"{paper.upper()}_TITLES")
         made[paper] = {int(number) for number in titles if number.isdigit()}
     assert made == drawn
-    rows = claims.left_out()
+    rows = theory_figures.left_out()
     assert all(row["reason"] for row in rows)
     for paper, found, count in (
-        (claims.S, made["skurowski"], 17),
-        (claims.J, made["jansen"], 9),
+        (theory_figures.S, made["skurowski"], 17),
+        (theory_figures.J, made["jansen"], 9),
     ):
         out = {int(r["figure"].split()[-1]) for r in rows if r["paper"] == paper}
         assert out.isdisjoint(found) and out | found == set(range(1, count + 1)), paper

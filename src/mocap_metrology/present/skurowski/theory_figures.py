@@ -1,5 +1,5 @@
 """S Figures 1 to 3, which need no recording: the Gaussian model, and the parts of an Allan
-deviation."""
+deviation; figures of both papers that are not regenerated."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.papers import power_laws as laws
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.skurowski.gaussian_figures import SETS, normal
+from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 
 MOST_N = 12
@@ -159,3 +160,28 @@ def slopes_figure() -> fig.Picture:
         axes.set(title=panel, xlabel=r"Averaging time $\tau$ (s)", ylabel="Allan deviation (mm)")
     fig.letters(grid)
     return fig.finished(body, grid, texts.caption, columns=4)
+
+
+# ---- Figures of the two papers that are not regenerated, and why
+
+OF_LEFT_OUT = ("paper", "figure", "shows", "reason")
+S, J = captions.PAPERS["skurowski"], captions.PAPERS["jansen"]
+LEFT_OUT = (
+    (S, "Figure 4", "camera locations: a view in Vicon Blade and a photograph of the laboratory",
+     "a photograph, and places of cameras of which the paper prints no coordinates"),
+    (S, "Figure 5", "drawing of the calibration wand (T-frame)",
+     "a drawing of a vendor's part, without data"),
+    (J, "Fig. 1", "a person with receivers on the limbs, and the pose found",
+     "a photograph of an earlier experiment (reference 19 there); its recording was not published"),
+    (J, "Fig. 2", "illustration of a Lighthouse seen from the front",
+     "an illustration of the device, without data"),
+    (J, "Fig. 4", "the calibration board with its 32 photodiodes",
+     "a photograph; the diodes' places are in the board file of each calibration"),
+    (J, "Fig. 9", "two Lighthouses with markers for motion capture",
+     "a photograph; the twins' marker mounts are in their mount files"),
+)  # fmt: skip
+
+
+def left_out() -> list[Row]:
+    """One row a figure."""
+    return [dict(zip(OF_LEFT_OUT, line, strict=True)) for line in LEFT_OUT]

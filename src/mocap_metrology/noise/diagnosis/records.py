@@ -128,6 +128,11 @@ class Diagnosis:
         return bool(self.low_pass) or "running_median" in self.software
 
 
+def _in_band(line: SpectralLine, one: Resonance) -> bool:
+    """Whether a line is within the width of a resonance of its series."""
+    return line.series == one.series and abs(line.line.f_0 / one.f_hz - 1) <= 2 * one.damping
+
+
 def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of
     level that are switches between positions, a line that comes and goes, or, where nothing moved,
@@ -158,12 +163,13 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
         near = np.abs(one.at_s[-1] / periods - 1) < 0.02 if "cycle" in one.kinds else [False]
         return not np.any(near)
 
-    def near(line: SpectralLine, one: Resonance) -> bool:
-        apart = abs(line.line.f_0 / one.f_hz - 1)
-        return line.series == one.series and apart <= 2 * one.damping
-
     def other_than_lines(one: Resonance) -> bool:
-        return not any(x.line.A_s > one.rms_mm for x in found.lines if near(x, one))
+        return not any(x.line.A_s > one.rms_mm for x in found.lines if _in_band(x, one))
+
+    def stands_alone(one: SpectralLine) -> bool:
+        below = one.line.f_0 <= cutoffs.get(one.series, math.inf)
+        is_lobe = not (below or (one.in_adev and not one.line.wide))
+        return not (is_lobe or any(_in_band(one, x) for x in resonances))
 
     if found.repeats:  # which no interpolation makes
         found = replace(found, processed=[x for x in found.processed if x.code != "resampled"])
@@ -179,15 +185,7 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
     return replace(
         found,
         events=[one for one in found.events if not is_explained(one)],
-        lines=[
-            one
-            for one in found.lines
-            if not any(near(one, x) for x in resonances)
-            and (
-                one.line.f_0 <= cutoffs.get(one.series, math.inf)
-                or (one.in_adev and not one.line.wide)
-            )
-        ],
+        lines=list(filter(stands_alone, found.lines)),
         recurring={k: period for k, period in found.recurring.items() if k not in switching},
         trends=[one for one in found.trends if one.series not in changing],
         movements={name: stands(name, one) for name, one in found.movements.items()},

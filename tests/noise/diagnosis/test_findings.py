@@ -1,6 +1,7 @@
 """Findings by code: documented, complete, and not in conflict with the sentences."""
 
 import json
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -15,8 +16,10 @@ from mocap_metrology.noise.diagnosis.findings import (
     Finding,
     findings_of,
 )
+from mocap_metrology.noise.diagnosis.one_series import _bounded
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
+from mocap_metrology.noise.diagnosis.signatures import _slowest
 from mocap_metrology.present.text.diagnosis import sentences
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "findings.md"
@@ -111,3 +114,20 @@ def test_movement_is_no_filter() -> None:
     one = Recording(coordinates, ("A", "B"), [], RATE, 6e-5, "float32", {})
     findings = findings_of(one, diagnose(one, [], None, DiagnosisSettings()), [])
     assert {f.series for f in findings if f.code == "low_pass"} == {"x2", "y2", "z2"}
+
+
+@pytest.mark.parametrize(
+    ("lasts", "n_series", "least", "most"),
+    [(0.22, 6, 0, 10), (0.15, 6, 0, 2), (math.inf, 6, 70, 100), (math.inf, 1, 20, 50)],
+)
+def test_noise_that_is_correlated_over_a_fifth_of_the_recording_is_no_walk(
+    lasts, n_series, least, most
+):
+    """By all series together, of 100 recordings of 900 means; AR(1) sampled exactly."""
+    rng, keep = np.random.default_rng(8), math.exp(-1 / lasts / 900)
+    draw = 0.01 * rng.normal(size=(100, n_series, 900))
+    draw[..., 0] /= math.sqrt(1 - keep**2 if keep < 1 else 1)
+    x = signal.lfilter([1], [1, -keep], draw) + 0.003 * rng.normal(size=draw.shape)
+    slowest = [[_slowest(row) for row in recording] for recording in x]
+    assert least <= sum(not _bounded(one) for one in slowest) <= most
+    assert all(_bounded(one[:1] * 6) == _bounded(one[:1]) for one in slowest)  # one movement of all

@@ -12,13 +12,12 @@ from benchmarks.sentences._kinds import coloured, gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
 from mocap_metrology.noise.diagnosis.export import hiding_step
 from mocap_metrology.noise.diagnosis.findings import shift_near
-from mocap_metrology.noise.diagnosis.one_series import _bounded, decided
+from mocap_metrology.noise.diagnosis.one_series import decided
 from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
     MOST_BLOCKS,
     Wander,
     _noises,
-    _slowest,
     block_length,
     signature,
 )
@@ -64,23 +63,6 @@ def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
 
 
 UNBOUNDED = np.array([[3.0, 3.5] * 15, [1.0] * 30])  # slowest differences larger than a walk's
-
-
-@pytest.mark.parametrize(
-    ("lasts", "n_series", "least", "most"),
-    [(0.22, 6, 0, 10), (0.15, 6, 0, 2), (math.inf, 6, 70, 100), (math.inf, 1, 20, 50)],
-)
-def test_noise_that_is_correlated_over_a_fifth_of_the_recording_is_no_walk(
-    lasts, n_series, least, most
-):
-    """By all series together, of 100 recordings of 900 means; AR(1) sampled exactly."""
-    rng, keep = np.random.default_rng(8), math.exp(-1 / lasts / 900)
-    draw = 0.01 * rng.normal(size=(100, n_series, 900))
-    draw[..., 0] /= math.sqrt(1 - keep**2 if keep < 1 else 1)
-    x = signal.lfilter([1], [1, -keep], draw) + 0.003 * rng.normal(size=draw.shape)
-    slowest = [[_slowest(row) for row in recording] for recording in x]
-    assert least <= sum(not _bounded(one) for one in slowest) <= most
-    assert all(_bounded(one[:1] * 6) == _bounded(one[:1]) for one in slowest)  # one movement of all
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,13 @@ def test_correlation_time_of_a_few_samples_is_a_share_of_them() -> None:
     assert all(0.5 <= time <= max(n, 0.5) for n, time in enumerate(times))
 
 
+@pytest.mark.filterwarnings("error")
+def test_equal_values_are_not_tested() -> None:
+    """Rounding puts the mean of most of these beside them."""
+    for value in np.random.default_rng(1).uniform(-2000, 2000, 40):
+        assert gaussian.gaussian_sample(np.full(3001, value), 30).null.size == 0
+
+
 def white_and_slow(rng, white, T_c_s, share):
     """sqrt(1 - share) white + Gauss-Markov noise of that share of the variance, at 120 Hz."""
     phi = np.exp(-1 / (T_c_s * 120))

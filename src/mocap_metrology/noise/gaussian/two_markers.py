@@ -223,7 +223,7 @@ def gaussian_sample(series: np.ndarray, n_bins: int) -> Sample:
     independent = round(valid.size / (2 * correlation_time(series))) if valid.size else 0
     mean, spread = (float(valid.mean()), float(valid.std())) if valid.size else (math.nan, 0.0)
     centred = valid[::step] - np.mean(valid[::step] if valid.size else 0.0)
-    if bins < 4 or not (spread > 0 and centred.any()):
+    if bins < 4 or not (spread > 0 and centred.std() > 0):  # equal values have a mean beside them
         return Sample(mean, spread, centred, step, 0, independent, np.empty(0))
     centred *= spread / centred.std()
     coefficients = dct(centred, norm="ortho")

@@ -204,7 +204,9 @@ def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarr
         frames = np.flatnonzero(np.abs(distance) > reach)
         if not again or frames.size < MANY_BEYOND * series.size:
             break
-        distance = series - median_filter(series, 15)
+        known = np.isfinite(series)  # a gap would spoil medians far from it, too
+        distance = np.full(series.size, np.nan)
+        distance[known] = series[known] - median_filter(series[known], 15)
     own = distance[frames]
     return frames, own - np.clip(own, -reach, reach)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from mocap_metrology.common.errors import Refusal
 
 READ = (
-    "what is read: C3D, TRC, CSV (Motive, Vicon Nexus, NDI First Principles, columns of markers or"
+    "what is read: C3D, TRC, CSV (Motive, Vicon, NDI First Principles, columns of markers or"
     " poses), TSV (Qualisys, First Principles), text of poses, N3D"
 )
 OFFICE = {

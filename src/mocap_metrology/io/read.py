@@ -94,8 +94,8 @@ def _readable(path: Path) -> Iterator[None]:
 
 
 def _layout(path: Path) -> Layout:
-    """Motive, First Principles and TRC by their first line, Qualisys by a field that counts, Nexus
-    by its section Trajectories; else poses or columns with names."""
+    """Motive, First Principles and TRC by their first line, Qualisys by a field that counts, Vicon
+    by its section; else poses or columns with names."""
     check_text(path, WHAT)
     head = [line.text for line in islice(lines(path), HEAD) if line.text.strip()]
     first = head[0].lstrip('"') if head else ""
@@ -107,7 +107,7 @@ def _layout(path: Path) -> Layout:
         return trc.layout(path)
     if any(text.startswith("NO_OF_") for text in head):
         return qualisys.layout(path)
-    if first.strip(' \t,;"') in nexus.OTHERS or nexus.section(path) is not None:
+    if first.strip(' \t,;"') in nexus.OTHERS or nexus.find_section(path)[1]:
         return nexus.layout(path)
     nexus.refuse_old(path)
     return poses.layout(path) if path.suffix.lower() == ".txt" else table.layout(path)

@@ -127,8 +127,14 @@ class TestMarkers:
     def test_a_row_for_each_marker_is_refused(self, tmp_path, names):
         labels = ("hip", "knee", "toe") if "marker" in names else (1, 2, 3)
         rows = [f"{k},{label},1.5,2,{k % 7}" for k in range(40) for label in labels]
-        path = make(tmp_path, "a.csv", "\n".join([f"{names},x,y,z", *rows, ""]))
-        assert f"a row for each '{names.split(',')[1]}' of a frame" in refusal(path, unit="mm")
+        for order in (rows, sorted(rows, key=lambda row: row.split(",")[1])):
+            path = make(tmp_path, "a.csv", "\n".join([f"{names},x,y,z", *order, ""]))
+            assert f"a row for each '{names.split(',')[1]}' of a frame" in refusal(path, unit="mm")
+
+    def test_a_time_in_two_columns_is_no_row_for_each_marker(self, tmp_path):
+        rows = [f"{k // 10},{k % 10 * 100000},1.5,2,{k % 7}" for k in range(40)]
+        path = make(tmp_path, "a.csv", "\n".join(["sec,usec,x,y,z", *rows, ""]))
+        assert "line 3: time 0 follows 0" in refusal(path, unit="mm")
 
     @pytest.mark.parametrize(
         ("change", "unit"),
@@ -189,6 +195,7 @@ ORDERS = [
     ("x y z w i j k", "x y z qw qx qy qz", " ", ".txt"),
     ("x,y,z,i,j,k,w", "x y z qx qy qz qw", ",", ".csv"),
     ("time,px,py,pz,qw,qx,qy,qz", "t x y z qw qx qy qz", ",", ".csv"),
+    ("time,Q0,Qx,Qy,Qz,Tx,Ty,Tz", "t qw qx qy qz x y z", ",", ".csv"),
     ("#timestamp [s],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],"
      "q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []",
      "t x y z qw qx qy qz", ",", ".csv"),

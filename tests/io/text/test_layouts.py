@@ -136,3 +136,16 @@ class TestNexus:
             same(read(make(tmp_path, "a.csv", text)))
         twice = make(tmp_path, "b.csv", text + "\r\n" + nexus(LABELS, 100, TAKE + 1))
         assert "begins another section Trajectories" in refusal(twice, ("S:A",))
+
+    @pytest.mark.parametrize("title", ["Objects", "Segments"])
+    def test_bodies_where_there_are_no_markers(self, tmp_path, title):
+        """As Tracker and Nexus write them; markers are read where a file has both."""
+        head = [title, "100", ",,Global Angle S:A,,,,,,S:B,,,,,"]
+        head += ["Frame,Sub Frame" + ",RX,RY,RZ,TX,TY,TZ" * 2, "," + ",rad,rad,rad,mm,mm,mm" * 2]
+        numbers = [[f",1,2,3,{x},{y},{z}" for x, y, z in frame] for frame in TAKE.tolist()]
+        rows = [f"{i},0{''.join(cells)}" for i, cells in enumerate(numbers, start=1)]
+        text = "\r\n".join([*head, *rows, ""])
+        recording = same(read(make(tmp_path, "a.csv", text)))
+        assert "B: is a body: its position" in str(recording.notes)
+        both = nexus(("S:A", "S:B"), 100, TAKE, before=text + "\r\n")
+        assert "body" not in str(same(read(make(tmp_path, "b.csv", both))).notes)

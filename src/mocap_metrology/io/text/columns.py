@@ -28,7 +28,7 @@ DURATION = re.compile(r"(t|time|time_?stamp)_(s|ms|us|ns)", re.I)
 INDEX = re.compile(r"(.*)\[([0-3])\]")
 BARE = {"x": ("", "x"), "y": ("", "y"), "z": ("", "z")}
 BARE |= {"w": ("q", "w"), "i": ("q", "x"), "j": ("q", "y"), "k": ("q", "z")}
-SHORT = re.compile(r"((?:.*[ _.:-])?[ptq])([wxyz])", re.I)
+SHORT = re.compile(r"((?:.*[ _.:-])?[ptq])([wxyz]|(?<=q)0)", re.I)  # NDI: Q0 Qx Qy Qz
 LABEL_FIRST = re.compile(
     r"(.*?)[ _.:-]+([wxyz])|(.*(?:pos|position|quat|quaternion|orientation))([wxyz])", re.I
 )
@@ -126,7 +126,7 @@ def _axis(name: str) -> tuple[str, str] | None:
         return BARE[name.lower()]
     if found := SHORT.fullmatch(name) or LABEL_FIRST.fullmatch(name):
         label, axis = (part for part in found.groups() if part is not None)
-        return label.strip(), axis.lower()
+        return label.strip(), axis.lower().replace("0", "w")
     if found := AXIS_FIRST.fullmatch(name):
         return (found[2] or found[3]).strip(), found[1].lower()
     return None

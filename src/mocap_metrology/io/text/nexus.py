@@ -1,9 +1,10 @@
-"""Vicon Nexus CSV: the section Trajectories of an ASCII export.
+"""Vicon Nexus and Tracker CSV: one section of an ASCII export, Trajectories if it is there.
 
 Layout as Nexus 2 writes it: sections follow each other, each a line with its name, a line with
 its rate in Hz, a line with names over their first column, `Frame, Sub Frame, X, Y, Z, ...`, a
 line of units, numbers, an empty line. Labels are `subject:marker`, in quotes if there is a comma in
-one; an empty cell is a gap.
+one; an empty cell is a gap. Bodies, which Tracker writes in Objects and Nexus in Segments, have the
+columns `RX, RY, RZ, TX, TY, TZ`; their angles, helical or Euler as was set, are not read.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.text.layout import (
+    BODY,
     Layout,
     Line,
     Triple,
@@ -28,16 +30,19 @@ from mocap_metrology.io.text.layout import (
 from mocap_metrology.io.units import read_unit
 
 WHAT = "a Vicon Nexus export (CSV)"
-SECTION = b"Trajectories"
-OTHERS = ("Devices", "Model Outputs", "Joints", "Segments", "Events", "Force Plates")
-OLD_SECTION = b"TRAJECTORIES"
+MARKERS = "Trajectories"
+OF_BODIES = ["RX", "RY", "RZ", "TX", "TY", "TZ"]
+POSITIONS = {MARKERS: ["X", "Y", "Z"], "Objects": OF_BODIES, "Segments": OF_BODIES}  # first found
+OTHERS = ("Devices", "Model Outputs", "Joints", "Events", "Force Plates")
+OLD_SECTION = "TRAJECTORIES"
 OLD_RATE = re.compile(r"\s*[0-9.]+[\s,;]*Hz", re.I)
-INNER = re.compile("[YZ]'*")  # titles of columns over which no label stands
+INNER = re.compile("[YZ]'*|R[YZ]|T[XYZ]")  # titles of columns over which no label stands
 
 
-def section(path: Path, name: bytes = SECTION, start: int = 0) -> tuple[int, int] | None:
-    """Byte and number (from 1) of the line `Trajectories` from byte `start` on; None where there is
+def section(path: Path, title: str, start: int = 0) -> tuple[int, int] | None:
+    """Byte and number (from 1) of the line `title` from byte `start` on; None where there is
     none."""
+    name = title.encode()
     with (
         path.open("rb") as stream,
         mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
@@ -56,6 +61,12 @@ def section(path: Path, name: bytes = SECTION, start: int = 0) -> tuple[int, int
     return None
 
 
+def find_section(path: Path) -> tuple[str, tuple[int, int] | None]:
+    """Title and place of the section that is read; `Trajectories` where there is none."""
+    found = ((title, section(path, title)) for title in POSITIONS)
+    return next((one for one in found if one[1]), (MARKERS, None))
+
+
 def refuse_old(path: Path) -> None:
     """Refuse, by its name, what Vicon Workstation and iQ wrote: `TRAJECTORIES` alone on a line, the
     rate as `120.000000,Hz`, names under `Field #`."""
@@ -64,7 +75,7 @@ def refuse_old(path: Path) -> None:
     if len(head) == 2 and OLD_RATE.match(head[1].text):
         raise Refusal(
             f"{path.name}: is an old Vicon ASCII export (Workstation or iQ, section"
-            f" {OLD_SECTION.decode()}), which is not read: export C3D, or CSV from Nexus 2"
+            f" {OLD_SECTION}), which is not read: export C3D, or CSV from Nexus 2"
         )
 
 
@@ -78,24 +89,26 @@ def _rate(line: Line, delimiter: str, name: str) -> float:
 
 
 def layout(path: Path) -> Layout:
-    """Read the head of the section Trajectories; refuses what has none or contradicts itself."""
+    """Read the head of the section of markers, else of bodies; refuses what has none or contradicts
+    itself."""
     check_text(path, WHAT)
-    place = section(path)
+    title, place = find_section(path)
     if place is None:
-        raise Refusal(f"{path.name}: is not {WHAT} of markers: it has no section Trajectories")
-    if again := section(path, start=place[0] + 1):
-        raise Refusal(f"{path.name}: line {again[1]} begins another section Trajectories")
+        raise Refusal(f"{path.name}: is not {WHAT} of markers: it has no section {title}")
+    if again := section(path, title, place[0] + 1):
+        raise Refusal(f"{path.name}: line {again[1]} begins another section {title}")
     head = list(itertools.islice(lines(path, *place), 6))
     if len(head) < 5:
-        raise Refusal(f"{path.name}: cut off: within the head of the section Trajectories")
+        raise Refusal(f"{path.name}: cut off: within the head of the section {title}")
     delimiter = _delimiter(head[3], path.name)
     axes, names, units = (quoted_cells(head[i].text, delimiter) for i in (3, 2, 4))
     _check_names(names, axes, f"{path.name}: line {head[2].number}")
-    columns, labels = _markers(axes, names)
+    wanted = POSITIONS[title]
+    columns, labels = _positions(axes, names, wanted)
     if not labels:
-        raise Refusal(f"{path.name}: line {head[3].number} has no columns X, Y, Z of a marker")
+        raise Refusal(f"{path.name}: line {head[3].number} has no columns {', '.join(wanted)}")
     if len(head) < 6 or not head[5].text.strip(f"{delimiter} "):
-        raise Refusal(f"{path.name}: has no frames: nothing follows the head of Trajectories")
+        raise Refusal(f"{path.name}: has no frames: nothing follows the head of {title}")
     given = [units[i] for three in columns for i in three if i < len(units)]
     return Layout(
         path=path,
@@ -103,13 +116,14 @@ def layout(path: Path) -> Layout:
         labels=labels,
         columns=columns,
         frame_rate_hz=_rate(head[1], delimiter, path.name),
-        unit=read_unit(given, "unit of Trajectories", path.name),
+        unit=read_unit(given, f"unit of {title}", path.name),
         delimiter=delimiter,
         data_line=head[5].number,
         data_offset=head[5].start,
         n_columns=len(axes) if axes[-1] else len(axes) - 1,
         frame_column=0,
         ends_blank=True,
+        remarks={} if title == MARKERS else dict.fromkeys(range(len(labels)), BODY),
     )
 
 
@@ -135,8 +149,13 @@ def _check_names(names: list[str], axes: list[str], where: str) -> None:
             )
 
 
-def _markers(axes: list[str], names: list[str]) -> tuple[tuple[Triple, ...], tuple[str, ...]]:
-    """Columns and labels of positions: velocities (X') and counts have other titles."""
-    starts = [i for i in range(2, len(axes) - 2) if axes[i : i + 3] == ["X", "Y", "Z"]]
+def _positions(
+    axes: list[str], names: list[str], wanted: list[str]
+) -> tuple[tuple[Triple, ...], tuple[str, ...]]:
+    """Columns and labels of positions: velocities (X') and counts have other titles. The label of a
+    body stands over its first angle, as `Global Angle drone:drone` in Tracker."""
+    n = len(wanted)
+    starts = [i for i in range(2, len(axes) - n + 1) if axes[i : i + n] == wanted]
     padded = [*names, *[""] * len(axes)]
-    return triples(starts), named([padded[i] for i in starts])
+    labels = [padded[i].removeprefix("Global Angle ") for i in starts]
+    return triples(i + n - 3 for i in starts), named(labels)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Sequence
-from itertools import islice, takewhile
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +39,7 @@ ROWS = 10_000  # rows that give the frame rate
 SLOWEST_HZ = 1.0  # slower than any system: times in another unit than s
 AXES = ("x", "y", "z")
 UNITS = {*MM, *SECONDS, "-"}
+PART_OF_TIME = re.compile("[mun]?(s|secs?)")
 FREQUENCY = re.compile(r"Freq:\s*([0-9.]+)")
 REQUESTED = "{:g} Hz is the rate that was requested; rows have no time"
 SWAPPED, MEANT = list("xyzwjik"), list("xyzwijk")
@@ -195,17 +196,20 @@ def _all_in(cells: Sequence[str], known: Collection[str]) -> bool:
 def _expect_a_row_a_frame(
     file: str, found: Columns, names: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> None:
-    """Refuse a table with a row for each marker of a frame, by its first rows: frame or time stay,
-    and another column names the same markers again and again."""
+    """Refuse a table with a row for each marker of a frame, by its first rows: there are several of
+    the first frame or time, and another column has no values but their different ones."""
     place = found.time if found.frame is None else found.frame
     columns = list(zip(*rows, strict=False))  # those that all rows have
     if len(found.labels) > 1 or place is None or place >= len(columns):
         return
-    n = len(list(takewhile(columns[place][0].__eq__, columns[place])))
-    for name, column in zip(names, columns, strict=False):
-        if 1 < n == len(set(column[:n])) and column[n:] == column[:-n] != ():
+    known = {place, *found.positions[0]}
+    first = [i for i, value in enumerate(columns[place]) if value == columns[place][0]]
+    for k, column in enumerate(columns):
+        values = {column[i] for i in first}
+        other = k not in known and not PART_OF_TIME.fullmatch(names[k])
+        if other and 1 < len(values) == len(first) < len(column) and values == set(column):
             raise Refusal(
-                f"{file}: a row for each {name!r} of a frame; expected one row for each frame,"
+                f"{file}: a row for each {names[k]!r} of a frame; expected one row for each frame,"
                 " with columns A_x,A_y,A_z,B_x,... of all its markers"
             )
 

@@ -68,6 +68,17 @@ def test_collisions_and_reflections() -> None:
     assert 0.02 < bright.wrong.mean() < 0.04
 
 
+def test_only_a_diode_that_is_seen_as_often_as_others_casts_doubt_on_the_board() -> None:
+    """Diodes that face away have reflections alone; then one is 2 cm off."""
+    made = simulate_turns(twin(2, reflections=0.05, duration_s=10.0))
+    found = decoded(made)
+    assert np.greater(found.report["sweep"], found.report["kept"]).any() and not found.notes
+    board = made.twin.board.copy()
+    board[5, 1] += 0.02
+    wrong = decode_light(made.light, board, None, Cleaning(), "twin")
+    assert wrong.notes == ["most rejected hits are on diode 5: is the board file right?"]
+
+
 def test_the_file_is_decoded_to_the_same(tmp_path: Path) -> None:
     """Through text and a wrapping counter; a frame of the calibration is in 20 s."""
     made = simulate_turns(twin(2, duration_s=20.0, incidence_deg=40.0))

@@ -238,8 +238,11 @@ def _of_turns(
 
 
 def _doubts(dropped: Mapping[str, Sequence[int]]) -> list[str]:
-    """A note on diodes that lose more hits than they keep."""
-    odd = np.flatnonzero(np.greater(dropped["sweep"], dropped["kept"]))
+    """A note on diodes that lose more hits than they keep, being seen as often as others: one that
+    faces away has reflections alone."""
+    lost, kept = np.array(dropped["sweep"]), np.array(dropped["kept"])
+    often = lost + kept >= np.median(lost + kept) / 2
+    odd = np.flatnonzero((lost > kept) & often)
     if not odd.size:
         return []
     on = ", ".join(map(str, odd))

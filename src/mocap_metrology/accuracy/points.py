@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from scipy.special import stdtrit
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
@@ -24,10 +25,11 @@ ROUNDS, TURNS = 100, 6
 LEAST_TURN_DEG = 3.0  # of attitudes, below which a lever is not seen
 LEAST_POINTS, LEAST_WITH_LEVER = 5, 6
 LEAST_SEGMENT = 4  # points
+LEAST_FREE = 12  # degrees of freedom that segments leave; a lever counts twice
 PARAMETERS = 7  # a segment adds: six of a rigid fit, and its place
 ON_A_LINE = 1e-2  # of the largest extent
 ALIKE = 1.25  # factor between the extents of places and reference
-CLAIMED = 3.0  # standard errors from which a scale is claimed
+CLAIMED, SURE = 3.0, 0.995  # standard errors from which a scale is claimed, beyond Student's t
 MISFIT = 10.0  # times the noise
 ALONE = 0.25  # of the rms of all points, which is left without a single one that is wrong
 MIRRORED = 0.25  # of the rms of a rigid fit that a mirrored one leaves
@@ -172,8 +174,8 @@ def frame_changes(points: Points) -> Segments:
     programming [Bai & Perron, J. Appl. Econometrics 18 (2003) 1], k by BIC,
     3 n log(S / 3n) + PARAMETERS k log(3n); lever and segments by turns.
 
-    Reported where the rms falls below half of that of one fit and each jump exceeds four times the
-    rms inside; no cuts otherwise.
+    Reported where they leave LEAST_FREE, the rms falls below half of that of one fit and each jump
+    exceeds four times the rms inside; no cuts otherwise.
     """
     cuts: tuple[int, ...] = ()
     whole = rms(residuals(points, fit(points, points.has_lever, scale=False)))
@@ -188,7 +190,8 @@ def frame_changes(points: Points) -> Segments:
     frames = [fit(moved.only(slice(a, b)), False, False) for a, b in bounds]
     placed = [one.applied(moved.places, moved.turns) for one in frames]
     jumps = tuple(rms(after - before) for before, after in pairwise(placed))
-    if inside > whole / 2 or any(jump < 4 * inside for jump in jumps):
+    free = 3 * (len(points) - 2 * points.has_lever) - 6 * len(frames)
+    if free < LEAST_FREE or inside > whole / 2 or any(jump < 4 * inside for jump in jumps):
         return Segments((), whole, ())
     return Segments(cuts, inside, jumps)
 
@@ -270,7 +273,8 @@ def points_document(
     alone = "does_not_fit" in codes and others[worst] < ALONE * document["fit_rms_mm"]
     document |= {"wrong_point": names[worst] if alone else None}
     document |= {"others_mm": float(others[worst])}
-    codes += ["scale"] if abs(ppm) > CLAIMED * se else []
+    least = max(CLAIMED, float(stdtrit(len(points) - 1, SURE)))
+    codes += ["scale"] if abs(ppm) > least * se else []
     return document | {"findings": codes}, off
 
 

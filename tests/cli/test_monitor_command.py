@@ -23,12 +23,14 @@ Run = Callable[..., int]
 
 
 def write_take(
-    path: Path, seed: int, shift: float = 0, move: float = 0, labels: str = "AB"
+    path: Path, seed: int, shift: float = 0, move: float = 0, labels: str = "AB", seen: float = 1
 ) -> Path:
-    """Two markers for 45 s: white noise of 0.03 mm, 0.07 mm from day to day."""
+    """Two markers for 45 s: white noise of 0.03 mm, 0.07 mm from day to day; B is seen in the
+    first share of the frames."""
     rng, n = np.random.default_rng(seed), 2250
     x = PLACES + rng.normal(0, 0.07, (2, 3)) + rng.normal(0, 0.03, (n, 2, 3))
     x[:, :, 0] += shift + np.linspace(0, move, n)[:, None]
+    x[round(seen * n) :, 1] = np.nan
     write_c3d(path, list(labels), 50.0, iter([x.astype(np.float32)]), n)
     return path
 
@@ -102,6 +104,7 @@ def test_what_is_refused_changes_nothing(
     other = write_take(tmp_path / "other.c3d", 5, labels="CD")
     moving = write_take(tmp_path / "moving.c3d", 6, move=50)
     exchanged = write_take(tmp_path / "exchanged.c3d", 7, labels="BA")
+    hidden = write_take(tmp_path / "hidden.c3d", 8, seen=0.4)
     late = ("--date", "2026-03-05")
     for path, options, words in (
         (tmp_path / "t1.c3d", late, "is the file of row 2"),
@@ -112,6 +115,8 @@ def test_what_is_refused_changes_nothing(
         (other, (*late, "--markers", "C", "D"), 'column markers: "C;D"; expected "A;B"'),
         (other, (*late, "--monitor", "../x"), 'column monitor: "../x"; expected letters'),
         (moving, late, "moving.c3d: its markers move"),
+        (hidden, late, "B is seen in 40 % of the frames"),
+        (exchanged, ("--date", "2999-03-05"), "its date is 2999-03-05, in the future"),
         (exchanged, late, "A, B stand where B, A stood in the take before"),
         (tmp_path / "none.c3d", late, "no such file"),
     ):

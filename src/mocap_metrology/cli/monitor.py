@@ -11,7 +11,7 @@ import sys
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -216,6 +216,9 @@ def _line(sheet: Sheet, path: Path, options: argparse.Namespace) -> Line:
     last = before[-1].cells if before else {"group": name}
     cells = {key: cell for key, cell in last.items() if key not in (*OWN, "comment")}
     date = options.date or datetime.fromtimestamp(path.stat().st_mtime).isoformat()[:16]
+    tomorrow = str(datetime.now().date() + timedelta(days=1))
+    if re.match(r"\d{4}-", date) and date[:10] > tomorrow:  # no later take could follow
+        raise Refusal(f"{path}: its date is {date}, in the future; expected today or earlier")
     if options.markers:
         cells["markers"] = ";".join(options.markers)
     elif not cells.get("markers"):

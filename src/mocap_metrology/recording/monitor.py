@@ -20,17 +20,19 @@ from mocap_metrology.recording.results import Results
 from mocap_metrology.settings import Settings
 
 TAKE = "monitor_take.json"
+LEAST_SEEN = 0.5  # of the frames
 EXCHANGED = 0.1  # of the way from where a marker stood itself: it is where another one stood
 
 
 def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
     """monitor_take.json of a cleaned recording: its numbers, names and checksums of its files,
-    whether it moves."""
+    whether it moves, in what share of the frames each marker was seen."""
     clean = results.clean
     origin, series = clean.origin, clean.coordinates
     labels, pairs = origin["labels"], clean.pairs
+    positions = {label: position(series, k) for k, label in enumerate(labels, start=1)}
     found = numbers(
-        {label: position(series, k) for k, label in enumerate(labels, start=1)},
+        positions,
         {
             "-".join(labels[k - 1] for k in pair): series[pair_name(pair, pairs)].astype(float)
             for pair in pairs
@@ -46,6 +48,7 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
         "sha256": sums,
         "wander_s": settings.monitor.wander_s,
         "moving": bool(results.check.get("moving")),
+        "seen": {k: float(np.isfinite(own).all(axis=0).mean()) for k, own in positions.items()},
         "take": asdict(found),
     }
     write_json(results.folder / TAKE, document)
@@ -126,6 +129,10 @@ def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:
     which its own are added."""
     if take["moving"]:
         return "its markers move; expected the same object at rest in the same place"
+    seen = take.get("seen") or {"": 1.0}
+    least = min(seen, key=lambda label: seen[label])
+    if seen[least] < LEAST_SEEN:
+        return f"{least} is seen in {100 * seen[least]:.0f} % of the frames; expected half of them or more"
     sums = tuple(take["sha256"])
     known = first.setdefault(sums, take["recording"]) if sums else take["recording"]
     return "" if known == take["recording"] else f"it is the same file as {known}"

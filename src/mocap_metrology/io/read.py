@@ -214,13 +214,12 @@ def bodies_of(
 ) -> tuple[str, ...]:
     """Labels of a file, or those of the chosen `markers` as they were asked for, that have an
     orientation beside their position."""
-    if format_of(Path(path), columns).orientation is None:
-        return ()
     header = _header(path, columns=columns)
+    turned = header.rotations if isinstance(header, Layout) else {}
     if markers is None:
-        return tuple(header.labels[k] for k in sorted(header.bodies))
+        return tuple(header.labels[k] for k in sorted(turned))
     places = find_points(header.labels, markers, header.name)
-    return tuple(one for one, k in zip(markers, places, strict=True) if k in header.bodies)
+    return tuple(one for one, k in zip(markers, places, strict=True) if k in turned)
 
 
 def orientation_of(

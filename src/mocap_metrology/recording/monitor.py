@@ -132,7 +132,8 @@ def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:
     seen = take.get("seen") or {"": 1.0}
     least = min(seen, key=lambda label: seen[label])
     if seen[least] < LEAST_SEEN:
-        return f"{least} is seen in {100 * seen[least]:.0f} % of the frames; expected half of them or more"
+        share = f"{100 * seen[least]:.0f} %"
+        return f"{least} is seen in {share} of the frames; expected half of them or more"
     sums = tuple(take["sha256"])
     known = first.setdefault(sums, take["recording"]) if sums else take["recording"]
     return "" if known == take["recording"] else f"it is the same file as {known}"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from text_files import LABELS, make, motive, nexus, qualisys, read, refusal, still, trc
 
-from mocap_metrology.io.read import labels_of
+from mocap_metrology.io.read import labels_of, points_by_kind
 
 TAKE = still()
 EXPECTED = TAKE.transpose(1, 2, 0)
@@ -147,5 +147,6 @@ class TestNexus:
         text = "\r\n".join([*head, *rows, ""])
         recording = same(read(make(tmp_path, "a.csv", text)))
         assert "B: is a body: its position" in str(recording.notes)
+        assert points_by_kind(tmp_path / "a.csv") == {"body": ("S:A", "S:B")}
         both = nexus(("S:A", "S:B"), 100, TAKE, before=text + "\r\n")
         assert "body" not in str(same(read(make(tmp_path, "b.csv", both))).notes)

@@ -83,8 +83,8 @@ class Layout:
 
     @property
     def bodies(self) -> frozenset[int]:
-        """Places of labels that have an orientation."""
-        return frozenset(self.rotations)
+        """Places of labels that are bodies, with an orientation that is read or without."""
+        return frozenset([*self.rotations, *(k for k, of in self.remarks.items() if of == BODY)])
 
 
 @dataclass(frozen=True)

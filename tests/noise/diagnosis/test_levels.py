@@ -8,6 +8,7 @@ from scipy import stats
 
 from mocap_metrology.noise.diagnosis.levels import (
     Blocks,
+    _contrasts,
     blocks,
     changes,
     compare,
@@ -106,3 +107,10 @@ def test_sides_without_noise_are_not_compared() -> None:
     for before, after in ((still, loud), (loud, still)):
         assert compare("x1", before, after, 0.01).word == "unknown"
     assert compare("x1", loud, levels(3.0)["x1"], 0.01).word == "changed"
+
+
+def test_medians_of_points_differ_by_chance_as_often_as_said() -> None:
+    """Of white points, 40 draws of 200: p is below 0.05 in 2.5 to 6 of 100 comparisons."""
+    draws = np.random.default_rng(8).standard_normal((40, 200))
+    p = [p for points in draws for _, p in _contrasts(points, 20)]
+    assert 0.025 < np.mean(np.array(p) < 0.05) < 0.06

@@ -13,6 +13,8 @@ import pytest
 
 from mocap_metrology.common.faults import Faults
 
+UNDRAWN = Path(__file__).with_name("undrawn")
+
 
 def command(*arguments: str) -> list[str]:
     """Snakemake of this environment, in plain lines."""
@@ -26,10 +28,12 @@ def side_by_side(*calls: Callable[[], Any]) -> list[Any]:
         return [future.result() for future in [pool.submit(call) for call in calls]]
 
 
-def environment() -> dict[str, str]:
-    """The environment, without what would slow Snakemake down or change its settings."""
+def environment(drawn: str = "") -> dict[str, str]:
+    """The environment, without what would slow Snakemake down or change its settings; of the
+    figures those are drawn that have `drawn` in their path, or all."""
     unwanted = ("PYTHONDONTWRITEBYTECODE", "PYTHONPATH", "SNAKEMAKE_PROFILE")
-    return {key: value for key, value in os.environ.items() if key not in unwanted}
+    kept = {key: value for key, value in os.environ.items() if key not in unwanted}
+    return kept | ({"PYTHONPATH": str(UNDRAWN), "DRAWN": drawn} if drawn else {})
 
 
 def planned(output: str) -> Counter:

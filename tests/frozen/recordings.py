@@ -153,7 +153,7 @@ def recording(kind: str, folder: Path) -> Flat:
     path = write(folder / kind, x.T.reshape(-1, 2, 3))
     results = folder / "results"
     origin = {"recording": kind, "source": "measured"}
-    settings = WITH_S if kind in ("walk", "brief") else SETTINGS
+    settings = WITH_S if kind == "brief" else SETTINGS
     steps(results, Entry([str(path)], ["A", "B"]), origin, settings)
     return of_folder(results)
 

@@ -85,8 +85,9 @@ def calibrated(own: SimulatedSweeps, estimator: str = "paper-lm") -> Calibration
     return calibrate(own.hits, own.truth.board, factories, settings)
 
 
-@pytest.mark.parametrize("estimator", ["batch", "paper-lm"])
-@pytest.mark.parametrize("variant", ["crazyflie", "libsurvive"])
+@pytest.mark.parametrize(
+    ("variant", "estimator"), [("crazyflie", "batch"), ("libsurvive", "paper-lm")]
+)
 def test_simulated_rotors_of_either_kind(variant: str, estimator: str) -> None:
     """The right sign is taken, the other ruled out; 1 mm, where the other sign gives more."""
     own = made(variant, 7)

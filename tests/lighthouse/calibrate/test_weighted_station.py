@@ -18,7 +18,6 @@ from mocap_metrology.lighthouse.calibrate.weighted_station import (
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import turn
 from mocap_metrology.lighthouse.records import Measurements, Path
-from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 BOARD = flat_board()

@@ -137,7 +137,7 @@ KINDS: dict[str, tuple[Make, Callable[..., Path], float, float]] = {
     "levels": (levels, TABLE, 0.02, 240),
     "repeated": (repeated, NDI, 0.03, 120),
     "filled": (filled, QUALISYS, 0.02, 120),
-    "shaken": (shaken, c3d, 0.02, 240),
+    "shaken": (shaken, c3d, 0.02, 150),
     "exchanged": (exchanged, c3d, 0.03, 180),
     "coarse": (coarse, c3d, 0.02, 120),
     "brief": (lambda rng, x, t: x, c3d, 0.1, 2),

@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -47,6 +48,7 @@ def planned(output: str) -> Counter:
 def pass_for_computed(run: Callable[..., Any], *arguments: str) -> None:
     """Let everything that a run with these arguments makes pass for computed: Snakemake marks empty
     files as its results, then those that checkpoints ask for."""
+    now_s = time.time()
     for _ in range(2):
         for line in run("--summary", *arguments).stdout.splitlines():
             path, *others = line.split("\t")
@@ -57,8 +59,9 @@ def pass_for_computed(run: Callable[..., Any], *arguments: str) -> None:
             else:
                 Path(path).parent.mkdir(parents=True, exist_ok=True)
                 Path(path).write_text("{}\n" if path.endswith(".json") else "")
-        marked = run("--touch", "--forceall", "--cores", "1", *arguments)
-        assert marked.returncode == 0, marked.stdout
+            os.utime(path, (now_s, now_s))
+    marked = run("--touch", "--forceall", "--cores", "1", *arguments)
+    assert marked.returncode == 0, marked.stdout
 
 
 def finished(output: str) -> Counter:

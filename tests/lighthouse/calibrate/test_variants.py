@@ -14,11 +14,7 @@ from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint
 from mocap_metrology.lighthouse.calibrate import joint_variants
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
-from mocap_metrology.lighthouse.calibrate.variants import (
-    NOISE_RAD,
-    Fit,
-    weigh,
-)
+from mocap_metrology.lighthouse.calibrate.variants import NOISE_RAD, Fit, weigh
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 
 UNITS = 20

@@ -146,14 +146,17 @@ def start(toy: Path) -> subprocess.Popen:
 
 
 def test_kill_and_run_again_twice_at_once(toy: Path) -> None:
-    """One of the two goes on and clears the lock, too. Where sheets are wrong nothing is: they are
-    lines and status 1."""
+    """One of the two goes on and clears the lock, too. A dry run is never refused. Where sheets are
+    wrong nothing is cleared: they are lines and status 1."""
     (toy / "config/a.c3d").write_text("a waits: wait\n")
     first, locks = start(toy), toy / ".snakemake/locks"
     try:
         until((toy / "waiting").exists, first)
         own = runs.read(toy / "results" / runs.CLAIM)
         assert own.pid == first.pid
+        dry = subprocess.run([*START, "-n"], cwd=toy, env=environment(), check=False, timeout=900)
+        assert dry.returncode == 0
+        assert runs.read(toy / "results" / runs.CLAIM) == own
     finally:
         first.kill()
         first.wait()

@@ -54,6 +54,17 @@ def test_cost_at_noise_and_errors_of_a_few_tenths_of_a_degree(name, board):
     assert np.median(np.linalg.norm(t - t_true, axis=1)) < 3e-3
 
 
+@pytest.mark.parametrize("name", [pytest.param("ippe", marks=NO_OPENCV), "geometric"])
+def test_a_board_in_any_frame_of_its_own(name):
+    """The pose moves with the frame the board's positions are given in."""
+    Q, shift = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix(), np.array([0.1, -0.3, 0.2])
+    R_true, t_true, angles = views(FLAT, n=5)
+    other = (FLAT - shift) @ Q  # FLAT = other Q^T + shift
+    R, t, _ = METHODS[name](angles, other)
+    assert turned_deg(R, R_true @ Q).max() < 1e-4
+    np.testing.assert_allclose(t, t_true + R_true @ shift, atol=1e-6)
+
+
 @NO_OPENCV
 def test_both_poses_of_a_flat_board_are_mirror_images():
     """Normals on either side of the line of sight, at nearly the same cost when far away."""

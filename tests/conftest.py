@@ -1,10 +1,7 @@
 """Shared fixtures. Without the recordings by other people (`make samples`) the tests that read them
 are skipped."""
 
-import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import hypothesis
 import pytest
@@ -35,25 +32,6 @@ def samples() -> Path:
 def reference() -> Path:
     """Folder of published tables, as transcribed from the papers."""
     return ROOT / "tests/reference"
-
-
-@pytest.fixture(scope="session")
-def cost() -> Callable[[Callable[[], Any], Callable[[], Any]], float]:
-    """Least processor time of some work, in that of other work timed in turn with it.
-
-    A limit in seconds would fail on a slow or a busy machine; both kinds of work suffer from it.
-    """
-
-    def timed(work: Callable[[], Any]) -> float:
-        begin = time.process_time()
-        work()
-        return time.process_time() - begin
-
-    def ratio(work: Callable[[], Any], reference: Callable[[], Any]) -> float:
-        taken = [(timed(work), timed(reference)) for _ in range(3)]
-        return min(own for own, _ in taken) / min(other for _, other in taken)
-
-    return ratio
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -1,7 +1,6 @@
 """Rules of the common parts at their limits, their messages, and YAML and JSON of users."""
 
 import math
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,7 +11,6 @@ from pydantic import AfterValidator, Field
 from mocap_metrology.common import compiled, faults, paths, sections
 from mocap_metrology.common.documents import load_yaml
 from mocap_metrology.common.errors import Refusal, one_line, printable
-from mocap_metrology.settings import checked
 
 
 def test_kernels_of_a_user_are_in_the_folder_that_xdg_names(monkeypatch, tmp_path: Path) -> None:
@@ -21,21 +19,6 @@ def test_kernels_of_a_user_are_in_the_folder_that_xdg_names(monkeypatch, tmp_pat
     assert compiled._candidates()[1:] == [tmp_path / "mocap-metrology"]
     monkeypatch.setenv("XDG_CACHE_HOME", "here")
     assert compiled._candidates()[1:] == []
-
-
-@pytest.mark.parametrize(
-    ("config", "fault"),
-    [
-        ({"sed": 1}, "config, key sed: unknown; did you mean seed?"),
-        ({"noise": {"n_tau": 3}}, "config, key noise.n_tau: unknown; "),
-        ({"seed": -1}, "config, key seed: -1; expected a whole number >= 0"),
-        ({"hampel": {"n_sigma": 0}}, "config, key hampel.n_sigma: 0; expected "),
-    ],
-)
-def test_a_wrong_key_and_a_wrong_value_are_named_with_their_section(config, fault: str) -> None:
-    with pytest.raises(faults.Faults) as refused:
-        checked(config)
-    assert any(line.startswith(fault) for line in refused.value.lines)
 
 
 class Some(sections.Section):
@@ -88,18 +71,6 @@ def test_a_setting_out_of_its_range(key: str, wrong: list[object], expected: str
     for value in wrong:
         with pytest.raises(ValueError, match=key):
             Some(**{key: value})
-
-
-@cache
-def distance(a: str, b: str) -> int:
-    """Optimal string alignment by its recursion."""
-    if not a or not b:
-        return len(a) + len(b)
-    ways = [distance(a[:-1], b) + 1, distance(a, b[:-1]) + 1]
-    ways.append(distance(a[:-1], b[:-1]) + (a[-1] != b[-1]))
-    if len(a) > 1 and len(b) > 1 and a[-1] == b[-2] and a[-2] == b[-1]:
-        ways.append(distance(a[:-2], b[:-2]) + 1)
-    return min(ways)
 
 
 def test_messages_are_one_line_of_a_limited_length() -> None:

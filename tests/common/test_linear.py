@@ -21,11 +21,6 @@ def test_solution_and_factor_beside_numpy(n: int) -> None:
     np.testing.assert_allclose(np.tril(matrix), np.linalg.cholesky(A), rtol=1e-9)
 
 
-def singular() -> tuple[np.ndarray, np.ndarray]:
-    """The second unknown does what the first does, the third stands alone."""
-    return np.array([[2.0, 2.0, 0.0], [2.0, 2.0, 0.0], [0.0, 0.0, 4.0]]), np.array([2.0, 2.0, 8.0])
-
-
 def test_least_squares_without_negative_values_meet_their_conditions() -> None:
     """Those of Karush, Kuhn and Tucker: x >= 0, gradient >= 0, and one of both 0; also of columns
     that are nearly alike, of which the active-set method of SciPy 1.17 does not come to an end."""

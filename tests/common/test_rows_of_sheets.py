@@ -71,10 +71,7 @@ def test_a_formula_that_failed_is_no_comment_and_sep_is_no_header(
                 for k in (2, 3)
             ],
         ),
-        (
-            'name\tpath\na\t"b',
-            ["s.tsv, row 2: a quote without its closing quote; expected a pair"],
-        ),
+        ('name\tpath\na\t"b', ["s.tsv, row 2: a quote without its closing quote; expected a pair"]),
         (
             "name\n" + "x" * 100_001,
             ["s.tsv, row 2: 100001 letters; expected at most 100000 in a cell"],

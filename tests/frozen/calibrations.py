@@ -48,7 +48,7 @@ def still(folder: Path) -> Flat:
     """At rest, with the noise of the angles and the static estimators."""
     motion = twin("real-2-1").motion.model_copy(update={"pattern": "static"})
     settings = Lighthouse(estimators=("batch", "paper-lm", "geometric"))
-    own = {"motion": motion, "duration_s": 6.0}
+    own = {"motion": motion, "duration_s": 4.0}
     return first_generation("real-2-1", folder, settings, allan=Allan(), **own)
 
 
@@ -100,7 +100,7 @@ EVERY = Lighthouse(
     optics=("ideal", "factory"),
 )
 CASES = {
-    "every estimator": partial(first_generation, "sim-1-1", settings=EVERY, duration_s=2.0),
+    "every estimator": partial(first_generation, "sim-1-1", settings=EVERY, duration_s=1.5),
     "pairs of sweeps": partial(
         first_generation,
         "sim-2-1",

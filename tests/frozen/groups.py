@@ -31,7 +31,7 @@ from mocap_metrology.recording.clean import Entry, simulated
 
 from .calibrations import LIGHT, ROOT, first_generation, twin
 from .digest import Flat, flat, of_folder
-from .recordings import SETTINGS, START, WITH_S, steps
+from .recordings import SETTINGS, START, steps
 
 
 def taken(names: dict[str, dict], folder: Path, judged: set[str], **changes: object) -> None:
@@ -43,9 +43,8 @@ def taken(names: dict[str, dict], folder: Path, judged: set[str], **changes: obj
         twin = recording_twin(twins["twins"][own.pop("like", name)] | own | changes, name, defaults)
         with simulated(twin, 0, folder) as path:
             entry = Entry([str(path)], twin.labels)
-            how = WITH_S if name == next(iter(names)) else SETTINGS
             origin = {"recording": name, "source": "simulated"}
-            steps(folder / name, entry, origin, how, name in judged)
+            steps(folder / name, entry, origin, SETTINGS, name in judged)
 
 
 def cameras(folder: Path) -> Flat:
@@ -66,7 +65,7 @@ def cameras(folder: Path) -> Flat:
 def changes(folder: Path) -> Flat:
     """Recordings of S's twins against each other: pairs, dates, places, a covariate."""
     kinds = {"T40-10": {}, "Bonita-6": {}, "T40-10-crump": {}, "outliers": {}}
-    taken(kinds | {"rounded": {}}, folder, {"T40-10", "outliers"}, duration_s=100)
+    taken(kinds | {"rounded": {}}, folder, {"T40-10", "outliers"}, duration_s=60)
     allan = {name: read_table(folder / name / "allan_masked.parquet") for name in [*kinds]}
     columns, origins = ({n: pair[k] for n, pair in allan.items()} for k in (0, 1))
     first = columns["T40-10"]
@@ -81,7 +80,7 @@ def changes(folder: Path) -> Flat:
     means = {name: {"x1_mm": 1.0, "y1_mm": 2.0, "z1_mm": 3.0} for name in names}
     found["places"] = places_rows(rows, columns, means)
     series = read_table(folder / "Bonita-6/clean.parquet")[0]["z1_mm"].astype(float)
-    time_s = np.arange(110) * 1.0
+    time_s = np.arange(66) * 1.0
     beside = Covariate(
         "degC", time_s, np.interp(time_s, np.arange(series.size) / 120, series) + 0.1
     )

@@ -137,7 +137,7 @@ KINDS: dict[str, tuple[Make, Callable[..., Path], float, float]] = {
     "levels": (levels, TABLE, 0.02, 240),
     "repeated": (repeated, NDI, 0.03, 120),
     "filled": (filled, QUALISYS, 0.02, 120),
-    "shaken": (shaken, c3d, 0.02, 240),
+    "shaken": (shaken, c3d, 0.02, 150),
     "exchanged": (exchanged, c3d, 0.03, 180),
     "coarse": (coarse, c3d, 0.02, 120),
     "brief": (lambda rng, x, t: x, c3d, 0.1, 2),
@@ -153,7 +153,7 @@ def recording(kind: str, folder: Path) -> Flat:
     path = write(folder / kind, x.T.reshape(-1, 2, 3))
     results = folder / "results"
     origin = {"recording": kind, "source": "measured"}
-    settings = WITH_S if kind in ("walk", "brief") else SETTINGS
+    settings = WITH_S if kind == "brief" else SETTINGS
     steps(results, Entry([str(path)], ["A", "B"]), origin, settings)
     return of_folder(results)
 

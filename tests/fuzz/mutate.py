@@ -1,11 +1,8 @@
 """Damage to files, from a random generator: what disks, transfers, editors and typing do."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 Rng = np.random.Generator
-Damage = Callable[[bytearray, Rng], None]
 
 NUMBERS = (b"1e999", b"-1", b"nan", b"inf", b"", b"0", b"1e12", b"1,5", b"0x10", b"9" * 400)
 NUMBERS += (b"NA", b"None", b'"1.5"', b'"1.5', b'"1,5"', b"-nan", b"#REF!")

@@ -11,10 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent / "text"))
 from text_files import LABELS, TAKE, make, nexus, refusal, trc
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.read import (
-    orientation_of,
-    read_recording,
-)
+from mocap_metrology.io.read import orientation_of, read_recording
 
 
 def take_at(tmp_path: Path, times, frames=None) -> Path:

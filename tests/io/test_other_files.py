@@ -79,7 +79,7 @@ KINDS = {  # suffix, content, what it is; real writers where there are such
 
 
 BY_SUFFIX = ("xlsx", "md", "qtm", "x1d", "x2d", "tak")
-OTHERS = ("c3d", "csv", "txt", "trc", "tsv", "n3d")
+OTHERS = ("c3d", "csv", "n3d")
 
 
 @pytest.mark.parametrize(

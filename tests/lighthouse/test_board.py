@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.board import (
-    check_count,
-    flat_board,
-    read_board,
-    read_normals,
-)
+from mocap_metrology.lighthouse.board import check_count, flat_board, read_board, read_normals
 
 SQUARE = ["0,0,0", "0,0.1,0", "0,0.1,0.1", "0,0,0.1"]
 

@@ -51,10 +51,7 @@ LIMITS: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
         lambda: allan_variance(WHITE[:9], np.array([1])),
         lambda: allan_variance(WHITE[:9], np.array([0])),
     ),
-    "Gauss-Markov terms": (
-        lambda: Components(gauss_markov=0),
-        lambda: Components(gauss_markov=-1),
-    ),
+    "Gauss-Markov terms": (lambda: Components(gauss_markov=0), lambda: Components(gauss_markov=-1)),
     "variances for coefficients": (
         lambda: fitted(Components((-2, 0, 2), 1), longest_share=0.5),
         lambda: fitted(Components((-2, -1, 0, 2), 1), longest_share=0.5),

@@ -105,10 +105,7 @@ def test_a_station_that_is_wrong_in_the_calibration_is_found(lab: Path, tmp_path
 
 @pytest.mark.parametrize(
     ("file", "labels", "why"),
-    [
-        ("other.c3d", (), "expected one motion, recorded by both"),
-        ("take.c3d", ("D",), "D"),
-    ],
+    [("other.c3d", (), "expected one motion, recorded by both"), ("take.c3d", ("D",), "D")],
 )
 def test_other_recordings_are_refused(lab: Path, file: str, labels: tuple, why: str) -> None:
     assert why in judged(lab, file, labels)["refused"]

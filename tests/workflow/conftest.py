@@ -14,11 +14,11 @@ from running import command, environment
 
 ROOT = Path(__file__).resolve().parents[2]
 TWINS = "twins: {T: {published: {camera_type: T40, n_cameras: 10}, seed: 1}}\n"
-TOY, UNDRAWN = (Path(__file__).with_name(name) for name in ("toy", "undrawn"))
+TOY = Path(__file__).with_name("toy")
 sys.path.insert(0, str(ROOT / "workflow"))
 
 # Figures of the laboratory that tests read; a dot stands for the others
-READ = "recordings/(take/|active/verdict)|calibrations/measured/"
+READ = "/verdict|calibrations/measured/"
 
 Snakemake = Callable[..., subprocess.CompletedProcess]
 
@@ -43,13 +43,13 @@ def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
     own = tmp_path_factory.mktemp("own")
     (own / "profiles").symlink_to(ROOT / "profiles")
 
-    def run(folder: Path, *arguments: str, drawn: str | None = None) -> subprocess.CompletedProcess:
+    def run(folder: Path, *arguments: str, drawn: str = "") -> subprocess.CompletedProcess:
         if folder == ROOT:
             folder, arguments = own, ("-s", str(ROOT / "Snakefile"), *arguments)
         return subprocess.run(
             command(*arguments),
             cwd=folder,
-            env=environment() | ({"PYTHONPATH": str(UNDRAWN), "DRAWN": drawn} if drawn else {}),
+            env=environment(drawn),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -62,11 +62,12 @@ def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
 
 @pytest.fixture(scope="session")
 def run(tmp_path_factory: pytest.TempPathFactory, snakemake: Snakemake) -> SimpleNamespace:
-    """One run over everything in `laboratory`: its folder, `results`, `arguments` and `output`."""
+    """One run over everything in `laboratory`: its folder, `results`, `arguments`, `output`, and
+    the figures that were `drawn`."""
     folder = tmp_path_factory.mktemp("laboratory")
     (folder / "profiles").symlink_to(ROOT / "profiles")
     settings = laboratory.write_everything(folder)
-    for old in ("recordings/zip/allan.parquet", "calibrations/odd/pose.json"):
+    for old in ("recordings/cut/allan.parquet", "calibrations/odd/pose.json"):
         (folder / "results" / old).parent.mkdir(parents=True)
         (folder / "results" / old).write_text("of an earlier input")
     quick = ["duration_s=120", "fit_figures=[]", "noise={estimators: [likelihood]}"]
@@ -74,7 +75,7 @@ def run(tmp_path_factory: pytest.TempPathFactory, snakemake: Snakemake) -> Simpl
     arguments = ["-s", str(ROOT / "Snakefile"), "--cores", "2", "--config", *settings, *quick]
     output = snakemake(folder, *arguments, drawn=READ)
     return SimpleNamespace(
-        folder=folder, results=folder / "results", arguments=arguments, output=output
+        folder=folder, results=folder / "results", arguments=arguments, output=output, drawn=READ
     )
 
 

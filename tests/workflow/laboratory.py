@@ -1,7 +1,6 @@
 """A laboratory's recordings and calibrations, good and bad, and the sheets that list them."""
 
 import json
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -140,7 +139,11 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
         "measured": {"path": "lab.dump", "sha256": sha256(folder / "lab.dump")} | against | LABELS,
         "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"}
         | {"tracked_with": "measured"},
-        "stranger": {"path": "lab.dump", "reference": "stranger.json"},
+        "stranger": {
+            "path": "brief.dump",
+            "factory": "stations.json",
+            "reference": "stranger.json",
+        },
     }
     bad = {name: cells for name, cells in bad_rows().items() if name in BAD_ROWS}
     twin = common | {"group": "jansen2019", "path": "simulate:mounted", "board": ""}
@@ -158,8 +161,8 @@ RECORDING = [
     *("recording", "path", "markers", "group", "camera_type", "n_cameras", "frame_rate_hz"),
     *("cluster", "truncated", "comment", "compare_with", "covariate"),
 ]
-# In the sheet: cut off, and of another format; what the line of each says
-REFUSED_RECORDINGS = {"cut": 'write "accept" in column truncated of the sheet', "zip": "ZIP"}
+# In the sheet; what its line says
+REFUSED_RECORDINGS = {"cut": 'write "accept" in column truncated of the sheet'}
 TABLES_OF_RECORDING = ("trajectories.parquet", "clean.parquet", "outliers.csv")
 TABLES_OF_CALIBRATION = (
     *("pulses.parquet", "inertial.parquet", "sweeps.parquet", "stations.json", "board.csv"),
@@ -195,8 +198,6 @@ def take() -> np.ndarray:
 
 def write_bad_recordings(folder: Path) -> None:
     """The files of `REFUSED_RECORDINGS`."""
-    with zipfile.ZipFile(folder / "zip.c3d", "w") as archive:
-        archive.writestr("take.c3d", b"")
     lines = [f"{k + 1}\t{k / 100:.3f}\t1.5\t2.5\t3.{k}" for k in range(150)]
     (folder / "cut.trc").write_text(TRC + "\n".join(lines) + "\n")
 
@@ -219,11 +220,7 @@ def write_recordings(folder: Path) -> list[dict[str, str]]:
         | {"camera_type": "T40", "n_cameras": "10"},
     ]
     bad = {"comment": ACTIVE[1], "group": "check"}
-    return [
-        *rows,
-        bad | {"recording": "cut", "path": "cut.trc", "markers": "A"},
-        bad | {"recording": "zip", "path": "zip.c3d", "markers": "A;B"},
-    ]
+    return [*rows, bad | {"recording": "cut", "path": "cut.trc", "markers": "A"}]
 
 
 def write_everything(folder: Path) -> list[str]:

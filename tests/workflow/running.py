@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +13,8 @@ from typing import Any
 import pytest
 
 from mocap_metrology.common.faults import Faults
+
+UNDRAWN = Path(__file__).with_name("undrawn")
 
 
 def command(*arguments: str) -> list[str]:
@@ -26,10 +29,12 @@ def side_by_side(*calls: Callable[[], Any]) -> list[Any]:
         return [future.result() for future in [pool.submit(call) for call in calls]]
 
 
-def environment() -> dict[str, str]:
-    """The environment, without what would slow Snakemake down or change its settings."""
+def environment(drawn: str = "") -> dict[str, str]:
+    """The environment, without what would slow Snakemake down or change its settings; of the
+    figures those are drawn that have `drawn` in their path, or all."""
     unwanted = ("PYTHONDONTWRITEBYTECODE", "PYTHONPATH", "SNAKEMAKE_PROFILE")
-    return {key: value for key, value in os.environ.items() if key not in unwanted}
+    kept = {key: value for key, value in os.environ.items() if key not in unwanted}
+    return kept | ({"PYTHONPATH": str(UNDRAWN), "DRAWN": drawn} if drawn else {})
 
 
 def planned(output: str) -> Counter:
@@ -43,6 +48,7 @@ def planned(output: str) -> Counter:
 def pass_for_computed(run: Callable[..., Any], *arguments: str) -> None:
     """Let everything that a run with these arguments makes pass for computed: Snakemake marks empty
     files as its results, then those that checkpoints ask for."""
+    now_s = time.time()
     for _ in range(2):
         for line in run("--summary", *arguments).stdout.splitlines():
             path, *others = line.split("\t")
@@ -53,8 +59,9 @@ def pass_for_computed(run: Callable[..., Any], *arguments: str) -> None:
             else:
                 Path(path).parent.mkdir(parents=True, exist_ok=True)
                 Path(path).write_text("{}\n" if path.endswith(".json") else "")
-        marked = run("--touch", "--forceall", "--cores", "1", *arguments)
-        assert marked.returncode == 0, marked.stdout
+            os.utime(path, (now_s, now_s))
+    marked = run("--touch", "--forceall", "--cores", "1", *arguments)
+    assert marked.returncode == 0, marked.stdout
 
 
 def finished(output: str) -> Counter:

@@ -37,13 +37,3 @@ def test_why_there_is_no_report_is_never_empty(output: str, line: str, root, mon
     from write_report import why
 
     assert why(output).startswith(line)
-
-
-def test_of_what_lint_says_one_message_is_expected(root, monkeypatch) -> None:
-    monkeypatch.syspath_prepend(str(root / "workflow"))
-    from lint import EXPECTED, unexpected
-
-    said = (
-        f"Lints for rule a:\n    * {EXPECTED}:\n      This way,\n    * No log directive defined:\n"
-    )
-    assert unexpected(said) == ["No log directive defined"]

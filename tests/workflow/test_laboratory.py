@@ -121,7 +121,8 @@ def test_tables_of_groups_and_of_the_paper(run) -> None:
 def test_the_command_writes_what_the_workflow_does(run, tmp_path: Path) -> None:
     arguments = ("take.c3d", "--markers", "A", "B", "--output", str(tmp_path / "one"))
     command = [sys.executable, "-m", "mocap_metrology", "check", *arguments]
-    subprocess.run(command, cwd=run.folder, check=True, capture_output=True, timeout=900)
+    drawn = environment(run.drawn)
+    subprocess.run(command, cwd=run.folder, env=drawn, check=True, capture_output=True, timeout=900)
     names = {path.name for path in (tmp_path / "one").iterdir()} - {"allan.csv"}
     assert len(names) >= 21
     for name in names:
@@ -284,7 +285,7 @@ def test_opens_without_error_or_network(made, executable, tmp_path) -> None:
     for left, top, _ in titles:  # beside the menu, and not above or left of what can be reached
         assert 0 <= left < 30 and 0 <= top < 60
     assert titles[0][2] > 1000 and titles[1][2] > 300
-    for words in ("How good is", "check: recordings", "lab: calibrations", "zip", "refused"):
+    for words in ("How good is", "check: recordings", "lab: calibrations", "cut", "refused"):
         assert words in front
     assert links["take"] == "details/recordings/take.html"
     assert links["measured"] == "details/calibrations/measured.html"

@@ -10,7 +10,7 @@ from mocap_workflow.sources import Sources, installed
 from mocap_metrology.common.faults import Faults
 
 ROOT = Path(__file__).resolve().parents[2]
-SCRIPTS, PACKAGE = ROOT / "workflow/scripts", ROOT / "src/mocap_metrology"
+PACKAGE = ROOT / "src/mocap_metrology"
 
 FILES = {
     "scripts/clean.py": "from step import step\nfrom package.io.read import (\n    one,\n)\n",

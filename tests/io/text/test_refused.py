@@ -3,16 +3,7 @@
 import re
 
 import pytest
-from text_files import (
-    FIRST_ROW,
-    NEXUS,
-    PLAIN,
-    make,
-    read,
-    refusal,
-    row,
-    spoilt,
-)
+from text_files import FIRST_ROW, NEXUS, PLAIN, make, read, refusal, row, spoilt
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import READ

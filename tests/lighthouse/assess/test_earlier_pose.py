@@ -154,7 +154,7 @@ def test_damaged_errors_are_refused(tmp_path, key, value):
         read_pose_json(tmp_path / "pose.json")
 
 
-@pytest.mark.parametrize("true", [0.0, 0.7, 2.0, 8.0])
+@pytest.mark.parametrize("true", [0.0, 0.7, 8.0])
 def test_intervals_hold_the_true_length(true):
     """Of 300 draws with unequal variances at least 95 % less three standard errors."""
     rng = np.random.default_rng(int(10 * true))

@@ -30,11 +30,7 @@ from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Inertial
 from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.recording import sensed, simulate, up_of
-from mocap_metrology.lighthouse.simulate.twin import (
-    BoardTwin,
-    InertialTwin,
-    MotionTwin,
-)
+from mocap_metrology.lighthouse.simulate.twin import BoardTwin, InertialTwin, MotionTwin
 from tests.lighthouse import pairs
 
 REAL = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"

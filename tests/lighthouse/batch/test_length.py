@@ -137,7 +137,7 @@ def test_a_length_at_a_moment_that_no_hit_shows_is_noted() -> None:
     assert "times less certain, as the place of the board is at 5 s, 3.25 s" in notes[1]
 
 
-@pytest.mark.parametrize("wrong", [0.98, 1.0, 1.02])
+@pytest.mark.parametrize("wrong", [0.98, 1.02])
 def test_what_a_length_says_of_the_deck_and_the_deck_of_it(wrong: float) -> None:
     """By a length of 4.3 m that is 2 % wrong the deck is as much larger than it is: in standard
     deviations of its size, (0.3 mm)^2 over its largest extent. Two independent values of the scale

@@ -10,14 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
-from mocap_metrology.lighthouse.batch.problem import (
-    Layout,
-    Priors,
-    State,
-    by_sweep,
-    layout,
-    start,
-)
+from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
 from mocap_metrology.lighthouse.batch.solve import estimated_noise
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
 from mocap_metrology.lighthouse.batch.view import Noise

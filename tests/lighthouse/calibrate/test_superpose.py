@@ -62,14 +62,14 @@ def test_jackknife_covers_the_error_of_kabsch() -> None:
 
 
 def test_static_pose_and_its_covariance() -> None:
-    """60 draws of noise: chi-squared of the errors has mean 6 (standard error 0.4) times the
+    """30 draws of noise: chi-squared of the errors has mean 6 (standard error 0.6) times the
     factor (n - 6)/(n - 8) of an estimated variance, n = 64 angles a station."""
     board, ideal = flat_board(), rotor_parameters()
     R, t = rotation.from_angles(0.2, -0.1, -0.65), np.array([0.4, 2.0, 0.25])
     Rb, tb = rotation.from_angles(0.25, 0.3, np.pi + 0.4), np.array([3.2, 0.2, -0.3])
     world = board @ Rb.T + tb
     rng, values = np.random.default_rng(7), []
-    for _ in range(60):
+    for _ in range(30):
         given = [
             Measurements(np.zeros(1), (angles(own, ideal) + rng.normal(0, 3e-5, (32, 2)))[None])
             for own in (world, np.ascontiguousarray((world - t) @ R))
@@ -77,7 +77,7 @@ def test_static_pose_and_its_covariance() -> None:
         found = static_pose(given, board, [ideal, ideal])
         d = np.r_[found.t_m - t, rotation.error(found.R, R)]
         values.append(d @ np.linalg.solve(found.covariance, d))
-    assert np.mean(values) == pytest.approx(6.2, abs=1.0)
+    assert np.mean(values) == pytest.approx(6.2, abs=1.5)
 
 
 def test_a_robust_mean_of_rotations_ignores_a_minority() -> None:

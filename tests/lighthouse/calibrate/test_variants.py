@@ -14,11 +14,7 @@ from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint
 from mocap_metrology.lighthouse.calibrate import joint_variants
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
-from mocap_metrology.lighthouse.calibrate.variants import (
-    NOISE_RAD,
-    Fit,
-    weigh,
-)
+from mocap_metrology.lighthouse.calibrate.variants import NOISE_RAD, Fit, weigh
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 
 UNITS = 20
@@ -85,8 +81,9 @@ def calibrated(own: SimulatedSweeps, estimator: str = "paper-lm") -> Calibration
     return calibrate(own.hits, own.truth.board, factories, settings)
 
 
-@pytest.mark.parametrize("estimator", ["batch", "paper-lm"])
-@pytest.mark.parametrize("variant", ["crazyflie", "libsurvive"])
+@pytest.mark.parametrize(
+    ("variant", "estimator"), [("crazyflie", "batch"), ("libsurvive", "paper-lm")]
+)
 def test_simulated_rotors_of_either_kind(variant: str, estimator: str) -> None:
     """The right sign is taken, the other ruled out; 1 mm, where the other sign gives more."""
     own = made(variant, 7)

@@ -18,7 +18,6 @@ from mocap_metrology.lighthouse.calibrate.weighted_station import (
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import turn
 from mocap_metrology.lighthouse.records import Measurements, Path
-from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 BOARD = flat_board()
@@ -133,25 +132,6 @@ def test_mirrored_poses_are_left_out() -> None:
     np.testing.assert_allclose(dirty[1], clean[1], atol=2e-4)
 
 
-def seen(n: int, bump_m: np.ndarray, at: float, rng: np.random.Generator):
-    """Evidence of a board carried on a curve, its path by the master's angles; 60 urad of noise."""
-    board, time = flat_board(), np.linspace(0, 8, n)
-    place = np.c_[2.6 + 0.3 * np.sin(time), 1.2 + 0.3 * np.cos(1.3 * time), 0.2 * np.sin(2 * time)]
-    turn = [exp(np.array([0.2 * np.sin(t), 0.2 * np.cos(1.7 * t), 0.3 * np.sin(0.9 * t)]))
-            for t in time]  # fmt: skip
-    points = np.array([board @ r.T + p for r, p in zip(turn, place, strict=True)])
-    there = T + np.where(time[:, None] < at, 0, bump_m)
-    of_slave = (points - there[:, None]) @ R
-    both = [
-        angles(np.ascontiguousarray(p.reshape(-1, 3)), IDEAL).reshape(n, -1, 2)
-        + 60e-6 * rng.normal(size=(n, len(board), 2))
-        for p in (points, of_slave)
-    ]
-    master = Measurements(time, both[0])
-    path = by_levenberg_marquardt(master, board, IDEAL)
-    return evidence(path, Measurements(time, both[1]), master, board, BOTH)
-
-
 def test_nothing_is_said_of_too_little() -> None:
-    given = seen(4, np.zeros(3), 4.0, np.random.default_rng(1))
-    assert halves(R, T, given) is None
+    _, master, slave, found = recording(4, 1)
+    assert halves(R, T, evidence(found, slave, master, BOARD, BOTH)) is None

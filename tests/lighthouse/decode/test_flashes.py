@@ -39,8 +39,8 @@ def check(
         assert (np.diff(own.cycle) > 0).all()
 
 
-@pytest.mark.parametrize("bias_s", [-4e-6, 0.0, 4e-6])
-@pytest.mark.parametrize("below_ticks", [0, 62, 125, 188, 250, 312, 375, 438, 499])
+@pytest.mark.parametrize("bias_s", [-4e-6, 4e-6])
+@pytest.mark.parametrize("below_ticks", [0, 125, 250, 375, 499])
 def test_all_codes_at_every_width_and_bias(below_ticks: int, bias_s: float) -> None:
     scene = Scene(below_ticks=below_ticks, bias_s=bias_s).build()
     found = find_flashes(scene.pulses())

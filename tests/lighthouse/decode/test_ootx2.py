@@ -8,10 +8,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.chain import decode
-from mocap_metrology.lighthouse.decode.factory_file import (
-    NAMES_OF,
-    read_factory,
-)
+from mocap_metrology.lighthouse.decode.factory_file import NAMES_OF, read_factory
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.turns import (
     Light,

@@ -7,11 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
-    PoseProblem,
-    minimise,
-    turn,
-)
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import PoseProblem, minimise, turn
 from mocap_metrology.lighthouse.fit.simplex import (
     BOARD,
     MATLAB,

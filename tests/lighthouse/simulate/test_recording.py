@@ -142,8 +142,3 @@ def test_bits_of_the_flashes_are_the_frame_of_the_station():
     stated = [up_of(accel_of(own)) for own in (up, slave)]
     assert np.degrees(np.arccos(stated[0] @ recording.truth.R @ stated[1])) < 0.7  # bytes, 0.5 deg
     assert any(np.array_equal(np.roll(frame, -i), bits[:358]) for i in range(358))
-
-
-def share(n, of, expected):
-    """Within four standard errors of a binomial share."""
-    return n / of == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / of))

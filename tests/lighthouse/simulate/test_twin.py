@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import yaml
 from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
 
 from mocap_metrology.common.faults import Faults
@@ -79,18 +78,3 @@ def test_keys_of_defaults_setup_and_like_are_merged():
     assert twins["b"].motion.centre_m == (3, 1, 0) and twins["b"].motion.tremor_mm == 0.05
     # Factory values are what half floats can say.
     assert twins["a"].master.optics.phase[0] == float(np.float16(0.05))
-
-
-@pytest.fixture(scope="module")
-def twins(root):
-    """Twins of the default sheet, as the default seed draws them."""
-    document = yaml.load((root / "config/twins.yaml").read_text(), yaml.CSafeLoader)
-    seed = yaml.safe_load((root / "config/config.yaml").read_text())["seed"]
-    names = [name for name in document["twins"] if name.split("-")[0] in FAMILIES]
-    found = of_document(document, *names)
-    return {
-        name: twin.model_copy(update={"seed": twin.seed + seed}) for name, twin in found.items()
-    }
-
-
-FAMILIES = ("sim", "noise", "real")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.hampel import hampel, taken_at_most
-from mocap_metrology.noise.allan.confidence import allan_curve, equivalent_dof, interval
+from mocap_metrology.noise.allan.confidence import allan_curve, equivalent_dof
 from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.estimators import NoiseSettings, masked_curve
@@ -27,7 +27,7 @@ def power_law(rng, n: int, alpha: int, runs: int | None = None) -> np.ndarray:
 
 
 @pytest.mark.parametrize("estimator", ["oadev", "mdev", "hdev"])
-@pytest.mark.parametrize("alpha", [2, 1, 0, -1, -2])
+@pytest.mark.parametrize("alpha", [2, 0, -2])
 def test_dof_equals_that_of_simulation(alpha, estimator):
     """2 mean^2 / variance of 2000 runs within 10 %, 20 % for few degrees of freedom, whose
     distribution is wide (standard error 3 to 9 %). Greenhall & Riley are up to 30 % off."""
@@ -85,14 +85,6 @@ def test_intervals_cover_under_gaps():
         assert (curve.variance > 0).all()
     assert (covered / runs >= 0.63).all()
     assert (runs >= 380).all()
-
-
-def test_interval_is_chi_squared():
-    from scipy.stats import chi2
-
-    lower, upper = interval(np.array([4.0]), np.array([7.5]), 0.9)
-    assert lower[0] == pytest.approx(np.sqrt(4 * 7.5 / chi2.ppf(0.95, 7.5)))
-    assert upper[0] == pytest.approx(np.sqrt(4 * 7.5 / chi2.ppf(0.05, 7.5)))
 
 
 @pytest.mark.parametrize("estimator", ["oadev", "hdev"])

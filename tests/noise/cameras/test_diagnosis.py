@@ -7,13 +7,7 @@ from scipy import stats
 from scipy.signal import lfilter
 
 from benchmarks.failing_camera import wishart_blocks
-from mocap_metrology.noise.cameras.diagnosis import (
-    N_BLOCKS,
-    Estimate,
-    Moments,
-    additions,
-    diagnose,
-)
+from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Estimate, Moments, additions, diagnose
 from mocap_metrology.noise.cameras.scaling import fit_scaling, law
 from mocap_metrology.noise.twins.published import published_row, published_subsets
 from mocap_metrology.noise.twins.take import joint_covariance, positions, random_facility

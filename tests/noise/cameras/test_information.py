@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.cameras.information import (
-    Chain,
-    Step,
-    camera_noise,
-)
+from mocap_metrology.noise.cameras.information import Chain, Step, camera_noise
 from mocap_metrology.noise.twins.take import joint_covariance, random_facility
 
 

@@ -19,10 +19,7 @@ from mocap_metrology.noise.fit.estimates import (
     model_of,
     rows,
 )
-from mocap_metrology.noise.fit.estimators import (
-    NoiseSettings,
-    estimate_series,
-)
+from mocap_metrology.noise.fit.estimators import NoiseSettings, estimate_series
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.series import ALLAN, PERIODOGRAM, allan_columns, periodogram_columns

@@ -7,13 +7,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.model.components import (
-    ALPHAS,
-    FORMS,
-    GaussMarkov,
-    NoiseModel,
-    PowerLaw,
-)
+from mocap_metrology.noise.model.components import ALPHAS, FORMS, GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.scale_factors import (
     MU,
     integrated_avar,

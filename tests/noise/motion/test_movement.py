@@ -8,11 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from mocap_metrology.noise.gaussian.two_markers import drift
-from mocap_metrology.noise.motion.movement import (
-    most_moving,
-    movement,
-    movements,
-)
+from mocap_metrology.noise.motion.movement import most_moving, movement, movements
 
 RATE, SIGMA = 100.0, 0.05
 N = 30_000  # five minutes

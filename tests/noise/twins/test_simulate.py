@@ -14,16 +14,8 @@ from mocap_workflow.recording_twins import recording_twin, twin_from_mapping
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.faults import Faults
-from mocap_metrology.noise.model.components import (
-    FORMS,
-    GaussMarkov,
-    NoiseModel,
-    PowerLaw,
-)
-from mocap_metrology.noise.model.synthesis import (
-    circle_length,
-    increment_spectrum,
-)
+from mocap_metrology.noise.model.components import FORMS, GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.synthesis import circle_length, increment_spectrum
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import simulate, stream
 from tests.noise.model.textbook import allan_variance

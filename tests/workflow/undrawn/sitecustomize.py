@@ -1,5 +1,6 @@
 """With this folder in PYTHONPATH jobs draw only figures that have the pattern DRAWN in their path,
-as that takes most of their time; the others are a dot with their title and caption."""
+as that takes most of their time; the others are a dot with their title and caption. Tables of
+chance are of few realisations."""
 
 import importlib.abc
 import os
@@ -9,7 +10,6 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 
 DRAWN = os.environ["DRAWN"]
-FIGURE = "mocap_metrology.present.plot.figure"
 DOT = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9"/></svg>'
 
 
@@ -36,24 +36,41 @@ def with_dots(module) -> None:
     module.save = save
 
 
+def with_few(module) -> None:
+    """Realisations of a table, frames of each."""
+    module.REPEATS = 20
+    if table := getattr(module, "table_1", None):
+        table.__defaults__ = 8, 1 << 14
+    elif table := getattr(module, "table_4", None):
+        table.__defaults__ = None, 20
+
+
+CHANGED = {
+    "mocap_metrology.present.plot.figure": with_dots,
+    "mocap_metrology.papers.power_laws": with_few,
+    "mocap_metrology.papers.gaussian_table": with_few,
+    "mocap_metrology.papers.claims.table": with_few,
+}
+
+
 class Loader(importlib.abc.Loader):
-    def __init__(self, loader):
-        self.loader = loader
+    def __init__(self, loader, change):
+        self.loader, self.change = loader, change
 
     def create_module(self, spec):
         return self.loader.create_module(spec)
 
     def exec_module(self, module):
         self.loader.exec_module(module)
-        with_dots(module)
+        self.change(module)
 
 
 class Undrawn:
     @staticmethod
     def find_spec(name: str, path=None, target=None):
-        if name == FIGURE:
+        if name in CHANGED:
             spec = PathFinder.find_spec(name, path, target)
-            spec.loader = Loader(spec.loader)
+            spec.loader = Loader(spec.loader, CHANGED[name])
             return spec
         return None
 

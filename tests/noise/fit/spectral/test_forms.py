@@ -73,13 +73,13 @@ def frames(seed: int, exposed: bool) -> np.ndarray:
 
 @pytest.mark.parametrize("exposed", [True, False])
 def test_the_white_level_is_held_by_frames_of_either_form(exposed: bool) -> None:
-    """95 % intervals of h_0 in ten recordings of 5 min: nine or more hold. Fitted as points, those
+    """95 % intervals of h_0 in six recordings of 5 min: five or more hold. Fitted as points, those
     of full exposure held in none of 20 of 10 min, as h_0 is 1.4 % low."""
     held = 0
-    for seed in range(10):
+    for seed in range(6):
         settings = LikelihoodSettings(either=True)
         found = likelihood(frames(seed, exposed), RATE, None, settings).estimate.coefficients
         white = next(c for c in found if c.parameter == "h_0")
         held += white.lower_95 <= H_0 <= white.upper_95
         assert white.upper_95 - white.value < 0.1 * H_0 and white.lower_95 >= 0
-    assert held >= 9
+    assert held >= 5

@@ -12,10 +12,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of
 from mocap_metrology.noise.fit.spectral.intervals import law_limit
-from mocap_metrology.noise.fit.spectral.likelihood import (
-    check_series,
-    likelihood,
-)
+from mocap_metrology.noise.fit.spectral.likelihood import check_series, likelihood
 from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
 from mocap_metrology.noise.fit.spectral.whittle import Likelihood

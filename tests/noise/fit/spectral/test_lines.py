@@ -14,10 +14,7 @@ from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.line import around
-from mocap_metrology.noise.fit.spectral.lines import (
-    find_lines,
-    line_errors,
-)
+from mocap_metrology.noise.fit.spectral.lines import find_lines, line_errors
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
 N = RATE * SECONDS

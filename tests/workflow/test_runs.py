@@ -146,17 +146,14 @@ def start(toy: Path) -> subprocess.Popen:
 
 
 def test_kill_and_run_again_twice_at_once(toy: Path) -> None:
-    """One of the two goes on and clears the lock, too. A dry run is never refused. Where sheets are
-    wrong nothing is cleared: they are lines and status 1."""
+    """One of the two goes on and clears the lock, too. Where sheets are wrong nothing is: they are
+    lines and status 1."""
     (toy / "config/a.c3d").write_text("a waits: wait\n")
     first, locks = start(toy), toy / ".snakemake/locks"
     try:
         until((toy / "waiting").exists, first)
         own = runs.read(toy / "results" / runs.CLAIM)
         assert own.pid == first.pid
-        dry = subprocess.run([*START, "-n"], cwd=toy, env=environment(), check=False, timeout=900)
-        assert dry.returncode == 0
-        assert runs.read(toy / "results" / runs.CLAIM) == own
     finally:
         first.kill()
         first.wait()
@@ -188,4 +185,34 @@ def test_kill_and_run_again_twice_at_once(toy: Path) -> None:
     assert f"cleared what a killed run (process {first.pid} in {toy}) left" in said[0]
     assert not runs.jobs_of(own.mark)
     assert (toy / TABLE).read_text() == "a waits: wait\nb is good\n"
+    assert not (toy / "results" / runs.CLAIM).exists()
+
+
+def test_of_two_runs_from_two_folders_the_second_is_refused(
+    toy: Path, tmp_path_factory: pytest.TempPathFactory, snakemake
+) -> None:
+    """With other words for the folder of results. A dry run is not refused, and neither touches
+    anything."""
+    (toy / "config/a.c3d").write_text("a waits: wait\n")
+    other = tmp_path_factory.mktemp("other")
+    for name in ("profiles", "config"):
+        (other / name).symlink_to(toy / name)
+    (other / "linked").symlink_to(toy / "results")
+    entry = ("-s", str(toy / "Snakefile"), "--cores", "1", "linked/tables/g_noise.csv")
+    second = lambda *how: snakemake(other, *entry, "--config", "results=linked", *how)  # noqa: E731
+    first = start(toy)
+    try:
+        until((toy / "waiting").exists, first)
+        part = toy / "results/.part-mine"
+        part.write_text("mine")
+        dry, refused = second("-n"), second()
+        assert (dry.returncode, refused.returncode) == (0, 1), dry.stdout
+        lines = [line for line in refused.stdout.splitlines() if "another run" in line]
+        assert len(lines) == 1 and f"(process {first.pid} in {toy})" in lines[0], refused.stdout
+        assert (toy / "results/recordings/a/noise.csv").read_text() == "half\n"
+    finally:
+        (toy / "go").touch()
+        assert first.wait(900) == 0
+    assert (toy / TABLE).read_text() == "a waits: wait\nb is good\n"
+    assert part.read_text() == "mine"
     assert not (toy / "results" / runs.CLAIM).exists()

@@ -2,6 +2,7 @@
 noise of their own."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,10 @@ from scipy.stats import chi2
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.scene import Scene
+from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.recording import simulate
+from mocap_metrology.lighthouse.simulate.turns import stations_around
+from mocap_metrology.lighthouse.simulate.twin import MotionTwin
 from mocap_metrology.lighthouse.track.markers import Markers, Tracked
 from mocap_metrology.lighthouse.track.mocap import match
 from mocap_metrology.lighthouse.track.receiver import Calibrated, Track, track
@@ -182,6 +186,19 @@ def test_what_shows_nothing_is_refused(own: object, its: object, why: str, three
     markers = seen(replace(three, moves=its))
     with pytest.raises(Refusal, match=why):
         match(moving(own), markers)
+
+
+@pytest.mark.parametrize("seed", [5, 8, 13])
+def test_a_take_played_backwards_is_refused(seed: int) -> None:
+    """To a few centimetres it fits by chance, as one marker may be anywhere on the board."""
+    _, t, middle, _ = stations_around(3, np.random.default_rng(seed))
+    moves = MotionTwin(centre_m=tuple(middle), speed_m_s=0.6, extent_m=0.6, wobble_deg=15)
+    poses = motion_of(moves, t, seed).poses
+    track = moving(poses)
+    found = match(track, seen(SimpleNamespace(moves=poses))).alignment
+    assert found.offset_s == pytest.approx(OFFSET_S, abs=1e-3)
+    with pytest.raises(Refusal, match="or fit as well backwards"):
+        match(track, seen(SimpleNamespace(moves=lambda time_s: poses(5.0 - time_s))))
 
 
 def test_recordings_without_common_time_are_refused(three: Lab) -> None:

@@ -29,6 +29,8 @@ BLOCKS = 10
 LEAST_MM = 30.0  # rms of the second direction of the path: along a line no frame is determined
 LARGEST_SCALE = 0.05  # beyond it, and if nothing else fits: another unit
 WORST_FIT = 0.2  # rms of the residuals over that of the path: another motion
+CLEAR_FIT = 0.03  # below: the same motion
+BACKWARDS = 1.0  # times the rms, which a motion played backwards has at least
 LEVER_SD_M, RATE_SD = 0.3, 5e-5  # known of these beforehand
 CORRELATED_S = 0.3  # residuals within are alike
 FLOOR_M = 5e-4  # of the noise of a moment
@@ -108,22 +110,23 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
     if fit.rms > WORST_FIT * whole:
         free = [_sized(one) for one in (fit, *others)]
         best = min(free, key=lambda one: one.rms / max(one.found.scale, 1e-9))
-        scale, size = best.found.scale, best.found.scale * np.sqrt(best.spread.sum())
-        if best.rms < WORST_FIT * size and abs(scale - 1) > LARGEST_SCALE:
+        scale = best.found.scale
+        if abs(scale - 1) > LARGEST_SCALE and _of_one_motion(best, scale * whole):
             raise Refusal(
                 f"receiver: the path by motion capture is {scale:.3g} times as large as that of the"
                 " board; expected the same size (is the unit of the file right?)"
             )
         mirrored = replace(fit.seen, place_m=fit.seen.place_m * MIRROR)
-        if any(one.rms < WORST_FIT * whole for one in _fits(fit.track, mirrored, fit.known)):
+        if any(_of_one_motion(one, whole) for one in _fits(fit.track, mirrored, fit.known)):
             raise Refusal(
                 "receiver: the path by motion capture is the mirror image of that of the board;"
                 " expected right-handed axes (is a sign or the order of the columns wrong?)"
             )
+    if not _of_one_motion(fit, whole):
         raise Refusal(
-            f"receiver: both paths differ by {1e3 * fit.rms:.0f} mm rms at the best offset of the"
-            f" clocks, and are {1e3 * whole:.0f} mm rms large; expected one motion, recorded by"
-            " both"
+            f"receiver: both paths, {1e3 * whole:.0f} mm rms large, differ by {1e3 * fit.rms:.0f}"
+            " mm rms at the best offset of the clocks, or fit as well backwards; expected one"
+            " motion, recorded by both"
         )
     for other in others:
         apart = abs(other.found.offset_s - fit.found.offset_s)
@@ -133,6 +136,17 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
                 f"receiver: the offset of the clocks is not determined, as {apart:.2f} s more or"
                 " less fit as well; expected a motion that does not repeat itself"
             )
+
+
+def _of_one_motion(fit: _Fit, whole: float) -> bool:
+    """Whether what is left is small for a path of this rms, and less than of one played backwards,
+    which stands for another motion."""
+    if not CLEAR_FIT * whole < fit.rms < WORST_FIT * whole:
+        return bool(fit.rms < WORST_FIT * whole)
+    back = replace(fit.seen, place_m=fit.seen.place_m[:, :, ::-1])
+    others = _fits(fit.track, back, fit.known)
+    others = [_sized(one) for one in others] if fit.free_scale else others
+    return all(one.rms > BACKWARDS * fit.rms for one in others)
 
 
 def _sized(fit: _Fit) -> _Fit:

@@ -105,13 +105,11 @@ def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Ligh
 
 
 def _tracked(columns: Mapping[str, np.ndarray]) -> Tracked:
-    from scipy.spatial.transform import Rotation
-
     t = 1e-3 * np.column_stack([columns[f"{axis}_mm"] for axis in "xyz"])
     q = np.column_stack([columns[name] for name in ("qx", "qy", "qz", "qw")])
     R = np.full((len(t), 3, 3), math.nan)
     known = np.isfinite(t).all(axis=1)
-    R[known] = Rotation.from_quat(q[known]).as_matrix()
+    R[known] = rotation.of_quaternions(q[known])
     sd = np.column_stack([columns[f"sd_noise_{axis}"] for axis in AXES_OF_POSE[:3]])
     return Tracked(np.asarray(columns["time_s"]), R, t, 1e-3 * np.sqrt(np.mean(sd**2, axis=1)))
 

@@ -11,6 +11,8 @@ from typing import Self
 
 import numpy as np
 
+from mocap_metrology.lighthouse.rotation import quaternions
+
 MASTER, SLAVE = 0, 1
 ROLES = ("master", "slave")
 AXES = ("azimuth", "elevation")
@@ -298,13 +300,11 @@ def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:
 
 def pose_columns(paths: Mapping[tuple[str, str], tuple[Path, ...]]) -> dict[str, np.ndarray]:
     """poses.parquet: board poses in the frame of each station, of every estimator and optics."""
-    from scipy.spatial.transform import Rotation
-
     parts: dict[str, list[np.ndarray]] = {}
     for (estimator, optics), both in paths.items():
         for station, path in enumerate(both):
             n = len(path)
-            q = Rotation.from_matrix(path.R).as_quat(canonical=True)
+            q = quaternions(path.R)
             own = {
                 "estimator": np.full(n, estimator, dtype=object),
                 "optics": np.full(n, optics, dtype=object),

@@ -57,6 +57,20 @@ def log(R: np.ndarray) -> np.ndarray:
     return Rotation.from_matrix(R).as_rotvec()
 
 
+def quaternions(R: np.ndarray) -> np.ndarray:
+    """x, y, z, w with w >= 0 of rotation matrices (..., 3, 3), (..., 4)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(R).as_quat(canonical=True)
+
+
+def of_quaternions(q: np.ndarray) -> np.ndarray:
+    """Rotation matrices of x, y, z, w, (..., 4)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(q).as_matrix()
+
+
 def cross(v: np.ndarray) -> np.ndarray:
     """Matrices (..., 3, 3) with [v] w = v x w."""
     return np.cross(v[..., None, :], -np.eye(3))

@@ -21,7 +21,7 @@ from mocap_metrology.lighthouse.board import read_board
 from mocap_metrology.lighthouse.calibrate.superpose import at_times
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE, Path
-from mocap_metrology.lighthouse.rotation import from_angles, log, mean
+from mocap_metrology.lighthouse.rotation import from_angles, log, mean, of_quaternions
 
 Pose = tuple[np.ndarray, np.ndarray]  # R (3, 3), t (3,) in metres
 Paths = tuple[Path, Path]  # of the board in the frames of master and slave
@@ -136,13 +136,11 @@ def deviations_mm(track: Columns) -> np.ndarray:
 
 def jitter(track: Columns) -> tuple[float, float]:
     """Standard deviation of the `settled` poses about their mean: lengths in mm and deg."""
-    from scipy.spatial.transform import Rotation
-
     good = settled(track)
     if good.sum() < 2:
         return math.nan, math.nan
     q = np.column_stack([track[name][good] for name in ("qx", "qy", "qz", "qw")])
-    R = Rotation.from_quat(q).as_matrix()
+    R = of_quaternions(q)
     both = deviations_mm(track)[good], np.degrees(log(R @ mean(R).T))
     mm, deg = (float(np.sqrt(own.var(axis=0, ddof=1).sum())) for own in both)
     return mm, deg
@@ -326,11 +324,9 @@ def read_calibration(
 
 
 def _path(poses: Mapping[str, np.ndarray], rows: np.ndarray) -> Path:
-    from scipy.spatial.transform import Rotation
-
     own = {key: np.asarray(values)[rows] for key, values in poses.items()}
     quaternion = np.column_stack([own[k] for k in ("qx", "qy", "qz", "qw")]).astype(np.float64)
-    R = Rotation.from_quat(quaternion).as_matrix() if len(quaternion) else np.zeros((0, 3, 3))
+    R = of_quaternions(quaternion) if len(quaternion) else np.zeros((0, 3, 3))
     place = np.column_stack([own[k] for k in ("x_m", "y_m", "z_m")]).astype(np.float64)
     rest = own["epsilon_rad2"], own["n_angles"], own["ambiguity"]
     return Path(own["time_s"], R, place, *rest)

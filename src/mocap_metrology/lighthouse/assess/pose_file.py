@@ -161,10 +161,8 @@ def check_row(check: Check) -> Row:
 
 def pose_row(R: np.ndarray, t_m: np.ndarray) -> Row:
     """A pose as it is written."""
-    from scipy.spatial.transform import Rotation
-
-    q = Rotation.from_matrix(R).as_quat(canonical=True)
-    return {"translation_mm": (1e3 * np.asarray(t_m)).tolist(), "quaternion_xyzw": q.tolist()}
+    q = rotation.quaternions(R).tolist()
+    return {"translation_mm": (1e3 * np.asarray(t_m)).tolist(), "quaternion_xyzw": q}
 
 
 def _angles(R: np.ndarray) -> Row:
@@ -258,15 +256,13 @@ def read_pose_json(path: str | Path) -> PoseFile:
 
 def matrix_and_metres(entry: PoseEntry) -> tuple[np.ndarray, np.ndarray]:
     """R (3, 3) and t (3,) in metres of one of the `poses`."""
-    from scipy.spatial.transform import Rotation
-
     t = np.array(entry["translation_mm"], dtype=np.float64) / 1e3
     if t.shape != (3,) or not np.isfinite(t).all():
         raise ValueError(f"translation_mm is {entry['translation_mm']!r}")
     q = np.array(entry["quaternion_xyzw"], dtype=np.float64)
     if q.shape != (4,) or not abs(np.linalg.norm(q) - 1) <= LARGEST_OFF_UNIT:
         raise ValueError(f"quaternion_xyzw is {entry['quaternion_xyzw']!r}")
-    return Rotation.from_quat(q).as_matrix(), t
+    return rotation.of_quaternions(q), t
 
 
 def _check_covariance(given: object) -> None:

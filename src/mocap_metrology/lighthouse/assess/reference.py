@@ -189,9 +189,7 @@ def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
     q = finite(given["quaternion_xyzw"], (4,), f"{name}: quaternion_xyzw")
     if abs(np.linalg.norm(q) - 1) > 1e-2:
         raise Refusal(f"{name}: quaternion_xyzw has norm {np.linalg.norm(q):.4g}; expected 1")
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(q).as_matrix()
+    return rotation.of_quaternions(q)
 
 
 def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:

@@ -88,11 +88,9 @@ class Trajectory:
 
     def poses(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """R (n, 3, 3) and p (n, 3) in m at these times."""
-        from scipy.spatial.transform import Rotation
-
         first, weights = self.basis(time_s)
         own = np.einsum("ni,nij->nj", weights, self.control[first[:, None] + np.arange(4)])
-        return self.reference(time_s) @ Rotation.from_rotvec(own[:, 3:]).as_matrix(), own[:, :3]
+        return self.reference(time_s) @ exp(own[:, 3:]), own[:, :3]
 
     def known(self, time_s: np.ndarray) -> np.ndarray:
         """Whether poses lie near these times, bool (n,)."""

@@ -30,6 +30,7 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light
 from mocap_metrology.lighthouse.records import Inertial
+from mocap_metrology.lighthouse.rotation import of_quaternions
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 W, Y, B = range(3)
@@ -84,14 +85,12 @@ def sensors_in(values: np.ndarray, config: Mapping[str, object], begin: int) -> 
 
 def _place(config: Mapping[str, object]) -> tuple[np.ndarray, np.ndarray] | None:
     """Rotation of the sensors' axes into the object's, and their place in m."""
-    from scipy.spatial.transform import Rotation
-
     try:
         if "trackref_from_imu" in config:
             both = np.array(config["trackref_from_imu"], dtype=np.float64)
             if both.shape != (7,) or abs(np.linalg.norm(both[:4]) - 1) > UNIT:
                 return None
-            R, place = Rotation.from_quat(both[:4]).as_matrix(), both[4:]
+            R, place = of_quaternions(both[:4]), both[4:]
         else:
             own = config["imu"]
             x, z, place = (

@@ -32,6 +32,7 @@ from mocap_metrology.lighthouse.decode.libsurvive_solution import (
 )
 from mocap_metrology.lighthouse.export.world import Pose
 from mocap_metrology.lighthouse.records import Station
+from mocap_metrology.lighthouse.rotation import quaternions
 
 DECIMALS = 12
 STATION = "A station's frame: origin at its optics, x out of its glass, y to its own left, z up."
@@ -141,8 +142,6 @@ def libsurvive_json(export: Export) -> str:
 
 
 def _lighthouse(index: int, station: Station, pose: Pose | None) -> str:
-    from scipy.spatial.transform import Rotation
-
     entries: dict[str, object] = {"index": index, "id": station.id}
     if station.channel is not None:
         entries["mode"] = station.channel
@@ -150,8 +149,7 @@ def _lighthouse(index: int, station: Station, pose: Pose | None) -> str:
         entries["mode"] = MODES.index(station.mode)
     if pose is not None:
         R, t = pose
-        q = Rotation.from_matrix(R @ FROM_LIBSURVIVE).as_quat(canonical=True, scalar_first=True)
-        entries["pose"] = [*t, *q]
+        entries["pose"] = [*t, *np.roll(quaternions(R @ FROM_LIBSURVIVE), 1)]
     if station.factory is not None:
         for name, key in (FACTORY_KEYS if station.generation == 1 else FACTORY2_KEYS).items():
             entries[key] = getattr(station.factory, name)
@@ -190,9 +188,7 @@ def ros_name(station: Station) -> str:
 
 
 def _transform(pose: Pose) -> str:
-    from scipy.spatial.transform import Rotation
-
     R, t = pose
-    values = [*t, *Rotation.from_matrix(R).as_quat(canonical=True)]
+    values = [*t, *quaternions(R)]
     names = ("x", "y", "z", "qx", "qy", "qz", "qw")
     return " ".join(f"--{name} {number(v)}" for name, v in zip(names, values, strict=True))

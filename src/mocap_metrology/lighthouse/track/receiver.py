@@ -29,7 +29,7 @@ from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
 from mocap_metrology.lighthouse.records import ROLES, Hits, Measurements, Path
-from mocap_metrology.lighthouse.rotation import exp
+from mocap_metrology.lighthouse.rotation import exp, quaternions
 from mocap_metrology.lighthouse.rotor import directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -284,8 +284,6 @@ def along(
 
 def columns(found: Track | None) -> dict[str, np.ndarray]:
     """track.parquet: one row a moment; no rows without a track."""
-    from scipy.spatial.transform import Rotation
-
     if found is None:
         nothing = np.zeros((0, 6))
         sd = Spread(nothing, nothing, nothing, *2 * [np.zeros((0, 6, 6))])
@@ -293,7 +291,7 @@ def columns(found: Track | None) -> dict[str, np.ndarray]:
         found = Track(nothing[:, 0], R, nothing[:, :3], count, nothing[:, 0], sd, "")
     q, seen = np.full((found.time_s.size, 4), np.nan), found.hits.any(axis=1)
     if seen.any():
-        q[seen] = Rotation.from_matrix(found.R[seen]).as_quat(canonical=True)
+        q[seen] = quaternions(found.R[seen])
     parts = {"time_s": found.time_s}
     parts |= dict(zip(("x_mm", "y_mm", "z_mm"), 1e3 * found.t_m.T, strict=True))
     parts |= dict(zip(("qx", "qy", "qz", "qw"), q.T, strict=True))

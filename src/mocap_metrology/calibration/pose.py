@@ -159,7 +159,6 @@ def write_poses(
 
 
 def _sensors(entry: Entry, settings: Lighthouse, given: Paths, read: sweeps.Recorded) -> Sensors:
-    """What else a calibration uses."""
     lengths = sweeps.lengths_of(entry, given.get("points"), len(read.board), read.names)
     how = read.inertial, lengths, read.normals, read.clocks
     return sensors_of(settings, read.stations, *how)
@@ -189,7 +188,6 @@ def _of_others(
 
 
 def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
-    """`CalibrationSettings` of the section lighthouse."""
     own = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
     if settings.lasers_mm is not None:
         own["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
@@ -213,7 +211,6 @@ def sensors_of(
 
 
 def priors_of(settings: Lighthouse) -> Priors:
-    """`Priors` of the section lighthouse."""
     return Priors(
         time_zero_us=settings.time_zero_sd_us,
         phase_mrad=settings.phase_sd_mrad,

@@ -76,7 +76,6 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
 
 
 def _renamed(hits: Hits, place: Sequence[int]) -> Hits:
-    """Hits with the stations of a recording as places in the list of all."""
     return replace(hits, station=np.array(place, hits.station.dtype)[hits.station])
 
 
@@ -98,7 +97,6 @@ def _scenes(
     stations: Sequence[Station],
     settings: Lighthouse,
 ) -> tuple[dict[str, Scene], dict[str, list[Measurements]]]:
-    """What `by_setup` is given."""
     how = calibration_settings(settings)
     factories = [station.factory for station in stations]
     optics = optics_for(how.optics, factories)

@@ -139,7 +139,6 @@ def refuse(refusal: Refusal, folder: Path) -> None:
 
 
 def paths_in(names: Mapping[str, str], folder: Path) -> dict[str, str]:
-    """Paths by name of these files of a folder."""
     return {name: str(folder / file) for name, file in names.items()}
 
 
@@ -193,12 +192,10 @@ class Recorded:
 
     @property
     def names(self) -> list[str]:
-        """Names of the stations."""
         return [station.role for station in self.stations]
 
     @property
     def generation(self) -> int:
-        """Generation of the stations, 1 or 2."""
         return self.stations[0].generation if self.stations else 1
 
     @property
@@ -208,7 +205,6 @@ class Recorded:
 
     @property
     def seen(self) -> tuple[Hits, np.ndarray, list[Factory | None]]:
-        """Hits, board, and factory values of the stations."""
         return self.hits, self.board, [station.factory for station in self.stations]
 
 

@@ -60,12 +60,11 @@ class KnownLength:
 
     @classmethod
     def between(cls, first: Place, second: Place, length_m: float, sd_m: float) -> KnownLength:
-        """The distance of two places."""
         return cls((first, second), length_m / np.sqrt(2), sd_m / np.sqrt(2))
 
     @classmethod
     def of_points(cls, points: Sequence[tuple[Place, np.ndarray]], sd_m: float) -> KnownLength:
-        """The size of a figure whose corners were measured; sd_m: of a coordinate."""
+        """sd_m: of a coordinate."""
         places, known = zip(*points, strict=True)
         size = np.linalg.norm(known - np.mean(known, axis=0))
         return cls(places, float(size), sd_m)

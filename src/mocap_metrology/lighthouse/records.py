@@ -56,7 +56,6 @@ class Clock:
     rms_s: float  # of the flashes about the line, outliers apart
 
     def start(self, cycle: np.ndarray | int) -> np.ndarray:
-        """Begin of cycles in seconds."""
         return self.epoch_s + self.cycle_s * np.asarray(cycle)
 
 
@@ -86,7 +85,6 @@ class Rows:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """The rows of all, one after another."""
         every = [vars(part) for part in parts]
         return cls(**{name: np.concatenate([own[name] for own in every]) for name in every[0]})
 
@@ -149,7 +147,6 @@ class Path(Rows):
     ambiguity: np.ndarray
 
     def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Path:
-        """The path in a frame in which that of the station has the pose R, t."""
         return replace(self, R=R @ self.R, t_m=self.t_m @ R.T + t_m)
 
 
@@ -200,7 +197,7 @@ class Halves:
 
     @classmethod
     def of(cls, d: np.ndarray, m2: float) -> Halves:
-        """The halves by the difference (6,) of their poses in m and rad."""
+        """By the difference (6,) of their poses in m and rad."""
         return cls(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)
 
 
@@ -282,7 +279,6 @@ def inertial_columns(given: Inertial | None) -> dict[str, np.ndarray]:
 
 
 def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
-    """The sensors out of inertial.parquet."""
     if not columns["time_s"].size:
         return None
     rate, force, place = (
@@ -292,7 +288,6 @@ def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
 
 
 def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:
-    """Hits out of sweeps.parquet."""
     names = [name for name in Hits.__dataclass_fields__ if name != "width_s"]
     width_s = 1e-6 * columns["width_us"].astype(np.float64)
     return Hits(**{name: columns[name] for name in names}, width_s=width_s)

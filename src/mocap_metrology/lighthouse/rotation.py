@@ -44,7 +44,7 @@ def to_angles(R: np.ndarray) -> np.ndarray:
 
 
 def exp(v: np.ndarray) -> np.ndarray:
-    """Rotation matrix of a rotation vector in rad (Rodrigues)."""
+    """Rotation matrices of rotation vectors in rad."""
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_rotvec(v).as_matrix()

@@ -226,7 +226,6 @@ class CalibrationFiles:
 
     @property
     def chosen(self) -> PoseEntry | None:
-        """The estimate to use, None if there is none."""
         return pose_file.chosen_pose(self.pose)
 
     @property
@@ -237,13 +236,11 @@ class CalibrationFiles:
 
     @property
     def entries(self) -> dict[str, PoseEntry | None]:
-        """The estimate to use of each station but the reference, by name."""
         pairs = pose_file.pairs(self.pose).items()
         return {name: pose_file.chosen_pose(one) for name, one in pairs}
 
     @property
     def reference_name(self) -> str:
-        """Name of the station whose frame is used."""
         if pose_file.is_network(self.pose):
             return str(self.pose["reference"] or self.names[0])
         return ROLES[MASTER]
@@ -288,13 +285,11 @@ class CalibrationFiles:
         return both if both.time_s.size else None
 
     def estimate(self, *kind: str) -> PoseEntry | None:
-        """One of the estimates in pose.json, by estimator, stage and optics."""
         poses = self.pose["poses"]
         return next((p for p in poses if (p["estimator"], p["stage"], p["optics"]) == kind), None)
 
     @property
     def reference(self) -> Pose | None:
-        """True pose, where one is known."""
         true = self.pose.get("reference")
         if not true or pose_file.is_network(self.pose):
             return None

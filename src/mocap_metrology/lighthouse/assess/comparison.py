@@ -70,7 +70,6 @@ class Comparison:
         return not self.moved and mm <= TOLERANCE_MM and deg <= TOLERANCE_DEG
 
     def as_dict(self) -> Row:
-        """For pose.json."""
         names = ("mm", "deg")
         return {
             "shift_mm": self.shift[0],
@@ -136,7 +135,6 @@ def compare_with_earlier(
 
 
 def ids_of(given: pose_file.PoseFile) -> tuple[int | None, int | None]:
-    """Ids of master and slave."""
     master, slave = (station_id(given["stations"][role], role) for role in ROLES)
     return master, slave
 

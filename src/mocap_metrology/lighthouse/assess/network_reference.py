@@ -100,7 +100,7 @@ def network_reference(path: str | Path) -> NetworkReference:
     name = Path(path).name
     text = text_of(path, "a pose file")
     if is_crazyflie(text):
-        geometry = crazyflie_geometry(text, name)
+        geometry = crazyflie_geometry(text, name, 2)
         every = [
             Placed(k, uid, rotation_in({"R": R}, f"{name}: geos.{k}.rotation"), t)
             for k, (uid, R, t) in geometry.items()
@@ -153,7 +153,6 @@ def _of_json(path: str | Path, text: str) -> list[Placed]:
 
 
 def _of_pose_json(path: str | Path) -> list[Placed]:
-    """The chosen poses, and that of the reference."""
     given = read_pose_json(path)
     own = str(given["reference"])
     first = Placed(int(own), given["stations"][own]["id"], np.eye(3), np.zeros(3))

@@ -147,7 +147,6 @@ def pairs(given: PoseFile) -> dict[str, PoseFile]:
 
 
 def check_row(check: Check) -> Row:
-    """A check of pose.json, but for its sentence."""
     limit = check.limit
     return {
         "name": check.name,
@@ -160,7 +159,6 @@ def check_row(check: Check) -> Row:
 
 
 def pose_row(R: np.ndarray, t_m: np.ndarray) -> Row:
-    """A pose as it is written."""
     q = rotation.quaternions(R).tolist()
     return {"translation_mm": (1e3 * np.asarray(t_m)).tolist(), "quaternion_xyzw": q}
 
@@ -303,5 +301,4 @@ def chosen_pose(given: PoseFile) -> PoseEntry | None:
 
 
 def kind_of(entry: PoseEntry) -> tuple[str, str, str]:
-    """Estimator, stage and optics of a pose."""
     return entry["estimator"], entry["stage"], entry["optics"]

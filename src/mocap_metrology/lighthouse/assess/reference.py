@@ -26,7 +26,7 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import narrowness_m, read_places
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
-from mocap_metrology.lighthouse.decode.factory_file import crazyflie_poses, finite, is_crazyflie
+from mocap_metrology.lighthouse.decode.factory_file import crazyflie_geometry, finite, is_crazyflie
 from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 
@@ -142,7 +142,6 @@ def pose_reference(path: str | Path) -> Reference:
 
 
 def of_json(text: str, name: str) -> Any:
-    """A pose file of JSON."""
     try:
         return load_json(text)
     except UNREADABLE as error:
@@ -158,14 +157,12 @@ def _of_crazyflie(text: str, name: str) -> Row | None:
     """Entries of a pose file from a Crazyflie's system configuration; None for any other text."""
     if not is_crazyflie(text):
         return None
-    ids, R, t = crazyflie_poses(text, name)
-    master, slave = (rotation_in({"R": R[k]}, f"{name}: geos.{k}.rotation") for k in range(2))
-    stations = dict(zip(ROLES, ids, strict=True))
-    return {"R": master.T @ slave, "t_m": master.T @ (t[1] - t[0]), "stations": stations}
+    (uid, _, t), (uid_s, _, t_s) = (geos := crazyflie_geometry(text, name, 1)).values()
+    R, R_s = (rotation_in({"R": own[1]}, f"{name}: geos.{k}.rotation") for k, own in geos.items())
+    return {"R": R.T @ R_s, "t_m": R.T @ (t_s - t), "stations": {"master": uid, "slave": uid_s}}
 
 
 def _of_libsurvive(path: str | Path, text: str) -> Row | None:
-    """Likewise from libsurvive's configuration."""
     if not is_libsurvive(text):
         return None
     found = read_solution(path)
@@ -175,7 +172,6 @@ def _of_libsurvive(path: str | Path, text: str) -> Row | None:
 
 
 def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
-    """Rotation (3, 3) of a pose file."""
     if "R" in given:
         R = finite(given["R"], (3, 3), f"{name}: R")
         off = float(np.abs(R @ R.T - np.eye(3)).max())
@@ -193,7 +189,6 @@ def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
 
 
 def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:
-    """Translation (3,) of a pose file in m, by whatever name."""
     key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
     if key is None:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")
@@ -274,7 +269,6 @@ def _geometry(own: Sequence[str], mount: Mapping[str, np.ndarray], where: str) -
 
 
 def _place(positions_mm: np.ndarray, labels: Sequence[str], label: str, where: str) -> np.ndarray:
-    """Mean place in m of a marker at rest."""
     if label not in labels:
         raise Refusal(f"{where}: marker {label} is not in the recording ({', '.join(labels)})")
     track = np.asarray(positions_mm[list(labels).index(label)], dtype=np.float64)

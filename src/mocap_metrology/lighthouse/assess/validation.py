@@ -132,14 +132,11 @@ def gravity_angle_deg(R: np.ndarray, stations: Sequence[Station]) -> float:
 
 def gravity(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
     """Up as the stations feel it, held against the pose."""
-    value = gravity_angle_deg(chosen.R, stations)
-    if not math.isfinite(value):
-        return unknown("gravity", Case.GRAVITY_UNKNOWN, "deg")
-    first, second = GRAVITY_DEG
+    value, (first, second) = gravity_angle_deg(chosen.R, stations), GRAVITY_DEG
     grade = ("doubtful" if value < second else "failed"), second
     off = Case.GRAVITY_OFF_IDEAL if chosen.optics == "ideal" else Case.GRAVITY_OFF
-    grade = ("good", first) if value < first else grade
-    return judged("gravity", (Case.GRAVITY, off), value, "deg", grade)
+    cases = Case.GRAVITY, off, Case.GRAVITY_UNKNOWN
+    return judged("gravity", cases, value, "deg", ("good", first) if value < first else grade)
 
 
 def against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:

@@ -60,14 +60,12 @@ class Joint:
     begins: Floats | float = 0.0
 
     def sure(self, what: str) -> Joint:
-        """Itself; refused, in the name of `what`, where the search did not converge."""
         if not self.converged:
             raise Refusal(f"{what}: no convergence in {self.rounds} steps")
         return self
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance of all global unknowns, in m and rad."""
         return solve.covariance_of(self.S, self.working, self.believed, self.pull)
 
     @property
@@ -92,13 +90,11 @@ class Joint:
         return self.covariance[np.ix_(*2 * [self.pose(station)])]
 
     def pose(self, station: int) -> np.ndarray:
-        """Rows of a station's pose among the unknowns."""
         return int(self.of.columns[station, 0, 0]) + np.arange(6)
 
 
 @contextmanager
 def determined(what: str) -> Iterator[None]:
-    """Refuses, in the name of `what`, hits whose normal equations have no solution."""
     try:
         yield
     except np.linalg.LinAlgError as error:
@@ -181,8 +177,6 @@ def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint
 
 
 class _Search:
-    """The present values, and steps from them."""
-
     def __init__(
         self,
         of: problem.Layout,
@@ -231,8 +225,7 @@ class _Search:
         return Joint(*values, *how, others=self.others, begins=begins)
 
     def without_bias(self, found: Joint) -> Joint:
-        """The estimate less its bias (`batch.bias`); as it is where this is so large that the
-        second order does not suffice."""
+        """The estimate less its bias; as it is where this is too large for the second order."""
         if not found.converged:
             return found
         of, state, own = found.of, found.state, found.recordings
@@ -288,7 +281,6 @@ class _Search:
             one.sensors = replace(own, noise=noise)
 
     def _small(self, S: Floats, step: Floats, gain: float) -> bool:
-        """Whether a step, by which the cost fell by `gain`, is the last."""
         if self.same_cost:
             return abs(gain) < self.same_cost
         return self._size_of(S, step) < SMALL
@@ -307,7 +299,6 @@ class _Search:
         return 1 if self.last and abs(gain) > LEAST_GAIN else STALLED // 2
 
     def _cost(self) -> float:
-        """Robust sum of squares, with those of the priors."""
         known = float(np.sum((self.state.values / self.working) ** 2))
         _, _, of_gravity = problem.gravity_equations(self.state, self.of, self.ups)
         lengths = sum(one.cost_of_lengths(self.state, self.of) for one in self.recordings)

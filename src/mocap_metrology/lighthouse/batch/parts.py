@@ -32,8 +32,6 @@ BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step
 
 @dataclass(frozen=True)
 class _Part:
-    """Step from the estimate of all, gain K = M^-1 L of the priors, covariance of its noise."""
-
     step: np.ndarray
     gain: np.ndarray
     noise: np.ndarray
@@ -70,13 +68,12 @@ def _part(found: Joint, S: Floats, h: Floats, pull: Floats, station: int) -> _Pa
 
 
 def others_of(found: Joint, station: int) -> np.ndarray:
-    """Rows of the poses of all other stations."""
     rows = np.flatnonzero(found.of.group == GROUPS.index("pose"))
     return np.setdiff1d(rows, found.pose(station))
 
 
 def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
-    """How far two parts are apart; own: standard deviations that each part has for itself."""
+    """own: standard deviations that each part has for itself."""
     rows = found.pose(station)
     gain = (a.gain - b.gain) * np.sqrt(np.maximum(found.sd**2 - own**2, 0.0))
     alone = [part.noise + (part.gain * own**2) @ part.gain.T for part in (a, b)]
@@ -328,7 +325,7 @@ def _strains(board: np.ndarray) -> Iterator[Floats]:
 
 
 def scale_share(found: Joint, station: int) -> float:
-    """Share that the scale of the board has in the variance of a station's position."""
+    """Share that the scale of the board has in the variance of a position."""
     if found.of.scale < 0:
         return 0.0
     M, known = found.inverse

@@ -87,17 +87,15 @@ class Priors:
 
     @property
     def time_zero_rad(self) -> float:
-        """The time zero as an angle, rad."""
         return float(1e-6 * RAD_PER_S * self.time_zero_us)
 
     @property
     def offset_rad(self) -> float:
-        """Standard deviation of the offset of an axis, by time zero and phase, rad."""
+        """Standard deviation of the offset of an axis, by time zero and phase."""
         return float(np.hypot(self.time_zero_rad, 1e-3 * self.phase_mrad))
 
     @property
     def estimated(self) -> bool:
-        """Whether the intrinsics are unknown."""
         return min(self.tilt_mrad, self.curve_mrad, self.gib_mrad) > 0
 
 
@@ -134,12 +132,10 @@ class Layout:
 
     @property
     def size(self) -> int:
-        """How many unknowns."""
         return int(self.sd.size)
 
     @property
     def rows(self) -> tuple[np.ndarray, int, int, int]:
-        """Columns and rows of the unknowns as the kernels read them."""
         return self.columns, self.scale, self.places, self.cover
 
 
@@ -202,8 +198,6 @@ def layout(
 
 
 class State(Values):
-    """`Values` that a step changes."""
-
     def moved(self, step: np.ndarray, of: Layout) -> State:
         """The state with a step (unknowns,) added; poses turn by left rotation vectors."""
         R, t, rotors = self.R.copy(), self.t_m.copy(), self.rotors.copy()
@@ -236,7 +230,6 @@ class State(Values):
 
 
 def _turn(row: np.ndarray, step: np.ndarray) -> None:
-    """Add a step of the intrinsics to the parameters of a rotor, in place."""
     row[rotor.TAN_TILT] += step[0]
     row[rotor.CURVE] += step[1]
     parts = [(rotor.GIBMAG, rotor.GIBPHASE, step[2], step[3])]
@@ -257,7 +250,6 @@ def start(
     n: int,
     normals: np.ndarray = NO_NORMALS,
 ) -> State:
-    """Stations at these poses in the master's frame, the first of them the master; n unknowns."""
     offsets, own = np.zeros((len(R), 2)), np.array(rotors)
     known = offsets, board.copy(), np.zeros(3), np.zeros(n), np.ascontiguousarray(normals)
     return State(np.array(R), np.array(t_m), own, *known, COVER_M.copy())
@@ -272,7 +264,6 @@ class Sweeps:
 
     @property
     def sweep(self) -> np.ndarray:
-        """Which sweep each hit is of."""
         return np.repeat(np.arange(self.first.size - 1), np.diff(self.first))
 
 

@@ -61,8 +61,7 @@ def linearised(
     more: Equations | None = None,
     held: np.ndarray | None = None,
 ) -> Sums:
-    """Sums over all hits at the present values; more: equations of other data; held: of `Weights`,
-    1 without it."""
+    """Sums over all hits; more: equations of other data; held: of `Weights`, 1 without it."""
     first, control, m = seen.sweeps.first, trajectory.control, seen.sweeps.first.size - 1
     found, by_sweep = (
         Equations.zeros(control.size, of.size),
@@ -88,12 +87,10 @@ class Reduced:
     A_g: np.ndarray
 
     def trajectory_step(self, step: np.ndarray) -> np.ndarray:
-        """x of y."""
         return -(self.A_g + self.A_C @ step)
 
 
 def _bend(trajectory: Trajectory, noise: float) -> tuple[np.ndarray, np.ndarray]:
-    """Band and gradient of the second differences, in units of the variance of a hit."""
     band, flat = np.zeros((SPAN, trajectory.control.size)), trajectory.control
     if trajectory.still:
         band[0, POSE:] = 1.0  # control points that are not used
@@ -158,7 +155,6 @@ def by_bends(part: Reduced, trajectory: Trajectory, noise: Noise) -> Floats:
 
 
 def bend_cost(trajectory: Trajectory) -> float:
-    """Sum of the squared second differences over their variances."""
     _, g = _bend(trajectory, 1.0)
     return 0.0 if trajectory.still else float(g @ trajectory.control.ravel())
 
@@ -220,8 +216,7 @@ def supported(
 
 
 def _lowest(values: list[float], at: int) -> float:
-    """The index, not whole, at which the parabola through the least of equidistant values and its
-    neighbours is lowest."""
+    """Where the parabola through the least of equidistant values and its neighbours is lowest."""
     if not 0 < at < len(values) - 1:
         return float(at)
     below, here, above = values[at - 1 : at + 2]

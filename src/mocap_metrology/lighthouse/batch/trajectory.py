@@ -46,11 +46,9 @@ class Trajectory:
 
     @property
     def still(self) -> bool:
-        """Whether the board has one pose all the time."""
         return self.node_s.size == 1
 
     def moved(self, step: np.ndarray) -> Trajectory:
-        """The trajectory with `step` (6 K,) added to its control points."""
         return replace(self, control=self.control + step.reshape(-1, 6))
 
     def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Trajectory:
@@ -77,7 +75,6 @@ class Trajectory:
         return first, cubic(at - first)
 
     def reference(self, time_s: np.ndarray) -> np.ndarray:
-        """F at these times, (n, 3, 3)."""
         from scipy.spatial.transform import Rotation, RotationSpline
 
         if self.still:
@@ -93,7 +90,6 @@ class Trajectory:
         return self.reference(time_s) @ exp(own[:, 3:]), own[:, :3]
 
     def known(self, time_s: np.ndarray) -> np.ndarray:
-        """Whether poses lie near these times, bool (n,)."""
         if self.still:
             return np.ones(time_s.size, np.bool_)
         after = np.clip(np.searchsorted(self.node_s, time_s), 1, self.node_s.size - 1)
@@ -154,7 +150,6 @@ def through(
 
 
 def at_rest(R: np.ndarray, t_m: np.ndarray) -> Trajectory:
-    """A board that keeps the pose R, t."""
     control = np.zeros((4, 6))
     control[0, :3] = t_m
     return Trajectory(0.0, np.inf, control, np.zeros(1), R[None])

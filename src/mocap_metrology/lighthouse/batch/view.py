@@ -162,7 +162,6 @@ class View:
 
     @property
     def light(self) -> kernel.Light:
-        """Likewise, for the kernels."""
         return kernel.Light(self.who, self.basis, self.turned)
 
     @property
@@ -172,7 +171,6 @@ class View:
 
 
 def sweeps_of(seen: View, chosen: np.ndarray) -> View:
-    """The view of some sweeps, bool (sweeps,)."""
     hit = chosen[seen.sweeps.sweep]
     first = np.append(0, np.cumsum(np.diff(seen.sweeps.first)[chosen]))
     own = Sweeps(seen.sweeps.hits.take(hit), first)
@@ -188,7 +186,6 @@ def stretch(seen: View, trajectory: Trajectory) -> tuple[View, Trajectory]:
 
 
 def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
-    """The view of hits through a trajectory."""
     hits = sweeps.hits
     first, basis = trajectory.basis(hits.time_s)
     who = np.column_stack([hits.station, hits.axis, hits.diode, first]).astype(np.int64)
@@ -196,7 +193,6 @@ def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
 
 
 def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
-    """Predicted minus measured angle of every hit, rad."""
     return kernel.predicted(seen.light, trajectory.control, state) - seen.sweeps.hits.angle_rad
 
 

@@ -63,7 +63,6 @@ class Minima:
 
     @property
     def R(self) -> np.ndarray:
-        """Rotations of both, (2, n, 3, 3)."""
         return np.stack([path.R for path in self.paths])
 
     @property
@@ -163,7 +162,6 @@ def _viterbi(cost: np.ndarray, jump: np.ndarray) -> np.ndarray:
 
 
 def choose(master: Minima, slave: Minima, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The minima (n,) of both stations that agree best with the slave's rotation R."""
     return (
         _smooth(master, master.excess + _disagreement(master, slave, R)),
         _smooth(slave, slave.excess + _disagreement(slave, master, R.T)),
@@ -208,7 +206,6 @@ def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
 
 
 def _angles(a: Floats, b: Floats) -> Floats:
-    """Angles in rad between rotations (n, 3, 3) and (m, 3, 3), (n, m)."""
     trace = a.reshape(len(a), 9) @ b.reshape(len(b), 9).T
     return np.arccos(np.clip((trace - 1) / 2, -1, 1))
 
@@ -259,7 +256,7 @@ def agree(
 
 
 def _roughly(master: Minima, slave: Minima, R: np.ndarray) -> Agreed:
-    """The minima of lower K_1, the rotation R of the slave, and the median of its positions."""
+    """The minima of lower K_1, R of the slave, and the median of its positions."""
     own, other = master.paths[0], slave.paths[0]
     near, same = _nearest(own.time_s, other.time_s)
     if same.sum() < 3:
@@ -297,7 +294,6 @@ def _tried(
 
 
 def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None) -> Agreed:
-    """Board poses in the frames of both stations, the mirror decided by both; see `agree`."""
     master, slave = (
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)

@@ -84,8 +84,7 @@ def without_bad_diodes(
     poses: Sequence[Pose],
     first: Joint | None = None,
 ) -> tuple[Joint, str]:
-    """The estimate without diodes whose hits the others contradict, and a note of these; first:
-    what `explored` returns, where it was called before."""
+    """The estimate without diodes whose hits the others contradict, and a note of these."""
 
     def estimate_of(own: Scene) -> Joint:
         known = first if own is scene else None
@@ -109,7 +108,6 @@ def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[P
 
 
 def noted(out: Sequence[int], why: str) -> str:
-    """A note on these diodes, and another."""
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
     return "; ".join(filter(None, (note, why)))
@@ -182,7 +180,6 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
 
 
 def poses_of(found: Joint) -> list[Pose]:
-    """Poses of all stations in the frame of the first."""
     return list(zip(found.state.R, found.state.t_m, strict=True))
 
 
@@ -193,8 +190,8 @@ def _misfit(found: Joint) -> float:
 
 def _bad_stretches(one: Recording, few_wrong: bool, times: float) -> np.ndarray:
     """Which stretches between knots have an rms residual so many times the median of all; finer
-    knots than `SHORTEST_S` are judged together. few_wrong: whether single hits may be wrong, but no
-    whole sweeps."""
+    knots than `SHORTEST_S` are judged together. few_wrong: single hits may be wrong, but no whole
+    sweeps."""
     each = max(round(SHORTEST_S / one.trajectory.knot_s), 1)
     stretch = one.seen.who[:, 3] // each
     sizes = bounded(one.alone, stretch) if few_wrong else np.minimum(np.abs(one.alone), LARGEST_RAD)
@@ -213,8 +210,7 @@ def bounded(off: np.ndarray, stretch: np.ndarray) -> np.ndarray:
 
 
 def bridged_trajectory(one: Recording, few_wrong: bool) -> Trajectory | None:
-    """The trajectory through its good stretches only; None where all are good. few_wrong: as of
-    `_bad_stretches`."""
+    """The trajectory through its good stretches only; None where all are good."""
     trajectory = one.trajectory
     stretch = one.seen.who[:, 3]
     bad = _bad_stretches(one, few_wrong, BAD_STRETCH)
@@ -283,7 +279,6 @@ def well_fitted(
 
 
 def _without_bad(scene: Scene, hits: Hits, found: Joint) -> tuple[Joint, list[int]]:
-    """An estimate without diodes that the others contradict, and these."""
     out: list[int] = []
     for _ in range(RENEWALS + 1):
         near = found.recordings[0].trajectory

@@ -23,7 +23,6 @@ Pose = tuple[np.ndarray, np.ndarray]
 
 
 def _part_sd(size: str, phase: str) -> np.ndarray:
-    """Standard deviation of either part, along and across, of a term with a size and a phase."""
     mean = FACTORY2_MEAN[size] * FACTORY2_SD[phase]
     return np.hypot(FACTORY2_SD[size], mean)
 
@@ -81,7 +80,6 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """The estimate, in messages."""
         return f"{NAME}, {self.optics}"
 
     @property
@@ -103,7 +101,7 @@ class Scene:
 
     @property
     def rotors(self) -> np.ndarray:
-        """Parameters of the rotors of all stations, (stations, 2, 13)."""
+        """(stations, 2, 13)."""
         lasers = [None] * len(self.factories) if self.lasers_m is None else self.lasers_m
         model = VARIANTS[self.model]
         return np.array(

@@ -149,7 +149,6 @@ class Setup:
 
     @property
     def pose(self) -> PoseEstimate:
-        """Pose of the first station but the reference; of two, the slave."""
         return self.poses[0]
 
 

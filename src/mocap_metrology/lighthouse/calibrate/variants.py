@@ -84,7 +84,6 @@ class VariantFit:
     t_m: np.ndarray
 
     def as_dict(self) -> dict[str, object]:
-        """For pose.json."""
         return {
             "variant": self.variant,
             "chosen": self.standing == "chosen",
@@ -153,7 +152,6 @@ def steps(weighed: Sequence[VariantFit]) -> np.ndarray:
 
 
 def widened(estimate: PoseEstimate, weighed: Sequence[VariantFit]) -> PoseEstimate:
-    """The estimate with the open variants in its covariance."""
     off = steps(weighed)
     if estimate.covariance is None or not len(off):
         return estimate
@@ -212,7 +210,6 @@ def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order:
 
 
 def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
-    """K_1 of both stations by diode."""
     pose = static_pose(list(optics.measurements), board, list(optics.rotors))
     if pose is None:
         return None

@@ -43,7 +43,7 @@ from mocap_metrology.lighthouse.fit.simplex import (
     seen_at,
 )
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Halves, Measurements, Path
-from mocap_metrology.lighthouse.rotor import angle_gradient, angles
+from mocap_metrology.lighthouse.rotor import angle_gradient, angles, turned
 
 STEPS, ROUNDS = 20, 5  # of one descent; of descents, each with its own outliers
 LARGEST_DAMPING = 1e10  # of the diagonal; beyond, the descent ends
@@ -114,30 +114,22 @@ def _blocks(
     n, d = measured.shape[0], board.shape[0]
     H, g, square = np.zeros((n, 12, 12)), np.zeros((n, 12)), np.zeros(n)
     count = np.zeros(n)
-    row, D = np.empty(12), np.empty(3)
-    arm, far = np.empty(3), np.empty(3)
+    row, far, none = np.empty(12), np.empty(3), np.empty(0)
     for i in range(n):
         for j in range(d):
             if not (np.isfinite(measured[i, j, 0]) and np.isfinite(measured[i, j, 1])):
                 continue
+            arm = turned(board_R[i], board[j, 0], board[j, 1], board[j, 2])
             for k in range(3):
-                arm[k] = (
-                    board_R[i, k, 0] * board[j, 0]
-                    + board_R[i, k, 1] * board[j, 1]
-                    + board_R[i, k, 2] * board[j, 2]
-                )
                 far[k] = arm[k] + board_t[i, k] - t[k]
-            x = R[0, 0] * far[0] + R[1, 0] * far[1] + R[2, 0] * far[2]
-            y = R[0, 1] * far[0] + R[1, 1] * far[1] + R[2, 1] * far[2]
-            z = R[0, 2] * far[0] + R[1, 2] * far[1] + R[2, 2] * far[2]
+            x, y, z = turned(R.T, far[0], far[1], far[2])
             for axis in range(2):
-                theta, dx, dy, dz = angle_gradient(axis, x, y, z, rotors[axis])
+                theta, dx, dy, dz = angle_gradient(axis, x, y, z, rotors[axis], none)
                 e = theta - measured[i, j, axis]
-                for k in range(3):
-                    D[k] = R[k, 0] * dx + R[k, 1] * dy + R[k, 2] * dz
-                    row[6 + k] = D[k]
+                D = turned(R, dx, dy, dz)
                 for k in range(3):
                     p, q = (k + 1) % 3, (k + 2) % 3
+                    row[6 + k] = D[k]
                     row[3 + k] = -(far[p] * D[q] - far[q] * D[p])
                     row[9 + k] = arm[p] * D[q] - arm[q] * D[p]
                 square[i] += e * e
@@ -176,7 +168,7 @@ class Residuals:
         return OUTLIER * float(np.median(self.cost[self.count > 0]))
 
     def rms_urad(self) -> float:
-        """Root mean square of what the path's uncertainty does not explain."""
+        """Root mean square of what the uncertainty of the path does not explain."""
         return 1e6 * float(np.sqrt(self.total(self.limit()) / self.count.sum()))
 
     def noise_gain(self) -> float:
@@ -347,7 +339,6 @@ def covariance(R: np.ndarray, t: np.ndarray, given: Scene) -> np.ndarray | None:
 
 
 def residual_rms(R: np.ndarray, t: np.ndarray, given: Scene) -> float:
-    """Root mean square of C - M in rad at a slave pose."""
     points = np.ascontiguousarray((given.points - t) @ R)
     return float(np.sqrt(np.mean((angles(points, given.rotors) - given.angles) ** 2)))
 

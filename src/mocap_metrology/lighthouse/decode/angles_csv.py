@@ -123,7 +123,6 @@ def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
 
 
 def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> pd.DataFrame:
-    """Cells of a CSV by column."""
     import pandas as pd
 
     name = Path(path).name
@@ -147,7 +146,6 @@ def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> pd.DataF
 
 
 def _numbers(table: pd.DataFrame, names: list[str], name: str) -> dict[str, np.ndarray]:
-    """Columns as numbers, all finite."""
     import pandas as pd
 
     columns = {}
@@ -160,14 +158,12 @@ def _numbers(table: pd.DataFrame, names: list[str], name: str) -> dict[str, np.n
 
 
 def _refuse_first(bad: np.ndarray, cells: Iterable[object], name: str, words: str) -> None:
-    """Refuse the first row that is bad, naming its cell."""
     if bad.any():
         row = int(np.argmax(bad))
         raise Refusal(f"{name}, row {row + 1}: " + words.format(list(cells)[row]))
 
 
 def _check(columns: dict[str, np.ndarray], name: str, second: bool) -> None:
-    """Refuse numbers that do not fit their column."""
     for column, least, most, expected in WHOLE:
         values = columns[column]
         bad = (values != np.round(values)) | (values < least) | (values > most)

@@ -16,11 +16,10 @@ from mocap_metrology.lighthouse.decode.clean import RESOLUTION_RAD, clean_hits, 
 from mocap_metrology.lighthouse.decode.crazyflie import read_log, read_uart
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
-from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
+from mocap_metrology.lighthouse.decode.flashes import find_flashes, find_hits, within_flashes
 from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
-from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.decode.turns import (
     PERIOD_S,
     Light,
@@ -37,8 +36,6 @@ OF_LIGHT = {"crazyflie-uart": read_uart, "crazyflie-log": read_log}
 
 
 class _How(NamedTuple):
-    """Board (n, 3) in m, file of calibrations, thresholds, and name of a recording."""
-
     places: np.ndarray
     factory: str | Path | None
     cleaning: Cleaning
@@ -160,7 +157,6 @@ def _flashes_of_dump(pulses: Pulses, name: str) -> list[Flashes]:
 def decode_light(
     light: Light, places: np.ndarray, factory: str | Path | None, cleaning: Cleaning, name: str
 ) -> Decoded:
-    """Decode light of second-generation stations."""
     turns, notes = find_turns(light)
     hits, report = find_turn_hits(light, turns)
     check_count(places, light.n_diodes, int(hits.diode.max(initial=-1)), name)

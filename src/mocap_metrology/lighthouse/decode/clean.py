@@ -55,7 +55,7 @@ def clean_hits(
 def _passed(
     hits: Hits, wrong: np.ndarray, board: np.ndarray, cleaning: Cleaning, resolution_rad: float
 ) -> tuple[Hits, dict[str, list[int]]]:
-    """Those of the hits not marked `wrong` that pass the test over time, and the report."""
+    """Those not `wrong` that pass the test over time, and the report."""
     passed = hits.take(~wrong)
     late = still_outliers(passed, cleaning, resolution_rad)
     kept = passed.take(~late)

@@ -15,7 +15,7 @@ The system configuration that Bitcraze's tools write is
 flashes first, so the master; sweep 0 is the azimuth; uid is the id that its flashes carry. A file
 without systemType is of second-generation stations, as its own reader assumes: then stations are
 channel indices, sweeps planes, with ogeephase and ogeemag. `geos`, poses in the room,
-{0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by `crazyflie_poses`.
+{0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by `crazyflie_geometry`.
 """
 
 from __future__ import annotations
@@ -190,7 +190,6 @@ def finite(value: object, shape: tuple[int, ...], where: str) -> np.ndarray:
 
 
 def is_crazyflie(text: str) -> bool:
-    """Whether a text is a system configuration of a Crazyflie."""
     return CRAZYFLIE_TYPE in text
 
 
@@ -218,19 +217,13 @@ def _crazyflie(text: str, name: str, generations: tuple[int, ...]) -> Mapping[st
 Geometry = tuple[int | None, np.ndarray, np.ndarray]  # id, None where unknown; R, t in m
 
 
-def crazyflie_poses(text: str, name: str) -> tuple[list[int | None], np.ndarray, np.ndarray]:
-    """Ids of master and slave, None where unknown, and their R (2, 3, 3) and t (2, 3) in m in the
-    room. Raises `Refusal` naming file and field; whether each R is a rotation is not checked."""
-    given = _crazyflie(text, name, (1,))
-    ids, R, t = zip(*(_geometry(given, key, name) for key in range(len(ROLES))), strict=True)
-    return list(ids), np.array(R), np.array(t)
-
-
-def crazyflie_geometry(text: str, name: str) -> dict[int, Geometry]:
-    """Likewise of all stations of the second generation, by channel."""
-    given = _crazyflie(text, name, (2,))
-    geos = given.get("geos")
-    keys = sorted(set(geos) & set(range(CHANNELS))) if isinstance(geos, Mapping) else []
+def crazyflie_geometry(text: str, name: str, generation: int) -> dict[int, Geometry]:
+    """Poses of the stations in the room by key: 0 the master and 1 the slave, which must be there,
+    or channels. Raises `Refusal` naming file and field; whether R is a rotation is not checked."""
+    given = _crazyflie(text, name, (generation,))
+    geos, keys = given.get("geos"), [*range(len(ROLES))]
+    if generation == 2:
+        keys = sorted(set(geos) & set(range(CHANNELS))) if isinstance(geos, Mapping) else []
     return {key: _geometry(given, key, name) for key in keys}
 
 
@@ -282,7 +275,6 @@ def _ups(geos: object) -> dict[int, np.ndarray]:
 
 
 def _crazyflie_station(key: int, given: object, where: str, generation: int) -> Station:
-    """One entry of `calibs`."""
     if not isinstance(given, Mapping):
         raise Refusal(f"{where} is {given!r}; expected uid and sweeps")
     uid, sweeps = given.get("uid"), given.get("sweeps")
@@ -300,7 +292,6 @@ def _crazyflie_station(key: int, given: object, where: str, generation: int) -> 
 
 
 def _pair(sweeps: list[object], value: str, where: str) -> np.ndarray:
-    """A value of both sweeps."""
     found = [_value(sweep.get(value)) if isinstance(sweep, Mapping) else None for sweep in sweeps]
     for axis, one in enumerate(found):
         whole = isinstance(one, int) and not isinstance(one, bool)

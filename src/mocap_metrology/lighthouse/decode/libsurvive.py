@@ -157,7 +157,6 @@ def _scan(path: str | Path, wanted: bytes) -> RecordingPass:
 
 
 def _add_raw(seen: RecordingPass, block: bytes, wanted: bytes) -> None:
-    """Store the pulses of the wanted object, count those of all."""
     lines = [line for line in block.split(b"\n") if b" C " in line]
     found = RAW.findall(b"\n".join(lines))
     seen.raw.update(Counter(row[0] for row in found))
@@ -241,7 +240,6 @@ def _check(seen: RecordingPass, own: str, wanted: str, name: str) -> bool:
 
 
 def _description(text: bytes, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of the diodes in metres, and the channel of each."""
     try:
         lights = json.loads(text)["lighthouse_config"]
         board = np.array(lights["modelPoints"], dtype=np.float64)

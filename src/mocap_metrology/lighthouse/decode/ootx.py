@@ -164,7 +164,7 @@ def voted_frame(bits: np.ndarray, why: str, payload: Payload) -> tuple[list[byte
 def _begin(
     ones: np.ndarray, zeros: np.ndarray, fixed: np.ndarray, value: np.ndarray
 ) -> tuple[int, float]:
-    """Position at which the frame begins, and the share of votes that agree there."""
+    """Where the frame begins, and the share of votes that agree there."""
     sign = np.where(fixed, 2.0 * value - 1.0, 0.0)
     turned = np.add.outer(np.arange(fixed.size), np.arange(fixed.size)) % fixed.size
     agree, votes = (ones - zeros)[turned] @ sign, (ones + zeros)[turned] @ fixed
@@ -327,7 +327,6 @@ def values(
 
 
 def frame_of(data: bytes) -> np.ndarray:
-    """Bits of the frame around a payload."""
     padded = data + bytes(len(data) % 2)
     body = struct.pack("<H", len(data)) + padded + struct.pack("<I", zlib.crc32(data))
     words = np.unpackbits(np.frombuffer(body, np.uint8)).reshape(-1, 16)

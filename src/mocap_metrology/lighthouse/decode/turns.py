@@ -26,6 +26,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
 from mocap_metrology.lighthouse.decode.comb import fit_clock
+from mocap_metrology.lighthouse.decode.flashes import counts_of
 from mocap_metrology.lighthouse.decode.ootx import (
     Payload,
     frame_of,
@@ -33,7 +34,6 @@ from mocap_metrology.lighthouse.decode.ootx import (
     told,
     values,
 )
-from mocap_metrology.lighthouse.decode.sweeps import counts_of
 from mocap_metrology.lighthouse.decode.wander import Delay, TurnClock, wander
 from mocap_metrology.lighthouse.records import Factory, Hits, Inertial, Pulses, Station
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
@@ -244,7 +244,6 @@ def decode_turns(turns: Turns) -> Station:
 
 
 def unknown_station(channel: int, why: str = "") -> Station:
-    """A station of which only the channel is known."""
     return Station(str(channel), why=why, generation=2, channel=channel)
 
 

@@ -53,14 +53,12 @@ class Export:
 
     @property
     def placed(self) -> list[tuple[Station, Pose | None]]:
-        """Each station with its pose."""
         if self.poses is None:
             return [(station, None) for station in self.stations]
         return list(zip(self.stations, self.poses, strict=True))
 
     @property
     def generation(self) -> int:
-        """Generation of the stations."""
         return max(station.generation for station in self.stations)
 
     @property
@@ -97,8 +95,7 @@ def crazyflie_yaml(export: Export) -> str:
 
 
 def _number(place: int, station: Station) -> int:
-    """The number by which a Crazyflie names a station: its channel, in the first generation its
-    place."""
+    """The number by which a Crazyflie names a station."""
     return place if station.channel is None else station.channel
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import solve
 from mocap_metrology.lighthouse.fit.simplex import STATION
-from mocap_metrology.lighthouse.rotor import angle_gradient
+from mocap_metrology.lighthouse.rotor import angle_gradient, turned
 
 N = 6  # unknowns of a pose
 ITERATIONS = 40  # at most
@@ -60,31 +60,21 @@ def normal_equations(
     """
     unknown, points, measured, rotors = given
     H[:], g[:] = 0.0, 0.0
-    row = np.empty(N)
+    row, none = np.empty(N), np.empty(0)
     total = 0.0
     for i in range(points.shape[0]):
         a, b, c = points[i, 0], points[i, 1], points[i, 2]
         if unknown == STATION:
             a, b, c = a - t[0], b - t[1], c - t[2]
-            qx = R[0, 0] * a + R[1, 0] * b + R[2, 0] * c
-            qy = R[0, 1] * a + R[1, 1] * b + R[2, 1] * c
-            qz = R[0, 2] * a + R[1, 2] * b + R[2, 2] * c
+            qx, qy, qz = turned(R.T, a, b, c)
         else:
-            a, b, c = (
-                R[0, 0] * a + R[0, 1] * b + R[0, 2] * c,
-                R[1, 0] * a + R[1, 1] * b + R[1, 2] * c,
-                R[2, 0] * a + R[2, 1] * b + R[2, 2] * c,
-            )
+            a, b, c = turned(R, a, b, c)
             qx, qy, qz = a + t[0], b + t[1], c + t[2]
         for axis in range(2):
-            theta, dx, dy, dz = angle_gradient(axis, qx, qy, qz, rotors[axis])
+            theta, dx, dy, dz = angle_gradient(axis, qx, qy, qz, rotors[axis], none)
             e = theta - measured[i, axis]
             if unknown == STATION:  # derivatives by the arm (a, b, c) in master axes, negated
-                dx, dy, dz = (
-                    -(R[0, 0] * dx + R[0, 1] * dy + R[0, 2] * dz),
-                    -(R[1, 0] * dx + R[1, 1] * dy + R[1, 2] * dz),
-                    -(R[2, 0] * dx + R[2, 1] * dy + R[2, 2] * dz),
-                )
+                dx, dy, dz = turned(R, -dx, -dy, -dz)
             row[0], row[1], row[2] = dx, dy, dz
             row[3], row[4], row[5] = b * dz - c * dy, c * dx - a * dz, a * dy - b * dx
             total += e * e

@@ -95,7 +95,6 @@ class NetworkTwin(Entry):
 
 
 def simulate_network(twin: NetworkTwin, seed: int) -> MadeTurns:
-    """Draw the recording of a twin."""
     from mocap_metrology.lighthouse.simulate.turns import simulate_turns
 
     return simulate_turns(twin.turns(seed))

@@ -22,8 +22,17 @@ from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
 from mocap_metrology.lighthouse.rotation import exp, from_angles, log
 from mocap_metrology.lighthouse.rotor import rotor_parameters
-from mocap_metrology.lighthouse.simulate import light
-from mocap_metrology.lighthouse.simulate.motion import Motion, motion_of
+from mocap_metrology.lighthouse.simulate.motion import (
+    FROM_S,
+    TO_S,
+    Motion,
+    blocked_intervals,
+    false_flashes,
+    is_open,
+    motion_of,
+    reflections,
+    swept_board,
+)
 from mocap_metrology.lighthouse.simulate.twin import InertialTwin, LighthouseTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
@@ -90,10 +99,9 @@ class _Scene:
 
 
 def simulate(twin: LighthouseTwin, seed: int | None = None) -> SimulatedSweeps:
-    """Draw the recording of a twin; `seed` replaces the twin's own."""
     seed = twin.seed if seed is None else seed
     faults = np.random.default_rng([seed, FAULTS])
-    scene = _scene(twin, seed, light.blocked_intervals(twin, faults))
+    scene = _scene(twin, seed, blocked_intervals(twin, faults))
     exact, noisy, other = _sweeps(scene, faults, np.random.default_rng([seed, NOISE]))
     flashes = _flashes(scene, np.random.default_rng([seed, FLASHES]))
     every = [flashes, other, (noisy.time_s - noisy.width_s / 2, noisy.width_s, noisy.diode)]
@@ -193,7 +201,7 @@ def _sweeps(
     exact, off = every.take(lit.ravel()), off[lit]
     time_s = exact.time_s + off * twin.cycle_s / np.pi
     noisy = replace(exact, time_s=time_s, angle_rad=exact.angle_rad + off)
-    middle, length, diode = light.reflections(twin, time_s, noisy.width_s, noisy.diode, faults)
+    middle, length, diode = reflections(twin, time_s, noisy.width_s, noisy.diode, faults)
     rows = np.flatnonzero(kept[lit])
     rows = rows[np.argsort(exact.time_s[rows], kind="stable")]
     return exact.take(rows), noisy.take(rows), (middle - length / 2, length, diode)
@@ -205,13 +213,13 @@ def _lit_sweeps(scene: _Scene) -> tuple[records.Hits, np.ndarray]:
     station, at = np.nonzero(scene.skip == 0)
     cycle, start = scene.cycle[at], scene.start_s[station, at]
     optics = scene.motion, scene.board, scene.R, scene.t, scene.rotors
-    swept = light.swept_board(start, station, cycle & 1, twin.cycle_s, *optics)
+    swept = swept_board(start, station, cycle & 1, twin.cycle_s, *optics)
     width = sweep_width(swept.range_m, 1e-3 * twin.aperture_mm, twin.cycle_s, 1e-6 * twin.beam_us)
     since = (swept.time_s - start[:, None]) * (CYCLE_S / twin.cycle_s)
-    lit = (since >= light.FROM_S) & (since <= light.TO_S)
+    lit = (since >= FROM_S) & (since <= TO_S)
     lit &= swept.cos_incidence > np.cos(np.radians(twin.incidence_deg))
     lit &= (swept.time_s - width / 2 >= 0) & (swept.time_s + width / 2 <= twin.duration_s)
-    lit &= light.is_open(scene.blocked, station[:, None], swept.time_s)
+    lit &= is_open(scene.blocked, station[:, None], swept.time_s)
     n = lit.shape[1]
     of_sweep = station.astype(np.int8), (cycle & 1).astype(np.int8), cycle.astype(np.int32)
     diode = np.tile(np.arange(n, dtype=np.int16), len(lit))
@@ -233,11 +241,11 @@ def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.nd
     length = flash_length(code) + 1e-6 * (twin.flash_bias_us - twin.flash_shortfall_us)
     start = scene.start_s + 1e-6 * twin.sync_jitter_us * rng.standard_normal(shape)
     station = np.arange(shape[0])[:, None]
-    lit = light.is_open(scene.blocked, station, start) & (rng.random(shape) >= twin.missed_flashes)
+    lit = is_open(scene.blocked, station, start) & (rng.random(shape) >= twin.missed_flashes)
     lit &= (start + length > 0) & (start < twin.duration_s)
     flash, diode = np.nonzero(_faces(scene, np.nonzero(lit)[0], start[lit]))
     spread = 1e-6 * twin.flash_spread_us * rng.standard_normal(flash.size)
-    false_start, false_length = light.false_flashes(twin, rng)
+    false_start, false_length = false_flashes(twin, rng)
     of_diodes = np.random.default_rng([twin.seed, RISES])  # in every recording the same
     rise = 1e-6 * of_diodes.uniform(0, twin.flash_rise_us, n)[diode]
     return (
@@ -248,7 +256,6 @@ def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.nd
 
 
 def _faces(scene: _Scene, station: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """Which diodes (n, diodes) look at the station at these times, and are before it."""
     R, p = scene.motion.poses(time_s)
     way = scene.t[station][:, None] - (scene.board @ R.transpose(0, 2, 1) + p[:, None])
     toward = np.einsum("nij,ni->nj", way.transpose(0, 2, 1), R[:, :, 0])
@@ -270,7 +277,6 @@ def words_of(pulses: records.Pulses) -> np.ndarray:
 
 
 def write_dump(path: str | Path, pulses: records.Pulses) -> None:
-    """Write the words as a raw dump, little-endian, whole or not at all."""
     words = words_of(pulses).astype("<u4", copy=False)
     with whole(path) as part:
         words.tofile(part)
@@ -341,7 +347,6 @@ def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
 
 
 def write_mounts(path: str | Path, labels: Sequence[str]) -> None:
-    """Write the known geometry of mounts as CSV: label, x_m, y_m, z_m in the housing's frame."""
     places = np.tile(MOUNT_M, (len(labels) // len(MOUNT_M), 1)).tolist()
     rows = zip(labels, *zip(*places, strict=True), strict=True)
     write_csv(path, [dict(zip(("label", "x_m", "y_m", "z_m"), row, strict=True)) for row in rows])

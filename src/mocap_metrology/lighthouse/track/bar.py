@@ -122,7 +122,6 @@ class ClockMap:
     turns: int
 
     def __call__(self, time_s: Floats) -> Floats:
-        """Times of the second clock."""
         found: Floats = self.offset_s + self.rate * time_s
         return found
 
@@ -197,6 +196,5 @@ def clock_map(a: Hits, b: Hits, stations: Sequence[tuple[int, int]], expected_s:
 
 
 def _common(x: _Begins, y: _Begins, number: int) -> tuple[Floats, Floats]:
-    """Begins of the turns that both saw."""
     _, i, j = np.intersect1d(x.turn + number, y.turn, assume_unique=True, return_indices=True)
     return x.begin_s[i], y.begin_s[j]

@@ -219,7 +219,6 @@ class Calibrated:
 
     @property
     def poses(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Poses of all stations, the reference first."""
         others = zip(self.R.reshape(-1, 3, 3), self.t_m.reshape(-1, 3), strict=True)
         return [(np.eye(3), np.zeros(3)), *others]
 

@@ -58,7 +58,6 @@ class Resected:
 
     @property
     def relative(self) -> list[Pose]:
-        """Poses of the stations but the reference, in its frame."""
         (R_0, t_0), *others = self.poses
         return [(R_0.T @ R, R_0.T @ (t - t_0)) for R, t in others]
 
@@ -160,7 +159,6 @@ class _Fit:
 
 
 def as_tracked(found: Track) -> Tracked:
-    """Its poses and their noise."""
     noise = np.sqrt(np.mean(found.sd.noise[:, :3] ** 2, axis=1))
     return Tracked(found.time_s, found.R, found.t_m, noise)
 
@@ -199,7 +197,6 @@ class _Normal:
 
 
 def _normal(own: _Light, k: int, fit: _Fit, rotors: Floats) -> _Normal:
-    """Normal equations of the hits of a station at the present values."""
     (R, t), n = fit.poses[k], len(fit.poses)
     lever, turn, offset = fit.common[:3], fit.common[3:6], fit.common[6]
     arm = own.diode_m @ exp(turn).T - lever
@@ -265,6 +262,5 @@ def _sum(parts: Sequence[Floats]) -> Floats:
 
 
 def _between(a: Sequence[Pose], b: Sequence[Pose]) -> Floats:
-    """Steps from poses to others."""
     pairs = zip(a, b, strict=True)
     return np.concatenate([np.r_[t_b - t_a, error(R_b, R_a)] for (R_a, t_a), (R_b, t_b) in pairs])

@@ -50,18 +50,15 @@ def receiver(
     names none. Returns the contents of receiver.json.
     """
     try:
-        document = _judged(entry, _markers(seen, labels, unit), Path(seen).name, given, settings)
+        read = captured(seen, labels, unit, "receiver_unit")
+        place_m = 1e-3 * np.asarray(read.position_mm, float)
+        markers = Markers(read.labels, read.frame_rate_hz, place_m).cleaned()
+        document = _judged(entry, markers, Path(seen).name, given, settings)
     except Refusal as refusal:
         document = {"recording": entry.calibration, "refused": str(refusal)}
     log.info("%s", document.get("sentence") or document["refused"])
     files.write_json(output, document)
     return document
-
-
-def _markers(path: str, labels: Sequence[str], unit: Unit | None) -> Markers:
-    found = captured(path, labels, unit, "receiver_unit")
-    place_m = 1e-3 * np.asarray(found.position_mm, float)
-    return Markers(found.labels, found.frame_rate_hz, place_m).cleaned()
 
 
 def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Lighthouse) -> Row:

@@ -127,7 +127,9 @@ def scene_before(
         raise Refusal(
             f"the pose is of the {entry['frame']} frame; expected the frame that lasers_mm implies"
         )
-    how = settings.lasers_m, _variant(used, settings), settings.priors
+    fixed = FALLBACK if settings.variant == AUTO else settings.variant
+    variants = (str(way["variant"]) for way in used.get("variants", []) if way["chosen"])
+    how = settings.lasers_m, next(variants, fixed), settings.priors
     hits, board, factories = read.seen
     scene = Scene(hits, board, optics, factories, *how, sensors=sensors)
     if pose_file.is_network(used):
@@ -158,10 +160,3 @@ def _calibrated(
     units = np.tile(COVARIANCE_UNITS, len(placed))
     covariance = covariance / np.outer(units, units)
     return receiver.Calibrated(np.squeeze(R), np.squeeze(t), covariance, is_own)
-
-
-def _variant(used: pose_file.PoseFile, settings: CalibrationSettings) -> str:
-    """How factory values enter: as they did in the calibration."""
-    chosen = (str(way["variant"]) for way in used.get("variants", []) if way["chosen"])
-    fixed = FALLBACK if settings.variant == AUTO else settings.variant
-    return next(chosen, fixed)

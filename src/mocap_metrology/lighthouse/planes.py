@@ -53,14 +53,6 @@ def parameters(factory: Factory, full: bool) -> np.ndarray:
 
 
 @njit(inline="always")
-def _fan(s: float) -> tuple[float, float, float]:
-    """m, and its first and second derivatives by s."""
-    m = s * s * (C2 + s * (C3 + s * (C4 + s * C5)))
-    d = s * (2 * C2 + s * (3 * C3 + s * (4 * C4 + s * 5 * C5)))
-    return m, d, 2 * C2 + s * (6 * C3 + s * (12 * C4 + s * 20 * C5))
-
-
-@njit(inline="always")
 def _asin(x: float) -> tuple[float, float]:
     """asin of a sine cut to those that exist, and its derivative."""
     x = min(max(x, -MOST), MOST)
@@ -96,7 +88,9 @@ def plane_gradient(
     q = z / (R * cA)
     s, ds = _asin(q)
     s_x, s_y, s_z, s_A = -ds * q * x / R2, -ds * q * y / R2, ds * r2 / (R * R2 * cA), ds * q * tA
-    m, d, dd = _fan(s)
+    m = s * s * (C2 + s * (C3 + s * (C4 + s * C5)))
+    d = s * (2 * C2 + s * (3 * C3 + s * (4 * C4 + s * 5 * C5)))
+    dd = 2 * C2 + s * (6 * C3 + s * (12 * C4 + s * 20 * C5))
     psi, og, o = u - w, p[OGEEMAG], p[OGEEPHASE]
     k, turn = p[CURVE] + og * math.cos(psi + o), -og * math.sin(psi + o)
     n = cA - d * k * sA

@@ -171,7 +171,8 @@ def _left_of_shared(first: Record, second: Record, one_board: bool) -> np.ndarra
     total = np.zeros((6, 6))
     one_board &= first["digest"] == second["digest"]
     for group in ("stations", "board"):
-        (sd, effect), (sd_2, effect_2) = (_errors(one, group) for one in (first, second))
+        sd, sd_2 = (np.array(one[group]["sd"], dtype=np.float64) for one in (first, second))
+        effect, effect_2 = (np.reshape(one[group]["effect"], (-1, 6)) for one in (first, second))
         if sd.shape != sd_2.shape or (group == "board" and not one_board):
             total += effect.T @ effect + effect_2.T @ effect_2
         else:
@@ -179,11 +180,6 @@ def _left_of_shared(first: Record, second: Record, one_board: bool) -> np.ndarra
             apart = effect * (least / sd[:, None]) - effect_2 * (least / sd_2[:, None])
             total += apart.T @ apart
     return total
-
-
-def _errors(shared: Record, group: str) -> tuple[np.ndarray, np.ndarray]:
-    own = shared["stations"] if group == "stations" else shared["board"]
-    return np.array(own["sd"], dtype=np.float64), np.reshape(own["effect"], (-1, 6))
 
 
 def _by_variants(new: pose_file.PoseFile, old: pose_file.PoseFile) -> tuple[np.ndarray, np.ndarray]:
@@ -194,17 +190,14 @@ def _by_variants(new: pose_file.PoseFile, old: pose_file.PoseFile) -> tuple[np.n
     if None in taken or taken[1] not in both[0]:
         return np.zeros(6), np.zeros((6, 6))
     step = _apart(both[0][taken[0]], both[0][taken[1]])
-    others = [k for k in both[0] if k != taken[1] and all(_open(of.get(k)) for of in both)]
+    left = [{k for k, one in of.items() if one["standing"] != "worse"} for of in both]
     rows = [
         _apart(both[0][k], both[0][taken[1]]) - _apart(both[1][k], both[1][taken[1]])
-        for k in others
+        for k in both[0]
+        if k != taken[1] and k in left[0] & left[1]
     ]
     off = np.reshape(rows, (-1, 6))
     return step, off.T @ off / (len(off) + 1)
-
-
-def _open(variant: Record | None) -> bool:
-    return variant is not None and variant["standing"] != "worse"
 
 
 def _apart(one: Record, other: Record) -> np.ndarray:

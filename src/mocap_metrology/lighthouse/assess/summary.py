@@ -39,11 +39,6 @@ class Summary:
     comparison: Comparison | None = None
 
 
-def span_of(path: Path) -> float:
-    """Extent of the board's path in metres: the diagonal of the box of its inner 98 %."""
-    return float(np.linalg.norm(np.diff(np.percentile(path.t_m, [1, 99], axis=0), axis=0)))
-
-
 def board_rms_urad(paths: Sequence[Path]) -> float:
     """Root mean square of angles about single board poses, of the worse station: the median of
     sqrt(K_1 / (angles - 6)) in urad."""
@@ -89,7 +84,9 @@ def summary(
         if index is not None:
             taken[name], best = rows[index], poses[index]
             if (paths := found.paths_of(best)) is not None:
-                span, board_rms = span_of(paths[MASTER]), board_rms_urad(paths)
+                # The diagonal of the box of the inner 98 %.
+                ends = np.percentile(paths[MASTER].t_m, [1, 99], axis=0)
+                span, board_rms = float(np.linalg.norm(ends[1] - ends[0])), board_rms_urad(paths)
                 if (known := found.joints.get(best.optics)) is not None:
                     # What errors of the board, as stated, make of it at the nearer station.
                     nearest = min(np.median(np.linalg.norm(own.t_m, axis=1)) for own in paths)

@@ -148,13 +148,6 @@ def against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:
     return judged("reference", cases, mm, "mm", worst(mm, deg, REFERENCE), deg=deg)
 
 
-def _by_batch(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> PoseEstimate:
-    """The estimate by batch of the same optics, where another was chosen: it alone is judged by
-    weights, priors and pieces, and what it finds is of the recording."""
-    same = [p for p in poses if (p.estimator, p.optics) == ("batch", chosen.optics)]
-    return chosen if chosen.estimator == "batch" or not same else same[-1]
-
-
 @dataclass(frozen=True)
 class Verdict:
     """One of `WORDS`, and the checks behind it; why_none: where there are none, the reason that
@@ -207,7 +200,9 @@ def verdict(
     """
     if chosen is None or not (np.isfinite(chosen.R).all() and np.isfinite(chosen.t_m).all()):
         return Verdict("failed", why_none=why_none)
-    weighed = _by_batch(chosen, poses)
+    # Batch of the same optics alone is judged by weights, priors and pieces, of the recording.
+    same = [p for p in poses if (p.estimator, p.optics) == ("batch", chosen.optics)]
+    weighed = chosen if chosen.estimator == "batch" or not same else same[-1]
     checks = (
         fit_checks.distance(chosen),
         fit_checks.residual(chosen, expected_urad),

@@ -54,7 +54,8 @@ def _part(found: Joint, S: Floats, h: Floats, pull: Floats, station: int) -> _Pa
     scale = found.of.group == GROUPS.index("scale")
     sd = np.where(scale, NEARLY_KNOWN * found.of.sd, found.working)
     rows = found.pose(station)
-    sd[others_of(found, station)] = ANYWHERE  # of those that a part does not see
+    poses = np.flatnonzero(found.of.group == GROUPS.index("pose"))
+    sd[np.setdiff1d(poses, rows)] = ANYWHERE  # of stations that a part does not see
     known = 1 / sd**2
     try:
         M = np.linalg.inv(S + np.diag(known))
@@ -65,11 +66,6 @@ def _part(found: Joint, S: Floats, h: Floats, pull: Floats, station: int) -> _Pa
         return None
     step = -M @ (h + known * np.where(scale, 0.0, found.state.values))
     return _Part(step, M * known, M @ pull @ M)
-
-
-def others_of(found: Joint, station: int) -> np.ndarray:
-    rows = np.flatnonzero(found.of.group == GROUPS.index("pose"))
-    return np.setdiff1d(rows, found.pose(station))
 
 
 def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
@@ -126,17 +122,13 @@ def _scatter(
     for piece in pieces:
         if _fewest(piece.sweeps, station) < FEWEST_OF_PIECE:
             continue
-        size, axes = np.linalg.eigh(_scaled(piece.pull[np.ix_(rows, rows)]))
+        unit = 1 / np.sqrt(np.diag(piece.pull)[rows])
+        size, axes = np.linalg.eigh(piece.pull[np.ix_(rows, rows)] * np.outer(unit, unit))
         clear = size > WEAK * size[-1]
         pull = (piece.h + piece.S @ step)[rows] / np.sqrt(np.diag(piece.pull)[rows])
         total += float(np.sum((pull @ axes)[clear] ** 2 / size[clear]))
         freedom += int(clear.sum())
     return total, freedom
-
-
-def _scaled(S: Floats) -> Floats:
-    unit = 1 / np.sqrt(np.diag(S))
-    return S * np.outer(unit, unit)
 
 
 def misfit_of(found: Joint) -> float:

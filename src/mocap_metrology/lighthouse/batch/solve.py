@@ -242,16 +242,11 @@ def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
     if sums.more is None:
         return _estimated_noise(sums, trajectory, start, 0.0)
     for _ in range(NOISE_ROUNDS):
-        start = _estimated_noise(sums, trajectory, start, _by_more(sums, trajectory, start))
+        Z = selected_inverse(reduced(sums, trajectory, start).factor)
+        both = (Z * sums.more.band).sum(axis=1)  # of trace(A^-1 A_more): so many unknowns
+        by_more = start.hit**2 * float(2 * both.sum() - both[0])
+        start = _estimated_noise(sums, trajectory, start, by_more)
     return start
-
-
-def _by_more(sums: Sums, trajectory: Trajectory, noise: Noise) -> float:
-    """How many unknowns of the trajectory other data determine: trace(A^-1 A_more)."""
-    assert sums.more is not None
-    Z = selected_inverse(reduced(sums, trajectory, noise).factor)
-    both = (Z * sums.more.band).sum(axis=1)
-    return noise.hit**2 * float(2 * both.sum() - both[0])
 
 
 def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: float) -> Noise:

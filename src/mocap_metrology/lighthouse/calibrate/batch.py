@@ -16,6 +16,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -230,41 +231,28 @@ def residual_rows(found: Joint, hits: Hits, names: Sequence[str]) -> dict[str, R
     `sd_urad`, the standard deviation of the mean by noise; `by_diode`, for each station: `diode`,
     `rms_urad` of the residuals without the offsets of sweeps, `n`, and those `excluded`.
     """
-    one = found.recordings[0]
-    return {
-        "against": _against(one, names),
-        "by_diode": _by_diode(one, _all_hits(found, hits), names),
-    }
+    one = every = found.recordings[0]
+    known = hits.take(one.trajectory.known(hits.time_s))
+    if len(known) != one.residual.size:  # with those of excluded diodes, along the same trajectory
+        every = replace(recording(BatchInput(known, one.trajectory), found.state), noise=one.noise)
+    return {"against": _against(one, names), "by_diode": _by_diode(one, every, names)}
 
 
 def _against(one: Recording, names: Sequence[str]) -> Rows:
     rows: Rows = []
-    hits, weight = one.sweeps.hits, one.plain().hit
+    hits, of_hits = one.sweeps.hits, (one.residual, one.plain().hit, one.sweeps.sweep)
     # Bins of the measured angle would sort the hits of a board at rest by their residuals.
-    estimated = hits.angle_rad + one.residual
-    for name, values in (("angle_deg", np.degrees(estimated)), ("time_s", hits.time_s)):
-        for station, role in enumerate(names):
-            for axis, label in enumerate(AXES):
-                own = np.flatnonzero((hits.station == station) & (hits.axis == axis))
-                if not own.size:
-                    continue
-                at, mean, sd = binned_means(
-                    values[own],
-                    one.residual[own],
-                    weight[own],
-                    one.sweeps.sweep[own],
-                    (one.noise.hit, one.noise.sweep),
-                )
-                rows.append(
-                    {
-                        "against": name,
-                        "station": role,
-                        "axis": label,
-                        "at": np.round(at, 3).tolist(),
-                        "mean_urad": np.round(1e6 * mean, DIGITS).tolist(),
-                        "sd_urad": np.round(1e6 * sd, DIGITS).tolist(),
-                    }
-                )
+    scales = {"angle_deg": np.degrees(hits.angle_rad + one.residual), "time_s": hits.time_s}
+    every = product(scales, enumerate(names), enumerate(AXES))
+    for name, (station, role), (axis, label) in every:
+        own = np.flatnonzero((hits.station == station) & (hits.axis == axis))
+        if own.size:
+            parts = (values[own] for values in (scales[name], *of_hits))
+            at, mean, sd = binned_means(*parts, one.noise)
+            row: dict[str, object] = {"against": name, "station": role, "axis": label}
+            row |= {"at": np.round(at, 3).tolist()}
+            row |= {"mean_urad": np.round(1e6 * mean, DIGITS).tolist()}
+            rows.append(row | {"sd_urad": np.round(1e6 * sd, DIGITS).tolist()})
     return rows
 
 
@@ -294,15 +282,6 @@ def binned_means(
     hit, common = noise
     sd = np.sqrt(hit**2 * square[many] + common**2 * shared[many]) / total[many]
     return ((edges[:-1] + edges[1:]) / 2)[many], sums[many] / total[many], sd
-
-
-def _all_hits(found: Joint, hits: Hits) -> Recording:
-    """The recording with the hits of excluded diodes, along the same trajectory."""
-    one = found.recordings[0]
-    known = hits.take(one.trajectory.known(hits.time_s))
-    if len(known) == one.residual.size:
-        return one
-    return replace(recording(BatchInput(known, one.trajectory), found.state), noise=one.noise)
 
 
 def _by_diode(one: Recording, every: Recording, names: Sequence[str]) -> Rows:

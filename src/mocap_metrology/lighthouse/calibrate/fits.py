@@ -77,24 +77,6 @@ def fitted(
     return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 
 
-def without_bad_diodes(
-    scene: Scene,
-    hits: Hits,
-    trajectory: Trajectory,
-    poses: Sequence[Pose],
-    first: Joint | None = None,
-) -> tuple[Joint, str]:
-    """The estimate without diodes whose hits the others contradict, and a note of these."""
-
-    def estimate_of(own: Scene) -> Joint:
-        known = first if own is scene else None
-        return completed(known or explored(own, hits, trajectory, poses))
-
-    found, _, why = if_they_agree(scene, estimate_of)
-    out = np.setdiff1d(hits.diode, found.recordings[0].sweeps.hits.diode)
-    return found, noted(out.tolist(), why)
-
-
 def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
     """The estimate by priors as they are, with its bias: `bridged`, and without diodes whose hits
     the others contradict."""
@@ -264,7 +246,14 @@ def well_fitted(
     """The estimate from there, and a note on what was left out; first: what `explored` returns of
     stations of the first generation, where it was called before."""
     if scene.generation != 2:
-        return without_bad_diodes(scene, hits, trajectory, poses, first)
+
+        def estimate_of(own: Scene) -> Joint:
+            known = first if own is scene else None
+            return completed(known or explored(own, hits, trajectory, poses))
+
+        found, _, why = if_they_agree(scene, estimate_of)
+        out = np.setdiff1d(hits.diode, found.recordings[0].sweeps.hits.diode).tolist()
+        return found, noted(out, why)
     scene = replace(scene, covered=False)
     found, scene, why = if_they_agree(
         scene, lambda own: bridged(own, _first(own, hits, trajectory, poses))
@@ -354,17 +343,11 @@ def _gated(
     usual = np.maximum(of_group[group], np.median(off))
     wrong = off > np.maximum(least_rad, GATE * MAD_TO_SIGMA * usual)
     if least_rad <= FINE_RAD:
-        seen = np.bincount(group, minlength=of_group.size) > 0
-        lost = (of_group > max(LOST * np.median(off), LOST_RAD)) & seen
-        wrong |= _without_view(lost.reshape(shape), seen.reshape(shape)).ravel()[group]
+        seen = (np.bincount(group, minlength=of_group.size) > 0).reshape(shape)
+        lost = (of_group > max(LOST * np.median(off), LOST_RAD)).reshape(shape) & seen
+        # One that remains alone with lost ones tells nothing either: none tells which is right.
+        alone = lost.any(axis=0) & ((seen & ~lost).sum(axis=0) < 2)
+        wrong |= (lost | alone).ravel()[group]
     if (normals := scene.sensors.normals) is not None:
         wrong |= grazing(own, one.trajectory, found.state, normals)
     return one.sweeps.hits.take(~wrong)
-
-
-def _without_view(lost: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Which stations tell nothing of the others at a time, (stations, times): those that are lost,
-    and one that remains alone with these, as none tells which is right."""
-    alone = lost.any(axis=0) & ((seen & ~lost).sum(axis=0) < 2)
-    out: np.ndarray = lost | alone
-    return out

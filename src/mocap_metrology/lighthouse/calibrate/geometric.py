@@ -46,7 +46,8 @@ def board_poses(
         seen = np.isfinite(measured).all(axis=1)
         if seen.sum() < FEWEST_DIODES:
             continue
-        rays = unit_directions(measured[seen])
+        rays = np.column_stack([np.ones(seen.sum()), np.tan(measured[seen])])
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
         own, wanted = board[seen], np.ascontiguousarray(squared[np.ix_(seen, seen)])
         for start in first_ranges(rays, own):
             ranges = solve_ranges(rays, wanted, start)
@@ -57,12 +58,6 @@ def board_poses(
             if ci < LARGEST_COST and not ci >= cost[i]:
                 R[i], t[i], cost[i] = Ri, ti, ci
     return R, t, cost
-
-
-def unit_directions(angles: np.ndarray) -> np.ndarray:
-    """Unit vectors (k, 3) along (1, tan azimuth, tan elevation) of angles (k, 2) in rad."""
-    d = np.column_stack([np.ones(len(angles)), np.tan(angles)])
-    return d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
 def first_ranges(rays: np.ndarray, board: np.ndarray) -> list[np.ndarray]:

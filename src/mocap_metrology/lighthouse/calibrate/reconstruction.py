@@ -54,7 +54,10 @@ def reconstruct(
     if method == "pairs":
         parts = [_pairs(sweeps)]
     else:
-        axes = (0, 1) if method == "full-interpolation" else (_dominant(sweeps),)
+        axes: tuple[int, ...] = (0, 1)
+        if method == "dominant-axis":
+            mean = [np.nanmean(s.angle_rad, axis=1) if len(s.middle_s) else 0.0 for s in sweeps]
+            axes = (int(np.nanvar(mean[1]) > np.nanvar(mean[0])),)
         parts = [_interpolated(sweeps, axis, order) for axis in axes]
     time = np.concatenate([part[0] for part in parts])
     angles = np.concatenate([part[1] for part in parts])
@@ -108,12 +111,6 @@ def _at_middle(sweeps: _Sweeps) -> _Sweeps:
 
 def _polynomial(sweeps: _Sweeps, nodes: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     return (lagrange(sweeps.time_s[nodes], time_s) * sweeps.angle_rad[nodes]).sum(axis=0)
-
-
-def _dominant(sweeps: list[_Sweeps]) -> int:
-    """The axis whose angles varied more."""
-    spread = [np.nanvar(np.nanmean(s.angle_rad, axis=1)) if len(s.middle_s) else 0 for s in sweeps]
-    return int(spread[1] > spread[0])
 
 
 def _pairs(sweeps: list[_Sweeps]) -> tuple[np.ndarray, np.ndarray]:

@@ -101,19 +101,6 @@ def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
     return np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
 
 
-def expected_loss(epsilon: np.ndarray, n_angles: np.ndarray, n_slave: int) -> np.ndarray:
-    """`Fit.noise` of a moving board: of the master's poses, then of n_slave measurements.
-
-    epsilon: K_1 in rad^2 of the poses, n_angles: behind them; K_1 / (angles - 6) in all is the
-    variance of an angle beyond its sweep, up to `HIT_RAD`.
-    """
-    free = np.maximum(n_angles - 6, 0)
-    hit = min(float(epsilon.sum() / max(free.sum(), 1)), HIT_RAD**2)
-    return np.concatenate(
-        [hit * free / np.maximum(n_angles, 1), np.full(n_slave, hit + SWEEP_RAD**2)]
-    )
-
-
 def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
     """The fits in their order, the best of them chosen; they are of the same parts."""
     limit = OUTLIER * min(float(np.median(fit.loss)) for fit in fits)
@@ -205,7 +192,11 @@ def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order:
     time = np.concatenate([master.time_s, then.time_s])
     angles = np.concatenate([master.n_angles, left.count])
     loss = np.concatenate([master.epsilon / np.maximum(master.n_angles, 1), left.cost])
-    noise = expected_loss(master.epsilon, master.n_angles, len(left.count))
+    # K_1 / (angles - 6) in all is the variance of an angle beyond its sweep, up to `HIT_RAD`.
+    free = np.maximum(master.n_angles - 6, 0)
+    hit = min(float(master.epsilon.sum() / max(free.sum(), 1)), HIT_RAD**2)
+    of_slave = np.full(len(left.count), hit + SWEEP_RAD**2)
+    noise = np.r_[hit * free / np.maximum(master.n_angles, 1), of_slave]
     return Fit(name, R, t, loss, angles, units_of(time, time.min(), time.max()), noise)
 
 

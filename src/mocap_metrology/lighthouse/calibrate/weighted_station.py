@@ -266,27 +266,17 @@ def halves(R: np.ndarray, t: np.ndarray, given: Evidence) -> Halves | None:
     found = []
     for split in SPLITS:
         early = time < time.min() + split * np.ptp(time)
-        parts = [by_gauss_newton(R, t, _part(given, own)) for own in (early, ~early)]
-        told = [(R, t, spread) for R, t, spread in parts if spread is not None]
-        if len(told) == 2:
-            found.append(_apart(*told))
+        parts = []
+        for own in (early, ~early):
+            known, angles_rad = given.information[own], given.angles[own]
+            part = replace(given, path=given.path.take(own), angles=angles_rad, information=known)
+            parts.append(by_gauss_newton(R, t, part))
+        (R_a, t_a, C_a), (R_b, t_b, C_b) = parts
+        if C_a is not None and C_b is not None:
+            d = np.r_[t_a - t_b, rotation.error(R_a, R_b)]
+            m2 = float(d @ np.linalg.pinv(C_a + C_b, rcond=1e-12) @ d)
+            found.append(Halves.of(d, m2))
     return max(found, key=lambda one: one.m2, default=None)
-
-
-def _part(given: Evidence, own: np.ndarray) -> Evidence:
-    return replace(
-        given,
-        path=given.path.take(own),
-        angles=given.angles[own],
-        information=given.information[own],
-    )
-
-
-def _apart(
-    a: tuple[np.ndarray, np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> Halves:
-    d = np.r_[a[1] - b[1], rotation.error(a[0], b[0])]
-    return Halves.of(d, float(d @ np.linalg.pinv(a[2] + b[2], rcond=1e-12) @ d))
 
 
 @dataclass(frozen=True)

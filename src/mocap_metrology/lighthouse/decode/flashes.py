@@ -32,7 +32,7 @@ from mocap_metrology.lighthouse.decode.comb import (
     fit_clock,
     pattern_of,
 )
-from mocap_metrology.lighthouse.records import MASTER, Clock, Flashes, Hits, Pulses
+from mocap_metrology.lighthouse.records import Clock, Flashes, Hits, Pulses
 from mocap_metrology.lighthouse.timing import CODE_STEP_S, CYCLE_S, TICKS_PER_S, axis_of, skip_of
 
 SHORTEST_S = 2250 / TICKS_PER_S
@@ -75,10 +75,12 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
     patterns, biases = find_pattern(
         [comb.cycle for comb in combs], [comb.over_diodes() for comb in combs]
     )
-    return [
-        _flashes(MASTER + i, comb, pattern, bias)
-        for i, (comb, pattern, bias) in enumerate(zip(combs, patterns, biases, strict=True))
-    ]
+    found = []
+    for comb, pattern, bias in zip(combs, patterns, biases, strict=True):
+        length_s, cycle = _lengths(comb, pattern, bias), comb.cycle.astype(np.int32)
+        codes = codes_of(comb.cycle, length_s, pattern)
+        found.append(Flashes(len(found), comb.clock, cycle, comb.time, length_s, codes))
+    return found
 
 
 def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list[Flashes]]:
@@ -195,18 +197,6 @@ def _number(combs: list[_Comb]) -> list[_Comb]:
         )
         for comb in combs
     ]
-
-
-def _flashes(station: int, comb: _Comb, pattern: np.ndarray, bias: float) -> Flashes:
-    length_s = _lengths(comb, pattern, bias)
-    return Flashes(
-        station=station,
-        clock=comb.clock,
-        cycle=comb.cycle.astype(np.int32),
-        time_s=comb.time,
-        length_s=length_s,
-        code=codes_of(comb.cycle, length_s, pattern),
-    )
 
 
 def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:

@@ -137,7 +137,13 @@ def _scan(path: str | Path, wanted: bytes) -> RecordingPass:
                 seen.configs.setdefault(name.decode("utf-8", "replace"), text)
             wanted = _named(seen, wanted.decode()).encode()
         if b" C " in block:
-            _add_raw(seen, block, wanted)
+            lines = b"\n".join(line for line in block.split(b"\n") if b" C " in line)
+            raw = RAW.findall(lines)
+            seen.raw.update(Counter(row[0] for row in raw))
+            seen.unreadable += len(ANY_C.findall(lines)) - len(raw)
+            mine = [list(map(int, row[1:])) for row in raw if row[0] == wanted]
+            seen.pulses.append(np.array(mine, np.int64).reshape(-1, 3))
+            seen.n_pulses += len(mine)
         seen.second.update(Counter(SECOND_GENERATION.findall(block)))
         for own, rows in ((seen.inertial, sensor_rows), (seen.light, light_rows)):
             found, n_damaged = rows(block, wanted)
@@ -154,16 +160,6 @@ def _scan(path: str | Path, wanted: bytes) -> RecordingPass:
         if not seen.raw:
             seen.processed |= PROCESSED.search(block) is not None
     return seen
-
-
-def _add_raw(seen: RecordingPass, block: bytes, wanted: bytes) -> None:
-    lines = [line for line in block.split(b"\n") if b" C " in line]
-    found = RAW.findall(b"\n".join(lines))
-    seen.raw.update(Counter(row[0] for row in found))
-    seen.unreadable += len(ANY_C.findall(b"\n".join(lines))) - len(found)
-    mine = [list(map(int, row[1:])) for row in found if row[0] == wanted]
-    seen.pulses.append(np.array(mine, np.int64).reshape(-1, 3))
-    seen.n_pulses += len(mine)
 
 
 def blocks(path: str | Path, seen: RecordingPass) -> Iterator[bytes]:

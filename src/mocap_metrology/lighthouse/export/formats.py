@@ -37,6 +37,7 @@ from mocap_metrology.lighthouse.rotation import quaternions
 DECIMALS = 12
 STATION = "A station's frame: origin at its optics, x out of its glass, y to its own left, z up."
 ROS_WORLD = "lighthouse_world"
+AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
 OGEE = ("ogeemag", "ogeephase")  # of the second generation; cflib expects them of both
 # What readers of these files may not decode in every locale.
 PLAIN = str.maketrans({"µ": "u", "°": " deg", "σ": "sigma", "−": "-", "×": "x"})
@@ -83,29 +84,20 @@ def crazyflie_yaml(export: Export) -> str:
         f"version: '{CRAZYFLIE_VERSIONS[0]}'",
         f"systemType: {export.generation}",
     ]
-    placed = [
-        (_number(k, station), station, pose) for k, (station, pose) in enumerate(export.placed)
-    ]
-    placed.sort(key=lambda one: one[0])
-    geos = [line for k, _, pose in placed for line in _geo(k, pose)]
-    calibs = [line for k, station, _ in placed for line in _calib(k, station)]
+    placed = {  # by channel, or in the first generation by place
+        place if station.channel is None else station.channel: (station, pose)
+        for place, (station, pose) in enumerate(export.placed)
+    }
+    geos, calibs = list[str](), list[str]()
+    for k, (station, pose) in sorted(placed.items()):
+        calibs += _calib(k, station)
+        if pose is not None:
+            R, t = pose
+            geos += [f"  {k}:", f"    origin: [{_listed(t)}]", "    rotation:"]
+            geos += [f"    - [{_listed(row)}]" for row in R]
     for name, entries in (("geos", geos), ("calibs", calibs)):
         lines += [f"{name}:", *entries] if entries else [f"{name}: {{}}"]
     return "\n".join(lines) + "\n"
-
-
-def _number(place: int, station: Station) -> int:
-    """The number by which a Crazyflie names a station."""
-    return place if station.channel is None else station.channel
-
-
-def _geo(index: int, pose: Pose | None) -> Iterator[str]:
-    if pose is not None:
-        R, t = pose
-        yield f"  {index}:"
-        yield f"    origin: [{_listed(t)}]"
-        yield "    rotation:"
-        yield from (f"    - [{_listed(row)}]" for row in R)
 
 
 def _calib(index: int, station: Station) -> Iterator[str]:
@@ -169,23 +161,14 @@ def ros2_launch(export: Export) -> str:
     lines.append(f'  <arg name="frame" default="{ROS_WORLD}"/>')
     for station, pose in export.placed:
         if pose is not None:
-            name = ros_name(station)
-            args = f"{_transform(pose)} --frame-id $(var frame) --child-frame-id {name}"
+            R, t = pose
+            own = station.role if station.id is None else f"{station.id:08x}"
+            name, values = f"lighthouse_{own}", zip(AXES, [*t, *quaternions(R)], strict=True)
+            args = " ".join(f"--{axis} {number(v)}" for axis, v in values)
+            args += f" --frame-id $(var frame) --child-frame-id {name}"
             lines += [
                 '  <node pkg="tf2_ros" exec="static_transform_publisher"',
                 f'    name="{name}"',
                 f"    args={quoteattr(args)}/>",
             ]
     return "\n".join([*lines, "</launch>"]) + "\n"
-
-
-def ros_name(station: Station) -> str:
-    """Frame of a station: its id in hexadecimal digits, else its role."""
-    return f"lighthouse_{station.role if station.id is None else f'{station.id:08x}'}"
-
-
-def _transform(pose: Pose) -> str:
-    R, t = pose
-    values = [*t, *quaternions(R)]
-    names = ("x", "y", "z", "qx", "qy", "qz", "qw")
-    return " ".join(f"--{name} {number(v)}" for name, v in zip(names, values, strict=True))

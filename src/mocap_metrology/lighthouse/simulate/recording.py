@@ -214,7 +214,8 @@ def _lit_sweeps(scene: _Scene) -> tuple[records.Hits, np.ndarray]:
     cycle, start = scene.cycle[at], scene.start_s[station, at]
     optics = scene.motion, scene.board, scene.R, scene.t, scene.rotors
     swept = swept_board(start, station, cycle & 1, twin.cycle_s, *optics)
-    width = sweep_width(swept.range_m, 1e-3 * twin.aperture_mm, twin.cycle_s, 1e-6 * twin.beam_us)
+    per_s = swept.range_m * np.pi / twin.cycle_s  # m/s: 8 us for 3 mm at 1 m
+    width = 1e-3 * twin.aperture_mm / per_s + 1e-6 * twin.beam_us
     since = (swept.time_s - start[:, None]) * (CYCLE_S / twin.cycle_s)
     lit = (since >= FROM_S) & (since <= TO_S)
     lit &= swept.cos_incidence > np.cos(np.radians(twin.incidence_deg))
@@ -225,13 +226,6 @@ def _lit_sweeps(scene: _Scene) -> tuple[records.Hits, np.ndarray]:
     diode = np.tile(np.arange(n, dtype=np.int16), len(lit))
     of_hit = [x.ravel() for x in (swept.time_s, swept.angle_rad, width)]
     return records.Hits(*[*(np.repeat(x, n) for x in of_sweep), diode, *of_hit]), lit
-
-
-def sweep_width(
-    range_m: np.ndarray, aperture_m: float, cycle_s: float, beam_s: float
-) -> np.ndarray:
-    """Seconds a sweep is on a diode: aperture / (range pi / cycle) + beam, 8 us for 3 mm at 1 m."""
-    return aperture_m / (range_m * np.pi / cycle_s) + beam_s
 
 
 def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

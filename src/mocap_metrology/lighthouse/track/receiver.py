@@ -99,7 +99,8 @@ def triangulated(
     enough = known.sum(axis=1) >= FEWEST_POINTS
     wide = well_posed(Measurements(seen[0].time_s[enough], shared[enough]), board).time_s
     rows = np.flatnonzero(np.isin(seen[0].time_s, wide))
-    return _path(seen[0].time_s[rows], *_superposed(points[rows], known[rows], board))
+    R, t_m = _superposed(points[rows], known[rows], board)
+    return Path(seen[0].time_s[rows], R, t_m, *3 * [np.zeros(rows.size)])
 
 
 def _superposed(
@@ -114,11 +115,6 @@ def _superposed(
     U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
     R = U @ Vt
     return R, centre - np.einsum("nij,nj->ni", R, own)
-
-
-def _path(time_s: np.ndarray, R: np.ndarray, t_m: np.ndarray) -> Path:
-    nothing = np.zeros(time_s.size)
-    return Path(time_s, R, t_m, nothing, nothing, nothing)
 
 
 @dataclass(frozen=True)

@@ -191,7 +191,14 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
     own = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
     if settings.lasers_mm is not None:
         own["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
-    return CalibrationSettings(**own, priors=priors_of(settings))
+    priors = Priors(
+        time_zero_us=settings.time_zero_sd_us,
+        phase_mrad=settings.phase_sd_mrad,
+        laser_depth_mm=settings.laser_depth_sd_mm,
+        board_scale=settings.board_scale_sd,
+        board_position_mm=settings.board_position_sd_mm,
+    )
+    return CalibrationSettings(**own, priors=priors)
 
 
 def sensors_of(
@@ -208,16 +215,6 @@ def sensors_of(
         unknown = np.full(3, np.nan)
         ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
     return Sensors(inertial if settings.inertial else None, ups, lengths, normals, clocks)
-
-
-def priors_of(settings: Lighthouse) -> Priors:
-    return Priors(
-        time_zero_us=settings.time_zero_sd_us,
-        phase_mrad=settings.phase_sd_mrad,
-        laser_depth_mm=settings.laser_depth_sd_mm,
-        board_scale=settings.board_scale_sd,
-        board_position_mm=settings.board_position_sd_mm,
-    )
 
 
 def reference_of(

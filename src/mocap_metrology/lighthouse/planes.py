@@ -16,6 +16,7 @@ leaves curve and ogee out, and its argument of G is u + g [lighthouse_calibratio
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -32,16 +33,19 @@ MOST = 1.0 - 1e-9  # of a sine: points that no plane meets
 PLANE_RAD = math.pi / 6
 
 
+def check_within(factory: Factory, limits: Mapping[str, float], hint: str) -> None:
+    """Refuse values that no such station has."""
+    for name, limit in limits.items():
+        values = np.asarray(getattr(factory, name))
+        if not (np.abs(values) <= limit).all():
+            said = f"factory calibration: {name} is {values.tolist()}; expected within +-{limit}"
+            raise Refusal(said + hint)
+
+
 def parameters(factory: Factory, full: bool) -> np.ndarray:
     """Rows (2, 13) of both planes for the kernels; full: by libsurvive's formula, else by that of
     the Crazyflie. Raises `Refusal` for values that no such station has."""
-    for name, limit in LIMITS.items():
-        values = np.asarray(getattr(factory, name))
-        if not (np.abs(values) <= limit).all():
-            raise Refusal(
-                f"factory calibration: {name} is {values.tolist()}; expected within +-{limit}"
-                " (of a second-generation station)"
-            )
+    check_within(factory, LIMITS, " (of a second-generation station)")
     rows = np.zeros((2, 13))
     rows[:, PHASE], rows[:, TILT] = factory.phase, factory.tilt
     rows[:, GIBPHASE], rows[:, GIBMAG] = factory.gibphase, factory.gibmag

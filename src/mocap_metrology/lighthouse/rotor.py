@@ -20,7 +20,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import planes
 from mocap_metrology.lighthouse.planes import ideal_direction, plane_gradient
 from mocap_metrology.lighthouse.records import Factory
@@ -29,7 +28,7 @@ from mocap_metrology.lighthouse.records import Factory
 PHASE, TAN_TILT, CURVE, GIBPHASE, GIBMAG, X, Y, Z, GIB_CORRECTED, IMPERFECT = range(10)
 OGEEPHASE, OGEEMAG, GENERATION = range(10, 13)
 COLUMNS = 13
-LARGEST_PHASE, LARGEST_CURVE = 0.3, 0.1  # second-generation stations have curves near 0.2
+LIMITS = {"phase": 0.3, "tilt": 0.3, "curve": 0.1}  # second-generation curves are near 0.2
 
 
 @dataclass(frozen=True)
@@ -85,17 +84,9 @@ def rotor_parameters(
 
 def check(factory: Factory) -> None:
     """Refuse values that no first-generation station has."""
-    for name, limit in (
-        ("phase", LARGEST_PHASE),
-        ("tilt", LARGEST_PHASE),
-        ("curve", LARGEST_CURVE),
-    ):
-        values = np.asarray(getattr(factory, name))
-        if not (np.abs(values) <= limit).all():
-            raise Refusal(
-                f"factory calibration: {name} is {values.tolist()}; expected within +-{limit}"
-                " (values of second-generation stations mean something else)"
-            )
+    planes.check_within(
+        factory, LIMITS, " (values of second-generation stations mean something else)"
+    )
 
 
 @njit(inline="always")

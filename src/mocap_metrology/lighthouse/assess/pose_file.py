@@ -36,6 +36,7 @@ NETWORK_CONVENTION = (
     " then a left rotation vector in axes of the reference in deg; covariance_joint: of all poses"
     " together, six rows for each of covariance_joint_stations in that order."
 )
+KIND = "estimator", "stage", "optics"
 LARGEST_OFF_UNIT = 1e-2  # of the length of a quaternion
 
 
@@ -179,22 +180,13 @@ def _reference(reference: Reference) -> Row:
 
 
 def _entry(pose: PoseEstimate, reference: Reference | None) -> PoseEntry:
-    entry: PoseEntry = {
-        "estimator": pose.estimator,
-        "stage": pose.stage,
-        "optics": pose.optics,
-        "frame": pose.frame,
-        **pose_row(pose.R, pose.t_m),
-        "rotation_deg": _angles(pose.R),
-        "covariance": None if pose.covariance is None else np.asarray(pose.covariance).tolist(),
-        "residual_rms_urad": pose.residual_rms_urad,
-        "n_angles": pose.n_angles,
-        "mirrored_share": pose.mirrored_share,
-        "weighted_rms_urad": pose.weighted_rms_urad,
-        "noise_gain": pose.noise_gain,
-        "halves": None if pose.halves is None else asdict(pose.halves),
-        "note": pose.note,
-    }
+    names = "residual_rms_urad", "n_angles", "mirrored_share", "weighted_rms_urad", "noise_gain"
+    covariance = None if pose.covariance is None else np.asarray(pose.covariance).tolist()
+    entry: PoseEntry = {name: getattr(pose, name) for name in (*KIND, "frame")}
+    entry |= pose_row(pose.R, pose.t_m)
+    entry |= {"rotation_deg": _angles(pose.R), "covariance": covariance}
+    entry |= {name: getattr(pose, name) for name in names}
+    entry |= {"halves": pose.halves and asdict(pose.halves), "note": pose.note}
     if pose.details is not None:
         entry["details"] = dict(pose.details)
     if reference is not None:
@@ -301,4 +293,5 @@ def chosen_pose(given: PoseFile) -> PoseEntry | None:
 
 
 def kind_of(entry: PoseEntry) -> tuple[str, str, str]:
-    return entry["estimator"], entry["stage"], entry["optics"]
+    estimator, stage, optics = (entry[name] for name in KIND)
+    return estimator, stage, optics

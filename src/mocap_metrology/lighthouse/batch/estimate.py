@@ -209,7 +209,8 @@ class _Search:
             S, h, step, gain = self._step(sums)
             share = self._of_a_stall(gain)
             stalled = stalled + share if share else 0
-            if self.refined and (self._small(S, step, gain) or stalled >= STALLED):
+            small = abs(gain) < self.same_cost if self.same_cost else self._size_of(S, step) < SMALL
+            if self.refined and (small or stalled >= STALLED):
                 converged, stalled = self.sized, 0
                 self.sized = True
                 if not converged:
@@ -279,11 +280,6 @@ class _Search:
             else:
                 noise = inertial.rough_noise(own.residual)
             one.sensors = replace(own, noise=noise)
-
-    def _small(self, S: Floats, step: Floats, gain: float) -> bool:
-        if self.same_cost:
-            return abs(gain) < self.same_cost
-        return self._size_of(S, step) < SMALL
 
     def _size_of(self, S: Floats, step: Floats) -> float:
         """Size of a step in standard deviations."""

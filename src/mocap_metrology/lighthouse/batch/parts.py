@@ -331,16 +331,10 @@ def residual_ratios(one: Recording, names: Sequence[str]) -> dict[str, dict[str,
     names: of the stations."""
     hits, z2 = one.sweeps.hits, (one.alone / one.noise.hit) ** 2
     found: dict[str, dict[str, float]] = {}
-    for name, key, labels in (
-        ("station", hits.station, names),
-        ("axis", hits.axis, AXES),
-        ("diode", hits.diode, None),
-    ):
-        rms = rms_by(key, z2)
+    for name, labels in {"station": names, "axis": AXES, "diode": ()}.items():
+        rms = rms_by(getattr(hits, name), z2)
         seen = np.flatnonzero(np.isfinite(rms)).tolist()
-        found[name] = {
-            labels[k] if labels and k < len(labels) else str(k): float(rms[k]) for k in seen
-        }
+        found[name] = {labels[k] if k < len(labels) else str(k): float(rms[k]) for k in seen}
     return found
 
 

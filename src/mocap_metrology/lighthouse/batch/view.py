@@ -138,8 +138,9 @@ def selected_inverse(L: np.ndarray) -> np.ndarray:
 
 
 @njit
-def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Blocks (n, 6, 6) of the covariance of sum_i weights_i x_{first + i}."""
+    out = np.zeros((first.size, POSE, POSE))
     for m in range(first.size):
         for i in range(4):
             for j in range(4):
@@ -148,6 +149,7 @@ def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.n
                     for b in range(POSE):
                         r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
                         out[m, a, b] += w * Z[abs(r - c), min(r, c)]
+    return out
 
 
 @dataclass(frozen=True)

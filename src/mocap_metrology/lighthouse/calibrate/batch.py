@@ -247,8 +247,8 @@ def _against(one: Recording, names: Sequence[str]) -> Rows:
     for name, (station, role), (axis, label) in every:
         own = np.flatnonzero((hits.station == station) & (hits.axis == axis))
         if own.size:
-            parts = (values[own] for values in (scales[name], *of_hits))
-            at, mean, sd = binned_means(*parts, one.noise)
+            residual, weight, sweep = (values[own] for values in of_hits)
+            at, mean, sd = binned_means(scales[name][own], residual, weight, sweep, one.noise)
             row: dict[str, object] = {"against": name, "station": role, "axis": label}
             row |= {"at": np.round(at, 3).tolist()}
             row |= {"mean_urad": np.round(1e6 * mean, DIGITS).tolist()}

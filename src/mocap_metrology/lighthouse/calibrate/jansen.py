@@ -80,7 +80,14 @@ def calibrate(
         return calibrate_stations(hits, board, stations, settings, report, sensors)
     smooth = INTERPOLATIONS[settings.lm_interpolation]
     orders = {smooth} if set(settings.estimators) <= {"paper-lm", BATCH} else {1, smooth}
-    measured = {order: _measured(hits, board, settings, order) for order in orders}
+    measured = {}
+    for order in orders:  # of master and slave (J IV)
+        master, slave = (
+            reconstruct(hits, station, len(board), settings.reconstruction, order)
+            for station in (records.MASTER, records.SLAVE)
+        )
+        both = board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
+        measured[order] = both
     for role, moments in zip(records.ROLES, measured[smooth], strict=True):
         if len(moments) < FEWEST_POSES:
             raise Refusal(
@@ -193,16 +200,6 @@ def _with_batch(
 def _middle(hits: records.Hits, n_diodes: int) -> tuple[records.Measurements, records.Measurements]:
     master, slave = (median_angles(hits, k, n_diodes) for k in (records.MASTER, records.SLAVE))
     return master, slave
-
-
-def _measured(
-    hits: records.Hits, board: np.ndarray, settings: CalibrationSettings, order: int
-) -> tuple[records.Measurements, records.Measurements]:
-    master, slave = (
-        reconstruct(hits, station, len(board), settings.reconstruction, order)
-        for station in (records.MASTER, records.SLAVE)
-    )
-    return board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
 
 
 def _static(

@@ -75,23 +75,16 @@ def read_factory(path: str | Path) -> list[Station]:
 
 def _of_libsurvive(path: str | Path, text: str) -> list[Station]:
     """libsurvive's lighthouse 1 flashes first: it is the master; of generation 2 by channel."""
-    stations = []
-    if of_second_generation(text):
-        for solved in read_solution(path, 2):
-            _check(solved.factory, Path(path).name)
-            uid = None if solved.id == CLIPPED_ID else solved.id
-            role, channel = str(solved.channel), solved.channel
-            stations.append(
-                Station(role, id=uid, factory=solved.factory, generation=2, channel=channel)
-            )
-        return sorted(stations, key=lambda station: station.channel or 0)
-    for solved in sorted(read_solution(path), key=lambda station: -station.index):
-        if solved.index > 1:
+    stations, generation = [], 2 if of_second_generation(text) else 1
+    for solved in read_solution(path, generation):
+        if generation == 1 and solved.index > 1:
             continue
         _check(solved.factory, Path(path).name)
-        role = ROLES[1 - solved.index]
-        stations.append(Station(role, id=solved.id, mode=solved.mode, factory=solved.factory))
-    return stations
+        uid = None if generation == 2 and solved.id == CLIPPED_ID else solved.id
+        role = str(solved.channel) if generation == 2 else ROLES[1 - solved.index]
+        own = Station(role, id=uid, mode=solved.mode, factory=solved.factory)
+        stations.append(replace(own, generation=generation, channel=solved.channel))
+    return sorted(stations, key=lambda own: (own.channel or 0, own.role))
 
 
 def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
@@ -100,28 +93,22 @@ def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
     every = list(stations)
     if all(station.generation == 1 for station in every):
         every.sort(key=lambda station: ROLES.index(station.role))
-    return [
-        {
-            "role": station.role,
-            **(
-                {"generation": station.generation, "channel": station.channel}
-                if station.generation == 2
-                else {}
-            ),
-            "id": station.id,
-            "mode": station.mode,
-            "factory": None
-            if station.factory is None
-            else {
-                name: [float(v) for v in getattr(station.factory, name)]
-                for name in NAMES_OF[station.generation]
-            },
-            "gravity": None if station.gravity is None else [float(v) for v in station.gravity],
-            **{name: getattr(station, name) for name in OPTIONAL},
-            **({} if (up := station.up_by_geometry) is None else {"up_by_geometry": up.tolist()}),
-        }
-        for station in every
-    ]
+    entries = []
+    for station in every:
+        entry: dict[str, object] = {"role": station.role}
+        if station.generation == 2:
+            entry |= {"generation": 2, "channel": station.channel}
+        entry |= {"id": station.id, "mode": station.mode, "factory": None, "gravity": None}
+        if (own := station.factory) is not None:
+            names = NAMES_OF[station.generation]
+            entry["factory"] = {k: [float(v) for v in getattr(own, k)] for k in names}
+        if station.gravity is not None:
+            entry["gravity"] = [float(v) for v in station.gravity]
+        entry |= {name: getattr(station, name) for name in OPTIONAL}
+        if (up := station.up_by_geometry) is not None:
+            entry["up_by_geometry"] = up.tolist()
+        entries.append(entry)
+    return entries
 
 
 def stations_from_json(entries: object, name: str = "stations.json") -> list[Station]:

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
@@ -75,7 +76,7 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
     patterns, biases = find_pattern(
         [comb.cycle for comb in combs], [comb.over_diodes() for comb in combs]
     )
-    found = []
+    found = list[Flashes]()
     for comb, pattern, bias in zip(combs, patterns, biases, strict=True):
         length_s, cycle = _lengths(comb, pattern, bias), comb.cycle.astype(np.int32)
         codes = codes_of(comb.cycle, length_s, pattern)
@@ -321,10 +322,9 @@ def _gate_width(chosen: Integers, cycle: np.ndarray, pulses: Pulses, fate: np.nd
         return chosen
     first = np.flatnonzero(np.diff(cycle[chosen], prepend=cycle[chosen[0]] - 1))
     count = np.diff(first, append=chosen.size)
-    width = pulses.length_s[chosen]
-    ranked = width[np.lexsort((width, cycle[chosen]))]
-    median = 0.5 * (ranked[first + (count - 1) // 2] + ranked[first + count // 2])
-    median, count = np.repeat(median, count), np.repeat(count, count)
+    width, sweep = pulses.length_s[chosen], np.repeat(np.arange(first.size), count)
+    median = np.asarray(ndimage.median(width, sweep, np.arange(first.size)))[sweep]
+    count = count[sweep]
     low = np.minimum(WIDTH_GATE[0] * median, ENOUGH_S * (1 - 1e-6))
     high = np.maximum(WIDTH_GATE[1] * median, 2 * ENOUGH_S)
     good = (count < 3) | ((width >= low) & (width <= high))

@@ -22,13 +22,14 @@ import heapq
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.planes import check_within
 from mocap_metrology.lighthouse.records import ROLES, Factory, Flashes, Station
 from mocap_metrology.lighthouse.rotor import LIBSURVIVE, rotor_parameters
 from mocap_metrology.lighthouse.timing import axis_of, data_of
@@ -40,7 +41,7 @@ FIXED_AGREE = 0.9  # least share of votes for sync, stuffing, length and padding
 MODES = ("A", "b", "c")
 SYNC = (0,) * 17 + (1,)
 PROTOCOLS = {33: (6,), 31: (4, 5)}  # length of the payload: protocols that have it
-GIB_LIMITS = (("gibphase", 7.0), ("gibmag", 0.3))
+GIB_LIMITS = {"gibphase": 7.0, "gibmag": 0.3}
 
 # IEEE half floats and bytes of the payload, protocol 6; 4 and 5 end before the mode.
 LAYOUT = struct.Struct("<HI2e2eBB2e3b2e2e")
@@ -267,7 +268,7 @@ def told(
     v: tuple[Any, ...],
     role: str,
     pairs: Sequence[int],
-    limits: Iterable[tuple[str, float]],
+    limits: Mapping[str, float],
     generation: int = 1,
 ) -> Station:
     """A station by the values of its payload, which begins alike in both generations; pairs: where
@@ -275,10 +276,7 @@ def told(
     found = (np.array(v[i : i + 2]) for i in pairs)
     factory = Factory(*found, generation=generation)
     rotor_parameters(factory, variant=LIBSURVIVE)
-    for name, limit in limits:
-        pair = getattr(factory, name)
-        if not (np.abs(pair) <= limit).all():
-            raise Refusal(f"{name} is {pair.tolist()}; expected within +-{limit}")
+    check_within(factory, limits, "")
     up = up_of(v[10:13])
     known = {"generation": generation, "firmware": v[0] >> 6, "hardware": v[7]}
     return Station(role, id=v[1], factory=factory, gravity=up, **known)

@@ -60,7 +60,7 @@ PROTOCOLS = {LENGTH: (8,)}
 # gibmag; channel, faults; ogeephase, ogeemag; unknown.
 LAYOUT = struct.Struct("<HI2e2eBB2e3b2e2eBB2e2eH")
 CHANNEL = 0x80  # plus the channel index
-PHASE_LIMITS = (("gibphase", 7.0), ("ogeephase", 7.0))
+PHASE_LIMITS = {"gibphase": 7.0, "ogeephase": 7.0}
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,11 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
         angle_rad=angle[chosen],
         width_s=np.full(chosen.size, np.nan),
     )
-    again = _again(hits)
+    off = np.abs(hits.angle_rad - sweep_medians(hits))
+    order = np.lexsort((off, hits.diode, hits.axis, hits.station, hits.cycle))
+    key = np.stack([hits.cycle, hits.station, hits.axis, hits.diode]).astype(np.int64)[:, order]
+    again = np.zeros(len(hits), np.bool_)
+    again[order[1:]] = (np.diff(key, axis=1) == 0).all(axis=0)
     fate[chosen[again]] = SECOND
     hits = hits.take(~again)
     order = np.argsort(hits.time_s, kind="stable")
@@ -216,16 +220,6 @@ def _plane(rotor: Floats, time_s: Floats) -> tuple[np.ndarray, np.ndarray]:
     plane[doubtful] = np.argmin(off, axis=0)
     known[doubtful] = off.min(axis=0) <= NEAR_RAD
     return plane, known
-
-
-def _again(hits: Hits) -> np.ndarray:
-    """Hits on a diode that another hit of the same sweep has, nearer to the sweep's median."""
-    off = np.abs(hits.angle_rad - sweep_medians(hits))
-    order = np.lexsort((off, hits.diode, hits.axis, hits.station, hits.cycle))
-    key = np.stack([hits.cycle, hits.station, hits.axis, hits.diode]).astype(np.int64)[:, order]
-    again = np.zeros(len(hits), np.bool_)
-    again[order[1:]] = (np.diff(key, axis=1) == 0).all(axis=0)
-    return again
 
 
 def decode_turns(turns: Turns) -> Station:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.files import whole, write_csv
-from mocap_metrology.common.types import Floats, Row
+from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
@@ -119,6 +119,9 @@ def truth_json(made: SimulatedSweeps) -> dict[str, object]:
     lasers_m (station, axis, 3) in the housings.
     """
     truth, twin = made.truth, made.twin
+    keys = twin.model_dump()  # factory values as its stations state them
+    for role, station in zip(records.ROLES, twin.stations, strict=False):
+        keys[role]["factory"] = vars(station.optics) if station.optics else None
     return {
         "stations": {station.role: station.id for station in truth.stations},
         "R": None if truth.R is None else truth.R.tolist(),
@@ -126,16 +129,8 @@ def truth_json(made: SimulatedSweeps) -> dict[str, object]:
         "t_optical_m": None if truth.t_optical_m is None else truth.t_optical_m.tolist(),
         "lasers_m": [station.lasers_m for station in twin.stations],
         "clocks": [vars(clock) for clock in truth.clocks],
-        "twin": _keys(twin),
+        "twin": keys,
     }
-
-
-def _keys(twin: LighthouseTwin) -> Row:
-    """All keys of a twin; factory values as its stations state them."""
-    keys = twin.model_dump()
-    for role, station in zip(records.ROLES, twin.stations, strict=False):
-        keys[role]["factory"] = vars(station.optics) if station.optics else None
-    return keys
 
 
 def up_of(twin: LighthouseTwin) -> Floats:

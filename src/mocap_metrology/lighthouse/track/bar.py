@@ -179,9 +179,8 @@ def clock_map(a: Hits, b: Hits, stations: Sequence[tuple[int, int]], expected_s:
         )
     pairs = []  # begins of the turns that both saw
     for (x, y), k in zip(both, number[found[0]], strict=True):
-        its, theirs = x.turn + int(k), y.turn
-        _, i, j = np.intersect1d(its, theirs, assume_unique=True, return_indices=True)
-        pairs.append((x.begin_s[i], y.begin_s[j]))
+        rows = np.intersect1d(x.turn + int(k), y.turn, assume_unique=True, return_indices=True)
+        pairs.append((x.begin_s[rows[1]], y.begin_s[rows[2]]))
     t_a, t_b = (np.concatenate(times) for times in zip(*pairs, strict=True))
     if t_a.size < FEWEST_TURNS:
         raise Refusal(f"bar: the objects see {t_a.size} turns in common; expected {FEWEST_TURNS}")

@@ -188,8 +188,7 @@ def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Fl
     trajectory = one.trajectory
     first, weights = trajectory.basis(time_s)
     near = first[:, None] + np.arange(4)
-    of_hits = np.zeros((time_s.size, POSE, POSE))
-    pose_blocks(selected_inverse(parts.factor), first, weights, of_hits)
+    of_hits = pose_blocks(selected_inverse(parts.factor), first, weights)
     rows = parts.A_C.reshape(-1, POSE, parts.A_C.shape[1])
     by = np.zeros((time_s.size, *rows.shape[1:]))
     for i in range(4):

@@ -124,7 +124,7 @@ def resect(
     rotors, fit = scene.rotors[members], _Fit(start, np.zeros(COMMON))
     for _ in range(ROUNDS):
         found = [_normal(own, k, fit, rotors[k]) for k, own in enumerate(light)]
-        H, g = _sum([one.H for one in found]), _sum([one.g for one in found])
+        H, g = (np.sum([getattr(one, name) for one in found], axis=0) for name in "Hg")
         M, pull = H.sum(axis=0) + fit.prior, g.sum(axis=0) + fit.prior @ fit.at
         step = solved(M, -pull)
         fit = fit.moved(step)
@@ -254,11 +254,6 @@ def relative_by_poses(poses: Sequence[Pose]) -> Floats:
         own[:3, 3:6] = R_0.T @ arm
         own[3:, POSE * k + 3 : POSE * k + 6], own[3:, 3:6] = R_0.T, -R_0.T
     return D
-
-
-def _sum(parts: Sequence[Floats]) -> Floats:
-    total: Floats = np.sum(parts, axis=0)
-    return total
 
 
 def _between(a: Sequence[Pose], b: Sequence[Pose]) -> Floats:

@@ -22,7 +22,7 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.pose_file import pose_row, read_pose_json
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
-from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
+from mocap_metrology.lighthouse.records import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.track.markers import Markers, Tracked
 from mocap_metrology.lighthouse.track.mocap import Match, match
 from mocap_metrology.lighthouse.track.receiver import AXES_OF_POSE, Calibrated

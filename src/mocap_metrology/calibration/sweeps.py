@@ -228,10 +228,8 @@ def write_board(path: str, board: np.ndarray, normals: np.ndarray | None = None)
 
 
 def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
-    """Simulate a Lighthouse twin; write it as a dump, with what a lab would have beside it.
-
-    `paths` are named dump, twin_board, truth, reference, mount. Returns what was made, in words.
-    """
+    """Simulate a Lighthouse twin; write it as a dump, with what a lab would have beside it: paths
+    dump, twin_board, truth, reference, mount. Returns what was made, in words."""
     seed += twin.seed
     made = simulated.simulate(twin, seed)
     seen = simulate_mounts(twin, seed)

@@ -17,7 +17,8 @@ from mocap_metrology.lighthouse.assess import pose_file, reference
 from mocap_metrology.lighthouse.assess.comparison import ids_of
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
-from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, FALLBACK
+from mocap_metrology.lighthouse.calibrate.variants import AUTO, FALLBACK
+from mocap_metrology.lighthouse.records import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.track import receiver
 
 log = logging.getLogger(__name__)

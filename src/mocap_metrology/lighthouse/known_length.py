@@ -38,16 +38,15 @@ class Place:
 
 @dataclass(frozen=True)
 class KnownLength:
-    """Size of the figure of some places, and its standard deviation, m: the root of the
-    sum of the squared distances from their mean."""
+    """Size of the figure of some places, the root of the sum of their squared distances from their
+    mean, and its standard deviation, m."""
 
     places: tuple[Place, ...]
     size_m: float
     sd_m: float
 
     def among(self, stations: Sequence[int]) -> KnownLength:
-        """The length with its stations numbered among these; refused where one of its own is not
-        among them."""
+        """The length with its stations numbered among these; refuses others."""
 
         def own(place: Place) -> Place:
             if place.station is None:
@@ -77,11 +76,8 @@ def known_length(
     names: Sequence[str] = ROLES,
 ) -> KnownLength:
     """The length that a cell states: see `EXPECTED`; points: places in the room by label, in m;
-    names: of the stations.
-
-    Raises `Refusal` for anything else, for diodes that the board has not, and for `points` without
-    a file of these.
-    """
+    names: of the stations. Raises `Refusal` for anything else, for diodes that the board has not,
+    and for `points` without a file of these."""
     if (cell := POINTS.fullmatch(text)) is not None:
         if points is None:
             raise Refusal(f"known_length: {text!r}; expected a file of points (world_points)")

@@ -15,6 +15,7 @@ from mocap_metrology.lighthouse.rotation import quaternions
 
 MASTER, SLAVE = 0, 1
 ROLES = ("master", "slave")
+COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
 AXES = ("azimuth", "elevation")
 PLANES = ("plane0", "plane1")  # in place of the axes, of generation 2
 
@@ -105,6 +106,13 @@ class Hits(Rows):
     time_s: np.ndarray  # middle of the pulse
     angle_rad: np.ndarray  # pi (time - begin of the station's cycle) / cycle length - pi/2
     width_s: np.ndarray
+
+    @classmethod
+    def of(cls, *whole: np.ndarray, time_s: np.ndarray, angle_rad: np.ndarray) -> Hits:
+        """With columns station, axis, cycle, diode of any type, and unknown widths."""
+        kinds = np.int8, np.int8, np.int32, np.int16
+        station, axis, cycle, diode = (k.astype(kind) for k, kind in zip(whole, kinds, strict=True))
+        return cls(station, axis, cycle, diode, time_s, angle_rad, np.full(time_s.size, np.nan))
 
     def by_sweep(self) -> tuple[np.ndarray, np.ndarray]:
         """Order of the hits by cycle, station and axis, and where each sweep begins in it."""
@@ -218,8 +226,7 @@ class SharedErrors:
 
 @dataclass(frozen=True)
 class PoseEstimate:
-    """Pose of a station, the slave, in the frame of the reference, the master, by one estimator at
-    one stage."""
+    """Pose of a station in the frame of the reference, by one estimator at one stage."""
 
     estimator: str  # batch, paper, paper-tight, paper-lm, geometric, pnp
     stage: str  # kabsch, final, static

@@ -152,11 +152,9 @@ def angles(points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
 
 
 def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    """Ideal angles behind measured ones: the inverse of the model, lasers assumed at one point.
-
-    measured (..., 2) in rad; returns the same shape, to 1e-12 rad, by Newton's method on the
-    direction (1, tan theta, tan phi). NaN for both where either is.
-    """
+    """Ideal angles behind measured ones, (..., 2) in rad: the inverse of the model, lasers assumed
+    at one point, to 1e-12 rad by Newton's method on (1, tan theta, tan phi). NaN for both where
+    either is."""
     measured = np.asarray(measured, dtype=np.float64)
     flat = np.ascontiguousarray(measured.reshape(-1, 2))
     without_place = parameters.copy()

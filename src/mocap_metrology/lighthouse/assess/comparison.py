@@ -164,10 +164,8 @@ def _scale(entry: pose_file.PoseEntry) -> float:
 
 def _left_of_shared(first: Record, second: Record, one_board: bool) -> np.ndarray:
     """What errors of board and stations make of the difference, (6, 6): each group cancels where
-    both recordings have it alike; of two boards both errors count.
-
-    An error has the smaller of both standard deviations, as each recording limits it.
-    """
+    both recordings have it alike, with the smaller of both standard deviations; of two boards both
+    errors count."""
     total = np.zeros((6, 6))
     one_board &= first["digest"] == second["digest"]
     for group in ("stations", "board"):

@@ -20,12 +20,7 @@ import numpy as np
 
 from mocap_metrology.common.documents import text_of
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.assess.pose_file import (
-    chosen_pose,
-    matrix_and_metres,
-    pairs,
-    read_pose_json,
-)
+from mocap_metrology.lighthouse.assess import pose_file
 from mocap_metrology.lighthouse.assess.reference import (
     LONGEST_M,
     Reference,
@@ -153,12 +148,12 @@ def _of_json(path: str | Path, text: str) -> list[Placed]:
 
 
 def _of_pose_json(path: str | Path) -> list[Placed]:
-    given = read_pose_json(path)
+    given = pose_file.read_pose_json(path)
     own = str(given["reference"])
     first = Placed(int(own), given["stations"][own]["id"], np.eye(3), np.zeros(3))
-    chosen = {name: chosen_pose(one) for name, one in pairs(given).items()}
+    chosen = {name: pose_file.chosen_pose(one) for name, one in pose_file.pairs(given).items()}
     return [first] + [
-        Placed(int(name), given["stations"][name]["id"], *matrix_and_metres(entry))
+        Placed(int(name), given["stations"][name]["id"], *pose_file.matrix_and_metres(entry))
         for name, entry in chosen.items()
         if entry is not None
     ]

@@ -57,10 +57,8 @@ class Reference:
 
 
 def errors(R: np.ndarray, t_m: np.ndarray, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
-    """Error of a pose: t - t_true in mm (3,), and the rotation vector of R R_true^T in deg (3,).
-
-    Both in the master's axes.
-    """
+    """Error of a pose in the master's axes: t - t_true in mm (3,), and the rotation vector of R
+    R_true^T in deg (3,)."""
     turn = rotation.error(np.asarray(R), reference.R)
     return 1e3 * (np.asarray(t_m) - reference.t_m), np.degrees(turn)
 
@@ -111,11 +109,7 @@ def reconstruction_errors(
 
 
 def check_ids(reference: Reference, stations: Sequence[Station]) -> str:
-    """Refuse a reference of other stations, or of these with master and slave swapped.
-
-    stations: master first. Returns a sentence where an id is unknown and nothing can be checked,
-    else an empty string.
-    """
+    """`check_same_ids` of a reference; stations: master first."""
     own = (stations[0].id, stations[1].id)
     return check_same_ids(reference.ids, own, "reference", "the recording")
 
@@ -209,10 +203,8 @@ def _baseline(given: Mapping[str, object], name: str) -> np.ndarray:
 
 
 def read_mount(path: str | Path) -> dict[str, np.ndarray]:
-    """Geometry of a mount, label -> position (3,) in m in the housing's frame, in file order.
-
-    CSV with the columns label, x_m, y_m, z_m. Raises `Refusal` for a file that is no such thing.
-    """
+    """Geometry of a mount, label -> position (3,) in m in the housing's frame; raises as
+    `read_places`."""
     return read_places(path, "marker", LARGEST_MOUNT_M, "the housing's origin")
 
 
@@ -334,9 +326,7 @@ def station_id(given: object, where: str) -> int | None:
 
 def check_same_ids(theirs: Ids, own: Ids, what: str, where: str) -> str:
     """Refuse `what` when its stations are not those of `where`, or have their roles swapped.
-
-    Returns a sentence on the ids that are unknown and so unchecked; empty if both are known.
-    """
+    Returns a sentence on the ids that are unknown and so unchecked; empty if both are known."""
     swapped = own[::-1]
     if None not in own and own[0] != own[1] and theirs == swapped:
         raise Refusal(

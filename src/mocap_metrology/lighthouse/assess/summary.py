@@ -10,15 +10,8 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
-from mocap_metrology.lighthouse.assess import pose_file
+from mocap_metrology.lighthouse.assess import fit_checks, pose_file
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
-from mocap_metrology.lighthouse.assess.fit_checks import (
-    WORDS,
-    Case,
-    expected_noise_urad,
-    judged,
-    places_urad,
-)
 from mocap_metrology.lighthouse.assess.network_reference import NetworkReference
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict, worst_of
@@ -91,7 +84,7 @@ def summary(
                     # What errors of the board, as stated, make of it at the nearer station.
                     nearest = min(np.median(np.linalg.norm(own.t_m, axis=1)) for own in paths)
                     sd, n = known[0].priors.board_position_mm, len(known[0].board)
-                    places = places_urad(1e-3 * sd, float(nearest), n)
+                    places = fit_checks.places_urad(1e-3 * sd, float(nearest), n)
             if name in true:
                 off = errors(best.R, best.t_m, true[name])
         verdicts[name] = verdict(
@@ -101,7 +94,7 @@ def summary(
             n_common=(found.n_common or None) if network is None else network.common[name],
             span_m=span,
             duration_s=duration_s,
-            expected_urad=expected_noise_urad(resolution_s if network is None else None),
+            expected_urad=fit_checks.expected_noise_urad(resolution_s if network is None else None),
             board_rms_urad=board_rms,
             places_urad=places,
             errors=off,
@@ -174,11 +167,11 @@ def with_objects(found: Summary, others: Mapping[str, pose_file.PoseFile]) -> Su
         return found
     worst, name = min(compared, key=lambda pair: pair[0].p_value)
     p, word = min(1.0, len(compared) * worst.p_value), found.verdict.word
-    level = "good" if p >= APART_P else WORDS[min(WORDS.index(word) + 1, 2)]
-    cases, (mm, deg) = (Case.OBJECTS, Case.OBJECTS_APART), worst.shift
-    check = judged("objects agree", cases, p, "", (level, APART_P), mm=mm, deg=deg)
+    level = "good" if p >= APART_P else fit_checks.WORDS[min(fit_checks.WORDS.index(word) + 1, 2)]
+    cases, (mm, deg) = (fit_checks.Case.OBJECTS, fit_checks.Case.OBJECTS_APART), worst.shift
+    check = fit_checks.judged("objects agree", cases, p, "", (level, APART_P), mm=mm, deg=deg)
     check = replace(check, names=(name,))
-    word = max(word, level, key=WORDS.index)
+    word = max(word, level, key=fit_checks.WORDS.index)
     whole = replace(found.verdict, word=word, checks=(*found.verdict.checks, check))
     document: pose_file.PoseFile = {
         **found.document,

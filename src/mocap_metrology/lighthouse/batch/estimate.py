@@ -115,13 +115,11 @@ def estimate(
     near: Joint | None = None,
     rounds: int = ROUNDS,
 ) -> Joint:
-    """Poses R, t of the stations in the master's frame and everything else, from near them.
-
-    rotors (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors
-    are taken as they are, also of `SIZED`, and the bias remains; near: an estimate of the same
-    unknowns, or all but the last, where this begins; rounds: at most. Raises LinAlgError where the
-    hits do not determine the poses.
-    """
+    """Poses R, t of the stations in the master's frame and everything else, from near them; rotors
+    (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors are taken
+    as they are, also of `SIZED`, and the bias remains; near: an estimate of the same unknowns, or
+    all but the last, where this begins. Raises LinAlgError where the hits do not determine the
+    poses."""
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
     more = more or problem.SideInformation()
@@ -153,11 +151,8 @@ def estimate(
 
 
 def completed(found: Joint) -> Joint:
-    """The estimate from there with noise and priors as large as the hits show, less its bias; found
-    took these as they are (`sized`)."""
-    parts = [replace(one) for one in found.recordings]
-    search = _Search(found.of, found.state, parts, sized=False, ups=found.ups)
-    search.refined, search.weighed = True, True
+    """The estimate from there with noise and priors as large as the hits show, less its bias."""
+    search = _again(found, found.state, sized=False)
     return search.without_bias(search.run())
 
 
@@ -167,13 +162,18 @@ def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint
     have the freedom of the full priors, with which one can imitate another."""
     own = rotors.copy()
     own[..., X : Z + 1] = found.state.rotors[..., X : Z + 1]
-    state = found.state._replace(rotors=own)
-    parts = [replace(one) for one in found.recordings]
-    for one in parts:
-        one.renew(state)
-    search = _Search(found.of, state, parts, sized=True, ups=found.ups)
-    search.refined, search.weighed, search.same_cost = True, True, SAME_COST
+    search = _again(found, found.state._replace(rotors=own), sized=True)
+    for one in search.recordings:
+        one.renew(search.state)
+    search.same_cost = SAME_COST
     return search.run(rounds)
+
+
+def _again(found: Joint, state: problem.State, sized: bool) -> _Search:
+    """A search from there, with the noise of that estimate."""
+    search = _Search(found.of, state, [replace(one) for one in found.recordings], sized, found.ups)
+    search.refined, search.weighed = True, True
+    return search
 
 
 class _Search:

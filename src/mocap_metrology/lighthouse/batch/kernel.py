@@ -33,6 +33,9 @@ HELD = 0.5  # of the factor of t: where the places of a board's file hold
 INDEX2 = 1.5**2  # of refraction, of the cover of a diode
 
 
+Rows = tuple[np.ndarray, int, int, int]
+
+
 class Light(NamedTuple):
     """What the kernels need of hits (n,): station, axis, diode and first control point (n, 4);
     weights of four control points (n, 4); reference rotation (n, 3, 3)."""
@@ -124,17 +127,11 @@ def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
 
 @njit(inline="always")
 def _hit(
-    h: int,
-    seen: Light,
-    control: np.ndarray,
-    of: Values,
-    row: np.ndarray,
-    work: np.ndarray,
-    own: int,
+    h: int, seen: Light, control: np.ndarray, of: Values, row: np.ndarray, work: np.ndarray, at: int
 ) -> float:
     """Predicted angle; derivative by the board's pose at the time, in row[:6]; work[3:6] is that
     by the diode's place, work[6:9] by the master's coordinates, work[9:12] the diode from the
-    station, work[12:15] in the station's frame, work[30:36] those by the intrinsics if `own` is no
+    station, work[12:15] in the station's frame, work[30:36] those by the intrinsics if `at` is no
     less than 0, work[36] the factor of t, work[37:43] the normal in the master's frame and the
     diode under its cover, work[43] the sign of the shift, work[44] the derivative by depth."""
     who, basis, normals, cover = seen.who, seen.basis, of.normals, of.cover
@@ -175,7 +172,7 @@ def _hit(
         q = under
     for i in range(3):
         x[i] = S[0, i] * far[0] + S[1, i] * far[1] + S[2, i] * far[2]
-    by = work[30:36] if own >= 0 else work[:0]
+    by = work[30:36] if at >= 0 else work[:0]
     theta, gx, gy, gz = angle_gradient(axis, x[0], x[1], x[2], rotors[s, axis], by)
     work[44] = gx
     D, e = work[6:9], work[3:6]
@@ -196,13 +193,7 @@ def _hit(
 
 @njit(inline="always")
 def _globals(
-    h: int,
-    who: np.ndarray,
-    of: Values,
-    rows: tuple[np.ndarray, int, int, int],
-    work: np.ndarray,
-    at: np.ndarray,
-    value: np.ndarray,
+    h: int, seen: Light, of: Values, rows: Rows, work: np.ndarray, at: np.ndarray, value: np.ndarray
 ) -> int:
     """Which global unknowns the angle depends on, and its derivatives; returns how many.
 
@@ -212,7 +203,7 @@ def _globals(
     """
     columns, scale, places, cover = rows
     board, normals = of.board, of.normals
-    s, axis, d = who[h, 0], who[h, 1], who[h, 2]
+    s, axis, d = seen.who[h, 0], seen.who[h, 1], seen.who[h, 2]
     own, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
     if own[0] >= 0:
         for i in range(3):
@@ -265,7 +256,7 @@ def accumulate(
     weight: np.ndarray,
     control: np.ndarray,
     of: Values,
-    rows: tuple[np.ndarray, int, int, int],
+    rows: Rows,
     total: Equations,
     sums: np.ndarray,
     sums_inner: np.ndarray,
@@ -292,7 +283,7 @@ def accumulate(
                 _flush(at_knot, own, total)
                 at_knot = k
             _hit(h, seen, control, of, row, work, rows[0][who[h, 0], who[h, 1], 3])
-            n = _globals(h, who, of, rows, work, at, value)
+            n = _globals(h, seen, of, rows, work, at, value)
             w = weight[h]
             we, shift = w * residual[h], POSE * (k - begin)
             for i in range(4):

@@ -49,8 +49,8 @@ class Piece:
 
 
 def _part(found: Joint, S: Floats, h: Floats, pull: Floats, station: int) -> _Part | None:
-    """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole, as
-    that is by other data; None where these do not determine the pose of the station."""
+    """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole;
+    None where these do not determine the pose of the station."""
     scale = found.of.group == GROUPS.index("scale")
     sd = np.where(scale, NEARLY_KNOWN * found.of.sd, found.working)
     rows = found.pose(station)
@@ -102,7 +102,7 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
         sums = linearised(*at, one.residual[own], hit, found.of, more, held)
         without = reduced(sums, path, noise)
         h = without.h + by_bends(without, path, noise)
-        its = replace(one, sweeps=seen.sweeps, noise=noise)
+        its = replace(one, seen=seen, noise=noise)
         pull = without.S + pull_of_begins(its, sums, without)
         pieces.append(Piece(without.S, h, pull, count[k]))
     return pieces
@@ -327,8 +327,7 @@ def scale_share(found: Joint, station: int) -> float:
 
 
 def residual_ratios(one: Recording, names: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Rms residual beyond the sweep's offset over the noise of a hit: by station, axis, diode;
-    names: of the stations."""
+    """Rms residual beyond the sweep's offset over the noise of a hit: by station, axis, diode."""
     hits, z2 = one.sweeps.hits, (one.alone / one.noise.hit) ** 2
     found: dict[str, dict[str, float]] = {}
     for name, labels in {"station": names, "axis": AXES, "diode": ()}.items():

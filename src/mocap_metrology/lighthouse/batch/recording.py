@@ -139,7 +139,6 @@ class Recording:
     """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad; its
     sensors, where it has any; share, tau_rad: as `shares`."""
 
-    sweeps: Sweeps
     trajectory: Trajectory
     seen: View
     noise: Noise
@@ -149,6 +148,11 @@ class Recording:
     share: Floats | None = None  # of the hits, where they share errors by direction
     tau_rad: float = 0.0  # standard deviation of these
     clocks: tuple[Clock | None, ...] = ()  # of the stations
+
+    @property
+    def sweeps(self) -> Sweeps:
+        """Its hits, by sweeps."""
+        return self.seen.sweeps
 
     def move(self, step: Floats, state: State) -> None:
         self.trajectory = self.trajectory.moved(step)
@@ -215,12 +219,11 @@ class Recording:
 
 
 def recording(given: BatchInput, state: State) -> Recording:
-    sweeps = by_sweep(given.hits)
-    seen = view(sweeps, given.trajectory)
+    seen = view(by_sweep(given.hits), given.trajectory)
     off = residuals(seen, given.trajectory, state)
     lengths = tuple(LengthView.of(known, given.trajectory) for known in given.lengths)
     none, clocks = Noise(np.inf, np.inf), given.clocks
-    own = sweeps, given.trajectory, seen, none, off
+    own = given.trajectory, seen, none, off
     return Recording(*own, lengths=lengths, clocks=clocks)
 
 
@@ -244,11 +247,9 @@ def more_damping(
     after: Sequence[Recording],
     everywhere: bool,
 ) -> list[Floats]:
-    """Ten times as much for control points of stretches in which a step raised the cost of the
-    sweeps most, at least so much; for all, where no stretch has, or everywhere.
-
-    damping, least (control points,): of each recording, times the diagonal.
-    """
+    """Ten times as much, at least so much, for control points of stretches in which a step raised
+    the cost of the sweeps most; for all, where no stretch has, or everywhere. damping, least
+    (control points,): of each recording, times the diagonal."""
     rises = [
         np.bincount(own.seen.begin, then.weights().cost - own.weights().cost, its.size)
         for own, then, its in zip(before, after, damping, strict=True)
@@ -293,8 +294,8 @@ def pull_of_begins(one: Recording, sums: Sums, part: Reduced) -> Floats:
 
 @dataclass(frozen=True)
 class LengthEquation:
-    """Residual L - measured of a length in m, variances in m^2, derivatives by the trajectory
-    (6 K,) and all else (unknowns,)."""
+    """Residual L - measured in m, variance, derivatives by trajectory (6 K,) and all else
+    (unknowns,)."""
 
     residual: float
     variance: float
@@ -304,8 +305,8 @@ class LengthEquation:
 
 @dataclass(frozen=True)
 class LengthView:
-    """A length with what the trajectory's knots fix about it: of each place, first control point,
-    weights of four, and the reference rotation at its time."""
+    """A length with what the trajectory's knots fix about it: first control point, weights of four,
+    and reference rotation of each place."""
 
     known: KnownLength
     first: np.ndarray

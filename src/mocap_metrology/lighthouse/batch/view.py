@@ -28,8 +28,8 @@ def without_offsets(
     sum_residual: np.ndarray,
     of_all: Equations,
 ) -> None:
-    """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times
-    the outer products of its sums; begin (sweeps,): its first control point."""
+    """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times the
+    outer products of its sums; begin (sweeps,): its first control point."""
     band, cross, inner, g, g_inner = of_all
     G = g_inner.size
     own = np.empty(G, np.int64)  # those that a sweep depends on
@@ -180,8 +180,8 @@ def sweeps_of(seen: View, chosen: np.ndarray) -> View:
 
 
 def stretch(seen: View, trajectory: Trajectory) -> tuple[View, Trajectory]:
-    """Likewise through the control points alone that the hits touch: the others, of which only the
-    bends are known, go straight on at no cost."""
+    """Likewise through the control points alone that the hits touch: the others go straight on at
+    no cost."""
     low, high = seen.who[:, 3].min(), seen.who[:, 3].max() + 4
     own = replace(trajectory, control=trajectory.control[low:high])
     return replace(seen, who=seen.who - np.array([0, 0, 0, low])), own

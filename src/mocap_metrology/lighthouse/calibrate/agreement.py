@@ -224,11 +224,9 @@ def agree(
     master: Minima, slave: Minima, board: np.ndarray, rotors: Sequence[np.ndarray],
     order: int, near: np.ndarray | None = None, roughly: bool = False,
 ) -> Agreed:  # fmt: skip
-    """Board poses of both stations, the mirror decided by both; rotors of master and slave.
-
-    near: a rotation of the slave that is known to some degrees, in place of votes; roughly: where
-    each station distinguishes the minima, the slave's pose is not improved by its angles.
-    """
+    """Board poses of both stations, the mirror decided by both. near: a rotation of the slave that
+    is known to some degrees, in place of votes; roughly: where each station distinguishes the
+    minima, the slave's pose is not improved by its angles."""
     ways = hypotheses(master, slave) if near is None else [near]
     if master.clear and slave.clear:
         if roughly and ways:

@@ -38,8 +38,15 @@ from mocap_metrology.lighthouse.board import digest
 from mocap_metrology.lighthouse.calibrate import fits
 from mocap_metrology.lighthouse.calibrate.network import Start, placed, start, still_start
 from mocap_metrology.lighthouse.calibrate.scene import NAME, Scene
-from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
-from mocap_metrology.lighthouse.records import AXES, SLAVE, Hits, Measurements, Path, PoseEstimate
+from mocap_metrology.lighthouse.records import (
+    AXES,
+    COVARIANCE_UNITS,
+    SLAVE,
+    Hits,
+    Measurements,
+    Path,
+    PoseEstimate,
+)
 
 
 def solved(
@@ -57,9 +64,9 @@ def all_solved(
     still: Sequence[Measurements] | None = None,
     known: tuple[Joint, str] | None = None,
 ) -> tuple[list[PoseEstimate], Joint]:
-    """Poses of all stations but the first from all hits, and the joint estimate that they are from.
-    still: median angles of a board that keeps its place; known: what `joint` returns, where it was
-    called before. Raises `Refusal` where no start is found or the search does not converge."""
+    """Poses of all stations but the first from all hits, and their joint estimate; still: median
+    angles of a board that keeps its place; known: what `joint` returns, where it was called before.
+    Raises `Refusal` where no start is found or the search does not converge."""
     began = time.perf_counter()
     found, note = known or joint(scene, still)
     one, stage = found.recordings[0], "final" if still is None else "static"
@@ -84,9 +91,8 @@ def all_solved(
 def pose_of(
     scene: Scene, found: Joint, stage: str, details: Mapping[str, object], station: int = SLAVE
 ) -> PoseEstimate:
-    """A station's pose out of a joint estimate of one recording or of several; details: of all
-    stations, to which the share is added that the scale of the board has in the variance of the
-    position of this one."""
+    """A station's pose out of a joint estimate; details: of all stations, to which the share of the
+    scale of the board in the variance of its position is added."""
     units = COVARIANCE_UNITS
     board = digest(scene.board)
     noise, shared = parts.shared_errors(found, scene.used_priors, units, board, station)
@@ -178,8 +184,8 @@ def joint(
     near: Start | None = None,
     first: Joint | None = None,
 ) -> tuple[Joint, str]:
-    """The joint estimate behind `all_solved`, and a note on what was left out; raises as that.
-    near: where it starts, if that is known; first: what `fits.explored` returned from there."""
+    """The joint estimate, and a note on what was left out; raises as `all_solved`. near: where it
+    starts; first: what `fits.explored` returned from there."""
     with determined(scene.title):
         if still is None:
             near = near or start(scene)

@@ -139,8 +139,7 @@ def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
 
 def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
     """Stretches of an estimate that fit badly begin anew from their neighbours while that helps,
-    and sweeps of those that remain far worse than others are left out, where they are so
-    themselves; by priors as they are."""
+    and sweeps of those that remain far worse than others are left out; by priors as they are."""
     hits = found.recordings[0].sweeps.hits if hits is None else hits
     few_wrong = scene.generation == 2
     for _ in range(RENEWALS):

@@ -29,7 +29,6 @@ from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.calibrate import variants
 from mocap_metrology.lighthouse.calibrate.batch import solved
-from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint, exchanged
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
@@ -47,6 +46,7 @@ from mocap_metrology.lighthouse.calibrate.stages import (
     both_stages,
 )
 from mocap_metrology.lighthouse.calibrate.static import median_angles, static_pose
+from mocap_metrology.lighthouse.calibrate.variants import best_joint, exchanged
 from mocap_metrology.lighthouse.fit import board_pose
 
 FAILED_M2 = 22.46  # of halves of batch: by chance one time in a thousand

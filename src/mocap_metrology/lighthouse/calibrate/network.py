@@ -64,8 +64,8 @@ def moments(hits: Hits, n_diodes: int, n_stations: int = 2) -> list[Measurements
 @dataclass(frozen=True)
 class Network:
     """Stations by name, the reference first: those that are connected; for the others what would
-    connect them, in words; moments that each shares with another; covariance of all poses together,
-    6 (n - 1) square in mm and deg, None without a pose."""
+    connect them; moments that each shares with another; joint covariance, 6 (n - 1) square in mm
+    and deg, None without a pose."""
 
     connected: Sequence[str]
     apart: Mapping[str, str]

@@ -11,18 +11,25 @@ import numpy as np
 
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate import weighted_station
+from mocap_metrology.lighthouse.calibrate import pnp, weighted_station
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.static import is_still
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
-from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, VariantFit
+from mocap_metrology.lighthouse.calibrate.variants import AUTO, VariantFit
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
-from mocap_metrology.lighthouse.records import MASTER, SLAVE, Measurements, Path, PoseEstimate
+from mocap_metrology.lighthouse.records import (
+    COVARIANCE_UNITS,
+    MASTER,
+    SLAVE,
+    Measurements,
+    Path,
+    PoseEstimate,
+)
 from mocap_metrology.lighthouse.rotation import mean
 
 JANSEN = ("paper", "paper-tight", "paper-lm")
@@ -122,13 +129,9 @@ def _path(
         how = TIGHT if tight else MATLAB, tight, settings.start_distance_m
         return board_pose.by_nelder_mead(own, board, rotors, *how)
     if estimator == "pnp":
-        from mocap_metrology.lighthouse.calibrate import pnp
-
         R, t, cost = pnp.board_poses(own.angles_rad, board, settings.pnp_method)
     else:
-        from mocap_metrology.lighthouse.calibrate import geometric
-
-        R, t, cost = geometric.board_poses(own.angles_rad, board)
+        R, t, cost = pnp.geometric_poses(own.angles_rad, board)
     n_angles = 2 * own.seen.sum(axis=1)
     path = Path(own.time_s, R, t, cost, n_angles, np.full(len(own), np.nan))
     return path.take(np.isfinite(cost) & np.isfinite(t).all(axis=1))
@@ -214,9 +217,9 @@ def _mirrored_share(
     master: Path,
     slave: Path,
 ) -> tuple[float, np.ndarray]:
-    """Share of board poses more than 8 deg off: from those of `paper-lm`, or for these themselves
-    the share of moments at which both stations disagree so far about the board's rotation; and the
-    slave's rotation by that of the board at these moments."""
+    """Share of board poses more than 8 deg off those of `paper-lm`, or for these the share of
+    moments at which both stations disagree so far; and the slave's rotation by that of the
+    board."""
     relative = np.einsum("nij,nkj->nik", master.R, slave.R)
     turned = mean(relative)
     if estimator == "paper-lm":

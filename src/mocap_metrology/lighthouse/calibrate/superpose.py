@@ -118,11 +118,9 @@ def blocks_of(time_s: np.ndarray) -> np.ndarray:
 def superpose(
     slave: np.ndarray, master: np.ndarray, weight: np.ndarray, time_s: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Slave pose R, t (m) from positions of both paths at the same times, and its covariance.
-
-    Covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over blocks of
-    time; None with fewer than three blocks.
-    """
+    """Slave pose R, t (m) from positions of both paths at the same times, and its covariance (6, 6)
+    of t and the left rotation vector in m and rad, by a jackknife over blocks of time; None with
+    fewer than three."""
     from mocap_metrology.lighthouse.rotation import log
 
     R, t = kabsch(slave, master, weight)

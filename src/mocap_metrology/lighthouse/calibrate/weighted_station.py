@@ -79,7 +79,7 @@ def evidence(
     rotors: Sequence[np.ndarray],
 ) -> Evidence:
     """Evidence of a path at the times of `own`; its information is that of the nearest of the
-    master's measurements, which has as many diodes as another. rotors: of master and slave."""
+    master's measurements. rotors: of master and slave."""
     seen = master.seen[nearest(path.time_s, master.time_s)]
     board = np.ascontiguousarray(board)
     known = _information(path.R, path.t_m, seen, board, rotors[MASTER])
@@ -229,12 +229,9 @@ def _descend(
 def by_gauss_newton(
     R: np.ndarray, t: np.ndarray, given: Evidence
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Slave pose R, t (m) of the least weighted K_2, from a pose near it; and its covariance.
-
-    Steps are damped and accepted only if the weighted K_2 falls, so what
-    comes out is never worse than the start. Covariance (6, 6) of t and the left rotation vector in
-    m and rad, by a jackknife over blocks of time; None with fewer than three blocks.
-    """
+    """Slave pose R, t (m) of the least weighted K_2, from a pose near it, never worse than that;
+    and its covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over
+    blocks of time; None with fewer than three."""
     for _ in range(ROUNDS):
         limit = residuals(R, t, given).limit()
         R, t, at = _descend(R, t, given, limit)
@@ -259,9 +256,8 @@ def jackknife_of_steps(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.nda
 
 
 def halves(R: np.ndarray, t: np.ndarray, given: Evidence) -> Halves | None:
-    """Poses of the slave from the measurements before and after each of `SPLITS`, both from near
-    the pose R, t (m) of all: the two that are farthest apart by m2; None where no part tells its
-    uncertainty."""
+    """Poses of the slave from the measurements before and after each of `SPLITS`: the two that are
+    farthest apart by m2; None where no part tells its uncertainty."""
     time = given.path.time_s
     found = []
     for split in SPLITS:

@@ -33,6 +33,7 @@ from mocap_metrology.lighthouse.records import AXES, ROLES, Clock, Flashes, Hits
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 OF_LIGHT = {"crazyflie-uart": read_uart, "crazyflie-log": read_log}
+OF_ANGLES = {"angles-csv": read_angles, "lfsr-counts": read_counts}
 
 
 class _How(NamedTuple):
@@ -83,27 +84,24 @@ def decode(
 
     Raises `Refusal` for a recording that is none, one station only, or fewer than four diodes.
     """
-    name = Path(path).name
-    cleaning = cleaning or Cleaning()
+    name, cleaning = Path(path).name, cleaning or Cleaning()
     pulses: Pulses | None = None
-    clocks: list[Clock] = []
-    report: dict[str, list[int]] = {}
-    resolution_rad = RESOLUTION_RAD
+    clocks, report, resolution_rad = list[Clock](), dict[str, list[int]](), RESOLUTION_RAD
     given = factory, cleaning, name
     normals = None if kind == "libsurvive-rec" else read_normals(board)
-    if kind == "lfsr-counts":
-        found = _of_angles(*read_counts(path), _How(read_board(board), *given))
-        return replace(found, normals=normals)
     if kind in OF_LIGHT:
         places = read_board(board)
         return decode_light(replace(OF_LIGHT[kind](path), normals=normals), places, *given)
-    if kind == "angles-csv":
-        places, (hits, channels) = read_board(board), read_angles(path)
+    if kind in OF_ANGLES:
+        places, (hits, channels) = read_board(board), OF_ANGLES[kind](path)
+        last, why = int(hits.diode.max(initial=-1)), "a file of angles contains no "
+        n_diodes = max(len(places), last + 1)
         if channels:
-            found = _of_angles(hits, channels, _How(places, *given))
+            check_count(places, n_diodes, last, name)
+            of_file = [(unknown_station(k, why + "calibration frames"), None) for k in channels]
+            found = _of_turns(hits, of_file, _How(places, *given), RESOLUTION_RAD, [])
             return replace(found, normals=normals)
-        stations = [Station(role, why="a file of angles contains no flashes") for role in ROLES]
-        n_diodes = max(len(places), int(hits.diode.max(initial=-1)) + 1)
+        stations = [Station(role, why=why + "flashes") for role in ROLES]
     else:
         if kind == "libsurvive-rec":
             read, places = read_libsurvive(path, str(board))
@@ -115,10 +113,8 @@ def decode(
             pulses, places = read_dump(path, sample_rate_hz, active_level), read_board(board)
             flashes = _flashes_of_dump(pulses, name)
         if len(flashes) < 2:
-            raise Refusal(
-                f"{name}: flashes of one base station only; expected two, both visible from the "
-                "board"
-            )
+            why = "flashes of one base station only; expected two, both visible from the board"
+            raise Refusal(f"{name}: {why}")
         stations = [decode_station(one) for one in flashes]
         clocks = [one.clock for one in flashes]
         hits, report = find_hits(pulses, flashes)
@@ -181,14 +177,6 @@ def decode_light(
         normals=light.normals,
         host_s=None if np.isnan(light.host_s) else light.host_s,
     )
-
-
-def _of_angles(hits: Hits, channels: Sequence[int], how: _How) -> Decoded:
-    """Decode angles of second-generation stations; channels: of the stations of the hits."""
-    why, last = "a file of angles contains no calibration frames", int(hits.diode.max())
-    check_count(how.places, max(len(how.places), last + 1), last, how.name)
-    stations = [(unknown_station(channel, why), None) for channel in channels]
-    return _of_turns(hits, stations, how, RESOLUTION_RAD, [])
 
 
 def _of_turns(

@@ -36,11 +36,9 @@ def clean_hits(
     cleaning: Cleaning = USUAL,
     resolution_rad: float = RESOLUTION_RAD,
 ) -> tuple[Hits, dict[str, list[int]]]:
-    """Hits that pass all tests, and how many did not, a count for each diode.
-
-    board: (n, 3) in metres, flat or not. Report: `sweep` (dropped by `sweep_outliers` or
-    `pose_outliers`), `still` (by `still_outliers`), `kept`.
-    """
+    """Hits that pass all tests, and how many did not, a count for each diode: `sweep` (dropped by
+    `sweep_outliers` or `pose_outliers`), `still` (by `still_outliers`), `kept`; board (n, 3) in
+    metres."""
     highest = int(hits.diode.max(initial=-1))
     if highest >= len(board):
         raise Refusal(
@@ -156,11 +154,9 @@ def _directions(board: np.ndarray) -> np.ndarray:
 
 
 def still_outliers(hits: Hits, cleaning: Cleaning, resolution_rad: float) -> np.ndarray:
-    """Outliers of a diode's angle among its own in time, by station and axis; bool, (n,).
-
-    Only where the board is still: the sliding robust spread of the sweeps' offsets (median over the
-    diodes of angle minus the diode's own median) is below `STILL_RAD`.
-    """
+    """Outliers of a diode's angle among its own in time, by station and axis; bool, (n,). Only
+    where the board is still: the sliding robust spread of the offsets of its sweeps is below
+    `STILL_RAD`."""
     wrong = np.zeros(len(hits), np.bool_)
     half_window = cleaning.half_window
     for station, axis in np.unique(np.column_stack([hits.station, hits.axis]), axis=0):

@@ -31,11 +31,7 @@ import numpy as np
 from mocap_metrology.common.documents import load_json, load_yaml, text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
-from mocap_metrology.lighthouse.decode.libsurvive_solution import (
-    CLIPPED_ID,
-    of_second_generation,
-    read_solution,
-)
+from mocap_metrology.lighthouse.decode import libsurvive_solution
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 
@@ -49,10 +45,7 @@ CRAZYFLIE_VERSIONS = ("1", "2")
 
 def read_factory(path: str | Path) -> list[Station]:
     """Stations with factory calibration, master first; the kind of file is detected from its
-    content.
-
-    Raises `Refusal` where the file is neither, or holds no calibration.
-    """
+    content. Raises `Refusal` where the file is neither, or holds no calibration."""
     name = Path(path).name
     text = text_of(path, "stations.json")
     if is_crazyflie(text):
@@ -75,12 +68,12 @@ def read_factory(path: str | Path) -> list[Station]:
 
 def _of_libsurvive(path: str | Path, text: str) -> list[Station]:
     """libsurvive's lighthouse 1 flashes first: it is the master; of generation 2 by channel."""
-    stations, generation = [], 2 if of_second_generation(text) else 1
-    for solved in read_solution(path, generation):
+    stations, generation = [], 2 if libsurvive_solution.of_second_generation(text) else 1
+    for solved in libsurvive_solution.read_solution(path, generation):
         if generation == 1 and solved.index > 1:
             continue
         _check(solved.factory, Path(path).name)
-        uid = None if generation == 2 and solved.id == CLIPPED_ID else solved.id
+        uid = None if generation == 2 and solved.id == libsurvive_solution.CLIPPED_ID else solved.id
         role = str(solved.channel) if generation == 2 else ROLES[1 - solved.index]
         own = Station(role, id=uid, mode=solved.mode, factory=solved.factory)
         stations.append(replace(own, generation=generation, channel=solved.channel))

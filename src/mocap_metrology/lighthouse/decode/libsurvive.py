@@ -298,10 +298,8 @@ class TrackedObject:
 
 
 def tracked_objects(path: str | Path) -> list[TrackedObject]:
-    """The objects of a recording; those without a head have it in the frame of their diodes.
-
-    Raises `Refusal` for a description that cannot be read.
-    """
+    """The objects of a recording; those without a head have it in the frame of their diodes. Raises
+    `Refusal` for a description that cannot be read."""
     texts: dict[str, bytes] = {}
     for block in blocks(path, RecordingPass()):
         for name, text in CONFIG.findall(block):

@@ -60,10 +60,8 @@ class Payload:
 
 
 def decode_station(flashes: Flashes) -> Station:
-    """Calibration of the station whose flashes these are.
-
-    Without a frame of right checksum `factory` is None and `why` states the reason in one line.
-    """
+    """Calibration of the station whose flashes these are; without a frame of right checksum
+    `factory` is None and `why` states the reason."""
     return station_of(bit_line(flashes), Station(ROLES[flashes.station]), FIRST)
 
 
@@ -249,10 +247,8 @@ def frame_bits(length: int) -> int:
 
 
 def unpack(data: bytes) -> Station:
-    """Station of a payload of 31 or 33 bytes; its role is not in there.
-
-    Raises `Refusal` where a value is none that a first-generation station can have.
-    """
+    """Station of a payload of 31 or 33 bytes; its role is not in there. Raises `Refusal` where a
+    value is none that a first-generation station can have."""
     v = LAYOUT.unpack(data[: LAYOUT.size])
     protocol = v[0] & 63
     if protocol not in PROTOCOLS[len(data)]:

@@ -83,10 +83,8 @@ class World:
 
 
 def read_points(path: str) -> dict[str, np.ndarray]:
-    """Places in the room by label, (3,) in m: see `world_of`.
-
-    Raises `Refusal` for fewer than three places, for places on one line, and for other labels.
-    """
+    """Places in the room by label, (3,) in m: see `world_of`. Raises `Refusal` for fewer than
+    three, for places on one line, and for other labels."""
     points = read_places(path, "point", LARGEST_ROOM_M, "the origin")
     for label in points:
         if label not in ROLES and not label.isdigit() and not LABEL.fullmatch(label):
@@ -203,10 +201,8 @@ def _place(label: str, found: Calibrated, name: str) -> np.ndarray:
 
 
 def board_pose(path: Path, time_s: float | None) -> Pose:
-    """Mean pose of the board over 0.2 s around a moment, or of its first 0.2 s.
-
-    ValueError where the board was not seen then.
-    """
+    """Mean pose of the board over 0.2 s around a moment, or of its first 0.2 s. ValueError where it
+    was not seen."""
     begin = path.time_s.min() if time_s is None else time_s - STILL_S / 2
     own = path.take((path.time_s >= begin) & (path.time_s <= begin + STILL_S))
     if not len(own):

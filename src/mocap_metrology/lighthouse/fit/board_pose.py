@@ -122,10 +122,8 @@ def by_nelder_mead(
     warm: bool = False,
     distance_m: float = START_M,
 ) -> Path:
-    """J Eq. 3: the pose of least K_1 for each measurement, by the simplex algorithm.
-
-    Each starts from `first_guesses`, or with `warm` from the pose found before it.
-    """
+    """J Eq. 3: the pose of least K_1 for each measurement, by the simplex algorithm, from
+    `first_guesses`, or with `warm` from the pose found before it."""
     angles, seen = measurements.angles_rad, measurements.seen
     R, t = first_guesses(measurements, board, distance_m)
     starts = np.column_stack([t, rotation.to_angles(R)])

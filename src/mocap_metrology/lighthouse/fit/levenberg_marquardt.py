@@ -54,10 +54,8 @@ def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
 def normal_equations(
     R: np.ndarray, t: np.ndarray, given: PoseProblem, H: np.ndarray, g: np.ndarray
 ) -> float:
-    """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, written in place; returns the cost.
-
-    Order: position in m, left rotation vector in rad.
-    """
+    """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, by position in m and left rotation
+    vector in rad, written in place; returns the cost."""
     unknown, points, measured, rotors = given
     H[:], g[:] = 0.0, 0.0
     row, none = np.empty(N), np.empty(0)
@@ -102,10 +100,8 @@ def damped_step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
 def minimise(
     R: np.ndarray, t: np.ndarray, given: PoseProblem
 ) -> tuple[np.ndarray, np.ndarray, float, bool]:
-    """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged.
-
-    Converged is a step below 1e-10 (m, rad) or a predicted gain below 1e-10 of the cost.
-    """
+    """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged: a
+    step below 1e-10 (m, rad) or a gain below 1e-10 of the cost."""
     H, g = np.empty((N, N)), np.empty(N)
     H2, g2 = np.empty((N, N)), np.empty(N)
     f = normal_equations(R, t, given, H, g)

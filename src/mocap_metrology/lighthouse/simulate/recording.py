@@ -113,11 +113,9 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> SimulatedSweeps:
 
 
 def truth_json(made: SimulatedSweeps) -> dict[str, object]:
-    """What an estimator should find, as a pose file that a calibration can be compared with.
-
-    R and t_m: the slave's housing in the master's; t_optical_m: between the origins of the optics;
-    lasers_m (station, axis, 3) in the housings.
-    """
+    """What an estimator should find, as a pose file: R and t_m of the slave's housing in the
+    master's; t_optical_m between the origins of the optics; lasers_m (station, axis, 3) in the
+    housings."""
     truth, twin = made.truth, made.twin
     keys = twin.model_dump()  # factory values as its stations state them
     for role, station in zip(records.ROLES, twin.stations, strict=False):
@@ -274,11 +272,9 @@ def write_dump(path: str | Path, pulses: records.Pulses) -> None:
 def sensed(
     motion: Motion, up: np.ndarray, twin: InertialTwin, duration_s: float, rng: np.random.Generator
 ) -> records.Inertial:
-    """What the sensors of a board record; up (3,): the way up in the frame of the motion.
-
-    Rates and forces are central differences of the motion over 2 ms, with bias, scale, another
-    orientation than stated, and white noise.
-    """
+    """What the sensors of a board record, by central differences of the motion over 2 ms, with
+    bias, scale, another orientation than stated, and white noise; up (3,): the way up in the frame
+    of the motion."""
     time_s = np.arange(0.0, duration_s, 1 / twin.rate_hz)
     then = time_s - 1e-3 * twin.delay_ms
     before, now, after = (motion.poses(then + shift) for shift in (-STEP_S, 0.0, STEP_S))
@@ -315,11 +311,9 @@ class MountRecording:
 
 
 def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
-    """Markers of both stations over `mocap_frames`.
-
-    The frame of the motion-capture system is drawn for each recording. A mount that is turned by
-    `mount_error_deg`, about an axis of its own, is so in all recordings of the setup.
-    """
+    """Markers of both stations over `mocap_frames`, in a frame drawn for each recording. A mount
+    that is turned by `mount_error_deg`, about an axis of its own, is so in all recordings of the
+    setup."""
     rng = np.random.default_rng([seed, MOCAP])
     R_world, t_world = exp(rng.normal(size=3) * 2), rng.uniform(-3, 3, 3)
     of_setup = np.random.default_rng([zlib.crc32(twin.setup.encode()), MOCAP])

@@ -251,8 +251,8 @@ def _turns(fit: _Fit) -> Floats | None:
 
 def offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]:
     """Rough alignments, the best first: time offsets at which the speeds of both are most alike, by
-    their normalised correlation over what is known of both at each lag (Padfield 2012). The speed
-    is that of the board, and of places some way from it, as the markers may be."""
+    their normalised correlation over what is known of both at each lag (Padfield 2012); the speed
+    of the board, and of places some way from it, as the markers may be."""
     step = float(np.median(np.diff(track.time_s)))
     grid = step * np.arange(int(seen.duration_s / step) + 1, dtype=np.float64)
     places, _ = seen.at(grid)

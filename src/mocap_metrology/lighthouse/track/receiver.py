@@ -26,9 +26,8 @@ from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.fits import well_fitted
 from mocap_metrology.lighthouse.calibrate.network import moments
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
-from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
-from mocap_metrology.lighthouse.records import ROLES, Hits, Measurements, Path
+from mocap_metrology.lighthouse.records import COVARIANCE_UNITS, ROLES, Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotation import exp, quaternions
 from mocap_metrology.lighthouse.rotor import directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
@@ -77,10 +76,8 @@ def first_trajectory(
 def triangulated(
     seen: Sequence[Measurements], board: np.ndarray, R: np.ndarray, t_m: np.ndarray
 ) -> Path:
-    """Poses at the moments at which both stations see three diodes that span a surface.
-
-    seen: ideal angles of both stations at the same moments.
-    """
+    """Poses at the moments at which both stations see three diodes that span a surface; seen: ideal
+    angles of both at the same moments."""
     a, b = (
         np.stack(
             [np.ones(own.angles_rad.shape[:2]), *np.moveaxis(np.tan(own.angles_rad), 2, 0)], -1
@@ -239,10 +236,7 @@ class Track:
 
 def track(scene: Scene, known: Calibrated, time_s: Floats | None = None) -> Track:
     """Poses of the board of `scene` along its recording, or at times within it, with stations as
-    `known`.
-
-    Raises `Refusal` where no pose of it can be found.
-    """
+    `known`. Raises `Refusal` where no pose of it can be found."""
     scene, hits = replace(scene, known_pose=True), scene.hits
     rotors = scene.rotors
     trajectory = None

@@ -54,7 +54,15 @@ def write_track(
         more["stations"] = used["stations"]
         if pose_file.is_network(used):
             more["reference"] = used["reference"]
-        tracked = _tracked(found, used, used is own, sight)
+        placed = _placed(used)
+        entry_used = next(iter(placed.values()))
+        kind = entry_used["estimator"], entry_used["stage"]
+        if used is own and kind == (NAME, "final"):
+            scene, joint = found.joints[entry_used["optics"]]
+            stations = _calibrated(used, placed, True)
+            tracked = receiver.along(joint, scene, stations, entry_used["note"])
+        else:
+            tracked = receiver.track(*scene_before(used, used is own, sight))
         more["note"] = tracked.note
         seen = tracked.hits.any(axis=1)
         log.info("receiver: %d of %d moments have a pose", seen.sum(), seen.size)
@@ -87,18 +95,6 @@ def stations_used(entry: Entry, own: pose_file.PoseFile, earlier: str | None) ->
         ids_of(used), ids_of(own), "the calibration to track with", "the recording"
     )
     return used
-
-
-def _tracked(
-    found: Calibration, used: pose_file.PoseFile, is_own: bool, sight: Sight
-) -> receiver.Track:
-    placed = _placed(used)
-    entry = next(iter(placed.values()))
-    by_batch = is_own and entry["estimator"] == NAME
-    if by_batch and entry["stage"] == "final":
-        scene, joint = found.joints[entry["optics"]]
-        return receiver.along(joint, scene, _calibrated(used, placed, by_batch), entry["note"])
-    return receiver.track(*scene_before(used, is_own, sight))
 
 
 def _placed(used: pose_file.PoseFile) -> dict[str, pose_file.PoseEntry]:

@@ -146,10 +146,9 @@ def expected_noise_urad(resolution_s: float | None) -> float:
 
 def distance(chosen: PoseEstimate) -> Check:
     """Farther than stations can be: a search that ran away."""
-    value = float(np.linalg.norm(chosen.t_m))
-    ok = value <= FARTHEST_M
-    case, level = (Case.DISTANCE, "good") if ok else (Case.TOO_DISTANT, "failed")
-    return Check("distance", case, value, "m", FARTHEST_M, ok, level)
+    value, cases = float(np.linalg.norm(chosen.t_m)), (Case.DISTANCE, Case.TOO_DISTANT)
+    word = "good" if value <= FARTHEST_M else "failed"
+    return judged("distance", cases, value, "m", (word, FARTHEST_M))
 
 
 def residual(chosen: PoseEstimate, noise: float) -> Check:

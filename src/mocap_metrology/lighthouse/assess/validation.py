@@ -42,21 +42,20 @@ def factory(
 ) -> Check:
     """Errors by neglected factory values do not show in any fit (facts of eight real stations);
     exchanged: stations of any pair whose values fit better exchanged."""
-    name, limit = "factory values", "of both stations, from the recording"
+    value, names, why = "file", tuple[str, ...](), dict[str, str]()
     if chosen.optics != "factory":
+        value = chosen.optics
         why = {station.role: station.why for station in stations if station.factory is None}
-        if chosen.optics == "estimated":
-            return Check(name, Case.ESTIMATED, "estimated", "", limit, False, "usable", why=why)
-        return Check(name, Case.IDEAL, "ideal", "", limit, False, "doubtful", why=why)
-    if any(station.role in exchanged for station in stations):
-        names = tuple(exchanged)
-        return Check(
-            name, Case.FACTORY_EXCHANGED, "file", "", limit, False, "doubtful", names=names
-        )
-    filed = tuple(s.role for s in stations if s.frames_found == 0)
-    if filed:
-        return Check(name, Case.FACTORY_FILE, "file", "", limit, False, "usable", names=filed)
-    return Check(name, Case.FACTORY, "recording", "", limit, True, "good")
+        estimated = value == "estimated"
+        case, level = (Case.ESTIMATED, "usable") if estimated else (Case.IDEAL, "doubtful")
+    elif any(station.role in exchanged for station in stations):
+        case, level, names = Case.FACTORY_EXCHANGED, "doubtful", tuple(exchanged)
+    elif filed := tuple(s.role for s in stations if s.frames_found == 0):
+        case, level, names = Case.FACTORY_FILE, "usable", filed
+    else:
+        case, level, value = Case.FACTORY, "good", "recording"
+    limit, ok = "of both stations, from the recording", case is Case.FACTORY
+    return Check("factory values", case, value, "", limit, ok, level, names=names, why=why)
 
 
 def rotor_model(chosen: PoseEstimate, variants: Sequence[VariantFit]) -> Check:

@@ -150,8 +150,7 @@ def reduced(
 def by_bends(part: Reduced, trajectory: Trajectory, noise: Noise) -> Floats:
     """C' A^-1 g with g of the second differences alone: by how much less than the hits alone
     these, and hits, pull at the global unknowns (`batch.bias`)."""
-    pull: Floats = part.A_C.T @ _bend(trajectory, noise.hit)[1] / noise.hit**2
-    return pull
+    return part.A_C.T @ _bend(trajectory, noise.hit)[1] / noise.hit**2
 
 
 def bend_cost(trajectory: Trajectory) -> float:

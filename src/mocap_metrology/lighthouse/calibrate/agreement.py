@@ -32,6 +32,7 @@ from mocap_metrology.lighthouse.calibrate.weighted_station import (
 )
 from mocap_metrology.lighthouse.fit.board_pose import both_minima
 from mocap_metrology.lighthouse.records import Measurements, Path
+from mocap_metrology.lighthouse.rotation import log, mean
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 PAIR_S = 2.5 * CYCLE_S  # between measurements of both stations that are one moment
@@ -111,8 +112,6 @@ def _nearest(time_s: np.ndarray, other_s: np.ndarray) -> tuple[np.ndarray, np.nd
 
 def _distance(turn: np.ndarray, spread: np.ndarray) -> np.ndarray:
     """Squared length of rotations (..., 3, 3) over their covariance, capped; (...)."""
-    from mocap_metrology.lighthouse.rotation import log
-
     shape = turn.shape[:-2]
     v = log(turn.reshape(-1, 3, 3)).reshape(*shape, 3)
     S = spread + FLOOR_RAD**2 * np.eye(3)
@@ -170,8 +169,6 @@ def choose(master: Minima, slave: Minima, R: np.ndarray) -> tuple[np.ndarray, np
 
 def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
     """Rotations of the slave that most moments could have, best first; then that of Kabsch."""
-    from mocap_metrology.lighthouse.rotation import mean
-
     near, same = _nearest(master.paths[0].time_s, slave.paths[0].time_s)
     moments = np.flatnonzero(same)
     moments = moments[:: max(len(moments) // VOTERS, 1)]

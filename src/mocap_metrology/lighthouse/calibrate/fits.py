@@ -186,8 +186,7 @@ def bounded(off: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """Sizes of residuals, at most `LARGEST_RAD` and `FAR_OFF` times what is usual of their stretch,
     so that hits of which few are wrong make none bad."""
     usual = ndimage.median(np.abs(off), stretch, np.arange(stretch.max() + 1))[stretch]
-    sizes: np.ndarray = np.minimum(np.abs(off), np.minimum(LARGEST_RAD, FAR_OFF * usual))
-    return sizes
+    return np.minimum(np.abs(off), np.minimum(LARGEST_RAD, FAR_OFF * usual))
 
 
 def bridged_trajectory(one: Recording, few_wrong: bool) -> Trajectory | None:
@@ -231,8 +230,7 @@ def grazing(hits: Hits, path: Trajectory, state: State, normals: np.ndarray) -> 
     far = p + np.einsum("nij,nj->ni", R, state.board[hits.diode]) - state.t_m[hits.station]
     size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
     beyond = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size
-    out: np.ndarray = beyond & (size > 0)
-    return out
+    return beyond & (size > 0)
 
 
 def well_fitted(

@@ -24,8 +24,6 @@ from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apa
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
 from mocap_metrology.lighthouse.records import (
     COVARIANCE_UNITS,
-    MASTER,
-    SLAVE,
     Measurements,
     Path,
     PoseEstimate,
@@ -164,17 +162,11 @@ def both_stages(
         return
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
-    then, own = weighted_station.seen_on_path(paths, optics, order)
-    given = weighted_station.scene(then, own, board, optics.rotors[SLAVE])
-    weighed = None
-    if estimator == "paper-lm":
-        weighed = weighted_station.evidence(
-            then, own, optics.measurements[MASTER], board, optics.rotors
-        )
+    given = weighted_station.seen_on_path(paths, optics, board, order)
     share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
-        there = None if weighed is None else weighted_station.residuals(R, t, weighed)
+        there = weighted_station.residuals(R, t, given) if estimator == "paper-lm" else None
         return PoseEstimate(
             estimator=estimator,
             stage=stage,
@@ -184,7 +176,7 @@ def both_stages(
             frame=optics.frame,
             covariance=None if cov is None else cov * MM_DEG,
             residual_rms_urad=1e6 * weighted_station.residual_rms(R, t, given),
-            n_angles=2 * len(given.time_s),
+            n_angles=2 * len(given.plain.points),
             mirrored_share=share,
             weighted_rms_urad=math.nan if there is None else there.rms_urad(),
             noise_gain=math.nan if there is None else there.noise_gain(),
@@ -192,14 +184,14 @@ def both_stages(
         )
 
     found.estimates.append(estimate("kabsch", R, t, spread))
-    if weighed is not None:
+    if estimator == "paper-lm":
         moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
         # On a straight path positions leave the turn about it open, the board's rotations do not.
         starts = [(R, t), (turned, moved)]
         if agreed.R is not None and agreed.t_m is not None:
             starts.append((agreed.R, agreed.t_m))
-        R, t, spread = weighted_station.last_step(starts, given, weighed, settings.lm_weights)
-        parts = weighted_station.halves(R, t, weighed)
+        R, t, spread = weighted_station.last_step(starts, given, settings.lm_weights)
+        parts = weighted_station.halves(R, t, given)
         found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB

@@ -46,16 +46,13 @@ from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.static import is_still, residuals_by_diode, static_pose
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
-    evidence,
     last_step,
     residuals,
     seen_on_path,
 )
-from mocap_metrology.lighthouse.calibrate.weighted_station import scene as k2_scene
 from mocap_metrology.lighthouse.records import (
     COVARIANCE_UNITS,
     MASTER,
-    SLAVE,
     Factory,
     Measurements,
     PoseEstimate,
@@ -206,14 +203,12 @@ def best_variant(
 
 def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:
     """K_1 of the master's board poses and the weighted K_2 of the slave's angles, by stretches."""
-    then, own = seen_on_path(agreed.paths, optics, order)
-    if agreed.R is None or agreed.t_m is None or len(then) < FEWEST_MOMENTS:
+    given = seen_on_path(agreed.paths, optics, board, order)
+    if agreed.R is None or agreed.t_m is None or len(given.path) < FEWEST_MOMENTS:
         return None
-    given = k2_scene(then, own, board, optics.rotors[SLAVE])
-    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors)
-    R, t, _ = last_step([(agreed.R, agreed.t_m)], given, weighed)
-    left, master = residuals(R, t, weighed), agreed.paths[MASTER]
-    time = np.concatenate([master.time_s, then.time_s])
+    R, t, _ = last_step([(agreed.R, agreed.t_m)], given)
+    left, master = residuals(R, t, given), agreed.paths[MASTER]
+    time = np.concatenate([master.time_s, given.path.time_s])
     angles = np.concatenate([master.n_angles, left.count])
     loss = np.concatenate([master.epsilon / np.maximum(master.n_angles, 1), left.cost])
     # K_1 / (angles - 6) in all is the variance of an angle beyond its sweep, up to `HIT_RAD`.

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -36,7 +37,6 @@ from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
 )
 from mocap_metrology.lighthouse.fit.simplex import (
     BOARD,
-    MATLAB,
     STATION,
     SimplexSettings,
     nelder_mead,
@@ -69,6 +69,26 @@ class Evidence:
     information: np.ndarray
     board: np.ndarray
     rotors: np.ndarray
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Diodes with both angles, (n, diodes)."""
+        return np.isfinite(self.angles).all(axis=2)
+
+    @cached_property
+    def plain(self) -> PoseProblem:
+        """P_n and M_t,n of J Eq. 6, flat: diodes in the master's frame, and the slave's angles."""
+        points = np.einsum("nij,dj->ndi", self.path.R, self.board) + self.path.t_m[:, None]
+        return PoseProblem(STATION, points[self.seen], self.angles[self.seen], self.rotors)
+
+
+def seen_on_path(
+    paths: tuple[Path, Path], optics: Optics, board: np.ndarray, order: int
+) -> Evidence:
+    """The slave's measurements that have the master's path on both sides, and the path then."""
+    master, own = optics.measurements
+    then, kept = at_times(paths[MASTER], own.time_s, order)
+    return evidence(then, own.take(kept), master, board, optics.rotors)
 
 
 def evidence(
@@ -275,69 +295,42 @@ def halves(R: np.ndarray, t: np.ndarray, given: Evidence) -> Halves | None:
     return max(found, key=lambda one: one.m2, default=None)
 
 
-@dataclass(frozen=True)
-class Scene:
-    """What K_2 sums over: diodes in the master's frame (m), the slave's angles (rad), times; and
-    the slave's rotors."""
-
-    points: np.ndarray  # (n, 3)
-    angles: np.ndarray  # (n, 2)
-    time_s: np.ndarray  # (n,)
-    rotors: np.ndarray
-
-
-def scene(path: Path, measurements: Measurements, board: np.ndarray, rotors: np.ndarray) -> Scene:
-    """P_n and M_t,n of J Eq. 6, flat. `path`: the board in the master's frame at the times of
-    `measurements` of the slave."""
-    seen = measurements.seen
-    points = np.einsum("nij,dj->ndi", path.R, board) + path.t_m[:, None]
-    time = np.broadcast_to(path.time_s[:, None], seen.shape)
-    return Scene(points[seen], measurements.angles_rad[seen], time[seen], rotors)
-
-
 def by_nelder_mead(
-    R: np.ndarray, t: np.ndarray, given: Scene, settings: SimplexSettings = MATLAB
+    R: np.ndarray, t: np.ndarray, given: Evidence, settings: SimplexSettings
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """J Eq. 5 from the first estimate (R, t): R, t (m), K_2 in rad^2."""
     x0 = np.r_[t, rotation.to_angles(R)]
-    seen = seen_at(STATION, given.points, given.angles, given.rotors)
-    x, cost, _ = nelder_mead(x0, seen, settings)
+    x, cost, _ = nelder_mead(x0, seen_at(*given.plain), settings)
     return rotation.from_angles(*x[3:]), x[:3], cost
 
 
 def by_levenberg_marquardt(
-    R: np.ndarray, t: np.ndarray, given: Scene
+    R: np.ndarray, t: np.ndarray, given: Evidence
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """J Eq. 5 by Levenberg-Marquardt from (R, t): R, t (m), K_2 in rad^2."""
-    seen = PoseProblem(STATION, given.points, given.angles, given.rotors)
-    return minimise(np.ascontiguousarray(R), t, seen)[:3]
+    return minimise(np.ascontiguousarray(R), t, given.plain)[:3]
 
 
-def covariance(R: np.ndarray, t: np.ndarray, given: Scene) -> np.ndarray | None:
+def covariance(R: np.ndarray, t: np.ndarray, given: Evidence) -> np.ndarray | None:
     """`jackknife_of_steps` of K_2, which assumes the board's path to be exact, so that the inverse
     of its second derivative would promise too much."""
-    block, parts = blocks_of(given.time_s), []
+    plain, parts = given.plain, []
+    block = blocks_of(given.path.time_s[np.nonzero(given.seen)[0]])
     for own in (block == b for b in np.unique(block)):
-        seen = PoseProblem(STATION, given.points[own], given.angles[own], given.rotors)
+        seen = plain._replace(points=plain.points[own], measured=plain.measured[own])
         parts.append((np.empty((6, 6)), np.empty(6)))
         normal_equations(np.ascontiguousarray(R), t, seen, *parts[-1])
     return jackknife_of_steps(parts)
 
 
-def residual_rms(R: np.ndarray, t: np.ndarray, given: Scene) -> float:
-    points = np.ascontiguousarray((given.points - t) @ R)
-    return float(np.sqrt(np.mean((angles(points, given.rotors) - given.angles) ** 2)))
-
-
-def seen_on_path(paths: tuple[Path, Path], optics: Optics, order: int) -> tuple[Path, Measurements]:
-    """The slave's measurements that have the master's path on both sides, and the path then."""
-    own = optics.measurements[SLAVE]
-    then, kept = at_times(paths[MASTER], own.time_s, order)
-    return then, own.take(kept)
+def residual_rms(R: np.ndarray, t: np.ndarray, given: Evidence) -> float:
+    _, points, measured, rotors = given.plain
+    own = np.ascontiguousarray((points - t) @ R)
+    return float(np.sqrt(np.mean((angles(own, rotors) - measured) ** 2)))
 
 
 def last_step(
-    starts: list[Pose], given: Scene, weighed: Evidence, weights: str = "path"
+    starts: list[Pose], given: Evidence, weights: str = "path"
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """From the start of the least cost: R, t (m), covariance (6, 6) in m and rad.
 
@@ -348,10 +341,10 @@ def last_step(
     R, t, _ = by_levenberg_marquardt(*plain, given)
     if weights == "path":
         starts = [*starts, (R, t)]
-        found = [residuals(*start, weighed) for start in starts]
+        found = [residuals(*start, given) for start in starts]
         limit = min(one.limit() for one in found)
         best = min(range(len(starts)), key=lambda k: found[k].total(limit))
-        R2, t2, spread = by_gauss_newton(*starts[best], weighed)
+        R2, t2, spread = by_gauss_newton(*starts[best], given)
         before = residual_rms(R, t, given)
         if residual_rms(R2, t2, given) <= RISE * before:
             return R2, t2, spread

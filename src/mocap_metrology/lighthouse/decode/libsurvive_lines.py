@@ -66,8 +66,7 @@ def sensor_rows(block: bytes, wanted: bytes) -> tuple[np.ndarray, int]:
 def unrolled(counter: np.ndarray, begin: int) -> np.ndarray:
     """Ticks since `begin` of a counter of 32 bit; each is within 44.7 s of the one before."""
     step = (np.diff(counter, prepend=begin) + WRAP // 2) % WRAP - WRAP // 2
-    ticks: np.ndarray = np.cumsum(step)
-    return ticks
+    return np.cumsum(step)
 
 
 def sensors_in(values: np.ndarray, config: Mapping[str, object], begin: int) -> Inertial | None:
@@ -220,5 +219,4 @@ def normals_of(config: Mapping[str, object], n_diodes: int) -> np.ndarray | None
         return None
     if normals.shape != (n_diodes, 3) or not (np.abs(length - 1) <= LENGTH_OF_NORMAL).all():
         return None
-    unit: np.ndarray = normals / length
-    return unit
+    return normals / length

@@ -190,8 +190,7 @@ def _swing(n: int, rng: np.random.Generator) -> Floats:
     past = [1.0, -2 * decay * np.cos(2 * np.pi / turns), decay**2]
     z = lfilter([1.0], past, rng.standard_normal(burn_in + n))[burn_in:]
     variance = (1 + past[2]) / (1 - past[2]) / ((1 + past[2]) ** 2 - past[1] ** 2)
-    found: Floats = z / np.sqrt(variance)
-    return found
+    return z / np.sqrt(variance)
 
 
 @dataclass(frozen=True)
@@ -206,8 +205,7 @@ class Rotor:
     def time(self, turn: np.ndarray, angle: Floats) -> Floats:
         made = turn + angle / (2 * np.pi)
         late = self.late(np.clip(made, 0, self.turns - 1))
-        found: Floats = self.begin_s + made * self.period_s + late
-        return found
+        return self.begin_s + made * self.period_s + late
 
 
 def _hits(

@@ -117,8 +117,7 @@ class ClockMap:
     turns: int
 
     def __call__(self, time_s: Floats) -> Floats:
-        found: Floats = self.offset_s + self.rate * time_s
-        return found
+        return self.offset_s + self.rate * time_s
 
 
 @dataclass(frozen=True)

@@ -151,8 +151,7 @@ class Alignment:
     scale: float = 1.0
 
     def time(self, time_s: Floats) -> Floats:
-        found: Floats = self.offset_s + time_s + self.rate * (time_s - self.middle_s)
-        return found
+        return self.offset_s + time_s + self.rate * (time_s - self.middle_s)
 
     def values(self) -> Floats:
         """Offset, rate, lever and scale, in one row."""

@@ -65,15 +65,10 @@ class Entry:
 
 def decoded(entry: Entry, files: Mapping[str, str], settings: Lighthouse) -> Decoded:
     """A recording, decoded; `files` are named dump, board and factory."""
-    return decode(
-        files["dump"],
-        entry.format,
-        str(entry.board) if entry.format == "libsurvive-rec" else files["board"],
-        files.get("factory"),
-        sample_rate_hz=settings.sample_rate_hz,
-        active_level=settings.active_level,
-        cleaning=_cleaning(settings),
-    )
+    board = str(entry.board) if entry.format == "libsurvive-rec" else files["board"]
+    how = {k: getattr(settings, k) for k in ("sample_rate_hz", "active_level")}
+    given = files["dump"], entry.format, board, files.get("factory")
+    return decode(*given, **how, cleaning=_cleaning(settings))
 
 
 def _cleaning(settings: Lighthouse) -> Cleaning:
@@ -159,11 +154,8 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
         **({} if found.host_s is None else {"host_s": found.host_s}),
         "versions": files.versions("numpy", "numba", "pyarrow"),
     }
-    table: Mapping[str, np.ndarray | Sequence[object]] = {
-        name: [] for name in ("start_s", "length_us", "diode")
-    }
-    if found.pulses is not None:
-        table = records.pulse_columns(found.pulses)
+    none: Mapping[str, Sequence[object]] = {"start_s": [], "length_us": [], "diode": []}
+    table = none if found.pulses is None else records.pulse_columns(found.pulses)
     files.write_table(paths["pulses"], table, origin, records.PULSES_CODED)
     sensors = found.pulses.inertial if found.pulses else None
     files.write_table(paths["inertial"], records.inertial_columns(sensors), origin, records.PLACES)

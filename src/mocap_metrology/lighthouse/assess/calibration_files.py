@@ -64,14 +64,10 @@ def agreement(paths: tuple[Path, Path], pose: tuple[np.ndarray, np.ndarray]) -> 
     trace = np.einsum("nij,ik,nkj->n", own.R, R, then.R)
     first, last = (own.time_s[0], own.time_s[-1]) if len(own) else (np.inf, -np.inf)
     alone = master.time_s[~common], slave.time_s[~both]
-    return Agreement(
-        own.time_s,
-        own.t_m,
-        moved,
-        1e3 * np.linalg.norm(own.t_m - moved, axis=1),
-        np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))),
-        tuple(t_s[(t_s > first) & (t_s < last)] for t_s in alone),
-    )
+    apart_mm = 1e3 * np.linalg.norm(own.t_m - moved, axis=1)
+    turned_deg = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1)))
+    alone_s = tuple(t_s[(t_s > first) & (t_s < last)] for t_s in alone)
+    return Agreement(own.time_s, own.t_m, moved, apart_mm, turned_deg, alone_s)
 
 
 def residuals_urad(path: Path) -> np.ndarray:

@@ -70,21 +70,14 @@ class Comparison:
         return not self.moved and mm <= TOLERANCE_MM and deg <= TOLERANCE_DEG
 
     def as_dict(self) -> Row:
-        names = ("mm", "deg")
-        return {
-            "shift_mm": self.shift[0],
-            "shift_deg": self.shift[1],
-            "lower_95": dict(zip(names, self.lower_95, strict=True)),
-            "upper_95": dict(zip(names, self.upper_95, strict=True)),
-            "tolerance": {"mm": TOLERANCE_MM, "deg": TOLERANCE_DEG},
-            "valid": self.valid,
-            "moved": self.moved,
-            "difference_mm": self.difference_mm.tolist(),
-            "difference_deg": self.difference_deg.tolist(),
-            "chi2": self.chi2,
-            "p_value": self.p_value,
-            "basis": self.basis,
-        }
+        row: Row = dict(zip(("shift_mm", "shift_deg"), self.shift, strict=True))
+        for name in ("lower_95", "upper_95"):
+            row[name] = dict(zip(("mm", "deg"), getattr(self, name), strict=True))
+        row["tolerance"] = {"mm": TOLERANCE_MM, "deg": TOLERANCE_DEG}
+        row |= {name: getattr(self, name) for name in ("valid", "moved")}
+        own = ("difference_mm", "difference_deg")
+        row |= {name: getattr(self, name).tolist() for name in own}
+        return row | {name: getattr(self, name) for name in ("chi2", "p_value", "basis")}
 
 
 def compare_with_earlier(
@@ -129,7 +122,7 @@ def compare_with_earlier(
         moved = p < SIGNIFICANT[basis] and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
         own = slice(0, 3), slice(3, 6)
         ends = [length_interval(off[k], covariance[k, k]) for k in own]
-    lower, upper = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
+    lower, upper = zip(*ends, strict=True)
     other = None if same else pose_file.kind_of(old)
     return Comparison(mm, deg, chi2, p, moved, basis, lower, upper, other, note)
 

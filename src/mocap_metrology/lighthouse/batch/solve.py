@@ -63,13 +63,10 @@ def linearised(
 ) -> Sums:
     """Sums over all hits; more: equations of other data; held: of `Weights`, 1 without it."""
     first, control, m = seen.sweeps.first, trajectory.control, seen.sweeps.first.size - 1
-    found, by_sweep = (
-        Equations.zeros(control.size, of.size),
-        (np.zeros((m, SPAN)), np.zeros((m, of.size))),
-    )
-    kernel.accumulate(
-        seen.light, first, residual, weight, control, state, of.rows, found, *by_sweep
-    )
+    found = Equations.zeros(control.size, of.size)
+    by_sweep = np.zeros((m, SPAN)), np.zeros((m, of.size))
+    at = seen.light, first, residual, weight, control, state, of.rows
+    kernel.accumulate(*at, found, *by_sweep)
     low, held = first[:-1], np.ones(m) if held is None else held
     total, off = np.add.reduceat(weight, low), np.add.reduceat(weight * residual, low)
     of_all = float(weight @ residual**2), residual.size

@@ -23,14 +23,8 @@ FARTHEST_S = 0.25  # from a node: without a pose nearer, the trajectory is not k
 
 def cubic(u: np.ndarray) -> np.ndarray:
     """Weights (n, 4) of the control points of an interval, u from 0 to 1 in it."""
-    return np.column_stack(
-        [
-            (1 - u) ** 3 / 6,
-            (3 * u**3 - 6 * u**2 + 4) / 6,
-            (-3 * u**3 + 3 * u**2 + 3 * u + 1) / 6,
-            u**3 / 6,
-        ]
-    )
+    second, third = (3 * u**3 - 6 * u**2 + 4) / 6, (-3 * u**3 + 3 * u**2 + 3 * u + 1) / 6
+    return np.column_stack([(1 - u) ** 3 / 6, second, third, u**3 / 6])
 
 
 @dataclass(frozen=True)

@@ -78,13 +78,9 @@ def all_solved(
         poses = []
         for k in range(1, len(scene.names)):
             pose = pose_of(scene, found, stage, details, k)
-            pose = replace(
-                pose,
-                halves=parts.halves(found, k, pieces) if still is None else None,
-                path=path,
-                note=note,
-            )
-            poses.append(replace(pose, seconds=time.perf_counter() - began))
+            halves = parts.halves(found, k, pieces) if still is None else None
+            seconds = time.perf_counter() - began
+            poses.append(replace(pose, halves=halves, path=path, note=note, seconds=seconds))
     return poses, found
 
 

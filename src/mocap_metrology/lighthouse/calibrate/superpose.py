@@ -69,12 +69,9 @@ def _interpolated(
     middle = (len(nodes) - 1) // 2
     first = Rotation.from_matrix(path.R[nodes[middle]])
     turn = np.zeros_like(t)
-    for k in range(len(nodes)):
-        if k != middle:
-            turn += (
-                weights[k][:, None]
-                * (first.inv() * Rotation.from_matrix(path.R[nodes[k]])).as_rotvec()
-            )
+    for k in (k for k in range(len(nodes)) if k != middle):
+        own = first.inv() * Rotation.from_matrix(path.R[nodes[k]])
+        turn += weights[k][:, None] * own.as_rotvec()
     return (first * Rotation.from_rotvec(turn)).as_matrix(), t
 
 

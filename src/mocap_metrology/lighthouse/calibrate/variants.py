@@ -105,15 +105,10 @@ class VariantFit:
     t_m: np.ndarray
 
     def as_dict(self) -> dict[str, object]:
-        return {
-            "variant": self.variant,
-            "chosen": self.standing == "chosen",
-            "standing": self.standing,
-            "residual_rms_urad": self.residual_rms_urad,
-            "t": self.t,
-            "translation_mm": (1e3 * self.t_m).tolist(),
-            "rotation_matrix": self.R.tolist(),
-        }
+        own = {"variant": self.variant, "chosen": self.standing == "chosen"}
+        own |= {name: getattr(self, name) for name in ("standing", "residual_rms_urad", "t")}
+        pose = {"translation_mm": (1e3 * self.t_m).tolist(), "rotation_matrix": self.R.tolist()}
+        return own | pose
 
 
 def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
@@ -149,14 +144,13 @@ def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
 
 def steps(weighed: Sequence[VariantFit]) -> np.ndarray:
     """From the chosen pose to those left open: (k, 6) in mm and deg, as a covariance counts."""
+    taken = next((way for way in weighed if way.standing == "chosen"), None)
     rows = [
-        np.r_[w.t_m - taken.t_m, error(w.R, taken.R)] * COVARIANCE_UNITS
-        for taken in weighed
-        if taken.standing == "chosen"
-        for w in weighed
-        if w.standing == "open"
+        np.r_[way.t_m - taken.t_m, error(way.R, taken.R)]
+        for way in weighed
+        if taken is not None and way.standing == "open"
     ]
-    return np.reshape(rows, (-1, 6))
+    return np.reshape(rows, (-1, 6)) * COVARIANCE_UNITS
 
 
 def widened(estimate: PoseEstimate, weighed: Sequence[VariantFit]) -> PoseEstimate:

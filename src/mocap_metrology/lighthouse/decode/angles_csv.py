@@ -57,12 +57,8 @@ def read_angles(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
         _refuse_first((generation != "1").to_numpy(), table["generation"], name, words)
     named = {str(k): k for k in range(PERIOD_S.size)} if second else STATIONS
     station = table["station"].str.strip().str.lower().map(named)
-    _refuse_first(
-        station.isna().to_numpy(),
-        table["station"],
-        name,
-        "station is {!r}; expected " + ("a channel, 0 to 15" if second else "master or slave"),
-    )
+    words = "station is {!r}; expected " + ("a channel, 0 to 15" if second else "master or slave")
+    _refuse_first(station.isna().to_numpy(), table["station"], name, words)
     columns = {"station": station.to_numpy(float)}
     columns |= _numbers(table, [c for c in (*NEEDED[1:], "width_us") if c in table], name)
     _check(columns, name, second)
@@ -92,12 +88,9 @@ def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
     period = PERIOD_S[channel.astype(int)]
     count = np.sort(np.stack([columns["count_0"], columns["count_1"]]), axis=0)
     rotor = 2 * np.pi * count / (COUNT_HZ * period)
-    _refuse_first(
-        ((rotor < 0) | (rotor > 2 * np.pi)).any(axis=0),
-        columns["count_1"],
-        name,
-        "counts up to {:g}; expected two within a turn",
-    )
+    bad = ((rotor < 0) | (rotor > 2 * np.pi)).any(axis=0)
+    words = "counts up to {:g}; expected two within a turn"
+    _refuse_first(bad, columns["count_1"], name, words)
     channels = np.unique(channel).astype(int)
     time_s = columns["time_s"]
     n = len(table)

@@ -192,13 +192,11 @@ def _of_turns(
         min(np.unique(hits.diode[(hits.station == k) & (hits.axis == p)]).size for p in (0, 1))
         for k in range(len(stations))
     ]
-    used = [k for k, n in enumerate(seen) if n >= FEWEST_DIODES]
-    few = [
-        f"channel {stations[k][0].channel}: seen by {n} diodes;"
-        f" a calibration needs at least {FEWEST_DIODES}"
-        for k, n in enumerate(seen)
-        if n < FEWEST_DIODES
-    ]
+    used, few = [k for k, n in enumerate(seen) if n >= FEWEST_DIODES], list[str]()
+    for k, n in enumerate(seen):
+        if n < FEWEST_DIODES:
+            need = f"a calibration needs at least {FEWEST_DIODES}"
+            few.append(f"channel {stations[k][0].channel}: seen by {n} diodes; {need}")
     if len(used) < 2:
         why = "; ".join([*notes, *few]) or "no light of another"
         raise Refusal(
@@ -208,17 +206,10 @@ def _of_turns(
     place[used] = np.arange(len(used))
     hits = replace(hits, station=place[hits.station]).take(place[hits.station] >= 0)
     chosen, filed = _with_factory([stations[k][0] for k in used], how.factory)
-    return Decoded(
-        None,
-        chosen,
-        [clock for k in used if (clock := stations[k][1]) is not None],
-        hits,
-        how.places,
-        float(np.ptp(hits.time_s)),
-        dropped,
-        [*notes, *few, *filed, *_doubts(dropped)],
-        generation=2,
-    )
+    clocks = [clock for k in used if (clock := stations[k][1]) is not None]
+    told = [*notes, *few, *filed, *_doubts(dropped)]
+    own = hits, how.places, float(np.ptp(hits.time_s)), dropped, told
+    return Decoded(None, chosen, clocks, *own, generation=2)
 
 
 def _doubts(dropped: Mapping[str, Sequence[int]]) -> list[str]:

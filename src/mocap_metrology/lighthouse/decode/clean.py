@@ -108,13 +108,9 @@ def sweep_outliers(
     order, first = hits.by_sweep()
     wrong = np.zeros(len(hits), np.bool_)
     if order.size:
-        wrong[order] = gate_sweeps(
-            np.tan(hits.angle_rad[order]),
-            _directions(board)[hits.diode[order]],
-            np.append(first, order.size),
-            cleaning,
-            perspective,
-        )
+        tangent, where = np.tan(hits.angle_rad[order]), _directions(board)[hits.diode[order]]
+        ends = np.append(first, order.size)
+        wrong[order] = gate_sweeps(tangent, where, ends, cleaning, perspective)
     return wrong
 
 
@@ -134,14 +130,9 @@ def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.
         laser = 2 * hits.station[order].astype(np.int64) + hits.axis[order]
         new = (np.diff(laser, prepend=-1) != 0) | (np.diff(cycle, prepend=cycle[0]) != 0)
         first = np.flatnonzero(new)
-        wrong[order] = gate_turns(
-            hits.angle_rad[order],
-            _directions(board)[hits.diode[order]],
-            cycle[first],
-            laser[first],
-            np.append(first, order.size),
-            cleaning,
-        )
+        angle, where = hits.angle_rad[order], _directions(board)[hits.diode[order]]
+        sweeps = cycle[first], laser[first], np.append(first, order.size)
+        wrong[order] = gate_turns(angle, where, *sweeps, cleaning)
     return wrong
 
 

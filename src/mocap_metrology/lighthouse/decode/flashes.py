@@ -190,14 +190,11 @@ def _number(combs: list[_Comb]) -> list[_Comb]:
     master, last = combs[0].clock, combs[-1].clock
     behind = last.epoch_s - master.epoch_s
     shift = int(np.ceil((-behind - 10e-6 * (len(combs) - 1) - master.epoch_s) / master.cycle_s))
-    return [
-        replace(
-            comb,
-            cycle=comb.cycle - shift,
-            clock=replace(comb.clock, epoch_s=float(comb.clock.start(shift))),
-        )
-        for comb in combs
-    ]
+    found = []
+    for comb in combs:
+        clock = replace(comb.clock, epoch_s=float(comb.clock.start(shift)))
+        found.append(replace(comb, cycle=comb.cycle - shift, clock=clock))
+    return found
 
 
 def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
@@ -256,8 +253,7 @@ def find_hits(pulses: Pulses, flashes: list[Flashes]) -> tuple[Hits, dict[str, l
         late = np.abs(pulses.start_s - one.clock.start(cycle))
         fate[(late <= FLASH_S) & (pulses.length_s > LONGEST_SWEEP_S)] = FLASH
     middle = pulses.start_s + 0.5 * pulses.length_s
-    parts = [_sweeps_of(pulses, middle, one, fate) for one in flashes]
-    hits = Hits(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    hits = Hits.joined([_sweeps_of(pulses, middle, one, fate) for one in flashes])
     hits = hits.take(np.argsort(hits.time_s, kind="stable"))
     return hits, counts_of(FATES, fate, pulses.diode, pulses.n_diodes)
 
@@ -271,36 +267,25 @@ def counts_of(
     return dict(zip(names, count.tolist(), strict=True))
 
 
-def _sweeps_of(
-    pulses: Pulses, middle: np.ndarray, flashes: Flashes, fate: np.ndarray
-) -> tuple[np.ndarray, ...]:
-    """Columns of the hits of one station; marks in `fate` why others were dropped."""
+def _sweeps_of(pulses: Pulses, middle: np.ndarray, flashes: Flashes, fate: np.ndarray) -> Hits:
+    """Hits of one station; marks in `fate` why others were dropped."""
     clock = flashes.clock
     pattern = pattern_of(flashes.cycle, flashes.code)
     cycle = np.floor((middle - clock.epoch_s - FIRST_S) / clock.cycle_s).astype(np.int64)
     code = pattern[cycle % 4]
     after = middle - clock.start(cycle)
-    inside = (
-        (after <= LAST_S)
-        & (code >= 0)
-        & (skip_of(code) == 0)
-        & (pulses.length_s <= LONGEST_SWEEP_S)
-    )
+    inside = (after <= LAST_S) & (code >= 0) & (skip_of(code) == 0)
+    inside &= pulses.length_s <= LONGEST_SWEEP_S
     chosen = np.flatnonzero(inside)
     chosen = _longest_of_each(chosen, cycle, pulses, fate)
     chosen = _gate_width(chosen, cycle, pulses, fate)
     fate[chosen] = HIT
     cycle, code, middle = cycle[chosen], code[chosen], middle[chosen]
     begin = begin_of_cycles(flashes, cycle, middle, pulses.resolution_s)
-    return (
-        np.full(chosen.size, flashes.station, np.int8),
-        axis_of(code).astype(np.int8),
-        cycle.astype(np.int32),
-        pulses.diode[chosen].astype(np.int16),
-        middle,
-        np.pi * (middle - begin) / clock.cycle_s - 0.5 * np.pi,
-        pulses.length_s[chosen],
-    )
+    angle_rad = np.pi * (middle - begin) / clock.cycle_s - 0.5 * np.pi
+    whole = np.full(chosen.size, flashes.station), axis_of(code), cycle, pulses.diode[chosen]
+    found = Hits.of(*whole, time_s=middle, angle_rad=angle_rad)
+    return replace(found, width_s=pulses.length_s[chosen])
 
 
 def _longest_of_each(

@@ -242,8 +242,7 @@ def encode_frame2(
     factory: Factory, id: int, channel: int, gravity_int8: tuple[int, int, int]
 ) -> np.ndarray:
     """Bits of one frame, uint8 (443,), as `ootx.encode_frame`."""
-    first = ootx.values(
-        factory, 300 << 6 | 8, id, 1, 14, gravity_int8
-    )  # firmware and protocol, hardware
+    # Firmware and protocol, hardware.
+    first = ootx.values(factory, 300 << 6 | 8, id, 1, 14, gravity_int8)
     rest = CHANNEL + channel, 0, *factory.ogeephase, *factory.ogeemag, 0
     return ootx.frame_of(LAYOUT.pack(*first, *rest))

@@ -152,19 +152,10 @@ def _scene(twin: LighthouseTwin, seed: int, blocked: list[tuple[int, float, floa
         for s in stations
     ]
     bit = [frame[(cycle + rng.integers(frame.size)) % frame.size] for frame in frames]
-    return _Scene(
-        twin,
-        twin.board.positions(),
-        motion_of(twin.motion, t, seed),
-        R,
-        t,
-        np.array(rotors),
-        cycle,
-        np.array([master, master + after][: len(stations)]),
-        skip.astype(np.int64),
-        np.array(bit, dtype=np.int64),
-        blocked,
-    )
+    of_board = twin.board.positions(), motion_of(twin.motion, t, seed)
+    start = np.array([master, master + after][: len(stations)])
+    of_flash = cycle, start, skip.astype(np.int64), np.array(bit, dtype=np.int64)
+    return _Scene(twin, *of_board, R, t, np.array(rotors), *of_flash, blocked)
 
 
 def _truth(scene: _Scene, hits: records.Hits) -> Truth:
@@ -293,12 +284,8 @@ def sensed(
         root * density * rng.standard_normal(rate.shape)
         for density in (twin.gyro_density, twin.accel_density)
     )
-    return records.Inertial(
-        time_s,
-        rate @ M + bias_w + noise_w,
-        (force @ M + bias_f) / scale + noise_f,
-        np.array(twin.place_m),
-    )
+    force = (force @ M + bias_f) / scale + noise_f
+    return records.Inertial(time_s, rate @ M + bias_w + noise_w, force, np.array(twin.place_m))
 
 
 @dataclass(frozen=True)

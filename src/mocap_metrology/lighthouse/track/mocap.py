@@ -200,15 +200,11 @@ class _Fit:
         variance = self.sigma**2 * max(1.0, CORRELATED_S / step_s)
         M = (flat * w[:, None]).T @ flat / variance + np.diag(known)
         step = -np.linalg.solve(M, flat.T @ (w * r) / variance + known * at)
-        self.found = Alignment(
-            exp(step[:3]) @ found.A,
-            found.b_m + step[3:6],
-            found.offset_s + float(step[6]),
-            found.rate + float(step[7]),
-            found.lever_m + step[8 : 8 + 3 * n].reshape(n, 3),
-            found.middle_s,
-            found.scale + (float(step[-1]) if self.free_scale else 0.0),
-        )
+        A, b_m = exp(step[:3]) @ found.A, found.b_m + step[3:6]
+        clock = found.offset_s + float(step[6]), found.rate + float(step[7])
+        lever_m = found.lever_m + step[8 : 8 + 3 * n].reshape(n, 3)
+        scale = found.scale + (float(step[-1]) if self.free_scale else 0.0)
+        self.found = Alignment(A, b_m, *clock, lever_m, found.middle_s, scale)
         return float(np.sqrt(step @ M @ step / step.size))
 
     @property

@@ -78,12 +78,8 @@ def triangulated(
 ) -> Path:
     """Poses at the moments at which both stations see three diodes that span a surface; seen: ideal
     angles of both at the same moments."""
-    a, b = (
-        np.stack(
-            [np.ones(own.angles_rad.shape[:2]), *np.moveaxis(np.tan(own.angles_rad), 2, 0)], -1
-        )
-        for own in seen
-    )
+    tangents = [np.moveaxis(np.tan(own.angles_rad), 2, 0) for own in seen]
+    a, b = (np.stack([np.ones_like(own[0]), *own], -1) for own in tangents)
     b = b @ R.T
     aa, ab, bb = (np.einsum("ndi,ndi->nd", *pair) for pair in ((a, a), (a, b), (b, b)))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -170,13 +166,8 @@ def spread(
 
     by_slave = by_all @ K
     total = by_all @ every @ np.swapaxes(by_all, 1, 2) + of_hits
-    return Spread(
-        sd(by_all, of_noise, hits),
-        sd(by_slave, covariance),
-        np.sqrt(np.maximum(np.einsum("naa->na", total), 0.0)),
-        by_slave,
-        total,
-    )
+    of_total = np.sqrt(np.maximum(np.einsum("naa->na", total), 0.0))
+    return Spread(sd(by_all, of_noise, hits), sd(by_slave, covariance), of_total, by_slave, total)
 
 
 def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Floats, Floats]:

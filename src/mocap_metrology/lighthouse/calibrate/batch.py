@@ -48,6 +48,11 @@ from mocap_metrology.lighthouse.records import (
     PoseEstimate,
 )
 
+BINS = 12  # of angle and of time
+FEWEST_HITS = 6  # of a bin
+DIGITS = 2  # of urad and deg
+Rows = list[dict[str, object]]
+
 
 def solved(
     scene: Scene,
@@ -215,13 +220,6 @@ def less_certain(found: Joint) -> str:
                 why = f"{times:.0f} times less certain, as the place of the board is at {at}"
                 notes.append(f"known_length is {why}")
     return "; ".join(notes)
-
-
-BINS = 12  # of angle and of time
-FEWEST_HITS = 6  # of a bin
-DIGITS = 2  # of urad and deg
-
-Rows = list[dict[str, object]]
 
 
 def residual_rows(found: Joint, hits: Hits, names: Sequence[str]) -> dict[str, Rows]:

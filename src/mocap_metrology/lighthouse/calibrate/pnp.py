@@ -38,6 +38,10 @@ from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 METHODS = ("auto", "epnp", "ippe", "sqpnp")
 FLAT = 1e-3  # thickness of a flat board over its width
 CAMERA = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # station axes -> camera axes
+ITERATIONS = 50  # at most
+CONVERGED = 1e-10  # largest step of a range over the range
+LEAST_PIVOT = 1e-30  # m^2: of equations that are all zero
+LARGEST_COST = 1.0  # rad^2: such a root is no pose
 
 
 def opencv_is_missing() -> str:
@@ -152,12 +156,6 @@ def _solve(
         for turn, shift in zip(turns, shifts, strict=True)
     ]
     return [(R, t) for R, t in found if np.isfinite(R).all() and np.isfinite(t).all()]
-
-
-ITERATIONS = 50  # at most
-CONVERGED = 1e-10  # largest step of a range over the range
-LEAST_PIVOT = 1e-30  # m^2: of equations that are all zero
-LARGEST_COST = 1.0  # rad^2: such a root is no pose
 
 
 def geometric_poses(

@@ -73,6 +73,7 @@ SWEEP_RAD = 53e-6 / np.sqrt(2)
 RULED_OUT = 0.995  # quantile of the t distribution: by chance one variant in 200
 OUTLIER = 25.0  # times the median loss an angle
 FEWEST_MOMENTS = 20  # of both stations
+MOST_PAIRS = 6  # of four stations: each is one more estimate
 
 
 @dataclass(frozen=True)
@@ -220,9 +221,6 @@ def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
     loss = residuals_by_diode(list(optics.measurements), board, list(optics.rotors))
     noise = np.full(loss.size, NOISE_RAD**2)
     return Fit(name, pose.R, pose.t_m, loss, np.full(loss.size, 2), np.arange(loss.size), noise)
-
-
-MOST_PAIRS = 6  # of four stations: each is one more estimate
 
 
 def best_joint(scene: Scene) -> tuple[list[VariantFit], tuple[Joint, str]]:

@@ -43,6 +43,13 @@ LARGEST_DRIFT = 2e-3  # of the clock; rotors hold 300 ppm, quartz better
 LATE_S = 30e-6  # dim diodes rise late
 LONGEST_GAP = 240  # cycles, 2 s: a board may be hidden so long
 LEAST_RUN = 0.1  # of the longest run of flashes
+FIRST_S, LAST_S = 1222e-6, 6777e-6  # 4000 us +- 60 deg after the own flash
+LONGEST_SWEEP_S = 40e-6
+WIDTH_GATE = (0.25, 3.0)  # of the median width in the sweep
+ENOUGH_S = 1e-6  # two samples of 2 MHz: a pulse of a far sweep is no wider
+FLASH_S = 30e-6  # reach of a flash after its cycle begins
+FATES = ("no_sweep", "too_long", "second_on_diode", "width", "flash", "hit")
+NO_SWEEP, TOO_LONG, SECOND, WIDTH, FLASH, HIT = range(len(FATES))
 
 
 def find_flashes(pulses: Pulses) -> list[Flashes]:
@@ -223,15 +230,6 @@ def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
     good |= ~np.logical_or.reduceat(good, comb.first)[comb.flash]
     first = np.flatnonzero(np.diff(comb.flash[good], prepend=-1))
     return replace(comb, length=length[good], diode=comb.diode[good], first=first).over_diodes()
-
-
-FIRST_S, LAST_S = 1222e-6, 6777e-6  # 4000 us +- 60 deg after the own flash
-LONGEST_SWEEP_S = 40e-6
-WIDTH_GATE = (0.25, 3.0)  # of the median width in the sweep
-ENOUGH_S = 1e-6  # two samples of 2 MHz: a pulse of a far sweep is no wider
-FLASH_S = 30e-6  # reach of a flash after its cycle begins
-FATES = ("no_sweep", "too_long", "second_on_diode", "width", "flash", "hit")
-NO_SWEEP, TOO_LONG, SECOND, WIDTH, FLASH, HIT = range(len(FATES))
 
 
 def find_hits(pulses: Pulses, flashes: list[Flashes]) -> tuple[Hits, dict[str, list[int]]]:

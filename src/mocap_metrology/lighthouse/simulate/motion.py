@@ -23,6 +23,13 @@ Sine = tuple[int, float, float, float]  # coordinate, amplitude, rad/s, phase
 SCALED_OVER_S = 8.0  # a hand's path retains its speed and extent over this time
 JITTER_HZ, TREMOR_HZ, SLOW_HZ = (3.0, 5.0), (8.0, 10.0), (0.1, 0.5)
 SINES = 3  # of each coordinate of a hand, and of each angle
+CONVERGED_S = 1e-12  # a turn of 0.4 nrad
+# The laser can be seen in this part of a cycle: 4 ms +- 60 deg of turn.
+FROM_S, TO_S = 1222.2e-6, 6777.8e-6
+REFLECTED_LATER_S = (30e-6, 800e-6)  # before or after the direct hit
+REFLECTED_WIDTH = (0.3, 0.9)  # of the direct pulse
+FALSE_FLASH_S = (50e-6, 150e-6)
+MOST_FALSE = 100_000  # of a recording, whatever its twin requests
 
 
 class Motion(NamedTuple):
@@ -151,15 +158,6 @@ def _poses(times: np.ndarray, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     for i in range(times.size):
         pose_at(times[i], motion, R[i], p[i])
     return R, p
-
-
-CONVERGED_S = 1e-12  # a turn of 0.4 nrad
-# The laser can be seen in this part of a cycle: 4 ms +- 60 deg of turn.
-FROM_S, TO_S = 1222.2e-6, 6777.8e-6
-REFLECTED_LATER_S = (30e-6, 800e-6)  # before or after the direct hit
-REFLECTED_WIDTH = (0.3, 0.9)  # of the direct pulse
-FALSE_FLASH_S = (50e-6, 150e-6)
-MOST_FALSE = 100_000  # of a recording, whatever its twin requests
 
 
 class SweptBoard(NamedTuple):

@@ -32,11 +32,7 @@ from mocap_metrology.lighthouse.known_length import KnownLength, known_length
 from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Inertial, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.motion import motion_of
-from mocap_metrology.lighthouse.simulate.network_twin import (
-    NetworkTwin,
-    simulate_network,
-    truth_json,
-)
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin, truth_json
 from mocap_metrology.lighthouse.simulate.recording import sensed, simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
@@ -237,7 +233,9 @@ def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
 def network_twin(twin: NetworkTwin, seed: int, settings: Lighthouse, paths: Paths) -> Decoded:
     """Simulate a twin of the second generation and decode its light; writes what a lab would have
     beside it, `paths` named twin_board and truth."""
-    made = simulate_network(twin, seed)
+    from mocap_metrology.lighthouse.simulate.turns import simulate_turns
+
+    made = simulate_turns(twin.turns(seed))
     write_board(paths["twin_board"], made.twin.board, made.twin.normals)
     files.write_json(paths["truth"], truth_json(made))
     return decode_light(made.light, made.twin.board, None, _cleaning(settings), "twin")

@@ -101,7 +101,11 @@ def network_reference(path: str | Path) -> NetworkReference:
             for k, (uid, R, t) in geometry.items()
         ]
     elif is_libsurvive(text):
-        every = _of_libsurvive(path)
+        every = []
+        for one in read_solution(path, 2):
+            if one.pose is not None and one.channel is not None:
+                uid, (R, t) = None if one.id == CLIPPED_ID else one.id, one.pose
+                every.append(Placed(one.channel, uid, R @ FROM_LIBSURVIVE.T, t))
     else:
         every = _of_json(path, text)
     if len(every) < 2:
@@ -113,16 +117,6 @@ def network_reference(path: str | Path) -> NetworkReference:
             " right?)"
         )
     return NetworkReference(tuple(every), f"pose file {name}")
-
-
-def _of_libsurvive(path: str | Path) -> list[Placed]:
-    found = []
-    for one in read_solution(path, 2):
-        if one.pose is not None and one.channel is not None:
-            R, t = one.pose
-            uid = None if one.id == CLIPPED_ID else one.id
-            found.append(Placed(one.channel, uid, R @ FROM_LIBSURVIVE.T, t))
-    return found
 
 
 def _of_json(path: str | Path, text: str) -> list[Placed]:

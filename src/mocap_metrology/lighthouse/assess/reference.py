@@ -131,7 +131,13 @@ def pose_reference(path: str | Path) -> Reference:
     if not isinstance(stations, dict) or not all(role in stations for role in ROLES):
         raise Refusal(f'{name}: no station ids; expected "stations": {{"master": id, "slave": id}}')
     master, slave = (station_id(stations[role], f"{name}: {role}") for role in ROLES)
-    R, t_m = rotation_in(given, name), _baseline(given, name)
+    R, t_m = rotation_in(given, name), translation_in(given, name)
+    baseline = float(np.linalg.norm(t_m))
+    if not SHORTEST_M <= baseline <= LONGEST_M:
+        raise Refusal(
+            f"{name}: the translation puts the stations {baseline:g} m apart; expected"
+            f" {SHORTEST_M:g} to {LONGEST_M:g} m (is the unit right?)"
+        )
     return Reference(R, t_m, (master, slave), f"pose file {name}")
 
 
@@ -188,18 +194,6 @@ def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")
     t = finite(given[key], (3,), f"{name}: {key}")
     return t * (1e-3 if key == "translation_mm" else 1.0)
-
-
-def _baseline(given: Mapping[str, object], name: str) -> np.ndarray:
-    """The translation of a slave, which is neither here nor far away."""
-    t = translation_in(given, name)
-    baseline = float(np.linalg.norm(t))
-    if not SHORTEST_M <= baseline <= LONGEST_M:
-        raise Refusal(
-            f"{name}: the translation puts the stations {baseline:g} m apart; expected"
-            f" {SHORTEST_M:g} to {LONGEST_M:g} m (is the unit right?)"
-        )
-    return t
 
 
 def read_mount(path: str | Path) -> dict[str, np.ndarray]:

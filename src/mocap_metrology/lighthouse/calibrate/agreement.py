@@ -15,7 +15,6 @@ ones give another at each place and turn of the board. So
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,6 +60,8 @@ class Minima:
     paths: tuple[Path, Path]
     excess: np.ndarray
     spread: np.ndarray
+    board: np.ndarray
+    rotors: np.ndarray
 
     @property
     def R(self) -> np.ndarray:
@@ -101,7 +102,7 @@ def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) ->
         H[far | ~np.isfinite(H).all(axis=(1, 2))] = 0.0
         spread[k] = np.linalg.inv(H / variance + prior)[:, 3:, 3:]
         excess[k, far] = IMPOSSIBLE
-    return Minima(measurements, paths, excess, spread)
+    return Minima(measurements, paths, excess, spread, board, rotors)
 
 
 def _nearest(time_s: np.ndarray, other_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -218,9 +219,8 @@ class Agreed:
 
 
 def agree(
-    master: Minima, slave: Minima, board: np.ndarray, rotors: Sequence[np.ndarray],
-    order: int, near: np.ndarray | None = None, roughly: bool = False,
-) -> Agreed:  # fmt: skip
+    master: Minima, slave: Minima, order: int, near: np.ndarray | None = None, roughly: bool = False
+) -> Agreed:
     """Board poses of both stations, the mirror decided by both. near: a rotation of the slave that
     is known to some degrees, in place of votes; roughly: where each station distinguishes the
     minima, the slave's pose is not improved by its angles."""
@@ -229,7 +229,7 @@ def agree(
         if roughly and ways:
             return _roughly(master, slave, ways[0])
         ways = ways[:1]
-    starts = (_tried(R, master, slave, board, rotors, order) for R in ways)
+    starts = (_tried(R, master, slave, order) for R in ways)
     tried = [one for one in starts if one is not None]
     if not tried:
         return Agreed((master.paths[0], slave.paths[0]), None, None)
@@ -243,7 +243,7 @@ def agree(
         if before is not None and all((a == b).all() for a, b in zip(which, before, strict=True)):
             break
         before = which
-        found = _tried(R, master, slave, board, rotors, order, which)
+        found = _tried(R, master, slave, order, which)
         if found is None:
             break
         R, t, *_ = found
@@ -264,8 +264,6 @@ def _tried(
     R: np.ndarray,
     master: Minima,
     slave: Minima,
-    board: np.ndarray,
-    rotors: Sequence[np.ndarray],
     order: int,
     which: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float] | None:
@@ -276,7 +274,8 @@ def _tried(
     then, kept = at_times(paths[0], slave.measurements.time_s, order)
     rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
     some = slave.measurements.take(kept).take(rows)
-    given = evidence(then.take(rows), some, master.measurements, board, rotors)
+    both = master.rotors, slave.rotors
+    given = evidence(then.take(rows), some, master.measurements, master.board, both)
     near, same = _nearest(paths[0].time_s, paths[1].time_s)
     if len(given.path) < 3 or same.sum() < 3:
         return None
@@ -293,4 +292,4 @@ def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
-    return agree(master, slave, board, optics.rotors, order, near)
+    return agree(master, slave, order, near)

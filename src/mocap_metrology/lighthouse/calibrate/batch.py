@@ -4,7 +4,7 @@ J's method needs both angles of a diode at one moment, which it interpolates, an
 stations at one moment, which it interpolates too; it names the missing correlation of both
 stations' data as its limit (J VII). Here the board follows one continuous trajectory, and each hit
 is compared with it when it happened (`lighthouse.batch`). It starts from board poses on which both
-stations agree; `fits` and `turns` say what is begun anew or left out.
+stations agree; `fits` says what is begun anew or left out.
 
 Residuals are stored by angle, time and diode, of each station and axis, estimated minus measured.
 Noise leaves means near 0. A rotor that differs from its model leaves a curve against the angle, a

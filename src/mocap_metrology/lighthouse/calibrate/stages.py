@@ -73,7 +73,7 @@ class Calibration:
     paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
     could not be estimated; variants: of the rotor model, where the recording chose; joints: by
     optics, what `batch` was given, and its estimate; network: of any number of stations; exchanged:
-    as `exchange.exchanged`.
+    as `variants.exchanged`.
     """
 
     estimates: list[PoseEstimate] = field(default_factory=list)

@@ -14,9 +14,8 @@ import re
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from io import BufferedReader
 from pathlib import Path
 
 import numpy as np
@@ -167,7 +166,9 @@ def blocks(path: str | Path, seen: RecordingPass) -> Iterator[bytes]:
     and is left out. The caller is told where the file ends too early."""
     name, rest, size = Path(path).name, b"", 0
     try:
-        with _opened(path) as stream:
+        with Path(path).open("rb") as raw:
+            packed = raw.peek(2).startswith(b"\x1f\x8b")  # whatever its name
+            stream = gzip.GzipFile(fileobj=raw) if packed else raw
             while piece := stream.read1(CHUNK):
                 size += len(piece)
                 if len(rest) > LONGEST_LINE:
@@ -190,19 +191,6 @@ def blocks(path: str | Path, seen: RecordingPass) -> Iterator[bytes]:
     except OSError as error:
         reason = error.strerror or error
         raise Refusal(f"{name}: cannot be read ({reason}); expected a recording") from None
-
-
-@contextmanager
-def _opened(path: str | Path) -> Iterator[BufferedReader | gzip.GzipFile]:
-    """The file, unpacked where its first bytes are those of gzip, whatever its name."""
-    with Path(path).open("rb") as raw:
-        packed = raw.read(2) == b"\x1f\x8b"
-        raw.seek(0)
-        if packed:
-            with gzip.open(raw) as stream:
-                yield stream
-        else:
-            yield raw
 
 
 def _check(seen: RecordingPass, own: str, wanted: str, name: str) -> bool:

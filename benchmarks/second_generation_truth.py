@@ -41,9 +41,8 @@ from mocap_metrology.lighthouse.assess.pose_file import (
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.setup import by_setup
-from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
-from mocap_metrology.lighthouse.records import Station
+from mocap_metrology.lighthouse.records import COVARIANCE_UNITS, Station
 from mocap_metrology.lighthouse.rotation import error, from_angles
 from mocap_metrology.lighthouse.simulate.motion import facing_to
 from mocap_metrology.lighthouse.simulate.turns import (

@@ -12,10 +12,9 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
+from mocap_metrology.lighthouse.decode.flashes import find_flashes, find_hits, within_flashes
 from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.ootx import decode_station
-from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.records import Pulses
 from mocap_metrology.lighthouse.simulate import turns
 from tests.lighthouse.decode.synthetic import BOARD, Scene, add, by_start, drop

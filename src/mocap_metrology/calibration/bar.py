@@ -88,7 +88,10 @@ def _judged(
                 raise Refusal(f"bar: {label} is not the board of calibration {row.calibration}")
             seen = _of_other_row(given, first)
         elif not is_own:
-            seen = _of_recording(replace(entry, board=found.name), given, settings)
+            read = decoded(replace(entry, board=found.name), given, settings)
+            sensors = read.pulses.inertial if read.pulses else None
+            origin = {"host_s": read.host_s}
+            seen = Recorded(read.hits, read.stations, read.board, read.normals, origin, sensors)
         objects.append(_object(seen, first, found, used, is_own and used is own_pose, settings))
     return _document(entry.calibration, asked, pair, heads(*objects), used, limits)
 
@@ -100,7 +103,6 @@ def _board(entry: Entry) -> str:
 
 
 def _by_labels(entry: Entry, dump: str) -> dict[str, TrackedObject]:
-    """Objects of a recording by name and by serial number."""
     if entry.format != "libsurvive-rec":
         return {_board(entry): TrackedObject(_board(entry))}
     found = tracked_objects(dump)
@@ -113,12 +115,6 @@ def _of_other_row(given: Paths, first: Recorded) -> Recorded:
     seen = recorded({k.removeprefix(start): v for k, v in given.items() if k.startswith(start)})
     same = seen.origin["sha256"] is not None and seen.origin["sha256"] == first.origin["sha256"]
     return seen if same else replace(seen, origin=seen.origin | {"host_s": None})
-
-
-def _of_recording(entry: Entry, given: Paths, settings: Lighthouse) -> Recorded:
-    found = decoded(entry, given, settings)
-    inertial, origin = found.pulses.inertial if found.pulses else None, {"host_s": found.host_s}
-    return Recorded(found.hits, found.stations, found.board, found.normals, origin, inertial)
 
 
 def _object(

@@ -71,7 +71,9 @@ def write_exports(
         export, entry = formats.Export(stations, None, remarks), Row(name=None, stations={})
     else:
         world, poses = placed
-        poses = _of_optics(poses, lasers_m)
+        if lasers_m is not None:  # other programs track with the optics
+            both = zip(poses, reference.optical_origins(lasers_m), strict=True)
+            poses = [pose and (pose[0], pose[0] @ own + pose[1]) for pose, own in both]
         remarks.append(f"World, in metres: {described(world, stations)}.")
         export, entry = formats.Export(stations, poses, remarks), _entry(world, stations, poses)
     for name, text in FORMATS.items():
@@ -85,18 +87,6 @@ def described(world: worlds.World, stations: Sequence[Station]) -> str:
     if world.rms_m is not None and world.residuals_m is not None:
         words += f" ({len(world.residuals_m)}, {1e3 * world.rms_m:.1f} mm rms from them)"
     return f"{words} ({world.why})" if world.why else words
-
-
-def _of_optics(poses: list[Pose | None], lasers_m: np.ndarray | None) -> list[Pose | None]:
-    """Poses of the stations' optics, which other programs track with; those of a calibration with
-    `lasers_mm` are of the housings."""
-    if lasers_m is None:
-        return poses
-    origins = reference.optical_origins(lasers_m)
-    return [
-        None if pose is None else (pose[0], pose[0] @ own + pose[1])
-        for pose, own in zip(poses, origins, strict=True)
-    ]
 
 
 def _entry(world: worlds.World, stations: Sequence[Station], poses: Sequence[Pose | None]) -> Row:

@@ -159,7 +159,6 @@ def write_poses(
 
 
 def _sensors(entry: Entry, settings: Lighthouse, given: Paths, read: sweeps.Recorded) -> Sensors:
-    """What else a calibration uses."""
     lengths = sweeps.lengths_of(entry, given.get("points"), len(read.board), read.names)
     how = read.inertial, lengths, read.normals, read.clocks
     return sensors_of(settings, read.stations, *how)
@@ -189,11 +188,17 @@ def _of_others(
 
 
 def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
-    """`CalibrationSettings` of the section lighthouse."""
     own = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
     if settings.lasers_mm is not None:
         own["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
-    return CalibrationSettings(**own, priors=priors_of(settings))
+    priors = Priors(
+        time_zero_us=settings.time_zero_sd_us,
+        phase_mrad=settings.phase_sd_mrad,
+        laser_depth_mm=settings.laser_depth_sd_mm,
+        board_scale=settings.board_scale_sd,
+        board_position_mm=settings.board_position_sd_mm,
+    )
+    return CalibrationSettings(**own, priors=priors)
 
 
 def sensors_of(
@@ -210,17 +215,6 @@ def sensors_of(
         unknown = np.full(3, np.nan)
         ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
     return Sensors(inertial if settings.inertial else None, ups, lengths, normals, clocks)
-
-
-def priors_of(settings: Lighthouse) -> Priors:
-    """`Priors` of the section lighthouse."""
-    return Priors(
-        time_zero_us=settings.time_zero_sd_us,
-        phase_mrad=settings.phase_sd_mrad,
-        laser_depth_mm=settings.laser_depth_sd_mm,
-        board_scale=settings.board_scale_sd,
-        board_position_mm=settings.board_position_sd_mm,
-    )
 
 
 def reference_of(

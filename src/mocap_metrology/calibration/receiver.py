@@ -22,7 +22,7 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.pose_file import pose_row, read_pose_json
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
-from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
+from mocap_metrology.lighthouse.records import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.track.markers import Markers, Tracked
 from mocap_metrology.lighthouse.track.mocap import Match, match
 from mocap_metrology.lighthouse.track.receiver import AXES_OF_POSE, Calibrated
@@ -50,18 +50,15 @@ def receiver(
     names none. Returns the contents of receiver.json.
     """
     try:
-        document = _judged(entry, _markers(seen, labels, unit), Path(seen).name, given, settings)
+        read = captured(seen, labels, unit, "receiver_unit")
+        place_m = 1e-3 * np.asarray(read.position_mm, float)
+        markers = Markers(read.labels, read.frame_rate_hz, place_m).cleaned()
+        document = _judged(entry, markers, Path(seen).name, given, settings)
     except Refusal as refusal:
         document = {"recording": entry.calibration, "refused": str(refusal)}
     log.info("%s", document.get("sentence") or document["refused"])
     files.write_json(output, document)
     return document
-
-
-def _markers(path: str, labels: Sequence[str], unit: Unit | None) -> Markers:
-    found = captured(path, labels, unit, "receiver_unit")
-    place_m = 1e-3 * np.asarray(found.position_mm, float)
-    return Markers(found.labels, found.frame_rate_hz, place_m).cleaned()
 
 
 def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Lighthouse) -> Row:
@@ -105,13 +102,11 @@ def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Ligh
 
 
 def _tracked(columns: Mapping[str, np.ndarray]) -> Tracked:
-    from scipy.spatial.transform import Rotation
-
     t = 1e-3 * np.column_stack([columns[f"{axis}_mm"] for axis in "xyz"])
     q = np.column_stack([columns[name] for name in ("qx", "qy", "qz", "qw")])
     R = np.full((len(t), 3, 3), math.nan)
     known = np.isfinite(t).all(axis=1)
-    R[known] = Rotation.from_quat(q[known]).as_matrix()
+    R[known] = rotation.of_quaternions(q[known])
     sd = np.column_stack([columns[f"sd_noise_{axis}"] for axis in AXES_OF_POSE[:3]])
     return Tracked(np.asarray(columns["time_s"]), R, t, 1e-3 * np.sqrt(np.mean(sd**2, axis=1)))
 

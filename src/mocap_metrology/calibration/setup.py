@@ -45,11 +45,17 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
     every = {one.name: recorded({k: v for k, v in vars(one).items() if v}) for one in members}
     try:
         stations, places = same_stations({name: own.stations for name, own in every.items()})
-        hits = {name: _renamed(own.hits, places[name]) for name, own in every.items()}
+        hits = {}
+        for name, own in every.items():  # their stations as places in the list of all
+            place = np.array(places[name], own.hits.station.dtype)
+            hits[name] = replace(own.hits, station=place[own.hits.station])
         files = {name: own.origin["sha256"] for name, own in every.items()}
         _check_once(hits, files)
         scenes, still = _scenes(members, every, hits, stations, settings)
-        found = by_setup(scenes, still, _objects(scenes, files))
+        seen = [(files[name], own.board.tobytes()) for name, own in scenes.items() if files[name]]
+        # Two objects of equal boards in one recording: every row is of an object of its own.
+        objects = {name: name for name in scenes} if len(set(seen)) < len(seen) else None
+        found = by_setup(scenes, still, objects)
         clocks = [own.origin["resolution_s"] for own in every.values()]
         given = Calibration(
             found.poses, why=found.why, variants=found.variants, network=found.network
@@ -75,11 +81,6 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
     return document
 
 
-def _renamed(hits: Hits, place: Sequence[int]) -> Hits:
-    """Hits with the stations of a recording as places in the list of all."""
-    return replace(hits, station=np.array(place, hits.station.dtype)[hits.station])
-
-
 def _check_once(hits: Mapping[str, Hits], files: Mapping[str, str | None]) -> None:
     """Refuse hits that two rows share, which would count twice; files: SHA-256 by name."""
     seen: dict[tuple[str | None, bytes], str] = {}
@@ -98,7 +99,6 @@ def _scenes(
     stations: Sequence[Station],
     settings: Lighthouse,
 ) -> tuple[dict[str, Scene], dict[str, list[Measurements]]]:
-    """What `by_setup` is given."""
     how = calibration_settings(settings)
     factories = [station.factory for station in stations]
     optics = optics_for(how.optics, factories)
@@ -116,13 +116,6 @@ def _scenes(
         if read_pose_json(one.pose)["diagnostics"].get("still"):
             still[one.name] = [median_angles(own, k, len(board)) for k in range(len(stations))]
     return scenes, still
-
-
-def _objects(scenes: Mapping[str, Scene], files: Mapping[str, str | None]) -> dict[str, str] | None:
-    """Every row is of an object of its own where one recording has two objects of equal boards;
-    files: SHA-256 of the recordings."""
-    seen = [(files[name], own.board.tobytes()) for name, own in scenes.items() if files[name]]
-    return {name: name for name in scenes} if len(set(seen)) < len(seen) else None
 
 
 def same_stations(

@@ -32,11 +32,7 @@ from mocap_metrology.lighthouse.known_length import KnownLength, known_length
 from mocap_metrology.lighthouse.records import ROLES, Factory, Hits, Inertial, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate.motion import motion_of
-from mocap_metrology.lighthouse.simulate.network_twin import (
-    NetworkTwin,
-    simulate_network,
-    truth_json,
-)
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin, truth_json
 from mocap_metrology.lighthouse.simulate.recording import sensed, simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Lighthouse
@@ -65,15 +61,10 @@ class Entry:
 
 def decoded(entry: Entry, files: Mapping[str, str], settings: Lighthouse) -> Decoded:
     """A recording, decoded; `files` are named dump, board and factory."""
-    return decode(
-        files["dump"],
-        entry.format,
-        str(entry.board) if entry.format == "libsurvive-rec" else files["board"],
-        files.get("factory"),
-        sample_rate_hz=settings.sample_rate_hz,
-        active_level=settings.active_level,
-        cleaning=_cleaning(settings),
-    )
+    board = str(entry.board) if entry.format == "libsurvive-rec" else files["board"]
+    how = {k: getattr(settings, k) for k in ("sample_rate_hz", "active_level")}
+    given = files["dump"], entry.format, board, files.get("factory")
+    return decode(*given, **how, cleaning=_cleaning(settings))
 
 
 def _cleaning(settings: Lighthouse) -> Cleaning:
@@ -139,7 +130,6 @@ def refuse(refusal: Refusal, folder: Path) -> None:
 
 
 def paths_in(names: Mapping[str, str], folder: Path) -> dict[str, str]:
-    """Paths by name of these files of a folder."""
     return {name: str(folder / file) for name, file in names.items()}
 
 
@@ -160,11 +150,8 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
         **({} if found.host_s is None else {"host_s": found.host_s}),
         "versions": files.versions("numpy", "numba", "pyarrow"),
     }
-    table: Mapping[str, np.ndarray | Sequence[object]] = {
-        name: [] for name in ("start_s", "length_us", "diode")
-    }
-    if found.pulses is not None:
-        table = records.pulse_columns(found.pulses)
+    none: Mapping[str, Sequence[object]] = {"start_s": [], "length_us": [], "diode": []}
+    table = none if found.pulses is None else records.pulse_columns(found.pulses)
     files.write_table(paths["pulses"], table, origin, records.PULSES_CODED)
     sensors = found.pulses.inertial if found.pulses else None
     files.write_table(paths["inertial"], records.inertial_columns(sensors), origin, records.PLACES)
@@ -193,12 +180,10 @@ class Recorded:
 
     @property
     def names(self) -> list[str]:
-        """Names of the stations."""
         return [station.role for station in self.stations]
 
     @property
     def generation(self) -> int:
-        """Generation of the stations, 1 or 2."""
         return self.stations[0].generation if self.stations else 1
 
     @property
@@ -208,7 +193,6 @@ class Recorded:
 
     @property
     def seen(self) -> tuple[Hits, np.ndarray, list[Factory | None]]:
-        """Hits, board, and factory values of the stations."""
         return self.hits, self.board, [station.factory for station in self.stations]
 
 
@@ -232,10 +216,8 @@ def write_board(path: str, board: np.ndarray, normals: np.ndarray | None = None)
 
 
 def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
-    """Simulate a Lighthouse twin; write it as a dump, with what a lab would have beside it.
-
-    `paths` are named dump, twin_board, truth, reference, mount. Returns what was made, in words.
-    """
+    """Simulate a Lighthouse twin; write it as a dump, with what a lab would have beside it: paths
+    dump, twin_board, truth, reference, mount. Returns what was made, in words."""
     seed += twin.seed
     made = simulated.simulate(twin, seed)
     seen = simulate_mounts(twin, seed)
@@ -251,7 +233,9 @@ def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
 def network_twin(twin: NetworkTwin, seed: int, settings: Lighthouse, paths: Paths) -> Decoded:
     """Simulate a twin of the second generation and decode its light; writes what a lab would have
     beside it, `paths` named twin_board and truth."""
-    made = simulate_network(twin, seed)
+    from mocap_metrology.lighthouse.simulate.turns import simulate_turns
+
+    made = simulate_turns(twin.turns(seed))
     write_board(paths["twin_board"], made.twin.board, made.twin.normals)
     files.write_json(paths["truth"], truth_json(made))
     return decode_light(made.light, made.twin.board, None, _cleaning(settings), "twin")

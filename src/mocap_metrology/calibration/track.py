@@ -17,7 +17,8 @@ from mocap_metrology.lighthouse.assess import pose_file, reference
 from mocap_metrology.lighthouse.assess.comparison import ids_of
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
-from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, FALLBACK
+from mocap_metrology.lighthouse.calibrate.variants import AUTO, FALLBACK
+from mocap_metrology.lighthouse.records import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.track import receiver
 
 log = logging.getLogger(__name__)
@@ -53,7 +54,15 @@ def write_track(
         more["stations"] = used["stations"]
         if pose_file.is_network(used):
             more["reference"] = used["reference"]
-        tracked = _tracked(found, used, used is own, sight)
+        placed = _placed(used)
+        entry_used = next(iter(placed.values()))
+        kind = entry_used["estimator"], entry_used["stage"]
+        if used is own and kind == (NAME, "final"):
+            scene, joint = found.joints[entry_used["optics"]]
+            stations = _calibrated(used, placed, True)
+            tracked = receiver.along(joint, scene, stations, entry_used["note"])
+        else:
+            tracked = receiver.track(*scene_before(used, used is own, sight))
         more["note"] = tracked.note
         seen = tracked.hits.any(axis=1)
         log.info("receiver: %d of %d moments have a pose", seen.sum(), seen.size)
@@ -88,18 +97,6 @@ def stations_used(entry: Entry, own: pose_file.PoseFile, earlier: str | None) ->
     return used
 
 
-def _tracked(
-    found: Calibration, used: pose_file.PoseFile, is_own: bool, sight: Sight
-) -> receiver.Track:
-    placed = _placed(used)
-    entry = next(iter(placed.values()))
-    by_batch = is_own and entry["estimator"] == NAME
-    if by_batch and entry["stage"] == "final":
-        scene, joint = found.joints[entry["optics"]]
-        return receiver.along(joint, scene, _calibrated(used, placed, by_batch), entry["note"])
-    return receiver.track(*scene_before(used, is_own, sight))
-
-
 def _placed(used: pose_file.PoseFile) -> dict[str, pose_file.PoseEntry]:
     """The chosen pose of each station that has one."""
     entries = {name: pose_file.chosen_pose(one) for name, one in pose_file.pairs(used).items()}
@@ -127,7 +124,9 @@ def scene_before(
         raise Refusal(
             f"the pose is of the {entry['frame']} frame; expected the frame that lasers_mm implies"
         )
-    how = settings.lasers_m, _variant(used, settings), settings.priors
+    fixed = FALLBACK if settings.variant == AUTO else settings.variant
+    variants = (str(way["variant"]) for way in used.get("variants", []) if way["chosen"])
+    how = settings.lasers_m, next(variants, fixed), settings.priors
     hits, board, factories = read.seen
     scene = Scene(hits, board, optics, factories, *how, sensors=sensors)
     if pose_file.is_network(used):
@@ -145,7 +144,6 @@ def scene_before(
 def _calibrated(
     used: pose_file.PoseFile, placed: Mapping[str, pose_file.PoseEntry], is_own: bool
 ) -> receiver.Calibrated:
-    """What is known of these stations."""
     R, t = zip(*map(pose_file.matrix_and_metres, placed.values()), strict=True)
     if not pose_file.is_network(used):
         given = next(iter(placed.values()))["covariance"]
@@ -159,10 +157,3 @@ def _calibrated(
     units = np.tile(COVARIANCE_UNITS, len(placed))
     covariance = covariance / np.outer(units, units)
     return receiver.Calibrated(np.squeeze(R), np.squeeze(t), covariance, is_own)
-
-
-def _variant(used: pose_file.PoseFile, settings: CalibrationSettings) -> str:
-    """How factory values enter: as they did in the calibration."""
-    chosen = (str(way["variant"]) for way in used.get("variants", []) if way["chosen"])
-    fixed = FALLBACK if settings.variant == AUTO else settings.variant
-    return next(chosen, fixed)

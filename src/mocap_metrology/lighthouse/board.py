@@ -35,11 +35,9 @@ def csv_rows(path: str | Path, columns: Sequence[str]) -> list[list[str]]:
 def read_places(
     path: str | Path, thing: str, largest_m: float, origin: str
 ) -> dict[str, np.ndarray]:
-    """Label -> position (3,) in m, in file order, from a CSV with the columns label, x_m, y_m, z_m.
-
-    thing: what has a label, in words; largest_m: no coordinate is larger, so that a file in mm is
-    noticed; origin: of the frame, in words. Raises `Refusal` for a file that is no such thing.
-    """
+    """Label -> position (3,) in m, in file order, from a CSV with the columns label, x_m, y_m, z_m;
+    thing: what has a label, origin: of the frame, in words; largest_m: of a coordinate, beyond
+    which a file is in mm. Raises `Refusal` for a file that is no such thing."""
     name = Path(path).name
     rows = csv_rows(path, PLACE_COLUMNS)
     places: dict[str, np.ndarray] = {}
@@ -75,11 +73,8 @@ def narrowness_m(places: np.ndarray) -> float:
 def flat_board(
     columns: int = 8, rows: int = 4, width_m: float = 0.24, height_m: float = 0.16
 ) -> np.ndarray:
-    """The default board of twins: a flat grid that faces along +x, centred, (n, 3) in metres.
-
-    y runs to the left, z up; diodes count along rows, from the lower left as a station sees it.
-    J gives no measures of its board of 32 diodes.
-    """
+    """The default board of twins: a flat grid that faces along +x, centred, (n, 3) in metres; y
+    runs to the left, z up. Diodes count along rows, from the lower left as a station sees it."""
     y = np.linspace(-width_m / 2, width_m / 2, columns)
     z = np.linspace(-height_m / 2, height_m / 2, rows)
     grid = np.stack(np.meshgrid(y, z), axis=-1).reshape(-1, 2)
@@ -87,10 +82,8 @@ def flat_board(
 
 
 def read_board(path: str | Path) -> np.ndarray:
-    """Positions of the diodes in metres, (n, 3), from a CSV with columns x_m, y_m, z_m.
-
-    Raises `Refusal` for missing columns, cells that are no numbers, and a board in mm.
-    """
+    """Positions of the diodes in metres, (n, 3), from a CSV with columns x_m, y_m, z_m. Raises
+    `Refusal` for missing columns, cells that are no numbers, and a board in mm."""
     name = Path(path).name
     return check_board(_numbers(csv_rows(path, COLUMNS), 0, f"{name}: line"), name)
 
@@ -112,7 +105,6 @@ def read_normals(path: str | Path) -> np.ndarray | None:
 
 
 def _numbers(rows: list[list[str]], first: int, where: str) -> np.ndarray:
-    """Three cells of each row from the `first` on."""
     found = []
     for number, row in enumerate(rows, start=2):
         if not row:

@@ -38,16 +38,15 @@ class Place:
 
 @dataclass(frozen=True)
 class KnownLength:
-    """Size of the figure of some places, and its standard deviation, m: the root of the
-    sum of the squared distances from their mean."""
+    """Size of the figure of some places, the root of the sum of their squared distances from their
+    mean, and its standard deviation, m."""
 
     places: tuple[Place, ...]
     size_m: float
     sd_m: float
 
     def among(self, stations: Sequence[int]) -> KnownLength:
-        """The length with its stations numbered among these; refused where one of its own is not
-        among them."""
+        """The length with its stations numbered among these; refuses others."""
 
         def own(place: Place) -> Place:
             if place.station is None:
@@ -60,12 +59,11 @@ class KnownLength:
 
     @classmethod
     def between(cls, first: Place, second: Place, length_m: float, sd_m: float) -> KnownLength:
-        """The distance of two places."""
         return cls((first, second), length_m / np.sqrt(2), sd_m / np.sqrt(2))
 
     @classmethod
     def of_points(cls, points: Sequence[tuple[Place, np.ndarray]], sd_m: float) -> KnownLength:
-        """The size of a figure whose corners were measured; sd_m: of a coordinate."""
+        """sd_m: of a coordinate."""
         places, known = zip(*points, strict=True)
         size = np.linalg.norm(known - np.mean(known, axis=0))
         return cls(places, float(size), sd_m)
@@ -78,11 +76,8 @@ def known_length(
     names: Sequence[str] = ROLES,
 ) -> KnownLength:
     """The length that a cell states: see `EXPECTED`; points: places in the room by label, in m;
-    names: of the stations.
-
-    Raises `Refusal` for anything else, for diodes that the board has not, and for `points` without
-    a file of these.
-    """
+    names: of the stations. Raises `Refusal` for anything else, for diodes that the board has not,
+    and for `points` without a file of these."""
     if (cell := POINTS.fullmatch(text)) is not None:
         if points is None:
             raise Refusal(f"known_length: {text!r}; expected a file of points (world_points)")

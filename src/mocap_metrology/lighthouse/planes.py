@@ -16,6 +16,7 @@ leaves curve and ogee out, and its argument of G is u + g [lighthouse_calibratio
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -26,23 +27,25 @@ from mocap_metrology.lighthouse.records import Factory
 # Columns of the parameters of a plane; those of a rotor of the first generation are in `rotor`.
 PHASE, TILT, CURVE, GIBPHASE, GIBMAG = range(5)
 GIB_CORRECTED, OGEEPHASE, OGEEMAG, GENERATION = 8, 10, 11, 12
-INTRINSICS = 6  # of a plane beside its phase
 C2, C3, C4, C5 = 7.6069798e-3, 5.3685255e-6, 2.8679863e-3, -8.0108022e-6
 LIMITS = {"phase": 0.05, "tilt": 0.1, "curve": 1.5, "gibmag": 0.1, "ogeemag": 2.0}
 MOST = 1.0 - 1e-9  # of a sine: points that no plane meets
 PLANE_RAD = math.pi / 6
 
 
+def check_within(factory: Factory, limits: Mapping[str, float], hint: str) -> None:
+    """Refuse values that no such station has."""
+    for name, limit in limits.items():
+        values = np.asarray(getattr(factory, name))
+        if not (np.abs(values) <= limit).all():
+            said = f"factory calibration: {name} is {values.tolist()}; expected within +-{limit}"
+            raise Refusal(said + hint)
+
+
 def parameters(factory: Factory, full: bool) -> np.ndarray:
     """Rows (2, 13) of both planes for the kernels; full: by libsurvive's formula, else by that of
     the Crazyflie. Raises `Refusal` for values that no such station has."""
-    for name, limit in LIMITS.items():
-        values = np.asarray(getattr(factory, name))
-        if not (np.abs(values) <= limit).all():
-            raise Refusal(
-                f"factory calibration: {name} is {values.tolist()}; expected within +-{limit}"
-                " (of a second-generation station)"
-            )
+    check_within(factory, LIMITS, " (of a second-generation station)")
     rows = np.zeros((2, 13))
     rows[:, PHASE], rows[:, TILT] = factory.phase, factory.tilt
     rows[:, GIBPHASE], rows[:, GIBMAG] = factory.gibphase, factory.gibmag
@@ -51,14 +54,6 @@ def parameters(factory: Factory, full: bool) -> np.ndarray:
         rows[:, OGEEPHASE], rows[:, OGEEMAG] = factory.ogeephase, factory.ogeemag
     rows[:, GIB_CORRECTED], rows[:, GENERATION] = full, 2
     return rows
-
-
-@njit(inline="always")
-def _fan(s: float) -> tuple[float, float, float]:
-    """m, and its first and second derivatives by s."""
-    m = s * s * (C2 + s * (C3 + s * (C4 + s * C5)))
-    d = s * (2 * C2 + s * (3 * C3 + s * (4 * C4 + s * 5 * C5)))
-    return m, d, 2 * C2 + s * (6 * C3 + s * (12 * C4 + s * 20 * C5))
 
 
 @njit(inline="always")
@@ -74,7 +69,7 @@ def plane_gradient(
 ) -> tuple[float, float, float, float]:
     """Angle in rad, and its derivatives by x, y and z in rad/m; p: a row of the parameters.
 
-    Those by tilt, curve, G cos g, G sin g, O cos o and O sin o go into of (6,).
+    Those by tilt, curve, G cos g, G sin g, O cos o and O sin o go into `of`, (6,) or empty.
     """
     A = (PLANE_RAD if plane == 0 else -PLANE_RAD) + p[TILT]
     cA, sA = math.cos(A), math.sin(A)
@@ -89,14 +84,17 @@ def plane_gradient(
     G, g = p[GIBMAG], p[GIBPHASE]
     if p[GIB_CORRECTED] == 0.0:
         inner = 1.0 - G * math.sin(u + g)
-        of[0], of[1], of[4], of[5] = -w_A, 0.0, 0.0, 0.0
-        of[2], of[3] = math.cos(u), -math.sin(u)
+        if of.size > 0:
+            of[0], of[1], of[4], of[5] = -w_A, 0.0, 0.0, 0.0
+            of[2], of[3] = math.cos(u), -math.sin(u)
         theta = u - w + G * math.cos(u + g) - p[PHASE]
         return theta, inner * u_x - w_x, inner * u_y - w_y, -w_z
     q = z / (R * cA)
     s, ds = _asin(q)
     s_x, s_y, s_z, s_A = -ds * q * x / R2, -ds * q * y / R2, ds * r2 / (R * R2 * cA), ds * q * tA
-    m, d, dd = _fan(s)
+    m = s * s * (C2 + s * (C3 + s * (C4 + s * C5)))
+    d = s * (2 * C2 + s * (3 * C3 + s * (4 * C4 + s * 5 * C5)))
+    dd = 2 * C2 + s * (6 * C3 + s * (12 * C4 + s * 20 * C5))
     psi, og, o = u - w, p[OGEEMAG], p[OGEEPHASE]
     k, turn = p[CURVE] + og * math.cos(psi + o), -og * math.sin(psi + o)
     n = cA - d * k * sA
@@ -110,21 +108,11 @@ def plane_gradient(
     b_z = -dv * (by_w * w_z + by_s * s_z)
     b = u - v
     inner = 1.0 - G * math.sin(b + g)
-    of[0], of[1] = -inner * dv * v_A, -inner * dv * by_k
-    of[2], of[3] = math.cos(b), -math.sin(b)
-    of[4], of[5] = of[1] * math.cos(psi), -of[1] * math.sin(psi)
+    if of.size > 0:
+        of[0], of[1] = -inner * dv * v_A, -inner * dv * by_k
+        of[2], of[3] = math.cos(b), -math.sin(b)
+        of[4], of[5] = of[1] * math.cos(psi), -of[1] * math.sin(psi)
     return b + G * math.cos(b + g) - p[PHASE], inner * b_x, inner * b_y, inner * b_z
-
-
-@njit
-def plane_angles(points: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Angles in rad of both planes for points (n, 3) in the station's frame, (n, 2)."""
-    out, of = np.empty((points.shape[0], 2)), np.empty(INTRINSICS)
-    for i in range(points.shape[0]):
-        for plane in range(2):
-            x, y, z = points[i, 0], points[i, 1], points[i, 2]
-            out[i, plane] = plane_gradient(plane, x, y, z, rows[plane], of)[0]
-    return out
 
 
 @njit(inline="always")

@@ -11,8 +11,11 @@ from typing import Self
 
 import numpy as np
 
+from mocap_metrology.lighthouse.rotation import quaternions
+
 MASTER, SLAVE = 0, 1
 ROLES = ("master", "slave")
+COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
 AXES = ("azimuth", "elevation")
 PLANES = ("plane0", "plane1")  # in place of the axes, of generation 2
 
@@ -54,7 +57,6 @@ class Clock:
     rms_s: float  # of the flashes about the line, outliers apart
 
     def start(self, cycle: np.ndarray | int) -> np.ndarray:
-        """Begin of cycles in seconds."""
         return self.epoch_s + self.cycle_s * np.asarray(cycle)
 
 
@@ -84,7 +86,6 @@ class Rows:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """The rows of all, one after another."""
         every = [vars(part) for part in parts]
         return cls(**{name: np.concatenate([own[name] for own in every]) for name in every[0]})
 
@@ -105,6 +106,13 @@ class Hits(Rows):
     time_s: np.ndarray  # middle of the pulse
     angle_rad: np.ndarray  # pi (time - begin of the station's cycle) / cycle length - pi/2
     width_s: np.ndarray
+
+    @classmethod
+    def of(cls, *whole: np.ndarray, time_s: np.ndarray, angle_rad: np.ndarray) -> Hits:
+        """With columns station, axis, cycle, diode of any type, and unknown widths."""
+        kinds = np.int8, np.int8, np.int32, np.int16
+        station, axis, cycle, diode = (k.astype(kind) for k, kind in zip(whole, kinds, strict=True))
+        return cls(station, axis, cycle, diode, time_s, angle_rad, np.full(time_s.size, np.nan))
 
     def by_sweep(self) -> tuple[np.ndarray, np.ndarray]:
         """Order of the hits by cycle, station and axis, and where each sweep begins in it."""
@@ -147,7 +155,6 @@ class Path(Rows):
     ambiguity: np.ndarray
 
     def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Path:
-        """The path in a frame in which that of the station has the pose R, t."""
         return replace(self, R=R @ self.R, t_m=self.t_m @ R.T + t_m)
 
 
@@ -198,7 +205,7 @@ class Halves:
 
     @classmethod
     def of(cls, d: np.ndarray, m2: float) -> Halves:
-        """The halves by the difference (6,) of their poses in m and rad."""
+        """By the difference (6,) of their poses in m and rad."""
         return cls(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)
 
 
@@ -219,8 +226,7 @@ class SharedErrors:
 
 @dataclass(frozen=True)
 class PoseEstimate:
-    """Pose of a station, the slave, in the frame of the reference, the master, by one estimator at
-    one stage."""
+    """Pose of a station in the frame of the reference, by one estimator at one stage."""
 
     estimator: str  # batch, paper, paper-tight, paper-lm, geometric, pnp
     stage: str  # kabsch, final, static
@@ -280,7 +286,6 @@ def inertial_columns(given: Inertial | None) -> dict[str, np.ndarray]:
 
 
 def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
-    """The sensors out of inertial.parquet."""
     if not columns["time_s"].size:
         return None
     rate, force, place = (
@@ -290,7 +295,6 @@ def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
 
 
 def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:
-    """Hits out of sweeps.parquet."""
     names = [name for name in Hits.__dataclass_fields__ if name != "width_s"]
     width_s = 1e-6 * columns["width_us"].astype(np.float64)
     return Hits(**{name: columns[name] for name in names}, width_s=width_s)
@@ -298,13 +302,11 @@ def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:
 
 def pose_columns(paths: Mapping[tuple[str, str], tuple[Path, ...]]) -> dict[str, np.ndarray]:
     """poses.parquet: board poses in the frame of each station, of every estimator and optics."""
-    from scipy.spatial.transform import Rotation
-
     parts: dict[str, list[np.ndarray]] = {}
     for (estimator, optics), both in paths.items():
         for station, path in enumerate(both):
             n = len(path)
-            q = Rotation.from_matrix(path.R).as_quat(canonical=True)
+            q = quaternions(path.R)
             own = {
                 "estimator": np.full(n, estimator, dtype=object),
                 "optics": np.full(n, optics, dtype=object),

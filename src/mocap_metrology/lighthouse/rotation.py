@@ -44,7 +44,7 @@ def to_angles(R: np.ndarray) -> np.ndarray:
 
 
 def exp(v: np.ndarray) -> np.ndarray:
-    """Rotation matrix of a rotation vector in rad (Rodrigues)."""
+    """Rotation matrices of rotation vectors in rad."""
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_rotvec(v).as_matrix()
@@ -55,6 +55,20 @@ def log(R: np.ndarray) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_matrix(R).as_rotvec()
+
+
+def quaternions(R: np.ndarray) -> np.ndarray:
+    """x, y, z, w with w >= 0 of rotation matrices (..., 3, 3), (..., 4)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(R).as_quat(canonical=True)
+
+
+def of_quaternions(q: np.ndarray) -> np.ndarray:
+    """Rotation matrices of x, y, z, w, (..., 4)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(q).as_matrix()
 
 
 def cross(v: np.ndarray) -> np.ndarray:

@@ -20,21 +20,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import planes
-from mocap_metrology.lighthouse.planes import (
-    INTRINSICS,
-    ideal_direction,
-    plane_angles,
-    plane_gradient,
-)
+from mocap_metrology.lighthouse.planes import ideal_direction, plane_gradient
 from mocap_metrology.lighthouse.records import Factory
 
 # Columns of the parameters of a rotor, as kernels read them; those after them are of `planes`.
 PHASE, TAN_TILT, CURVE, GIBPHASE, GIBMAG, X, Y, Z, GIB_CORRECTED, IMPERFECT = range(10)
 OGEEPHASE, OGEEMAG, GENERATION = range(10, 13)
 COLUMNS = 13
-LARGEST_PHASE, LARGEST_CURVE = 0.3, 0.1  # second-generation stations have curves near 0.2
+LIMITS = {"phase": 0.3, "tilt": 0.3, "curve": 0.1}  # second-generation curves are near 0.2
 
 
 @dataclass(frozen=True)
@@ -90,115 +84,77 @@ def rotor_parameters(
 
 def check(factory: Factory) -> None:
     """Refuse values that no first-generation station has."""
-    for name, limit in (
-        ("phase", LARGEST_PHASE),
-        ("tilt", LARGEST_PHASE),
-        ("curve", LARGEST_CURVE),
-    ):
-        values = np.asarray(getattr(factory, name))
-        if not (np.abs(values) <= limit).all():
-            raise Refusal(
-                f"factory calibration: {name} is {values.tolist()}; expected within +-{limit}"
-                " (values of second-generation stations mean something else)"
-            )
+    planes.check_within(
+        factory, LIMITS, " (values of second-generation stations mean something else)"
+    )
 
 
 @njit(inline="always")
-def angle(axis: int, x: float, y: float, z: float, p: np.ndarray) -> float:
-    """Angle in rad of `axis` for a point in the station's frame; p is a row of the parameters."""
-    a, b, c = x - p[X], y - p[Y], z - p[Z]
-    if axis == 1:
-        b, c = c, -b
-    u = math.atan2(b, a)
-    if p[IMPERFECT] == 0.0:
-        return u
-    v = math.atan2(c, a)
-    base = u - p[PHASE] - math.asin(c * p[TAN_TILT] / math.sqrt(a * a + b * b))
-    g = base if p[GIB_CORRECTED] else u
-    return float(base + p[GIBMAG] * math.sin(g + p[GIBPHASE]) + p[CURVE] * v * v)
+def turned(R: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """R (x, y, z)."""
+    return (
+        R[0, 0] * x + R[0, 1] * y + R[0, 2] * z,
+        R[1, 0] * x + R[1, 1] * y + R[1, 2] * z,
+        R[2, 0] * x + R[2, 1] * y + R[2, 2] * z,
+    )
 
 
 @njit(inline="always")
 def angle_gradient(
-    axis: int, x: float, y: float, z: float, p: np.ndarray
+    axis: int, x: float, y: float, z: float, p: np.ndarray, of: np.ndarray
 ) -> tuple[float, float, float, float]:
-    """Angle in rad, and its derivatives by x, y and z in rad/m."""
+    """Angle in rad of `axis`, or plane, for a point in the station's frame, and its derivatives by
+    x, y and z in rad/m; p: a row of the parameters.
+
+    Unless `of` is empty, those by tan(tilt), the curve with its sign, gibmag cos(gibphase) and
+    gibmag sin(gibphase) go into it, of a plane those of `plane_gradient`.
+    """
+    if p[GENERATION] == 2.0:
+        return plane_gradient(axis, x, y, z, p, of)
     a, b, c = x - p[X], y - p[Y], z - p[Z]
     if axis == 1:
         b, c = c, -b
     r2 = a * a + b * b
     theta = math.atan2(b, a)
     da, db, dc = -b / r2, a / r2, 0.0
-    if p[IMPERFECT] != 0.0:
-        r = math.sqrt(r2)
-        v = math.atan2(c, a)
+    if p[IMPERFECT] != 0.0 or of.size > 0:
+        r, v = math.sqrt(r2), math.atan2(c, a)
         s = c * p[TAN_TILT] / r
         k = 1.0 / math.sqrt(1.0 - s * s)
         ta, tb, tc = -k * s * a / r2, -k * s * b / r2, k * p[TAN_TILT] / r
         base = theta - p[PHASE] - math.asin(s)
+        g = base if p[GIB_CORRECTED] else theta
+        inner = 1.0 + p[GIBMAG] * math.cos(g + p[GIBPHASE])
+        theta = base + p[GIBMAG] * math.sin(g + p[GIBPHASE]) + p[CURVE] * v * v
         if p[GIB_CORRECTED]:
-            gib = p[GIBMAG] * math.cos(base + p[GIBPHASE])
-            theta = base + p[GIBMAG] * math.sin(base + p[GIBPHASE]) + p[CURVE] * v * v
-            da, db, dc = (1.0 + gib) * (da - ta), (1.0 + gib) * (db - tb), -(1.0 + gib) * tc
+            da, db, dc = inner * (da - ta), inner * (db - tb), -inner * tc
         else:
-            gib = p[GIBMAG] * math.cos(theta + p[GIBPHASE])
-            theta = base + p[GIBMAG] * math.sin(theta + p[GIBPHASE]) + p[CURVE] * v * v
-            da, db, dc = (1.0 + gib) * da - ta, (1.0 + gib) * db - tb, -tc
+            da, db, dc, inner = inner * da - ta, inner * db - tb, -tc, 1.0
         q = 2.0 * p[CURVE] * v / (a * a + c * c)
         da, dc = da - q * c, dc + q * a
+        if of.size > 0:
+            of[0], of[1] = inner * (-c / (r * math.sqrt(1.0 - s * s))), v * v
+            of[2], of[3] = math.sin(g), math.cos(g)
     if axis == 1:
         return theta, da, -dc, db
     return theta, da, db, dc
 
 
-@njit(inline="always")
-def model_gradient(
-    axis: int, x: float, y: float, z: float, p: np.ndarray, of: np.ndarray
-) -> tuple[float, float, float, float]:
-    """The angle and its gradient by the model of the row's generation; of (6,): room for those of
-    `plane_gradient`."""
-    if p[GENERATION] == 2.0:
-        return plane_gradient(axis, x, y, z, p, of)
-    return angle_gradient(axis, x, y, z, p)
-
-
-@njit(inline="always")
-def intrinsic_gradient(
-    axis: int, x: float, y: float, z: float, p: np.ndarray
-) -> tuple[float, float, float, float, float]:
-    """Derivatives of the angle by phase, tan(tilt), the curve with its sign, gibmag cos(gibphase)
-    and gibmag sin(gibphase)."""
-    a, b, c = x - p[X], y - p[Y], z - p[Z]
-    if axis == 1:
-        b, c = c, -b
-    u, v, r = math.atan2(b, a), math.atan2(c, a), math.sqrt(a * a + b * b)
-    s = c * p[TAN_TILT] / r
-    g, inner = u, 1.0
-    if p[GIB_CORRECTED] != 0.0:
-        g = u - p[PHASE] - math.asin(s)
-        inner = 1.0 + p[GIBMAG] * math.cos(g + p[GIBPHASE])
-    tilt = -c / (r * math.sqrt(1.0 - s * s))
-    return -inner, inner * tilt, v * v, math.sin(g), math.cos(g)
-
-
 @njit
 def angles(points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """C(L, P) of J Eq. 2: both angles in rad of points (n, 3) in the station's frame, (n, 2)."""
-    if parameters[0, GENERATION] == 2.0:
-        return plane_angles(points, parameters)
-    out = np.empty((points.shape[0], 2))
+    out, none = np.empty((points.shape[0], 2)), np.empty(0)
     for i in range(points.shape[0]):
+        x, y, z = points[i]
         for axis in range(2):
-            out[i, axis] = angle(axis, points[i, 0], points[i, 1], points[i, 2], parameters[axis])
+            out[i, axis] = angle_gradient(axis, x, y, z, parameters[axis], none)[0]
     return out
 
 
 def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    """Ideal angles behind measured ones: the inverse of the model, lasers assumed at one point.
-
-    measured (..., 2) in rad; returns the same shape, to 1e-12 rad, by Newton's method on the
-    direction (1, tan theta, tan phi). NaN for both where either is.
-    """
+    """Ideal angles behind measured ones, (..., 2) in rad: the inverse of the model, lasers assumed
+    at one point, to 1e-12 rad by Newton's method on (1, tan theta, tan phi). NaN for both where
+    either is."""
     measured = np.asarray(measured, dtype=np.float64)
     flat = np.ascontiguousarray(measured.reshape(-1, 2))
     without_place = parameters.copy()
@@ -208,15 +164,15 @@ def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
 
 @njit
 def _directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    out, of = np.empty_like(measured), np.empty(INTRINSICS)
+    out, of = np.empty_like(measured), np.empty(0)
     for i in range(measured.shape[0]):
         y, z = math.tan(measured[i, 0]), math.tan(measured[i, 1])
         if parameters[0, GENERATION] == 2.0:
             first, second = parameters[:, PHASE]
             y, z = ideal_direction(measured[i, 0] + first, measured[i, 1] + second)
         for _ in range(12):
-            t0, _, a, b = model_gradient(0, 1.0, y, z, parameters[0], of)
-            t1, _, c, d = model_gradient(1, 1.0, y, z, parameters[1], of)
+            t0, _, a, b = angle_gradient(0, 1.0, y, z, parameters[0], of)
+            t1, _, c, d = angle_gradient(1, 1.0, y, z, parameters[1], of)
             e0, e1 = measured[i, 0] - t0, measured[i, 1] - t1
             det = a * d - b * c
             y += (d * e0 - b * e1) / det

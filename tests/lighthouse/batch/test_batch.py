@@ -10,8 +10,7 @@ from scipy.stats import chi2
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.batch.residuals import BINS
-from mocap_metrology.lighthouse.calibrate.batch import solved
+from mocap_metrology.lighthouse.calibrate.batch import BINS, solved
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.records import Factory, Hits, PoseEstimate
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate

@@ -36,7 +36,7 @@ def test_both_stations_find_the_minima_that_one_cannot(flown: Scene) -> None:
     less than one in twenty."""
     given = [reconstruct(flown.hits, s, 4, order=3) for s in (0, 1)]
     both = [minima(own, DECK, IDEAL) for own in given]
-    agreed = agree(*both, DECK, (IDEAL, IDEAL), 3)
+    agreed = agree(*both, 3)
     assert np.linalg.norm(rotation.error(agreed.R, flown.R)) < np.radians(2)
     which = choose(*both, agreed.R)
     stations = [(np.eye(3), np.zeros(3)), (flown.R, flown.t_m)]

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.lighthouse_recordings import hand, wrong_sweeps
 from benchmarks.sentences.flights import Outcome, outcome
 from mocap_metrology.lighthouse.assess.summary import summary
-from mocap_metrology.lighthouse.calibrate import jansen
+from mocap_metrology.lighthouse.calibrate import stages
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate, chosen
 from mocap_metrology.lighthouse.calibrate.static import is_still
 from mocap_metrology.lighthouse.decode.clean import clean_hits
@@ -92,7 +92,7 @@ def test_hits_that_determine_nothing_are_a_reason_and_no_crash(
     def singular(*_: object, **__: object) -> None:
         raise np.linalg.LinAlgError("Singular matrix")
 
-    monkeypatch.setattr(jansen, "agreed_paths", singular)
+    monkeypatch.setattr(stages, "agreed_paths", singular)
     factories = [station.factory for station in made.truth.stations]
     found = calibrate(made.hits, made.truth.board, factories, BATCH)
     assert found.why == ["factory optics: the hits do not determine a pose (Singular matrix)"]

@@ -7,8 +7,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.batch import joint
-from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
-from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.records import COVARIANCE_UNITS, Hits
 from tests.lighthouse.batch.planes_scene import made
 
 LAST_S = 2.0

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.calibrate import geometric, pnp
+from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.rotation import error
 
 FLAT = flat_board()
@@ -16,7 +16,7 @@ METHODS = {
     "ippe": lambda d, b: pnp.board_poses(d, b, "ippe"),
     "epnp": lambda d, b: pnp.board_poses(d, b, "epnp"),
     "sqpnp": lambda d, b: pnp.board_poses(d, b, "sqpnp"),
-    "geometric": geometric.board_poses,
+    "geometric": pnp.geometric_poses,
 }
 NO_OPENCV = pytest.mark.skipif(bool(pnp.opencv_is_missing()), reason=pnp.opencv_is_missing())
 CASES = [

@@ -12,7 +12,7 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint
-from mocap_metrology.lighthouse.calibrate import joint_variants
+from mocap_metrology.lighthouse.calibrate import variants
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.variants import NOISE_RAD, Fit, weigh
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
@@ -110,7 +110,7 @@ def test_what_batch_cannot_solve_is_chosen_by_board_poses(
     monkeypatch: pytest.MonkeyPatch, at_once: bool
 ) -> None:
     """Normal equations without a solution, in the first steps or where the variants are judged."""
-    solve = joint_variants.with_rotors
+    solve = variants.with_rotors
 
     def failing(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
         if at_once or rounds == ROUNDS:
@@ -120,7 +120,7 @@ def test_what_batch_cannot_solve_is_chosen_by_board_poses(
         return solved
 
     own = made("libsurvive", 7)
-    monkeypatch.setattr(joint_variants, "with_rotors", failing)
+    monkeypatch.setattr(variants, "with_rotors", failing)
     found = calibrated(own, "batch")
     standing = {w.variant: w.standing for w in found.variants}
     assert standing["crazyflie"] == "worse"

@@ -103,7 +103,7 @@ def runs() -> dict[str, np.ndarray]:
         H, _, _ = equations(R, T, at_truth)
         sd = SIGMA * np.sqrt(np.diag(np.linalg.inv(H.sum(axis=0))))
         plain = weighted_station.by_levenberg_marquardt(
-            R, T, weighted_station.scene(found, slave, BOARD, IDEAL)
+            R, T, evidence(found, slave, master, BOARD, BOTH)
         )
         weighted = by_gauss_newton(plain[0], plain[1], evidence(found, slave, master, BOARD, BOTH))
         for kind, pose in (("plain", plain), ("weighted", weighted)):
@@ -122,7 +122,7 @@ def test_errors_reach_the_bound(runs: dict[str, np.ndarray]) -> None:
 def test_mirrored_poses_are_left_out() -> None:
     _, master, slave, found = recording(60, 3)
     start = weighted_station.by_levenberg_marquardt(
-        R, T, weighted_station.scene(found, slave, BOARD, IDEAL)
+        R, T, evidence(found, slave, master, BOARD, BOTH)
     )
     clean = by_gauss_newton(start[0], start[1], evidence(found, slave, master, BOARD, BOTH))
     turned = found.R.copy()

@@ -5,8 +5,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, pulses_of_words, read_dump
-from mocap_metrology.lighthouse.decode.flashes import find_flashes
-from mocap_metrology.lighthouse.decode.sweeps import find_hits
+from mocap_metrology.lighthouse.decode.flashes import find_flashes, find_hits
 from mocap_metrology.lighthouse.records import Hits
 
 from . import synthetic

@@ -5,9 +5,8 @@ import gzip
 import numpy as np
 import pytest
 
-from mocap_metrology.lighthouse.decode.flashes import find_flashes
+from mocap_metrology.lighthouse.decode.flashes import find_flashes, find_hits
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
-from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.records import Hits, Pulses
 
 from .synthetic import TICK, Scene, add, drop

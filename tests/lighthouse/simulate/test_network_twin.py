@@ -10,7 +10,8 @@ from scipy.stats import chi2
 from mocap_metrology.calibration.pose import simulate
 from mocap_metrology.calibration.sweeps import Entry
 from mocap_metrology.common.entries import TwinsFile
-from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin, simulate_network
+from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
+from mocap_metrology.lighthouse.simulate.turns import simulate_turns
 from mocap_metrology.settings import Lighthouse
 
 FILE: TwinsFile = {
@@ -33,7 +34,7 @@ def twin(name: str) -> NetworkTwin:
 
 
 def test_recordings_of_a_setup_share_stations_and_object_alone() -> None:
-    first, second, other = (simulate_network(twin(name), seed) for name, seed in
+    first, second, other = (simulate_turns(twin(name).turns(seed)) for name, seed in
                             (("a", 0), ("b", 0), ("a", 1)))  # fmt: skip
     for name in ("ids", "places"):
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
@@ -42,7 +43,7 @@ def test_recordings_of_a_setup_share_stations_and_object_alone() -> None:
     at = np.linspace(0, 20, 50)
     apart = first.motion.poses(at)[1] - second.motion.poses(at)[1]
     assert np.linalg.norm(apart, axis=1).min() > 0 and apart.std() > 0.05
-    again = simulate_network(twin("a"), 0)
+    again = simulate_turns(twin("a").turns(0))
     np.testing.assert_array_equal(first.light.hit_s, again.light.hit_s)
 
 

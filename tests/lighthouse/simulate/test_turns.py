@@ -7,8 +7,9 @@ import numpy as np
 
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode, decode_light
 from mocap_metrology.lighthouse.decode.gates import Cleaning
-from mocap_metrology.lighthouse.planes import parameters, plane_angles
+from mocap_metrology.lighthouse.planes import parameters
 from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.rotor import angles
 from mocap_metrology.lighthouse.simulate.turns import (
     MadeTurns,
     TurnsTwin,
@@ -38,9 +39,7 @@ def residuals(made: MadeTurns, hits: Hits, begin_s: float = 0.0) -> np.ndarray:
     place = np.einsum("nij,nj->ni", R, (made.places @ turn.T + shift)[hits.diode]) + p
     for s, factory in enumerate(made.factories):
         own = hits.station == s
-        angle = plane_angles(
-            (place[own] - made.twin.t[s]) @ made.twin.R[s], parameters(factory, True)
-        )
+        angle = angles((place[own] - made.twin.t[s]) @ made.twin.R[s], parameters(factory, True))
         out[own] = hits.angle_rad[own] - angle[np.arange(own.sum()), hits.axis[own]]
     return out
 

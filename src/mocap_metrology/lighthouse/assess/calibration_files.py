@@ -21,7 +21,7 @@ from mocap_metrology.lighthouse.board import read_board
 from mocap_metrology.lighthouse.calibrate.superpose import at_times
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE, Path
-from mocap_metrology.lighthouse.rotation import from_angles, log, mean
+from mocap_metrology.lighthouse.rotation import from_angles, log, mean, of_quaternions
 
 Pose = tuple[np.ndarray, np.ndarray]  # R (3, 3), t (3,) in metres
 Paths = tuple[Path, Path]  # of the board in the frames of master and slave
@@ -64,14 +64,10 @@ def agreement(paths: tuple[Path, Path], pose: tuple[np.ndarray, np.ndarray]) -> 
     trace = np.einsum("nij,ik,nkj->n", own.R, R, then.R)
     first, last = (own.time_s[0], own.time_s[-1]) if len(own) else (np.inf, -np.inf)
     alone = master.time_s[~common], slave.time_s[~both]
-    return Agreement(
-        own.time_s,
-        own.t_m,
-        moved,
-        1e3 * np.linalg.norm(own.t_m - moved, axis=1),
-        np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))),
-        tuple(t_s[(t_s > first) & (t_s < last)] for t_s in alone),
-    )
+    apart_mm = 1e3 * np.linalg.norm(own.t_m - moved, axis=1)
+    turned_deg = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1)))
+    alone_s = tuple(t_s[(t_s > first) & (t_s < last)] for t_s in alone)
+    return Agreement(own.time_s, own.t_m, moved, apart_mm, turned_deg, alone_s)
 
 
 def residuals_urad(path: Path) -> np.ndarray:
@@ -136,13 +132,11 @@ def deviations_mm(track: Columns) -> np.ndarray:
 
 def jitter(track: Columns) -> tuple[float, float]:
     """Standard deviation of the `settled` poses about their mean: lengths in mm and deg."""
-    from scipy.spatial.transform import Rotation
-
     good = settled(track)
     if good.sum() < 2:
         return math.nan, math.nan
     q = np.column_stack([track[name][good] for name in ("qx", "qy", "qz", "qw")])
-    R = Rotation.from_quat(q).as_matrix()
+    R = of_quaternions(q)
     both = deviations_mm(track)[good], np.degrees(log(R @ mean(R).T))
     mm, deg = (float(np.sqrt(own.var(axis=0, ddof=1).sum())) for own in both)
     return mm, deg
@@ -228,7 +222,6 @@ class CalibrationFiles:
 
     @property
     def chosen(self) -> PoseEntry | None:
-        """The estimate to use, None if there is none."""
         return pose_file.chosen_pose(self.pose)
 
     @property
@@ -239,13 +232,11 @@ class CalibrationFiles:
 
     @property
     def entries(self) -> dict[str, PoseEntry | None]:
-        """The estimate to use of each station but the reference, by name."""
         pairs = pose_file.pairs(self.pose).items()
         return {name: pose_file.chosen_pose(one) for name, one in pairs}
 
     @property
     def reference_name(self) -> str:
-        """Name of the station whose frame is used."""
         if pose_file.is_network(self.pose):
             return str(self.pose["reference"] or self.names[0])
         return ROLES[MASTER]
@@ -290,13 +281,11 @@ class CalibrationFiles:
         return both if both.time_s.size else None
 
     def estimate(self, *kind: str) -> PoseEntry | None:
-        """One of the estimates in pose.json, by estimator, stage and optics."""
         poses = self.pose["poses"]
         return next((p for p in poses if (p["estimator"], p["stage"], p["optics"]) == kind), None)
 
     @property
     def reference(self) -> Pose | None:
-        """True pose, where one is known."""
         true = self.pose.get("reference")
         if not true or pose_file.is_network(self.pose):
             return None
@@ -326,11 +315,9 @@ def read_calibration(
 
 
 def _path(poses: Mapping[str, np.ndarray], rows: np.ndarray) -> Path:
-    from scipy.spatial.transform import Rotation
-
     own = {key: np.asarray(values)[rows] for key, values in poses.items()}
     quaternion = np.column_stack([own[k] for k in ("qx", "qy", "qz", "qw")]).astype(np.float64)
-    R = Rotation.from_quat(quaternion).as_matrix() if len(quaternion) else np.zeros((0, 3, 3))
+    R = of_quaternions(quaternion) if len(quaternion) else np.zeros((0, 3, 3))
     place = np.column_stack([own[k] for k in ("x_m", "y_m", "z_m")]).astype(np.float64)
     rest = own["epsilon_rad2"], own["n_angles"], own["ambiguity"]
     return Path(own["time_s"], R, place, *rest)

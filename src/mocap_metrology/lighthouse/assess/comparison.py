@@ -70,22 +70,14 @@ class Comparison:
         return not self.moved and mm <= TOLERANCE_MM and deg <= TOLERANCE_DEG
 
     def as_dict(self) -> Row:
-        """For pose.json."""
-        names = ("mm", "deg")
-        return {
-            "shift_mm": self.shift[0],
-            "shift_deg": self.shift[1],
-            "lower_95": dict(zip(names, self.lower_95, strict=True)),
-            "upper_95": dict(zip(names, self.upper_95, strict=True)),
-            "tolerance": {"mm": TOLERANCE_MM, "deg": TOLERANCE_DEG},
-            "valid": self.valid,
-            "moved": self.moved,
-            "difference_mm": self.difference_mm.tolist(),
-            "difference_deg": self.difference_deg.tolist(),
-            "chi2": self.chi2,
-            "p_value": self.p_value,
-            "basis": self.basis,
-        }
+        row: Row = dict(zip(("shift_mm", "shift_deg"), self.shift, strict=True))
+        for name in ("lower_95", "upper_95"):
+            row[name] = dict(zip(("mm", "deg"), getattr(self, name), strict=True))
+        row["tolerance"] = {"mm": TOLERANCE_MM, "deg": TOLERANCE_DEG}
+        row |= {name: getattr(self, name) for name in ("valid", "moved")}
+        own = ("difference_mm", "difference_deg")
+        row |= {name: getattr(self, name).tolist() for name in own}
+        return row | {name: getattr(self, name) for name in ("chi2", "p_value", "basis")}
 
 
 def compare_with_earlier(
@@ -130,13 +122,12 @@ def compare_with_earlier(
         moved = p < SIGNIFICANT[basis] and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
         own = slice(0, 3), slice(3, 6)
         ends = [length_interval(off[k], covariance[k, k]) for k in own]
-    lower, upper = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
+    lower, upper = zip(*ends, strict=True)
     other = None if same else pose_file.kind_of(old)
     return Comparison(mm, deg, chi2, p, moved, basis, lower, upper, other, note)
 
 
 def ids_of(given: pose_file.PoseFile) -> tuple[int | None, int | None]:
-    """Ids of master and slave."""
     master, slave = (station_id(given["stations"][role], role) for role in ROLES)
     return master, slave
 
@@ -166,14 +157,13 @@ def _scale(entry: pose_file.PoseEntry) -> float:
 
 def _left_of_shared(first: Record, second: Record, one_board: bool) -> np.ndarray:
     """What errors of board and stations make of the difference, (6, 6): each group cancels where
-    both recordings have it alike; of two boards both errors count.
-
-    An error has the smaller of both standard deviations, as each recording limits it.
-    """
+    both recordings have it alike, with the smaller of both standard deviations; of two boards both
+    errors count."""
     total = np.zeros((6, 6))
     one_board &= first["digest"] == second["digest"]
     for group in ("stations", "board"):
-        (sd, effect), (sd_2, effect_2) = (_errors(one, group) for one in (first, second))
+        sd, sd_2 = (np.array(one[group]["sd"], dtype=np.float64) for one in (first, second))
+        effect, effect_2 = (np.reshape(one[group]["effect"], (-1, 6)) for one in (first, second))
         if sd.shape != sd_2.shape or (group == "board" and not one_board):
             total += effect.T @ effect + effect_2.T @ effect_2
         else:
@@ -181,11 +171,6 @@ def _left_of_shared(first: Record, second: Record, one_board: bool) -> np.ndarra
             apart = effect * (least / sd[:, None]) - effect_2 * (least / sd_2[:, None])
             total += apart.T @ apart
     return total
-
-
-def _errors(shared: Record, group: str) -> tuple[np.ndarray, np.ndarray]:
-    own = shared["stations"] if group == "stations" else shared["board"]
-    return np.array(own["sd"], dtype=np.float64), np.reshape(own["effect"], (-1, 6))
 
 
 def _by_variants(new: pose_file.PoseFile, old: pose_file.PoseFile) -> tuple[np.ndarray, np.ndarray]:
@@ -196,17 +181,14 @@ def _by_variants(new: pose_file.PoseFile, old: pose_file.PoseFile) -> tuple[np.n
     if None in taken or taken[1] not in both[0]:
         return np.zeros(6), np.zeros((6, 6))
     step = _apart(both[0][taken[0]], both[0][taken[1]])
-    others = [k for k in both[0] if k != taken[1] and all(_open(of.get(k)) for of in both)]
+    left = [{k for k, one in of.items() if one["standing"] != "worse"} for of in both]
     rows = [
         _apart(both[0][k], both[0][taken[1]]) - _apart(both[1][k], both[1][taken[1]])
-        for k in others
+        for k in both[0]
+        if k != taken[1] and k in left[0] & left[1]
     ]
     off = np.reshape(rows, (-1, 6))
     return step, off.T @ off / (len(off) + 1)
-
-
-def _open(variant: Record | None) -> bool:
-    return variant is not None and variant["standing"] != "worse"
 
 
 def _apart(one: Record, other: Record) -> np.ndarray:

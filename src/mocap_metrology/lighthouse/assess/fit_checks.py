@@ -116,22 +116,23 @@ def worst(
 
 
 def unknown(name: str, case: Case, unit: str, level: str = "good") -> Check:
-    """A check that does not apply, or of something not known."""
     return Check(name, case, None, unit, None, None, level)
 
 
 def judged(
     name: str,
-    cases: tuple[Case, Case],
+    cases: tuple[Case, ...],
     value: float,
     unit: str,
     grade: tuple[str, float | tuple[float, float]],
     **numbers: float,
 ) -> Check:
     """A check by the word of its value and the limit of the next worse one; cases: of the word
-    good, and of others."""
+    good, of others, and of a value that is not known."""
     word, limit = grade
     good = word == "good"
+    if len(cases) > 2 and not math.isfinite(value):
+        return unknown(name, cases[2], unit)
     return Check(name, cases[not good], value, unit, limit, good, word, numbers)
 
 
@@ -145,10 +146,9 @@ def expected_noise_urad(resolution_s: float | None) -> float:
 
 def distance(chosen: PoseEstimate) -> Check:
     """Farther than stations can be: a search that ran away."""
-    value = float(np.linalg.norm(chosen.t_m))
-    ok = value <= FARTHEST_M
-    case, level = (Case.DISTANCE, "good") if ok else (Case.TOO_DISTANT, "failed")
-    return Check("distance", case, value, "m", FARTHEST_M, ok, level)
+    value, cases = float(np.linalg.norm(chosen.t_m)), (Case.DISTANCE, Case.TOO_DISTANT)
+    word = "good" if value <= FARTHEST_M else "failed"
+    return judged("distance", cases, value, "m", (word, FARTHEST_M))
 
 
 def residual(chosen: PoseEstimate, noise: float) -> Check:
@@ -180,9 +180,7 @@ def _detail(chosen: PoseEstimate, name: str, default: float = math.nan) -> float
 def weight(chosen: PoseEstimate) -> Check:
     """Share of the hits' weight that `batch` does not use."""
     lost = _detail(chosen, "weight_lost")
-    if not math.isfinite(lost):
-        return unknown("weight of hits", Case.WEIGHT_UNKNOWN, "")
-    cases = Case.WEIGHT, Case.WEIGHT_LOST
+    cases = Case.WEIGHT, Case.WEIGHT_LOST, Case.WEIGHT_UNKNOWN
     return judged("weight of hits", cases, lost, "", graded(lost, WEIGHT_LOST), percent=100 * lost)
 
 
@@ -190,12 +188,10 @@ def priors(chosen: PoseEstimate) -> Check:
     """Board and optics as estimated, held against what was known of them, and the size of the board
     against a known length."""
     p, of_scale = _detail(chosen, "prior_p"), _detail(chosen, "scale_p", 1.0)
-    if not math.isfinite(p):
-        return unknown("board and optics", Case.PRIORS_UNKNOWN, "")
     apart = p < PRIOR_P[1] or of_scale < SCALE_P
-    p = min(p, of_scale)
+    p = min(p, of_scale)  # NaN where the first is
     word = "doubtful" if apart else "good" if p >= PRIOR_P[0] else "usable"
-    cases = Case.PRIORS, Case.PRIORS_LEFT
+    cases = Case.PRIORS, Case.PRIORS_LEFT, Case.PRIORS_UNKNOWN
     return judged("board and optics", cases, p, "", (word, PRIOR_P[word != "good"]))
 
 
@@ -214,19 +210,15 @@ def length(chosen: PoseEstimate) -> Iterator[Check]:
 def misfit(chosen: PoseEstimate) -> Check:
     """Pieces of a recording that differ by more than noise makes of them."""
     times = _detail(chosen, "misfit")
-    if not math.isfinite(times):
-        return unknown("pieces agree", Case.MISFIT_UNKNOWN, "")
-    cases, grade = (Case.MISFIT_NONE, Case.MISFIT), graded(times, MISFIT)
-    return judged("pieces agree", cases, times, "", grade, times=math.sqrt(times))
+    cases = Case.MISFIT_NONE, Case.MISFIT, Case.MISFIT_UNKNOWN
+    return judged("pieces agree", cases, times, "", graded(times, MISFIT), times=math.sqrt(times))
 
 
 def weighted(chosen: PoseEstimate, noise: float) -> Check:
     """What errors of the board's path do not explain."""
     name, value = "angles beyond the path", chosen.weighted_rms_urad
-    if not math.isfinite(value):
-        return unknown(name, Case.PATH_ERRORS_UNKNOWN, "urad")
     word, limit = graded(value / noise, WEIGHTED)
-    cases = Case.PATH_ERRORS, Case.BEYOND_PATH
+    cases = Case.PATH_ERRORS, Case.BEYOND_PATH, Case.PATH_ERRORS_UNKNOWN
     return judged(name, cases, value, "urad", (word, limit * noise), noise=noise)
 
 
@@ -251,17 +243,14 @@ def halves(chosen: PoseEstimate) -> Check:
 def mirrored(chosen: PoseEstimate) -> Check:
     """Board poses in the wrong of two minima."""
     share, name = chosen.mirrored_share, "mirrored board poses"
-    if not math.isfinite(share):
-        return unknown(name, Case.MIRRORED_UNKNOWN, "")
     failed = share > MIRRORED_FAILED
     grade = ("failed", MIRRORED_FAILED) if failed else graded(share, MIRRORED)
-    both = chosen.estimator == "paper-lm"
-    cases = Case.MIRRORED, Case.MIRRORED_BOTH if both else Case.MIRRORED_FLAT
+    wrong = Case.MIRRORED_BOTH if chosen.estimator == "paper-lm" else Case.MIRRORED_FLAT
+    cases = Case.MIRRORED, wrong, Case.MIRRORED_UNKNOWN
     return judged(name, cases, share, "", grade, percent=100 * share)
 
 
 def motion(chosen: PoseEstimate) -> Check:
-    """Whether the board moved."""
     moved = chosen.stage != "static"
     case, level = (Case.MOVED, "good") if moved else (Case.STILL, "usable")
     return Check("motion", case, chosen.stage, "", "moving", moved, level)
@@ -296,7 +285,6 @@ def board_poses(board_rms_urad: float | None, noise: float, by_places: float = 0
 
 
 def path(chosen: PoseEstimate, span_m: float | None) -> Check:
-    """Length of the board's path."""
     if chosen.stage == "final" and chosen.estimator in ("batch", "paper-lm"):
         return unknown("path", Case.PATH_UNNEEDED, "m")
     if span_m is None or chosen.stage == "static":
@@ -305,7 +293,6 @@ def path(chosen: PoseEstimate, span_m: float | None) -> Check:
 
 
 def uncertainty(chosen: PoseEstimate) -> Check:
-    """The worst axes of the covariance."""
     name = "uncertainty"
     if chosen.covariance is None:
         return unknown(name, Case.UNCERTAINTY_NONE, "mm")
@@ -326,7 +313,6 @@ def uncertainty(chosen: PoseEstimate) -> Check:
 
 
 def duration(duration_s: float | None) -> Check:
-    """Length of the recording."""
     if duration_s is None:
         return unknown("duration", Case.DURATION_UNKNOWN, "s")
     usual = USUAL_S - 0.01 <= duration_s <= USUAL_LONGEST_S

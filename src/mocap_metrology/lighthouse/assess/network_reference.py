@@ -20,12 +20,7 @@ import numpy as np
 
 from mocap_metrology.common.documents import text_of
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.assess.pose_file import (
-    chosen_pose,
-    matrix_and_metres,
-    pairs,
-    read_pose_json,
-)
+from mocap_metrology.lighthouse.assess import pose_file
 from mocap_metrology.lighthouse.assess.reference import (
     LONGEST_M,
     Reference,
@@ -100,13 +95,17 @@ def network_reference(path: str | Path) -> NetworkReference:
     name = Path(path).name
     text = text_of(path, "a pose file")
     if is_crazyflie(text):
-        geometry = crazyflie_geometry(text, name)
+        geometry = crazyflie_geometry(text, name, 2)
         every = [
             Placed(k, uid, rotation_in({"R": R}, f"{name}: geos.{k}.rotation"), t)
             for k, (uid, R, t) in geometry.items()
         ]
     elif is_libsurvive(text):
-        every = _of_libsurvive(path)
+        every = []
+        for one in read_solution(path, 2):
+            if one.pose is not None and one.channel is not None:
+                uid, (R, t) = None if one.id == CLIPPED_ID else one.id, one.pose
+                every.append(Placed(one.channel, uid, R @ FROM_LIBSURVIVE.T, t))
     else:
         every = _of_json(path, text)
     if len(every) < 2:
@@ -118,16 +117,6 @@ def network_reference(path: str | Path) -> NetworkReference:
             " right?)"
         )
     return NetworkReference(tuple(every), f"pose file {name}")
-
-
-def _of_libsurvive(path: str | Path) -> list[Placed]:
-    found = []
-    for one in read_solution(path, 2):
-        if one.pose is not None and one.channel is not None:
-            R, t = one.pose
-            uid = None if one.id == CLIPPED_ID else one.id
-            found.append(Placed(one.channel, uid, R @ FROM_LIBSURVIVE.T, t))
-    return found
 
 
 def _of_json(path: str | Path, text: str) -> list[Placed]:
@@ -153,13 +142,12 @@ def _of_json(path: str | Path, text: str) -> list[Placed]:
 
 
 def _of_pose_json(path: str | Path) -> list[Placed]:
-    """The chosen poses, and that of the reference."""
-    given = read_pose_json(path)
+    given = pose_file.read_pose_json(path)
     own = str(given["reference"])
     first = Placed(int(own), given["stations"][own]["id"], np.eye(3), np.zeros(3))
-    chosen = {name: chosen_pose(one) for name, one in pairs(given).items()}
+    chosen = {name: pose_file.chosen_pose(one) for name, one in pose_file.pairs(given).items()}
     return [first] + [
-        Placed(int(name), given["stations"][name]["id"], *matrix_and_metres(entry))
+        Placed(int(name), given["stations"][name]["id"], *pose_file.matrix_and_metres(entry))
         for name, entry in chosen.items()
         if entry is not None
     ]

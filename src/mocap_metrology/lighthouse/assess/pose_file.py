@@ -36,6 +36,7 @@ NETWORK_CONVENTION = (
     " then a left rotation vector in axes of the reference in deg; covariance_joint: of all poses"
     " together, six rows for each of covariance_joint_stations in that order."
 )
+KIND = "estimator", "stage", "optics"
 LARGEST_OFF_UNIT = 1e-2  # of the length of a quaternion
 
 
@@ -147,7 +148,6 @@ def pairs(given: PoseFile) -> dict[str, PoseFile]:
 
 
 def check_row(check: Check) -> Row:
-    """A check of pose.json, but for its sentence."""
     limit = check.limit
     return {
         "name": check.name,
@@ -160,11 +160,8 @@ def check_row(check: Check) -> Row:
 
 
 def pose_row(R: np.ndarray, t_m: np.ndarray) -> Row:
-    """A pose as it is written."""
-    from scipy.spatial.transform import Rotation
-
-    q = Rotation.from_matrix(R).as_quat(canonical=True)
-    return {"translation_mm": (1e3 * np.asarray(t_m)).tolist(), "quaternion_xyzw": q.tolist()}
+    q = rotation.quaternions(R).tolist()
+    return {"translation_mm": (1e3 * np.asarray(t_m)).tolist(), "quaternion_xyzw": q}
 
 
 def _angles(R: np.ndarray) -> Row:
@@ -183,22 +180,13 @@ def _reference(reference: Reference) -> Row:
 
 
 def _entry(pose: PoseEstimate, reference: Reference | None) -> PoseEntry:
-    entry: PoseEntry = {
-        "estimator": pose.estimator,
-        "stage": pose.stage,
-        "optics": pose.optics,
-        "frame": pose.frame,
-        **pose_row(pose.R, pose.t_m),
-        "rotation_deg": _angles(pose.R),
-        "covariance": None if pose.covariance is None else np.asarray(pose.covariance).tolist(),
-        "residual_rms_urad": pose.residual_rms_urad,
-        "n_angles": pose.n_angles,
-        "mirrored_share": pose.mirrored_share,
-        "weighted_rms_urad": pose.weighted_rms_urad,
-        "noise_gain": pose.noise_gain,
-        "halves": None if pose.halves is None else asdict(pose.halves),
-        "note": pose.note,
-    }
+    names = "residual_rms_urad", "n_angles", "mirrored_share", "weighted_rms_urad", "noise_gain"
+    covariance = None if pose.covariance is None else np.asarray(pose.covariance).tolist()
+    entry: PoseEntry = {name: getattr(pose, name) for name in (*KIND, "frame")}
+    entry |= pose_row(pose.R, pose.t_m)
+    entry |= {"rotation_deg": _angles(pose.R), "covariance": covariance}
+    entry |= {name: getattr(pose, name) for name in names}
+    entry |= {"halves": pose.halves and asdict(pose.halves), "note": pose.note}
     if pose.details is not None:
         entry["details"] = dict(pose.details)
     if reference is not None:
@@ -258,15 +246,13 @@ def read_pose_json(path: str | Path) -> PoseFile:
 
 def matrix_and_metres(entry: PoseEntry) -> tuple[np.ndarray, np.ndarray]:
     """R (3, 3) and t (3,) in metres of one of the `poses`."""
-    from scipy.spatial.transform import Rotation
-
     t = np.array(entry["translation_mm"], dtype=np.float64) / 1e3
     if t.shape != (3,) or not np.isfinite(t).all():
         raise ValueError(f"translation_mm is {entry['translation_mm']!r}")
     q = np.array(entry["quaternion_xyzw"], dtype=np.float64)
     if q.shape != (4,) or not abs(np.linalg.norm(q) - 1) <= LARGEST_OFF_UNIT:
         raise ValueError(f"quaternion_xyzw is {entry['quaternion_xyzw']!r}")
-    return Rotation.from_quat(q).as_matrix(), t
+    return rotation.of_quaternions(q), t
 
 
 def _check_covariance(given: object) -> None:
@@ -307,5 +293,5 @@ def chosen_pose(given: PoseFile) -> PoseEntry | None:
 
 
 def kind_of(entry: PoseEntry) -> tuple[str, str, str]:
-    """Estimator, stage and optics of a pose."""
-    return entry["estimator"], entry["stage"], entry["optics"]
+    estimator, stage, optics = (entry[name] for name in KIND)
+    return estimator, stage, optics

@@ -26,7 +26,7 @@ from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import narrowness_m, read_places
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
-from mocap_metrology.lighthouse.decode.factory_file import crazyflie_poses, finite, is_crazyflie
+from mocap_metrology.lighthouse.decode.factory_file import crazyflie_geometry, finite, is_crazyflie
 from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 
@@ -57,10 +57,8 @@ class Reference:
 
 
 def errors(R: np.ndarray, t_m: np.ndarray, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
-    """Error of a pose: t - t_true in mm (3,), and the rotation vector of R R_true^T in deg (3,).
-
-    Both in the master's axes.
-    """
+    """Error of a pose in the master's axes: t - t_true in mm (3,), and the rotation vector of R
+    R_true^T in deg (3,)."""
     turn = rotation.error(np.asarray(R), reference.R)
     return 1e3 * (np.asarray(t_m) - reference.t_m), np.degrees(turn)
 
@@ -111,11 +109,7 @@ def reconstruction_errors(
 
 
 def check_ids(reference: Reference, stations: Sequence[Station]) -> str:
-    """Refuse a reference of other stations, or of these with master and slave swapped.
-
-    stations: master first. Returns a sentence where an id is unknown and nothing can be checked,
-    else an empty string.
-    """
+    """`check_same_ids` of a reference; stations: master first."""
     own = (stations[0].id, stations[1].id)
     return check_same_ids(reference.ids, own, "reference", "the recording")
 
@@ -137,12 +131,17 @@ def pose_reference(path: str | Path) -> Reference:
     if not isinstance(stations, dict) or not all(role in stations for role in ROLES):
         raise Refusal(f'{name}: no station ids; expected "stations": {{"master": id, "slave": id}}')
     master, slave = (station_id(stations[role], f"{name}: {role}") for role in ROLES)
-    R, t_m = rotation_in(given, name), _baseline(given, name)
+    R, t_m = rotation_in(given, name), translation_in(given, name)
+    baseline = float(np.linalg.norm(t_m))
+    if not SHORTEST_M <= baseline <= LONGEST_M:
+        raise Refusal(
+            f"{name}: the translation puts the stations {baseline:g} m apart; expected"
+            f" {SHORTEST_M:g} to {LONGEST_M:g} m (is the unit right?)"
+        )
     return Reference(R, t_m, (master, slave), f"pose file {name}")
 
 
 def of_json(text: str, name: str) -> Any:
-    """A pose file of JSON."""
     try:
         return load_json(text)
     except UNREADABLE as error:
@@ -158,14 +157,12 @@ def _of_crazyflie(text: str, name: str) -> Row | None:
     """Entries of a pose file from a Crazyflie's system configuration; None for any other text."""
     if not is_crazyflie(text):
         return None
-    ids, R, t = crazyflie_poses(text, name)
-    master, slave = (rotation_in({"R": R[k]}, f"{name}: geos.{k}.rotation") for k in range(2))
-    stations = dict(zip(ROLES, ids, strict=True))
-    return {"R": master.T @ slave, "t_m": master.T @ (t[1] - t[0]), "stations": stations}
+    (uid, _, t), (uid_s, _, t_s) = (geos := crazyflie_geometry(text, name, 1)).values()
+    R, R_s = (rotation_in({"R": own[1]}, f"{name}: geos.{k}.rotation") for k, own in geos.items())
+    return {"R": R.T @ R_s, "t_m": R.T @ (t_s - t), "stations": {"master": uid, "slave": uid_s}}
 
 
 def _of_libsurvive(path: str | Path, text: str) -> Row | None:
-    """Likewise from libsurvive's configuration."""
     if not is_libsurvive(text):
         return None
     found = read_solution(path)
@@ -175,7 +172,6 @@ def _of_libsurvive(path: str | Path, text: str) -> Row | None:
 
 
 def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
-    """Rotation (3, 3) of a pose file."""
     if "R" in given:
         R = finite(given["R"], (3, 3), f"{name}: R")
         off = float(np.abs(R @ R.T - np.eye(3)).max())
@@ -189,13 +185,10 @@ def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
     q = finite(given["quaternion_xyzw"], (4,), f"{name}: quaternion_xyzw")
     if abs(np.linalg.norm(q) - 1) > 1e-2:
         raise Refusal(f"{name}: quaternion_xyzw has norm {np.linalg.norm(q):.4g}; expected 1")
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(q).as_matrix()
+    return rotation.of_quaternions(q)
 
 
 def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:
-    """Translation (3,) of a pose file in m, by whatever name."""
     key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
     if key is None:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")
@@ -203,23 +196,9 @@ def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:
     return t * (1e-3 if key == "translation_mm" else 1.0)
 
 
-def _baseline(given: Mapping[str, object], name: str) -> np.ndarray:
-    """The translation of a slave, which is neither here nor far away."""
-    t = translation_in(given, name)
-    baseline = float(np.linalg.norm(t))
-    if not SHORTEST_M <= baseline <= LONGEST_M:
-        raise Refusal(
-            f"{name}: the translation puts the stations {baseline:g} m apart; expected"
-            f" {SHORTEST_M:g} to {LONGEST_M:g} m (is the unit right?)"
-        )
-    return t
-
-
 def read_mount(path: str | Path) -> dict[str, np.ndarray]:
-    """Geometry of a mount, label -> position (3,) in m in the housing's frame, in file order.
-
-    CSV with the columns label, x_m, y_m, z_m. Raises `Refusal` for a file that is no such thing.
-    """
+    """Geometry of a mount, label -> position (3,) in m in the housing's frame; raises as
+    `read_places`."""
     return read_places(path, "marker", LARGEST_MOUNT_M, "the housing's origin")
 
 
@@ -276,7 +255,6 @@ def _geometry(own: Sequence[str], mount: Mapping[str, np.ndarray], where: str) -
 
 
 def _place(positions_mm: np.ndarray, labels: Sequence[str], label: str, where: str) -> np.ndarray:
-    """Mean place in m of a marker at rest."""
     if label not in labels:
         raise Refusal(f"{where}: marker {label} is not in the recording ({', '.join(labels)})")
     track = np.asarray(positions_mm[list(labels).index(label)], dtype=np.float64)
@@ -342,9 +320,7 @@ def station_id(given: object, where: str) -> int | None:
 
 def check_same_ids(theirs: Ids, own: Ids, what: str, where: str) -> str:
     """Refuse `what` when its stations are not those of `where`, or have their roles swapped.
-
-    Returns a sentence on the ids that are unknown and so unchecked; empty if both are known.
-    """
+    Returns a sentence on the ids that are unknown and so unchecked; empty if both are known."""
     swapped = own[::-1]
     if None not in own and own[0] != own[1] and theirs == swapped:
         raise Refusal(

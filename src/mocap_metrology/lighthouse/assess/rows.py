@@ -44,10 +44,8 @@ def records_of(rows: Sequence[Record], paths: Sequence[str]) -> list[Row]:
 
 
 def calibration_rows(records: Sequence[Record]) -> list[Row]:
-    """One row a calibration with the pose chosen in its pose.json, or one a station.
-
-    records: `calibration`, `setup`, `source` and `pose` (contents of pose.json).
-    """
+    """One row a calibration with the pose chosen in its pose.json, or one a station; records:
+    `calibration`, `setup`, `source` and `pose` (contents of pose.json)."""
     rows = []
     for record in records:
         for name, pose in pairs(record["pose"]).items():

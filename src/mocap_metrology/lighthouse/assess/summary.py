@@ -10,20 +10,13 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
-from mocap_metrology.lighthouse.assess import pose_file
+from mocap_metrology.lighthouse.assess import fit_checks, pose_file
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
-from mocap_metrology.lighthouse.assess.fit_checks import (
-    WORDS,
-    Case,
-    Check,
-    expected_noise_urad,
-    places_urad,
-)
 from mocap_metrology.lighthouse.assess.network_reference import NetworkReference
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict, worst_of
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
-from mocap_metrology.lighthouse.records import MASTER, Path, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE, Path, Station
 
 NO_POSE: Row = {"moved": None, "valid": None}  # nothing to compare
 APART_P = 0.01  # by chance, of all comparisons of an object together
@@ -39,26 +32,11 @@ class Summary:
     comparison: Comparison | None = None
 
 
-def span_of(path: Path) -> float:
-    """Extent of the board's path in metres: the diagonal of the box of its inner 98 %."""
-    return float(np.linalg.norm(np.diff(np.percentile(path.t_m, [1, 99], axis=0), axis=0)))
-
-
 def board_rms_urad(paths: Sequence[Path]) -> float:
     """Root mean square of angles about single board poses, of the worse station: the median of
     sqrt(K_1 / (angles - 6)) in urad."""
     rms = [np.median(np.sqrt(p.epsilon / np.maximum(p.n_angles - 6, 1))) for p in paths]
     return 1e6 * float(max(rms))
-
-
-def _places_urad(found: Calibration, best: PoseEstimate | None, paths: Sequence[Path]) -> float:
-    """What errors of the board, as stated, make of `board_rms_urad`: of the nearer station."""
-    known = None if best is None else found.joints.get(best.optics)
-    if known is None:
-        return 0.0
-    scene, _ = known
-    nearest = min(float(np.median(np.linalg.norm(own.t_m, axis=1))) for own in paths)
-    return places_urad(1e-3 * scene.priors.board_position_mm, nearest, len(scene.board))
 
 
 def summary(
@@ -72,70 +50,89 @@ def summary(
     truths: Mapping[str, Reference] | None = None,
     earlier: str | None = None,
 ) -> Summary:
-    """pose.json of a calibration; stations: master first.
+    """pose.json of a calibration; stations: master first. Of any number of stations each is whole
+    as a slave of the reference.
 
     resolution_s: step of the recording's clock; reference: what a lab measured; truths: of a twin,
     by frame, optical or housing, which no lab has: each pose then has `truth_errors_mm` and
     `truth_errors_deg`; earlier: a pose.json to compare with. Raises `Refusal` where the reference
     or the earlier pose is of other stations.
     """
-    if found.network is not None:
-        return _of_network(found, stations, duration_s, notes, reference, earlier)
-    assert not isinstance(reference, NetworkReference)
-    index = chosen(found.estimates)
-    best = None if index is None else found.estimates[index]
-    note = check_ids(reference, stations) if reference is not None else ""
+    network, note = found.network, ""
+    pairs, true = {ROLES[SLAVE]: stations}, dict[str, Reference]()
+    if network is not None:
+        first, *others = network.connected
+        by_name = {station.role: station for station in stations}
+        pairs = {name: (by_name[first], by_name[name]) for name in others}
+        if isinstance(reference, NetworkReference):
+            true, note = reference.seen_from(first, stations)
+    elif isinstance(reference, Reference):
+        true, note = {ROLES[SLAVE]: reference}, check_ids(reference, stations)
+    taken, verdicts = dict[str, int](), dict[str, Verdict]()
     span, board_rms, places = None, None, 0.0
-    both = None if best is None else found.paths_of(best)
-    if both is not None:
-        span, board_rms = span_of(both[MASTER]), board_rms_urad(both)
-        places = _places_urad(found, best, both)
-    judged = verdict(
-        best,
-        found.estimates,
-        stations,
-        n_common=found.n_common or None,
-        span_m=span,
-        duration_s=duration_s,
-        expected_urad=expected_noise_urad(resolution_s),
-        board_rms_urad=board_rms,
-        places_urad=places,
-        errors=None if reference is None or best is None else errors(best.R, best.t_m, reference),
-        variants=found.variants,
-        exchanged=found.exchanged,
-        why_none="; ".join(found.why),
-    )
-    diagnostics = _diagnostics(
-        found,
-        {"span_m": span, "duration_s": duration_s, "board_rms_urad": board_rms},
-        [*notes, note],
-    )
-    result = pose_file.pose_json(found.estimates, stations, index, judged, diagnostics, reference)
-    if truths is not None:
-        for entry, pose in zip(result["poses"], found.estimates, strict=True):
-            mm, deg = errors(pose.R, pose.t_m, truths[pose.frame])
-            entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}
-    return _compared(found, result, judged, earlier)
-
-
-def _diagnostics(found: Calibration, own: Row, notes: Sequence[str]) -> Row:
-    return {
+    for name, pair in pairs.items():
+        rows = [k for k, pose in enumerate(found.estimates) if pose.station == name]
+        poses = [found.estimates[k] for k in rows]
+        index, best, off = chosen(poses), None, None
+        if index is not None:
+            taken[name], best = rows[index], poses[index]
+            if (paths := found.paths_of(best)) is not None:
+                # The diagonal of the box of the inner 98 %.
+                ends = np.percentile(paths[MASTER].t_m, [1, 99], axis=0)
+                span, board_rms = float(np.linalg.norm(ends[1] - ends[0])), board_rms_urad(paths)
+                if (known := found.joints.get(best.optics)) is not None:
+                    # What errors of the board, as stated, make of it at the nearer station.
+                    nearest = min(np.median(np.linalg.norm(own.t_m, axis=1)) for own in paths)
+                    sd, n = known[0].priors.board_position_mm, len(known[0].board)
+                    places = fit_checks.places_urad(1e-3 * sd, float(nearest), n)
+            if name in true:
+                off = errors(best.R, best.t_m, true[name])
+        verdicts[name] = verdict(
+            best,
+            poses,
+            pair,
+            n_common=(found.n_common or None) if network is None else network.common[name],
+            span_m=span,
+            duration_s=duration_s,
+            expected_urad=fit_checks.expected_noise_urad(resolution_s if network is None else None),
+            board_rms_urad=board_rms,
+            places_urad=places,
+            errors=off,
+            variants=found.variants,
+            exchanged=found.exchanged,
+            why_none="; ".join(found.why),
+        )
+    of_path: Row = {"span_m": span, "duration_s": duration_s, "board_rms_urad": board_rms}
+    if network is not None:
+        of_path = {"common": dict(network.common), "duration_s": duration_s}
+    diagnostics = {
         "still": found.still,
         "n_common": found.n_common,
-        **own,
+        **of_path,
         "left_out": list(found.why),
-        "notes": [note for note in notes if note],
+        "notes": [one for one in (*notes, note) if one],
     }
+    if network is not None:
+        whole = worst_of(verdicts, list(network.apart.values()))
+        given = found.estimates, stations, taken, whole, network, diagnostics, true
+        return _compared(found, pose_file.network_json(*given), whole, earlier)
+    (whole,) = verdicts.values()
+    one = taken.get(ROLES[SLAVE]), whole, diagnostics, true.get(ROLES[SLAVE])
+    result = pose_file.pose_json(found.estimates, stations, *one)
+    for entry, pose in zip(result["poses"], found.estimates if truths else (), strict=False):
+        mm, deg = errors(pose.R, pose.t_m, (truths or {})[pose.frame])
+        entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}
+    return _compared(found, result, whole, earlier)
 
 
 def _compared(
-    found: Calibration, result: pose_file.PoseFile, judged: Verdict, earlier: str | None
+    found: Calibration, result: pose_file.PoseFile, whole: Verdict, earlier: str | None
 ) -> Summary:
     """The summary with the variants and the comparison with the earlier pose; of several stations
     the worst one."""
     result["variants"] = [way.as_dict() for way in found.variants]
     if earlier is None:
-        return Summary(result, judged)
+        return Summary(result, whole)
     own = {name: one for name, one in pose_file.pairs(result).items() if one["chosen"] is not None}
     old = pose_file.pairs(pose_file.read_pose_json(earlier)) if own else {}
     both = [(one, old[name]) for name, one in own.items() if name in old]
@@ -144,49 +141,7 @@ def _compared(
     comparisons = [compare_with_earlier(*pair) for pair in both]
     worst = max(comparisons, key=lambda one: (one.moved, not one.valid, *one.shift), default=None)
     result["check_against"] = NO_POSE if worst is None else worst.as_dict()
-    return Summary(result, judged, worst)
-
-
-def _of_network(
-    found: Calibration,
-    stations: Sequence[Station],
-    duration_s: float | None,
-    notes: Sequence[str],
-    given: Reference | NetworkReference | None,
-    earlier: str | None,
-) -> Summary:
-    """The summary of any number of stations, each judged as a slave of the reference; given: true
-    poses."""
-    assert found.network is not None and not isinstance(given, Reference)
-    network, by_name = found.network, {station.role: station for station in stations}
-    reference, *others = network.connected
-    true, note = ({}, "") if given is None else given.seen_from(reference, stations)
-    taken: dict[str, int] = {}
-    verdicts: dict[str, Verdict] = {}
-    for name in others:
-        own = [k for k, pose in enumerate(found.estimates) if pose.station == name]
-        index = chosen([found.estimates[k] for k in own])
-        best = None if index is None else found.estimates[own[index]]
-        if index is not None:
-            taken[name] = own[index]
-        verdicts[name] = verdict(
-            best,
-            [found.estimates[k] for k in own],
-            (by_name[reference], by_name[name]),
-            n_common=network.common[name],
-            duration_s=duration_s,
-            errors=errors(best.R, best.t_m, true[name]) if best and name in true else None,
-            variants=found.variants,
-            exchanged=found.exchanged,
-            why_none="; ".join(found.why),
-        )
-    judged = worst_of(verdicts, list(network.apart.values()))
-    more: Row = {"common": dict(network.common), "duration_s": duration_s}
-    diagnostics = _diagnostics(found, more, [*notes, note])
-    result = pose_file.network_json(
-        found.estimates, stations, taken, judged, network, diagnostics, true
-    )
-    return _compared(found, result, judged, earlier)
+    return Summary(result, whole, worst)
 
 
 def refused(stations: Sequence[Station], why: str) -> Summary:
@@ -212,19 +167,15 @@ def with_objects(found: Summary, others: Mapping[str, pose_file.PoseFile]) -> Su
         return found
     worst, name = min(compared, key=lambda pair: pair[0].p_value)
     p, word = min(1.0, len(compared) * worst.p_value), found.verdict.word
-    case, level = Case.OBJECTS, "good"
-    if p < APART_P:
-        case, level = Case.OBJECTS_APART, WORDS[min(WORDS.index(word) + 1, 2)]
-    mm, deg = worst.shift
-    numbers = {"mm": mm, "deg": deg}
-    check = Check(
-        "objects agree", case, p, "", APART_P, level == "good", level, numbers, names=(name,)
-    )
-    word = max(word, level, key=WORDS.index)
-    judged = replace(found.verdict, word=word, checks=(*found.verdict.checks, check))
+    level = "good" if p >= APART_P else fit_checks.WORDS[min(fit_checks.WORDS.index(word) + 1, 2)]
+    cases, (mm, deg) = (fit_checks.Case.OBJECTS, fit_checks.Case.OBJECTS_APART), worst.shift
+    check = fit_checks.judged("objects agree", cases, p, "", (level, APART_P), mm=mm, deg=deg)
+    check = replace(check, names=(name,))
+    word = max(word, level, key=fit_checks.WORDS.index)
+    whole = replace(found.verdict, word=word, checks=(*found.verdict.checks, check))
     document: pose_file.PoseFile = {
         **found.document,
         "verdict": found.document["verdict"] | {"word": word},
         "checks": [*found.document["checks"], pose_file.check_row(check)],
     }
-    return replace(found, document=document, verdict=judged)
+    return replace(found, document=document, verdict=whole)

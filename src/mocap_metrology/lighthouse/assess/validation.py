@@ -42,21 +42,20 @@ def factory(
 ) -> Check:
     """Errors by neglected factory values do not show in any fit (facts of eight real stations);
     exchanged: stations of any pair whose values fit better exchanged."""
-    name, limit = "factory values", "of both stations, from the recording"
+    value, names, why = "file", tuple[str, ...](), dict[str, str]()
     if chosen.optics != "factory":
+        value = chosen.optics
         why = {station.role: station.why for station in stations if station.factory is None}
-        if chosen.optics == "estimated":
-            return Check(name, Case.ESTIMATED, "estimated", "", limit, False, "usable", why=why)
-        return Check(name, Case.IDEAL, "ideal", "", limit, False, "doubtful", why=why)
-    if any(station.role in exchanged for station in stations):
-        names = tuple(exchanged)
-        return Check(
-            name, Case.FACTORY_EXCHANGED, "file", "", limit, False, "doubtful", names=names
-        )
-    filed = tuple(s.role for s in stations if s.frames_found == 0)
-    if filed:
-        return Check(name, Case.FACTORY_FILE, "file", "", limit, False, "usable", names=filed)
-    return Check(name, Case.FACTORY, "recording", "", limit, True, "good")
+        estimated = value == "estimated"
+        case, level = (Case.ESTIMATED, "usable") if estimated else (Case.IDEAL, "doubtful")
+    elif any(station.role in exchanged for station in stations):
+        case, level, names = Case.FACTORY_EXCHANGED, "doubtful", tuple(exchanged)
+    elif filed := tuple(s.role for s in stations if s.frames_found == 0):
+        case, level, names = Case.FACTORY_FILE, "usable", filed
+    else:
+        case, level, value = Case.FACTORY, "good", "recording"
+    limit, ok = "of both stations, from the recording", case is Case.FACTORY
+    return Check("factory values", case, value, "", limit, ok, level, names=names, why=why)
 
 
 def rotor_model(chosen: PoseEstimate, variants: Sequence[VariantFit]) -> Check:
@@ -132,14 +131,11 @@ def gravity_angle_deg(R: np.ndarray, stations: Sequence[Station]) -> float:
 
 def gravity(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
     """Up as the stations feel it, held against the pose."""
-    value = gravity_angle_deg(chosen.R, stations)
-    if not math.isfinite(value):
-        return unknown("gravity", Case.GRAVITY_UNKNOWN, "deg")
-    first, second = GRAVITY_DEG
+    value, (first, second) = gravity_angle_deg(chosen.R, stations), GRAVITY_DEG
     grade = ("doubtful" if value < second else "failed"), second
     off = Case.GRAVITY_OFF_IDEAL if chosen.optics == "ideal" else Case.GRAVITY_OFF
-    grade = ("good", first) if value < first else grade
-    return judged("gravity", (Case.GRAVITY, off), value, "deg", grade)
+    cases = Case.GRAVITY, off, Case.GRAVITY_UNKNOWN
+    return judged("gravity", cases, value, "deg", ("good", first) if value < first else grade)
 
 
 def against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:
@@ -149,13 +145,6 @@ def against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:
     mm, deg = (float(np.linalg.norm(e)) for e in errors)
     cases = Case.REFERENCE, Case.REFERENCE
     return judged("reference", cases, mm, "mm", worst(mm, deg, REFERENCE), deg=deg)
-
-
-def _by_batch(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> PoseEstimate:
-    """The estimate by batch of the same optics, where another was chosen: it alone is judged by
-    weights, priors and pieces, and what it finds is of the recording."""
-    same = [p for p in poses if (p.estimator, p.optics) == ("batch", chosen.optics)]
-    return chosen if chosen.estimator == "batch" or not same else same[-1]
 
 
 @dataclass(frozen=True)
@@ -210,7 +199,9 @@ def verdict(
     """
     if chosen is None or not (np.isfinite(chosen.R).all() and np.isfinite(chosen.t_m).all()):
         return Verdict("failed", why_none=why_none)
-    weighed = _by_batch(chosen, poses)
+    # Batch of the same optics alone is judged by weights, priors and pieces, of the recording.
+    same = [p for p in poses if (p.estimator, p.optics) == ("batch", chosen.optics)]
+    weighed = chosen if chosen.estimator == "batch" or not same else same[-1]
     checks = (
         fit_checks.distance(chosen),
         fit_checks.residual(chosen, expected_urad),

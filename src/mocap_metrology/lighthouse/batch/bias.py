@@ -48,8 +48,7 @@ def bias_equations(one: Recording, state: State, of: Layout, factor: np.ndarray)
     """
     seen, trajectory, noise, weight = one.seen, one.trajectory, one.noise, one.weights()
     first = seen.sweeps.first[:-1]
-    C = np.zeros((first.size, POSE, POSE))
-    pose_blocks(selected_inverse(factor), seen.who[first, 3], seen.basis[first], C)
+    C = pose_blocks(selected_inverse(factor), seen.who[first, 3], seen.basis[first])
     size, axes = np.linalg.eigh(C)
     root = noise.hit * axes * np.sqrt(np.maximum(size, 0.0))[:, None]
     root[np.sum(root[:, 3:] ** 2, axis=(1, 2)) > UNSURE_RAD**2] = 0.0

@@ -60,14 +60,12 @@ class Joint:
     begins: Floats | float = 0.0
 
     def sure(self, what: str) -> Joint:
-        """Itself; refused, in the name of `what`, where the search did not converge."""
         if not self.converged:
             raise Refusal(f"{what}: no convergence in {self.rounds} steps")
         return self
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance of all global unknowns, in m and rad."""
         return solve.covariance_of(self.S, self.working, self.believed, self.pull)
 
     @property
@@ -92,13 +90,11 @@ class Joint:
         return self.covariance[np.ix_(*2 * [self.pose(station)])]
 
     def pose(self, station: int) -> np.ndarray:
-        """Rows of a station's pose among the unknowns."""
         return int(self.of.columns[station, 0, 0]) + np.arange(6)
 
 
 @contextmanager
 def determined(what: str) -> Iterator[None]:
-    """Refuses, in the name of `what`, hits whose normal equations have no solution."""
     try:
         yield
     except np.linalg.LinAlgError as error:
@@ -119,13 +115,11 @@ def estimate(
     near: Joint | None = None,
     rounds: int = ROUNDS,
 ) -> Joint:
-    """Poses R, t of the stations in the master's frame and everything else, from near them.
-
-    rotors (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors
-    are taken as they are, also of `SIZED`, and the bias remains; near: an estimate of the same
-    unknowns, or all but the last, where this begins; rounds: at most. Raises LinAlgError where the
-    hits do not determine the poses.
-    """
+    """Poses R, t of the stations in the master's frame and everything else, from near them; rotors
+    (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors are taken
+    as they are, also of `SIZED`, and the bias remains; near: an estimate of the same unknowns, or
+    all but the last, where this begins. Raises LinAlgError where the hits do not determine the
+    poses."""
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
     more = more or problem.SideInformation()
@@ -157,11 +151,8 @@ def estimate(
 
 
 def completed(found: Joint) -> Joint:
-    """The estimate from there with noise and priors as large as the hits show, less its bias; found
-    took these as they are (`sized`)."""
-    parts = [replace(one) for one in found.recordings]
-    search = _Search(found.of, found.state, parts, sized=False, ups=found.ups)
-    search.refined, search.weighed = True, True
+    """The estimate from there with noise and priors as large as the hits show, less its bias."""
+    search = _again(found, found.state, sized=False)
     return search.without_bias(search.run())
 
 
@@ -171,18 +162,21 @@ def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint
     have the freedom of the full priors, with which one can imitate another."""
     own = rotors.copy()
     own[..., X : Z + 1] = found.state.rotors[..., X : Z + 1]
-    state = found.state._replace(rotors=own)
-    parts = [replace(one) for one in found.recordings]
-    for one in parts:
-        one.renew(state)
-    search = _Search(found.of, state, parts, sized=True, ups=found.ups)
-    search.refined, search.weighed, search.same_cost = True, True, SAME_COST
+    search = _again(found, found.state._replace(rotors=own), sized=True)
+    for one in search.recordings:
+        one.renew(search.state)
+    search.same_cost = SAME_COST
     return search.run(rounds)
 
 
-class _Search:
-    """The present values, and steps from them."""
+def _again(found: Joint, state: problem.State, sized: bool) -> _Search:
+    """A search from there, with the noise of that estimate."""
+    search = _Search(found.of, state, [replace(one) for one in found.recordings], sized, found.ups)
+    search.refined, search.weighed = True, True
+    return search
 
+
+class _Search:
     def __init__(
         self,
         of: problem.Layout,
@@ -215,7 +209,8 @@ class _Search:
             S, h, step, gain = self._step(sums)
             share = self._of_a_stall(gain)
             stalled = stalled + share if share else 0
-            if self.refined and (self._small(S, step, gain) or stalled >= STALLED):
+            small = abs(gain) < self.same_cost if self.same_cost else self._size_of(S, step) < SMALL
+            if self.refined and (small or stalled >= STALLED):
                 converged, stalled = self.sized, 0
                 self.sized = True
                 if not converged:
@@ -231,8 +226,7 @@ class _Search:
         return Joint(*values, *how, others=self.others, begins=begins)
 
     def without_bias(self, found: Joint) -> Joint:
-        """The estimate less its bias (`batch.bias`); as it is where this is so large that the
-        second order does not suffice."""
+        """The estimate less its bias; as it is where this is too large for the second order."""
         if not found.converged:
             return found
         of, state, own = found.of, found.state, found.recordings
@@ -287,12 +281,6 @@ class _Search:
                 noise = inertial.rough_noise(own.residual)
             one.sensors = replace(own, noise=noise)
 
-    def _small(self, S: Floats, step: Floats, gain: float) -> bool:
-        """Whether a step, by which the cost fell by `gain`, is the last."""
-        if self.same_cost:
-            return abs(gain) < self.same_cost
-        return self._size_of(S, step) < SMALL
-
     def _size_of(self, S: Floats, step: Floats) -> float:
         """Size of a step in standard deviations."""
         information = S + np.diag(1 / self.working**2)
@@ -307,7 +295,6 @@ class _Search:
         return 1 if self.last and abs(gain) > LEAST_GAIN else STALLED // 2
 
     def _cost(self) -> float:
-        """Robust sum of squares, with those of the priors."""
         known = float(np.sum((self.state.values / self.working) ** 2))
         _, _, of_gravity = problem.gravity_equations(self.state, self.of, self.ups)
         lengths = sum(one.cost_of_lengths(self.state, self.of) for one in self.recordings)

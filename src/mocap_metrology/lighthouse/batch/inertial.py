@@ -114,8 +114,8 @@ class Residuals:
 def residuals(
     seen: Windows, trajectory: Trajectory, state: State, column: int, near_s: float = 0.0
 ) -> Residuals:
-    """At the present values; column: first of the sensors among the unknowns; near_s: a delay near
-    the present one, from which that is linear: samples that enter and leave an interval make the
+    """At the present values; column: first of the unknowns of the sensors; near_s: a delay near the
+    present one, from which that is linear, as samples that enter and leave an interval make the
     cost rough."""
     own = state.values[column : column + OWN]
     M, place = exp(own[TURN]), seen.series.place_m + own[PLACE]
@@ -159,7 +159,6 @@ def sensed(seen: Windows, bias: Floats, delay_s: float) -> tuple[Floats, Floats]
 
 
 def _weights(seen: Windows) -> Floats:
-    """Weights of the control points at begin, middle and end, (3, 4)."""
     return np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)) if seen.still else ENDS
 
 
@@ -193,21 +192,19 @@ def derivatives(seen: Windows, found: Residuals) -> tuple[Floats, Floats]:
 
 
 def _robust(e: Floats, noise: Floats) -> tuple[Floats, Floats]:
-    """Weights, and costs as those of hits, of residuals (n, 2, 3) with the noise of each sensor."""
+    """Weights and costs, as those of hits."""
     z = np.abs(e) / noise[:, None]
     far = np.maximum(z / LIMIT, 1.0)
     return 1 / far**2, np.where(far > 1, LIMIT**2 * (1 + 2 * np.log(far)), z**2)
 
 
 def cost(found: Residuals, noise: Floats) -> float:
-    """Robust sum of squares."""
     return float(_robust(found.e, noise)[1].sum())
 
 
 def equations(
     seen: Windows, found: Residuals, noise: Floats, of: Layout, column: int, size: int
 ) -> Equations:
-    """Normal equations; size: unknowns of the trajectory."""
     near, far = derivatives(seen, found)
     weight = (_robust(found.e, noise)[0] / noise[:, None] ** 2).reshape(-1, 6)
     e = found.e.reshape(-1, 6)
@@ -226,7 +223,6 @@ def equations(
 
 
 def rough_noise(found: Residuals) -> Floats:
-    """Standard deviations of both sensors' residuals by medians."""
     return np.maximum(MAD_TO_SIGMA * np.median(np.abs(found.e), axis=(0, 2)), LEAST)
 
 
@@ -310,7 +306,6 @@ def _measured(
 
 @njit
 def _turn(R: np.ndarray, v: np.ndarray) -> None:
-    """R Exp(v), in place."""
     row = np.empty(3)
     for i in range(3):
         rotated(-v, R[i], row)  # R Exp(v) has the rows Exp(-v) r

@@ -23,19 +23,17 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.rotor import (
-    GENERATION,
-    angle_gradient,
-    intrinsic_gradient,
-    model_gradient,
-)
+from mocap_metrology.lighthouse.rotor import GENERATION, angle_gradient
 
 POSE = 6  # unknowns of a control point, and of a station: position, rotation vector
 SPAN = 5 * POSE  # of a sweep: the control points of two neighbouring intervals
 LOCAL = 28  # most global unknowns of one hit
-ROOM = 44  # of the work of one hit
+ROOM = 45  # of the work of one hit
 HELD = 0.5  # of the factor of t: where the places of a board's file hold
 INDEX2 = 1.5**2  # of refraction, of the cover of a diode
+
+
+Rows = tuple[np.ndarray, int, int, int]
 
 
 class Light(NamedTuple):
@@ -59,7 +57,6 @@ class Equations(NamedTuple):
 
     @classmethod
     def zeros(cls, K: int, G: int) -> Equations:
-        """Empty equations of K coordinates of control points and G global unknowns."""
         shapes = (SPAN, K), (K, G), (G, G), (K,), (G,)
         return cls(*(np.zeros(shape) for shape in shapes))
 
@@ -107,7 +104,6 @@ def right_jacobian(v: np.ndarray, J: np.ndarray) -> None:
 
 @njit
 def right_jacobians(v: np.ndarray) -> np.ndarray:
-    """Those of rotation vectors (n, 3), (n, 3, 3)."""
     out = np.empty((len(v), 3, 3))
     for m in range(len(v)):
         right_jacobian(v[m], out[m])
@@ -131,13 +127,13 @@ def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
 
 @njit(inline="always")
 def _hit(
-    h: int, seen: Light, control: np.ndarray, of: Values, row: np.ndarray, work: np.ndarray
+    h: int, seen: Light, control: np.ndarray, of: Values, row: np.ndarray, work: np.ndarray, at: int
 ) -> float:
     """Predicted angle; derivative by the board's pose at the time, in row[:6]; work[3:6] is that
     by the diode's place, work[6:9] by the master's coordinates, work[9:12] the diode from the
-    station, work[12:15] in the station's frame, work[30:36] those of `plane_gradient`, work[36]
-    the factor of t, work[37:43] the normal in the master's frame and the diode under its cover,
-    work[43] the sign of the shift."""
+    station, work[12:15] in the station's frame, work[30:36] those by the intrinsics if `at` is no
+    less than 0, work[36] the factor of t, work[37:43] the normal in the master's frame and the
+    diode under its cover, work[43] the sign of the shift, work[44] the derivative by depth."""
     who, basis, normals, cover = seen.who, seen.basis, of.normals, of.cover
     t, rotors = of.t_m, of.rotors
     s, axis, d, k = who[h, 0], who[h, 1], who[h, 2], who[h, 3]
@@ -176,7 +172,9 @@ def _hit(
         q = under
     for i in range(3):
         x[i] = S[0, i] * far[0] + S[1, i] * far[1] + S[2, i] * far[2]
-    theta, gx, gy, gz = model_gradient(axis, x[0], x[1], x[2], rotors[s, axis], work[30:36])
+    by = work[30:36] if at >= 0 else work[:0]
+    theta, gx, gy, gz = angle_gradient(axis, x[0], x[1], x[2], rotors[s, axis], by)
+    work[44] = gx
     D, e = work[6:9], work[3:6]
     for i in range(3):
         D[i] = S[i, 0] * gx + S[i, 1] * gy + S[i, 2] * gz
@@ -195,13 +193,7 @@ def _hit(
 
 @njit(inline="always")
 def _globals(
-    h: int,
-    who: np.ndarray,
-    of: Values,
-    rows: tuple[np.ndarray, int, int, int],
-    work: np.ndarray,
-    at: np.ndarray,
-    value: np.ndarray,
+    h: int, seen: Light, of: Values, rows: Rows, work: np.ndarray, at: np.ndarray, value: np.ndarray
 ) -> int:
     """Which global unknowns the angle depends on, and its derivatives; returns how many.
 
@@ -211,7 +203,7 @@ def _globals(
     """
     columns, scale, places, cover = rows
     board, normals = of.board, of.normals
-    s, axis, d = who[h, 0], who[h, 1], who[h, 2]
+    s, axis, d = seen.who[h, 0], seen.who[h, 1], seen.who[h, 2]
     own, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
     if own[0] >= 0:
         for i in range(3):
@@ -220,24 +212,16 @@ def _globals(
             at[n + 3], value[n + 3] = own[0] + 3 + i, D[j] * far[k] - D[k] * far[j]
             n += 1
         n += 3
-    x, p = work[12:15], of.rotors[s, axis]
     if own[1] >= 0:
-        _, gx, _, _ = angle_gradient(axis, x[0], x[1], x[2], p)
-        at[n], value[n] = own[1], (0.5 if axis == 1 else -0.5) * gx
+        at[n], value[n] = own[1], (0.5 if axis == 1 else -0.5) * work[44]
         n += 1
     if own[2] >= 0:
         at[n], value[n] = own[2], 1.0
         n += 1
     if own[3] >= 0:
-        if p[GENERATION] == 2.0:
-            for i in range(6):
-                at[n], value[n] = own[3 + i], work[30 + i]
-                n += 1
-        else:
-            by = intrinsic_gradient(axis, x[0], x[1], x[2], p)
-            for i in range(4):
-                at[n], value[n] = own[3 + i], by[1 + i]
-                n += 1
+        for i in range(6 if of.rotors[s, axis, GENERATION] == 2.0 else 4):
+            at[n], value[n] = own[3 + i], work[30 + i]
+            n += 1
     if scale >= 0:
         at[n] = scale
         value[n] = e[0] * board[d, 0] + e[1] * board[d, 1] + e[2] * board[d, 2]
@@ -257,10 +241,9 @@ def _globals(
 
 @njit
 def predicted(seen: Light, control: np.ndarray, of: Values) -> np.ndarray:
-    """Angles of all hits in rad."""
     row, work, out = np.empty(POSE), np.empty(ROOM), np.empty(seen.who.shape[0])
     for h in range(out.size):
-        theta = _hit(h, seen, control, of, row, work)
+        theta = _hit(h, seen, control, of, row, work, -1)
         out[h] = theta + of.offsets[seen.who[h, 0], seen.who[h, 1]]
     return out
 
@@ -273,7 +256,7 @@ def accumulate(
     weight: np.ndarray,
     control: np.ndarray,
     of: Values,
-    rows: tuple[np.ndarray, int, int, int],
+    rows: Rows,
     total: Equations,
     sums: np.ndarray,
     sums_inner: np.ndarray,
@@ -299,8 +282,8 @@ def accumulate(
             if k != at_knot:
                 _flush(at_knot, own, total)
                 at_knot = k
-            _hit(h, seen, control, of, row, work)
-            n = _globals(h, who, of, rows, work, at, value)
+            _hit(h, seen, control, of, row, work, rows[0][who[h, 0], who[h, 1], 3])
+            n = _globals(h, seen, of, rows, work, at, value)
             w = weight[h]
             we, shift = w * residual[h], POSE * (k - begin)
             for i in range(4):

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement, product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc
@@ -15,7 +16,7 @@ from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import GROUPS, NEARLY_KNOWN, Priors
 from mocap_metrology.lighthouse.batch.recording import Recording, pull_of_begins, rough
-from mocap_metrology.lighthouse.batch.solve import by_bends, linearised, reduced, solved
+from mocap_metrology.lighthouse.batch.solve import Sums, by_bends, linearised, reduced, solved
 from mocap_metrology.lighthouse.batch.view import Noise, stretch, sweeps_of, weights
 from mocap_metrology.lighthouse.records import AXES, Halves, SharedErrors
 
@@ -32,51 +33,55 @@ BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step
 
 @dataclass(frozen=True)
 class _Part:
-    """Step from the estimate of all, gain K = M^-1 L of the priors, covariance of its noise."""
-
     step: np.ndarray
     gain: np.ndarray
     noise: np.ndarray
 
 
-@dataclass(frozen=True)
-class Piece:
+class Piece(NamedTuple):
     """Normal equations S, h of a piece of a recording, its trajectory eliminated, the covariance
-    of h, and its sweeps by station."""
+    of h, and its sweeps by station; those of several are added."""
 
     S: Floats
     h: Floats
     pull: Floats
     sweeps: np.ndarray
 
+    @classmethod
+    def of(cls, one: Recording, sums: Sums, sweeps: np.ndarray) -> Piece:
+        """From the sums over its hits."""
+        without = reduced(sums, one.trajectory, one.noise)
+        h = without.h + by_bends(without, one.trajectory, one.noise)
+        return cls(without.S, h, without.S + pull_of_begins(one, sums, without), sweeps)
 
-def _part(found: Joint, S: Floats, h: Floats, pull: Floats, station: int) -> _Part | None:
-    """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole, as
-    that is by other data; None where these do not determine the pose of the station."""
+    @classmethod
+    def total(cls, pieces: Sequence[Piece]) -> Piece:
+        """All of them together."""
+        return cls(*(np.sum(column, axis=0) for column in zip(*pieces, strict=True)))
+
+
+def _part(found: Joint, own: Piece, station: int) -> _Part | None:
+    """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole;
+    None where these do not determine the pose of the station."""
     scale = found.of.group == GROUPS.index("scale")
     sd = np.where(scale, NEARLY_KNOWN * found.of.sd, found.working)
     rows = found.pose(station)
-    sd[others_of(found, station)] = ANYWHERE  # of those that a part does not see
+    poses = np.flatnonzero(found.of.group == GROUPS.index("pose"))
+    sd[np.setdiff1d(poses, rows)] = ANYWHERE  # of stations that a part does not see
     known = 1 / sd**2
     try:
-        M = np.linalg.inv(S + np.diag(known))
+        M = np.linalg.inv(own.S + np.diag(known))
     except np.linalg.LinAlgError:
         return None
     variances = np.linalg.eigvalsh(M[np.ix_(rows, rows)])
     if not 0 < variances[0] <= variances[-1] < UNDETERMINED:
         return None
-    step = -M @ (h + known * np.where(scale, 0.0, found.state.values))
-    return _Part(step, M * known, M @ pull @ M)
-
-
-def others_of(found: Joint, station: int) -> np.ndarray:
-    """Rows of the poses of all other stations."""
-    rows = np.flatnonzero(found.of.group == GROUPS.index("pose"))
-    return np.setdiff1d(rows, found.pose(station))
+    step = -M @ (own.h + known * np.where(scale, 0.0, found.state.values))
+    return _Part(step, M * known, M @ own.pull @ M)
 
 
 def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
-    """How far two parts are apart; own: standard deviations that each part has for itself."""
+    """own: standard deviations that each part has for itself."""
     rows = found.pose(station)
     gain = (a.gain - b.gain) * np.sqrt(np.maximum(found.sd**2 - own**2, 0.0))
     alone = [part.noise + (part.gain * own**2) @ part.gain.T for part in (a, b)]
@@ -107,11 +112,8 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
         hit, held = weight.hit[own], weight.held[chosen]
         at = seen, path, found.state
         sums = linearised(*at, one.residual[own], hit, found.of, more, held)
-        without = reduced(sums, path, noise)
-        h = without.h + by_bends(without, path, noise)
-        its = replace(one, sweeps=seen.sweeps, noise=noise)
-        pull = without.S + pull_of_begins(its, sums, without)
-        pieces.append(Piece(without.S, h, pull, count[k]))
+        its = replace(one, seen=seen, trajectory=path, noise=noise)
+        pieces.append(Piece.of(its, sums, count[k]))
     return pieces
 
 
@@ -129,17 +131,13 @@ def _scatter(
     for piece in pieces:
         if _fewest(piece.sweeps, station) < FEWEST_OF_PIECE:
             continue
-        size, axes = np.linalg.eigh(_scaled(piece.pull[np.ix_(rows, rows)]))
+        unit = 1 / np.sqrt(np.diag(piece.pull)[rows])
+        size, axes = np.linalg.eigh(piece.pull[np.ix_(rows, rows)] * np.outer(unit, unit))
         clear = size > WEAK * size[-1]
         pull = (piece.h + piece.S @ step)[rows] / np.sqrt(np.diag(piece.pull)[rows])
         total += float(np.sum((pull @ axes)[clear] ** 2 / size[clear]))
         freedom += int(clear.sum())
     return total, freedom
-
-
-def _scaled(S: Floats) -> Floats:
-    unit = 1 / np.sqrt(np.diag(S))
-    return S * np.outer(unit, unit)
 
 
 def misfit_of(found: Joint) -> float:
@@ -150,7 +148,7 @@ def misfit_of(found: Joint) -> float:
     left after a step of all unknowns with the freedom of what is believed.
     """
     n, every = len(found.state.R), [pieces_of(found, one) for one in found.recordings]
-    S, h = (np.sum([getattr(p, k) for own in every for p in own], axis=0) for k in "Sh")
+    S, h, *_ = Piece.total([piece for own in every for piece in own])
     known, step = 1 / found.believed**2, np.zeros(found.of.size)
     with suppress(np.linalg.LinAlgError):
         step = -solved(S + np.diag(known), h + known * found.state.values)
@@ -180,14 +178,10 @@ def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
     same, apart, ratios = np.zeros(found.of.size), {}, []
     for k in range(1, PIECES):
         sides = pieces[:k], pieces[k:]
-        fewest = (_fewest(np.sum([p.sweeps for p in own], axis=0), station) for own in sides)
-        if min(fewest) < FEWEST_SWEEPS:
+        whole = [Piece.total(own) for own in sides]
+        if min(_fewest(own.sweeps, station) for own in whole) < FEWEST_SWEEPS:
             continue
-        S, h, pull = (
-            [np.sum([getattr(p, name) for p in own], axis=0) for own in sides]
-            for name in ("S", "h", "pull")
-        )
-        a, b = (_part(found, S[i], h[i], pull[i], station) for i in (0, 1))
+        a, b = (_part(found, own, station) for own in whole)
         if a is None or b is None:
             continue
         apart[k] = _apart(found, a, b, same, station)
@@ -213,20 +207,16 @@ def predicted(found: Joint, priors: Priors) -> list[list[Halves | None]]:
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
     state, of = found.state, found.of
-    parts = []
-    for one in found.recordings:
-        sums = one.sums(state, of)
-        without = reduced(sums, one.trajectory, one.noise)
-        h = without.h + by_bends(without, one.trajectory, one.noise)
-        parts.append((without.S, h, without.S + pull_of_begins(one, sums, without)))
-    S, h, pull = (np.sum(column, axis=0) for column in zip(*parts, strict=True))
+    none = np.zeros(0)
+    parts = [Piece.of(one, one.sums(state, of), none) for one in found.recordings]
+    every = Piece.total(parts)
     zero = _of_one(found, priors)
     apart: list[list[Halves | None]] = []
     for station in range(1, len(state.R)):
         apart.append([])
         for own in parts:
-            alone = _part(found, *own, station)
-            others = _part(found, S - own[0], h - own[1], pull - own[2], station)
+            rest = Piece(*(a - b for a, b in zip(every, own, strict=True)))
+            alone, others = (_part(found, its, station) for its in (own, rest))
             pair = None
             if alone is not None and others is not None:
                 pair = replace(_apart(found, alone, others, zero, station), recordings=True)
@@ -309,12 +299,9 @@ def of_length(found: Joint) -> dict[str, float]:
     variance = by_prior @ by_prior + M[at] @ found.pull @ M[at]
     larger = float(found.state.values[at])
     sigma = larger / float(np.sqrt(variance))
-    return {
-        "board_larger": larger,
-        "board_sigma": sigma,
-        "scale_p": float(chdtrc(1, sigma**2)),
-        "length_share": 1 - float(found.covariance[at, at] / found.believed[at] ** 2),
-    }
+    share = 1 - float(found.covariance[at, at] / found.believed[at] ** 2)
+    by_chance = {"scale_p": float(chdtrc(1, sigma**2)), "length_share": share}
+    return {"board_larger": larger, "board_sigma": sigma, **by_chance}
 
 
 def _strains(board: np.ndarray) -> Iterator[Floats]:
@@ -328,7 +315,7 @@ def _strains(board: np.ndarray) -> Iterator[Floats]:
 
 
 def scale_share(found: Joint, station: int) -> float:
-    """Share that the scale of the board has in the variance of a station's position."""
+    """Share that the scale of the board has in the variance of a position."""
     if found.of.scale < 0:
         return 0.0
     M, known = found.inverse
@@ -338,20 +325,13 @@ def scale_share(found: Joint, station: int) -> float:
 
 
 def residual_ratios(one: Recording, names: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Rms residual beyond the sweep's offset over the noise of a hit: by station, axis, diode;
-    names: of the stations."""
+    """Rms residual beyond the sweep's offset over the noise of a hit: by station, axis, diode."""
     hits, z2 = one.sweeps.hits, (one.alone / one.noise.hit) ** 2
     found: dict[str, dict[str, float]] = {}
-    for name, key, labels in (
-        ("station", hits.station, names),
-        ("axis", hits.axis, AXES),
-        ("diode", hits.diode, None),
-    ):
-        rms = rms_by(key, z2)
+    for name, labels in {"station": names, "axis": AXES, "diode": ()}.items():
+        rms = rms_by(getattr(hits, name), z2)
         seen = np.flatnonzero(np.isfinite(rms)).tolist()
-        found[name] = {
-            labels[k] if labels and k < len(labels) else str(k): float(rms[k]) for k in seen
-        }
+        found[name] = {labels[k] if k < len(labels) else str(k): float(rms[k]) for k in seen}
     return found
 
 

@@ -87,18 +87,12 @@ class Priors:
 
     @property
     def time_zero_rad(self) -> float:
-        """The time zero as an angle, rad."""
         return float(1e-6 * RAD_PER_S * self.time_zero_us)
 
     @property
     def offset_rad(self) -> float:
-        """Standard deviation of the offset of an axis, by time zero and phase, rad."""
+        """Standard deviation of the offset of an axis, by time zero and phase."""
         return float(np.hypot(self.time_zero_rad, 1e-3 * self.phase_mrad))
-
-    @property
-    def estimated(self) -> bool:
-        """Whether the intrinsics are unknown."""
-        return min(self.tilt_mrad, self.curve_mrad, self.gib_mrad) > 0
 
 
 @dataclass(frozen=True)
@@ -134,12 +128,10 @@ class Layout:
 
     @property
     def size(self) -> int:
-        """How many unknowns."""
         return int(self.sd.size)
 
     @property
     def rows(self) -> tuple[np.ndarray, int, int, int]:
-        """Columns and rows of the unknowns as the kernels read them."""
         return self.columns, self.scale, self.places, self.cover
 
 
@@ -172,20 +164,22 @@ def layout(
 
     for station in range(1, 1 if known_poses else n_stations):
         columns[station, :, 0] = new("pose", np.inf, POSE)
-    zero = priors.offset_rad if priors.estimated else priors.time_zero_rad
-    intrinsic = [priors.tilt_mrad, priors.curve_mrad, priors.gib_mrad, priors.gib_mrad]
-    for station in range(n_stations if more.spreads is None else 0):
-        columns[station, :, 1] = new("depth", 1e-3 * priors.laser_depth_mm)
+    first, spreads = more.spreads is None, more.spreads
+    if spreads is None:  # phase, tilt, curve and both parts of gibbous
+        own = priors.phase_mrad, priors.tilt_mrad, priors.curve_mrad, *2 * [priors.gib_mrad]
+        spreads = np.tile(1e-3 * np.array(own), (n_stations, 2, 1))
+    for station in range(n_stations):
+        if first:
+            columns[station, :, 1] = new("depth", 1e-3 * priors.laser_depth_mm)
         for axis in range(2):
-            columns[station, axis, 2] = new("offset", priors.offset_rad, 1, zero)
-            if priors.estimated:
-                columns[station, axis, 3:7] = [new("intrinsic", 1e-3 * own) for own in intrinsic]
-    planes = np.zeros((0, 2, 7)) if more.spreads is None else more.spreads
-    for station, axis in np.ndindex(planes.shape[:2]):
-        phase, *others = planes[station, axis]
-        columns[station, axis, 2] = new("offset", float(np.hypot(priors.time_zero_rad, phase)))
-        if min(others) > 0:
-            columns[station, axis, 3:] = [new("intrinsic", value) for value in others]
+            phase, *others = spreads[station, axis].tolist()
+            known = not min(others) > 0
+            offset = float(np.hypot(priors.time_zero_rad, phase))
+            used = priors.time_zero_rad if first and known else None
+            columns[station, axis, 2] = new("offset", offset, 1, used)
+            if not known:
+                at = [new("intrinsic", value) for value in others]
+                columns[station, axis, 3 : 3 + len(at)] = at
     scale = new("scale", priors.board_scale, 1, None if sized_scale else 0.0)
     places = new("place", 1e-3 * priors.board_position_mm, 3 * n_diodes)
     down = new("gravity", ANY_GRAVITY, 3 if gravity or any(inertial) else 0)
@@ -202,8 +196,6 @@ def layout(
 
 
 class State(Values):
-    """`Values` that a step changes."""
-
     def moved(self, step: np.ndarray, of: Layout) -> State:
         """The state with a step (unknowns,) added; poses turn by left rotation vectors."""
         R, t, rotors = self.R.copy(), self.t_m.copy(), self.rotors.copy()
@@ -236,7 +228,6 @@ class State(Values):
 
 
 def _turn(row: np.ndarray, step: np.ndarray) -> None:
-    """Add a step of the intrinsics to the parameters of a rotor, in place."""
     row[rotor.TAN_TILT] += step[0]
     row[rotor.CURVE] += step[1]
     parts = [(rotor.GIBMAG, rotor.GIBPHASE, step[2], step[3])]
@@ -257,7 +248,6 @@ def start(
     n: int,
     normals: np.ndarray = NO_NORMALS,
 ) -> State:
-    """Stations at these poses in the master's frame, the first of them the master; n unknowns."""
     offsets, own = np.zeros((len(R), 2)), np.array(rotors)
     known = offsets, board.copy(), np.zeros(3), np.zeros(n), np.ascontiguousarray(normals)
     return State(np.array(R), np.array(t_m), own, *known, COVER_M.copy())
@@ -272,7 +262,6 @@ class Sweeps:
 
     @property
     def sweep(self) -> np.ndarray:
-        """Which sweep each hit is of."""
         return np.repeat(np.arange(self.first.size - 1), np.diff(self.first))
 
 

@@ -2,6 +2,15 @@
 
 Steps are damped by control point: one stretch in which hits are few or wrong fails at steps that
 all others need, and damped alone it holds up no other.
+
+A length that was measured in the room is that between two places, or the size of a figure of
+several, as angles do not show scale: with places p_i of mean c,
+
+    L = sqrt(sum |p_i - c|^2),   dL = sum (p_i - c) / L dp_i,
+
+which of two places is their distance over sqrt(2). With a, b the derivatives by trajectory and all
+else, and in the notation of `batch.solve`, the trajectory leaves the derivative b - C' A^-1 a and
+the variance sd^2 + a' A^-1 a. It is not moved itself.
 """
 
 from __future__ import annotations
@@ -10,13 +19,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import linalg
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.inertial import Windows, windows
-from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
-from mocap_metrology.lighthouse.batch.length import LengthView, added, equation
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations, right_jacobians
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
 from mocap_metrology.lighthouse.batch.solve import Reduced, Sums, bend_cost, linearised
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
@@ -94,8 +103,8 @@ def _variance(diode: np.ndarray, n: Floats, mean: Floats, within: float, views: 
 
 @dataclass(frozen=True)
 class BatchInput:
-    """What an estimate begins with: hits of all stations, a trajectory near the board's, inertial
-    sensors on it, and lengths measured meanwhile; clocks: those of the stations."""
+    """What an estimate begins with: hits of all stations, a trajectory near that of the board,
+    sensors on it, lengths measured meanwhile; clocks of the stations."""
 
     hits: Hits
     trajectory: Trajectory
@@ -104,11 +113,9 @@ class BatchInput:
     clocks: tuple[Clock | None, ...] = ()
 
     def windows(self) -> Windows | None:
-        """What is used of its sensors."""
         return windows(self.inertial, self.trajectory, self.hits.time_s)
 
     def with_knots(self) -> BatchInput:
-        """The same with the knots that its inertial sensors need."""
         own = self.trajectory
         if own.still or own.knot_s <= inertial.KNOT_S or self.windows() is None:
             return self
@@ -117,8 +124,8 @@ class BatchInput:
 
 @dataclass
 class Sensed:
-    """Gyroscope and accelerometer of a recording in the search: first of their unknowns, residuals,
-    standard deviations of both in rad/s and m/s^2, and a delay near theirs."""
+    """Sensors of a recording in the search: first of their unknowns, standard deviations of both in
+    rad/s and m/s^2, a delay near theirs."""
 
     windows: Windows
     column: int
@@ -132,7 +139,6 @@ class Recording:
     """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad; its
     sensors, where it has any; share, tau_rad: as `shares`."""
 
-    sweeps: Sweeps
     trajectory: Trajectory
     seen: View
     noise: Noise
@@ -143,20 +149,22 @@ class Recording:
     tau_rad: float = 0.0  # standard deviation of these
     clocks: tuple[Clock | None, ...] = ()  # of the stations
 
+    @property
+    def sweeps(self) -> Sweeps:
+        """Its hits, by sweeps."""
+        return self.seen.sweeps
+
     def move(self, step: Floats, state: State) -> None:
-        """Add a step to the control points, and take other values of all else."""
         self.trajectory = self.trajectory.moved(step)
         self.renew(state)
 
     def renew(self, state: State) -> None:
-        """Residuals at these values."""
         self.residual = residuals(self.seen, self.trajectory, state)
         if (own := self.sensors) is not None:
             found = inertial.residuals(own.windows, self.trajectory, state, own.column, own.near_s)
             self.sensors = replace(own, residual=found)
 
     def cost(self) -> float:
-        """Robust sum of squares, with that of what is known of the trajectory."""
         total = float(self.weights().cost.sum()) + bend_cost(self.trajectory)
         if (own := self.sensors) is not None:
             total += inertial.cost(own.residual, own.noise)
@@ -170,13 +178,11 @@ class Recording:
         return inertial.equations(own.windows, own.residual, own.noise, of, at, size)
 
     def sums(self, state: State, of: Layout, column: int | None = None) -> Sums:
-        """Normal equations of its hits and sensors."""
         own, more = self.weights(), self.more(of, column)
         at = self.seen, self.trajectory, state, self.residual
         return linearised(*at, own.hit, of, more, own.held)
 
     def by_lengths(self, state: State, of: Layout, part: Reduced) -> tuple[Floats, Floats]:
-        """S and h of its lengths, its trajectory eliminated as in `part`."""
         S, h = np.zeros((of.size, of.size)), np.zeros(of.size)
         for seen in self.lengths:
             own = equation(seen, self.trajectory.control, state, of)
@@ -185,20 +191,17 @@ class Recording:
         return S, h
 
     def cost_of_lengths(self, state: State, of: Layout) -> float:
-        """Sum of squares of its lengths."""
         own = [equation(seen, self.trajectory.control, state, of) for seen in self.lengths]
         return float(sum(one.residual**2 / one.variance for one in own))
 
     def weights(self) -> Weights:
-        """Weights of the hits at the present noise."""
         return weights(self.seen, self.residual, self.noise, self.share)
 
     def plain(self) -> Weights:
-        """Likewise, of hits that count alike."""
+        """Weights of hits that count alike."""
         return weights(self.seen, self.residual, self.noise)
 
     def shared(self, state: State) -> None:
-        """Let hits of a diode from one direction share their errors, as the residuals show."""
         own = self.plain()
         alone = self.residual - own.offset[self.sweeps.sweep]
         at = self.seen, self.trajectory, state
@@ -206,7 +209,6 @@ class Recording:
         self.noise = self.noise._replace(hit=hit)
 
     def total_weight(self) -> Floats:
-        """Weight of each hit, times that of its sweep."""
         own = self.plain()
         return own.hit * own.held[self.sweeps.sweep]
 
@@ -217,13 +219,11 @@ class Recording:
 
 
 def recording(given: BatchInput, state: State) -> Recording:
-    """Hits of all stations along a trajectory, not yet weighed."""
-    sweeps = by_sweep(given.hits)
-    seen = view(sweeps, given.trajectory)
+    seen = view(by_sweep(given.hits), given.trajectory)
     off = residuals(seen, given.trajectory, state)
     lengths = tuple(LengthView.of(known, given.trajectory) for known in given.lengths)
     none, clocks = Noise(np.inf, np.inf), given.clocks
-    own = sweeps, given.trajectory, seen, none, off
+    own = given.trajectory, seen, none, off
     return Recording(*own, lengths=lengths, clocks=clocks)
 
 
@@ -247,11 +247,9 @@ def more_damping(
     after: Sequence[Recording],
     everywhere: bool,
 ) -> list[Floats]:
-    """Ten times as much for control points of stretches in which a step raised the cost of the
-    sweeps most, at least so much; for all, where no stretch has, or everywhere.
-
-    damping, least (control points,): of each recording, times the diagonal.
-    """
+    """Ten times as much, at least so much, for control points of stretches in which a step raised
+    the cost of the sweeps most; for all, where no stretch has, or everywhere. damping, least
+    (control points,): of each recording, times the diagonal."""
     rises = [
         np.bincount(own.seen.begin, then.weights().cost - own.weights().cost, its.size)
         for own, then, its in zip(before, after, damping, strict=True)
@@ -292,3 +290,70 @@ def pull_of_begins(one: Recording, sums: Sums, part: Reduced) -> Floats:
         twice = min(clock.variance, (noise.sweep / rad_per_s) ** 2)
         total += clock.error_of(pull, turn[own]) - twice * pull.T @ pull
     return total
+
+
+@dataclass(frozen=True)
+class LengthEquation:
+    """Residual L - measured in m, variance, derivatives by trajectory (6 K,) and all else
+    (unknowns,)."""
+
+    residual: float
+    variance: float
+    by_trajectory: Floats
+    by_others: Floats
+
+
+@dataclass(frozen=True)
+class LengthView:
+    """A length with what the trajectory's knots fix about it: first control point, weights of four,
+    and reference rotation of each place."""
+
+    known: KnownLength
+    first: np.ndarray
+    basis: Floats
+    turned: Floats
+
+    @classmethod
+    def of(cls, known: KnownLength, trajectory: Trajectory) -> LengthView:
+        time_s = np.array([place.time_s for place in known.places])
+        return cls(known, *trajectory.basis(time_s), trajectory.reference(time_s))
+
+
+def equation(seen: LengthView, control: Floats, state: State, of: Layout) -> LengthEquation:
+    places = seen.known.places
+    n, rows = len(places), seen.first[:, None] + np.arange(4)
+    own = np.einsum("ni,nij->nj", seen.basis, control[rows])
+    J = right_jacobians(np.ascontiguousarray(own[:, 3:]))
+    R = seen.turned @ exp(own[:, 3:])
+    at, by = own[:, :3].copy(), np.zeros((n, 3, of.size))
+    by_pose = np.zeros((n, 3, POSE))
+    for k, place in enumerate(places):
+        if place.station is not None:
+            at[k] = state.t_m[place.station]
+            if (pose := int(of.columns[place.station, 0, 0])) >= 0:
+                by[k, :, pose : pose + 3] = np.eye(3)
+            continue
+        q = state.board[place.diode]
+        at[k] += R[k] @ q
+        by_pose[k, :, :3] = np.eye(3)
+        by_pose[k, :, 3:] = R[k] @ np.cross(np.eye(3), q).T @ J[k]
+        if of.scale >= 0:
+            by[k, :, of.scale] = R[k] @ q
+        if of.places >= 0:
+            by[k, :, of.places + 3 * place.diode + np.arange(3)] = R[k].T
+    off = at - at.mean(axis=0)
+    size = float(np.linalg.norm(off))
+    u, x = off / size, np.zeros_like(control)
+    np.add.at(x, rows, seen.basis[:, :, None] * np.einsum("ni,nia->na", u, by_pose)[:, None])
+    variance = seen.known.sd_m**2
+    return LengthEquation(size - seen.known.size_m, variance, x.ravel(), np.einsum("ni,nig", u, by))
+
+
+def added(own: LengthEquation, part: Reduced, noise: Noise) -> tuple[Floats, Floats, float]:
+    """Its S and h as in `Reduced`, and its variance, that of the trajectory included."""
+    a = own.by_trajectory
+    A_a = linalg.cho_solve_banded((part.factor, True), a, check_finite=False)
+    variance = own.variance + noise.hit**2 * float(a @ A_a)
+    d = own.by_others - part.A_C.T @ a
+    e = own.residual - float(a @ part.A_g)
+    return np.outer(d, d) / variance, d * e / variance, variance

@@ -61,16 +61,12 @@ def linearised(
     more: Equations | None = None,
     held: np.ndarray | None = None,
 ) -> Sums:
-    """Sums over all hits at the present values; more: equations of other data; held: of `Weights`,
-    1 without it."""
+    """Sums over all hits; more: equations of other data; held: of `Weights`, 1 without it."""
     first, control, m = seen.sweeps.first, trajectory.control, seen.sweeps.first.size - 1
-    found, by_sweep = (
-        Equations.zeros(control.size, of.size),
-        (np.zeros((m, SPAN)), np.zeros((m, of.size))),
-    )
-    kernel.accumulate(
-        seen.light, first, residual, weight, control, state, of.rows, found, *by_sweep
-    )
+    found = Equations.zeros(control.size, of.size)
+    by_sweep = np.zeros((m, SPAN)), np.zeros((m, of.size))
+    at = seen.light, first, residual, weight, control, state, of.rows
+    kernel.accumulate(*at, found, *by_sweep)
     low, held = first[:-1], np.ones(m) if held is None else held
     total, off = np.add.reduceat(weight, low), np.add.reduceat(weight * residual, low)
     of_all = float(weight @ residual**2), residual.size
@@ -88,12 +84,10 @@ class Reduced:
     A_g: np.ndarray
 
     def trajectory_step(self, step: np.ndarray) -> np.ndarray:
-        """x of y."""
         return -(self.A_g + self.A_C @ step)
 
 
 def _bend(trajectory: Trajectory, noise: float) -> tuple[np.ndarray, np.ndarray]:
-    """Band and gradient of the second differences, in units of the variance of a hit."""
     band, flat = np.zeros((SPAN, trajectory.control.size)), trajectory.control
     if trajectory.still:
         band[0, POSE:] = 1.0  # control points that are not used
@@ -153,12 +147,10 @@ def reduced(
 def by_bends(part: Reduced, trajectory: Trajectory, noise: Noise) -> Floats:
     """C' A^-1 g with g of the second differences alone: by how much less than the hits alone
     these, and hits, pull at the global unknowns (`batch.bias`)."""
-    pull: Floats = part.A_C.T @ _bend(trajectory, noise.hit)[1] / noise.hit**2
-    return pull
+    return part.A_C.T @ _bend(trajectory, noise.hit)[1] / noise.hit**2
 
 
 def bend_cost(trajectory: Trajectory) -> float:
-    """Sum of the squared second differences over their variances."""
     _, g = _bend(trajectory, 1.0)
     return 0.0 if trajectory.still else float(g @ trajectory.control.ravel())
 
@@ -220,8 +212,7 @@ def supported(
 
 
 def _lowest(values: list[float], at: int) -> float:
-    """The index, not whole, at which the parabola through the least of equidistant values and its
-    neighbours is lowest."""
+    """Where the parabola through the least of equidistant values and its neighbours is lowest."""
     if not 0 < at < len(values) - 1:
         return float(at)
     below, here, above = values[at - 1 : at + 2]
@@ -247,16 +238,11 @@ def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
     if sums.more is None:
         return _estimated_noise(sums, trajectory, start, 0.0)
     for _ in range(NOISE_ROUNDS):
-        start = _estimated_noise(sums, trajectory, start, _by_more(sums, trajectory, start))
+        Z = selected_inverse(reduced(sums, trajectory, start).factor)
+        both = (Z * sums.more.band).sum(axis=1)  # of trace(A^-1 A_more): so many unknowns
+        by_more = start.hit**2 * float(2 * both.sum() - both[0])
+        start = _estimated_noise(sums, trajectory, start, by_more)
     return start
-
-
-def _by_more(sums: Sums, trajectory: Trajectory, noise: Noise) -> float:
-    """How many unknowns of the trajectory other data determine: trace(A^-1 A_more)."""
-    assert sums.more is not None
-    Z = selected_inverse(reduced(sums, trajectory, noise).factor)
-    both = (Z * sums.more.band).sum(axis=1)
-    return noise.hit**2 * float(2 * both.sum() - both[0])
 
 
 def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: float) -> Noise:

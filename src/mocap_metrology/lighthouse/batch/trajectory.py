@@ -23,14 +23,8 @@ FARTHEST_S = 0.25  # from a node: without a pose nearer, the trajectory is not k
 
 def cubic(u: np.ndarray) -> np.ndarray:
     """Weights (n, 4) of the control points of an interval, u from 0 to 1 in it."""
-    return np.column_stack(
-        [
-            (1 - u) ** 3 / 6,
-            (3 * u**3 - 6 * u**2 + 4) / 6,
-            (-3 * u**3 + 3 * u**2 + 3 * u + 1) / 6,
-            u**3 / 6,
-        ]
-    )
+    second, third = (3 * u**3 - 6 * u**2 + 4) / 6, (-3 * u**3 + 3 * u**2 + 3 * u + 1) / 6
+    return np.column_stack([(1 - u) ** 3 / 6, second, third, u**3 / 6])
 
 
 @dataclass(frozen=True)
@@ -46,11 +40,9 @@ class Trajectory:
 
     @property
     def still(self) -> bool:
-        """Whether the board has one pose all the time."""
         return self.node_s.size == 1
 
     def moved(self, step: np.ndarray) -> Trajectory:
-        """The trajectory with `step` (6 K,) added to its control points."""
         return replace(self, control=self.control + step.reshape(-1, 6))
 
     def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Trajectory:
@@ -77,7 +69,6 @@ class Trajectory:
         return first, cubic(at - first)
 
     def reference(self, time_s: np.ndarray) -> np.ndarray:
-        """F at these times, (n, 3, 3)."""
         from scipy.spatial.transform import Rotation, RotationSpline
 
         if self.still:
@@ -88,14 +79,11 @@ class Trajectory:
 
     def poses(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """R (n, 3, 3) and p (n, 3) in m at these times."""
-        from scipy.spatial.transform import Rotation
-
         first, weights = self.basis(time_s)
         own = np.einsum("ni,nij->nj", weights, self.control[first[:, None] + np.arange(4)])
-        return self.reference(time_s) @ Rotation.from_rotvec(own[:, 3:]).as_matrix(), own[:, :3]
+        return self.reference(time_s) @ exp(own[:, 3:]), own[:, :3]
 
     def known(self, time_s: np.ndarray) -> np.ndarray:
-        """Whether poses lie near these times, bool (n,)."""
         if self.still:
             return np.ones(time_s.size, np.bool_)
         after = np.clip(np.searchsorted(self.node_s, time_s), 1, self.node_s.size - 1)
@@ -156,7 +144,6 @@ def through(
 
 
 def at_rest(R: np.ndarray, t_m: np.ndarray) -> Trajectory:
-    """A board that keeps the pose R, t."""
     control = np.zeros((4, 6))
     control[0, :3] = t_m
     return Trajectory(0.0, np.inf, control, np.zeros(1), R[None])

@@ -28,8 +28,8 @@ def without_offsets(
     sum_residual: np.ndarray,
     of_all: Equations,
 ) -> None:
-    """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times
-    the outer products of its sums; begin (sweeps,): its first control point."""
+    """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times the
+    outer products of its sums; begin (sweeps,): its first control point."""
     band, cross, inner, g, g_inner = of_all
     G = g_inner.size
     own = np.empty(G, np.int64)  # those that a sweep depends on
@@ -138,8 +138,9 @@ def selected_inverse(L: np.ndarray) -> np.ndarray:
 
 
 @njit
-def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Blocks (n, 6, 6) of the covariance of sum_i weights_i x_{first + i}."""
+    out = np.zeros((first.size, POSE, POSE))
     for m in range(first.size):
         for i in range(4):
             for j in range(4):
@@ -148,6 +149,7 @@ def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.n
                     for b in range(POSE):
                         r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
                         out[m, a, b] += w * Z[abs(r - c), min(r, c)]
+    return out
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,6 @@ class View:
 
     @property
     def light(self) -> kernel.Light:
-        """Likewise, for the kernels."""
         return kernel.Light(self.who, self.basis, self.turned)
 
     @property
@@ -172,7 +173,6 @@ class View:
 
 
 def sweeps_of(seen: View, chosen: np.ndarray) -> View:
-    """The view of some sweeps, bool (sweeps,)."""
     hit = chosen[seen.sweeps.sweep]
     first = np.append(0, np.cumsum(np.diff(seen.sweeps.first)[chosen]))
     own = Sweeps(seen.sweeps.hits.take(hit), first)
@@ -180,15 +180,14 @@ def sweeps_of(seen: View, chosen: np.ndarray) -> View:
 
 
 def stretch(seen: View, trajectory: Trajectory) -> tuple[View, Trajectory]:
-    """Likewise through the control points alone that the hits touch: the others, of which only the
-    bends are known, go straight on at no cost."""
+    """Likewise through the control points alone that the hits touch: the others go straight on at
+    no cost."""
     low, high = seen.who[:, 3].min(), seen.who[:, 3].max() + 4
     own = replace(trajectory, control=trajectory.control[low:high])
     return replace(seen, who=seen.who - np.array([0, 0, 0, low])), own
 
 
 def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
-    """The view of hits through a trajectory."""
     hits = sweeps.hits
     first, basis = trajectory.basis(hits.time_s)
     who = np.column_stack([hits.station, hits.axis, hits.diode, first]).astype(np.int64)
@@ -196,7 +195,6 @@ def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
 
 
 def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
-    """Predicted minus measured angle of every hit, rad."""
     return kernel.predicted(seen.light, trajectory.control, state) - seen.sweeps.hits.angle_rad
 
 

@@ -15,7 +15,6 @@ ones give another at each place and turn of the board. So
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +31,7 @@ from mocap_metrology.lighthouse.calibrate.weighted_station import (
 )
 from mocap_metrology.lighthouse.fit.board_pose import both_minima
 from mocap_metrology.lighthouse.records import Measurements, Path
+from mocap_metrology.lighthouse.rotation import log, mean
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 PAIR_S = 2.5 * CYCLE_S  # between measurements of both stations that are one moment
@@ -60,10 +60,11 @@ class Minima:
     paths: tuple[Path, Path]
     excess: np.ndarray
     spread: np.ndarray
+    board: np.ndarray
+    rotors: np.ndarray
 
     @property
     def R(self) -> np.ndarray:
-        """Rotations of both, (2, n, 3, 3)."""
         return np.stack([path.R for path in self.paths])
 
     @property
@@ -101,7 +102,7 @@ def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) ->
         H[far | ~np.isfinite(H).all(axis=(1, 2))] = 0.0
         spread[k] = np.linalg.inv(H / variance + prior)[:, 3:, 3:]
         excess[k, far] = IMPOSSIBLE
-    return Minima(measurements, paths, excess, spread)
+    return Minima(measurements, paths, excess, spread, board, rotors)
 
 
 def _nearest(time_s: np.ndarray, other_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -112,8 +113,6 @@ def _nearest(time_s: np.ndarray, other_s: np.ndarray) -> tuple[np.ndarray, np.nd
 
 def _distance(turn: np.ndarray, spread: np.ndarray) -> np.ndarray:
     """Squared length of rotations (..., 3, 3) over their covariance, capped; (...)."""
-    from mocap_metrology.lighthouse.rotation import log
-
     shape = turn.shape[:-2]
     v = log(turn.reshape(-1, 3, 3)).reshape(*shape, 3)
     S = spread + FLOOR_RAD**2 * np.eye(3)
@@ -163,7 +162,6 @@ def _viterbi(cost: np.ndarray, jump: np.ndarray) -> np.ndarray:
 
 
 def choose(master: Minima, slave: Minima, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The minima (n,) of both stations that agree best with the slave's rotation R."""
     return (
         _smooth(master, master.excess + _disagreement(master, slave, R)),
         _smooth(slave, slave.excess + _disagreement(slave, master, R.T)),
@@ -172,8 +170,6 @@ def choose(master: Minima, slave: Minima, R: np.ndarray) -> tuple[np.ndarray, np
 
 def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
     """Rotations of the slave that most moments could have, best first; then that of Kabsch."""
-    from mocap_metrology.lighthouse.rotation import mean
-
     near, same = _nearest(master.paths[0].time_s, slave.paths[0].time_s)
     moments = np.flatnonzero(same)
     moments = moments[:: max(len(moments) // VOTERS, 1)]
@@ -208,7 +204,6 @@ def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
 
 
 def _angles(a: Floats, b: Floats) -> Floats:
-    """Angles in rad between rotations (n, 3, 3) and (m, 3, 3), (n, m)."""
     trace = a.reshape(len(a), 9) @ b.reshape(len(b), 9).T
     return np.arccos(np.clip((trace - 1) / 2, -1, 1))
 
@@ -224,20 +219,17 @@ class Agreed:
 
 
 def agree(
-    master: Minima, slave: Minima, board: np.ndarray, rotors: Sequence[np.ndarray],
-    order: int, near: np.ndarray | None = None, roughly: bool = False,
-) -> Agreed:  # fmt: skip
-    """Board poses of both stations, the mirror decided by both; rotors of master and slave.
-
-    near: a rotation of the slave that is known to some degrees, in place of votes; roughly: where
-    each station distinguishes the minima, the slave's pose is not improved by its angles.
-    """
+    master: Minima, slave: Minima, order: int, near: np.ndarray | None = None, roughly: bool = False
+) -> Agreed:
+    """Board poses of both stations, the mirror decided by both. near: a rotation of the slave that
+    is known to some degrees, in place of votes; roughly: where each station distinguishes the
+    minima, the slave's pose is not improved by its angles."""
     ways = hypotheses(master, slave) if near is None else [near]
     if master.clear and slave.clear:
         if roughly and ways:
             return _roughly(master, slave, ways[0])
         ways = ways[:1]
-    starts = (_tried(R, master, slave, board, rotors, order) for R in ways)
+    starts = (_tried(R, master, slave, order) for R in ways)
     tried = [one for one in starts if one is not None]
     if not tried:
         return Agreed((master.paths[0], slave.paths[0]), None, None)
@@ -251,7 +243,7 @@ def agree(
         if before is not None and all((a == b).all() for a, b in zip(which, before, strict=True)):
             break
         before = which
-        found = _tried(R, master, slave, board, rotors, order, which)
+        found = _tried(R, master, slave, order, which)
         if found is None:
             break
         R, t, *_ = found
@@ -259,7 +251,7 @@ def agree(
 
 
 def _roughly(master: Minima, slave: Minima, R: np.ndarray) -> Agreed:
-    """The minima of lower K_1, the rotation R of the slave, and the median of its positions."""
+    """The minima of lower K_1, R of the slave, and the median of its positions."""
     own, other = master.paths[0], slave.paths[0]
     near, same = _nearest(own.time_s, other.time_s)
     if same.sum() < 3:
@@ -272,8 +264,6 @@ def _tried(
     R: np.ndarray,
     master: Minima,
     slave: Minima,
-    board: np.ndarray,
-    rotors: Sequence[np.ndarray],
     order: int,
     which: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float] | None:
@@ -284,7 +274,8 @@ def _tried(
     then, kept = at_times(paths[0], slave.measurements.time_s, order)
     rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
     some = slave.measurements.take(kept).take(rows)
-    given = evidence(then.take(rows), some, master.measurements, board, rotors)
+    both = master.rotors, slave.rotors
+    given = evidence(then.take(rows), some, master.measurements, master.board, both)
     near, same = _nearest(paths[0].time_s, paths[1].time_s)
     if len(given.path) < 3 or same.sum() < 3:
         return None
@@ -297,9 +288,8 @@ def _tried(
 
 
 def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None) -> Agreed:
-    """Board poses in the frames of both stations, the mirror decided by both; see `agree`."""
     master, slave = (
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
-    return agree(master, slave, board, optics.rotors, order, near)
+    return agree(master, slave, order, near)

@@ -4,7 +4,11 @@ J's method needs both angles of a diode at one moment, which it interpolates, an
 stations at one moment, which it interpolates too; it names the missing correlation of both
 stations' data as its limit (J VII). Here the board follows one continuous trajectory, and each hit
 is compared with it when it happened (`lighthouse.batch`). It starts from board poses on which both
-stations agree; `fits` and `turns` say what is begun anew or left out.
+stations agree; `fits` says what is begun anew or left out.
+
+Residuals are stored by angle, time and diode, of each station and axis, estimated minus measured.
+Noise leaves means near 0. A rotor that differs from its model leaves a curve against the angle, a
+station that moved one against time, a displaced or slow diode a large rms of its own.
 """
 
 from __future__ import annotations
@@ -12,23 +16,42 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
 from mocap_metrology.lighthouse.batch import inertial, parts
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined
-from mocap_metrology.lighthouse.batch.length import added, equation
+from mocap_metrology.lighthouse.batch.parts import rms_by
 from mocap_metrology.lighthouse.batch.problem import GROUPS, State
-from mocap_metrology.lighthouse.batch.recording import Sensed
-from mocap_metrology.lighthouse.batch.residuals import residual_rows
+from mocap_metrology.lighthouse.batch.recording import (
+    BatchInput,
+    Recording,
+    Sensed,
+    added,
+    equation,
+    recording,
+)
 from mocap_metrology.lighthouse.batch.solve import reduced
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest
 from mocap_metrology.lighthouse.calibrate import fits
 from mocap_metrology.lighthouse.calibrate.network import Start, placed, start, still_start
 from mocap_metrology.lighthouse.calibrate.scene import NAME, Scene
-from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
-from mocap_metrology.lighthouse.records import SLAVE, Measurements, Path, PoseEstimate
+from mocap_metrology.lighthouse.records import (
+    AXES,
+    COVARIANCE_UNITS,
+    SLAVE,
+    Hits,
+    Measurements,
+    Path,
+    PoseEstimate,
+)
+
+BINS = 12  # of angle and of time
+FEWEST_HITS = 6  # of a bin
+DIGITS = 2  # of urad and deg
+Rows = list[dict[str, object]]
 
 
 def solved(
@@ -46,9 +69,9 @@ def all_solved(
     still: Sequence[Measurements] | None = None,
     known: tuple[Joint, str] | None = None,
 ) -> tuple[list[PoseEstimate], Joint]:
-    """Poses of all stations but the first from all hits, and the joint estimate that they are from.
-    still: median angles of a board that keeps its place; known: what `joint` returns, where it was
-    called before. Raises `Refusal` where no start is found or the search does not converge."""
+    """Poses of all stations but the first from all hits, and their joint estimate; still: median
+    angles of a board that keeps its place; known: what `joint` returns, where it was called before.
+    Raises `Refusal` where no start is found or the search does not converge."""
     began = time.perf_counter()
     found, note = known or joint(scene, still)
     one, stage = found.recordings[0], "final" if still is None else "static"
@@ -60,22 +83,17 @@ def all_solved(
         poses = []
         for k in range(1, len(scene.names)):
             pose = pose_of(scene, found, stage, details, k)
-            pose = replace(
-                pose,
-                halves=parts.halves(found, k, pieces) if still is None else None,
-                path=path,
-                note=note,
-            )
-            poses.append(replace(pose, seconds=time.perf_counter() - began))
+            halves = parts.halves(found, k, pieces) if still is None else None
+            seconds = time.perf_counter() - began
+            poses.append(replace(pose, halves=halves, path=path, note=note, seconds=seconds))
     return poses, found
 
 
 def pose_of(
     scene: Scene, found: Joint, stage: str, details: Mapping[str, object], station: int = SLAVE
 ) -> PoseEstimate:
-    """A station's pose out of a joint estimate of one recording or of several; details: of all
-    stations, to which the share is added that the scale of the board has in the variance of the
-    position of this one."""
+    """A station's pose out of a joint estimate; details: of all stations, to which the share of the
+    scale of the board in the variance of its position is added."""
     units = COVARIANCE_UNITS
     board = digest(scene.board)
     noise, shared = parts.shared_errors(found, scene.used_priors, units, board, station)
@@ -98,7 +116,7 @@ def pose_of(
 
 
 def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
-    """The trajectory at half the distance of its knots, where it is known; time_s: of the hits."""
+    """The trajectory at half the distance of its knots, where it is known."""
     at = np.arange(time_s.min(), time_s.max(), KNOT_S / 2)
     at = at[trajectory.known(at)]
     R, t_m = trajectory.poses(at)
@@ -167,8 +185,8 @@ def joint(
     near: Start | None = None,
     first: Joint | None = None,
 ) -> tuple[Joint, str]:
-    """The joint estimate behind `solved`, and a note on what was left out; raises as that.
-    near: where it starts, if that is known; first: what `fits.explored` returned from there."""
+    """The joint estimate, and a note on what was left out; raises as `all_solved`. near: where it
+    starts; first: what `fits.explored` returned from there."""
     with determined(scene.title):
         if still is None:
             near = near or start(scene)
@@ -202,3 +220,87 @@ def less_certain(found: Joint) -> str:
                 why = f"{times:.0f} times less certain, as the place of the board is at {at}"
                 notes.append(f"known_length is {why}")
     return "; ".join(notes)
+
+
+def residual_rows(found: Joint, hits: Hits, names: Sequence[str]) -> dict[str, Rows]:
+    """Binned residuals of the first recording; hits: of the recording, also of excluded diodes;
+    names: of the stations.
+
+    `against`, for each station and axis and for `angle_deg` (as estimated) and `time_s`: middles of
+    bins of equal width `at`, means `mean_urad` of the residuals, offsets of sweeps included, and
+    `sd_urad`, the standard deviation of the mean by noise; `by_diode`, for each station: `diode`,
+    `rms_urad` of the residuals without the offsets of sweeps, `n`, and those `excluded`.
+    """
+    one = every = found.recordings[0]
+    known = hits.take(one.trajectory.known(hits.time_s))
+    if len(known) != one.residual.size:  # with those of excluded diodes, along the same trajectory
+        every = replace(recording(BatchInput(known, one.trajectory), found.state), noise=one.noise)
+    return {"against": _against(one, names), "by_diode": _by_diode(one, every, names)}
+
+
+def _against(one: Recording, names: Sequence[str]) -> Rows:
+    rows: Rows = []
+    hits, of_hits = one.sweeps.hits, (one.residual, one.plain().hit, one.sweeps.sweep)
+    # Bins of the measured angle would sort the hits of a board at rest by their residuals.
+    scales = {"angle_deg": np.degrees(hits.angle_rad + one.residual), "time_s": hits.time_s}
+    every = product(scales, enumerate(names), enumerate(AXES))
+    for name, (station, role), (axis, label) in every:
+        own = np.flatnonzero((hits.station == station) & (hits.axis == axis))
+        if own.size:
+            residual, weight, sweep = (values[own] for values in of_hits)
+            at, mean, sd = binned_means(scales[name][own], residual, weight, sweep, one.noise)
+            row: dict[str, object] = {"against": name, "station": role, "axis": label}
+            row |= {"at": np.round(at, 3).tolist()}
+            row |= {"mean_urad": np.round(1e6 * mean, DIGITS).tolist()}
+            rows.append(row | {"sd_urad": np.round(1e6 * sd, DIGITS).tolist()})
+    return rows
+
+
+def binned_means(
+    x: np.ndarray,
+    residual: np.ndarray,
+    weight: np.ndarray,
+    sweep: np.ndarray,
+    noise: tuple[float, float],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middles of `BINS` bins of equal width, means and their standard deviations, of the bins with
+    `FEWEST_HITS` or more.
+
+    x, residual, weight, sweep (n,) of hits; noise: standard deviations s of a hit and c of what the
+    hits of a sweep share. With W = sum w, the mean is sum w r / W and its variance
+    (s^2 sum w^2 + c^2 sum_sweeps (sum w)^2) / W^2.
+    """
+    edges = np.linspace(x.min(), x.max(), BINS + 1)
+    in_bin = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, BINS - 1)
+    total, square, sums = (
+        np.bincount(in_bin, values, BINS) for values in (weight, weight**2, weight * residual)
+    )
+    n_sweeps = int(sweep.max()) + 1
+    of_sweep = np.bincount(n_sweeps * in_bin + sweep, weight, n_sweeps * BINS)
+    shared = np.sum(of_sweep.reshape(BINS, n_sweeps) ** 2, axis=1)
+    many = np.bincount(in_bin, minlength=BINS) >= FEWEST_HITS
+    hit, common = noise
+    sd = np.sqrt(hit**2 * square[many] + common**2 * shared[many]) / total[many]
+    return ((edges[:-1] + edges[1:]) / 2)[many], sums[many] / total[many], sd
+
+
+def _by_diode(one: Recording, every: Recording, names: Sequence[str]) -> Rows:
+    rows: Rows = []
+    hits, square = every.sweeps.hits, every.alone**2
+    for station, role in enumerate(names):
+        own = hits.station == station
+        rms = rms_by(hits.diode[own], square[own])
+        count = np.bincount(hits.diode[own], minlength=rms.size)
+        of_one = one.sweeps.hits.station == station
+        used = np.bincount(one.sweeps.hits.diode[of_one], minlength=rms.size)
+        seen = np.flatnonzero(count)
+        rows.append(
+            {
+                "station": role,
+                "diode": seen.tolist(),
+                "rms_urad": np.round(1e6 * rms[seen], DIGITS).tolist(),
+                "n": count[seen].tolist(),
+                "excluded": seen[used[seen] == 0].tolist(),
+            }
+        )
+    return rows

@@ -77,25 +77,6 @@ def fitted(
     return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 
 
-def without_bad_diodes(
-    scene: Scene,
-    hits: Hits,
-    trajectory: Trajectory,
-    poses: Sequence[Pose],
-    first: Joint | None = None,
-) -> tuple[Joint, str]:
-    """The estimate without diodes whose hits the others contradict, and a note of these; first:
-    what `explored` returns, where it was called before."""
-
-    def estimate_of(own: Scene) -> Joint:
-        known = first if own is scene else None
-        return completed(known or explored(own, hits, trajectory, poses))
-
-    found, _, why = if_they_agree(scene, estimate_of)
-    out = np.setdiff1d(hits.diode, found.recordings[0].sweeps.hits.diode)
-    return found, noted(out.tolist(), why)
-
-
 def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
     """The estimate by priors as they are, with its bias: `bridged`, and without diodes whose hits
     the others contradict."""
@@ -109,7 +90,6 @@ def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[P
 
 
 def noted(out: Sequence[int], why: str) -> str:
-    """A note on these diodes, and another."""
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
     return "; ".join(filter(None, (note, why)))
@@ -159,8 +139,7 @@ def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
 
 def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
     """Stretches of an estimate that fit badly begin anew from their neighbours while that helps,
-    and sweeps of those that remain far worse than others are left out, where they are so
-    themselves; by priors as they are."""
+    and sweeps of those that remain far worse than others are left out; by priors as they are."""
     hits = found.recordings[0].sweeps.hits if hits is None else hits
     few_wrong = scene.generation == 2
     for _ in range(RENEWALS):
@@ -182,7 +161,6 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
 
 
 def poses_of(found: Joint) -> list[Pose]:
-    """Poses of all stations in the frame of the first."""
     return list(zip(found.state.R, found.state.t_m, strict=True))
 
 
@@ -193,8 +171,8 @@ def _misfit(found: Joint) -> float:
 
 def _bad_stretches(one: Recording, few_wrong: bool, times: float) -> np.ndarray:
     """Which stretches between knots have an rms residual so many times the median of all; finer
-    knots than `SHORTEST_S` are judged together. few_wrong: whether single hits may be wrong, but no
-    whole sweeps."""
+    knots than `SHORTEST_S` are judged together. few_wrong: single hits may be wrong, but no whole
+    sweeps."""
     each = max(round(SHORTEST_S / one.trajectory.knot_s), 1)
     stretch = one.seen.who[:, 3] // each
     sizes = bounded(one.alone, stretch) if few_wrong else np.minimum(np.abs(one.alone), LARGEST_RAD)
@@ -208,13 +186,11 @@ def bounded(off: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """Sizes of residuals, at most `LARGEST_RAD` and `FAR_OFF` times what is usual of their stretch,
     so that hits of which few are wrong make none bad."""
     usual = ndimage.median(np.abs(off), stretch, np.arange(stretch.max() + 1))[stretch]
-    sizes: np.ndarray = np.minimum(np.abs(off), np.minimum(LARGEST_RAD, FAR_OFF * usual))
-    return sizes
+    return np.minimum(np.abs(off), np.minimum(LARGEST_RAD, FAR_OFF * usual))
 
 
 def bridged_trajectory(one: Recording, few_wrong: bool) -> Trajectory | None:
-    """The trajectory through its good stretches only; None where all are good. few_wrong: as of
-    `_bad_stretches`."""
+    """The trajectory through its good stretches only; None where all are good."""
     trajectory = one.trajectory
     stretch = one.seen.who[:, 3]
     bad = _bad_stretches(one, few_wrong, BAD_STRETCH)
@@ -254,8 +230,7 @@ def grazing(hits: Hits, path: Trajectory, state: State, normals: np.ndarray) -> 
     far = p + np.einsum("nij,nj->ni", R, state.board[hits.diode]) - state.t_m[hits.station]
     size = np.linalg.norm(far, axis=1) * np.linalg.norm(normal, axis=1)
     beyond = np.einsum("ni,ni->n", normal, far) > -np.cos(GRAZING_RAD) * size
-    out: np.ndarray = beyond & (size > 0)
-    return out
+    return beyond & (size > 0)
 
 
 def well_fitted(
@@ -268,7 +243,14 @@ def well_fitted(
     """The estimate from there, and a note on what was left out; first: what `explored` returns of
     stations of the first generation, where it was called before."""
     if scene.generation != 2:
-        return without_bad_diodes(scene, hits, trajectory, poses, first)
+
+        def estimate_of(own: Scene) -> Joint:
+            known = first if own is scene else None
+            return completed(known or explored(own, hits, trajectory, poses))
+
+        found, _, why = if_they_agree(scene, estimate_of)
+        out = np.setdiff1d(hits.diode, found.recordings[0].sweeps.hits.diode).tolist()
+        return found, noted(out, why)
     scene = replace(scene, covered=False)
     found, scene, why = if_they_agree(
         scene, lambda own: bridged(own, _first(own, hits, trajectory, poses))
@@ -283,7 +265,6 @@ def well_fitted(
 
 
 def _without_bad(scene: Scene, hits: Hits, found: Joint) -> tuple[Joint, list[int]]:
-    """An estimate without diodes that the others contradict, and these."""
     out: list[int] = []
     for _ in range(RENEWALS + 1):
         near = found.recordings[0].trajectory
@@ -359,17 +340,11 @@ def _gated(
     usual = np.maximum(of_group[group], np.median(off))
     wrong = off > np.maximum(least_rad, GATE * MAD_TO_SIGMA * usual)
     if least_rad <= FINE_RAD:
-        seen = np.bincount(group, minlength=of_group.size) > 0
-        lost = (of_group > max(LOST * np.median(off), LOST_RAD)) & seen
-        wrong |= _without_view(lost.reshape(shape), seen.reshape(shape)).ravel()[group]
+        seen = (np.bincount(group, minlength=of_group.size) > 0).reshape(shape)
+        lost = (of_group > max(LOST * np.median(off), LOST_RAD)).reshape(shape) & seen
+        # One that remains alone with lost ones tells nothing either: none tells which is right.
+        alone = lost.any(axis=0) & ((seen & ~lost).sum(axis=0) < 2)
+        wrong |= (lost | alone).ravel()[group]
     if (normals := scene.sensors.normals) is not None:
         wrong |= grazing(own, one.trajectory, found.state, normals)
     return one.sweeps.hits.take(~wrong)
-
-
-def _without_view(lost: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Which stations tell nothing of the others at a time, (stations, times): those that are lost,
-    and one that remains alone with these, as none tells which is right."""
-    alone = lost.any(axis=0) & ((seen & ~lost).sum(axis=0) < 2)
-    out: np.ndarray = lost | alone
-    return out

@@ -19,7 +19,7 @@ A board at rest has no path for Kabsch: then there is one stage, `static`.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,11 +27,8 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.lighthouse import records
-from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate import variants
-from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.batch import solved
-from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint, exchanged
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
@@ -45,9 +42,11 @@ from mocap_metrology.lighthouse.calibrate.stages import (
     SIMPLEX,
     Calibration,
     CalibrationSettings,
+    Seen,
     both_stages,
 )
-from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
+from mocap_metrology.lighthouse.calibrate.static import median_angles, static_pose
+from mocap_metrology.lighthouse.calibrate.variants import best_joint, exchanged
 from mocap_metrology.lighthouse.fit import board_pose
 
 FAILED_M2 = 22.46  # of halves of batch: by chance one time in a thousand
@@ -81,7 +80,14 @@ def calibrate(
         return calibrate_stations(hits, board, stations, settings, report, sensors)
     smooth = INTERPOLATIONS[settings.lm_interpolation]
     orders = {smooth} if set(settings.estimators) <= {"paper-lm", BATCH} else {1, smooth}
-    measured = {order: _measured(hits, board, settings, order) for order in orders}
+    measured = {}
+    for order in orders:  # of master and slave (J IV)
+        master, slave = (
+            reconstruct(hits, station, len(board), settings.reconstruction, order)
+            for station in (records.MASTER, records.SLAVE)
+        )
+        both = board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
+        measured[order] = both
     for role, moments in zip(records.ROLES, measured[smooth], strict=True):
         if len(moments) < FEWEST_POSES:
             raise Refusal(
@@ -99,61 +105,32 @@ def calibrate(
         how = settings.lasers_m, variants.FALLBACK if auto else settings.variant, settings.priors
         scene = Scene(hits, board, name, factories, *how, sensors=sensors or Sensors())
         try:
-            own, ways = _Optics(scene, measured, smooth), list[variants.VariantFit]()
+            own, found = Seen(scene, measured, smooth), Calibration()
             if auto:
-                own, ways = _best(own, BATCH in settings.estimators)
-            return _by_optics(Calibration(variants=ways), own, settings, report)
+                own, found.variants = _best(own, BATCH in settings.estimators)
+            _by_optics(found, own, settings, report)
+            return found
         except np.linalg.LinAlgError as error:
             return Calibration(why=[f"{name} optics: the hits do not determine a pose ({error})"])
 
-    found = _joined(over(by_optics, settings.optics))
-    ways, known = found.variants, found.joints.get("factory")
-    return replace(
-        found,
-        exchanged=exchanged(*known, stations) if known and stations else (),
-        estimates=[
-            variants.widened(e, ways) if e.optics == "factory" else e for e in found.estimates
-        ],
-    )
-
-
-def _joined(parts: Iterable[Calibration]) -> Calibration:
-    """The calibrations of several optics as one, in their order."""
     found = Calibration()
-    for one in parts:
-        found = Calibration(
-            estimates=[*found.estimates, *one.estimates],
-            paths=found.paths | one.paths,
-            still=found.still or one.still,
-            n_common=max(found.n_common, one.n_common),
-            why=[*found.why, *one.why],
-            variants=[*found.variants, *one.variants],
-            joints=found.joints | one.joints,
-        )
+    for one in over(by_optics, settings.optics):
+        found.estimates += one.estimates
+        found.paths |= one.paths
+        found.still |= one.still
+        found.n_common = max(found.n_common, one.n_common)
+        found.why += one.why
+        found.variants += one.variants
+        found.joints |= one.joints
+    known = found.joints.get("factory")
+    found.exchanged = exchanged(*known, stations) if known and stations else ()
+    for k, pose in enumerate(found.estimates):
+        if pose.optics == "factory":
+            found.estimates[k] = variants.widened(pose, found.variants)
     return found
 
 
-class _Optics:
-    """Measurements as some optics see them, by the degree of their interpolation, and board poses
-    on which both stations agree; joint: the estimate by `batch` where the choice of the rotor model
-    made it, in so many seconds."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        measured: Mapping[int, tuple[records.Measurements, records.Measurements]],
-        smooth: int,
-        near: np.ndarray | None = None,
-    ):
-        self.scene, self.measured, self.smooth = scene, measured, smooth
-        self.joint: tuple[Joint, str] | None = None
-        self.seconds = 0.0
-        self.seen = {order: scene.seen(both) for order, both in measured.items()}
-        self.agreed = agreed_paths(self.seen[smooth], scene.board, smooth, near)
-        self.still = all(is_still(path) for path in self.agreed.paths)
-
-
-def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[variants.VariantFit]]:
+def _best(own: Seen, by_batch: bool) -> tuple[Seen, list[variants.VariantFit]]:
     """The optics with the best variant of the rotor model, and all variants; by_batch: the board
     moves."""
     scene, joint, begun = own.scene, None, time.perf_counter()
@@ -172,103 +149,82 @@ def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[variants.VariantF
     seconds = time.perf_counter() - begun
     if best is not None and best.variant != scene.variant:
         scene = replace(scene, variant=best.variant)
-        own = _Optics(scene, own.measured, own.smooth, best.R)
+        own = Seen(scene, own.measured, own.smooth, best.R)
     own.joint, own.seconds = joint, seconds if joint else 0.0
     return own, ways
 
 
 def _by_optics(
-    found: Calibration,
-    own: _Optics,
-    settings: CalibrationSettings,
-    report: Callable[[str], None],
-) -> Calibration:
-    """The calibration with the estimates of all estimators for these optics."""
-    scene, seen, agreed = own.scene, own.seen, own.agreed
-    name, board = scene.optics, scene.board
+    found: Calibration, own: Seen, settings: CalibrationSettings, report: Callable[[str], None]
+) -> None:
+    scene, name = own.scene, own.scene.optics
     if own.still:
-        middle = _middle(scene.hits, len(board))
+        found.still, middle = True, _middle(scene.hits, len(scene.board))
         if name != ESTIMATED:
-            found.estimates.extend(_static(middle, scene))
-            found.paths["paper-lm", name] = agreed.paths
-        found = replace(found, still=True)
-        return _with_batch(found, own, report, middle) if BATCH in settings.estimators else found
+            _static(found, middle, scene)
+            found.paths["paper-lm", name] = own.agreed.paths
+        if BATCH in settings.estimators:
+            _with_batch(found, own, report, middle)
+        return
     for estimator in settings.estimators:
         if estimator == BATCH:
-            found = _with_batch(found, own, report)
+            _with_batch(found, own, report)
+        elif name == ESTIMATED or (estimator in SIMPLEX and name not in settings.simplex_optics):
             continue
-        if name == ESTIMATED:
-            continue
-        if estimator in SIMPLEX and name not in settings.simplex_optics:
-            continue
-        if estimator in PEERS and settings.lasers_m is not None:
-            found.why.append(
-                f"{estimator}, {name}: omitted, it does not model the positions of the lasers"
-            )
-            continue
-        order = own.smooth if estimator == "paper-lm" else 1
-        found = both_stages(found, estimator, seen[order], order, board, agreed, settings, report)
-    return found
+        elif estimator in PEERS and settings.lasers_m is not None:
+            why = "omitted, it does not model the positions of the lasers"
+            found.why.append(f"{estimator}, {name}: {why}")
+        else:
+            both_stages(found, estimator, own, settings, report)
 
 
 def _with_batch(
     found: Calibration,
-    own: _Optics,
+    own: Seen,
     report: Callable[[str], None],
     still: tuple[records.Measurements, records.Measurements] | None = None,
-) -> Calibration:
+) -> None:
     """The estimate by `batch`, or why there is none."""
     try:
         pose, joint = solved(own.scene, still, own.joint)
     except Refusal as refusal:
         report(str(refusal))
-        return replace(found, why=[*found.why, str(refusal)])
+        found.why.append(str(refusal))
+        return
     pose = replace(pose, seconds=pose.seconds + own.seconds)
     report(f"{BATCH}, {own.scene.optics}: {pose.seconds:.2f} s")
-    joints = {**found.joints, own.scene.optics: (own.scene, joint)}
-    return replace(found, estimates=[*found.estimates, pose], joints=joints)
+    found.joints[own.scene.optics] = own.scene, joint
+    found.estimates.append(pose)
 
 
 def _middle(hits: records.Hits, n_diodes: int) -> tuple[records.Measurements, records.Measurements]:
-    """Median angles of each diode, of master and slave."""
     master, slave = (median_angles(hits, k, n_diodes) for k in (records.MASTER, records.SLAVE))
     return master, slave
 
 
-def _measured(
-    hits: records.Hits, board: np.ndarray, settings: CalibrationSettings, order: int
-) -> tuple[records.Measurements, records.Measurements]:
-    """Measurements of master and slave (J IV)."""
-    master, slave = (
-        reconstruct(hits, station, len(board), settings.reconstruction, order)
-        for station in (records.MASTER, records.SLAVE)
-    )
-    return board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
-
-
 def _static(
-    middle: tuple[records.Measurements, records.Measurements], scene: Scene
-) -> list[records.PoseEstimate]:
+    found: Calibration,
+    middle: tuple[records.Measurements, records.Measurements],
+    scene: Scene,
+) -> None:
     """Stage `static` from the median angles of each diode."""
-    board, name = scene.board, scene.optics
     still = scene.seen(middle)
-    pose = static_pose(list(still.measurements), board, list(still.rotors))
-    if pose is None:
-        return []
-    return [
-        records.PoseEstimate(
-            estimator="paper-lm",
-            stage="static",
-            optics=name,
-            R=pose.R,
-            t_m=pose.t_m,
-            frame=still.frame,
-            covariance=pose.covariance * MM_DEG,
-            residual_rms_urad=1e6 * pose.residual_rms_rad,
-            n_angles=pose.n_angles,
-            note="; ".join(pose.notes),
+    pose = static_pose(list(still.measurements), scene.board, list(still.rotors))
+    if pose is not None:
+        found.estimates.append(
+            records.PoseEstimate(
+                estimator="paper-lm",
+                stage="static",
+                optics=scene.optics,
+                R=pose.R,
+                t_m=pose.t_m,
+                frame=still.frame,
+                covariance=pose.covariance * MM_DEG,
+                residual_rms_urad=1e6 * pose.residual_rms_rad,
+                n_angles=pose.n_angles,
+                note="; ".join(pose.notes),
+            )
         )
-    ]
 
 
 def chosen(estimates: Sequence[records.PoseEstimate]) -> int | None:

@@ -33,7 +33,6 @@ FEWEST_MOMENTS = 10
 ORDER = 3  # of interpolation between moments
 STEP_S = 4 * CYCLE_S  # between moments: each axis of each station sweeps once
 LONGEST_GAP_S = 8.5 * CYCLE_S  # between hits of a diode: one may be missing, not two
-NOTHING = Measurements(np.zeros(0), np.zeros((0, 1, 2)))
 HERE: Pose = (np.eye(3), np.zeros(3))
 
 Start = tuple[Hits, Trajectory, list[Pose]]
@@ -64,8 +63,8 @@ def moments(hits: Hits, n_diodes: int, n_stations: int = 2) -> list[Measurements
 @dataclass(frozen=True)
 class Network:
     """Stations by name, the reference first: those that are connected; for the others what would
-    connect them, in words; moments that each shares with another; covariance of all poses together,
-    6 (n - 1) square in mm and deg, None without a pose."""
+    connect them; moments that each shares with another; joint covariance, 6 (n - 1) square in mm
+    and deg, None without a pose."""
 
     connected: Sequence[str]
     apart: Mapping[str, str]
@@ -149,13 +148,11 @@ def start(scene: Scene, seen: Sequence[Minima | None] | None = None) -> Start:
                 f" four diodes; expected at least {FEWEST_MOMENTS}"
             )
         seen = look(scene, views)
-    rotors_of = scene.seen([NOTHING] * len(seen)).rotors
     poses, paths = [HERE] * len(seen), list[Path]()
     for known, new in _tree(shared_moments(seen)):
         own, other = seen[known], seen[new]
         assert own is not None and other is not None
-        rotors = rotors_of[known], rotors_of[new]
-        agreed = agree(own, other, scene.board, rotors, ORDER, roughly=True)
+        agreed = agree(own, other, ORDER, roughly=True)
         if agreed.R is None or agreed.t_m is None:
             raise Refusal(f"{scene.title}: the stations never see the board at once")
         R, t = poses[known]

@@ -54,7 +54,10 @@ def reconstruct(
     if method == "pairs":
         parts = [_pairs(sweeps)]
     else:
-        axes = (0, 1) if method == "full-interpolation" else (_dominant(sweeps),)
+        axes: tuple[int, ...] = (0, 1)
+        if method == "dominant-axis":
+            mean = [np.nanmean(s.angle_rad, axis=1) if len(s.middle_s) else 0.0 for s in sweeps]
+            axes = (int(np.nanvar(mean[1]) > np.nanvar(mean[0])),)
         parts = [_interpolated(sweeps, axis, order) for axis in axes]
     time = np.concatenate([part[0] for part in parts])
     angles = np.concatenate([part[1] for part in parts])
@@ -107,18 +110,10 @@ def _at_middle(sweeps: _Sweeps) -> _Sweeps:
 
 
 def _polynomial(sweeps: _Sweeps, nodes: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """Angles (n, diodes) at `time_s` of the polynomial through the sweeps `nodes` (k, n)."""
     return (lagrange(sweeps.time_s[nodes], time_s) * sweeps.angle_rad[nodes]).sum(axis=0)
 
 
-def _dominant(sweeps: list[_Sweeps]) -> int:
-    """The axis whose angles varied more over the recording."""
-    spread = [np.nanvar(np.nanmean(s.angle_rad, axis=1)) if len(s.middle_s) else 0 for s in sweeps]
-    return int(spread[1] > spread[0])
-
-
 def _pairs(sweeps: list[_Sweeps]) -> tuple[np.ndarray, np.ndarray]:
-    """An azimuth sweep and the elevation sweep right after it, at the middle of both."""
     first, second = sweeps
     follower = np.searchsorted(second.middle_s, first.middle_s)
     known = np.flatnonzero(follower < second.middle_s.size)

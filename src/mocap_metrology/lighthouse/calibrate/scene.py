@@ -23,7 +23,6 @@ Pose = tuple[np.ndarray, np.ndarray]
 
 
 def _part_sd(size: str, phase: str) -> np.ndarray:
-    """Standard deviation of either part, along and across, of a term with a size and a phase."""
     mean = FACTORY2_MEAN[size] * FACTORY2_SD[phase]
     return np.hypot(FACTORY2_SD[size], mean)
 
@@ -61,10 +60,9 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Scene:
-    """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
-    `seen` or `estimated`, and what is known beforehand; known_pose: those of
-    the stations are held; sensors: data besides hits; generation, names: of the stations; covered:
-    whether the cover of a flat board is an unknown."""
+    """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in `seen` or
+    `estimated`, and what is known beforehand; known_pose: those of the stations are held; covered:
+    the cover of a flat board is an unknown."""
 
     hits: records.Hits
     board: np.ndarray
@@ -81,39 +79,27 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """The estimate, in messages."""
         return f"{NAME}, {self.optics}"
 
     @property
-    def model(self) -> str:
-        """Variant of the rotor model: of known factory values the one that is asked for."""
-        if self.optics == "factory":
-            return self.variant
-        return "libsurvive" if self.generation == 2 else "crazyflie"
-
-    @property
-    def assumed(self) -> list[records.Factory | None]:
-        """Factory values of the stations as the optics has them, None for ideal rotors; of unknown
-        planes those of real ones on average."""
-        if self.generation == 2:
-            ideal = self.optics == "ideal"
-            return [IDEAL_PLANES if ideal else own or MEAN_PLANES for own in self.factories]
-        known = self.optics == "factory"
-        return [own if known else None for own in self.factories]
-
-    @property
     def rotors(self) -> np.ndarray:
-        """Parameters of the rotors of all stations, (stations, 2, 13)."""
-        lasers = [None] * len(self.factories) if self.lasers_m is None else self.lasers_m
-        model = VARIANTS[self.model]
+        """Parameters of all rotors, (stations, 2, 13), as the optics has them: of known factory
+        values by the variant that is asked for, of unknown planes those of real ones on average."""
+        second, known = self.generation == 2, self.optics == "factory"
+        factories = [own if known else None for own in self.factories]
+        if second:
+            ideal = self.optics == "ideal"
+            factories = [IDEAL_PLANES if ideal else own or MEAN_PLANES for own in self.factories]
+        lasers = [None] * len(factories) if self.lasers_m is None else self.lasers_m
+        model = VARIANTS[self.variant if known else "libsurvive" if second else "crazyflie"]
         return np.array(
-            [rotor_parameters(f, own, model) for f, own in zip(self.assumed, lasers, strict=True)]
+            [rotor_parameters(f, own, model) for f, own in zip(factories, lasers, strict=True)]
         )
 
     @property
     def spreads(self) -> np.ndarray | None:
-        """Spreads of the planes of the second generation, as `problem.layout` expects them: phases
-        of plane 1, and for unknown stations the differences between real ones."""
+        """Spreads of planes as `problem.layout` expects them: of phases of plane 1, and of unknown
+        stations."""
         if self.generation != 2:
             return None
         known = np.zeros((2, 7))
@@ -153,8 +139,7 @@ class Scene:
 
     @property
     def used_priors(self) -> Priors:
-        """Ideal optics claim to have no phase and no depth, named lasers no depth; of estimated
-        ones only the spread of real rotors is known."""
+        """Ideal optics claim to have no phase and no depth, named lasers no depth."""
         priors = self.priors
         if self.generation == 2:
             return priors.of_board(self.board)

@@ -28,21 +28,28 @@ from mocap_metrology.lighthouse.batch.recording import BatchInput
 from mocap_metrology.lighthouse.calibrate import network as networks
 from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
-from mocap_metrology.lighthouse.calibrate.joint_variants import exchanged, weighed_stations
 from mocap_metrology.lighthouse.calibrate.scene import NAME, Pose, Scene, Sensors, optics_for
 from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
-    COVARIANCE_UNITS,
     FALLBACK,
     NAMES,
     VariantFit,
     all_one,
+    exchanged,
     steps,
+    weighed_stations,
     widened,
 )
-from mocap_metrology.lighthouse.records import Halves, Hits, Measurements, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import (
+    COVARIANCE_UNITS,
+    Halves,
+    Hits,
+    Measurements,
+    PoseEstimate,
+    Station,
+)
 
 FEWEST = 2  # recordings
 OF_PLANES = (FALLBACK, "crazyflie")  # variants of the rotor model of the second generation
@@ -108,8 +115,8 @@ def calibrate_stations(
 def _best(
     scene: Scene, given: tuple[Joint, str], settings: CalibrationSettings, moved: bool
 ) -> tuple[Scene, tuple[Joint, str], list[list[VariantFit]]]:
-    """The estimate by the variant of the rotor model that the recording prefers, and all variants
-    of each station."""
+    """The estimate by the variant of the rotor model that the recording prefers, and all of each
+    station."""
     auto = scene.optics == "factory" and settings.variant == AUTO and scene.generation == 2
     if not auto or not moved or all_one(scene.factories):
         return scene, given, []
@@ -149,7 +156,6 @@ class Setup:
 
     @property
     def pose(self) -> PoseEstimate:
-        """Pose of the first station but the reference; of two, the slave."""
         return self.poses[0]
 
 
@@ -267,8 +273,8 @@ def _alone(
 def _connected(
     scene: Scene, pieces: list[_Piece], why: list[str]
 ) -> tuple[Scene, list[_Piece], networks.Network | None]:
-    """The stations that common views in all recordings together connect with the reference (or, if
-    none does, most stations), and the recordings that see them."""
+    """The stations that common views in all recordings connect with the reference (or, if none
+    does, most stations), and the recordings that see them."""
     if scene.generation != 2 or not pieces:
         return scene, pieces, None
     names, n = scene.names, len(scene.names)
@@ -290,8 +296,8 @@ def _connected(
 def _by_variant(
     scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[_Piece]
 ) -> tuple[Joint, Scene, list[list[VariantFit]]]:
-    """All recordings together, by the variant of the rotor model that fits them best; the variants
-    as each station's pose has them."""
+    """All recordings together, by the variant of the rotor model that fits best; all as each
+    station's pose has them."""
     every = NAMES if scene.generation == 1 else OF_PLANES
     auto = scene.optics == "factory" and scene.variant == AUTO and not all_one(scene.factories)
     names = every if auto else (NAMES[0] if scene.variant == AUTO else scene.variant,)

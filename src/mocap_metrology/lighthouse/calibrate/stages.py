@@ -4,25 +4,30 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate import weighted_station
-from mocap_metrology.lighthouse.calibrate.agreement import Agreed
+from mocap_metrology.lighthouse.calibrate import pnp, weighted_station
+from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.network import Network
-from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
+from mocap_metrology.lighthouse.calibrate.static import is_still
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
-from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, VariantFit
+from mocap_metrology.lighthouse.calibrate.variants import AUTO, VariantFit
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
-from mocap_metrology.lighthouse.records import MASTER, SLAVE, Measurements, Path, PoseEstimate
+from mocap_metrology.lighthouse.records import (
+    COVARIANCE_UNITS,
+    Measurements,
+    Path,
+    PoseEstimate,
+)
 from mocap_metrology.lighthouse.rotation import mean
 
 JANSEN = ("paper", "paper-tight", "paper-lm")
@@ -61,14 +66,14 @@ class CalibrationSettings:
     priors: Priors = field(default_factory=Priors)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Calibration:
     """All estimates of one recording, and the paths they are based on.
 
     paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
     could not be estimated; variants: of the rotor model, where the recording chose; joints: by
     optics, what `batch` was given, and its estimate; network: of any number of stations; exchanged:
-    as `exchange.exchanged`.
+    as `variants.exchanged`.
     """
 
     estimates: list[PoseEstimate] = field(default_factory=list)
@@ -88,33 +93,43 @@ class Calibration:
         return self.paths.get((name, "ideal" if pose.optics == ESTIMATED else pose.optics))
 
 
-def _paths(
-    estimator: str, optics: Optics, board: np.ndarray, settings: CalibrationSettings
-) -> tuple[Path, Path]:
-    """Board poses in the frames of both stations (J VI-A, VI-B) by another than `paper-lm`."""
-    tight = estimator == "paper-tight"
-    tolerances, start_m = TIGHT if tight else MATLAB, settings.start_distance_m
-    master, slave = (
-        board_pose.by_nelder_mead(own, board, rotors, tolerances, tight, start_m)
-        if estimator in JANSEN
-        else _peer(estimator, own, board, settings)
-        for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
-    )
-    return master, slave
+class Seen:
+    """Measurements as some optics see them, by the degree of their interpolation, and board poses
+    on which both stations agree; joint: the estimate by `batch` where the choice of the rotor model
+    made it, in so many seconds."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        measured: Mapping[int, tuple[Measurements, Measurements]],
+        smooth: int,
+        near: np.ndarray | None = None,
+    ):
+        self.scene, self.measured, self.smooth = scene, measured, smooth
+        self.joint: tuple[Joint, str] | None = None
+        self.seconds = 0.0
+        self.seen = {order: scene.seen(both) for order, both in measured.items()}
+        self.agreed = agreed_paths(self.seen[smooth], scene.board, smooth, near)
+        self.still = all(is_still(path) for path in self.agreed.paths)
 
 
-def _peer(
-    estimator: str, own: Measurements, board: np.ndarray, settings: CalibrationSettings
+def _path(
+    estimator: str,
+    own: Measurements,
+    rotors: np.ndarray,
+    board: np.ndarray,
+    settings: CalibrationSettings,
 ) -> Path:
-    """Board poses by the peers; they take both lasers to be at one point."""
+    """Board poses in the frame of a station (J VI-A, VI-B) by another than `paper-lm`; the peers
+    take both lasers to be at one point."""
+    if estimator in JANSEN:
+        tight = estimator == "paper-tight"
+        how = TIGHT if tight else MATLAB, tight, settings.start_distance_m
+        return board_pose.by_nelder_mead(own, board, rotors, *how)
     if estimator == "pnp":
-        from mocap_metrology.lighthouse.calibrate import pnp
-
         R, t, cost = pnp.board_poses(own.angles_rad, board, settings.pnp_method)
     else:
-        from mocap_metrology.lighthouse.calibrate import geometric
-
-        R, t, cost = geometric.board_poses(own.angles_rad, board)
+        R, t, cost = pnp.geometric_poses(own.angles_rad, board)
     n_angles = 2 * own.seen.sum(axis=1)
     path = Path(own.time_s, R, t, cost, n_angles, np.full(len(own), np.nan))
     return path.take(np.isfinite(cost) & np.isfinite(t).all(axis=1))
@@ -123,16 +138,18 @@ def _peer(
 def both_stages(
     found: Calibration,
     estimator: str,
-    optics: Optics,
-    order: int,
-    board: np.ndarray,
-    agreed: Agreed,
+    seen: Seen,
     settings: CalibrationSettings,
     report: Callable[[str], None],
-) -> Calibration:
+) -> None:
     """Stages `kabsch` and `final` of one estimator (J VI-C to VI-F)."""
-    start = time.perf_counter()
-    paths = agreed.paths if estimator == "paper-lm" else _paths(estimator, optics, board, settings)
+    start, board, agreed = time.perf_counter(), seen.scene.board, seen.agreed
+    order = seen.smooth if estimator == "paper-lm" else 1
+    optics, paths = seen.seen[order], agreed.paths
+    if estimator != "paper-lm":
+        both = zip(optics.measurements, optics.rotors, strict=True)
+        master, slave = (_path(estimator, *one, board, settings) for one in both)
+        paths = master, slave
     master, slave = paths
     slave_then, kept = at_times(slave, master.time_s, order)
     master_then = master.take(kept)
@@ -142,20 +159,14 @@ def both_stages(
             f"{estimator}, {optics.name}: the board is seen by both stations at"
             f" {len(master_then)} moments; expected at least {FEWEST_POSES}"
         )
-        return found
+        return
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
-    then, own = weighted_station.seen_on_path(paths, optics, order)
-    given = weighted_station.scene(then, own, board, optics.rotors[SLAVE])
-    weighed = None
-    if estimator == "paper-lm":
-        weighed = weighted_station.evidence(
-            then, own, optics.measurements[MASTER], board, optics.rotors
-        )
+    given = weighted_station.seen_on_path(paths, optics, board, order)
     share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
-        there = None if weighed is None else weighted_station.residuals(R, t, weighed)
+        there = weighted_station.residuals(R, t, given) if estimator == "paper-lm" else None
         return PoseEstimate(
             estimator=estimator,
             stage=stage,
@@ -165,7 +176,7 @@ def both_stages(
             frame=optics.frame,
             covariance=None if cov is None else cov * MM_DEG,
             residual_rms_urad=1e6 * weighted_station.residual_rms(R, t, given),
-            n_angles=2 * len(given.time_s),
+            n_angles=2 * len(given.plain.points),
             mirrored_share=share,
             weighted_rms_urad=math.nan if there is None else there.rms_urad(),
             noise_gain=math.nan if there is None else there.noise_gain(),
@@ -173,13 +184,14 @@ def both_stages(
         )
 
     found.estimates.append(estimate("kabsch", R, t, spread))
-    if weighed is not None:
+    if estimator == "paper-lm":
         moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
         # On a straight path positions leave the turn about it open, the board's rotations do not.
-        both = [] if agreed.R is None else [(agreed.R, agreed.t_m)]
-        starts = [(R, t), (turned, moved), *both]
-        R, t, spread = weighted_station.last_step(starts, given, weighed, settings.lm_weights)
-        parts = weighted_station.halves(R, t, weighed)
+        starts = [(R, t), (turned, moved)]
+        if agreed.R is not None and agreed.t_m is not None:
+            starts.append((agreed.R, agreed.t_m))
+        R, t, spread = weighted_station.last_step(starts, given, settings.lm_weights)
+        parts = weighted_station.halves(R, t, given)
         found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
@@ -187,7 +199,7 @@ def both_stages(
         spread = weighted_station.covariance(R, t, given)
         found.estimates.append(estimate("final", R, t, spread))
     report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
-    return replace(found, n_common=max(found.n_common, len(master_then)))
+    found.n_common = max(found.n_common, len(master_then))
 
 
 def _mirrored_share(
@@ -197,9 +209,9 @@ def _mirrored_share(
     master: Path,
     slave: Path,
 ) -> tuple[float, np.ndarray]:
-    """Share of board poses more than 8 deg off: from those of `paper-lm`, or for these themselves
-    the share of moments at which both stations disagree so far about the board's rotation; and the
-    slave's rotation by that of the board at these moments."""
+    """Share of board poses more than 8 deg off those of `paper-lm`, or for these the share of
+    moments at which both stations disagree so far; and the slave's rotation by that of the
+    board."""
     relative = np.einsum("nij,nkj->nik", master.R, slave.R)
     turned = mean(relative)
     if estimator == "paper-lm":

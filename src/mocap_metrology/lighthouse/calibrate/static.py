@@ -48,7 +48,6 @@ class StaticPose:
 
     @property
     def notes(self) -> list[str]:
-        """On the mirrored pose, and on diodes that were left out."""
         mirror = "no mirrored pose"
         if np.isfinite(self.ambiguity):
             mirror = f"K_1 of the mirrored pose is {self.ambiguity:.3g} times that of the pose used"
@@ -161,7 +160,6 @@ def without_bad(
 
 
 def _cost(angles: np.ndarray, board: np.ndarray, rotors: np.ndarray) -> np.ndarray:
-    """K_1 of measurements (n, diodes, 2)."""
     given = Measurements(np.arange(len(angles), dtype=float), angles)
     return by_levenberg_marquardt(given, board, rotors).epsilon
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_metrology.lighthouse.records import Path
+from mocap_metrology.lighthouse.rotation import log
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 LONGEST_GAP_S = 12.5 * CYCLE_S  # between the two poses a third is interpolated from
@@ -44,8 +45,7 @@ def at_times(path: Path, time_s: np.ndarray, order: int = 1) -> tuple[Path, np.n
 def nearest(time_s: np.ndarray, other_s: np.ndarray) -> np.ndarray:
     """Index of the nearest of `other_s`, which rise, to each time."""
     after = np.clip(np.searchsorted(other_s, time_s), 1, other_s.size - 1)
-    near: np.ndarray = after - (time_s - other_s[after - 1] < other_s[after] - time_s)
-    return near
+    return after - (time_s - other_s[after - 1] < other_s[after] - time_s)
 
 
 def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -69,12 +69,9 @@ def _interpolated(
     middle = (len(nodes) - 1) // 2
     first = Rotation.from_matrix(path.R[nodes[middle]])
     turn = np.zeros_like(t)
-    for k in range(len(nodes)):
-        if k != middle:
-            turn += (
-                weights[k][:, None]
-                * (first.inv() * Rotation.from_matrix(path.R[nodes[k]])).as_rotvec()
-            )
+    for k in (k for k in range(len(nodes)) if k != middle):
+        own = first.inv() * Rotation.from_matrix(path.R[nodes[k]])
+        turn += weights[k][:, None] * own.as_rotvec()
     return (first * Rotation.from_rotvec(turn)).as_matrix(), t
 
 
@@ -118,13 +115,9 @@ def blocks_of(time_s: np.ndarray) -> np.ndarray:
 def superpose(
     slave: np.ndarray, master: np.ndarray, weight: np.ndarray, time_s: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Slave pose R, t (m) from positions of both paths at the same times, and its covariance.
-
-    Covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over blocks of
-    time; None with fewer than three blocks.
-    """
-    from mocap_metrology.lighthouse.rotation import log
-
+    """Slave pose R, t (m) from positions of both paths at the same times, and its covariance (6, 6)
+    of t and the left rotation vector in m and rad, by a jackknife over blocks of time; None with
+    fewer than three."""
     R, t = kabsch(slave, master, weight)
     block = blocks_of(time_s)
     count = int(block.max()) + 1

@@ -13,29 +13,51 @@ even the best one leaves beyond `Fit.noise`: other errors of that size (lasers, 
 could imitate it, and being alike in all units they escape the test. Variants that are not ruled out
 stay open: with k of them, and d_j the step from the pose taken to theirs, (sum d_j d_j^T) / (k + 1)
 joins the covariance: the second moment of a pose that is any of them with equal probability.
+
+By `batch` each is fitted to all hits. What a variant leaves of a sweep, with the noise s of a hit
+and S of a sweep, residuals e, the loss rho of the estimate and the offset b that the sweep's hits
+share, is in rad^2
+
+    s^2 (sum rho((e - b) / s) + (b / S)^2),
+
+and the costs of the priors are spread over all sweeps. s and S are those of the best variant for
+all, and the priors are the full ones: `batch` would give each the more freedom, the worse it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations, islice
 
 import numpy as np
 from scipy.special import stdtrit
 
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
+from mocap_metrology.lighthouse.batch.solve import bend_cost
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
+from mocap_metrology.lighthouse.calibrate.batch import joint
+from mocap_metrology.lighthouse.calibrate.fits import explored, facing, fitted, poses_of
+from mocap_metrology.lighthouse.calibrate.network import start
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.static import is_still, residuals_by_diode, static_pose
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
-    evidence,
     last_step,
     residuals,
     seen_on_path,
 )
-from mocap_metrology.lighthouse.calibrate.weighted_station import scene as k2_scene
-from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory, Measurements, PoseEstimate
+from mocap_metrology.lighthouse.records import (
+    COVARIANCE_UNITS,
+    MASTER,
+    Factory,
+    Measurements,
+    PoseEstimate,
+    Station,
+)
 from mocap_metrology.lighthouse.rotation import error
 from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
 
@@ -50,8 +72,8 @@ HIT_RAD = 49e-6  # of an angle beyond its sweep, at most: 30 urad of a hit, 38 o
 SWEEP_RAD = 53e-6 / np.sqrt(2)
 RULED_OUT = 0.995  # quantile of the t distribution: by chance one variant in 200
 OUTLIER = 25.0  # times the median loss an angle
-COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
 FEWEST_MOMENTS = 20  # of both stations
+MOST_PAIRS = 6  # of four stations: each is one more estimate
 
 
 @dataclass(frozen=True)
@@ -84,35 +106,16 @@ class VariantFit:
     t_m: np.ndarray
 
     def as_dict(self) -> dict[str, object]:
-        """For pose.json."""
-        return {
-            "variant": self.variant,
-            "chosen": self.standing == "chosen",
-            "standing": self.standing,
-            "residual_rms_urad": self.residual_rms_urad,
-            "t": self.t,
-            "translation_mm": (1e3 * self.t_m).tolist(),
-            "rotation_matrix": self.R.tolist(),
-        }
+        own = {"variant": self.variant, "chosen": self.standing == "chosen"}
+        own |= {name: getattr(self, name) for name in ("standing", "residual_rms_urad", "t")}
+        pose = {"translation_mm": (1e3 * self.t_m).tolist(), "rotation_matrix": self.R.tolist()}
+        return own | pose
 
 
 def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
     """Stretch of the recording, 0 to `BLOCKS` - 1, of each time."""
     share = (time_s - start_s) / max(end_s - start_s, 1e-9)
     return np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
-
-
-def expected_loss(epsilon: np.ndarray, n_angles: np.ndarray, n_slave: int) -> np.ndarray:
-    """`Fit.noise` of a moving board: of the master's poses, then of n_slave measurements.
-
-    epsilon: K_1 in rad^2 of the poses, n_angles: behind them; K_1 / (angles - 6) in all is the
-    variance of an angle beyond its sweep, up to `HIT_RAD`.
-    """
-    free = np.maximum(n_angles - 6, 0)
-    hit = min(float(epsilon.sum() / max(free.sum(), 1)), HIT_RAD**2)
-    return np.concatenate(
-        [hit * free / np.maximum(n_angles, 1), np.full(n_slave, hit + SWEEP_RAD**2)]
-    )
 
 
 def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
@@ -142,18 +145,16 @@ def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
 
 def steps(weighed: Sequence[VariantFit]) -> np.ndarray:
     """From the chosen pose to those left open: (k, 6) in mm and deg, as a covariance counts."""
+    taken = next((way for way in weighed if way.standing == "chosen"), None)
     rows = [
-        np.r_[w.t_m - taken.t_m, error(w.R, taken.R)] * COVARIANCE_UNITS
-        for taken in weighed
-        if taken.standing == "chosen"
-        for w in weighed
-        if w.standing == "open"
+        np.r_[way.t_m - taken.t_m, error(way.R, taken.R)]
+        for way in weighed
+        if taken is not None and way.standing == "open"
     ]
-    return np.reshape(rows, (-1, 6))
+    return np.reshape(rows, (-1, 6)) * COVARIANCE_UNITS
 
 
 def widened(estimate: PoseEstimate, weighed: Sequence[VariantFit]) -> PoseEstimate:
-    """The estimate with the open variants in its covariance."""
     off = steps(weighed)
     if estimate.covariance is None or not len(off):
         return estimate
@@ -197,25 +198,130 @@ def best_variant(
 
 def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:
     """K_1 of the master's board poses and the weighted K_2 of the slave's angles, by stretches."""
-    then, own = seen_on_path(agreed.paths, optics, order)
-    if agreed.R is None or agreed.t_m is None or len(then) < FEWEST_MOMENTS:
+    given = seen_on_path(agreed.paths, optics, board, order)
+    if agreed.R is None or agreed.t_m is None or len(given.path) < FEWEST_MOMENTS:
         return None
-    given = k2_scene(then, own, board, optics.rotors[SLAVE])
-    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors)
-    R, t, _ = last_step([(agreed.R, agreed.t_m)], given, weighed)
-    left, master = residuals(R, t, weighed), agreed.paths[MASTER]
-    time = np.concatenate([master.time_s, then.time_s])
+    R, t, _ = last_step([(agreed.R, agreed.t_m)], given)
+    left, master = residuals(R, t, given), agreed.paths[MASTER]
+    time = np.concatenate([master.time_s, given.path.time_s])
     angles = np.concatenate([master.n_angles, left.count])
     loss = np.concatenate([master.epsilon / np.maximum(master.n_angles, 1), left.cost])
-    noise = expected_loss(master.epsilon, master.n_angles, len(left.count))
+    # K_1 / (angles - 6) in all is the variance of an angle beyond its sweep, up to `HIT_RAD`.
+    free = np.maximum(master.n_angles - 6, 0)
+    hit = min(float(master.epsilon.sum() / max(free.sum(), 1)), HIT_RAD**2)
+    of_slave = np.full(len(left.count), hit + SWEEP_RAD**2)
+    noise = np.r_[hit * free / np.maximum(master.n_angles, 1), of_slave]
     return Fit(name, R, t, loss, angles, units_of(time, time.min(), time.max()), noise)
 
 
 def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
-    """K_1 of both stations by diode."""
     pose = static_pose(list(optics.measurements), board, list(optics.rotors))
     if pose is None:
         return None
     loss = residuals_by_diode(list(optics.measurements), board, list(optics.rotors))
     noise = np.full(loss.size, NOISE_RAD**2)
     return Fit(name, pose.R, pose.t_m, loss, np.full(loss.size, 2), np.arange(loss.size), noise)
+
+
+def best_joint(scene: Scene) -> tuple[list[VariantFit], tuple[Joint, str]]:
+    """The ranking of all variants, and the joint estimate by the best of them with its note.
+
+    The variant that is best a step after a first fit, which is by the fallback, is estimated in
+    full from there, and all are fitted; then that which is best now, if it is another. The noise is
+    that of the first fit, or of the full one by another variant.
+    Raises `Refusal` where an estimate does not converge.
+    """
+    of = {name: replace(scene, variant=name) for name in NAMES}
+    with determined(scene.title):
+        near = facing(of[FALLBACK], *start(of[FALLBACK]))
+        first = explored(of[FALLBACK], *near)
+        others = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES[1:]}
+    begun = {FALLBACK: first} | others
+    best = min(NAMES, key=lambda name: float(_cost(begun[name]).sum()))
+    found: dict[str, tuple[Joint, str]] = {}
+    while best not in found:
+        found[best] = joint(of[best], near=near, first=begun[best])
+        known = begun if best == FALLBACK else dict.fromkeys(of, found[best][0])
+        weighed = weighed_stations(of, known)[0]
+        best = next(one.variant for one in weighed if one.standing == "chosen")
+    return weighed, found[best]
+
+
+def weighed_stations(of: Mapping[str, Scene], found: Mapping[str, Joint]) -> list[list[VariantFit]]:
+    """All variants as the pose of each station but the first has them, each from an estimate with
+    the noise of the same fit; raises as `best_joint`."""
+    fits: list[list[Fit]] = [[] for _ in next(iter(found.values())).state.R[1:]]
+    for name, scene in of.items():
+        what = f"{scene.title}, variant {name}"
+        with determined(what):
+            by_it = with_rotors(found[name], scene.rotors)
+        for k, own in enumerate(fits, start=1):
+            own.append(_fit(name, by_it.sure(what), k))
+    return [weigh(own) for own in fits]
+
+
+def _cost(found: Joint) -> Floats:
+    """Cost of each sweep; that of the priors is spread over all."""
+    own = np.concatenate([one.plain().cost for one in found.recordings])
+    bends = sum(bend_cost(one.trajectory) for one in found.recordings)
+    return own + (float(np.sum((found.state.values / found.working) ** 2)) + bends) / own.size
+
+
+def _fit(name: str, found: Joint, station: int) -> Fit:
+    """A unit is a stretch of time of a recording. Noise makes no more than `HIT_RAD` of a hit: a
+    larger one is of other errors."""
+    angles, unit, hit = [], [], []
+    for k, one in enumerate(found.recordings):
+        count, time = np.diff(one.sweeps.first), one.sweeps.hits.time_s[one.sweeps.first[:-1]]
+        angles.append(count)
+        unit.append(units_of(time, time.min(), time.max()) + k * BLOCKS)
+        hit.append(np.full(count.size, one.noise.hit))
+    n, noise = np.concatenate(angles), np.concatenate(hit)
+    loss = noise**2 * _cost(found) / n
+    expected = loss * np.minimum(1.0, (HIT_RAD / noise) ** 2)
+    state = found.state
+    return Fit(name, state.R[station], state.t_m[station], loss, n, np.concatenate(unit), expected)
+
+
+def exchanged(scene: Scene, found: Joint, stations: Sequence[Station]) -> tuple[str, ...]:
+    """Names of two stations whose factory values a file states for the wrong ones, if any.
+
+    A pose from exchanged values is wrong by decimetres at a residual little above noise. Where
+    pieces of the recording differ by more than chance, each two stations whose values are not from
+    the recording are fitted with them exchanged; the values as stated are wrong where the test of
+    `variants` finds them worse than that.
+    """
+    if scene.optics != "factory" or found.misfit <= 1 or found.recordings[0].trajectory.still:
+        return ()
+    told = {station.role for station in stations if station.frames_found}
+    filed = [k for k, name in enumerate(scene.names) if name not in told]
+    for pair in islice(combinations(filed, 2), MOST_PAIRS):
+        factories = list(scene.factories)
+        factories[pair[0]], factories[pair[1]] = factories[pair[1]], factories[pair[0]]
+        other = replace(scene, factories=factories)
+        if not np.array_equal(other.rotors, scene.rotors) and _worse(scene, found, other):
+            return tuple(scene.names[k] for k in pair)
+    return ()
+
+
+def _worse(scene: Scene, found: Joint, other: Scene) -> bool:
+    """Whether a scene, of which `found` is, fits worse than another of the same hits."""
+    try:
+        of = {"stated": scene, "exchanged": other}
+        first = {"stated": found, "exchanged": joint(other)[0]}
+        paths = {name: own.recordings[0].trajectory for name, own in first.items()}
+        hits = found.recordings[0].sweeps.hits
+        for path in paths.values():
+            hits = hits.take(path.known(hits.time_s))
+        fits = {
+            name: fitted(own, hits, paths[name], poses_of(first[name]), sized=True)
+            for name, own in of.items()
+        }
+        parts = [fit.recordings[0] for fit in fits.values()]
+        best = min(parts, key=lambda one: one.noise.hit**2 + one.noise.sweep**2)
+        for one in parts:
+            one.noise, one.share, one.tau_rad = best.noise, best.share, best.tau_rad
+        ways = weighed_stations(of, fits)[0]
+    except (Refusal, np.linalg.LinAlgError):
+        return False
+    return any(way.variant == "stated" and way.standing == "worse" for way in ways)

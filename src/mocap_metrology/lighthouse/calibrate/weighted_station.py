@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -36,14 +37,13 @@ from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
 )
 from mocap_metrology.lighthouse.fit.simplex import (
     BOARD,
-    MATLAB,
     STATION,
     SimplexSettings,
     nelder_mead,
     seen_at,
 )
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Halves, Measurements, Path
-from mocap_metrology.lighthouse.rotor import angle_gradient, angles
+from mocap_metrology.lighthouse.rotor import angle_gradient, angles, turned
 
 STEPS, ROUNDS = 20, 5  # of one descent; of descents, each with its own outliers
 LARGEST_DAMPING = 1e10  # of the diagonal; beyond, the descent ends
@@ -70,6 +70,26 @@ class Evidence:
     board: np.ndarray
     rotors: np.ndarray
 
+    @property
+    def seen(self) -> np.ndarray:
+        """Diodes with both angles, (n, diodes)."""
+        return np.isfinite(self.angles).all(axis=2)
+
+    @cached_property
+    def plain(self) -> PoseProblem:
+        """P_n and M_t,n of J Eq. 6, flat: diodes in the master's frame, and the slave's angles."""
+        points = np.einsum("nij,dj->ndi", self.path.R, self.board) + self.path.t_m[:, None]
+        return PoseProblem(STATION, points[self.seen], self.angles[self.seen], self.rotors)
+
+
+def seen_on_path(
+    paths: tuple[Path, Path], optics: Optics, board: np.ndarray, order: int
+) -> Evidence:
+    """The slave's measurements that have the master's path on both sides, and the path then."""
+    master, own = optics.measurements
+    then, kept = at_times(paths[MASTER], own.time_s, order)
+    return evidence(then, own.take(kept), master, board, optics.rotors)
+
 
 def evidence(
     path: Path,
@@ -79,7 +99,7 @@ def evidence(
     rotors: Sequence[np.ndarray],
 ) -> Evidence:
     """Evidence of a path at the times of `own`; its information is that of the nearest of the
-    master's measurements, which has as many diodes as another. rotors: of master and slave."""
+    master's measurements. rotors: of master and slave."""
     seen = master.seen[nearest(path.time_s, master.time_s)]
     board = np.ascontiguousarray(board)
     known = _information(path.R, path.t_m, seen, board, rotors[MASTER])
@@ -114,30 +134,22 @@ def _blocks(
     n, d = measured.shape[0], board.shape[0]
     H, g, square = np.zeros((n, 12, 12)), np.zeros((n, 12)), np.zeros(n)
     count = np.zeros(n)
-    row, D = np.empty(12), np.empty(3)
-    arm, far = np.empty(3), np.empty(3)
+    row, far, none = np.empty(12), np.empty(3), np.empty(0)
     for i in range(n):
         for j in range(d):
             if not (np.isfinite(measured[i, j, 0]) and np.isfinite(measured[i, j, 1])):
                 continue
+            arm = turned(board_R[i], board[j, 0], board[j, 1], board[j, 2])
             for k in range(3):
-                arm[k] = (
-                    board_R[i, k, 0] * board[j, 0]
-                    + board_R[i, k, 1] * board[j, 1]
-                    + board_R[i, k, 2] * board[j, 2]
-                )
                 far[k] = arm[k] + board_t[i, k] - t[k]
-            x = R[0, 0] * far[0] + R[1, 0] * far[1] + R[2, 0] * far[2]
-            y = R[0, 1] * far[0] + R[1, 1] * far[1] + R[2, 1] * far[2]
-            z = R[0, 2] * far[0] + R[1, 2] * far[1] + R[2, 2] * far[2]
+            x, y, z = turned(R.T, far[0], far[1], far[2])
             for axis in range(2):
-                theta, dx, dy, dz = angle_gradient(axis, x, y, z, rotors[axis])
+                theta, dx, dy, dz = angle_gradient(axis, x, y, z, rotors[axis], none)
                 e = theta - measured[i, j, axis]
-                for k in range(3):
-                    D[k] = R[k, 0] * dx + R[k, 1] * dy + R[k, 2] * dz
-                    row[6 + k] = D[k]
+                D = turned(R, dx, dy, dz)
                 for k in range(3):
                     p, q = (k + 1) % 3, (k + 2) % 3
+                    row[6 + k] = D[k]
                     row[3 + k] = -(far[p] * D[q] - far[q] * D[p])
                     row[9 + k] = arm[p] * D[q] - arm[q] * D[p]
                 square[i] += e * e
@@ -176,7 +188,7 @@ class Residuals:
         return OUTLIER * float(np.median(self.cost[self.count > 0]))
 
     def rms_urad(self) -> float:
-        """Root mean square of what the path's uncertainty does not explain."""
+        """Root mean square of what the uncertainty of the path does not explain."""
         return 1e6 * float(np.sqrt(self.total(self.limit()) / self.count.sum()))
 
     def noise_gain(self) -> float:
@@ -237,12 +249,9 @@ def _descend(
 def by_gauss_newton(
     R: np.ndarray, t: np.ndarray, given: Evidence
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Slave pose R, t (m) of the least weighted K_2, from a pose near it; and its covariance.
-
-    Steps are damped and accepted only if the weighted K_2 falls, so what
-    comes out is never worse than the start. Covariance (6, 6) of t and the left rotation vector in
-    m and rad, by a jackknife over blocks of time; None with fewer than three blocks.
-    """
+    """Slave pose R, t (m) of the least weighted K_2, from a pose near it, never worse than that;
+    and its covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over
+    blocks of time; None with fewer than three."""
     for _ in range(ROUNDS):
         limit = residuals(R, t, given).limit()
         R, t, at = _descend(R, t, given, limit)
@@ -267,100 +276,61 @@ def jackknife_of_steps(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.nda
 
 
 def halves(R: np.ndarray, t: np.ndarray, given: Evidence) -> Halves | None:
-    """Poses of the slave from the measurements before and after each of `SPLITS`, both from near
-    the pose R, t (m) of all: the two that are farthest apart by m2; None where no part tells its
-    uncertainty."""
+    """Poses of the slave from the measurements before and after each of `SPLITS`: the two that are
+    farthest apart by m2; None where no part tells its uncertainty."""
     time = given.path.time_s
     found = []
     for split in SPLITS:
         early = time < time.min() + split * np.ptp(time)
-        parts = [by_gauss_newton(R, t, _part(given, own)) for own in (early, ~early)]
-        told = [(R, t, spread) for R, t, spread in parts if spread is not None]
-        if len(told) == 2:
-            found.append(_apart(*told))
+        parts = []
+        for own in (early, ~early):
+            known, angles_rad = given.information[own], given.angles[own]
+            part = replace(given, path=given.path.take(own), angles=angles_rad, information=known)
+            parts.append(by_gauss_newton(R, t, part))
+        (R_a, t_a, C_a), (R_b, t_b, C_b) = parts
+        if C_a is not None and C_b is not None:
+            d = np.r_[t_a - t_b, rotation.error(R_a, R_b)]
+            m2 = float(d @ np.linalg.pinv(C_a + C_b, rcond=1e-12) @ d)
+            found.append(Halves.of(d, m2))
     return max(found, key=lambda one: one.m2, default=None)
 
 
-def _part(given: Evidence, own: np.ndarray) -> Evidence:
-    return replace(
-        given,
-        path=given.path.take(own),
-        angles=given.angles[own],
-        information=given.information[own],
-    )
-
-
-def _apart(
-    a: tuple[np.ndarray, np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> Halves:
-    d = np.r_[a[1] - b[1], rotation.error(a[0], b[0])]
-    return Halves.of(d, float(d @ np.linalg.pinv(a[2] + b[2], rcond=1e-12) @ d))
-
-
-@dataclass(frozen=True)
-class Scene:
-    """What K_2 sums over: diodes in the master's frame (m), the slave's angles (rad), times; and
-    the slave's rotors."""
-
-    points: np.ndarray  # (n, 3)
-    angles: np.ndarray  # (n, 2)
-    time_s: np.ndarray  # (n,)
-    rotors: np.ndarray
-
-
-def scene(path: Path, measurements: Measurements, board: np.ndarray, rotors: np.ndarray) -> Scene:
-    """P_n and M_t,n of J Eq. 6, flat. `path`: the board in the master's frame at the times of
-    `measurements` of the slave."""
-    seen = measurements.seen
-    points = np.einsum("nij,dj->ndi", path.R, board) + path.t_m[:, None]
-    time = np.broadcast_to(path.time_s[:, None], seen.shape)
-    return Scene(points[seen], measurements.angles_rad[seen], time[seen], rotors)
-
-
 def by_nelder_mead(
-    R: np.ndarray, t: np.ndarray, given: Scene, settings: SimplexSettings = MATLAB
+    R: np.ndarray, t: np.ndarray, given: Evidence, settings: SimplexSettings
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """J Eq. 5 from the first estimate (R, t): R, t (m), K_2 in rad^2."""
     x0 = np.r_[t, rotation.to_angles(R)]
-    seen = seen_at(STATION, given.points, given.angles, given.rotors)
-    x, cost, _ = nelder_mead(x0, seen, settings)
+    x, cost, _ = nelder_mead(x0, seen_at(*given.plain), settings)
     return rotation.from_angles(*x[3:]), x[:3], cost
 
 
 def by_levenberg_marquardt(
-    R: np.ndarray, t: np.ndarray, given: Scene
+    R: np.ndarray, t: np.ndarray, given: Evidence
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """J Eq. 5 by Levenberg-Marquardt from (R, t): R, t (m), K_2 in rad^2."""
-    seen = PoseProblem(STATION, given.points, given.angles, given.rotors)
-    return minimise(np.ascontiguousarray(R), t, seen)[:3]
+    return minimise(np.ascontiguousarray(R), t, given.plain)[:3]
 
 
-def covariance(R: np.ndarray, t: np.ndarray, given: Scene) -> np.ndarray | None:
+def covariance(R: np.ndarray, t: np.ndarray, given: Evidence) -> np.ndarray | None:
     """`jackknife_of_steps` of K_2, which assumes the board's path to be exact, so that the inverse
     of its second derivative would promise too much."""
-    block, parts = blocks_of(given.time_s), []
+    plain, parts = given.plain, []
+    block = blocks_of(given.path.time_s[np.nonzero(given.seen)[0]])
     for own in (block == b for b in np.unique(block)):
-        seen = PoseProblem(STATION, given.points[own], given.angles[own], given.rotors)
+        seen = plain._replace(points=plain.points[own], measured=plain.measured[own])
         parts.append((np.empty((6, 6)), np.empty(6)))
         normal_equations(np.ascontiguousarray(R), t, seen, *parts[-1])
     return jackknife_of_steps(parts)
 
 
-def residual_rms(R: np.ndarray, t: np.ndarray, given: Scene) -> float:
-    """Root mean square of C - M in rad at a slave pose."""
-    points = np.ascontiguousarray((given.points - t) @ R)
-    return float(np.sqrt(np.mean((angles(points, given.rotors) - given.angles) ** 2)))
-
-
-def seen_on_path(paths: tuple[Path, Path], optics: Optics, order: int) -> tuple[Path, Measurements]:
-    """The slave's measurements that have the master's path on both sides, and the path then."""
-    own = optics.measurements[SLAVE]
-    then, kept = at_times(paths[MASTER], own.time_s, order)
-    return then, own.take(kept)
+def residual_rms(R: np.ndarray, t: np.ndarray, given: Evidence) -> float:
+    _, points, measured, rotors = given.plain
+    own = np.ascontiguousarray((points - t) @ R)
+    return float(np.sqrt(np.mean((angles(own, rotors) - measured) ** 2)))
 
 
 def last_step(
-    starts: list[Pose], given: Scene, weighed: Evidence, weights: str = "path"
+    starts: list[Pose], given: Evidence, weights: str = "path"
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """From the start of the least cost: R, t (m), covariance (6, 6) in m and rad.
 
@@ -371,10 +341,10 @@ def last_step(
     R, t, _ = by_levenberg_marquardt(*plain, given)
     if weights == "path":
         starts = [*starts, (R, t)]
-        found = [residuals(*start, weighed) for start in starts]
+        found = [residuals(*start, given) for start in starts]
         limit = min(one.limit() for one in found)
         best = min(range(len(starts)), key=lambda k: found[k].total(limit))
-        R2, t2, spread = by_gauss_newton(*starts[best], weighed)
+        R2, t2, spread = by_gauss_newton(*starts[best], given)
         before = residual_rms(R, t, given)
         if residual_rms(R2, t2, given) <= RISE * before:
             return R2, t2, spread

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,11 +23,13 @@ EXPECTED = "columns " + ",".join(NEEDED) + " and, if known, width_us"
 STATIONS = {"0": 0, "1": 1, ROLES[0]: 0, ROLES[1]: 1}
 COUNTS = ("time_s", "channel", "count_0", "count_1")
 COUNT_HZ = 6_000_000
+Whole = tuple[str, int, int, str]
 WHOLE = (  # column, least and largest value, in words
     ("axis", 0, 1, "0 or 1"),
     ("cycle", -(1 << 30), 1 << 30, "a whole number"),
     ("diode", 0, (1 << 15) - 1, "a whole number from 0"),
 )
+OF_COUNTS = ("channel", 0, 15, "a whole number from 0"), WHOLE[2]
 FEWEST_SPACINGS = 10  # for a meaningful median
 LARGEST_RAD = np.pi / 2  # a sweep sees half a turn
 SWEEP_S = 1.2 * CYCLE_S  # all hits of a sweep lie within; logs round to 1 ms
@@ -54,28 +57,19 @@ def read_angles(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
         _refuse_first((generation != "1").to_numpy(), table["generation"], name, words)
     named = {str(k): k for k in range(PERIOD_S.size)} if second else STATIONS
     station = table["station"].str.strip().str.lower().map(named)
-    _refuse_first(
-        station.isna().to_numpy(),
-        table["station"],
-        name,
-        "station is {!r}; expected " + ("a channel, 0 to 15" if second else "master or slave"),
-    )
+    words = "station is {!r}; expected " + ("a channel, 0 to 15" if second else "master or slave")
+    _refuse_first(station.isna().to_numpy(), table["station"], name, words)
     columns = {"station": station.to_numpy(float)}
     columns |= _numbers(table, [c for c in (*NEEDED[1:], "width_us") if c in table], name)
     _check(columns, name, second)
     channels = np.unique(columns["station"]).astype(int)
     if second:
         columns["station"] = np.searchsorted(channels, columns["station"])
-    width = columns.get("width_us", np.full(len(table), np.nan)) * 1e-6
-    hits = Hits(
-        station=columns["station"].astype(np.int8),
-        axis=columns["axis"].astype(np.int8),
-        cycle=columns["cycle"].astype(np.int32),
-        diode=columns["diode"].astype(np.int16),
-        time_s=columns["time_s"],
-        angle_rad=columns["angle_rad"],
-        width_s=width,
-    ).take(np.argsort(columns["time_s"], kind="stable"))
+    whole = (columns[name] for name in NEEDED[:4])
+    hits = Hits.of(*whole, time_s=columns["time_s"], angle_rad=columns["angle_rad"])
+    if "width_us" in columns:
+        hits = replace(hits, width_s=columns["width_us"] * 1e-6)
+    hits = hits.take(np.argsort(hits.time_s, kind="stable"))
     return hits, tuple(channels.tolist()) if second else ()
 
 
@@ -90,29 +84,24 @@ def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
     table = _table(path, COUNTS, f"columns {','.join(COUNTS)} and diode")
     columns = _numbers(table, [c for c in (*COUNTS, "diode") if c in table], name)
     channel, diode = columns["channel"], columns.get("diode", np.zeros(len(table)))
-    for column, values, most in (("channel", channel, 15), ("diode", diode, (1 << 15) - 1)):
-        bad = (values != np.round(values)) | (values < 0) | (values > most)
-        _refuse_first(bad, values, name, column + " is {:g}; expected a whole number from 0")
+    _check_whole({"channel": channel, "diode": diode}, OF_COUNTS, name)
     period = PERIOD_S[channel.astype(int)]
     count = np.sort(np.stack([columns["count_0"], columns["count_1"]]), axis=0)
     rotor = 2 * np.pi * count / (COUNT_HZ * period)
-    _refuse_first(
-        ((rotor < 0) | (rotor > 2 * np.pi)).any(axis=0),
-        columns["count_1"],
-        name,
-        "counts up to {:g}; expected two within a turn",
-    )
+    bad = ((rotor < 0) | (rotor > 2 * np.pi)).any(axis=0)
+    words = "counts up to {:g}; expected two within a turn"
+    _refuse_first(bad, columns["count_1"], name, words)
     channels = np.unique(channel).astype(int)
     time_s = columns["time_s"]
     n = len(table)
-    hits = Hits(
-        station=np.tile(np.searchsorted(channels, channel), 2).astype(np.int8),
-        axis=np.repeat([0, 1], n).astype(np.int8),
-        cycle=np.tile(np.floor(time_s / period - count[0] / COUNT_HZ / period), 2).astype(np.int32),
-        diode=np.tile(diode, 2).astype(np.int16),
+    turn = np.floor(time_s / period - count[0] / COUNT_HZ / period)
+    hits = Hits.of(
+        np.tile(np.searchsorted(channels, channel), 2),
+        np.repeat([0, 1], n),
+        np.tile(turn, 2),
+        np.tile(diode, 2),
         time_s=np.r_[time_s, time_s + (count[1] - count[0]) / COUNT_HZ],
         angle_rad=(rotor - PLANE_RAD[:, None]).ravel(),
-        width_s=np.full(2 * n, np.nan),
     )
     inside = np.abs(hits.angle_rad) <= LARGEST_RAD
     _, first = np.unique(
@@ -123,7 +112,6 @@ def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
 
 
 def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> pd.DataFrame:
-    """Cells of a CSV by column."""
     import pandas as pd
 
     name = Path(path).name
@@ -147,7 +135,6 @@ def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> pd.DataF
 
 
 def _numbers(table: pd.DataFrame, names: list[str], name: str) -> dict[str, np.ndarray]:
-    """Columns as numbers, all finite."""
     import pandas as pd
 
     columns = {}
@@ -160,18 +147,20 @@ def _numbers(table: pd.DataFrame, names: list[str], name: str) -> dict[str, np.n
 
 
 def _refuse_first(bad: np.ndarray, cells: Iterable[object], name: str, words: str) -> None:
-    """Refuse the first row that is bad, naming its cell."""
     if bad.any():
         row = int(np.argmax(bad))
         raise Refusal(f"{name}, row {row + 1}: " + words.format(list(cells)[row]))
 
 
-def _check(columns: dict[str, np.ndarray], name: str, second: bool) -> None:
-    """Refuse numbers that do not fit their column."""
-    for column, least, most, expected in WHOLE:
+def _check_whole(columns: Mapping[str, np.ndarray], expected: Sequence[Whole], name: str) -> None:
+    for column, least, most, words in expected:
         values = columns[column]
         bad = (values != np.round(values)) | (values < least) | (values > most)
-        _refuse_first(bad, values, name, column + " is {:g}; expected " + expected)
+        _refuse_first(bad, values, name, column + " is {:g}; expected " + words)
+
+
+def _check(columns: dict[str, np.ndarray], name: str, second: bool) -> None:
+    _check_whole(columns, WHOLE, name)
     keys = np.stack([columns[name] for name in ("station", "axis", "cycle", "diode")])
     _, first, count = np.unique(keys, axis=1, return_index=True, return_counts=True)
     if (count > 1).any():

@@ -16,11 +16,10 @@ from mocap_metrology.lighthouse.decode.clean import RESOLUTION_RAD, clean_hits, 
 from mocap_metrology.lighthouse.decode.crazyflie import read_log, read_uart
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
-from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
+from mocap_metrology.lighthouse.decode.flashes import find_flashes, find_hits, within_flashes
 from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
-from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.decode.turns import (
     PERIOD_S,
     Light,
@@ -34,11 +33,10 @@ from mocap_metrology.lighthouse.records import AXES, ROLES, Clock, Flashes, Hits
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 OF_LIGHT = {"crazyflie-uart": read_uart, "crazyflie-log": read_log}
+OF_ANGLES = {"angles-csv": read_angles, "lfsr-counts": read_counts}
 
 
 class _How(NamedTuple):
-    """Board (n, 3) in m, file of calibrations, thresholds, and name of a recording."""
-
     places: np.ndarray
     factory: str | Path | None
     cleaning: Cleaning
@@ -86,27 +84,24 @@ def decode(
 
     Raises `Refusal` for a recording that is none, one station only, or fewer than four diodes.
     """
-    name = Path(path).name
-    cleaning = cleaning or Cleaning()
+    name, cleaning = Path(path).name, cleaning or Cleaning()
     pulses: Pulses | None = None
-    clocks: list[Clock] = []
-    report: dict[str, list[int]] = {}
-    resolution_rad = RESOLUTION_RAD
+    clocks, report, resolution_rad = list[Clock](), dict[str, list[int]](), RESOLUTION_RAD
     given = factory, cleaning, name
     normals = None if kind == "libsurvive-rec" else read_normals(board)
-    if kind == "lfsr-counts":
-        found = _of_angles(*read_counts(path), _How(read_board(board), *given))
-        return replace(found, normals=normals)
     if kind in OF_LIGHT:
         places = read_board(board)
         return decode_light(replace(OF_LIGHT[kind](path), normals=normals), places, *given)
-    if kind == "angles-csv":
-        places, (hits, channels) = read_board(board), read_angles(path)
+    if kind in OF_ANGLES:
+        places, (hits, channels) = read_board(board), OF_ANGLES[kind](path)
+        last, why = int(hits.diode.max(initial=-1)), "a file of angles contains no "
+        n_diodes = max(len(places), last + 1)
         if channels:
-            found = _of_angles(hits, channels, _How(places, *given))
+            check_count(places, n_diodes, last, name)
+            of_file = [(unknown_station(k, why + "calibration frames"), None) for k in channels]
+            found = _of_turns(hits, of_file, _How(places, *given), RESOLUTION_RAD, [])
             return replace(found, normals=normals)
-        stations = [Station(role, why="a file of angles contains no flashes") for role in ROLES]
-        n_diodes = max(len(places), int(hits.diode.max(initial=-1)) + 1)
+        stations = [Station(role, why=why + "flashes") for role in ROLES]
     else:
         if kind == "libsurvive-rec":
             read, places = read_libsurvive(path, str(board))
@@ -118,10 +113,8 @@ def decode(
             pulses, places = read_dump(path, sample_rate_hz, active_level), read_board(board)
             flashes = _flashes_of_dump(pulses, name)
         if len(flashes) < 2:
-            raise Refusal(
-                f"{name}: flashes of one base station only; expected two, both visible from the "
-                "board"
-            )
+            why = "flashes of one base station only; expected two, both visible from the board"
+            raise Refusal(f"{name}: {why}")
         stations = [decode_station(one) for one in flashes]
         clocks = [one.clock for one in flashes]
         hits, report = find_hits(pulses, flashes)
@@ -160,7 +153,6 @@ def _flashes_of_dump(pulses: Pulses, name: str) -> list[Flashes]:
 def decode_light(
     light: Light, places: np.ndarray, factory: str | Path | None, cleaning: Cleaning, name: str
 ) -> Decoded:
-    """Decode light of second-generation stations."""
     turns, notes = find_turns(light)
     hits, report = find_turn_hits(light, turns)
     check_count(places, light.n_diodes, int(hits.diode.max(initial=-1)), name)
@@ -187,14 +179,6 @@ def decode_light(
     )
 
 
-def _of_angles(hits: Hits, channels: Sequence[int], how: _How) -> Decoded:
-    """Decode angles of second-generation stations; channels: of the stations of the hits."""
-    why, last = "a file of angles contains no calibration frames", int(hits.diode.max())
-    check_count(how.places, max(len(how.places), last + 1), last, how.name)
-    stations = [(unknown_station(channel, why), None) for channel in channels]
-    return _of_turns(hits, stations, how, RESOLUTION_RAD, [])
-
-
 def _of_turns(
     hits: Hits,
     stations: Sequence[tuple[Station, Clock | None]],
@@ -208,13 +192,11 @@ def _of_turns(
         min(np.unique(hits.diode[(hits.station == k) & (hits.axis == p)]).size for p in (0, 1))
         for k in range(len(stations))
     ]
-    used = [k for k, n in enumerate(seen) if n >= FEWEST_DIODES]
-    few = [
-        f"channel {stations[k][0].channel}: seen by {n} diodes;"
-        f" a calibration needs at least {FEWEST_DIODES}"
-        for k, n in enumerate(seen)
-        if n < FEWEST_DIODES
-    ]
+    used, few = [k for k, n in enumerate(seen) if n >= FEWEST_DIODES], list[str]()
+    for k, n in enumerate(seen):
+        if n < FEWEST_DIODES:
+            need = f"a calibration needs at least {FEWEST_DIODES}"
+            few.append(f"channel {stations[k][0].channel}: seen by {n} diodes; {need}")
     if len(used) < 2:
         why = "; ".join([*notes, *few]) or "no light of another"
         raise Refusal(
@@ -224,17 +206,10 @@ def _of_turns(
     place[used] = np.arange(len(used))
     hits = replace(hits, station=place[hits.station]).take(place[hits.station] >= 0)
     chosen, filed = _with_factory([stations[k][0] for k in used], how.factory)
-    return Decoded(
-        None,
-        chosen,
-        [clock for k in used if (clock := stations[k][1]) is not None],
-        hits,
-        how.places,
-        float(np.ptp(hits.time_s)),
-        dropped,
-        [*notes, *few, *filed, *_doubts(dropped)],
-        generation=2,
-    )
+    clocks = [clock for k in used if (clock := stations[k][1]) is not None]
+    told = [*notes, *few, *filed, *_doubts(dropped)]
+    own = hits, how.places, float(np.ptp(hits.time_s)), dropped, told
+    return Decoded(None, chosen, clocks, *own, generation=2)
 
 
 def _doubts(dropped: Mapping[str, Sequence[int]]) -> list[str]:

@@ -36,11 +36,9 @@ def clean_hits(
     cleaning: Cleaning = USUAL,
     resolution_rad: float = RESOLUTION_RAD,
 ) -> tuple[Hits, dict[str, list[int]]]:
-    """Hits that pass all tests, and how many did not, a count for each diode.
-
-    board: (n, 3) in metres, flat or not. Report: `sweep` (dropped by `sweep_outliers` or
-    `pose_outliers`), `still` (by `still_outliers`), `kept`.
-    """
+    """Hits that pass all tests, and how many did not, a count for each diode: `sweep` (dropped by
+    `sweep_outliers` or `pose_outliers`), `still` (by `still_outliers`), `kept`; board (n, 3) in
+    metres."""
     highest = int(hits.diode.max(initial=-1))
     if highest >= len(board):
         raise Refusal(
@@ -55,7 +53,7 @@ def clean_hits(
 def _passed(
     hits: Hits, wrong: np.ndarray, board: np.ndarray, cleaning: Cleaning, resolution_rad: float
 ) -> tuple[Hits, dict[str, list[int]]]:
-    """Those of the hits not marked `wrong` that pass the test over time, and the report."""
+    """Those not `wrong` that pass the test over time, and the report."""
     passed = hits.take(~wrong)
     late = still_outliers(passed, cleaning, resolution_rad)
     kept = passed.take(~late)
@@ -110,13 +108,9 @@ def sweep_outliers(
     order, first = hits.by_sweep()
     wrong = np.zeros(len(hits), np.bool_)
     if order.size:
-        wrong[order] = gate_sweeps(
-            np.tan(hits.angle_rad[order]),
-            _directions(board)[hits.diode[order]],
-            np.append(first, order.size),
-            cleaning,
-            perspective,
-        )
+        tangent, where = np.tan(hits.angle_rad[order]), _directions(board)[hits.diode[order]]
+        ends = np.append(first, order.size)
+        wrong[order] = gate_sweeps(tangent, where, ends, cleaning, perspective)
     return wrong
 
 
@@ -136,14 +130,9 @@ def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.
         laser = 2 * hits.station[order].astype(np.int64) + hits.axis[order]
         new = (np.diff(laser, prepend=-1) != 0) | (np.diff(cycle, prepend=cycle[0]) != 0)
         first = np.flatnonzero(new)
-        wrong[order] = gate_turns(
-            hits.angle_rad[order],
-            _directions(board)[hits.diode[order]],
-            cycle[first],
-            laser[first],
-            np.append(first, order.size),
-            cleaning,
-        )
+        angle, where = hits.angle_rad[order], _directions(board)[hits.diode[order]]
+        sweeps = cycle[first], laser[first], np.append(first, order.size)
+        wrong[order] = gate_turns(angle, where, *sweeps, cleaning)
     return wrong
 
 
@@ -156,11 +145,9 @@ def _directions(board: np.ndarray) -> np.ndarray:
 
 
 def still_outliers(hits: Hits, cleaning: Cleaning, resolution_rad: float) -> np.ndarray:
-    """Outliers of a diode's angle among its own in time, by station and axis; bool, (n,).
-
-    Only where the board is still: the sliding robust spread of the sweeps' offsets (median over the
-    diodes of angle minus the diode's own median) is below `STILL_RAD`.
-    """
+    """Outliers of a diode's angle among its own in time, by station and axis; bool, (n,). Only
+    where the board is still: the sliding robust spread of the offsets of its sweeps is below
+    `STILL_RAD`."""
     wrong = np.zeros(len(hits), np.bool_)
     half_window = cleaning.half_window
     for station, axis in np.unique(np.column_stack([hits.station, hits.axis]), axis=0):

@@ -42,14 +42,9 @@ def find_period(start_s: np.ndarray) -> float:
     the period only. Raises `Refusal` where nothing repeats within 1 % of 8.333 ms.
     """
     events = start_s[np.diff(start_s, prepend=-1.0) > EVENT_S]
-    near = np.sort(
-        np.concatenate(
-            [
-                _differences(events, k * CYCLE_S, k * PERIOD_TOLERANCE * CYCLE_S) / k
-                for k in (1, 2, 3, 4)
-            ]
-        )
-    )
+    lags = np.arange(1, 5)  # cycles
+    parts = [_differences(events, k * CYCLE_S, k * PERIOD_TOLERANCE * CYCLE_S) / k for k in lags]
+    near = np.sort(np.concatenate(parts))
     inside = np.searchsorted(near, near + 4e-6, side="right") - np.arange(near.size)
     by_chance = near.size * 4e-6 / (2 * PERIOD_TOLERANCE * CYCLE_S)
     if near.size == 0 or inside.max() < max(FEWEST_FLASHES - 2, 5 * by_chance):
@@ -67,7 +62,6 @@ def find_period(start_s: np.ndarray) -> float:
 
 
 def _differences(times: np.ndarray, lag: float, tolerance: float) -> np.ndarray:
-    """All differences t_j - t_i within the tolerance of the lag."""
     low = np.searchsorted(times, times + lag - tolerance)
     count = np.searchsorted(times, times + lag + tolerance, side="right") - low
     i = np.repeat(np.arange(times.size), count)

@@ -79,7 +79,6 @@ def read_uart(path: str | Path) -> Light:
 
 
 def _number(frames: Integers, at: int) -> Integers:
-    """Three bytes, the lowest first."""
     return frames[:, at] | frames[:, at + 1] << 8 | frames[:, at + 2] << 16
 
 
@@ -187,7 +186,6 @@ def _events(data: bytes, name: str) -> Mapping[str, np.ndarray]:
 
 
 def _table(path: str | Path, name: str) -> Mapping[str, np.ndarray]:
-    """Columns of a CSV, numbers."""
     import pandas as pd
 
     try:

@@ -37,11 +37,7 @@ AGREE = 0.8  # share of sweeps that see the board from one side
 def read_dump(
     path: str | Path, sample_rate_hz: float = SAMPLE_RATE_HZ, active_level: int = 1
 ) -> Pulses:
-    """Pulses of a dump file; see `pulses_of_words`.
-
-    Raises `Refusal` where the file is no such dump; big-endian and 16-bit dumps and an inverted
-    level are named.
-    """
+    """Pulses of a dump file; see `pulses_of_words`. Raises `Refusal` where it is no such dump."""
     path = Path(path)
     try:
         size = path.stat().st_size
@@ -63,10 +59,8 @@ def pulses_of_words(
     active_level: int = 1,
     name: str = "dump",
 ) -> Pulses:
-    """Pulses of a dump in memory, words (n,) uint32; active_level: the bit that means light.
-
-    Pulses on at the first or last sample are dropped.
-    """
+    """Pulses of a dump in memory, words (n,) uint32; active_level: the bit that means light. Pulses
+    on at the first or last sample are dropped."""
     duration_s = words.size / sample_rate_hz
     if not SHORTEST_S <= duration_s <= LONGEST_S:
         raise Refusal(

@@ -15,7 +15,7 @@ The system configuration that Bitcraze's tools write is
 flashes first, so the master; sweep 0 is the azimuth; uid is the id that its flashes carry. A file
 without systemType is of second-generation stations, as its own reader assumes: then stations are
 channel indices, sweeps planes, with ogeephase and ogeemag. `geos`, poses in the room,
-{0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by `crazyflie_poses`.
+{0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by `crazyflie_geometry`.
 """
 
 from __future__ import annotations
@@ -31,11 +31,7 @@ import numpy as np
 from mocap_metrology.common.documents import load_json, load_yaml, text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
-from mocap_metrology.lighthouse.decode.libsurvive_solution import (
-    CLIPPED_ID,
-    of_second_generation,
-    read_solution,
-)
+from mocap_metrology.lighthouse.decode import libsurvive_solution
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 
@@ -49,10 +45,7 @@ CRAZYFLIE_VERSIONS = ("1", "2")
 
 def read_factory(path: str | Path) -> list[Station]:
     """Stations with factory calibration, master first; the kind of file is detected from its
-    content.
-
-    Raises `Refusal` where the file is neither, or holds no calibration.
-    """
+    content. Raises `Refusal` where the file is neither, or holds no calibration."""
     name = Path(path).name
     text = text_of(path, "stations.json")
     if is_crazyflie(text):
@@ -75,23 +68,16 @@ def read_factory(path: str | Path) -> list[Station]:
 
 def _of_libsurvive(path: str | Path, text: str) -> list[Station]:
     """libsurvive's lighthouse 1 flashes first: it is the master; of generation 2 by channel."""
-    stations = []
-    if of_second_generation(text):
-        for solved in read_solution(path, 2):
-            _check(solved.factory, Path(path).name)
-            uid = None if solved.id == CLIPPED_ID else solved.id
-            role, channel = str(solved.channel), solved.channel
-            stations.append(
-                Station(role, id=uid, factory=solved.factory, generation=2, channel=channel)
-            )
-        return sorted(stations, key=lambda station: station.channel or 0)
-    for solved in sorted(read_solution(path), key=lambda station: -station.index):
-        if solved.index > 1:
+    stations, generation = [], 2 if libsurvive_solution.of_second_generation(text) else 1
+    for solved in libsurvive_solution.read_solution(path, generation):
+        if generation == 1 and solved.index > 1:
             continue
         _check(solved.factory, Path(path).name)
-        role = ROLES[1 - solved.index]
-        stations.append(Station(role, id=solved.id, mode=solved.mode, factory=solved.factory))
-    return stations
+        uid = None if generation == 2 and solved.id == libsurvive_solution.CLIPPED_ID else solved.id
+        role = str(solved.channel) if generation == 2 else ROLES[1 - solved.index]
+        own = Station(role, id=uid, mode=solved.mode, factory=solved.factory)
+        stations.append(replace(own, generation=generation, channel=solved.channel))
+    return sorted(stations, key=lambda own: (own.channel or 0, own.role))
 
 
 def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
@@ -100,28 +86,22 @@ def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
     every = list(stations)
     if all(station.generation == 1 for station in every):
         every.sort(key=lambda station: ROLES.index(station.role))
-    return [
-        {
-            "role": station.role,
-            **(
-                {"generation": station.generation, "channel": station.channel}
-                if station.generation == 2
-                else {}
-            ),
-            "id": station.id,
-            "mode": station.mode,
-            "factory": None
-            if station.factory is None
-            else {
-                name: [float(v) for v in getattr(station.factory, name)]
-                for name in NAMES_OF[station.generation]
-            },
-            "gravity": None if station.gravity is None else [float(v) for v in station.gravity],
-            **{name: getattr(station, name) for name in OPTIONAL},
-            **({} if (up := station.up_by_geometry) is None else {"up_by_geometry": up.tolist()}),
-        }
-        for station in every
-    ]
+    entries = []
+    for station in every:
+        entry: dict[str, object] = {"role": station.role}
+        if station.generation == 2:
+            entry |= {"generation": 2, "channel": station.channel}
+        entry |= {"id": station.id, "mode": station.mode, "factory": None, "gravity": None}
+        if (own := station.factory) is not None:
+            names = NAMES_OF[station.generation]
+            entry["factory"] = {k: [float(v) for v in getattr(own, k)] for k in names}
+        if station.gravity is not None:
+            entry["gravity"] = [float(v) for v in station.gravity]
+        entry |= {name: getattr(station, name) for name in OPTIONAL}
+        if (up := station.up_by_geometry) is not None:
+            entry["up_by_geometry"] = up.tolist()
+        entries.append(entry)
+    return entries
 
 
 def stations_from_json(entries: object, name: str = "stations.json") -> list[Station]:
@@ -190,7 +170,6 @@ def finite(value: object, shape: tuple[int, ...], where: str) -> np.ndarray:
 
 
 def is_crazyflie(text: str) -> bool:
-    """Whether a text is a system configuration of a Crazyflie."""
     return CRAZYFLIE_TYPE in text
 
 
@@ -218,19 +197,13 @@ def _crazyflie(text: str, name: str, generations: tuple[int, ...]) -> Mapping[st
 Geometry = tuple[int | None, np.ndarray, np.ndarray]  # id, None where unknown; R, t in m
 
 
-def crazyflie_poses(text: str, name: str) -> tuple[list[int | None], np.ndarray, np.ndarray]:
-    """Ids of master and slave, None where unknown, and their R (2, 3, 3) and t (2, 3) in m in the
-    room. Raises `Refusal` naming file and field; whether each R is a rotation is not checked."""
-    given = _crazyflie(text, name, (1,))
-    ids, R, t = zip(*(_geometry(given, key, name) for key in range(len(ROLES))), strict=True)
-    return list(ids), np.array(R), np.array(t)
-
-
-def crazyflie_geometry(text: str, name: str) -> dict[int, Geometry]:
-    """Likewise of all stations of the second generation, by channel."""
-    given = _crazyflie(text, name, (2,))
-    geos = given.get("geos")
-    keys = sorted(set(geos) & set(range(CHANNELS))) if isinstance(geos, Mapping) else []
+def crazyflie_geometry(text: str, name: str, generation: int) -> dict[int, Geometry]:
+    """Poses of the stations in the room by key: 0 the master and 1 the slave, which must be there,
+    or channels. Raises `Refusal` naming file and field; whether R is a rotation is not checked."""
+    given = _crazyflie(text, name, (generation,))
+    geos, keys = given.get("geos"), [*range(len(ROLES))]
+    if generation == 2:
+        keys = sorted(set(geos) & set(range(CHANNELS))) if isinstance(geos, Mapping) else []
     return {key: _geometry(given, key, name) for key in keys}
 
 
@@ -282,7 +255,6 @@ def _ups(geos: object) -> dict[int, np.ndarray]:
 
 
 def _crazyflie_station(key: int, given: object, where: str, generation: int) -> Station:
-    """One entry of `calibs`."""
     if not isinstance(given, Mapping):
         raise Refusal(f"{where} is {given!r}; expected uid and sweeps")
     uid, sweeps = given.get("uid"), given.get("sweeps")
@@ -300,7 +272,6 @@ def _crazyflie_station(key: int, given: object, where: str, generation: int) -> 
 
 
 def _pair(sweeps: list[object], value: str, where: str) -> np.ndarray:
-    """A value of both sweeps."""
     found = [_value(sweep.get(value)) if isinstance(sweep, Mapping) else None for sweep in sweeps]
     for axis, one in enumerate(found):
         whole = isinstance(one, int) and not isinstance(one, bool)

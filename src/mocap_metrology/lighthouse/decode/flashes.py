@@ -3,6 +3,11 @@
 Flashes are found as combs: long pulses that come each 8.333 ms, at two phases 416.67 us apart if
 two stations are there. So a false or merged pulse cannot shift a cycle, a missed one leaves a hole,
 and a station that is blocked most of the time is still distinguished from the other.
+
+Pulses -> hits: which laser of which station swept which diode, when and at what angle. Each sweep
+is timed from the flash of the station that emits it, by the clock of that station and never by a
+single edge. A station sweeps in the cycles that its codes do not skip; the code without its data
+bit repeats each four cycles, so sweeps are found where flashes were missed.
 """
 
 from __future__ import annotations
@@ -10,12 +15,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.types import Integers
 from mocap_metrology.lighthouse.decode.comb import (
     DECIDED_STEPS,
     FEWEST_FLASHES,
+    begin_of_cycles,
     codes_of,
     data_residual,
     drift,
@@ -23,9 +31,10 @@ from mocap_metrology.lighthouse.decode.comb import (
     find_period,
     find_phases,
     fit_clock,
+    pattern_of,
 )
-from mocap_metrology.lighthouse.records import MASTER, Clock, Flashes, Pulses
-from mocap_metrology.lighthouse.timing import CODE_STEP_S, CYCLE_S, TICKS_PER_S
+from mocap_metrology.lighthouse.records import Clock, Flashes, Hits, Pulses
+from mocap_metrology.lighthouse.timing import CODE_STEP_S, CYCLE_S, TICKS_PER_S, axis_of, skip_of
 
 SHORTEST_S = 2250 / TICKS_PER_S
 LONGEST_S = 200e-6
@@ -34,6 +43,13 @@ LARGEST_DRIFT = 2e-3  # of the clock; rotors hold 300 ppm, quartz better
 LATE_S = 30e-6  # dim diodes rise late
 LONGEST_GAP = 240  # cycles, 2 s: a board may be hidden so long
 LEAST_RUN = 0.1  # of the longest run of flashes
+FIRST_S, LAST_S = 1222e-6, 6777e-6  # 4000 us +- 60 deg after the own flash
+LONGEST_SWEEP_S = 40e-6
+WIDTH_GATE = (0.25, 3.0)  # of the median width in the sweep
+ENOUGH_S = 1e-6  # two samples of 2 MHz: a pulse of a far sweep is no wider
+FLASH_S = 30e-6  # reach of a flash after its cycle begins
+FATES = ("no_sweep", "too_long", "second_on_diode", "width", "flash", "hit")
+NO_SWEEP, TOO_LONG, SECOND, WIDTH, FLASH, HIT = range(len(FATES))
 
 
 def find_flashes(pulses: Pulses) -> list[Flashes]:
@@ -67,10 +83,12 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
     patterns, biases = find_pattern(
         [comb.cycle for comb in combs], [comb.over_diodes() for comb in combs]
     )
-    return [
-        _flashes(MASTER + i, comb, pattern, bias)
-        for i, (comb, pattern, bias) in enumerate(zip(combs, patterns, biases, strict=True))
-    ]
+    found = list[Flashes]()
+    for comb, pattern, bias in zip(combs, patterns, biases, strict=True):
+        length_s, cycle = _lengths(comb, pattern, bias), comb.cycle.astype(np.int32)
+        codes = codes_of(comb.cycle, length_s, pattern)
+        found.append(Flashes(len(found), comb.clock, cycle, comb.time, length_s, codes))
+    return found
 
 
 def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list[Flashes]]:
@@ -136,7 +154,6 @@ class _Comb:
 
     @property
     def off(self) -> np.ndarray:
-        """Time of each flash less that of the clock, s."""
         return self.time - self.clock.start(self.cycle)
 
     def over_diodes(self) -> np.ndarray:
@@ -180,27 +197,11 @@ def _number(combs: list[_Comb]) -> list[_Comb]:
     master, last = combs[0].clock, combs[-1].clock
     behind = last.epoch_s - master.epoch_s
     shift = int(np.ceil((-behind - 10e-6 * (len(combs) - 1) - master.epoch_s) / master.cycle_s))
-    return [
-        replace(
-            comb,
-            cycle=comb.cycle - shift,
-            clock=replace(comb.clock, epoch_s=float(comb.clock.start(shift))),
-        )
-        for comb in combs
-    ]
-
-
-def _flashes(station: int, comb: _Comb, pattern: np.ndarray, bias: float) -> Flashes:
-    """Flashes with their lengths and codes."""
-    length_s = _lengths(comb, pattern, bias)
-    return Flashes(
-        station=station,
-        clock=comb.clock,
-        cycle=comb.cycle.astype(np.int32),
-        time_s=comb.time,
-        length_s=length_s,
-        code=codes_of(comb.cycle, length_s, pattern),
-    )
+    found = []
+    for comb in combs:
+        clock = replace(comb.clock, epoch_s=float(comb.clock.start(shift)))
+        found.append(replace(comb, cycle=comb.cycle - shift, clock=clock))
+    return found
 
 
 def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
@@ -229,3 +230,86 @@ def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
     good |= ~np.logical_or.reduceat(good, comb.first)[comb.flash]
     first = np.flatnonzero(np.diff(comb.flash[good], prepend=-1))
     return replace(comb, length=length[good], diode=comb.diode[good], first=first).over_diodes()
+
+
+def find_hits(pulses: Pulses, flashes: list[Flashes]) -> tuple[Hits, dict[str, list[int]]]:
+    """Hits of all stations, by time, and how many pulses went where, a count for each diode.
+
+    Report: `hit`, `flash` (begins with a flash of a station), and what was dropped: `too_long` for
+    a sweep and no flash, `no_sweep` outside the window 1222..6777 us of a station that sweeps,
+    `second_on_diode` (a reflection: of two pulses on a diode in a sweep the longer
+    stays, the direct light being the stronger), `width` out of [0.25, 3] times the median of its
+    sweep.
+
+    A pulse is as wide as a diode appears, aperture / (377 rad/s range): two samples at 4 m. So no
+    pulse of 1 us or more is too short.
+    """
+    fate = np.full(pulses.start_s.size, NO_SWEEP, np.int8)
+    fate[pulses.length_s > LONGEST_SWEEP_S] = TOO_LONG
+    for one in flashes:
+        cycle = np.round((pulses.start_s - one.clock.epoch_s) / one.clock.cycle_s)
+        late = np.abs(pulses.start_s - one.clock.start(cycle))
+        fate[(late <= FLASH_S) & (pulses.length_s > LONGEST_SWEEP_S)] = FLASH
+    middle = pulses.start_s + 0.5 * pulses.length_s
+    hits = Hits.joined([_sweeps_of(pulses, middle, one, fate) for one in flashes])
+    hits = hits.take(np.argsort(hits.time_s, kind="stable"))
+    return hits, counts_of(FATES, fate, pulses.diode, pulses.n_diodes)
+
+
+def counts_of(
+    names: tuple[str, ...], fate: np.ndarray, diode: np.ndarray, n_diodes: int
+) -> dict[str, list[int]]:
+    """How many pulses went where, a count for each diode; fate: index of the name."""
+    number = fate.astype(np.int64) * n_diodes + diode
+    count = np.bincount(number, minlength=len(names) * n_diodes).reshape(len(names), -1)
+    return dict(zip(names, count.tolist(), strict=True))
+
+
+def _sweeps_of(pulses: Pulses, middle: np.ndarray, flashes: Flashes, fate: np.ndarray) -> Hits:
+    """Hits of one station; marks in `fate` why others were dropped."""
+    clock = flashes.clock
+    pattern = pattern_of(flashes.cycle, flashes.code)
+    cycle = np.floor((middle - clock.epoch_s - FIRST_S) / clock.cycle_s).astype(np.int64)
+    code = pattern[cycle % 4]
+    after = middle - clock.start(cycle)
+    inside = (after <= LAST_S) & (code >= 0) & (skip_of(code) == 0)
+    inside &= pulses.length_s <= LONGEST_SWEEP_S
+    chosen = np.flatnonzero(inside)
+    chosen = _longest_of_each(chosen, cycle, pulses, fate)
+    chosen = _gate_width(chosen, cycle, pulses, fate)
+    fate[chosen] = HIT
+    cycle, code, middle = cycle[chosen], code[chosen], middle[chosen]
+    begin = begin_of_cycles(flashes, cycle, middle, pulses.resolution_s)
+    angle_rad = np.pi * (middle - begin) / clock.cycle_s - 0.5 * np.pi
+    whole = np.full(chosen.size, flashes.station), axis_of(code), cycle, pulses.diode[chosen]
+    found = Hits.of(*whole, time_s=middle, angle_rad=angle_rad)
+    return replace(found, width_s=pulses.length_s[chosen])
+
+
+def _longest_of_each(
+    chosen: np.ndarray, cycle: np.ndarray, pulses: Pulses, fate: np.ndarray
+) -> np.ndarray:
+    """The longest pulse of each diode in each sweep."""
+    order = np.lexsort((-pulses.length_s[chosen], pulses.diode[chosen], cycle[chosen]))
+    chosen = chosen[order]
+    again = (np.diff(cycle[chosen], prepend=-1) == 0) & (
+        np.diff(pulses.diode[chosen].astype(np.int64), prepend=-1) == 0
+    )
+    fate[chosen[again]] = SECOND
+    return chosen[~again]
+
+
+def _gate_width(chosen: Integers, cycle: np.ndarray, pulses: Pulses, fate: np.ndarray) -> Integers:
+    """Drop pulses far narrower or wider than the median of their sweep, of three or more."""
+    if not chosen.size:
+        return chosen
+    first = np.flatnonzero(np.diff(cycle[chosen], prepend=cycle[chosen[0]] - 1))
+    count = np.diff(first, append=chosen.size)
+    width, sweep = pulses.length_s[chosen], np.repeat(np.arange(first.size), count)
+    median = np.asarray(ndimage.median(width, sweep, np.arange(first.size)))[sweep]
+    count = count[sweep]
+    low = np.minimum(WIDTH_GATE[0] * median, ENOUGH_S * (1 - 1e-6))
+    high = np.maximum(WIDTH_GATE[1] * median, 2 * ENOUGH_S)
+    good = (count < 3) | ((width >= low) & (width <= high))
+    fate[chosen[~good]] = WIDTH
+    return chosen[good]

@@ -29,7 +29,6 @@ class Cleaning(NamedTuple):
 
 @njit
 def _fit(design: np.ndarray, value: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Weighted least squares; returns the coefficients."""
     n_hits, n = design.shape
     normal = np.zeros((n, n))
     right = np.zeros(n)
@@ -83,7 +82,6 @@ def _least_absolute(
 def _gate_sweep(
     tangent: np.ndarray, where: np.ndarray, gate: Cleaning, perspective: float
 ) -> np.ndarray:
-    """Wrong hits of one sweep."""
     n_hits, n_directions = where.shape
     gate_rad, gate_mad = gate.gate_rad, gate.gate_mad
     n_linear = 1 + n_directions

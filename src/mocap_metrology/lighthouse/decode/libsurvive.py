@@ -14,9 +14,8 @@ import re
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from io import BufferedReader
 from pathlib import Path
 
 import numpy as np
@@ -137,7 +136,13 @@ def _scan(path: str | Path, wanted: bytes) -> RecordingPass:
                 seen.configs.setdefault(name.decode("utf-8", "replace"), text)
             wanted = _named(seen, wanted.decode()).encode()
         if b" C " in block:
-            _add_raw(seen, block, wanted)
+            lines = b"\n".join(line for line in block.split(b"\n") if b" C " in line)
+            raw = RAW.findall(lines)
+            seen.raw.update(Counter(row[0] for row in raw))
+            seen.unreadable += len(ANY_C.findall(lines)) - len(raw)
+            mine = [list(map(int, row[1:])) for row in raw if row[0] == wanted]
+            seen.pulses.append(np.array(mine, np.int64).reshape(-1, 3))
+            seen.n_pulses += len(mine)
         seen.second.update(Counter(SECOND_GENERATION.findall(block)))
         for own, rows in ((seen.inertial, sensor_rows), (seen.light, light_rows)):
             found, n_damaged = rows(block, wanted)
@@ -156,23 +161,14 @@ def _scan(path: str | Path, wanted: bytes) -> RecordingPass:
     return seen
 
 
-def _add_raw(seen: RecordingPass, block: bytes, wanted: bytes) -> None:
-    """Store the pulses of the wanted object, count those of all."""
-    lines = [line for line in block.split(b"\n") if b" C " in line]
-    found = RAW.findall(b"\n".join(lines))
-    seen.raw.update(Counter(row[0] for row in found))
-    seen.unreadable += len(ANY_C.findall(b"\n".join(lines))) - len(found)
-    mine = [list(map(int, row[1:])) for row in found if row[0] == wanted]
-    seen.pulses.append(np.array(mine, np.int64).reshape(-1, 3))
-    seen.n_pulses += len(mine)
-
-
 def blocks(path: str | Path, seen: RecordingPass) -> Iterator[bytes]:
     """The text in pieces of whole lines without empty ones; a last line without end was cut off,
     and is left out. The caller is told where the file ends too early."""
     name, rest, size = Path(path).name, b"", 0
     try:
-        with _opened(path) as stream:
+        with Path(path).open("rb") as raw:
+            packed = raw.peek(2).startswith(b"\x1f\x8b")  # whatever its name
+            stream = gzip.GzipFile(fileobj=raw) if packed else raw
             while piece := stream.read1(CHUNK):
                 size += len(piece)
                 if len(rest) > LONGEST_LINE:
@@ -195,19 +191,6 @@ def blocks(path: str | Path, seen: RecordingPass) -> Iterator[bytes]:
     except OSError as error:
         reason = error.strerror or error
         raise Refusal(f"{name}: cannot be read ({reason}); expected a recording") from None
-
-
-@contextmanager
-def _opened(path: str | Path) -> Iterator[BufferedReader | gzip.GzipFile]:
-    """The file, unpacked where its first bytes are those of gzip, whatever its name."""
-    with Path(path).open("rb") as raw:
-        packed = raw.read(2) == b"\x1f\x8b"
-        raw.seek(0)
-        if packed:
-            with gzip.open(raw) as stream:
-                yield stream
-        else:
-            yield raw
 
 
 def _check(seen: RecordingPass, own: str, wanted: str, name: str) -> bool:
@@ -241,7 +224,6 @@ def _check(seen: RecordingPass, own: str, wanted: str, name: str) -> bool:
 
 
 def _description(text: bytes, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of the diodes in metres, and the channel of each."""
     try:
         lights = json.loads(text)["lighthouse_config"]
         board = np.array(lights["modelPoints"], dtype=np.float64)
@@ -304,10 +286,8 @@ class TrackedObject:
 
 
 def tracked_objects(path: str | Path) -> list[TrackedObject]:
-    """The objects of a recording; those without a head have it in the frame of their diodes.
-
-    Raises `Refusal` for a description that cannot be read.
-    """
+    """The objects of a recording; those without a head have it in the frame of their diodes. Raises
+    `Refusal` for a description that cannot be read."""
     texts: dict[str, bytes] = {}
     for block in blocks(path, RecordingPass()):
         for name, text in CONFIG.findall(block):

@@ -30,6 +30,7 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light
 from mocap_metrology.lighthouse.records import Inertial
+from mocap_metrology.lighthouse.rotation import of_quaternions
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 W, Y, B = range(3)
@@ -65,8 +66,7 @@ def sensor_rows(block: bytes, wanted: bytes) -> tuple[np.ndarray, int]:
 def unrolled(counter: np.ndarray, begin: int) -> np.ndarray:
     """Ticks since `begin` of a counter of 32 bit; each is within 44.7 s of the one before."""
     step = (np.diff(counter, prepend=begin) + WRAP // 2) % WRAP - WRAP // 2
-    ticks: np.ndarray = np.cumsum(step)
-    return ticks
+    return np.cumsum(step)
 
 
 def sensors_in(values: np.ndarray, config: Mapping[str, object], begin: int) -> Inertial | None:
@@ -84,14 +84,12 @@ def sensors_in(values: np.ndarray, config: Mapping[str, object], begin: int) -> 
 
 def _place(config: Mapping[str, object]) -> tuple[np.ndarray, np.ndarray] | None:
     """Rotation of the sensors' axes into the object's, and their place in m."""
-    from scipy.spatial.transform import Rotation
-
     try:
         if "trackref_from_imu" in config:
             both = np.array(config["trackref_from_imu"], dtype=np.float64)
             if both.shape != (7,) or abs(np.linalg.norm(both[:4]) - 1) > UNIT:
                 return None
-            R, place = Rotation.from_quat(both[:4]).as_matrix(), both[4:]
+            R, place = of_quaternions(both[:4]), both[4:]
         else:
             own = config["imu"]
             x, z, place = (
@@ -221,5 +219,4 @@ def normals_of(config: Mapping[str, object], n_diodes: int) -> np.ndarray | None
         return None
     if normals.shape != (n_diodes, 3) or not (np.abs(length - 1) <= LENGTH_OF_NORMAL).all():
         return None
-    unit: np.ndarray = normals / length
-    return unit
+    return normals / length

@@ -18,6 +18,7 @@ from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.decode.libsurvive_lines import WRAP
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S
 from mocap_metrology.lighthouse.records import Factory
+from mocap_metrology.lighthouse.rotation import of_quaternions
 
 # Rows: x, y, z of this project in axes of libsurvive, X, Y, Z.
 FROM_LIBSURVIVE = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -82,8 +83,6 @@ def of_second_generation(text: str) -> bool:
 
 
 def _solved(index: int, block: str, generation: int) -> SolvedStation | None:
-    from scipy.spatial.transform import Rotation
-
     entries = {key: listed or single for key, single, listed in ENTRY.findall(block)}
     if entries.get("OOTXSet", "1") == "0":
         return None
@@ -99,7 +98,7 @@ def _solved(index: int, block: str, generation: int) -> SolvedStation | None:
     mode, pose = int(entries["mode"]), None
     if entries.get("PositionSet", "1") != "0":
         values = numbers("pose", 7)
-        pose = Rotation.from_quat(values[3:], scalar_first=True).as_matrix(), values[:3]
+        pose = of_quaternions(np.roll(values[3:], -1)), values[:3]
     if generation == 2 and not 0 <= mode < PERIOD_S.size:
         raise ValueError(f"mode is {mode}")
     return SolvedStation(

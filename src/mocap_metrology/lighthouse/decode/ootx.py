@@ -22,13 +22,14 @@ import heapq
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.planes import check_within
 from mocap_metrology.lighthouse.records import ROLES, Factory, Flashes, Station
 from mocap_metrology.lighthouse.rotor import LIBSURVIVE, rotor_parameters
 from mocap_metrology.lighthouse.timing import axis_of, data_of
@@ -40,7 +41,7 @@ FIXED_AGREE = 0.9  # least share of votes for sync, stuffing, length and padding
 MODES = ("A", "b", "c")
 SYNC = (0,) * 17 + (1,)
 PROTOCOLS = {33: (6,), 31: (4, 5)}  # length of the payload: protocols that have it
-GIB_LIMITS = (("gibphase", 7.0), ("gibmag", 0.3))
+GIB_LIMITS = {"gibphase": 7.0, "gibmag": 0.3}
 
 # IEEE half floats and bytes of the payload, protocol 6; 4 and 5 end before the mode.
 LAYOUT = struct.Struct("<HI2e2eBB2e3b2e2e")
@@ -59,10 +60,8 @@ class Payload:
 
 
 def decode_station(flashes: Flashes) -> Station:
-    """Calibration of the station whose flashes these are.
-
-    Without a frame of right checksum `factory` is None and `why` states the reason in one line.
-    """
+    """Calibration of the station whose flashes these are; without a frame of right checksum
+    `factory` is None and `why` states the reason."""
     return station_of(bit_line(flashes), Station(ROLES[flashes.station]), FIRST)
 
 
@@ -164,7 +163,7 @@ def voted_frame(bits: np.ndarray, why: str, payload: Payload) -> tuple[list[byte
 def _begin(
     ones: np.ndarray, zeros: np.ndarray, fixed: np.ndarray, value: np.ndarray
 ) -> tuple[int, float]:
-    """Position at which the frame begins, and the share of votes that agree there."""
+    """Where the frame begins, and the share of votes that agree there."""
     sign = np.where(fixed, 2.0 * value - 1.0, 0.0)
     turned = np.add.outer(np.arange(fixed.size), np.arange(fixed.size)) % fixed.size
     agree, votes = (ones - zeros)[turned] @ sign, (ones + zeros)[turned] @ fixed
@@ -248,10 +247,8 @@ def frame_bits(length: int) -> int:
 
 
 def unpack(data: bytes) -> Station:
-    """Station of a payload of 31 or 33 bytes; its role is not in there.
-
-    Raises `Refusal` where a value is none that a first-generation station can have.
-    """
+    """Station of a payload of 31 or 33 bytes; its role is not in there. Raises `Refusal` where a
+    value is none that a first-generation station can have."""
     v = LAYOUT.unpack(data[: LAYOUT.size])
     protocol = v[0] & 63
     if protocol not in PROTOCOLS[len(data)]:
@@ -267,7 +264,7 @@ def told(
     v: tuple[Any, ...],
     role: str,
     pairs: Sequence[int],
-    limits: Iterable[tuple[str, float]],
+    limits: Mapping[str, float],
     generation: int = 1,
 ) -> Station:
     """A station by the values of its payload, which begins alike in both generations; pairs: where
@@ -275,10 +272,7 @@ def told(
     found = (np.array(v[i : i + 2]) for i in pairs)
     factory = Factory(*found, generation=generation)
     rotor_parameters(factory, variant=LIBSURVIVE)
-    for name, limit in limits:
-        pair = getattr(factory, name)
-        if not (np.abs(pair) <= limit).all():
-            raise Refusal(f"{name} is {pair.tolist()}; expected within +-{limit}")
+    check_within(factory, limits, "")
     up = up_of(v[10:13])
     known = {"generation": generation, "firmware": v[0] >> 6, "hardware": v[7]}
     return Station(role, id=v[1], factory=factory, gravity=up, **known)
@@ -327,7 +321,6 @@ def values(
 
 
 def frame_of(data: bytes) -> np.ndarray:
-    """Bits of the frame around a payload."""
     padded = data + bytes(len(data) % 2)
     body = struct.pack("<H", len(data)) + padded + struct.pack("<I", zlib.crc32(data))
     words = np.unpackbits(np.frombuffer(body, np.uint8)).reshape(-1, 16)

@@ -24,16 +24,10 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.decode import ootx
 from mocap_metrology.lighthouse.decode.clean import sweep_medians
 from mocap_metrology.lighthouse.decode.comb import fit_clock
-from mocap_metrology.lighthouse.decode.ootx import (
-    Payload,
-    frame_of,
-    station_of,
-    told,
-    values,
-)
-from mocap_metrology.lighthouse.decode.sweeps import counts_of
+from mocap_metrology.lighthouse.decode.flashes import counts_of
 from mocap_metrology.lighthouse.decode.wander import Delay, TurnClock, wander
 from mocap_metrology.lighthouse.records import Factory, Hits, Inertial, Pulses, Station
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
@@ -60,7 +54,7 @@ PROTOCOLS = {LENGTH: (8,)}
 # gibmag; channel, faults; ogeephase, ogeemag; unknown.
 LAYOUT = struct.Struct("<HI2e2eBB2e3b2e2eBB2e2eH")
 CHANNEL = 0x80  # plus the channel index
-PHASE_LIMITS = (("gibphase", 7.0), ("ogeephase", 7.0))
+PHASE_LIMITS = {"gibphase": 7.0, "ogeephase": 7.0}
 
 
 @dataclass(frozen=True)
@@ -165,16 +159,13 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
         own = own[good & (np.abs(angle[own]) <= LARGEST_RAD)]
         station[own], fate[own] = index, HIT
     chosen = np.flatnonzero(fate == HIT)
-    hits = Hits(
-        station=station[chosen],
-        axis=plane[chosen],
-        cycle=turn[chosen].astype(np.int32),
-        diode=light.hit_diode[chosen],
-        time_s=light.hit_s[chosen],
-        angle_rad=angle[chosen],
-        width_s=np.full(chosen.size, np.nan),
-    )
-    again = _again(hits)
+    whole = (own[chosen] for own in (station, plane, turn, light.hit_diode))
+    hits = Hits.of(*whole, time_s=light.hit_s[chosen], angle_rad=angle[chosen])
+    off = np.abs(hits.angle_rad - sweep_medians(hits))
+    order = np.lexsort((off, hits.diode, hits.axis, hits.station, hits.cycle))
+    key = np.stack([hits.cycle, hits.station, hits.axis, hits.diode]).astype(np.int64)[:, order]
+    again = np.zeros(len(hits), np.bool_)
+    again[order[1:]] = (np.diff(key, axis=1) == 0).all(axis=0)
     fate[chosen[again]] = SECOND
     hits = hits.take(~again)
     order = np.argsort(hits.time_s, kind="stable")
@@ -218,61 +209,40 @@ def _plane(rotor: Floats, time_s: Floats) -> tuple[np.ndarray, np.ndarray]:
     return plane, known
 
 
-def _again(hits: Hits) -> np.ndarray:
-    """Hits on a diode that another hit of the same sweep has, nearer to the sweep's median."""
-    off = np.abs(hits.angle_rad - sweep_medians(hits))
-    order = np.lexsort((off, hits.diode, hits.axis, hits.station, hits.cycle))
-    key = np.stack([hits.cycle, hits.station, hits.axis, hits.diode]).astype(np.int64)[:, order]
-    again = np.zeros(len(hits), np.bool_)
-    again[order[1:]] = (np.diff(key, axis=1) == 0).all(axis=0)
-    return again
-
-
 def decode_turns(turns: Turns) -> Station:
-    """Calibration of the station whose turns these are.
-
-    Without a frame of right checksum `factory` is None and `why` states the reason in one line.
-    """
+    """Calibration of the station whose turns these are, as `ootx.decode_station`."""
     bits = np.full(int(turns.turn[-1] - turns.turn[0]) + 1, -1, np.int8)
     bits[turns.turn - turns.turn[0]] = turns.bit
-    payload = Payload(
+    payload = ootx.Payload(
         PROTOCOLS,
         partial(unpack, channel=turns.channel),
         lambda data: data[2:14] + data[16:20] + data[23:31] + data[33:41],
     )
-    return station_of(bits, unknown_station(turns.channel), payload)
+    return ootx.station_of(bits, unknown_station(turns.channel), payload)
 
 
 def unknown_station(channel: int, why: str = "") -> Station:
-    """A station of which only the channel is known."""
     return Station(str(channel), why=why, generation=2, channel=channel)
 
 
 def unpack(data: bytes, channel: int | None = None) -> Station:
-    """Station of a payload of 43 bytes, which names its channel index.
-
-    Raises `Refusal` where a value is none that a second-generation station can have, or the channel
-    is another than the given one.
-    """
+    """Station of a payload of 43 bytes, which names its channel index. Raises `Refusal` where a
+    value is none of a second-generation station, or the channel is another than the given one."""
     v = LAYOUT.unpack(data)
     if (v[0] & 63) not in PROTOCOLS[LENGTH]:
         raise Refusal(f"protocol {v[0] & 63} of {len(data)} bytes; expected 8 of {LENGTH}")
     named = v[17] - CHANNEL
     if not 0 <= named < 16 or channel not in (None, named):
         raise Refusal(f"channel {v[17]:#x} in a frame of channel {channel}")
-    station = told(v, str(named), (2, 4, 8, 13, 15, 19, 21), PHASE_LIMITS, generation=2)
+    station = ootx.told(v, str(named), (2, 4, 8, 13, 15, 19, 21), PHASE_LIMITS, generation=2)
     return replace(station, channel=named)
 
 
 def encode_frame2(
     factory: Factory, id: int, channel: int, gravity_int8: tuple[int, int, int]
 ) -> np.ndarray:
-    """Bits of one frame, uint8 (443,), to be sent over and over; reals are rounded to float16.
-
-    gravity_int8 are the accelerometer's x, y, z as in `ootx.accel_of`.
-    """
-    first = values(
-        factory, 300 << 6 | 8, id, 1, 14, gravity_int8
-    )  # firmware and protocol, hardware
+    """Bits of one frame, uint8 (443,), as `ootx.encode_frame`."""
+    # Firmware and protocol, hardware.
+    first = ootx.values(factory, 300 << 6 | 8, id, 1, 14, gravity_int8)
     rest = CHANNEL + channel, 0, *factory.ogeephase, *factory.ogeemag, 0
-    return frame_of(LAYOUT.pack(*first, *rest))
+    return ootx.frame_of(LAYOUT.pack(*first, *rest))

@@ -98,8 +98,7 @@ class TurnClock(Wander, Clock):
             both, _ = self._solved(known, np.hstack([at, of_line]), self.share)
             left, G, s = both[:, :-2], X - both[:, -2:], self.begin_s
         moved = G.T @ at
-        found: Floats = s**2 * (at.T @ left + moved.T @ np.linalg.pinv(of_line.T @ G) @ moved)
-        return found
+        return s**2 * (at.T @ left + moved.T @ np.linalg.pinv(of_line.T @ G) @ moved)
 
     @property
     def variance(self) -> float:
@@ -118,8 +117,7 @@ class Delay:
     def __call__(self, turn: Floats) -> Floats:
         """At parts of turns, too: it swings on between two begins."""
         every = self.first + np.arange(self.at_turns.size)
-        found: Floats = CubicSpline(every, self.at_turns)(np.clip(turn, every[0], every[-1]))
-        return found
+        return CubicSpline(every, self.at_turns)(np.clip(turn, every[0], every[-1]))
 
 
 def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[Delay, Wander]:

@@ -32,10 +32,12 @@ from mocap_metrology.lighthouse.decode.libsurvive_solution import (
 )
 from mocap_metrology.lighthouse.export.world import Pose
 from mocap_metrology.lighthouse.records import Station
+from mocap_metrology.lighthouse.rotation import quaternions
 
 DECIMALS = 12
 STATION = "A station's frame: origin at its optics, x out of its glass, y to its own left, z up."
 ROS_WORLD = "lighthouse_world"
+AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
 OGEE = ("ogeemag", "ogeephase")  # of the second generation; cflib expects them of both
 # What readers of these files may not decode in every locale.
 PLAIN = str.maketrans({"µ": "u", "°": " deg", "σ": "sigma", "−": "-", "×": "x"})
@@ -52,14 +54,12 @@ class Export:
 
     @property
     def placed(self) -> list[tuple[Station, Pose | None]]:
-        """Each station with its pose."""
         if self.poses is None:
             return [(station, None) for station in self.stations]
         return list(zip(self.stations, self.poses, strict=True))
 
     @property
     def generation(self) -> int:
-        """Generation of the stations."""
         return max(station.generation for station in self.stations)
 
     @property
@@ -84,30 +84,20 @@ def crazyflie_yaml(export: Export) -> str:
         f"version: '{CRAZYFLIE_VERSIONS[0]}'",
         f"systemType: {export.generation}",
     ]
-    placed = [
-        (_number(k, station), station, pose) for k, (station, pose) in enumerate(export.placed)
-    ]
-    placed.sort(key=lambda one: one[0])
-    geos = [line for k, _, pose in placed for line in _geo(k, pose)]
-    calibs = [line for k, station, _ in placed for line in _calib(k, station)]
+    placed = {  # by channel, or in the first generation by place
+        place if station.channel is None else station.channel: (station, pose)
+        for place, (station, pose) in enumerate(export.placed)
+    }
+    geos, calibs = list[str](), list[str]()
+    for k, (station, pose) in sorted(placed.items()):
+        calibs += _calib(k, station)
+        if pose is not None:
+            R, t = pose
+            geos += [f"  {k}:", f"    origin: [{_listed(t)}]", "    rotation:"]
+            geos += [f"    - [{_listed(row)}]" for row in R]
     for name, entries in (("geos", geos), ("calibs", calibs)):
         lines += [f"{name}:", *entries] if entries else [f"{name}: {{}}"]
     return "\n".join(lines) + "\n"
-
-
-def _number(place: int, station: Station) -> int:
-    """The number by which a Crazyflie names a station: its channel, in the first generation its
-    place."""
-    return place if station.channel is None else station.channel
-
-
-def _geo(index: int, pose: Pose | None) -> Iterator[str]:
-    if pose is not None:
-        R, t = pose
-        yield f"  {index}:"
-        yield f"    origin: [{_listed(t)}]"
-        yield "    rotation:"
-        yield from (f"    - [{_listed(row)}]" for row in R)
 
 
 def _calib(index: int, station: Station) -> Iterator[str]:
@@ -141,8 +131,6 @@ def libsurvive_json(export: Export) -> str:
 
 
 def _lighthouse(index: int, station: Station, pose: Pose | None) -> str:
-    from scipy.spatial.transform import Rotation
-
     entries: dict[str, object] = {"index": index, "id": station.id}
     if station.channel is not None:
         entries["mode"] = station.channel
@@ -150,8 +138,7 @@ def _lighthouse(index: int, station: Station, pose: Pose | None) -> str:
         entries["mode"] = MODES.index(station.mode)
     if pose is not None:
         R, t = pose
-        q = Rotation.from_matrix(R @ FROM_LIBSURVIVE).as_quat(canonical=True, scalar_first=True)
-        entries["pose"] = [*t, *q]
+        entries["pose"] = [*t, *np.roll(quaternions(R @ FROM_LIBSURVIVE), 1)]
     if station.factory is not None:
         for name, key in (FACTORY_KEYS if station.generation == 1 else FACTORY2_KEYS).items():
             entries[key] = getattr(station.factory, name)
@@ -174,25 +161,14 @@ def ros2_launch(export: Export) -> str:
     lines.append(f'  <arg name="frame" default="{ROS_WORLD}"/>')
     for station, pose in export.placed:
         if pose is not None:
-            name = ros_name(station)
-            args = f"{_transform(pose)} --frame-id $(var frame) --child-frame-id {name}"
+            R, t = pose
+            own = station.role if station.id is None else f"{station.id:08x}"
+            name, values = f"lighthouse_{own}", zip(AXES, [*t, *quaternions(R)], strict=True)
+            args = " ".join(f"--{axis} {number(v)}" for axis, v in values)
+            args += f" --frame-id $(var frame) --child-frame-id {name}"
             lines += [
                 '  <node pkg="tf2_ros" exec="static_transform_publisher"',
                 f'    name="{name}"',
                 f"    args={quoteattr(args)}/>",
             ]
     return "\n".join([*lines, "</launch>"]) + "\n"
-
-
-def ros_name(station: Station) -> str:
-    """Frame of a station: its id in hexadecimal digits, else its role."""
-    return f"lighthouse_{station.role if station.id is None else f'{station.id:08x}'}"
-
-
-def _transform(pose: Pose) -> str:
-    from scipy.spatial.transform import Rotation
-
-    R, t = pose
-    values = [*t, *Rotation.from_matrix(R).as_quat(canonical=True)]
-    names = ("x", "y", "z", "qx", "qy", "qz", "qw")
-    return " ".join(f"--{name} {number(v)}" for name, v in zip(names, values, strict=True))

@@ -14,7 +14,6 @@ points       the frame of places that were measured in the room: of stations, an
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePath
@@ -25,6 +24,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import narrowness_m, read_places
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
+from mocap_metrology.lighthouse.known_length import PLACE
 from mocap_metrology.lighthouse.records import ROLES, Path, Station
 
 GRAVITY, MASTER, BOARD_START, POINTS = "gravity", "master", "board-start", "points"
@@ -34,7 +34,6 @@ WORDS = {
     BOARD_START: "that of the board at the start of the recording",
     POINTS: "that of the measured points",
 }
-LABEL = re.compile(r"diode (\d{1,4})(?: at (\d{1,6}(?:\.\d{1,6})?) s)?")
 EXPECTED = "master, slave, diode 3 (at the start), diode 3 at 12.5 s or the channel of a V2 station"
 STILL_S = 0.2  # the board's place is the mean over so long
 LARGEST_ROOM_M = 100.0  # beyond this a place is in mm
@@ -83,13 +82,11 @@ class World:
 
 
 def read_points(path: str) -> dict[str, np.ndarray]:
-    """Places in the room by label, (3,) in m: see `world_of`.
-
-    Raises `Refusal` for fewer than three places, for places on one line, and for other labels.
-    """
+    """Places in the room by label, (3,) in m: see `world_of`. Raises `Refusal` for fewer than
+    three, for places on one line, and for other labels."""
     points = read_places(path, "point", LARGEST_ROOM_M, "the origin")
     for label in points:
-        if label not in ROLES and not label.isdigit() and not LABEL.fullmatch(label):
+        if label not in ROLES and not label.isdigit() and not PLACE.fullmatch(label):
             raise Refusal(f"{PurePath(path).name}: label {label!r}; expected {EXPECTED}")
     _check_spread(np.array(list(points.values())), PurePath(path).name)
     return points
@@ -185,7 +182,7 @@ def _place(label: str, found: Calibrated, name: str) -> np.ndarray:
     for station, (_, t) in zip(found.stations, found.poses, strict=True):
         if station.role == label:
             return t
-    known = LABEL.fullmatch(label)
+    known = PLACE.fullmatch(label)
     if known is None:
         raise Refusal(f"{name}: label {label!r}; expected {EXPECTED}")
     diode = int(known[1])
@@ -203,10 +200,8 @@ def _place(label: str, found: Calibrated, name: str) -> np.ndarray:
 
 
 def board_pose(path: Path, time_s: float | None) -> Pose:
-    """Mean pose of the board over 0.2 s around a moment, or of its first 0.2 s.
-
-    ValueError where the board was not seen then.
-    """
+    """Mean pose of the board over 0.2 s around a moment, or of its first 0.2 s. ValueError where it
+    was not seen."""
     begin = path.time_s.min() if time_s is None else time_s - STILL_S / 2
     own = path.take((path.time_s >= begin) & (path.time_s <= begin + STILL_S))
     if not len(own):

@@ -22,7 +22,7 @@ from mocap_metrology.lighthouse.fit.simplex import (
     trig_of,
 )
 from mocap_metrology.lighthouse.records import Measurements, Path
-from mocap_metrology.lighthouse.rotor import rotor_parameters
+from mocap_metrology.lighthouse.rotor import rotor_parameters, turned
 
 START_M = 3.0
 NARROW = 0.2  # of the board's own width, to its second side
@@ -122,10 +122,8 @@ def by_nelder_mead(
     warm: bool = False,
     distance_m: float = START_M,
 ) -> Path:
-    """J Eq. 3: the pose of least K_1 for each measurement, by the simplex algorithm.
-
-    Each starts from `first_guesses`, or with `warm` from the pose found before it.
-    """
+    """J Eq. 3: the pose of least K_1 for each measurement, by the simplex algorithm, from
+    `first_guesses`, or with `warm` from the pose found before it."""
     angles, seen = measurements.angles_rad, measurements.seen
     R, t = first_guesses(measurements, board, distance_m)
     starts = np.column_stack([t, rotation.to_angles(R)])
@@ -145,9 +143,8 @@ def _mirrored(
 
     R' = (I - 2 d d^T) R (I - 2 n n^T) with d the ray to the board's centre, which stays in place.
     """
-    c, R2, t2 = np.empty(3), np.empty((3, 3)), np.empty(3)
-    for i in range(3):
-        c[i] = R[i, 0] * centre[0] + R[i, 1] * centre[1] + R[i, 2] * centre[2] + t[i]
+    R2, t2 = np.empty((3, 3)), np.empty(3)
+    c = np.array(turned(R, centre[0], centre[1], centre[2])) + t
     d = c / math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
     for j in range(3):
         along = d[0] * R[0, j] + d[1] * R[1, j] + d[2] * R[2, j]
@@ -243,7 +240,6 @@ def _minimise_all(
     rotors: np.ndarray,
     start: _Starts,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Levenberg-Marquardt and the mirror test for every measurement."""
     n, d = seen.shape
     Rs, ts, centre, normal = start
     Rs_found, ts_found = np.empty((2, n, 3, 3)), np.empty((2, n, 3))
@@ -297,6 +293,6 @@ def by_levenberg_marquardt(
 
 
 def apart(path: Path, other: Path) -> np.ndarray:
-    """Angle in rad between the rotations of two paths of the same measurements."""
+    """Angle in rad between the rotations of two paths."""
     trace = np.einsum("nij,nij->n", path.R, other.R)
     return np.arccos(np.clip((trace - 1) / 2, -1, 1))

@@ -14,7 +14,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import solve
 from mocap_metrology.lighthouse.fit.simplex import STATION
-from mocap_metrology.lighthouse.rotor import angle_gradient
+from mocap_metrology.lighthouse.rotor import angle_gradient, turned
 
 N = 6  # unknowns of a pose
 ITERATIONS = 40  # at most
@@ -54,37 +54,25 @@ def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
 def normal_equations(
     R: np.ndarray, t: np.ndarray, given: PoseProblem, H: np.ndarray, g: np.ndarray
 ) -> float:
-    """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, written in place; returns the cost.
-
-    Order: position in m, left rotation vector in rad.
-    """
+    """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, by position in m and left rotation
+    vector in rad, written in place; returns the cost."""
     unknown, points, measured, rotors = given
     H[:], g[:] = 0.0, 0.0
-    row = np.empty(N)
+    row, none = np.empty(N), np.empty(0)
     total = 0.0
     for i in range(points.shape[0]):
         a, b, c = points[i, 0], points[i, 1], points[i, 2]
         if unknown == STATION:
             a, b, c = a - t[0], b - t[1], c - t[2]
-            qx = R[0, 0] * a + R[1, 0] * b + R[2, 0] * c
-            qy = R[0, 1] * a + R[1, 1] * b + R[2, 1] * c
-            qz = R[0, 2] * a + R[1, 2] * b + R[2, 2] * c
+            qx, qy, qz = turned(R.T, a, b, c)
         else:
-            a, b, c = (
-                R[0, 0] * a + R[0, 1] * b + R[0, 2] * c,
-                R[1, 0] * a + R[1, 1] * b + R[1, 2] * c,
-                R[2, 0] * a + R[2, 1] * b + R[2, 2] * c,
-            )
+            a, b, c = turned(R, a, b, c)
             qx, qy, qz = a + t[0], b + t[1], c + t[2]
         for axis in range(2):
-            theta, dx, dy, dz = angle_gradient(axis, qx, qy, qz, rotors[axis])
+            theta, dx, dy, dz = angle_gradient(axis, qx, qy, qz, rotors[axis], none)
             e = theta - measured[i, axis]
             if unknown == STATION:  # derivatives by the arm (a, b, c) in master axes, negated
-                dx, dy, dz = (
-                    -(R[0, 0] * dx + R[0, 1] * dy + R[0, 2] * dz),
-                    -(R[1, 0] * dx + R[1, 1] * dy + R[1, 2] * dz),
-                    -(R[2, 0] * dx + R[2, 1] * dy + R[2, 2] * dz),
-                )
+                dx, dy, dz = turned(R, -dx, -dy, -dz)
             row[0], row[1], row[2] = dx, dy, dz
             row[3], row[4], row[5] = b * dz - c * dy, c * dx - a * dz, a * dy - b * dx
             total += e * e
@@ -112,10 +100,8 @@ def damped_step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
 def minimise(
     R: np.ndarray, t: np.ndarray, given: PoseProblem
 ) -> tuple[np.ndarray, np.ndarray, float, bool]:
-    """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged.
-
-    Converged is a step below 1e-10 (m, rad) or a predicted gain below 1e-10 of the cost.
-    """
+    """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged: a
+    step below 1e-10 (m, rad) or a gain below 1e-10 of the cost."""
     H, g = np.empty((N, N)), np.empty(N)
     H2, g2 = np.empty((N, N)), np.empty(N)
     f = normal_equations(R, t, given, H, g)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.rotor import IMPERFECT, X, Y, angle
+from mocap_metrology.lighthouse.rotor import IMPERFECT, X, Y, angle_gradient, turned
 
 BOARD, STATION = 0, 1  # whose pose is unknown
 N = 6  # unknowns of a pose
@@ -111,46 +111,36 @@ def _sum_of_squares(room: np.ndarray) -> float:
 
 
 @njit
-def _place(
-    R: np.ndarray, tx: float, ty: float, tz: float, points: np.ndarray, room: np.ndarray
-) -> None:
-    """R p + t of points (3, n), into room[:3]."""
-    for k, t in ((0, tx), (1, ty), (2, tz)):
-        rx, ry, rz = R[k, 0], R[k, 1], R[k, 2]
-        for i in range(points.shape[1]):
-            room[k, i] = rx * points[0, i] + ry * points[1, i] + rz * points[2, i] + t
-
-
-@njit
 def cost(x: np.ndarray, given: SimplexData, R: np.ndarray, room: np.ndarray) -> float:
     """K_1 or K_2 in rad^2; R (3, 3) and room (4, n) to work in."""
     rotors, points = given.rotors, given.points
     matrix(x, R)
     if given.unknown == STATION:  # p = R^T (w - t)
-        R[0, 1], R[1, 0] = R[1, 0], R[0, 1]
-        R[0, 2], R[2, 0] = R[2, 0], R[0, 2]
-        R[1, 2], R[2, 1] = R[2, 1], R[1, 2]
-        tx = -(R[0, 0] * x[0] + R[0, 1] * x[1] + R[0, 2] * x[2])
-        ty = -(R[1, 0] * x[0] + R[1, 1] * x[1] + R[1, 2] * x[2])
-        tz = -(R[2, 0] * x[0] + R[2, 1] * x[1] + R[2, 2] * x[2])
+        R = R.T
+        tx, ty, tz = turned(R, -x[0], -x[1], -x[2])
     else:
         tx, ty, tz = x[0], x[1], x[2]
-    _place(R, tx, ty, tz, points, room)
+    for k, t in ((0, tx), (1, ty), (2, tz)):  # R p + t, into room[:3]
+        rx, ry, rz = R[k, 0], R[k, 1], R[k, 2]
+        for i in range(points.shape[1]):
+            room[k, i] = rx * points[0, i] + ry * points[1, i] + rz * points[2, i] + t
     total = 0.0
     if rotors[0, IMPERFECT] == 0.0 and rotors[1, IMPERFECT] == 0.0:
         for axis in range(2):
             total += _turns(room, axis, given)
         return total
+    none = np.empty(0)
     for i in range(points.shape[1]):
+        a, b, c = room[0, i], room[1, i], room[2, i]
         for axis in range(2):
-            found = angle(axis, room[0, i], room[1, i], room[2, i], rotors[axis])
+            found = angle_gradient(axis, a, b, c, rotors[axis], none)[0]
             e = found - given.measured[axis, i]
             total += e * e
     return total
 
 
 def trig_of(measured: np.ndarray) -> np.ndarray:
-    """cos and sin of azimuth, cos and sin of elevation, (4, ...), of angles (2, ...) in rad."""
+    """cos and sin of both angles, (4, ...), of angles (2, ...) in rad."""
     return np.stack([f(m) for m in np.asarray(measured) for f in (np.cos, np.sin)])
 
 
@@ -164,7 +154,6 @@ def seen_at(
 
 
 def evaluate(x: np.ndarray, given: SimplexData) -> float:
-    """K_1 (unknown BOARD) or K_2 (STATION) at a pose."""
     return cost(np.asarray(x, float), given, np.empty((3, 3)), np.empty((4, given.points.shape[1])))
 
 
@@ -185,14 +174,6 @@ def _along(middle: np.ndarray, simplex: np.ndarray, share: float, x: np.ndarray)
     """x = middle + share (middle - worst point)."""
     for j in range(N):
         x[j] = (1.0 + share) * middle[j] - share * simplex[N, j]
-
-
-@njit
-def _put(simplex: np.ndarray, f: np.ndarray, x: np.ndarray, fx: float) -> None:
-    """Put a point and its cost in place of the worst one."""
-    f[N] = fx
-    for j in range(N):
-        simplex[N, j] = x[j]
 
 
 @njit
@@ -231,21 +212,21 @@ def nelder_mead(
         fx = cost(x, given, R, room)
         used += 1
         if f[0] <= fx < f[N - 1]:
-            _put(simplex, f, x, fx)
+            simplex[N], f[N] = x, fx
         elif fx < f[0]:
             _along(middle, simplex, 2.0, y)
             fy = cost(y, given, R, room)
             used += 1
             if fy < fx:
-                _put(simplex, f, y, fy)
+                simplex[N], f[N] = y, fy
             else:
-                _put(simplex, f, x, fx)
+                simplex[N], f[N] = x, fx
         else:
             _along(middle, simplex, 0.5 if fx < f[N] else -0.5, y)
             fy = cost(y, given, R, room)
             used += 1
             if (fx < f[N] and fy <= fx) or (fx >= f[N] and fy < f[N]):
-                _put(simplex, f, y, fy)
+                simplex[N], f[N] = y, fy
             else:
                 for i in range(1, N + 1):
                     simplex[i] = simplex[0] + 0.5 * (simplex[i] - simplex[0])

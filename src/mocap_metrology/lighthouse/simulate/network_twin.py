@@ -94,13 +94,6 @@ class NetworkTwin(Entry):
         )
 
 
-def simulate_network(twin: NetworkTwin, seed: int) -> MadeTurns:
-    """Draw the recording of a twin."""
-    from mocap_metrology.lighthouse.simulate.turns import simulate_turns
-
-    return simulate_turns(twin.turns(seed))
-
-
 def truth_json(made: MadeTurns) -> dict[str, object]:
     """Poses of the stations in the frame of the first, as a file of references."""
     twin = made.twin

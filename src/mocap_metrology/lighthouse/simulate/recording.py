@@ -16,14 +16,23 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.files import whole, write_csv
-from mocap_metrology.common.types import Floats, Row
+from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
 from mocap_metrology.lighthouse.rotation import exp, from_angles, log
 from mocap_metrology.lighthouse.rotor import rotor_parameters
-from mocap_metrology.lighthouse.simulate import light
-from mocap_metrology.lighthouse.simulate.motion import Motion, motion_of
+from mocap_metrology.lighthouse.simulate.motion import (
+    FROM_S,
+    TO_S,
+    Motion,
+    blocked_intervals,
+    false_flashes,
+    is_open,
+    motion_of,
+    reflections,
+    swept_board,
+)
 from mocap_metrology.lighthouse.simulate.twin import InertialTwin, LighthouseTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
@@ -90,10 +99,9 @@ class _Scene:
 
 
 def simulate(twin: LighthouseTwin, seed: int | None = None) -> SimulatedSweeps:
-    """Draw the recording of a twin; `seed` replaces the twin's own."""
     seed = twin.seed if seed is None else seed
     faults = np.random.default_rng([seed, FAULTS])
-    scene = _scene(twin, seed, light.blocked_intervals(twin, faults))
+    scene = _scene(twin, seed, blocked_intervals(twin, faults))
     exact, noisy, other = _sweeps(scene, faults, np.random.default_rng([seed, NOISE]))
     flashes = _flashes(scene, np.random.default_rng([seed, FLASHES]))
     every = [flashes, other, (noisy.time_s - noisy.width_s / 2, noisy.width_s, noisy.diode)]
@@ -105,12 +113,13 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> SimulatedSweeps:
 
 
 def truth_json(made: SimulatedSweeps) -> dict[str, object]:
-    """What an estimator should find, as a pose file that a calibration can be compared with.
-
-    R and t_m: the slave's housing in the master's; t_optical_m: between the origins of the optics;
-    lasers_m (station, axis, 3) in the housings.
-    """
+    """What an estimator should find, as a pose file: R and t_m of the slave's housing in the
+    master's; t_optical_m between the origins of the optics; lasers_m (station, axis, 3) in the
+    housings."""
     truth, twin = made.truth, made.twin
+    keys = twin.model_dump()  # factory values as its stations state them
+    for role, station in zip(records.ROLES, twin.stations, strict=False):
+        keys[role]["factory"] = vars(station.optics) if station.optics else None
     return {
         "stations": {station.role: station.id for station in truth.stations},
         "R": None if truth.R is None else truth.R.tolist(),
@@ -118,16 +127,8 @@ def truth_json(made: SimulatedSweeps) -> dict[str, object]:
         "t_optical_m": None if truth.t_optical_m is None else truth.t_optical_m.tolist(),
         "lasers_m": [station.lasers_m for station in twin.stations],
         "clocks": [vars(clock) for clock in truth.clocks],
-        "twin": _keys(twin),
+        "twin": keys,
     }
-
-
-def _keys(twin: LighthouseTwin) -> Row:
-    """All keys of a twin; factory values as its stations state them."""
-    keys = twin.model_dump()
-    for role, station in zip(records.ROLES, twin.stations, strict=False):
-        keys[role]["factory"] = vars(station.optics) if station.optics else None
-    return keys
 
 
 def up_of(twin: LighthouseTwin) -> Floats:
@@ -151,19 +152,10 @@ def _scene(twin: LighthouseTwin, seed: int, blocked: list[tuple[int, float, floa
         for s in stations
     ]
     bit = [frame[(cycle + rng.integers(frame.size)) % frame.size] for frame in frames]
-    return _Scene(
-        twin,
-        twin.board.positions(),
-        motion_of(twin.motion, t, seed),
-        R,
-        t,
-        np.array(rotors),
-        cycle,
-        np.array([master, master + after][: len(stations)]),
-        skip.astype(np.int64),
-        np.array(bit, dtype=np.int64),
-        blocked,
-    )
+    of_board = twin.board.positions(), motion_of(twin.motion, t, seed)
+    start = np.array([master, master + after][: len(stations)])
+    of_flash = cycle, start, skip.astype(np.int64), np.array(bit, dtype=np.int64)
+    return _Scene(twin, *of_board, R, t, np.array(rotors), *of_flash, blocked)
 
 
 def _truth(scene: _Scene, hits: records.Hits) -> Truth:
@@ -193,7 +185,7 @@ def _sweeps(
     exact, off = every.take(lit.ravel()), off[lit]
     time_s = exact.time_s + off * twin.cycle_s / np.pi
     noisy = replace(exact, time_s=time_s, angle_rad=exact.angle_rad + off)
-    middle, length, diode = light.reflections(twin, time_s, noisy.width_s, noisy.diode, faults)
+    middle, length, diode = reflections(twin, time_s, noisy.width_s, noisy.diode, faults)
     rows = np.flatnonzero(kept[lit])
     rows = rows[np.argsort(exact.time_s[rows], kind="stable")]
     return exact.take(rows), noisy.take(rows), (middle - length / 2, length, diode)
@@ -205,25 +197,19 @@ def _lit_sweeps(scene: _Scene) -> tuple[records.Hits, np.ndarray]:
     station, at = np.nonzero(scene.skip == 0)
     cycle, start = scene.cycle[at], scene.start_s[station, at]
     optics = scene.motion, scene.board, scene.R, scene.t, scene.rotors
-    swept = light.swept_board(start, station, cycle & 1, twin.cycle_s, *optics)
-    width = sweep_width(swept.range_m, 1e-3 * twin.aperture_mm, twin.cycle_s, 1e-6 * twin.beam_us)
+    swept = swept_board(start, station, cycle & 1, twin.cycle_s, *optics)
+    per_s = swept.range_m * np.pi / twin.cycle_s  # m/s: 8 us for 3 mm at 1 m
+    width = 1e-3 * twin.aperture_mm / per_s + 1e-6 * twin.beam_us
     since = (swept.time_s - start[:, None]) * (CYCLE_S / twin.cycle_s)
-    lit = (since >= light.FROM_S) & (since <= light.TO_S)
+    lit = (since >= FROM_S) & (since <= TO_S)
     lit &= swept.cos_incidence > np.cos(np.radians(twin.incidence_deg))
     lit &= (swept.time_s - width / 2 >= 0) & (swept.time_s + width / 2 <= twin.duration_s)
-    lit &= light.is_open(scene.blocked, station[:, None], swept.time_s)
+    lit &= is_open(scene.blocked, station[:, None], swept.time_s)
     n = lit.shape[1]
     of_sweep = station.astype(np.int8), (cycle & 1).astype(np.int8), cycle.astype(np.int32)
     diode = np.tile(np.arange(n, dtype=np.int16), len(lit))
     of_hit = [x.ravel() for x in (swept.time_s, swept.angle_rad, width)]
     return records.Hits(*[*(np.repeat(x, n) for x in of_sweep), diode, *of_hit]), lit
-
-
-def sweep_width(
-    range_m: np.ndarray, aperture_m: float, cycle_s: float, beam_s: float
-) -> np.ndarray:
-    """Seconds a sweep is on a diode: aperture / (range pi / cycle) + beam, 8 us for 3 mm at 1 m."""
-    return aperture_m / (range_m * np.pi / cycle_s) + beam_s
 
 
 def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -233,11 +219,11 @@ def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.nd
     length = flash_length(code) + 1e-6 * (twin.flash_bias_us - twin.flash_shortfall_us)
     start = scene.start_s + 1e-6 * twin.sync_jitter_us * rng.standard_normal(shape)
     station = np.arange(shape[0])[:, None]
-    lit = light.is_open(scene.blocked, station, start) & (rng.random(shape) >= twin.missed_flashes)
+    lit = is_open(scene.blocked, station, start) & (rng.random(shape) >= twin.missed_flashes)
     lit &= (start + length > 0) & (start < twin.duration_s)
     flash, diode = np.nonzero(_faces(scene, np.nonzero(lit)[0], start[lit]))
     spread = 1e-6 * twin.flash_spread_us * rng.standard_normal(flash.size)
-    false_start, false_length = light.false_flashes(twin, rng)
+    false_start, false_length = false_flashes(twin, rng)
     of_diodes = np.random.default_rng([twin.seed, RISES])  # in every recording the same
     rise = 1e-6 * of_diodes.uniform(0, twin.flash_rise_us, n)[diode]
     return (
@@ -248,7 +234,6 @@ def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.nd
 
 
 def _faces(scene: _Scene, station: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """Which diodes (n, diodes) look at the station at these times, and are before it."""
     R, p = scene.motion.poses(time_s)
     way = scene.t[station][:, None] - (scene.board @ R.transpose(0, 2, 1) + p[:, None])
     toward = np.einsum("nij,ni->nj", way.transpose(0, 2, 1), R[:, :, 0])
@@ -270,7 +255,6 @@ def words_of(pulses: records.Pulses) -> np.ndarray:
 
 
 def write_dump(path: str | Path, pulses: records.Pulses) -> None:
-    """Write the words as a raw dump, little-endian, whole or not at all."""
     words = words_of(pulses).astype("<u4", copy=False)
     with whole(path) as part:
         words.tofile(part)
@@ -279,11 +263,9 @@ def write_dump(path: str | Path, pulses: records.Pulses) -> None:
 def sensed(
     motion: Motion, up: np.ndarray, twin: InertialTwin, duration_s: float, rng: np.random.Generator
 ) -> records.Inertial:
-    """What the sensors of a board record; up (3,): the way up in the frame of the motion.
-
-    Rates and forces are central differences of the motion over 2 ms, with bias, scale, another
-    orientation than stated, and white noise.
-    """
+    """What the sensors of a board record, by central differences of the motion over 2 ms, with
+    bias, scale, another orientation than stated, and white noise; up (3,): the way up in the frame
+    of the motion."""
     time_s = np.arange(0.0, duration_s, 1 / twin.rate_hz)
     then = time_s - 1e-3 * twin.delay_ms
     before, now, after = (motion.poses(then + shift) for shift in (-STEP_S, 0.0, STEP_S))
@@ -302,12 +284,8 @@ def sensed(
         root * density * rng.standard_normal(rate.shape)
         for density in (twin.gyro_density, twin.accel_density)
     )
-    return records.Inertial(
-        time_s,
-        rate @ M + bias_w + noise_w,
-        (force @ M + bias_f) / scale + noise_f,
-        np.array(twin.place_m),
-    )
+    force = (force @ M + bias_f) / scale + noise_f
+    return records.Inertial(time_s, rate @ M + bias_w + noise_w, force, np.array(twin.place_m))
 
 
 @dataclass(frozen=True)
@@ -320,11 +298,9 @@ class MountRecording:
 
 
 def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
-    """Markers of both stations over `mocap_frames`.
-
-    The frame of the motion-capture system is drawn for each recording. A mount that is turned by
-    `mount_error_deg`, about an axis of its own, is so in all recordings of the setup.
-    """
+    """Markers of both stations over `mocap_frames`, in a frame drawn for each recording. A mount
+    that is turned by `mount_error_deg`, about an axis of its own, is so in all recordings of the
+    setup."""
     rng = np.random.default_rng([seed, MOCAP])
     R_world, t_world = exp(rng.normal(size=3) * 2), rng.uniform(-3, 3, 3)
     of_setup = np.random.default_rng([zlib.crc32(twin.setup.encode()), MOCAP])
@@ -341,7 +317,6 @@ def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
 
 
 def write_mounts(path: str | Path, labels: Sequence[str]) -> None:
-    """Write the known geometry of mounts as CSV: label, x_m, y_m, z_m in the housing's frame."""
     places = np.tile(MOUNT_M, (len(labels) // len(MOUNT_M), 1)).tolist()
     rows = zip(labels, *zip(*places, strict=True), strict=True)
     write_csv(path, [dict(zip(("label", "x_m", "y_m", "z_m"), row, strict=True)) for row in rows])

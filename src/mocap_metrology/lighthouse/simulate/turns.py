@@ -29,9 +29,10 @@ from mocap_metrology.lighthouse.decode.turns import (
     Light,
     encode_frame2,
 )
-from mocap_metrology.lighthouse.planes import parameters, plane_angles
+from mocap_metrology.lighthouse.planes import parameters
 from mocap_metrology.lighthouse.published import FACTORY2_MEAN, FACTORY2_SD, OGEEMAG_CORRELATION
 from mocap_metrology.lighthouse.records import Factory
+from mocap_metrology.lighthouse.rotor import angles
 from mocap_metrology.lighthouse.simulate.motion import Motion, facing_to, motion_of
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
@@ -133,7 +134,6 @@ class MadeTurns:
 
 
 def simulate_turns(twin: TurnsTwin) -> MadeTurns:
-    """Draw the recording of a twin."""
     rng = np.random.default_rng([twin.seed, STATIONS])
     factories = tuple(usual_factory(rng) for _ in twin.channels)
     ids = tuple(int(x) for x in rng.integers(1, 1 << 32, len(twin.channels)))
@@ -179,7 +179,6 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
 
 
 def _begins(channel: int, duration_s: float, rng: np.random.Generator) -> tuple[Floats, float]:
-    """Begins of the turns of a station, and its period."""
     period = PERIOD_S[channel] * (1 + 1e-6 * rng.normal(*PERIOD_PPM))
     return np.arange(rng.uniform(-1, 0) * period, duration_s, period), float(period)
 
@@ -191,8 +190,7 @@ def _swing(n: int, rng: np.random.Generator) -> Floats:
     past = [1.0, -2 * decay * np.cos(2 * np.pi / turns), decay**2]
     z = lfilter([1.0], past, rng.standard_normal(burn_in + n))[burn_in:]
     variance = (1 + past[2]) / (1 - past[2]) / ((1 + past[2]) ** 2 - past[1] ** 2)
-    found: Floats = z / np.sqrt(variance)
-    return found
+    return z / np.sqrt(variance)
 
 
 @dataclass(frozen=True)
@@ -205,11 +203,9 @@ class Rotor:
     turns: int
 
     def time(self, turn: np.ndarray, angle: Floats) -> Floats:
-        """When it is at this angle of a turn."""
         made = turn + angle / (2 * np.pi)
         late = self.late(np.clip(made, 0, self.turns - 1))
-        found: Floats = self.begin_s + made * self.period_s + late
-        return found
+        return self.begin_s + made * self.period_s + late
 
 
 def _hits(
@@ -230,7 +226,7 @@ def _hits(
     time_s = rotor.time(turn, ahead)
     for _ in range(ROUNDS):
         point, incidence = _seen_at(twin, s, time_s, diode, places, motion)
-        angle = plane_angles(point, rows)[np.arange(plane.size), plane]
+        angle = angles(point, rows)[np.arange(plane.size), plane]
         time_s = rotor.time(turn, angle + ahead)
     common = np.repeat(rng.standard_normal(2 * rotor.turns), n)
     off = 1e-6 * (

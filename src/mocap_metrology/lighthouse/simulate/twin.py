@@ -97,7 +97,6 @@ class BoardTwin(Entry):
     """Displaces each diode by this distance before or behind the plane."""
 
     def positions(self) -> np.ndarray:
-        """Places of the diodes, (n, 3) in metres."""
         board = flat_board(self.columns, self.rows, self.width_m, self.height_m)
         if self.out_of_plane_m:
             depths = [-self.out_of_plane_m, self.out_of_plane_m]
@@ -177,17 +176,14 @@ class StationTwin(Entry):
 
     @property
     def optics(self) -> Factory | None:
-        """Values of the rotors as the station states them; None: ideal."""
         return self.factory.made() if self.factory else None
 
     @property
     def R(self) -> np.ndarray:
-        """Rotation of the station's frame into the master's."""
         return from_angles(*np.radians(self.rotation_deg))
 
     @property
     def t(self) -> np.ndarray:
-        """Origin of the station's frame in the master's, metres."""
         return np.array(self.position_m)
 
     @property
@@ -278,7 +274,6 @@ class LighthouseTwin(Entry):
 
     @model_validator(mode="after")
     def _together(self) -> LighthouseTwin:
-        """What stations, board and motion must have in common."""
         if self.slave is not None:
             apart = float(np.linalg.norm(self.slave.t - self.master.t))
             if apart < 0.1:
@@ -306,7 +301,6 @@ class LighthouseTwin(Entry):
 
     @property
     def stations(self) -> tuple[StationTwin, ...]:
-        """The master, and the slave where there is one."""
         return (self.master,) if self.slave is None else (self.master, self.slave)
 
     @property
@@ -316,5 +310,4 @@ class LighthouseTwin(Entry):
 
     @property
     def rotors(self) -> Variant:
-        """Which driver's formula the rotors obey."""
         return VARIANTS[self.variant]

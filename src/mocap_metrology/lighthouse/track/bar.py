@@ -93,7 +93,9 @@ def _sd(
         np.einsum("na,nab,nb->n", g, one.sd.covariance, g)
         for g, one in zip(gain, found, strict=True)
     )
-    at = [_rows(members) for members in index]
+    # Rows of these stations among those of all but the first, the reference.
+    first = [POSE * (np.array([k for k in members if k > 0]) - 1) for members in index]
+    at = [(own[:, None] + np.arange(POSE)).ravel() for own in first]
     by = [
         np.einsum("na,nab->nb", g, one.sd.by_slave)[:, rows]
         for g, one, rows in zip(gain, found, at, strict=True)
@@ -101,13 +103,6 @@ def _sd(
     shared = known.covariance[np.ix_(at[0], at[0])]
     both = np.einsum("na,ab,nb->n", by[0], shared, by[1])
     return np.asarray(np.sqrt(np.maximum(own + 2 * both, 0.0)))
-
-
-def _rows(members: Sequence[int]) -> np.ndarray:
-    """Rows of these stations among those of all but the first, the reference."""
-    others = POSE * (np.array([k for k in members if k > 0]) - 1)
-    rows: np.ndarray = (others[:, None] + np.arange(POSE)).ravel()
-    return rows
 
 
 @dataclass(frozen=True)
@@ -122,9 +117,7 @@ class ClockMap:
     turns: int
 
     def __call__(self, time_s: Floats) -> Floats:
-        """Times of the second clock."""
-        found: Floats = self.offset_s + self.rate * time_s
-        return found
+        return self.offset_s + self.rate * time_s
 
 
 @dataclass(frozen=True)
@@ -183,7 +176,10 @@ def clock_map(a: Hits, b: Hits, stations: Sequence[tuple[int, int]], expected_s:
             f" agree within {1e6 * AGREE_S:g} us, up to {within:g} s from {about:.3f} s; expected"
             " one, of objects in one recording"
         )
-    pairs = [_common(x, y, int(k)) for (x, y), k in zip(both, number[found[0]], strict=True)]
+    pairs = []  # begins of the turns that both saw
+    for (x, y), k in zip(both, number[found[0]], strict=True):
+        rows = np.intersect1d(x.turn + int(k), y.turn, assume_unique=True, return_indices=True)
+        pairs.append((x.begin_s[rows[1]], y.begin_s[rows[2]]))
     t_a, t_b = (np.concatenate(times) for times in zip(*pairs, strict=True))
     if t_a.size < FEWEST_TURNS:
         raise Refusal(f"bar: the objects see {t_a.size} turns in common; expected {FEWEST_TURNS}")
@@ -194,9 +190,3 @@ def clock_map(a: Hits, b: Hits, stations: Sequence[tuple[int, int]], expected_s:
     return ClockMap(
         float(start - rate * middle), 1.0 + float(rate), rms, float(np.ptp(means)), t_a.size
     )
-
-
-def _common(x: _Begins, y: _Begins, number: int) -> tuple[Floats, Floats]:
-    """Begins of the turns that both saw."""
-    _, i, j = np.intersect1d(x.turn + number, y.turn, assume_unique=True, return_indices=True)
-    return x.begin_s[i], y.begin_s[j]

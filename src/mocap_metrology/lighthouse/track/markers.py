@@ -114,7 +114,6 @@ class Markers:
 
     @property
     def duration_s(self) -> float:
-        """From the first frame to the last."""
         return (self.place_m.shape[2] - 1) / self.rate_hz
 
     def at(self, time_s: Floats) -> tuple[Floats, Floats]:
@@ -152,9 +151,7 @@ class Alignment:
     scale: float = 1.0
 
     def time(self, time_s: Floats) -> Floats:
-        """Times of motion capture at times of the track."""
-        found: Floats = self.offset_s + time_s + self.rate * (time_s - self.middle_s)
-        return found
+        return self.offset_s + time_s + self.rate * (time_s - self.middle_s)
 
     def values(self) -> Floats:
         """Offset, rate, lever and scale, in one row."""

@@ -94,7 +94,6 @@ def match(track: Tracked, seen: Markers) -> Match:
 
 
 def _fits(track: Tracked, seen: Markers, known: np.ndarray) -> list[_Fit]:
-    """From every offset that is likely, the best first."""
     fits = [_Fit(track, seen, known, near) for near in offsets(track, seen, known)]
     return sorted((fit for fit in fits if fit.common_s >= LEAST_S), key=lambda fit: -fit.score)
 
@@ -159,8 +158,6 @@ def _sized(fit: _Fit) -> _Fit:
 
 
 class _Fit:
-    """Least squares from near an alignment."""
-
     def __init__(
         self,
         track: Tracked,
@@ -217,25 +214,19 @@ class _Fit:
         variance = self.sigma**2 * max(1.0, CORRELATED_S / step_s)
         M = (flat * w[:, None]).T @ flat / variance + np.diag(known)
         step = -np.linalg.solve(M, flat.T @ (w * r) / variance + known * at)
-        self.found = Alignment(
-            exp(step[:3]) @ found.A,
-            found.b_m + step[3:6],
-            found.offset_s + float(step[6]),
-            found.rate + float(step[7]),
-            found.lever_m + step[8 : 8 + 3 * n].reshape(n, 3),
-            found.middle_s,
-            found.scale + (float(step[-1]) if self.free_scale else 0.0),
-        )
+        A, b_m = exp(step[:3]) @ found.A, found.b_m + step[3:6]
+        clock = found.offset_s + float(step[6]), found.rate + float(step[7])
+        lever_m = found.lever_m + step[8 : 8 + 3 * n].reshape(n, 3)
+        scale = found.scale + (float(step[-1]) if self.free_scale else 0.0)
+        self.found = Alignment(A, b_m, *clock, lever_m, found.middle_s, scale)
         return float(np.sqrt(step @ M @ step / step.size))
 
     @property
     def common_s(self) -> float:
-        """How long both know the motion."""
         return float(self.kept.sum() * np.median(np.diff(self.track.time_s)))
 
     @property
     def rms(self) -> float:
-        """Root mean square of the distances between places, m."""
         return float(np.sqrt(np.mean(np.sum(self.residual[self.kept] ** 2, axis=2))))
 
     @property
@@ -270,8 +261,8 @@ def _turns(fit: _Fit) -> Floats | None:
 
 def offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]:
     """Rough alignments, the best first: time offsets at which the speeds of both are most alike, by
-    their normalised correlation over what is known of both at each lag (Padfield 2012). The speed
-    is that of the board, and of places some way from it, as the markers may be."""
+    their normalised correlation over what is known of both at each lag (Padfield 2012); the speed
+    of the board, and of places some way from it, as the markers may be."""
     step = float(np.median(np.diff(track.time_s)))
     grid = step * np.arange(int(seen.duration_s / step) + 1, dtype=np.float64)
     places, _ = seen.at(grid)

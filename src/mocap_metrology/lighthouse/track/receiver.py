@@ -26,10 +26,9 @@ from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.fits import well_fitted
 from mocap_metrology.lighthouse.calibrate.network import moments
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
-from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
-from mocap_metrology.lighthouse.records import ROLES, Hits, Measurements, Path
-from mocap_metrology.lighthouse.rotation import exp
+from mocap_metrology.lighthouse.records import COVARIANCE_UNITS, ROLES, Hits, Measurements, Path
+from mocap_metrology.lighthouse.rotation import exp, quaternions
 from mocap_metrology.lighthouse.rotor import directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -77,16 +76,10 @@ def first_trajectory(
 def triangulated(
     seen: Sequence[Measurements], board: np.ndarray, R: np.ndarray, t_m: np.ndarray
 ) -> Path:
-    """Poses at the moments at which both stations see three diodes that span a surface.
-
-    seen: ideal angles of both stations at the same moments.
-    """
-    a, b = (
-        np.stack(
-            [np.ones(own.angles_rad.shape[:2]), *np.moveaxis(np.tan(own.angles_rad), 2, 0)], -1
-        )
-        for own in seen
-    )
+    """Poses at the moments at which both stations see three diodes that span a surface; seen: ideal
+    angles of both at the same moments."""
+    tangents = [np.moveaxis(np.tan(own.angles_rad), 2, 0) for own in seen]
+    a, b = (np.stack([np.ones_like(own[0]), *own], -1) for own in tangents)
     b = b @ R.T
     aa, ab, bb = (np.einsum("ndi,ndi->nd", *pair) for pair in ((a, a), (a, b), (b, b)))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -99,7 +92,8 @@ def triangulated(
     enough = known.sum(axis=1) >= FEWEST_POINTS
     wide = well_posed(Measurements(seen[0].time_s[enough], shared[enough]), board).time_s
     rows = np.flatnonzero(np.isin(seen[0].time_s, wide))
-    return _path(seen[0].time_s[rows], *_superposed(points[rows], known[rows], board))
+    R, t_m = _superposed(points[rows], known[rows], board)
+    return Path(seen[0].time_s[rows], R, t_m, *3 * [np.zeros(rows.size)])
 
 
 def _superposed(
@@ -114,11 +108,6 @@ def _superposed(
     U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
     R = U @ Vt
     return R, centre - np.einsum("nij,nj->ni", R, own)
-
-
-def _path(time_s: np.ndarray, R: np.ndarray, t_m: np.ndarray) -> Path:
-    nothing = np.zeros(time_s.size)
-    return Path(time_s, R, t_m, nothing, nothing, nothing)
 
 
 @dataclass(frozen=True)
@@ -177,13 +166,8 @@ def spread(
 
     by_slave = by_all @ K
     total = by_all @ every @ np.swapaxes(by_all, 1, 2) + of_hits
-    return Spread(
-        sd(by_all, of_noise, hits),
-        sd(by_slave, covariance),
-        np.sqrt(np.maximum(np.einsum("naa->na", total), 0.0)),
-        by_slave,
-        total,
-    )
+    of_total = np.sqrt(np.maximum(np.einsum("naa->na", total), 0.0))
+    return Spread(sd(by_all, of_noise, hits), sd(by_slave, covariance), of_total, by_slave, total)
 
 
 def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Floats, Floats]:
@@ -192,8 +176,7 @@ def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Fl
     trajectory = one.trajectory
     first, weights = trajectory.basis(time_s)
     near = first[:, None] + np.arange(4)
-    of_hits = np.zeros((time_s.size, POSE, POSE))
-    pose_blocks(selected_inverse(parts.factor), first, weights, of_hits)
+    of_hits = pose_blocks(selected_inverse(parts.factor), first, weights)
     rows = parts.A_C.reshape(-1, POSE, parts.A_C.shape[1])
     by = np.zeros((time_s.size, *rows.shape[1:]))
     for i in range(4):
@@ -219,7 +202,6 @@ class Calibrated:
 
     @property
     def poses(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Poses of all stations, the reference first."""
         others = zip(self.R.reshape(-1, 3, 3), self.t_m.reshape(-1, 3), strict=True)
         return [(np.eye(3), np.zeros(3)), *others]
 
@@ -245,10 +227,7 @@ class Track:
 
 def track(scene: Scene, known: Calibrated, time_s: Floats | None = None) -> Track:
     """Poses of the board of `scene` along its recording, or at times within it, with stations as
-    `known`.
-
-    Raises `Refusal` where no pose of it can be found.
-    """
+    `known`. Raises `Refusal` where no pose of it can be found."""
     scene, hits = replace(scene, known_pose=True), scene.hits
     rotors = scene.rotors
     trajectory = None
@@ -284,8 +263,6 @@ def along(
 
 def columns(found: Track | None) -> dict[str, np.ndarray]:
     """track.parquet: one row a moment; no rows without a track."""
-    from scipy.spatial.transform import Rotation
-
     if found is None:
         nothing = np.zeros((0, 6))
         sd = Spread(nothing, nothing, nothing, *2 * [np.zeros((0, 6, 6))])
@@ -293,7 +270,7 @@ def columns(found: Track | None) -> dict[str, np.ndarray]:
         found = Track(nothing[:, 0], R, nothing[:, :3], count, nothing[:, 0], sd, "")
     q, seen = np.full((found.time_s.size, 4), np.nan), found.hits.any(axis=1)
     if seen.any():
-        q[seen] = Rotation.from_matrix(found.R[seen]).as_quat(canonical=True)
+        q[seen] = quaternions(found.R[seen])
     parts = {"time_s": found.time_s}
     parts |= dict(zip(("x_mm", "y_mm", "z_mm"), 1e3 * found.t_m.T, strict=True))
     parts |= dict(zip(("qx", "qy", "qz", "qw"), q.T, strict=True))

@@ -58,7 +58,6 @@ class Resected:
 
     @property
     def relative(self) -> list[Pose]:
-        """Poses of the stations but the reference, in its frame."""
         (R_0, t_0), *others = self.poses
         return [(R_0.T @ R, R_0.T @ (t - t_0)) for R, t in others]
 
@@ -125,7 +124,7 @@ def resect(
     rotors, fit = scene.rotors[members], _Fit(start, np.zeros(COMMON))
     for _ in range(ROUNDS):
         found = [_normal(own, k, fit, rotors[k]) for k, own in enumerate(light)]
-        H, g = _sum([one.H for one in found]), _sum([one.g for one in found])
+        H, g = np.sum([one[0] for one in found], axis=0), np.sum([one[1] for one in found], axis=0)
         M, pull = H.sum(axis=0) + fit.prior, g.sum(axis=0) + fit.prior @ fit.at
         step = solved(M, -pull)
         fit = fit.moved(step)
@@ -133,7 +132,7 @@ def resect(
             break
     others = [fit.moved(solved(M - H[b], g[b] - pull)) for b in range(BLOCKS)]
     covariance = _covariance(fit, others, H.sum(axis=0), M)
-    hits, rms = [own.angle_rad.size for own in light], [one.rms_rad for one in found]
+    hits, rms = [own.angle_rad.size for own in light], [one[2] for one in found]
     return Resected(members, fit.poses, covariance, hits, rms)
 
 
@@ -160,7 +159,6 @@ class _Fit:
 
 
 def as_tracked(found: Track) -> Tracked:
-    """Its poses and their noise."""
     noise = np.sqrt(np.mean(found.sd.noise[:, :3] ** 2, axis=1))
     return Tracked(found.time_s, found.R, found.t_m, noise)
 
@@ -188,18 +186,9 @@ def _light(scene: Scene, k: int, track: Tracked, seen: Markers, known: Alignment
     return _Light(*mean, Q, arm, hits.axis, hits.angle_rad, block)
 
 
-@dataclass(frozen=True)
-class _Normal:
+def _normal(own: _Light, k: int, fit: _Fit, rotors: Floats) -> tuple[Floats, Floats, float]:
     """Normal equations H (blocks, u, u), g (blocks, u) of a station's hits, over the variance of
     their residuals; and the rms of these."""
-
-    H: Floats
-    g: Floats
-    rms_rad: float
-
-
-def _normal(own: _Light, k: int, fit: _Fit, rotors: Floats) -> _Normal:
-    """Normal equations of the hits of a station at the present values."""
     (R, t), n = fit.poses[k], len(fit.poses)
     lever, turn, offset = fit.common[:3], fit.common[3:6], fit.common[6]
     arm = own.diode_m @ exp(turn).T - lever
@@ -229,7 +218,7 @@ def _normal(own: _Light, k: int, fit: _Fit, rotors: Floats) -> _Normal:
         at = own.block == b
         weighed = J[at] * w[at, None] / rms**2
         H[b], g[b] = weighed.T @ J[at], weighed.T @ r[at]
-    return _Normal(H, g, rms)
+    return H, g, rms
 
 
 def _covariance(fit: _Fit, others: list[_Fit], H: Floats, M: Floats) -> Floats:
@@ -259,12 +248,6 @@ def relative_by_poses(poses: Sequence[Pose]) -> Floats:
     return D
 
 
-def _sum(parts: Sequence[Floats]) -> Floats:
-    total: Floats = np.sum(parts, axis=0)
-    return total
-
-
 def _between(a: Sequence[Pose], b: Sequence[Pose]) -> Floats:
-    """Steps from poses to others."""
     pairs = zip(a, b, strict=True)
     return np.concatenate([np.r_[t_b - t_a, error(R_b, R_a)] for (R_a, t_a), (R_b, t_b) in pairs])

@@ -16,8 +16,6 @@ checkpoint sweeps:
         check=f"{FOLDER}/check.json",
     log:
         "<logs>/sweeps/{calibration}.log",
-    benchmark:
-        "<benchmarks>/sweeps/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
@@ -46,8 +44,6 @@ rule pose:
         allan=f"{FOLDER}/allan.parquet",
     log:
         "<logs>/pose/{calibration}.log",
-    benchmark:
-        "<benchmarks>/pose/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     priority: 5
@@ -76,8 +72,6 @@ rule calibration_bar:
         **tables(BAR_OF_CALIBRATION),
     log:
         "<logs>/calibration_bar/{calibration}.log",
-    benchmark:
-        "<benchmarks>/calibration_bar/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
@@ -105,8 +99,6 @@ rule calibration_receiver:
         **tables(RECEIVER),
     log:
         "<logs>/calibration_receiver/{calibration}.log",
-    benchmark:
-        "<benchmarks>/calibration_receiver/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
@@ -144,8 +136,6 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             collect("<results>/calibrations/{row.name}/allan.parquet", row=at_rest(BATCH)),
         log:
             f"<logs>/calibration_twins/{BATCH[0].name}.log",
-        benchmark:
-            f"<benchmarks>/calibration_twins/{BATCH[0].name}.tsv"
         resources:
             mem_mb=memory(1000),
             runtime=minutes(30),
@@ -173,8 +163,6 @@ rule calibration_figures:
         figures_of_calibration(),
     log:
         "<logs>/calibration_figures/{calibration}.log",
-    benchmark:
-        "<benchmarks>/calibration_figures/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="twin"),
     resources:
@@ -202,8 +190,6 @@ rule calibrate_setup:
         "<results>/setups/{group}/{setup}/pose.json",
     log:
         "<logs>/calibrate_setup/{group}/{setup}.log",
-    benchmark:
-        "<benchmarks>/calibrate_setup/{group}/{setup}.tsv"
     resources:
         mem_mb=memory(1500),
         runtime=minutes(30),
@@ -228,8 +214,6 @@ rule calibration_tables:
         tables_of_group("calibrations", "track", "angles"),
     log:
         "<logs>/calibration_tables/{group}.log",
-    benchmark:
-        "<benchmarks>/calibration_tables/{group}.tsv"
     localrule: True
     resources:
         mem_mb=memory(500),

@@ -73,7 +73,6 @@ NOISE = ("noise", "annealing", "allan", "hampel", "seed")
 pathvars:
     results=config["results"],
     logs="<results>/logs",
-    benchmarks="<results>/benchmarks",
 
 
 wildcard_constraints:

@@ -14,8 +14,6 @@ rule group_tables:
         multiqc="<results>/tables/{group}_mqc.json",
     log:
         "<logs>/group_tables/{group}.log",
-    benchmark:
-        "<benchmarks>/group_tables/{group}.tsv"
     resources:
         mem_mb=memory(500),
         runtime=minutes(10),
@@ -39,8 +37,6 @@ rule noise_tables:
         tables_of_group("gaussian", "outliers", "allan", "noise"),
     log:
         "<logs>/noise_tables/{group}.log",
-    benchmark:
-        "<benchmarks>/noise_tables/{group}.tsv"
     resources:
         mem_mb=memory(500),
         runtime=minutes(10),
@@ -253,8 +249,6 @@ for NAME, OF in COMPARISONS.items():
             **outputs_of_group(**OF["output"]),
         log:
             f"<logs>/{NAME}/{{group}}.log",
-        benchmark:
-            f"<benchmarks>/{NAME}/{{group}}.tsv"
         resources:
             mem_mb=memory(1500),
             runtime=minutes(30),
@@ -282,8 +276,6 @@ rule monitor:
         json="<results>/monitors/{monitor}/monitor.json",
     log:
         "<logs>/monitor/{monitor}.log",
-    benchmark:
-        "<benchmarks>/monitor/{monitor}.tsv"
     resources:
         mem_mb=memory(500),
         runtime=minutes(10),

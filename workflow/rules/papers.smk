@@ -29,8 +29,6 @@ rule skurowski_theory:
         png=[f"<results>/figures/skurowski_fig{n:02d}.png" for n in (1, 2, 3)],
     log:
         "<logs>/skurowski_theory.log",
-    benchmark:
-        "<benchmarks>/skurowski_theory.tsv"
     resources:
         mem_mb=memory(1000),
         runtime=minutes(10),
@@ -49,8 +47,6 @@ rule expected_noise:
         of_each("expected.csv", PRINTED),
     log:
         "<logs>/expected_noise.log",
-    benchmark:
-        "<benchmarks>/expected_noise.tsv"
     resources:
         mem_mb=memory(1000),
         runtime=minutes(60),
@@ -81,8 +77,6 @@ rule skurowski:
         [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (6, *range(9, 18))],
     log:
         "<logs>/skurowski.log",
-    benchmark:
-        "<benchmarks>/skurowski.tsv"
     resources:
         mem_mb=memory(2000),
         runtime=minutes(30),
@@ -125,8 +119,6 @@ rule skurowski_case:
         "<results>/figures/skurowski_fig{number}.png",
     log:
         "<logs>/skurowski_case/{number}.log",
-    benchmark:
-        "<benchmarks>/skurowski_case/{number}.tsv"
     wildcard_constraints:
         number="|".join(CASES),
     resources:
@@ -208,8 +200,6 @@ rule jansen:
         [f"<results>/figures/jansen_fig{n:02d}.png" for n in JANSEN_FIGURES],
     log:
         "<logs>/jansen.log",
-    benchmark:
-        "<benchmarks>/jansen.tsv"
     resources:
         mem_mb=memory(1000),
         runtime=minutes(10),
@@ -236,8 +226,6 @@ rule jansen_stations:
         md="<results>/tables/jansen2019-v2_stations.md",
     log:
         "<logs>/jansen_stations.log",
-    benchmark:
-        "<benchmarks>/jansen_stations.tsv"
     localrule: True
     resources:
         mem_mb=memory(500),
@@ -257,8 +245,6 @@ rule jansen_study:
         "<results>/jansen_studies/{study}.csv",
     log:
         "<logs>/jansen_study/{study}.log",
-    benchmark:
-        "<benchmarks>/jansen_study/{study}.tsv"
     wildcard_constraints:
         study="|".join(JANSEN_STUDIES),
     resources:
@@ -290,8 +276,6 @@ rule jansen_studies:
         ),
     log:
         "<logs>/jansen_studies.log",
-    benchmark:
-        "<benchmarks>/jansen_studies.tsv"
     resources:
         mem_mb=memory(1000),
         runtime=minutes(10),
@@ -336,8 +320,6 @@ rule claims:
         md="<results>/tables/claims.md",
     log:
         "<logs>/claims.log",
-    benchmark:
-        "<benchmarks>/claims.tsv"
     resources:
         mem_mb=memory(1500),
         runtime=minutes(30),

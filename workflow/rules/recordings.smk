@@ -11,6 +11,7 @@ MEASURED_FILES = files(selection.paths)
 ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
 ORIGIN = ("recording", "source", "twin", "pairs")  # what tables are marked with
 OF_BAR = ("bar", "length_mm", "length_u_mm", "bar_pose")
+PICTURES = ("verdict", "adev", "trajectory", "diagnosis")
 BAR_TAKE = "<results>/recordings/{recording}/bar.parquet"
 READ_AS_BAR = {  # params of both rules
     "code": source("take_bar.py"),
@@ -32,8 +33,6 @@ checkpoint clean:
         outliers=CLEANED[2],
     log:
         "<logs>/clean/{recording}.log",
-    benchmark:
-        "<benchmarks>/clean/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="measured", about="noise"),
     priority: 10
@@ -63,8 +62,6 @@ rule clean_twin:
         outliers=CLEANED[2],
     log:
         "<logs>/clean/{recording}.log",
-    benchmark:
-        "<benchmarks>/clean/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="twin", about="noise"),
     resources:
@@ -94,8 +91,6 @@ checkpoint take_bar:
         take=BAR_TAKE,
     log:
         "<logs>/take_bar/{recording}.log",
-    benchmark:
-        "<benchmarks>/take_bar/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="measured", about="bar"),
     priority: 10
@@ -119,8 +114,6 @@ rule take_bar_twin:
         take=BAR_TAKE,
     log:
         "<logs>/take_bar/{recording}.log",
-    benchmark:
-        "<benchmarks>/take_bar/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="twin", about="bar"),
     resources:
@@ -147,8 +140,6 @@ rule bar:
         filters=multiext("<results>/recordings/{recording}/", "noise_ros.yaml", "px4.params"),
     log:
         "<logs>/bar/{recording}.log",
-    benchmark:
-        "<benchmarks>/bar/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(about="bar"),
     resources:
@@ -179,8 +170,6 @@ rule noise:
         periodogram="<results>/recordings/{recording}/periodogram.parquet",
     log:
         "<logs>/noise/{recording}.log",
-    benchmark:
-        "<benchmarks>/noise/{recording}.tsv"
     priority: 5
     resources:
         mem_mb=memory(1000, arrays=9),
@@ -205,17 +194,16 @@ rule verdict:
         collect(
             "<results>/recordings/{{recording}}/{file}",
             file=[
-                *("verdict.png", "adev.svg", "adev.png", "trajectory.svg", "trajectory.png"),
+                *(f"{name}.svg" for name in PICTURES if name != "verdict"),
+                *(f"{name}.png" for name in PICTURES if config["png"]),
                 *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
-                *("diagnosis.svg", "diagnosis.png", "noise_ros.yaml", "px4.params"),
+                *("noise_ros.yaml", "px4.params"),
             ],
         ),
         json="<results>/recordings/{recording}/verdict.json",
         fits=directory("<results>/recordings/{recording}/fit"),
     log:
         "<logs>/verdict/{recording}.log",
-    benchmark:
-        "<benchmarks>/verdict/{recording}.tsv"
     resources:
         mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=3.5),
@@ -225,6 +213,7 @@ rule verdict:
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         settings=settings("diagnosis", "still", "verdict", allan=["confidence"]),
         fits=config["fit_figures"],
+        png=config["png"],
     message:
         "{wildcards.recording}: diagnosis, verdict and figures"
     script:
@@ -293,8 +282,6 @@ for NAME, OF in FURTHER.items():
             **OF["output"],
         log:
             f"<logs>/{NAME}/{{recording}}.log",
-        benchmark:
-            f"<benchmarks>/{NAME}/{{recording}}.tsv"
         resources:
             mem_mb=memory(1000, arrays=12),
             runtime=minutes(30, seconds=3.0),

@@ -37,8 +37,6 @@ rule pages:
         details=directory("<results>/details"),
     log:
         "<logs>/pages.log",
-    benchmark:
-        "<benchmarks>/pages.tsv"
     resources:
         mem_mb=memory(500),
         runtime=minutes(10),
@@ -80,8 +78,6 @@ rule provenance:
         json="<results>/provenance.json",
     log:
         "<logs>/provenance.log",
-    benchmark:
-        "<benchmarks>/provenance.tsv"
     resources:
         mem_mb=memory(500),
         runtime=minutes(10),

@@ -24,8 +24,6 @@ rule gate:
         "<results>/gate/{target}.json",
     log:
         "<logs>/gate/{target}.log",
-    benchmark:
-        "<benchmarks>/gate/{target}.tsv"
     retries: 0  # what is refused stays so
     localrule: True
     resources:

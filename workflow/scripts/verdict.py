@@ -17,12 +17,12 @@ with step(snakemake) as log:
     diagnosis = diagnose(results, settings)
     for one in diagnosis.sentences:
         log.info("%s: %s: %s", one.severity, one.kind, one.words)
-    figures.draw_diagnosis(diagnosis, results, settings)
+    figures.draw_diagnosis(diagnosis, results, settings, given.png)
     del diagnosis
     document = verdict(results, given.row, settings)
     log.info("%s", "\n".join(verdict_lines(document)))
-    figures.draw_verdict(document, results.folder)
-    figures.draw_allan(results)
-    figures.draw_trajectory(results)
+    figures.draw_verdict(document, results.folder, given.png)
+    figures.draw_allan(results, given.png)
+    figures.draw_trajectory(results, given.png)
     chosen = figures.decisive(document) if given.fits is None else given.fits
-    figures.draw_fits(results, snakemake.output.fits, chosen)
+    figures.draw_fits(results, snakemake.output.fits, chosen, given.png)

@@ -1,4 +1,4 @@
-"""Figures of a recording, out of the tables of its steps."""
+"""Figures of a recording, out of the tables of its steps, as SVG, and as PNG too (`png`)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from mocap_metrology.recording.verdict import Diagnosed
 from mocap_metrology.settings import Settings
 
 
-def draw_allan(results: Results) -> None:
+def draw_allan(results: Results, png: bool = True) -> None:
     """Allan deviations of every series as recorded, gross outliers masked."""
     allan, origin = results.allan_masked.columns, results.allan_masked.origin
     pairs = results.allan_masked.pairs
@@ -39,10 +39,10 @@ def draw_allan(results: Results) -> None:
         expected=[*coordinate_names(len(origin["labels"])), *distances],
         confidence=origin["allan"]["confidence"],
     )
-    save(picture, results.folder / "adev")
+    save(picture, results.folder / "adev", png)
 
 
-def draw_trajectory(results: Results) -> None:
+def draw_trajectory(results: Results, png: bool = True) -> None:
     """Every series over time, and which samples the filter replaced."""
     raw, origin, cleaned = results.raw, results.clean.origin, results.clean.coordinates
     recorded = every_series(raw.coordinates, raw.pairs)
@@ -55,10 +55,13 @@ def draw_trajectory(results: Results) -> None:
     hampel, frames = origin["hampel"], origin["window_frames"]
     filtered = f"Hampel filter, {hampel['n_sigma']:g} sigma, {frames} frames: {hampel['action']}."
     texts = Texts(f"{origin['recording']}: trajectory", _source(origin), filtered)
-    save(trajectory_figure(recorded, cleaned, changed, rate, texts), results.folder / "trajectory")
+    picture = trajectory_figure(recorded, cleaned, changed, rate, texts)
+    save(picture, results.folder / "trajectory", png)
 
 
-def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -> None:
+def draw_diagnosis(
+    diagnosis: Diagnosed, results: Results, settings: Settings, png: bool = True
+) -> None:
     """What shows that something is wrong with a recording."""
     origin = results.raw.origin
     remarks = (
@@ -71,12 +74,12 @@ def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -
     source = f"Source: {source_words(origin)}."
     texts = Texts(f"{origin['recording']}: diagnosis", source, remarks)
     picture = diagnosis_figure(diagnosis.recording, diagnosis.found, texts)
-    save(picture, results.folder / "diagnosis")
+    save(picture, results.folder / "diagnosis", png)
 
 
-def draw_verdict(document: Mapping[str, Any], folder: Path) -> None:
+def draw_verdict(document: Mapping[str, Any], folder: Path, png: bool = True) -> None:
     """Uncertainties, limits, causes. document: contents of verdict.json."""
-    save(verdict_figure(document), folder / "verdict")
+    save(verdict_figure(document), folder / "verdict", png)
 
 
 def decisive(document: Mapping[str, Any]) -> set[str]:
@@ -89,7 +92,9 @@ def decisive(document: Mapping[str, Any]) -> set[str]:
     return {decided, "L"}
 
 
-def draw_fits(results: Results, folder: str | Path, chosen: Collection[str] | None) -> None:
+def draw_fits(
+    results: Results, folder: str | Path, chosen: Collection[str] | None, png: bool = True
+) -> None:
     """A figure for each of these series (None: all) that has coefficients: data, models, components
     and residuals."""
     allan, origin = results.allan_masked.columns, results.allan_masked.origin
@@ -115,7 +120,7 @@ def draw_fits(results: Results, folder: str | Path, chosen: Collection[str] | No
                 origin["frame_rate_hz"],
                 origin["allan"]["confidence"],
             )
-            save(picture, part / series)
+            save(picture, part / series, png)
 
 
 def _source(origin: Metadata) -> str:

@@ -31,7 +31,9 @@ OF_THE_END = {"of_the_end": True}  # of what the run itself reports
 CLEARED = "\r\x1b[K"  # clears the progress bar, on a terminal
 
 BEGAN_S = time.perf_counter()
-KIBIBYTES = 1 if sys.platform == "linux" else 1024  # of the unit in which the peak of memory is told
+KIBIBYTE = 1 if sys.platform == "linux" else 1024  # in units of the peak of memory
+    1 if sys.platform == "linux" else 1024
+)  # of the unit in which the peak of memory is told
 gc.set_threshold(100_000, 50, 100)  # a step ends before there is much to collect
 logging.addLevelName(RESULT, "RESULT")
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a job without a traceback
@@ -111,7 +113,7 @@ def _write_cost(path: Path) -> None:
     from mocap_metrology.common.files import write_text
 
     used = resource.getrusage(resource.RUSAGE_SELF)
-    megabytes = used.ru_maxrss / KIBIBYTES / 1024
+    megabytes = used.ru_maxrss / KIBIBYTE / 1024
     cost = time.perf_counter() - BEGAN_S, megabytes, used.ru_utime + used.ru_stime
     values = "\t".join(f"{value:.2f}" for value in cost)
     write_text(path.with_suffix(".tsv"), f"s\tmax_rss\tcpu_time\n{values}\n")

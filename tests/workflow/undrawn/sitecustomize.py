@@ -11,7 +11,7 @@ from pathlib import Path
 DRAWN = os.environ["DRAWN"]
 FIGURE = "mocap_metrology.present.plot.figure"
 DOT = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:dc="http://purl.org/dc/elements/1.1/"
-width="9" height="9"><metadata><dc:title>{}</dc:title>
+width="9" height="9"><title>{}</title><metadata>
 <dc:description>{}</dc:description></metadata><rect width="9"/></svg>"""
 
 

@@ -301,6 +301,12 @@ def _lay_out(figure: Figure) -> None:
     if engine := figure.get_layout_engine():
         figure.set_dpi(DPI)  # laid out as the PNG is drawn: hinting makes small text wider,
         FigureCanvasAgg(figure)  # by the same renderer, which measures every text once
+        for axes in figure.axes:
+            for axis, near, far in ((axes.xaxis, "bottom", "top"), (axes.yaxis, "left", "right")):
+                if not axis.get_label_text():
+                    axis.set_label_coords(0, 0)  # else its place is found at every look
+                if axis.get_ticks_position() == near:
+                    axes.spines[far].set_in_layout(False)  # which asks for all ticks
         engine.execute(figure)
         figure.set_layout_engine(None)
 
@@ -314,7 +320,7 @@ def caption_of(image: str | Path) -> tuple[str, str]:
     """Title and caption of a saved SVG or PNG, empty where it has none."""
     if Path(image).suffix == ".svg":
         text = Path(image).read_text(encoding="utf-8").partition("</metadata>")[0]
-        found = (re.search(f"<dc:{key}>(.*)</dc:{key}>", text) for key in ("title", "description"))
+        found = (re.search(f"<{key}>(.*)</{key}>", text) for key in ("title", "dc:description"))
         title, caption = (html.unescape(one[1]) if one else "" for one in found)
         return title, caption
     from PIL import Image

@@ -10,7 +10,7 @@ from snakemake.exceptions import WorkflowError
 from mocap_metrology.calibration.tables import BAR as BAR_OF_CALIBRATION
 from mocap_metrology.calibration.tables import DECODED, ESTIMATED, RECEIVER
 from mocap_metrology.present.text import captions
-from mocap_workflow import given, needs, remote, runs, selection, startup
+from mocap_workflow import forks, given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_metrology.common.entries import load_twins
@@ -54,6 +54,7 @@ reporting.without_markup()
 
 onstart:
     runs.without_rate_limit(workflow.scheduler)
+    forks.serve(len(list(workflow.dag.needrun_jobs())))
 
 
 CONTENTS = given.contents(

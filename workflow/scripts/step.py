@@ -30,10 +30,11 @@ LATER = "MOCAP_METROLOGY_REASONS_LATER"  # set by a run that itself reports why 
 OF_THE_END = {"of_the_end": True}  # of what the run itself reports
 CLEARED = "\r\x1b[K"  # clears the progress bar, on a terminal
 
-BEGAN_S = time.perf_counter()
+if FORKS := os.environ.pop("MOCAP_METROLOGY_FORKS", ""):  # set by a run, see forks.py
+    from mocap_workflow import forks
+
+    forks.hand_over(FORKS)
 KIBIBYTE = 1 if sys.platform == "linux" else 1024  # in units of the peak of memory
-    1 if sys.platform == "linux" else 1024
-)  # of the unit in which the peak of memory is told
 gc.set_threshold(100_000, 50, 100)  # a step ends before there is much to collect
 logging.addLevelName(RESULT, "RESULT")
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a job without a traceback
@@ -75,6 +76,7 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
     from mocap_metrology.common.errors import Damaged, Refusal, is_full, one_line
     from mocap_metrology.common.files import verify
 
+    began_s = time.perf_counter()
     results = Path(snakemake.config["results"])
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -85,7 +87,8 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
                 if _inside(given, results):
                     verify(given)
             yield log
-            _write_cost(results / "benchmarks" / path.relative_to(results / "logs"))
+            cost = results / "benchmarks" / path.relative_to(results / "logs")
+            _write_cost(cost.with_suffix(".tsv"), time.perf_counter() - began_s)
         except Damaged as damaged:
             remedy = "delete it and"
             if _inside(damaged.path, results):  # and no recording of a user
@@ -107,16 +110,16 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
             sys.exit(1)
 
 
-def _write_cost(path: Path) -> None:
-    """Time (s), peak of memory (MB) and CPU time (s) of this job. Snakemake's own `benchmark` looks
+def _write_cost(path: Path, time_s: float) -> None:
+    """Time, peak of memory (MB) and CPU time (s) of this job. Snakemake's own `benchmark` looks
     at a job twice a second, which takes a twentieth of a run, and sees nothing of a short one."""
     from mocap_metrology.common.files import write_text
 
     used = resource.getrusage(resource.RUSAGE_SELF)
     megabytes = used.ru_maxrss / KIBIBYTE / 1024
-    cost = time.perf_counter() - BEGAN_S, megabytes, used.ru_utime + used.ru_stime
+    cost = time_s, megabytes, used.ru_utime + used.ru_stime
     values = "\t".join(f"{value:.2f}" for value in cost)
-    write_text(path.with_suffix(".tsv"), f"s\tmax_rss\tcpu_time\n{values}\n")
+    write_text(path, f"s\tmax_rss\tcpu_time\n{values}\n")
 
 
 def _inside(path: str | Path, folder: Path) -> bool:

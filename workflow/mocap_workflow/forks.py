@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import importlib
 import json
 import os
 import runpy
@@ -25,7 +26,10 @@ from pathlib import Path
 
 ADDRESS = "MOCAP_METROLOGY_FORKS"  # in the environment of jobs
 LEAST_JOBS = 8  # of a run, from which it pays
-USED = ("scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.spatial.transform", "scipy.stats")
+USED = (  # beside what modules import when they are: first one thread
+    *("step", "pyarrow.parquet", "scipy.ndimage", "scipy.optimize"),
+    *("scipy.signal", "scipy.spatial.transform", "scipy.stats"),
+)
 
 
 def serve(n_jobs: int) -> None:
@@ -36,7 +40,7 @@ def serve(n_jobs: int) -> None:
         paths = os.pathsep.join(map(str, (place, place / "scripts", *sys.path)))
         command = [sys.executable, "-m", "mocap_workflow.forks", f"{folder}/socket"]
         environment = os.environ | {"PYTHONPATH": paths}
-        subprocess.Popen(command, stdin=subprocess.PIPE, env=environment, start_new_session=False)
+        subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
         os.environ[ADDRESS] = f"{folder}/socket"
 
 
@@ -47,7 +51,7 @@ def hand_over(address: str) -> None:
         link.connect(address)
     except OSError:
         return
-    told = json.dumps([sys.argv[0], os.getcwd(), dict(os.environ)]).encode()
+    told = json.dumps([sys.argv[0], str(Path.cwd()), dict(os.environ)]).encode()
     socket.send_fds(link, [len(told).to_bytes(4)], [0, 1, 2])
     link.sendall(told)
     status = link.recv(1)
@@ -56,22 +60,20 @@ def hand_over(address: str) -> None:
 
 def main(address: str) -> None:
     """Load everything, then fork until the run ends, which closes the standard input."""
-    import step  # noqa: F401  # one thread
-
+    for name in USED:
+        importlib.import_module(name)
     from mocap_metrology.common import compiled
     from mocap_metrology.present.plot.figure import import_matplotlib
 
     compiled.warm()  # which imports every module
     import_matplotlib()
-    for name in ("pyarrow.parquet", *USED):
-        __import__(name)
     gc.freeze()
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     with contextlib.closing(socket.socket(socket.AF_UNIX)) as listener:
         listener.bind(address)
         listener.listen(64)
-        while sys.stdin not in (ready := select.select([listener, sys.stdin], [], [])[0]):
-            link, _ = listener.accept() if ready else (None, None)
+        while sys.stdin not in select.select([listener, sys.stdin], [], [])[0]:
+            link, _ = listener.accept()
             if os.fork() == 0:
                 listener.close()
                 _work(link)

@@ -54,7 +54,8 @@ reporting.without_markup()
 
 onstart:
     runs.without_rate_limit(workflow.scheduler)
-    forks.serve(len(list(workflow.dag.needrun_jobs())))
+    if workflow.local_exec:
+        forks.serve(len(list(workflow.dag.needrun_jobs())))
 
 
 CONTENTS = given.contents(

@@ -7,6 +7,7 @@ process answers (the first jobs of a run, other hosts), a job does its work itse
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import gc
 import importlib
@@ -15,7 +16,6 @@ import os
 import runpy
 import select
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -40,8 +40,9 @@ def serve(n_jobs: int) -> None:
         paths = os.pathsep.join(map(str, (place, place / "scripts", *sys.path)))
         command = [sys.executable, "-m", "mocap_workflow.forks", f"{folder}/socket"]
         environment = os.environ | {"PYTHONPATH": paths}
-        subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
+        server = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
         os.environ[ADDRESS] = f"{folder}/socket"
+        atexit.register(server.communicate)  # ends and awaits it
 
 
 def hand_over(address: str) -> None:
@@ -68,22 +69,29 @@ def main(address: str) -> None:
     compiled.warm()  # which imports every module
     import_matplotlib()
     gc.freeze()
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     with contextlib.closing(socket.socket(socket.AF_UNIX)) as listener:
         listener.bind(address)
         listener.listen(64)
-        while sys.stdin not in select.select([listener, sys.stdin], [], [])[0]:
-            link, _ = listener.accept()
-            if os.fork() == 0:
-                listener.close()
-                _work(link)
-            link.close()
+        while sys.stdin not in (ready := select.select([listener, sys.stdin], [], [], 1.0)[0]):
+            if ready:
+                link, _ = listener.accept()
+                if os.fork() == 0:
+                    listener.close()
+                    _work(link)
+                link.close()
+            _reap()
     shutil.rmtree(Path(address).parent, ignore_errors=True)
+
+
+def _reap() -> None:
+    """Clear forks that have ended, whose time then counts as this process's."""
+    with contextlib.suppress(ChildProcessError):  # there is none
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
 
 
 def _work(link: socket.socket) -> None:
     """Run the script that is told of through the link, as in its own process."""
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     size, files, *_ = socket.recv_fds(link, 4, 3)
     for number, file in enumerate(files):
         os.dup2(file, number)

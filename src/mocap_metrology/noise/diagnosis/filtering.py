@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -179,31 +181,46 @@ def filtered_avar(density: Density, one: Filter, m: np.ndarray, rate_hz: float) 
 
     Followed cycle by cycle up to 40/tau, beyond with 3/8 for the sine.
     """
+    grid, fast = _grids(tuple(m), rate_hz)
+    slow = density(grid.f) * one.gain(grid.f, rate_hz) ** 2 * grid.weight
+    beyond = density(fast.f) * one.gain(fast.f, rate_hz) ** 2 * fast.weight
+    later = np.append(np.cumsum(beyond[::-1])[::-1], 0.0)
+    cut = np.append(beyond, 0.0)[fast.first] * fast.cut
+    return (np.add.reduceat(slow, grid.first) + later[fast.first] + cut) / np.square(m, dtype=float)
+
+
+class Grid(NamedTuple):
+    """Frequencies and weights (n,) of sums; the first of each sum (k,), and the share of it that is
+    in the sum, less one."""
+
+    f: np.ndarray
+    weight: np.ndarray
+    first: np.ndarray
+    cut: np.ndarray
+
+
+@lru_cache(maxsize=2)
+def _grids(m: Sequence[int], rate_hz: float) -> tuple[Grid, Grid]:
+    """For `filtered_avar`: all sums cycle by cycle behind each other; beyond, each to the end."""
     tau0, nyquist = 1 / rate_hz, rate_hz / 2
-    out = np.empty(len(m))
-    fast, fast_weight = _log_grid(CYCLES / (m[-1] * tau0), nyquist)
-    fast_value = density(fast) * one.gain(fast, rate_hz) ** 2 * fast_weight
-    fast_value = 2 * 3 / 8 * fast_value / np.sin(np.pi * fast * tau0) ** 2
-    for k, size in enumerate(np.asarray(m, float)):
-        edge = min(CYCLES / (size * tau0), nyquist)
-        low = 1e-4 / (size * tau0)
-        slow, weight = _log_grid(low, min(0.5 / (size * tau0), edge))
+    parts = []
+    fast, weight = _log_grid(CYCLES / (m[-1] * tau0), nyquist)
+    edges = np.minimum(CYCLES / (np.asarray(m) * tau0), nyquist)
+    for size, edge in zip(m, edges.tolist(), strict=True):
+        slow, own = _log_grid(1e-4 / (size * tau0), min(0.5 / (size * tau0), edge))
         cycles = (edge - slow[-1]) * size * tau0
         linear = np.linspace(slow[-1], edge, max(math.ceil(cycles * POINTS), 2) + 1)
-        f = np.concatenate([slow, linear])
-        weight = np.concatenate([weight, _trapezoid(linear)])
-        value = density(f) * one.gain(f, rate_hz) ** 2 * weight
+        f, own = np.append(slow, linear), np.append(own, _trapezoid(linear))
         kernel = np.sin(np.pi * f * size * tau0) ** 4 / np.sin(np.pi * f * tau0) ** 2
-        total = 2 * float(kernel @ value)
-        if edge < nyquist:
-            beyond = fast >= edge
-            total += float(fast_value[beyond].sum())
-            at = np.searchsorted(fast, edge)
-            if 0 < at < fast.size:  # the cell that the edge cuts, once in each part
-                width = np.log(fast[at] / edge) - np.log(fast[1] / fast[0]) / 2
-                total += float(fast_value[at] / np.log(fast[1] / fast[0]) * width)
-        out[k] = total / size**2
-    return out
+        parts.append((f, 2 * own * kernel))
+    first = np.cumsum([0, *(f.size for f, _ in parts[:-1])])
+    joined = (np.concatenate(every) for every in zip(*parts, strict=True))
+    grid = Grid(next(joined), next(joined), first, np.zeros(first.size))
+    first = np.where(edges < nyquist, np.searchsorted(fast, edges), fast.size)
+    step = np.log(fast[1] / fast[0]) if fast.size > 1 else 1.0
+    cut = np.log(fast[np.minimum(first, fast.size - 1)] / edges) / step - 0.5
+    cut[(first == 0) | (first == fast.size)] = 0.0  # the cell that an edge cuts is in both parts
+    return grid, Grid(fast, 3 / 4 * weight / np.sin(np.pi * fast * tau0) ** 2, first, cut)
 
 
 def _log_grid(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:

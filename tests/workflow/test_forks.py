@@ -36,7 +36,7 @@ def address(tmp_path_factory):
             assert server.poll() is None and time.monotonic() - begun < PATIENCE_S
             time.sleep(0.1)
         yield str(folder / "socket")
-        server.stdin.close()
+        server.terminate()  # as when a run is interrupted; else its input ends
         assert server.wait(10) == 0
     assert not folder.exists()
 

@@ -16,6 +16,7 @@ import os
 import runpy
 import select
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -61,6 +62,8 @@ def hand_over(address: str) -> None:
 
 def main(address: str) -> None:
     """Load everything, then fork until the run ends, which closes the standard input."""
+    atexit.register(shutil.rmtree, Path(address).parent, ignore_errors=True)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     for name in USED:
         importlib.import_module(name)
     from mocap_metrology.common import compiled
@@ -80,7 +83,6 @@ def main(address: str) -> None:
                     _work(link)
                 link.close()
             _reap()
-    shutil.rmtree(Path(address).parent, ignore_errors=True)
 
 
 def _reap() -> None:
@@ -92,6 +94,7 @@ def _reap() -> None:
 
 def _work(link: socket.socket) -> None:
     """Run the script that is told of through the link, as in its own process."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     size, files, *_ = socket.recv_fds(link, 4, 3)
     for number, file in enumerate(files):
         os.dup2(file, number)

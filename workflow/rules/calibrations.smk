@@ -19,8 +19,7 @@ checkpoint sweeps:
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
+        **cost(1500, 30),
     params:
         code=source("sweeps.py"),
         contents=contents(selection.decoded_files),
@@ -48,8 +47,7 @@ rule pose:
         calibration=CALIBRATIONS.pattern(source="measured"),
     priority: 5
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(30),
+        **cost(1000, 30),
     params:
         code=source("pose.py"),
         caption=captions.CALIBRATION_EITHER,
@@ -75,8 +73,7 @@ rule calibration_bar:
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
+        **cost(1500, 30),
     params:
         code=source("calibration_bar.py"),
         contents=contents(selection.decoded_files),
@@ -102,8 +99,7 @@ rule calibration_receiver:
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(30),
+        **cost(1000, 30),
     params:
         code=source("calibration_receiver.py"),
         contents=contents(selection.seen_by),
@@ -137,8 +133,7 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
         log:
             f"<logs>/calibration_twins/{BATCH[0].name}.log",
         resources:
-            mem_mb=memory(1000),
-            runtime=minutes(30),
+            **cost(1000, 30),
         params:
             code=source("calibration_twins.py"),
             contents=[list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
@@ -166,8 +161,7 @@ rule calibration_figures:
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="twin"),
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
+        **cost(1000, 10),
     params:
         code=source("calibration_figures.py"),
         caption=captions.CALIBRATION_EITHER,
@@ -191,8 +185,7 @@ rule calibrate_setup:
     log:
         "<logs>/calibrate_setup/{group}/{setup}.log",
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
+        **cost(1500, 30),
     params:
         code=source("calibrate_setup.py"),
         names=accepted_calibrations(selection.names, OF_SETUP),
@@ -216,8 +209,7 @@ rule calibration_tables:
         "<logs>/calibration_tables/{group}.log",
     localrule: True
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("calibration_tables.py"),
         rows=columns("calibration", "setup", "source", of=accepted_calibrations()),

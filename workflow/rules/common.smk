@@ -112,9 +112,12 @@ def settings(*sections, **keys):
     return {name: config[name] for name in sections} | some
 
 
-# `mem_mb` and `runtime` of a job.
 NEEDS = needs.Needs(recordings, TWINS)
-memory, minutes = NEEDS.memory, NEEDS.minutes
+
+
+def cost(mb, count, arrays=0, seconds=0):
+    """Resources of a job, see `Needs`."""
+    return {"mem_mb": NEEDS.memory(mb, arrays), "runtime": NEEDS.minutes(count, seconds)}
 
 
 # Values of the rule's own row of a sheet.

@@ -15,8 +15,7 @@ rule group_tables:
     log:
         "<logs>/group_tables/{group}.log",
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("group_tables.py"),
         rows=columns(*SUBSET, "camera_ids", "comment", of=accepted()),
@@ -38,8 +37,7 @@ rule noise_tables:
     log:
         "<logs>/noise_tables/{group}.log",
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("noise_tables.py"),
         rows=columns(*SUBSET, of=still()),
@@ -250,8 +248,7 @@ for NAME, OF in COMPARISONS.items():
         log:
             f"<logs>/{NAME}/{{group}}.log",
         resources:
-            mem_mb=memory(1500),
-            runtime=minutes(30),
+            **cost(1500, 30),
         params:
             **OF["params"],
             code=source(f"{NAME}.py"),
@@ -277,8 +274,7 @@ rule monitor:
     log:
         "<logs>/monitor/{monitor}.log",
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("monitor.py"),
         rows=lambda wildcards: [vars(take) for take in MONITORS[wildcards.monitor]],

@@ -30,8 +30,7 @@ rule skurowski_theory:
     log:
         "<logs>/skurowski_theory.log",
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
+        **cost(1000, 10),
     params:
         code=source("skurowski_theory.py"),
         caption=captions.of_figures("skurowski", 1, 2, 3),
@@ -48,8 +47,7 @@ rule expected_noise:
     log:
         "<logs>/expected_noise.log",
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(60),
+        **cost(1000, 60),
     params:
         code=source("expected_noise.py"),
         subsets={row.name: selection.subset(row) for row in PRINTED},
@@ -78,8 +76,7 @@ rule skurowski:
     log:
         "<logs>/skurowski.log",
     resources:
-        mem_mb=memory(2000),
-        runtime=minutes(30),
+        **cost(2000, 30),
     params:
         code=source("skurowski.py"),
         caption=captions.of_figures("skurowski", 6, *range(9, 18)),
@@ -122,8 +119,7 @@ rule skurowski_case:
     wildcard_constraints:
         number="|".join(CASES),
     resources:
-        mem_mb=memory(2500),
-        runtime=minutes(10),
+        **cost(2500, 10),
     params:
         code=source("skurowski_case.py"),
         caption=lambda wildcards: captions.of_figures("skurowski", wildcards.number),
@@ -201,8 +197,7 @@ rule jansen:
     log:
         "<logs>/jansen.log",
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
+        **cost(1000, 10),
     params:
         code=source("jansen.py"),
         caption=captions.of_figures("jansen", *JANSEN_FIGURES),
@@ -228,8 +223,7 @@ rule jansen_stations:
         "<logs>/jansen_stations.log",
     localrule: True
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("jansen_stations.py"),
         rows=columns("calibration", "setup", "source", of=OF_STATIONS),
@@ -248,8 +242,7 @@ rule jansen_study:
     wildcard_constraints:
         study="|".join(JANSEN_STUDIES),
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(120),
+        **cost(1000, 120),
     params:
         code=source("jansen_study.py"),
         settings=lambda wildcards: {
@@ -277,8 +270,7 @@ rule jansen_studies:
     log:
         "<logs>/jansen_studies.log",
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
+        **cost(1000, 10),
     params:
         code=source("jansen_studies.py"),
         settings=config["jansen_studies"],
@@ -321,8 +313,7 @@ rule claims:
     log:
         "<logs>/claims.log",
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
+        **cost(1500, 30),
     params:
         code=source("claims.py"),
         recordings=columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),

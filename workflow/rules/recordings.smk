@@ -37,8 +37,7 @@ checkpoint clean:
         recording=RECORDINGS.pattern(source="measured", about="noise"),
     priority: 10
     resources:
-        mem_mb=memory(4000, arrays=9),
-        runtime=minutes(30, seconds=2.5),
+        **cost(4000, 30, arrays=9, seconds=2.5),
     params:
         code=source("clean.py"),
         contents=contents(selection.paths),
@@ -65,8 +64,7 @@ rule clean_twin:
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="twin", about="noise"),
     resources:
-        mem_mb=memory(1000, arrays=9),
-        runtime=minutes(30, seconds=2.5),
+        **cost(1000, 30, arrays=9, seconds=2.5),
     params:
         code=source("clean.py"),
         entry=columns(*ENTRY),
@@ -95,8 +93,7 @@ checkpoint take_bar:
         recording=RECORDINGS.pattern(source="measured", about="bar"),
     priority: 10
     resources:
-        mem_mb=memory(2000, arrays=12),
-        runtime=minutes(30, seconds=2.5),
+        **cost(2000, 30, arrays=12, seconds=2.5),
     params:
         **READ_AS_BAR,
         contents=contents(selection.paths),
@@ -117,8 +114,7 @@ rule take_bar_twin:
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="twin", about="bar"),
     resources:
-        mem_mb=memory(1000, arrays=12),
-        runtime=minutes(30, seconds=2.5),
+        **cost(1000, 30, arrays=12, seconds=2.5),
     params:
         **READ_AS_BAR,
         twin=twin_of(TWINS),
@@ -143,8 +139,7 @@ rule bar:
     wildcard_constraints:
         recording=RECORDINGS.pattern(about="bar"),
     resources:
-        mem_mb=memory(1000, arrays=12),
-        runtime=minutes(30, seconds=3.0),
+        **cost(1000, 30, arrays=12, seconds=3.0),
     params:
         code=source("bar.py"),
         caption=captions.BAR,
@@ -172,8 +167,7 @@ rule noise:
         "<logs>/noise/{recording}.log",
     priority: 5
     resources:
-        mem_mb=memory(1000, arrays=9),
-        runtime=minutes(120, seconds=5),
+        **cost(1000, 120, arrays=9, seconds=5),
     params:
         code=source("noise.py"),
         subset=of_row(selection.subset_of_paper),
@@ -205,8 +199,7 @@ rule verdict:
     log:
         "<logs>/verdict/{recording}.log",
     resources:
-        mem_mb=memory(1000, arrays=9),
-        runtime=minutes(30, seconds=3.5),
+        **cost(1000, 30, arrays=9, seconds=3.5),
     params:
         code=source("verdict.py"),
         captions=[captions.VERDICT, captions.DIAGNOSIS],
@@ -283,8 +276,7 @@ for NAME, OF in FURTHER.items():
         log:
             f"<logs>/{NAME}/{{recording}}.log",
         resources:
-            mem_mb=memory(1000, arrays=12),
-            runtime=minutes(30, seconds=3.0),
+            **cost(1000, 30, arrays=12, seconds=3.0),
         params:
             **OF["params"],
             code=source(f"{NAME}.py"),

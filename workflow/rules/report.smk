@@ -38,8 +38,7 @@ rule pages:
     log:
         "<logs>/pages.log",
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("pages.py"),
         caption=captions.TABLE,
@@ -79,8 +78,7 @@ rule provenance:
     log:
         "<logs>/provenance.log",
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("provenance.py"),
         caption=captions.PROVENANCE,

@@ -27,8 +27,7 @@ rule gate:
     retries: 0  # what is refused stays so
     localrule: True
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("gate.py"),
     message:

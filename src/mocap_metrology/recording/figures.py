@@ -1,4 +1,5 @@
-"""Figures of a recording, out of the tables of its steps, as SVG, and as PNG too (`png`)."""
+"""Figures of a recording, out of the tables of its steps, as SVG, and as PNG where results have
+that."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ from mocap_metrology.recording.verdict import Diagnosed
 from mocap_metrology.settings import Settings
 
 
-def draw_allan(results: Results, png: bool = True) -> None:
+def draw_allan(results: Results) -> None:
     """Allan deviations of every series as recorded, gross outliers masked."""
     allan, origin = results.allan_masked.columns, results.allan_masked.origin
     pairs = results.allan_masked.pairs
@@ -39,10 +40,10 @@ def draw_allan(results: Results, png: bool = True) -> None:
         expected=[*coordinate_names(len(origin["labels"])), *distances],
         confidence=origin["allan"]["confidence"],
     )
-    save(picture, results.folder / "adev", png)
+    save(picture, results.folder / "adev", results.png)
 
 
-def draw_trajectory(results: Results, png: bool = True) -> None:
+def draw_trajectory(results: Results) -> None:
     """Every series over time, and which samples the filter replaced."""
     raw, origin, cleaned = results.raw, results.clean.origin, results.clean.coordinates
     recorded = every_series(raw.coordinates, raw.pairs)
@@ -56,12 +57,10 @@ def draw_trajectory(results: Results, png: bool = True) -> None:
     filtered = f"Hampel filter, {hampel['n_sigma']:g} sigma, {frames} frames: {hampel['action']}."
     texts = Texts(f"{origin['recording']}: trajectory", _source(origin), filtered)
     picture = trajectory_figure(recorded, cleaned, changed, rate, texts)
-    save(picture, results.folder / "trajectory", png)
+    save(picture, results.folder / "trajectory", results.png)
 
 
-def draw_diagnosis(
-    diagnosis: Diagnosed, results: Results, settings: Settings, png: bool = True
-) -> None:
+def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -> None:
     """What shows that something is wrong with a recording."""
     origin = results.raw.origin
     remarks = (
@@ -74,12 +73,12 @@ def draw_diagnosis(
     source = f"Source: {source_words(origin)}."
     texts = Texts(f"{origin['recording']}: diagnosis", source, remarks)
     picture = diagnosis_figure(diagnosis.recording, diagnosis.found, texts)
-    save(picture, results.folder / "diagnosis", png)
+    save(picture, results.folder / "diagnosis", results.png)
 
 
-def draw_verdict(document: Mapping[str, Any], folder: Path, png: bool = True) -> None:
+def draw_verdict(document: Mapping[str, Any], results: Results) -> None:
     """Uncertainties, limits, causes. document: contents of verdict.json."""
-    save(verdict_figure(document), folder / "verdict", png)
+    save(verdict_figure(document), results.folder / "verdict", results.png)
 
 
 def decisive(document: Mapping[str, Any]) -> set[str]:
@@ -92,9 +91,7 @@ def decisive(document: Mapping[str, Any]) -> set[str]:
     return {decided, "L"}
 
 
-def draw_fits(
-    results: Results, folder: str | Path, chosen: Collection[str] | None, png: bool = True
-) -> None:
+def draw_fits(results: Results, folder: str | Path, chosen: Collection[str] | None) -> None:
     """A figure for each of these series (None: all) that has coefficients: data, models, components
     and residuals."""
     allan, origin = results.allan_masked.columns, results.allan_masked.origin
@@ -120,7 +117,7 @@ def draw_fits(
                 origin["frame_rate_hz"],
                 origin["allan"]["confidence"],
             )
-            save(picture, part / series, png)
+            save(picture, part / series, results.png)
 
 
 def _source(origin: Metadata) -> str:

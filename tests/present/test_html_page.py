@@ -104,13 +104,13 @@ def test_what_a_user_wrote_is_text(tmp_path: Path) -> None:
 
 
 def test_every_image_has_words_and_leads_to_itself(tmp_path) -> None:
-    """Title and caption of the PNG; without one, the name of the file. Tables of groups and papers
+    """Title and caption of the SVG; without one, the name of the file. Tables of groups and papers
     have a page; a measured subject without a figure says so."""
     folder = tmp_path / "recordings" / "r"
     folder.mkdir(parents=True)
     told = {"Title": "r: good", "Description": "One <frame> of y1."}
-    for name, metadata in (("verdict", told), ("my_psd", {"Software": None})):
-        Drawing(figsize=(1, 1)).savefig(folder / f"{name}.png", metadata=metadata)
+    for name, metadata in (("verdict", told), ("my_psd", {})):
+        Drawing(figsize=(1, 1)).savefig(folder / f"{name}.svg", metadata=metadata)
     figures = details.figures_of(tmp_path, [folder / "my_psd.svg", folder / "verdict.svg"])
     csv = [Path("tables/r_10.csv"), Path("recordings/r/noise.csv"), Path("tables/r_2.csv")]
     page = Reader(details.page("r", figures, csv, verdict="good", lines=["It is good."]))

@@ -78,7 +78,8 @@ class Given(list):
 given = Given(results)
 given.results = results
 snakemake = SimpleNamespace(
-    input=given, output=["gate.json"], log=["gate.log"], config={{"results": "recordings"}}
+    input=given, output=["gate.json"], log=["recordings/logs/gate.log"],
+    config={{"results": "recordings"}},
 )
 runpy.run_path({gate!r}, init_globals={{"snakemake": snakemake}})
 """

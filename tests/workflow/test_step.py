@@ -13,8 +13,8 @@ from types import SimpleNamespace
 sys.path.insert(0, {scripts!r})
 from step import step
 from mocap_metrology.common.errors import Refusal
-snakemake = SimpleNamespace(log=["logs/a.log"], rule="clean", wildcards={{"recording": "T40"}},
-    input=[], config={{"results": "results"}})
+snakemake = SimpleNamespace(log=["results/logs/a.log"], rule="clean", input=[],
+    wildcards={{"recording": "T40"}}, config={{"results": "results"}})
 with step(snakemake) as log:
     log.info("at work")
     print("a word")
@@ -33,13 +33,18 @@ def run(folder: Path, body: str) -> tuple[int, str, str]:
         stderr=subprocess.STDOUT,
         text=True,
     )
-    return done.returncode, done.stdout, (folder / "logs/a.log").read_text()
+    return done.returncode, done.stdout, (folder / "results/logs/a.log").read_text()
 
 
 def test_work_that_succeeds_speaks_to_its_log(tmp_path: Path) -> None:
-    status, terminal, log = run(tmp_path, "print(os.environ['OPENBLAS_NUM_THREADS'])")
+    """And its cost: a thread that waits takes time, and a list memory."""
+    body = "print(os.environ['OPENBLAS_NUM_THREADS']); [0] * 10**7; os.system('sleep 0.5')"
+    status, terminal, log = run(tmp_path, body)
     assert (status, terminal) == (0, "after\n")
     assert all(text in log for text in ("INFO at work", "a word", "from C", "1\n"))
+    keys, values = (tmp_path / "results/benchmarks/a.tsv").read_text().splitlines()
+    cost = dict(zip(keys.split("\t"), map(float, values.split("\t")), strict=True))
+    assert 0.5 <= cost["s"] < 5.0 and 32 < cost["max_rss"] < 1000 and 0 < cost["cpu_time"] < 5.0
 
 
 @pytest.mark.parametrize(
@@ -47,7 +52,7 @@ def test_work_that_succeeds_speaks_to_its_log(tmp_path: Path) -> None:
     [
         ("raise Refusal('x.c3d: short;\\n expected 10 frames')",
          1, "clean T40: x.c3d: short; expected 10 frames\n"),
-        ("1 / 0", 1, "clean T40: ZeroDivisionError: division by zero (see logs/a.log)\n"),
+        ("1 / 0", 1, "clean T40: ZeroDivisionError: division by zero (see results/logs/a.log)\n"),
         ("open('/dev/full', 'w').write('x' * 10**6)", 1,
          "clean T40: results: No space left on device; free some there, then run again\n"),
         ("log.warning('marker A moves')", 0, "warning: clean T40: marker A moves\nafter\n"),

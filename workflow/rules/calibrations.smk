@@ -16,13 +16,10 @@ checkpoint sweeps:
         check=f"{FOLDER}/check.json",
     log:
         "<logs>/sweeps/{calibration}.log",
-    benchmark:
-        "<benchmarks>/sweeps/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
+        **cost(1500, 30),
     params:
         code=source("sweeps.py"),
         contents=contents(selection.decoded_files),
@@ -46,14 +43,11 @@ rule pose:
         allan=f"{FOLDER}/allan.parquet",
     log:
         "<logs>/pose/{calibration}.log",
-    benchmark:
-        "<benchmarks>/pose/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     priority: 5
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(30),
+        **cost(1000, 30),
     params:
         code=source("pose.py"),
         caption=captions.CALIBRATION_EITHER,
@@ -76,13 +70,10 @@ rule calibration_bar:
         **tables(BAR_OF_CALIBRATION),
     log:
         "<logs>/calibration_bar/{calibration}.log",
-    benchmark:
-        "<benchmarks>/calibration_bar/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
+        **cost(1500, 30),
     params:
         code=source("calibration_bar.py"),
         contents=contents(selection.decoded_files),
@@ -105,13 +96,10 @@ rule calibration_receiver:
         **tables(RECEIVER),
     log:
         "<logs>/calibration_receiver/{calibration}.log",
-    benchmark:
-        "<benchmarks>/calibration_receiver/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="measured"),
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(30),
+        **cost(1000, 30),
     params:
         code=source("calibration_receiver.py"),
         contents=contents(selection.seen_by),
@@ -144,11 +132,8 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             collect("<results>/calibrations/{row.name}/allan.parquet", row=at_rest(BATCH)),
         log:
             f"<logs>/calibration_twins/{BATCH[0].name}.log",
-        benchmark:
-            f"<benchmarks>/calibration_twins/{BATCH[0].name}.tsv"
         resources:
-            mem_mb=memory(1000),
-            runtime=minutes(30),
+            **cost(1000, 30),
         params:
             code=source("calibration_twins.py"),
             contents=[list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
@@ -173,13 +158,10 @@ rule calibration_figures:
         figures_of_calibration(),
     log:
         "<logs>/calibration_figures/{calibration}.log",
-    benchmark:
-        "<benchmarks>/calibration_figures/{calibration}.tsv"
     wildcard_constraints:
         calibration=CALIBRATIONS.pattern(source="twin"),
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
+        **cost(1000, 10),
     params:
         code=source("calibration_figures.py"),
         caption=captions.CALIBRATION_EITHER,
@@ -202,11 +184,8 @@ rule calibrate_setup:
         "<results>/setups/{group}/{setup}/pose.json",
     log:
         "<logs>/calibrate_setup/{group}/{setup}.log",
-    benchmark:
-        "<benchmarks>/calibrate_setup/{group}/{setup}.tsv"
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
+        **cost(1500, 30),
     params:
         code=source("calibrate_setup.py"),
         names=accepted_calibrations(selection.names, OF_SETUP),
@@ -228,12 +207,9 @@ rule calibration_tables:
         tables_of_group("calibrations", "track", "angles"),
     log:
         "<logs>/calibration_tables/{group}.log",
-    benchmark:
-        "<benchmarks>/calibration_tables/{group}.tsv"
     localrule: True
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("calibration_tables.py"),
         rows=columns("calibration", "setup", "source", of=accepted_calibrations()),

@@ -10,7 +10,7 @@ from snakemake.exceptions import WorkflowError
 from mocap_metrology.calibration.tables import BAR as BAR_OF_CALIBRATION
 from mocap_metrology.calibration.tables import DECODED, ESTIMATED, RECEIVER
 from mocap_metrology.present.text import captions
-from mocap_workflow import given, needs, remote, runs, selection, startup
+from mocap_workflow import forks, given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_metrology.common.entries import load_twins
@@ -54,6 +54,8 @@ reporting.without_markup()
 
 onstart:
     runs.without_rate_limit(workflow.scheduler)
+    if workflow.local_exec:
+        forks.serve(len(list(workflow.dag.needrun_jobs())))
 
 
 CONTENTS = given.contents(
@@ -73,7 +75,6 @@ NOISE = ("noise", "annealing", "allan", "hampel", "seed")
 pathvars:
     results=config["results"],
     logs="<results>/logs",
-    benchmarks="<results>/benchmarks",
 
 
 wildcard_constraints:
@@ -111,9 +112,12 @@ def settings(*sections, **keys):
     return {name: config[name] for name in sections} | some
 
 
-# `mem_mb` and `runtime` of a job.
 NEEDS = needs.Needs(recordings, TWINS)
-memory, minutes = NEEDS.memory, NEEDS.minutes
+
+
+def cost(mb, count, arrays=0, seconds=0):
+    """Resources of a job, see `Needs`."""
+    return {"mem_mb": NEEDS.memory(mb, arrays), "runtime": NEEDS.minutes(count, seconds)}
 
 
 # Values of the rule's own row of a sheet.

@@ -14,11 +14,8 @@ rule group_tables:
         multiqc="<results>/tables/{group}_mqc.json",
     log:
         "<logs>/group_tables/{group}.log",
-    benchmark:
-        "<benchmarks>/group_tables/{group}.tsv"
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("group_tables.py"),
         rows=columns(*SUBSET, "camera_ids", "comment", of=accepted()),
@@ -39,11 +36,8 @@ rule noise_tables:
         tables_of_group("gaussian", "outliers", "allan", "noise"),
     log:
         "<logs>/noise_tables/{group}.log",
-    benchmark:
-        "<benchmarks>/noise_tables/{group}.tsv"
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("noise_tables.py"),
         rows=columns(*SUBSET, of=still()),
@@ -253,11 +247,8 @@ for NAME, OF in COMPARISONS.items():
             **outputs_of_group(**OF["output"]),
         log:
             f"<logs>/{NAME}/{{group}}.log",
-        benchmark:
-            f"<benchmarks>/{NAME}/{{group}}.tsv"
         resources:
-            mem_mb=memory(1500),
-            runtime=minutes(30),
+            **cost(1500, 30),
         params:
             **OF["params"],
             code=source(f"{NAME}.py"),
@@ -282,11 +273,8 @@ rule monitor:
         json="<results>/monitors/{monitor}/monitor.json",
     log:
         "<logs>/monitor/{monitor}.log",
-    benchmark:
-        "<benchmarks>/monitor/{monitor}.tsv"
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("monitor.py"),
         rows=lambda wildcards: [vars(take) for take in MONITORS[wildcards.monitor]],

@@ -29,11 +29,8 @@ rule skurowski_theory:
         png=[f"<results>/figures/skurowski_fig{n:02d}.png" for n in (1, 2, 3)],
     log:
         "<logs>/skurowski_theory.log",
-    benchmark:
-        "<benchmarks>/skurowski_theory.tsv"
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
+        **cost(1000, 10),
     params:
         code=source("skurowski_theory.py"),
         caption=captions.of_figures("skurowski", 1, 2, 3),
@@ -49,11 +46,8 @@ rule expected_noise:
         of_each("expected.csv", PRINTED),
     log:
         "<logs>/expected_noise.log",
-    benchmark:
-        "<benchmarks>/expected_noise.tsv"
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(60),
+        **cost(1000, 60),
     params:
         code=source("expected_noise.py"),
         subsets={row.name: selection.subset(row) for row in PRINTED},
@@ -81,11 +75,8 @@ rule skurowski:
         [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (6, *range(9, 18))],
     log:
         "<logs>/skurowski.log",
-    benchmark:
-        "<benchmarks>/skurowski.tsv"
     resources:
-        mem_mb=memory(2000),
-        runtime=minutes(30),
+        **cost(2000, 30),
     params:
         code=source("skurowski.py"),
         caption=captions.of_figures("skurowski", 6, *range(9, 18)),
@@ -125,13 +116,10 @@ rule skurowski_case:
         "<results>/figures/skurowski_fig{number}.png",
     log:
         "<logs>/skurowski_case/{number}.log",
-    benchmark:
-        "<benchmarks>/skurowski_case/{number}.tsv"
     wildcard_constraints:
         number="|".join(CASES),
     resources:
-        mem_mb=memory(2500),
-        runtime=minutes(10),
+        **cost(2500, 10),
     params:
         code=source("skurowski_case.py"),
         caption=lambda wildcards: captions.of_figures("skurowski", wildcards.number),
@@ -208,11 +196,8 @@ rule jansen:
         [f"<results>/figures/jansen_fig{n:02d}.png" for n in JANSEN_FIGURES],
     log:
         "<logs>/jansen.log",
-    benchmark:
-        "<benchmarks>/jansen.tsv"
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
+        **cost(1000, 10),
     params:
         code=source("jansen.py"),
         caption=captions.of_figures("jansen", *JANSEN_FIGURES),
@@ -236,12 +221,9 @@ rule jansen_stations:
         md="<results>/tables/jansen2019-v2_stations.md",
     log:
         "<logs>/jansen_stations.log",
-    benchmark:
-        "<benchmarks>/jansen_stations.tsv"
     localrule: True
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("jansen_stations.py"),
         rows=columns("calibration", "setup", "source", of=OF_STATIONS),
@@ -257,13 +239,10 @@ rule jansen_study:
         "<results>/jansen_studies/{study}.csv",
     log:
         "<logs>/jansen_study/{study}.log",
-    benchmark:
-        "<benchmarks>/jansen_study/{study}.tsv"
     wildcard_constraints:
         study="|".join(JANSEN_STUDIES),
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(120),
+        **cost(1000, 120),
     params:
         code=source("jansen_study.py"),
         settings=lambda wildcards: {
@@ -290,11 +269,8 @@ rule jansen_studies:
         ),
     log:
         "<logs>/jansen_studies.log",
-    benchmark:
-        "<benchmarks>/jansen_studies.tsv"
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
+        **cost(1000, 10),
     params:
         code=source("jansen_studies.py"),
         settings=config["jansen_studies"],
@@ -336,11 +312,8 @@ rule claims:
         md="<results>/tables/claims.md",
     log:
         "<logs>/claims.log",
-    benchmark:
-        "<benchmarks>/claims.tsv"
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
+        **cost(1500, 30),
     params:
         code=source("claims.py"),
         recordings=columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),

@@ -11,6 +11,7 @@ MEASURED_FILES = files(selection.paths)
 ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
 ORIGIN = ("recording", "source", "twin", "pairs")  # what tables are marked with
 OF_BAR = ("bar", "length_mm", "length_u_mm", "bar_pose")
+PICTURES = ("verdict", "adev", "trajectory", "diagnosis")
 BAR_TAKE = "<results>/recordings/{recording}/bar.parquet"
 READ_AS_BAR = {  # params of both rules
     "code": source("take_bar.py"),
@@ -32,14 +33,11 @@ checkpoint clean:
         outliers=CLEANED[2],
     log:
         "<logs>/clean/{recording}.log",
-    benchmark:
-        "<benchmarks>/clean/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="measured", about="noise"),
     priority: 10
     resources:
-        mem_mb=memory(4000, arrays=9),
-        runtime=minutes(30, seconds=2.5),
+        **cost(4000, 30, arrays=9, seconds=2.5),
     params:
         code=source("clean.py"),
         contents=contents(selection.paths),
@@ -63,13 +61,10 @@ rule clean_twin:
         outliers=CLEANED[2],
     log:
         "<logs>/clean/{recording}.log",
-    benchmark:
-        "<benchmarks>/clean/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="twin", about="noise"),
     resources:
-        mem_mb=memory(1000, arrays=9),
-        runtime=minutes(30, seconds=2.5),
+        **cost(1000, 30, arrays=9, seconds=2.5),
     params:
         code=source("clean.py"),
         entry=columns(*ENTRY),
@@ -94,14 +89,11 @@ checkpoint take_bar:
         take=BAR_TAKE,
     log:
         "<logs>/take_bar/{recording}.log",
-    benchmark:
-        "<benchmarks>/take_bar/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="measured", about="bar"),
     priority: 10
     resources:
-        mem_mb=memory(2000, arrays=12),
-        runtime=minutes(30, seconds=2.5),
+        **cost(2000, 30, arrays=12, seconds=2.5),
     params:
         **READ_AS_BAR,
         contents=contents(selection.paths),
@@ -119,13 +111,10 @@ rule take_bar_twin:
         take=BAR_TAKE,
     log:
         "<logs>/take_bar/{recording}.log",
-    benchmark:
-        "<benchmarks>/take_bar/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(source="twin", about="bar"),
     resources:
-        mem_mb=memory(1000, arrays=12),
-        runtime=minutes(30, seconds=2.5),
+        **cost(1000, 30, arrays=12, seconds=2.5),
     params:
         **READ_AS_BAR,
         twin=twin_of(TWINS),
@@ -147,13 +136,10 @@ rule bar:
         filters=multiext("<results>/recordings/{recording}/", "noise_ros.yaml", "px4.params"),
     log:
         "<logs>/bar/{recording}.log",
-    benchmark:
-        "<benchmarks>/bar/{recording}.tsv"
     wildcard_constraints:
         recording=RECORDINGS.pattern(about="bar"),
     resources:
-        mem_mb=memory(1000, arrays=12),
-        runtime=minutes(30, seconds=3.0),
+        **cost(1000, 30, arrays=12, seconds=3.0),
     params:
         code=source("bar.py"),
         caption=captions.BAR,
@@ -179,12 +165,9 @@ rule noise:
         periodogram="<results>/recordings/{recording}/periodogram.parquet",
     log:
         "<logs>/noise/{recording}.log",
-    benchmark:
-        "<benchmarks>/noise/{recording}.tsv"
     priority: 5
     resources:
-        mem_mb=memory(1000, arrays=9),
-        runtime=minutes(120, seconds=5),
+        **cost(1000, 120, arrays=9, seconds=5),
     params:
         code=source("noise.py"),
         subset=of_row(selection.subset_of_paper),
@@ -205,26 +188,25 @@ rule verdict:
         collect(
             "<results>/recordings/{{recording}}/{file}",
             file=[
-                *("verdict.png", "adev.svg", "adev.png", "trajectory.svg", "trajectory.png"),
+                *(f"{name}.svg" for name in PICTURES if name != "verdict"),
+                *(f"{name}.png" for name in PICTURES if config["png"]),
                 *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
-                *("diagnosis.svg", "diagnosis.png", "noise_ros.yaml", "px4.params"),
+                *("noise_ros.yaml", "px4.params"),
             ],
         ),
         json="<results>/recordings/{recording}/verdict.json",
         fits=directory("<results>/recordings/{recording}/fit"),
     log:
         "<logs>/verdict/{recording}.log",
-    benchmark:
-        "<benchmarks>/verdict/{recording}.tsv"
     resources:
-        mem_mb=memory(1000, arrays=9),
-        runtime=minutes(30, seconds=3.5),
+        **cost(1000, 30, arrays=9, seconds=3.5),
     params:
         code=source("verdict.py"),
         captions=[captions.VERDICT, captions.DIAGNOSIS],
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         settings=settings("diagnosis", "still", "verdict", allan=["confidence"]),
         fits=config["fit_figures"],
+        png=config["png"],
     message:
         "{wildcards.recording}: diagnosis, verdict and figures"
     script:
@@ -293,11 +275,8 @@ for NAME, OF in FURTHER.items():
             **OF["output"],
         log:
             f"<logs>/{NAME}/{{recording}}.log",
-        benchmark:
-            f"<benchmarks>/{NAME}/{{recording}}.tsv"
         resources:
-            mem_mb=memory(1000, arrays=12),
-            runtime=minutes(30, seconds=3.0),
+            **cost(1000, 30, arrays=12, seconds=3.0),
         params:
             **OF["params"],
             code=source(f"{NAME}.py"),

@@ -37,11 +37,8 @@ rule pages:
         details=directory("<results>/details"),
     log:
         "<logs>/pages.log",
-    benchmark:
-        "<benchmarks>/pages.tsv"
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("pages.py"),
         caption=captions.TABLE,
@@ -80,11 +77,8 @@ rule provenance:
         json="<results>/provenance.json",
     log:
         "<logs>/provenance.log",
-    benchmark:
-        "<benchmarks>/provenance.tsv"
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("provenance.py"),
         caption=captions.PROVENANCE,

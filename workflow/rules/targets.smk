@@ -24,13 +24,10 @@ rule gate:
         "<results>/gate/{target}.json",
     log:
         "<logs>/gate/{target}.log",
-    benchmark:
-        "<benchmarks>/gate/{target}.tsv"
     retries: 0  # what is refused stays so
     localrule: True
     resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
+        **cost(500, 10),
     params:
         code=source("gate.py"),
     message:

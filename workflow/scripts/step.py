@@ -1,4 +1,4 @@
-"""What every script does around its work: a log, one thread, failures in one line.
+"""What every script does around its work: a log, one thread, failures in one line, its cost.
 
     from step import step
 
@@ -13,10 +13,13 @@ of a failure is written to the log alone if the run reports it at the end.
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
+import resource
 import signal
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,6 +30,12 @@ LATER = "MOCAP_METROLOGY_REASONS_LATER"  # set by a run that itself reports why 
 OF_THE_END = {"of_the_end": True}  # of what the run itself reports
 CLEARED = "\r\x1b[K"  # clears the progress bar, on a terminal
 
+if FORKS := os.environ.pop("MOCAP_METROLOGY_FORKS", ""):  # set by a run, see forks.py
+    from mocap_workflow import forks
+
+    forks.hand_over(FORKS)
+KIBIBYTE = 1 if sys.platform == "linux" else 1024  # in units of the peak of memory
+gc.set_threshold(100_000, 50, 100)  # a step ends before there is much to collect
 logging.addLevelName(RESULT, "RESULT")
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a job without a traceback
 
@@ -67,6 +76,7 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
     from mocap_metrology.common.errors import Damaged, Refusal, is_full, one_line
     from mocap_metrology.common.files import verify
 
+    began_s = time.perf_counter()
     results = Path(snakemake.config["results"])
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -77,6 +87,8 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
                 if _inside(given, results):
                     verify(given)
             yield log
+            cost = results / "benchmarks" / path.relative_to(results / "logs")
+            _write_cost(cost.with_suffix(".tsv"), time.perf_counter() - began_s)
         except Damaged as damaged:
             remedy = "delete it and"
             if _inside(damaged.path, results):  # and no recording of a user
@@ -96,6 +108,18 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
             what = one_line(f"{type(error).__name__}: {error}")
             log.error("%s (see %s)", what, path, exc_info=True, extra=OF_THE_END)
             sys.exit(1)
+
+
+def _write_cost(path: Path, time_s: float) -> None:
+    """Time, peak of memory (MB) and CPU time (s) of this job. Snakemake's own `benchmark` looks
+    at a job twice a second, which takes a twentieth of a run, and sees nothing of a short one."""
+    from mocap_metrology.common.files import write_text
+
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    megabytes = used.ru_maxrss / KIBIBYTE / 1024
+    cost = time_s, megabytes, used.ru_utime + used.ru_stime
+    values = "\t".join(f"{value:.2f}" for value in cost)
+    write_text(path, f"s\tmax_rss\tcpu_time\n{values}\n")
 
 
 def _inside(path: str | Path, folder: Path) -> bool:

@@ -12,7 +12,8 @@ with step(snakemake) as log:
     from mocap_metrology.recording.verdict import diagnose, verdict
     from mocap_metrology.settings import Settings
 
-    given, results = snakemake.params, Results(Path(snakemake.output.json).parent)
+    given = snakemake.params
+    results = Results(Path(snakemake.output.json).parent, given.png)
     settings = Settings(**given.settings)
     diagnosis = diagnose(results, settings)
     for one in diagnosis.sentences:
@@ -21,7 +22,7 @@ with step(snakemake) as log:
     del diagnosis
     document = verdict(results, given.row, settings)
     log.info("%s", "\n".join(verdict_lines(document)))
-    figures.draw_verdict(document, results.folder)
+    figures.draw_verdict(document, results)
     figures.draw_allan(results)
     figures.draw_trajectory(results)
     chosen = figures.decisive(document) if given.fits is None else given.fits

@@ -67,7 +67,7 @@ def analyse(
         figures.draw_diagnosis(diagnosis.result(), results, settings)
         document.result()
         progress.step("figures")
-        figures.draw_verdict(document.result(), folder)
+        figures.draw_verdict(document.result(), results)
     finally:
         thread.shutdown(wait=False, cancel_futures=True)
         progress.end()

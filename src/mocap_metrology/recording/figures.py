@@ -1,4 +1,5 @@
-"""Figures of a recording, out of the tables of its steps."""
+"""Figures of a recording, out of the tables of its steps, as SVG, and as PNG where results have
+that."""
 
 from __future__ import annotations
 
@@ -39,7 +40,7 @@ def draw_allan(results: Results) -> None:
         expected=[*coordinate_names(len(origin["labels"])), *distances],
         confidence=origin["allan"]["confidence"],
     )
-    save(picture, results.folder / "adev")
+    save(picture, results.folder / "adev", results.png)
 
 
 def draw_trajectory(results: Results) -> None:
@@ -55,7 +56,8 @@ def draw_trajectory(results: Results) -> None:
     hampel, frames = origin["hampel"], origin["window_frames"]
     filtered = f"Hampel filter, {hampel['n_sigma']:g} sigma, {frames} frames: {hampel['action']}."
     texts = Texts(f"{origin['recording']}: trajectory", _source(origin), filtered)
-    save(trajectory_figure(recorded, cleaned, changed, rate, texts), results.folder / "trajectory")
+    picture = trajectory_figure(recorded, cleaned, changed, rate, texts)
+    save(picture, results.folder / "trajectory", results.png)
 
 
 def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -> None:
@@ -71,12 +73,12 @@ def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -
     source = f"Source: {source_words(origin)}."
     texts = Texts(f"{origin['recording']}: diagnosis", source, remarks)
     picture = diagnosis_figure(diagnosis.recording, diagnosis.found, texts)
-    save(picture, results.folder / "diagnosis")
+    save(picture, results.folder / "diagnosis", results.png)
 
 
-def draw_verdict(document: Mapping[str, Any], folder: Path) -> None:
+def draw_verdict(document: Mapping[str, Any], results: Results) -> None:
     """Uncertainties, limits, causes. document: contents of verdict.json."""
-    save(verdict_figure(document), folder / "verdict")
+    save(verdict_figure(document), results.folder / "verdict", results.png)
 
 
 def decisive(document: Mapping[str, Any]) -> set[str]:
@@ -115,7 +117,7 @@ def draw_fits(results: Results, folder: str | Path, chosen: Collection[str] | No
                 origin["frame_rate_hz"],
                 origin["allan"]["confidence"],
             )
-            save(picture, part / series)
+            save(picture, part / series, results.png)
 
 
 def _source(origin: Metadata) -> str:

@@ -80,11 +80,11 @@ class Table:
 class Results:
     """Tables of a recording in the folder of its results, read when they are first used.
 
-    movements: of coordinates, where they are known.
+    movements: of coordinates, where they are known; png: whether figures are also PNG.
     """
 
-    def __init__(self, folder: str | Path):
-        self.folder = Path(folder)
+    def __init__(self, folder: str | Path, png: bool = True):
+        self.folder, self.png = Path(folder), png
         self.movements: dict[str, Movement] = {}
 
     @cached_property

@@ -109,6 +109,9 @@ class Settings(Section):
     ] = None
     """Series whose fits are drawn, `fit/<series>.svg`, where a recording has them. Nothing: the one
     that decided the verdict, and L. `snakemake results/recordings/<name>/fits` draws all."""
+    png: bool = True
+    """Whether the figures of the verdict, the diagnosis, the deviations, the trajectory and the
+    fits are also saved as PNG. Pages show the SVG."""
     second_opinion: bool = True
     """Whether C3D files that are short enough are also read by ezc3d."""
     gaussian: Gaussian = Gaussian()

@@ -10,27 +10,33 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 
 DRAWN = os.environ["DRAWN"]
-DOT = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9"/></svg>'
+DOT = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:dc="http://purl.org/dc/elements/1.1/"
+width="9" height="9"><title>{}</title><metadata>
+<dc:description>{}</dc:description></metadata><rect width="9"/></svg>"""
 
 
 def with_dots(module) -> None:
     """Let `save` draw what DRAWN names, and a dot for anything else."""
     drawn = module.save
 
-    def save(picture, path):
+    def save(picture, path, second=True):
         if re.search(DRAWN, str(path)):
-            return drawn(picture, path)
+            return drawn(picture, path, second)
+        from html import escape
+
         from PIL import Image, PngImagePlugin
 
         svg, png = (Path(str(path).removesuffix(".svg").removesuffix(".png") + s)
                     for s in (".svg", ".png"))  # fmt: skip
-        texts = PngImagePlugin.PngInfo()
-        texts.add_itxt("Title", str(picture.figure.get_label()))
-        texts.add_itxt("Description", module.plain(picture.caption))
+        told = str(picture.figure.get_label()), module.plain(picture.caption)
         with module.whole(svg) as part:
-            part.write_text(DOT, encoding="utf-8")
-        with module.whole(png) as part:
-            Image.new("L", (9, 9)).save(part, format="png", pnginfo=texts)
+            part.write_text(DOT.format(*map(escape, told)), encoding="utf-8")
+        if second:
+            texts = PngImagePlugin.PngInfo()
+            for key, text in zip(("Title", "Description"), told, strict=True):
+                texts.add_itxt(key, text)
+            with module.whole(png) as part:
+                Image.new("L", (9, 9)).save(part, format="png", pnginfo=texts)
         return svg, png
 
     module.save = save

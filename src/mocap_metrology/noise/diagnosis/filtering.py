@@ -2,6 +2,7 @@
 
 The filters are those of biomechanics: of second order, run forwards and backwards, so of fourth
 order without delay; at the cutoff the amplitude is halved (-6 dB). A notch is run both ways too.
+They equal those of scipy.signal, whose import takes longer than all filters of a recording.
 """
 
 from __future__ import annotations
@@ -9,9 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
+from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.spectral.gaps import stretches
@@ -25,6 +29,7 @@ PER_DECADE = 8  # averaging times a minimum is looked for on
 LONGEST_SHARE = 0.1  # of the recording
 LONGEST = 1 << 20  # frames that are filtered: more makes the numbers no better
 SHORTEST_S = 3.0  # of a stretch that is filtered
+EDGE = 9  # samples that a stretch is continued by at each end, mirrored at a point
 CYCLES = 40  # of the Allan transfer function followed one by one, and beyond by their mean
 POINTS = 48  # a cycle
 LOG_POINTS = 300  # a decade
@@ -33,7 +38,7 @@ PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "le
 
 @dataclass(frozen=True)
 class Filter:
-    """name; sos: second-order sections of one pass, or None for no filter."""
+    """name; sos: b0, b1, b2, 1, a1, a2 of one pass, or None for no filter."""
 
     name: str
     sos: np.ndarray | None
@@ -43,22 +48,20 @@ class Filter:
         if self.sos is None:
             return np.ones_like(np.asarray(f_hz, float))
         z = np.exp(-2j * np.pi * np.asarray(f_hz, float) / rate_hz)
-        h = np.ones_like(z)
-        for b0, b1, b2, a0, a1, a2 in self.sos:
-            h = h * (b0 + b1 * z + b2 * z**2) / (a0 + a1 * z + a2 * z**2)
-        return np.abs(h) ** 2
+        b0, b1, b2, _, a1, a2 = self.sos
+        return np.abs((b0 + b1 * z + b2 * z**2) / (1 + a1 * z + a2 * z**2)) ** 2
 
     def applied(self, series: np.ndarray, rate_hz: float) -> np.ndarray:
-        """Both ways (scipy's sosfiltfilt) over every stretch without a gap; shorter ones than
-        three seconds become NaN."""
+        """Both ways over every stretch without a gap; shorter ones than three seconds become
+        NaN."""
         if self.sos is None:
             return series
-        from scipy.signal import sosfiltfilt
-
         out = np.full(series.size, np.nan)
         for part in stretches(series, 0, max(round(SHORTEST_S * rate_hz), 32)):
             mean = series[part].mean()
-            out[part] = sosfiltfilt(self.sos, series[part] - mean) + mean
+            own = np.pad(series[part] - mean, EDGE, "reflect", reflect_type="odd")
+            there = _one_way(self.sos, own)
+            out[part] = _one_way(self.sos, there[::-1])[::-1][EDGE:-EDGE] + mean
         return out
 
 
@@ -99,20 +102,47 @@ def filters(
     rate_hz: float, cutoffs_hz: Sequence[float], lines_hz: Sequence[float], notch_width_hz: float
 ) -> list[Filter]:
     """None, the low-passes below Nyquist, and a notch at each line that has room for one."""
-    from scipy.signal import butter, iirnotch, tf2sos
-
     nyquist = rate_hz / 2
     found = [Filter("none", None)]
     found += [
-        Filter(f"Butterworth {f:g} Hz", butter(2, f, fs=rate_hz, output="sos"))
+        Filter(f"Butterworth {f:g} Hz", butterworth(f, rate_hz))
         for f in cutoffs_hz
         if f < 0.95 * nyquist
     ]
     for f in lines_hz:
         width = min(notch_width_hz, f)
         if f + width / 2 < nyquist:
-            found.append(Filter(f"notch {f:.4g} Hz", tf2sos(*iirnotch(f, f / width, fs=rate_hz))))
+            found.append(Filter(f"notch {f:.4g} Hz", notch(f, width, rate_hz)))
     return found
+
+
+def butterworth(cutoff_hz: float, rate_hz: float) -> np.ndarray:
+    """`sos` of a Butterworth filter of second order, by the bilinear transformation."""
+    k = math.tan(math.pi * cutoff_hz / rate_hz)
+    scale = 1 + math.sqrt(2) * k + k**2
+    b = k**2 / scale
+    return np.array([b, 2 * b, b, 1, 2 * (k**2 - 1) / scale, 2 * (1 + k**2) / scale - 1])
+
+
+def notch(f_hz: float, width_hz: float, rate_hz: float) -> np.ndarray:
+    """`sos` of a notch of this width at half the power [Orfanidis 1996, eq. 11.3.7]."""
+    gain = 1 / (1 + math.tan(math.pi * width_hz / rate_hz))
+    middle = -2 * gain * math.cos(2 * math.pi * f_hz / rate_hz)
+    return np.array([gain, middle, gain, 1, middle, 2 * gain - 1])
+
+
+@njit
+def _one_way(sos: np.ndarray, series: np.ndarray) -> np.ndarray:
+    """One pass over (n,), which begins as after a long stretch of its first value."""
+    b0, b1, b2, _, a1, a2 = sos
+    level = (b0 + b1 + b2) / (1 + a1 + a2)
+    first, second = (level - b0) * series[0], (b2 - a2 * level) * series[0]
+    out = np.empty(series.size)
+    for k in range(series.size):
+        x = series[k]
+        y = out[k] = b0 * x + first
+        first, second = b1 * x - a1 * y + second, b2 * x - a2 * y
+    return out
 
 
 def averaging(n: int, rate_hz: float) -> np.ndarray:
@@ -151,31 +181,46 @@ def filtered_avar(density: Density, one: Filter, m: np.ndarray, rate_hz: float) 
 
     Followed cycle by cycle up to 40/tau, beyond with 3/8 for the sine.
     """
+    grid, fast = _grids(tuple(m), rate_hz)
+    slow = density(grid.f) * one.gain(grid.f, rate_hz) ** 2 * grid.weight
+    beyond = density(fast.f) * one.gain(fast.f, rate_hz) ** 2 * fast.weight
+    later = np.append(np.cumsum(beyond[::-1])[::-1], 0.0)
+    cut = np.append(beyond, 0.0)[fast.first] * fast.cut
+    return (np.add.reduceat(slow, grid.first) + later[fast.first] + cut) / np.square(m, dtype=float)
+
+
+class Grid(NamedTuple):
+    """Frequencies and weights (n,) of sums; the first of each sum (k,), and the share of it that is
+    in the sum, less one."""
+
+    f: np.ndarray
+    weight: np.ndarray
+    first: np.ndarray
+    cut: np.ndarray
+
+
+@lru_cache(maxsize=2)
+def _grids(m: Sequence[int], rate_hz: float) -> tuple[Grid, Grid]:
+    """For `filtered_avar`: all sums cycle by cycle behind each other; beyond, each to the end."""
     tau0, nyquist = 1 / rate_hz, rate_hz / 2
-    out = np.empty(len(m))
-    fast, fast_weight = _log_grid(CYCLES / (m[-1] * tau0), nyquist)
-    fast_value = density(fast) * one.gain(fast, rate_hz) ** 2 * fast_weight
-    fast_value = 2 * 3 / 8 * fast_value / np.sin(np.pi * fast * tau0) ** 2
-    for k, size in enumerate(np.asarray(m, float)):
-        edge = min(CYCLES / (size * tau0), nyquist)
-        low = 1e-4 / (size * tau0)
-        slow, weight = _log_grid(low, min(0.5 / (size * tau0), edge))
+    parts = []
+    fast, weight = _log_grid(CYCLES / (m[-1] * tau0), nyquist)
+    edges = np.minimum(CYCLES / (np.asarray(m) * tau0), nyquist)
+    for size, edge in zip(m, edges.tolist(), strict=True):
+        slow, own = _log_grid(1e-4 / (size * tau0), min(0.5 / (size * tau0), edge))
         cycles = (edge - slow[-1]) * size * tau0
         linear = np.linspace(slow[-1], edge, max(math.ceil(cycles * POINTS), 2) + 1)
-        f = np.concatenate([slow, linear])
-        weight = np.concatenate([weight, _trapezoid(linear)])
-        value = density(f) * one.gain(f, rate_hz) ** 2 * weight
+        f, own = np.append(slow, linear), np.append(own, _trapezoid(linear))
         kernel = np.sin(np.pi * f * size * tau0) ** 4 / np.sin(np.pi * f * tau0) ** 2
-        total = 2 * float(kernel @ value)
-        if edge < nyquist:
-            beyond = fast >= edge
-            total += float(fast_value[beyond].sum())
-            at = np.searchsorted(fast, edge)
-            if 0 < at < fast.size:  # the cell that the edge cuts, once in each part
-                width = np.log(fast[at] / edge) - np.log(fast[1] / fast[0]) / 2
-                total += float(fast_value[at] / np.log(fast[1] / fast[0]) * width)
-        out[k] = total / size**2
-    return out
+        parts.append((f, 2 * own * kernel))
+    first = np.cumsum([0, *(f.size for f, _ in parts[:-1])])
+    joined = (np.concatenate(every) for every in zip(*parts, strict=True))
+    grid = Grid(next(joined), next(joined), first, np.zeros(first.size))
+    first = np.where(edges < nyquist, np.searchsorted(fast, edges), fast.size)
+    step = np.log(fast[1] / fast[0]) if fast.size > 1 else 1.0
+    cut = np.log(fast[np.minimum(first, fast.size - 1)] / edges) / step - 0.5
+    cut[(first == 0) | (first == fast.size)] = 0.0  # the cell that an edge cuts is in both parts
+    return grid, Grid(fast, 3 / 4 * weight / np.sin(np.pi * fast * tau0) ** 2, first, cut)
 
 
 def _log_grid(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
@@ -269,6 +314,12 @@ def tried(
         )
         for one in among
     ]  # fmt: skip
+
+
+def warm_up() -> None:
+    """Compile for float64, forwards and backwards."""
+    for series in (np.zeros(2), np.zeros(2)[::-1]):
+        _one_way(butterworth(6.0, 100.0), series)
 
 
 NO_FILTER = Filtered("", Filter("none", None), 0, None, None)

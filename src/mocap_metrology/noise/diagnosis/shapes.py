@@ -108,7 +108,13 @@ def _refined(
             return -float(b[0] ** 2 / max(float(X[0] @ X[0]), 1e-300))
         return -float(b @ np.linalg.lstsq(X @ X.T, b, rcond=1e-9)[0])  # of the sum of squares
 
-    best = int(np.argmin([rest(place) for place in grid]))
+    X = np.array([columns(place) for place in grid])
+    if X.size == grid.size * z.size:  # one column a place: all at once
+        X = X.reshape(grid.size, z.size)
+        X = X - (X @ basis) @ basis.T
+        best = int(np.argmax((X @ own) ** 2 / np.maximum((X * X).sum(axis=1), 1e-300)))
+    else:
+        best = int(np.argmin([rest(place) for place in grid]))
     bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
     fine = {"xatol": 1e-4 * (bounds[1] - bounds[0])}
     return float(minimize_scalar(rest, bounds=bounds, method="bounded", options=fine).x)

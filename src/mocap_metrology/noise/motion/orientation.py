@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.large import Sliced
@@ -96,6 +95,8 @@ def of_poses(xyzw: np.ndarray) -> Orientation:
     known = np.isfinite(xyzw).all(axis=0) & (np.abs(xyzw).max(axis=0) > 0)
     if not known.any():
         raise Refusal("orientation: no pose with an orientation")
+    from scipy.spatial.transform import Rotation
+
     n = xyzw.shape[1]
 
     def rotations(part: slice) -> np.ndarray:
@@ -156,6 +157,8 @@ def _vectors(rotations: Callable[[slice], np.ndarray], n: int) -> np.ndarray:
     rotations: (m, 3, 3) of some of the n frames, asked for twice: of 90 hours at 120 Hz all of them
     together would be 2.8 GB.
     """
+    from scipy.spatial.transform import Rotation
+
     parts = _chunks(n)
     total, count = np.empty((0, 3, 3)), 0
     for part in parts:

@@ -50,10 +50,10 @@ def address(kind: str, name: str) -> str:
 
 
 def figures_of(results: Path, images: Iterable[Path]) -> list[Figure]:
-    """Images with the title and the caption that their PNG holds; the file's name without one."""
+    """Images (SVG) with the title and the caption that they hold; the file's name without one."""
     figures = []
     for image in sorted(images, key=_order):
-        title, caption = caption_of(image.with_suffix(".png"))
+        title, caption = caption_of(image)
         name = image.stem.replace("_", " ")
         alt = f"{title}. {caption}" if title and caption else title or name
         shown = {"title": title or name, "caption": caption, "alt": alt}
@@ -186,13 +186,12 @@ def _table(tokens: list[Token]) -> site.Table:
 
 
 def run_times(files: Mapping[str, Iterable[str | Path]]) -> list[Row]:
-    """A row a rule: `TIMES`. files: Snakemake's benchmarks of one repetition, by rule; it writes NA
-    or - for what it could not see."""
+    """A row a rule: `TIMES`. files: what the jobs of each cost, see workflow/scripts/step.py."""
     import pandas as pd
 
     rows = []
     for rule, paths in sorted(files.items()):
-        if jobs := [pd.read_csv(path, sep="\t", na_values=["-"]) for path in paths]:
+        if jobs := [pd.read_csv(path, sep="\t") for path in paths]:
             s, mb = (pd.concat(jobs)[name].astype(float) for name in ("s", "max_rss"))
             values = (rule, len(jobs), round(math.fsum(s), 2), float(s.max()), float(mb.max()))
             rows.append(dict(zip(TIMES, values, strict=True)))

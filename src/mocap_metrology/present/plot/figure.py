@@ -8,6 +8,7 @@ marker differ as well.
 
 from __future__ import annotations
 
+import html
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -263,24 +264,25 @@ def words_picture(words: str, texts: Texts) -> Picture:
     return Picture(figure, words)
 
 
-def save(picture: Picture, path: str | Path) -> tuple[Path, Path]:
-    """Write `<path>.svg` and `<path>.png`, both whole or neither; return their paths. `path` may be
-    that of either.
+def save(picture: Picture, path: str | Path, png: bool = True) -> tuple[Path, Path]:
+    """Write `<path>.svg` and `<path>.png`, both whole or neither, or the first alone; return their
+    paths. `path` may be that of either.
 
     The caption goes into both as the description of the image (`caption_of`). No date, host or
     version goes in and SVG identifiers are hashes of the content, so the same figure gives the same
     bytes on one set of packages.
     """
     figure, stem = picture.figure, str(path).removesuffix(".svg").removesuffix(".png")
-    svg, png = Path(f"{stem}.svg"), Path(f"{stem}.png")
+    svg, second = Path(f"{stem}.svg"), Path(f"{stem}.png")
     with styled(), whole(svg) as svg_part:
         _lay_out(figure)
         longer = max(figure.get_figheight() / MM / IMAGE_PAGE_MM, 1.0)
         how: Keywords = {"dpi": round(IMAGE_DPI / longer**0.5)}
         how["metadata"] = {"Date": None, "Creator": None, **_texts(picture)}
         figure.savefig(svg_part, format="svg", **how)
-        save_png(picture, png)
-    return svg, png
+        if png:
+            save_png(picture, second)
+    return svg, second
 
 
 @styled()
@@ -299,6 +301,12 @@ def _lay_out(figure: Figure) -> None:
     if engine := figure.get_layout_engine():
         figure.set_dpi(DPI)  # laid out as the PNG is drawn: hinting makes small text wider,
         FigureCanvasAgg(figure)  # by the same renderer, which measures every text once
+        for axes in figure.axes:
+            for axis, near, far in ((axes.xaxis, "bottom", "top"), (axes.yaxis, "left", "right")):
+                if not axis.get_label_text():
+                    axis.set_label_coords(0, 0)  # else its place is found at every look
+                if axis.get_ticks_position() == near:
+                    axes.spines[far].set_in_layout(False)  # which asks for all ticks
         engine.execute(figure)
         figure.set_layout_engine(None)
 
@@ -309,7 +317,12 @@ def _texts(picture: Picture) -> dict[str, str]:
 
 
 def caption_of(image: str | Path) -> tuple[str, str]:
-    """Title and caption of a saved PNG, empty where it has none."""
+    """Title and caption of a saved SVG or PNG, empty where it has none."""
+    if Path(image).suffix == ".svg":
+        text = Path(image).read_text(encoding="utf-8").partition("</metadata>")[0]
+        found = (re.search(f"<{key}>(.*)</{key}>", text) for key in ("title", "dc:description"))
+        title, caption = (html.unescape(one[1]) if one else "" for one in found)
+        return title, caption
     from PIL import Image
 
     with Image.open(image) as opened:

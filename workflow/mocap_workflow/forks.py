@@ -1,0 +1,129 @@
+"""A process with all modules and kernels loaded, which forks one for each job of a run.
+
+To import them takes a job a second or two, most of a short one. A job's own process hands its
+script over and waits: it ends as the fork does, and the fork ends when it is killed. Where no such
+process answers (the first jobs of a run, other hosts), a job does its work itself.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import gc
+import importlib
+import json
+import os
+import runpy
+import select
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import traceback
+from pathlib import Path
+
+ADDRESS = "MOCAP_METROLOGY_FORKS"  # in the environment of jobs
+LEAST_JOBS = 8  # of a run, from which it pays
+USED = (  # beside what modules import when they are: first one thread
+    *("step", "pyarrow.parquet", "scipy.ndimage", "scipy.optimize"),
+    *("scipy.signal", "scipy.spatial.transform", "scipy.stats"),
+)
+
+
+def serve(n_jobs: int) -> None:
+    """Start the process for the jobs of this one; it ends with this one."""
+    if n_jobs >= LEAST_JOBS and sys.platform == "linux":
+        folder = tempfile.mkdtemp(prefix="mocap-metrology-")  # of this user alone
+        place = Path(__file__).parents[1]
+        paths = os.pathsep.join(map(str, (place, place / "scripts", *sys.path)))
+        command = [sys.executable, "-m", "mocap_workflow.forks", f"{folder}/socket"]
+        environment = os.environ | {"PYTHONPATH": paths}
+        server = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
+        os.environ[ADDRESS] = f"{folder}/socket"
+        atexit.register(server.communicate)  # ends and awaits it
+
+
+def hand_over(address: str) -> None:
+    """Have a fork run the script of this process and end as it does; returns where none can."""
+    link = socket.socket(socket.AF_UNIX)
+    try:
+        link.connect(address)
+    except OSError:
+        return
+    told = json.dumps([sys.argv[0], str(Path.cwd()), dict(os.environ)]).encode()
+    socket.send_fds(link, [len(told).to_bytes(4)], [0, 1, 2])
+    link.sendall(told)
+    status = link.recv(1)
+    os._exit(status[0] if status else 1)  # none of a fork that was killed
+
+
+def main(address: str) -> None:
+    """Load everything, then fork until the run ends, which closes the standard input."""
+    atexit.register(shutil.rmtree, Path(address).parent, ignore_errors=True)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+    for name in USED:
+        importlib.import_module(name)
+    from mocap_metrology.common import compiled
+    from mocap_metrology.present.plot.figure import import_matplotlib
+
+    compiled.warm()  # which imports every module
+    import_matplotlib()
+    gc.freeze()
+    with contextlib.closing(socket.socket(socket.AF_UNIX)) as listener:
+        listener.bind(address)
+        listener.listen(64)
+        while sys.stdin not in (ready := select.select([listener, sys.stdin], [], [], 1.0)[0]):
+            if ready:
+                link, _ = listener.accept()
+                if os.fork() == 0:
+                    listener.close()
+                    _work(link)
+                link.close()
+            _reap()
+
+
+def _reap() -> None:
+    """Clear forks that have ended, whose time then counts as this process's."""
+    with contextlib.suppress(ChildProcessError):  # there is none
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+
+
+def _work(link: socket.socket) -> None:
+    """Run the script that is told of through the link, as in its own process."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    size, files, *_ = socket.recv_fds(link, 4, 3)
+    for number, file in enumerate(files):
+        os.dup2(file, number)
+        os.close(file)
+    told = link.recv(int.from_bytes(size), socket.MSG_WAITALL)
+    script, folder, environment = json.loads(told)
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
+    threading.Thread(target=_ends_with, args=[link], daemon=True).start()
+    sys.argv, status = [script], 0
+    try:
+        runpy.run_path(script, run_name="__main__")
+    except SystemExit as ended:
+        status = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+    except BaseException:
+        traceback.print_exc()
+        status = 1
+    sys.stdout.flush()
+    sys.stderr.flush()
+    link.send(bytes([status]))
+    os._exit(status)
+
+
+def _ends_with(link: socket.socket) -> None:
+    """End this process when the job's own has ended."""
+    link.recv(1)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

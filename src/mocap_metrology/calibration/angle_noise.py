@@ -215,5 +215,6 @@ def _without(
 
 
 def _at(curve: AllanCurve, m: np.ndarray) -> AllanCurve:
+    """The curve at some of its averaging factors."""
     rows = np.flatnonzero(np.isin(curve.m, m))
     return AllanCurve(**{k: getattr(curve, k)[rows] for k in AllanCurve.__dataclass_fields__})

@@ -103,6 +103,7 @@ def _board(entry: Entry) -> str:
 
 
 def _by_labels(entry: Entry, dump: str) -> dict[str, TrackedObject]:
+    """Objects of a recording by name and by serial number."""
     if entry.format != "libsurvive-rec":
         return {_board(entry): TrackedObject(_board(entry))}
     found = tracked_objects(dump)

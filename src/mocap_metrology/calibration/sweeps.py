@@ -130,6 +130,7 @@ def refuse(refusal: Refusal, folder: Path) -> None:
 
 
 def paths_in(names: Mapping[str, str], folder: Path) -> dict[str, str]:
+    """Paths by name of these files of a folder."""
     return {name: str(folder / file) for name, file in names.items()}
 
 

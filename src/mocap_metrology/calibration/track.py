@@ -144,6 +144,7 @@ def scene_before(
 def _calibrated(
     used: pose_file.PoseFile, placed: Mapping[str, pose_file.PoseEntry], is_own: bool
 ) -> receiver.Calibrated:
+    """What is known of these stations."""
     R, t = zip(*map(pose_file.matrix_and_metres, placed.values()), strict=True)
     if not pose_file.is_network(used):
         given = next(iter(placed.values()))["covariance"]

@@ -59,6 +59,7 @@ class KnownLength:
 
     @classmethod
     def between(cls, first: Place, second: Place, length_m: float, sd_m: float) -> KnownLength:
+        """The distance of two places."""
         return cls((first, second), length_m / np.sqrt(2), sd_m / np.sqrt(2))
 
     @classmethod

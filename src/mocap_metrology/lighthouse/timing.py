@@ -29,6 +29,7 @@ def flash_length(code: Number) -> Number:
 
 
 def code_of(axis: Whole, data: Whole, skip: Whole) -> Whole:
+    """Code of a flash: skip * 4 + data * 2 + axis."""
     return skip * 4 + data * 2 + axis
 
 

@@ -237,6 +237,7 @@ class CalibrationFiles:
 
     @property
     def reference_name(self) -> str:
+        """Name of the station whose frame is used."""
         if pose_file.is_network(self.pose):
             return str(self.pose["reference"] or self.names[0])
         return ROLES[MASTER]

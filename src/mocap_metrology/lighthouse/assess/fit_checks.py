@@ -116,6 +116,7 @@ def worst(
 
 
 def unknown(name: str, case: Case, unit: str, level: str = "good") -> Check:
+    """A check that does not apply, or of something not known."""
     return Check(name, case, None, unit, None, None, level)
 
 
@@ -293,6 +294,7 @@ def path(chosen: PoseEstimate, span_m: float | None) -> Check:
 
 
 def uncertainty(chosen: PoseEstimate) -> Check:
+    """The worst axes of the covariance."""
     name = "uncertainty"
     if chosen.covariance is None:
         return unknown(name, Case.UNCERTAINTY_NONE, "mm")

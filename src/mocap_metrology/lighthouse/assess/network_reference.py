@@ -142,6 +142,7 @@ def _of_json(path: str | Path, text: str) -> list[Placed]:
 
 
 def _of_pose_json(path: str | Path) -> list[Placed]:
+    """The chosen poses, and that of the reference."""
     given = pose_file.read_pose_json(path)
     own = str(given["reference"])
     first = Placed(int(own), given["stations"][own]["id"], np.eye(3), np.zeros(3))

@@ -148,6 +148,7 @@ def pairs(given: PoseFile) -> dict[str, PoseFile]:
 
 
 def check_row(check: Check) -> Row:
+    """A check of pose.json, but for its sentence."""
     limit = check.limit
     return {
         "name": check.name,
@@ -293,5 +294,6 @@ def chosen_pose(given: PoseFile) -> PoseEntry | None:
 
 
 def kind_of(entry: PoseEntry) -> tuple[str, str, str]:
+    """Estimator, stage and optics of a pose."""
     estimator, stage, optics = (entry[name] for name in KIND)
     return estimator, stage, optics

@@ -172,6 +172,7 @@ def _of_libsurvive(path: str | Path, text: str) -> Row | None:
 
 
 def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
+    """Rotation (3, 3) of a pose file."""
     if "R" in given:
         R = finite(given["R"], (3, 3), f"{name}: R")
         off = float(np.abs(R @ R.T - np.eye(3)).max())
@@ -189,6 +190,7 @@ def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
 
 
 def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:
+    """Translation (3,) of a pose file in m, by whatever name."""
     key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
     if key is None:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")

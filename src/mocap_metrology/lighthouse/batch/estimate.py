@@ -60,6 +60,7 @@ class Joint:
     begins: Floats | float = 0.0
 
     def sure(self, what: str) -> Joint:
+        """Itself; refused, in the name of `what`, where the search did not converge."""
         if not self.converged:
             raise Refusal(f"{what}: no convergence in {self.rounds} steps")
         return self
@@ -95,6 +96,7 @@ class Joint:
 
 @contextmanager
 def determined(what: str) -> Iterator[None]:
+    """Refuses, in the name of `what`, hits whose normal equations have no solution."""
     try:
         yield
     except np.linalg.LinAlgError as error:
@@ -177,6 +179,8 @@ def _again(found: Joint, state: problem.State, sized: bool) -> _Search:
 
 
 class _Search:
+    """The present values, and steps from them."""
+
     def __init__(
         self,
         of: problem.Layout,

@@ -159,6 +159,7 @@ def sensed(seen: Windows, bias: Floats, delay_s: float) -> tuple[Floats, Floats]
 
 
 def _weights(seen: Windows) -> Floats:
+    """Weights of the control points at begin, middle and end, (3, 4)."""
     return np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)) if seen.still else ENDS
 
 
@@ -205,6 +206,7 @@ def cost(found: Residuals, noise: Floats) -> float:
 def equations(
     seen: Windows, found: Residuals, noise: Floats, of: Layout, column: int, size: int
 ) -> Equations:
+    """Normal equations; size: unknowns of the trajectory."""
     near, far = derivatives(seen, found)
     weight = (_robust(found.e, noise)[0] / noise[:, None] ** 2).reshape(-1, 6)
     e = found.e.reshape(-1, 6)
@@ -223,6 +225,7 @@ def equations(
 
 
 def rough_noise(found: Residuals) -> Floats:
+    """Standard deviations of both sensors' residuals by medians."""
     return np.maximum(MAD_TO_SIGMA * np.median(np.abs(found.e), axis=(0, 2)), LEAST)
 
 

@@ -57,6 +57,7 @@ class Equations(NamedTuple):
 
     @classmethod
     def zeros(cls, K: int, G: int) -> Equations:
+        """Empty equations of K coordinates of control points and G global unknowns."""
         shapes = (SPAN, K), (K, G), (G, G), (K,), (G,)
         return cls(*(np.zeros(shape) for shape in shapes))
 
@@ -104,6 +105,7 @@ def right_jacobian(v: np.ndarray, J: np.ndarray) -> None:
 
 @njit
 def right_jacobians(v: np.ndarray) -> np.ndarray:
+    """Those of rotation vectors (n, 3), (n, 3, 3)."""
     out = np.empty((len(v), 3, 3))
     for m in range(len(v)):
         right_jacobian(v[m], out[m])

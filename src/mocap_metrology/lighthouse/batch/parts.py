@@ -33,6 +33,8 @@ BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step
 
 @dataclass(frozen=True)
 class _Part:
+    """Step from the estimate of all, gain K = M^-1 L of the priors, covariance of its noise."""
+
     step: np.ndarray
     gain: np.ndarray
     noise: np.ndarray

@@ -87,6 +87,7 @@ class Priors:
 
     @property
     def time_zero_rad(self) -> float:
+        """The time zero as an angle, rad."""
         return float(1e-6 * RAD_PER_S * self.time_zero_us)
 
     @property
@@ -132,6 +133,7 @@ class Layout:
 
     @property
     def rows(self) -> tuple[np.ndarray, int, int, int]:
+        """Columns and rows of the unknowns as the kernels read them."""
         return self.columns, self.scale, self.places, self.cover
 
 
@@ -196,6 +198,8 @@ def layout(
 
 
 class State(Values):
+    """`Values` that a step changes."""
+
     def moved(self, step: np.ndarray, of: Layout) -> State:
         """The state with a step (unknowns,) added; poses turn by left rotation vectors."""
         R, t, rotors = self.R.copy(), self.t_m.copy(), self.rotors.copy()
@@ -262,6 +266,7 @@ class Sweeps:
 
     @property
     def sweep(self) -> np.ndarray:
+        """Which sweep each hit is of."""
         return np.repeat(np.arange(self.first.size - 1), np.diff(self.first))
 
 

@@ -116,6 +116,7 @@ class BatchInput:
         return windows(self.inertial, self.trajectory, self.hits.time_s)
 
     def with_knots(self) -> BatchInput:
+        """The same with the knots that its inertial sensors need."""
         own = self.trajectory
         if own.still or own.knot_s <= inertial.KNOT_S or self.windows() is None:
             return self
@@ -155,10 +156,12 @@ class Recording:
         return self.seen.sweeps
 
     def move(self, step: Floats, state: State) -> None:
+        """Add a step to the control points, and take other values of all else."""
         self.trajectory = self.trajectory.moved(step)
         self.renew(state)
 
     def renew(self, state: State) -> None:
+        """Residuals at these values."""
         self.residual = residuals(self.seen, self.trajectory, state)
         if (own := self.sensors) is not None:
             found = inertial.residuals(own.windows, self.trajectory, state, own.column, own.near_s)
@@ -178,11 +181,13 @@ class Recording:
         return inertial.equations(own.windows, own.residual, own.noise, of, at, size)
 
     def sums(self, state: State, of: Layout, column: int | None = None) -> Sums:
+        """Normal equations of its hits and sensors."""
         own, more = self.weights(), self.more(of, column)
         at = self.seen, self.trajectory, state, self.residual
         return linearised(*at, own.hit, of, more, own.held)
 
     def by_lengths(self, state: State, of: Layout, part: Reduced) -> tuple[Floats, Floats]:
+        """S and h of its lengths, its trajectory eliminated as in `part`."""
         S, h = np.zeros((of.size, of.size)), np.zeros(of.size)
         for seen in self.lengths:
             own = equation(seen, self.trajectory.control, state, of)
@@ -191,6 +196,7 @@ class Recording:
         return S, h
 
     def cost_of_lengths(self, state: State, of: Layout) -> float:
+        """Sum of squares of its lengths."""
         own = [equation(seen, self.trajectory.control, state, of) for seen in self.lengths]
         return float(sum(one.residual**2 / one.variance for one in own))
 
@@ -202,6 +208,7 @@ class Recording:
         return weights(self.seen, self.residual, self.noise)
 
     def shared(self, state: State) -> None:
+        """Let hits of a diode from one direction share their errors, as the residuals show."""
         own = self.plain()
         alone = self.residual - own.offset[self.sweeps.sweep]
         at = self.seen, self.trajectory, state
@@ -209,6 +216,7 @@ class Recording:
         self.noise = self.noise._replace(hit=hit)
 
     def total_weight(self) -> Floats:
+        """Weight of each hit, times that of its sweep."""
         own = self.plain()
         return own.hit * own.held[self.sweeps.sweep]
 
@@ -320,6 +328,8 @@ class LengthView:
 
 
 def equation(seen: LengthView, control: Floats, state: State, of: Layout) -> LengthEquation:
+    """The equation of a known length at these values; control (K, 6): control points of the
+    trajectory."""
     places = seen.known.places
     n, rows = len(places), seen.first[:, None] + np.arange(4)
     own = np.einsum("ni,nij->nj", seen.basis, control[rows])

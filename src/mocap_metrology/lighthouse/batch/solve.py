@@ -88,6 +88,7 @@ class Reduced:
 
 
 def _bend(trajectory: Trajectory, noise: float) -> tuple[np.ndarray, np.ndarray]:
+    """Band and gradient of the second differences, in units of the variance of a hit."""
     band, flat = np.zeros((SPAN, trajectory.control.size)), trajectory.control
     if trajectory.still:
         band[0, POSE:] = 1.0  # control points that are not used
@@ -151,6 +152,7 @@ def by_bends(part: Reduced, trajectory: Trajectory, noise: Noise) -> Floats:
 
 
 def bend_cost(trajectory: Trajectory) -> float:
+    """Sum of the squared second differences over their variances."""
     _, g = _bend(trajectory, 1.0)
     return 0.0 if trajectory.still else float(g @ trajectory.control.ravel())
 

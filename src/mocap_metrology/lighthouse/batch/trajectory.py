@@ -84,6 +84,7 @@ class Trajectory:
         return self.reference(time_s) @ exp(own[:, 3:]), own[:, :3]
 
     def known(self, time_s: np.ndarray) -> np.ndarray:
+        """Whether poses lie near these times, bool (n,)."""
         if self.still:
             return np.ones(time_s.size, np.bool_)
         after = np.clip(np.searchsorted(self.node_s, time_s), 1, self.node_s.size - 1)
@@ -144,6 +145,7 @@ def through(
 
 
 def at_rest(R: np.ndarray, t_m: np.ndarray) -> Trajectory:
+    """A board that keeps the pose R, t."""
     control = np.zeros((4, 6))
     control[0, :3] = t_m
     return Trajectory(0.0, np.inf, control, np.zeros(1), R[None])

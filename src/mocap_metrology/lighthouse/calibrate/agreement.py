@@ -162,6 +162,7 @@ def _viterbi(cost: np.ndarray, jump: np.ndarray) -> np.ndarray:
 
 
 def choose(master: Minima, slave: Minima, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The minima (n,) of both stations that agree best with the slave's rotation R."""
     return (
         _smooth(master, master.excess + _disagreement(master, slave, R)),
         _smooth(slave, slave.excess + _disagreement(slave, master, R.T)),
@@ -288,6 +289,7 @@ def _tried(
 
 
 def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None) -> Agreed:
+    """Board poses in the frames of both stations, the mirror decided by both; see `agree`."""
     master, slave = (
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)

@@ -161,6 +161,7 @@ def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
 
 
 def poses_of(found: Joint) -> list[Pose]:
+    """Poses of all stations in the frame of the first."""
     return list(zip(found.state.R, found.state.t_m, strict=True))
 
 
@@ -265,6 +266,7 @@ def well_fitted(
 
 
 def _without_bad(scene: Scene, hits: Hits, found: Joint) -> tuple[Joint, list[int]]:
+    """An estimate without diodes that the others contradict, and these."""
     out: list[int] = []
     for _ in range(RENEWALS + 1):
         near = found.recordings[0].trajectory

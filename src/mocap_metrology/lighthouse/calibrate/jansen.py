@@ -157,6 +157,7 @@ def _best(own: Seen, by_batch: bool) -> tuple[Seen, list[variants.VariantFit]]:
 def _by_optics(
     found: Calibration, own: Seen, settings: CalibrationSettings, report: Callable[[str], None]
 ) -> None:
+    """The calibration with the estimates of all estimators for these optics."""
     scene, name = own.scene, own.scene.optics
     if own.still:
         found.still, middle = True, _middle(scene.hits, len(scene.board))
@@ -198,6 +199,7 @@ def _with_batch(
 
 
 def _middle(hits: records.Hits, n_diodes: int) -> tuple[records.Measurements, records.Measurements]:
+    """Median angles of each diode, of master and slave."""
     master, slave = (median_angles(hits, k, n_diodes) for k in (records.MASTER, records.SLAVE))
     return master, slave
 

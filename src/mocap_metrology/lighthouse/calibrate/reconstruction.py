@@ -110,10 +110,12 @@ def _at_middle(sweeps: _Sweeps) -> _Sweeps:
 
 
 def _polynomial(sweeps: _Sweeps, nodes: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Angles (n, diodes) at `time_s` of the polynomial through the sweeps `nodes` (k, n)."""
     return (lagrange(sweeps.time_s[nodes], time_s) * sweeps.angle_rad[nodes]).sum(axis=0)
 
 
 def _pairs(sweeps: list[_Sweeps]) -> tuple[np.ndarray, np.ndarray]:
+    """An azimuth sweep and the elevation sweep right after it, at the middle of both."""
     first, second = sweeps
     follower = np.searchsorted(second.middle_s, first.middle_s)
     known = np.flatnonzero(follower < second.middle_s.size)

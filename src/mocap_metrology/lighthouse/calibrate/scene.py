@@ -23,6 +23,7 @@ Pose = tuple[np.ndarray, np.ndarray]
 
 
 def _part_sd(size: str, phase: str) -> np.ndarray:
+    """Standard deviation of either part, along and across, of a term with a size and a phase."""
     mean = FACTORY2_MEAN[size] * FACTORY2_SD[phase]
     return np.hypot(FACTORY2_SD[size], mean)
 
@@ -79,6 +80,7 @@ class Scene:
 
     @property
     def title(self) -> str:
+        """The estimate, in messages."""
         return f"{NAME}, {self.optics}"
 
     @property

@@ -48,6 +48,7 @@ class StaticPose:
 
     @property
     def notes(self) -> list[str]:
+        """On the mirrored pose, and on diodes that were left out."""
         mirror = "no mirrored pose"
         if np.isfinite(self.ambiguity):
             mirror = f"K_1 of the mirrored pose is {self.ambiguity:.3g} times that of the pose used"

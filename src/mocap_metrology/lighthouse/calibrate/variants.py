@@ -155,6 +155,7 @@ def steps(weighed: Sequence[VariantFit]) -> np.ndarray:
 
 
 def widened(estimate: PoseEstimate, weighed: Sequence[VariantFit]) -> PoseEstimate:
+    """The estimate with the open variants in its covariance."""
     off = steps(weighed)
     if estimate.covariance is None or not len(off):
         return estimate
@@ -215,6 +216,7 @@ def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order:
 
 
 def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
+    """K_1 of both stations by diode."""
     pose = static_pose(list(optics.measurements), board, list(optics.rotors))
     if pose is None:
         return None

@@ -324,6 +324,7 @@ def covariance(R: np.ndarray, t: np.ndarray, given: Evidence) -> np.ndarray | No
 
 
 def residual_rms(R: np.ndarray, t: np.ndarray, given: Evidence) -> float:
+    """Root mean square of C - M in rad at a slave pose."""
     _, points, measured, rotors = given.plain
     own = np.ascontiguousarray((points - t) @ R)
     return float(np.sqrt(np.mean((angles(own, rotors) - measured) ** 2)))

@@ -147,6 +147,7 @@ def _numbers(table: pd.DataFrame, names: list[str], name: str) -> dict[str, np.n
 
 
 def _refuse_first(bad: np.ndarray, cells: Iterable[object], name: str, words: str) -> None:
+    """Refuse the first row that is bad, naming its cell."""
     if bad.any():
         row = int(np.argmax(bad))
         raise Refusal(f"{name}, row {row + 1}: " + words.format(list(cells)[row]))

@@ -37,6 +37,8 @@ OF_ANGLES = {"angles-csv": read_angles, "lfsr-counts": read_counts}
 
 
 class _How(NamedTuple):
+    """Board (n, 3) in m, file of calibrations, thresholds, and name of a recording."""
+
     places: np.ndarray
     factory: str | Path | None
     cleaning: Cleaning

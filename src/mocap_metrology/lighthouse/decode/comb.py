@@ -62,6 +62,7 @@ def find_period(start_s: np.ndarray) -> float:
 
 
 def _differences(times: np.ndarray, lag: float, tolerance: float) -> np.ndarray:
+    """All differences t_j - t_i within the tolerance of the lag."""
     low = np.searchsorted(times, times + lag - tolerance)
     count = np.searchsorted(times, times + lag + tolerance, side="right") - low
     i = np.repeat(np.arange(times.size), count)

@@ -255,6 +255,7 @@ def _ups(geos: object) -> dict[int, np.ndarray]:
 
 
 def _crazyflie_station(key: int, given: object, where: str, generation: int) -> Station:
+    """One entry of `calibs`."""
     if not isinstance(given, Mapping):
         raise Refusal(f"{where} is {given!r}; expected uid and sweeps")
     uid, sweeps = given.get("uid"), given.get("sweeps")

@@ -82,6 +82,7 @@ def _least_absolute(
 def _gate_sweep(
     tangent: np.ndarray, where: np.ndarray, gate: Cleaning, perspective: float
 ) -> np.ndarray:
+    """Wrong hits of one sweep."""
     n_hits, n_directions = where.shape
     gate_rad, gate_mad = gate.gate_rad, gate.gate_mad
     n_linear = 1 + n_directions

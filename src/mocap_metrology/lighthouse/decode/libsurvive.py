@@ -224,6 +224,7 @@ def _check(seen: RecordingPass, own: str, wanted: str, name: str) -> bool:
 
 
 def _description(text: bytes, where: str) -> tuple[np.ndarray, np.ndarray]:
+    """Positions of the diodes in metres, and the channel of each."""
     try:
         lights = json.loads(text)["lighthouse_config"]
         board = np.array(lights["modelPoints"], dtype=np.float64)

@@ -222,6 +222,7 @@ def decode_turns(turns: Turns) -> Station:
 
 
 def unknown_station(channel: int, why: str = "") -> Station:
+    """A station of which only the channel is known."""
     return Station(str(channel), why=why, generation=2, channel=channel)
 
 

@@ -240,6 +240,7 @@ def _minimise_all(
     rotors: np.ndarray,
     start: _Starts,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Levenberg-Marquardt and the mirror test for every measurement."""
     n, d = seen.shape
     Rs, ts, centre, normal = start
     Rs_found, ts_found = np.empty((2, n, 3, 3)), np.empty((2, n, 3))

@@ -236,6 +236,7 @@ def blocked_intervals(
 def is_open(
     intervals: list[tuple[int, float, float]], station: np.ndarray, time_s: np.ndarray
 ) -> np.ndarray:
+    """True where nothing is between the station and the board, by station and time."""
     seen = np.ones(time_s.shape, dtype=bool)
     for which, begin, end in intervals:
         seen &= ~((station == which) & (time_s >= begin) & (time_s < end))

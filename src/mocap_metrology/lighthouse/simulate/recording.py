@@ -234,6 +234,7 @@ def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.nd
 
 
 def _faces(scene: _Scene, station: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Which diodes (n, diodes) look at the station at these times, and are before it."""
     R, p = scene.motion.poses(time_s)
     way = scene.t[station][:, None] - (scene.board @ R.transpose(0, 2, 1) + p[:, None])
     toward = np.einsum("nij,ni->nj", way.transpose(0, 2, 1), R[:, :, 0])
@@ -255,6 +256,7 @@ def words_of(pulses: records.Pulses) -> np.ndarray:
 
 
 def write_dump(path: str | Path, pulses: records.Pulses) -> None:
+    """Write the words as a raw dump, little-endian, whole or not at all."""
     words = words_of(pulses).astype("<u4", copy=False)
     with whole(path) as part:
         words.tofile(part)
@@ -317,6 +319,7 @@ def simulate_mounts(twin: LighthouseTwin, seed: int) -> MountRecording:
 
 
 def write_mounts(path: str | Path, labels: Sequence[str]) -> None:
+    """Write the known geometry of mounts as CSV: label, x_m, y_m, z_m in the housing's frame."""
     places = np.tile(MOUNT_M, (len(labels) // len(MOUNT_M), 1)).tolist()
     rows = zip(labels, *zip(*places, strict=True), strict=True)
     write_csv(path, [dict(zip(("label", "x_m", "y_m", "z_m"), row, strict=True)) for row in rows])

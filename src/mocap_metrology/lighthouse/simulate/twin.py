@@ -97,6 +97,7 @@ class BoardTwin(Entry):
     """Displaces each diode by this distance before or behind the plane."""
 
     def positions(self) -> np.ndarray:
+        """Places of the diodes, (n, 3) in metres."""
         board = flat_board(self.columns, self.rows, self.width_m, self.height_m)
         if self.out_of_plane_m:
             depths = [-self.out_of_plane_m, self.out_of_plane_m]
@@ -176,6 +177,7 @@ class StationTwin(Entry):
 
     @property
     def optics(self) -> Factory | None:
+        """Values of the rotors as the station states them; None: ideal."""
         return self.factory.made() if self.factory else None
 
     @property
@@ -184,6 +186,7 @@ class StationTwin(Entry):
 
     @property
     def t(self) -> np.ndarray:
+        """Origin of the station's frame in the master's, metres."""
         return np.array(self.position_m)
 
     @property

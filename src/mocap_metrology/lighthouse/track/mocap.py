@@ -94,6 +94,7 @@ def match(track: Tracked, seen: Markers) -> Match:
 
 
 def _fits(track: Tracked, seen: Markers, known: np.ndarray) -> list[_Fit]:
+    """From every offset that is likely, the best first."""
     fits = [_Fit(track, seen, known, near) for near in offsets(track, seen, known)]
     return sorted((fit for fit in fits if fit.common_s >= LEAST_S), key=lambda fit: -fit.score)
 
@@ -223,10 +224,12 @@ class _Fit:
 
     @property
     def common_s(self) -> float:
+        """How long both know the motion."""
         return float(self.kept.sum() * np.median(np.diff(self.track.time_s)))
 
     @property
     def rms(self) -> float:
+        """Root mean square of the distances between places, m."""
         return float(np.sqrt(np.mean(np.sum(self.residual[self.kept] ** 2, axis=2))))
 
     @property

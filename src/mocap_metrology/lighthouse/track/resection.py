@@ -58,6 +58,7 @@ class Resected:
 
     @property
     def relative(self) -> list[Pose]:
+        """Poses of the stations but the reference, in its frame."""
         (R_0, t_0), *others = self.poses
         return [(R_0.T @ R, R_0.T @ (t - t_0)) for R, t in others]
 
@@ -249,5 +250,6 @@ def relative_by_poses(poses: Sequence[Pose]) -> Floats:
 
 
 def _between(a: Sequence[Pose], b: Sequence[Pose]) -> Floats:
+    """Steps from poses to others."""
     pairs = zip(a, b, strict=True)
     return np.concatenate([np.r_[t_b - t_a, error(R_b, R_a)] for (R_a, t_a), (R_b, t_b) in pairs])

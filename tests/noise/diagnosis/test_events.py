@@ -173,6 +173,17 @@ def test_noise_of_any_kind_and_slow_changes_of_level_are_no_events(kind):
         assert not events_of(160 + QUIET[kind](np.random.default_rng(seed), 60_000))
 
 
+def test_bursts_of_noise_whose_size_varies_have_not_moved() -> None:
+    """GARCH [Bollerslev 1986], whose loudest frames come together, by chance of one sign."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        drawn, power, noise = rng.standard_normal((6, 24_000)), np.ones(6), np.empty((6, 24_000))
+        for k, frame in enumerate(drawn.T):
+            noise[:, k] = np.sqrt(power) * frame
+            power = 0.05 + 0.15 * noise[:, k] ** 2 + 0.8 * power
+        assert not any(event.moved for event in events_of(0.02 * noise))
+
+
 def test_events_that_recur_have_a_period() -> None:
     """A door every 30 s, now and then without; six bursts at random times have none."""
 

@@ -69,6 +69,11 @@ class SpectralLine:
     in_adev: bool | None
     amplitude: tuple[float, float] | None = None
 
+    @property
+    def wanders(self) -> bool:
+        """Whether its frequency wanders, as far as known: it may be a narrow resonance."""
+        return self.line.wide and not self.amplitude
+
 
 @dataclass(frozen=True)
 class Disturbance:

@@ -42,7 +42,7 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     series: (n,) mm, NaN in gaps. Mean squares about a second's mean, of tenths of a second and
     clipped, have lines at a frequency and at its multiples; a level that swings has one alone.
     """
-    from scipy.ndimage import uniform_filter1d
+    from scipy.ndimage import maximum_filter1d, uniform_filter1d
     from scipy.signal import resample_poly
 
     start = max((series.size - LONGEST) // 2, 0)
@@ -66,7 +66,8 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     level = np.maximum(level, _level_near(density))
     density = density / np.maximum(level / math.log(2), 1e-300)
     at = np.arange(4 * LEAST_PERIODS, density.size // (HARMONICS + 1))
-    each = np.stack([_greatest_near(density, k * at, k) for k in range(1, HARMONICS + 1)])
+    near_each = {k: maximum_filter1d(density, 2 * k + 1) for k in range(1, HARMONICS + 1)}
+    each = np.stack([greatest[k * at] for k, greatest in near_each.items()])
     strong = (each > math.log(padded / chance)).sum(axis=0) >= HARMONICS - 1
     if not strong.any():
         return math.nan
@@ -126,10 +127,3 @@ def _level_near(density: np.ndarray) -> np.ndarray:
         middles.append(math.sqrt(low * high))
         medians.append(float(np.median(density[low:high])))
     return np.interp(np.arange(density.size), middles, medians)
-
-
-def _greatest_near(density: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
-    from scipy.ndimage import maximum_filter1d
-
-    greatest: np.ndarray = maximum_filter1d(density, 2 * reach + 1)
-    return greatest[at]

@@ -10,7 +10,7 @@ from mocap_metrology.noise.diagnosis.dynamic import (
     _windows,
     dynamic_allan,
 )
-from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.events import WHITE, Event
 from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
@@ -181,7 +181,7 @@ def test_bursts_of_noise_whose_size_varies_have_not_moved() -> None:
         for k, frame in enumerate(drawn.T):
             noise[:, k] = np.sqrt(power) * frame
             power = 0.05 + 0.15 * noise[:, k] ** 2 + 0.8 * power
-        assert not any(event.moved for event in events_of(0.02 * noise))
+        assert all(event.white > WHITE for event in events_of(0.02 * noise))
 
 
 def test_events_that_recur_have_a_period() -> None:

@@ -17,8 +17,8 @@ JOIN_S = 1.0  # alarms so close are one event
 REST_S = 0.5  # between excursions, at least
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
-SMOOTHER = 0.5  # times the whiteness beside it, below which an excursion is no louder noise
-SURE = 3.0  # standard errors by which it scatters more
+LIKE_NOISE, WHITE = 0.75, 0.5  # of the whiteness beside it, of louder noise; if its size varies
+SURE = 3.0  # standard errors of a whiteness, or by which it scatters more
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
 SIDES_MISS = 0.01  # probability that some series of an event is reported as changed and is not
@@ -47,8 +47,8 @@ class Event:
     shift_mm: where that coordinate was after less where it was before. p: probability of anything
     so unlikely in the whole recording, at most. ratio: of the dynamic Allan variance to that of the
     noise, at tau_s. sides: of every series. of: number of bursts in the recording. moved: whether
-    any excursion is less white than the noise, which else was loud. often: whether it is several
-    excursions, at rest between them for most of the time."""
+    any excursion is less white than the noise, which else was loud; white: least whiteness, of that
+    beside it. often: whether it is several excursions, at rest between them most of the time."""
 
     time_s: float
     duration_s: float
@@ -64,6 +64,7 @@ class Event:
     of: int = 1
     moved: bool = True
     often: bool = False
+    white: float = 0.0
 
     @property
     def stop_s(self) -> float:
@@ -163,7 +164,7 @@ def measured(
     return [
         _event(group, own, n_tests)
         for group, own in zip(groups, moved, strict=True)
-        if any(one.moved or one.loud for one in own.values())
+        if any(one.loud or one.white < WHITE for one in own.values())
     ]
 
 
@@ -183,6 +184,7 @@ def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) 
         sized[largest].shift, min(1.0, n_tests * math.exp(-min(surest.x, 700))), surest.ratio,
         surest.tau_s, moved=any(m.moved for m in moved.values()),
         often=(stop - start) / 2 < min(m.rest_s for m in moved.values()) < math.inf,
+        white=min(m.white for m in moved.values()),
     )  # fmt: skip
 
 
@@ -192,6 +194,7 @@ class _Excursion:
     shift: float
     first_s: float | None
     last_s: float | None
+    white: float = 1.0
     moved: bool = False
     loud: bool = False
     rest_s: float = math.inf
@@ -212,7 +215,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     usual = np.median([_power(part) for part in alone if part.size > 1] or [np.zeros(2)], axis=0)
     own, beside = _power(within), max(before.size + after.size, 1)
     scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
-    moved = bool(own[1] * usual[0] < SMOOTHER * usual[1] * own[0])
+    white = float(own[1] * usual[0] / max(usual[1] * own[0], 1e-300))  # of that beside it
+    moved = white < min(LIKE_NOISE, 1 - SURE / math.sqrt(max(within.size, 1)))
     loud = bool(np.any(own > (1 + SURE * scatter) * usual))
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
@@ -228,12 +232,12 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     if not off.size:
-        return _Excursion(size, levels[1] - levels[0], None, None, moved, loud)
+        return _Excursion(size, levels[1] - levels[0], None, None, white, moved, loud)
     at = (start + first + off[[0, -1]]) / rate_hz
     ends = float(at[0]), float(at[1] + 1 / rate_hz)
     rests = np.diff(off) / rate_hz
     rest_s = float(rests[rests > REST_S].sum())
-    return _Excursion(size, float(levels[1] - levels[0]), *ends, moved, loud, rest_s)
+    return _Excursion(size, float(levels[1] - levels[0]), *ends, white, moved, loud, rest_s)
 
 
 def _power(values: np.ndarray) -> np.ndarray:

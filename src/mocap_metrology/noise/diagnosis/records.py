@@ -12,7 +12,7 @@ import numpy as np
 
 from mocap_metrology import settings
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.events import WHITE, Event
 from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend
@@ -158,7 +158,7 @@ def explained(found: Diagnosis, duration_s: float, still_range_mm: float = 2.0) 
             return {side.series for side in event.sides if side.changed} <= changing
         if event.stop_s < end_s or event.time_s > duration_s - end_s:
             return True
-        if not event.moved and set(event.series) <= tails:
+        if (not event.moved or event.white > WHITE) and set(event.series) <= tails:
             return True
         own = switching.get(event.largest)  # perhaps to a position that it hardly stays at
         near = own is not None and event.stays and abs(event.shift_mm) < WITHIN * abs(own.size_mm)

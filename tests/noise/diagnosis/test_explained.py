@@ -140,8 +140,8 @@ def test_a_switch_back_at_once_is_no_event() -> None:
     """Of a position that a marker stays at for less than is seen as a level."""
     others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
     wanders = {"x1": Wander(("levels",), "", ("levels",), 0.0, 0.01, 0.09, 0.09)}
-    for shift_mm, stands in ((-0.089, False), (0.3, True)):
-        event = Event(180.0, 2.0, "burst", ("x1",), "x1", abs(shift_mm), shift_mm, 0.01, 9.0, 0.1)
+    for size_mm, shift_mm, stands in ((0.117, -0.089, False), (0.12, 0.0, False), (0.3, 0.3, True)):
+        event = Event(180.0, 2.0, "burst", ("x1",), "x1", size_mm, shift_mm, 0.01, 9.0, 0.1)
         found = Diagnosis(**others | {"wanders": wanders, "events": [event]})
         assert bool(explained(found, 600.0).events) is stands
 

@@ -28,7 +28,7 @@ from mocap_metrology.noise.motion.movement import STILL, Movement
 USUAL = settings.Diagnosis()
 MANY_REPEATS = 0.1  # share of the frames, from which they may look like those of a low-pass
 MAY_SWITCH = frozenset({"steps", "levels"})  # of cameras, not excluded
-WITHIN = 1.2  # times the distance of positions, that a switch is at most
+WITHIN = 1.6  # times the distance of positions, that a switch between them is at most, with noise
 MULTIPLES = 6  # of the frequency at which bursts recur, that are no cycle
 
 
@@ -161,7 +161,7 @@ def explained(found: Diagnosis, duration_s: float, still_range_mm: float = 2.0) 
         if (not event.moved or event.white > WHITE) and set(event.series) <= tails:
             return True
         own = switching.get(event.largest)  # perhaps to a position that it hardly stays at
-        near = own is not None and event.stays and abs(event.shift_mm) < WITHIN * abs(own.size_mm)
+        near = own is not None and event.size_mm < WITHIN * abs(own.size_mm)
         return near or any(x.jump_near(event.time_s, event.stop_s) for x in switching.values())
 
     def other_than_bursts(name: str, one: Wander) -> bool:

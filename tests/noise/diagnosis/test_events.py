@@ -10,7 +10,7 @@ from mocap_metrology.noise.diagnosis.dynamic import (
     _windows,
     dynamic_allan,
 )
-from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.events import WHITE, Event
 from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
@@ -171,6 +171,17 @@ QUIET = {
 def test_noise_of_any_kind_and_slow_changes_of_level_are_no_events(kind):
     for seed in range(2):
         assert not events_of(160 + QUIET[kind](np.random.default_rng(seed), 60_000))
+
+
+def test_bursts_of_noise_whose_size_varies_have_not_moved() -> None:
+    """GARCH [Bollerslev 1986], whose loudest frames come together, by chance of one sign."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        drawn, power, noise = rng.standard_normal((6, 24_000)), np.ones(6), np.empty((6, 24_000))
+        for k, frame in enumerate(drawn.T):
+            noise[:, k] = np.sqrt(power) * frame
+            power = 0.05 + 0.15 * noise[:, k] ** 2 + 0.8 * power
+        assert all(event.white > WHITE for event in events_of(0.02 * noise))
 
 
 def test_events_that_recur_have_a_period() -> None:

@@ -10,14 +10,16 @@ from scipy import signal
 
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.export import bands, low_passes
-from mocap_metrology.noise.diagnosis.findings import findings_of
+from mocap_metrology.noise.diagnosis.findings import Finding, findings_of
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording, explained
 from mocap_metrology.noise.diagnosis.resonance import Resonance, resonance
+from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.fit.spectral.line import Line
 from mocap_metrology.noise.fit.spectral.welch import welch
+from mocap_metrology.noise.motion.movement import Movement
 
 RATE, N = 50.0, 30_000
 T = np.arange(N) / RATE
@@ -30,6 +32,17 @@ def oscillator(f_0: float, damping: float, rms: float, seed: int) -> np.ndarray:
     b, a = signal.bilinear([w_0**2], [1, 2 * damping * w_0, w_0**2], RATE)
     shaken = signal.lfilter(b, a, np.random.default_rng(seed).standard_normal(N))
     return np.asarray(rms * shaken / shaken.std())
+
+
+def said_of(x: np.ndarray) -> list[Finding]:
+    """Of (3, N) positions of one marker."""
+    stored = dict(zip(NAMES, x.astype(np.float32).astype(float), strict=True))
+    recording = Recording(stored, ["A"], [], RATE, 4e-6, "float32")
+    densities = {name: spectrum(values) for name, values in stored.items()}
+    size = densities["x1"]["f_hz"].size
+    psd = {k: np.concatenate([one[k] for one in densities.values()]) for k in densities["x1"]}
+    psd["series"] = np.repeat(NAMES, size)
+    return findings_of(recording, diagnose(recording, [], psd), [])
 
 
 def fan(x: np.ndarray) -> None:
@@ -57,6 +70,11 @@ def mount(x: np.ndarray) -> None:
     x += np.array([[1.0], [0.5], [0.2]]) * oscillator(6.0, 0.03, 0.03, 7)
 
 
+def spring(x: np.ndarray) -> None:
+    """So little damped that its peak may be taken for a line whose frequency wanders."""
+    x[0] += oscillator(6.0, 0.009, 0.04, 7)
+
+
 def lobes(x: np.ndarray) -> None:
     """A filter whose stop band is bands, and whose ends are loud."""
     x[:] = signal.savgol_filter(x, 51, 3)
@@ -76,7 +94,8 @@ def held(x: np.ndarray) -> None:
     ("disturb", "code", "value"),
     [(fan, "line", 17.3), (positions, "levels", 0.09), (doors, "recurring", 30.0),
      (switch, "two_levels", 0.04), (mount, "resonance", 6.0), (shaker, "line", 7.1),
-     (lobes, "low_pass", 1.27), (steep, "low_pass", 1.5), (held, "repeated", 0.8)],
+     (spring, "resonance", 6.0), (lobes, "low_pass", 1.27), (steep, "low_pass", 1.5),
+     (held, "repeated", 0.8)],
 )  # fmt: skip
 def test_one_disturbance_is_one_kind_of_finding(
     disturb: Callable[[np.ndarray], None], code: str, value: float
@@ -84,17 +103,47 @@ def test_one_disturbance_is_one_kind_of_finding(
     """But for doors, each of which is an event, and whose shaking may be a line."""
     x = 0.02 * np.random.default_rng(3).standard_normal((3, N))
     disturb(x)
-    stored = dict(zip(NAMES, x.astype(np.float32).astype(float), strict=True))
-    recording = Recording(stored, ["A"], [], RATE, 4e-6, "float32")
-    densities = {name: spectrum(values) for name, values in stored.items()}
-    size = densities["x1"]["f_hz"].size
-    psd = {k: np.concatenate([one[k] for one in densities.values()]) for k in densities["x1"]}
-    psd["series"] = np.repeat(NAMES, size)
-    found = findings_of(recording, diagnose(recording, [], psd), [])
+    found = said_of(x)
     beside = {"line", "event"} if disturb is doors else set()
     assert {one.code for one in found} - beside == {code}
     values = [abs(one.value) for one in found if one.code == code]
     assert values == pytest.approx([value] * len(values), rel=0.05)
+
+
+@pytest.mark.parametrize(("low_hz", "sweep_s"), [(1.0, 600.0), (2.0, 150.0)])
+def test_a_sweep_is_no_finding(low_hz: float, sweep_s: float) -> None:
+    """Up to 24 Hz, and down again: windows in which it is slow have more of slow noise alone."""
+    x = 0.02 * np.random.default_rng(4).standard_normal((3, N))
+    at_hz = low_hz + (24 - low_hz) * np.abs((T / sweep_s + 1) % 2 - 1)
+    x += 0.03 * np.sin(2 * np.pi * np.cumsum(at_hz) / RATE)
+    assert not said_of(x)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "possible", "size_mm", "moves"),
+    [((), ("steps", "drift"), 0.08, False), ((), ("steps", "drift"), 3.0, True),
+     ((), ("warm_up",), 0.08, True), (("step",), ("step",), 0.08, True)],
+)  # fmt: skip
+def test_what_may_be_switches_of_cameras_is_no_movement(
+    kinds: tuple[str, ...], possible: tuple[str, ...], size_mm: float, moves: bool
+) -> None:
+    """Positions between which a marker goes to and fro, unless they are as far apart as no cameras
+    of one facility put them."""
+    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
+    jump = {"x1": Movement(size_mm, size_mm - 0.01, size_mm + 0.01, 90.0)}
+    wanders = {"x1": Wander(kinds, "", possible, size_mm, 0.01, size_mm)}
+    found = explained(Diagnosis(**others | {"movements": jump, "wanders": wanders}), 600.0, 2.0)
+    assert found.movements["x1"].moves is moves
+
+
+def test_a_switch_back_at_once_is_no_event() -> None:
+    """Of a position that a marker stays at for less than is seen as a level."""
+    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
+    wanders = {"x1": Wander(("levels",), "", ("levels",), 0.0, 0.01, 0.09, 0.09)}
+    for size_mm, shift_mm, stands in ((0.117, -0.089, False), (0.12, 0.0, False), (0.3, 0.3, True)):
+        event = Event(180.0, 2.0, "burst", ("x1",), "x1", size_mm, shift_mm, 0.01, 9.0, 0.1)
+        found = Diagnosis(**others | {"wanders": wanders, "events": [event]})
+        assert bool(explained(found, 600.0).events) is stands
 
 
 def test_loud_frames_of_heavy_tails_are_no_event() -> None:

@@ -140,6 +140,18 @@ def fading(rng: np.random.Generator, constant_s: float) -> np.ndarray:
     return sum((0.05 + 0.1 * np.exp(-s / constant_s)) * (s > 0) for s in since)
 
 
+def dew(rng: np.random.Generator) -> np.ndarray:
+    """Which grows, and is wiped off."""
+    wiped = rng.uniform(500, 700)
+    return np.where(wiped > T, 0.06 * (T / wiped) ** 2, 0.0)
+
+
+def settles(rng: np.random.Generator) -> np.ndarray:
+    """By 0.04 mm at once, and by 0.06 mm over some minutes."""
+    since = T - rng.uniform(200, 400)
+    return np.where(since > 0, 0.1 - 0.06 * np.exp(-np.maximum(since, 0) / 60), 0.0)
+
+
 def warm(*constants_s: float):
     return lambda r: sum(0.2 * np.exp(-T / T_w) for T_w in constants_s)
 
@@ -161,6 +173,8 @@ OTHER = {
     "saw": (saw, only("step", "drift")),
     "bumps": (bumps, only()),
     "occluded": (occluded, only("step")),
+    "dew": (dew, only("step")),
+    "settles": (settles, no_step),
     "warm-up and step": (
         lambda r: 0.15 * np.exp(-T / 120) + 0.06 * (r.uniform(300, 600) < T),
         only("warm_up", "step"),

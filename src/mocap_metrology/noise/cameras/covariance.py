@@ -141,7 +141,8 @@ def _pairs(
 ) -> Iterator[tuple[int, int, dict[int, tuple[float, int]]]]:
     """Places of two series, upper triangle, and by factor their covariance and its number of terms;
     from the frames that their markers have, not all markers."""
-    whole = all(_is_finite(one) for one in values)
+    starts = range(0, len(values[0]) if len(values) else 0, CHUNK)
+    whole = all(np.isfinite(one[at : at + CHUNK]).all() for one in values for at in starts)
     known: dict[tuple[int, int], dict[int, tuple[np.ndarray, np.ndarray]]] = {}
     for i in range(len(values)):
         for j in range(i, len(values)):
@@ -152,11 +153,6 @@ def _pairs(
             at = (0, i, j) if whole else (0, i % 3, 3 + j % 3)
             of = known[markers].items()
             yield i, j, {m: (float(sums[at] / max(n[0], 1)), int(n[0])) for m, (sums, n) in of}
-
-
-def _is_finite(series: Sliced) -> bool:
-    starts = range(0, len(series), CHUNK)
-    return all(np.isfinite(series[start : start + CHUNK]).all() for start in starts)
 
 
 def matrix(rows: Sequence[CovarianceRow], marker: int, m: int) -> np.ndarray:

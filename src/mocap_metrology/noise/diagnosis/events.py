@@ -17,9 +17,8 @@ JOIN_S = 1.0  # alarms so close are one event
 REST_S = 0.5  # between excursions, at least
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
-FAR = 15.0  # standard deviations that no louder noise is off, beyond the range beside it
-LIKE_NOISE = 0.75  # of the whiteness beside it, from which an excursion is louder noise
-SURE = 3.0  # standard errors of a whiteness
+LIKE_NOISE, WHITE = 0.75, 0.5  # of the whiteness beside it, of louder noise; if its size varies
+SURE = 3.0  # standard errors of a whiteness, or by which it scatters more
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
 SIDES_MISS = 0.01  # probability that some series of an event is reported as changed and is not
@@ -48,8 +47,8 @@ class Event:
     shift_mm: where that coordinate was after less where it was before. p: probability of anything
     so unlikely in the whole recording, at most. ratio: of the dynamic Allan variance to that of the
     noise, at tau_s. sides: of every series. of: number of bursts in the recording. moved: whether
-    any excursion is less white than the noise, which else was loud. often: whether it is several
-    excursions, at rest between them for most of the time."""
+    any excursion is less white than the noise, which else was loud; white: least whiteness, of that
+    beside it. often: whether it is several excursions, at rest between them most of the time."""
 
     time_s: float
     duration_s: float
@@ -65,6 +64,7 @@ class Event:
     of: int = 1
     moved: bool = True
     often: bool = False
+    white: float = 0.0
 
     @property
     def stop_s(self) -> float:
@@ -153,7 +153,7 @@ def measured(
 
     series: coordinates (and distances, which do not count for the size), each asked for once. Off
     its level is what departs by more than five standard deviations from the median before, both of
-    up to ten seconds.
+    up to ten seconds. What neither moves nor scatters more, as a sweep does, is no event.
     """
     moved: list[dict[str, _Excursion]] = [{} for _ in groups]
     for name in series:
@@ -161,7 +161,11 @@ def measured(
         values = series[name] if own else np.empty(0)
         for k in own:
             moved[k][name] = _excursion(values, groups[k], rate_hz)
-    return [_event(*one, n_tests) for one in zip(groups, moved, strict=True)]
+    return [
+        _event(group, own, n_tests)
+        for group, own in zip(groups, moved, strict=True)
+        if any(one.loud or one.white < WHITE for one in own.values())
+    ]
 
 
 def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) -> Event:
@@ -180,6 +184,7 @@ def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) 
         sized[largest].shift, min(1.0, n_tests * math.exp(-min(surest.x, 700))), surest.ratio,
         surest.tau_s, moved=any(m.moved for m in moved.values()),
         often=(stop - start) / 2 < min(m.rest_s for m in moved.values()) < math.inf,
+        white=min(m.white for m in moved.values()),
     )  # fmt: skip
 
 
@@ -189,7 +194,9 @@ class _Excursion:
     shift: float
     first_s: float | None
     last_s: float | None
+    white: float = 1.0
     moved: bool = False
+    loud: bool = False
     rest_s: float = math.inf
 
 
@@ -205,9 +212,12 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     before, within, after = np.split(near, [first - start, last - start])
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
-    usual = float(np.median([_whiteness(part) for part in alone if part.size > 1] or [0.0]))
-    chance = SURE / math.sqrt(max(within.size, 1))  # by which white noise departs from 1
-    moved = _whiteness(within) < min(LIKE_NOISE, 1 - chance) * usual
+    usual = np.median([_power(part) for part in alone if part.size > 1] or [np.zeros(2)], axis=0)
+    own, beside = _power(within), max(before.size + after.size, 1)
+    scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
+    white = float(own[1] * usual[0] / max(usual[1] * own[0], 1e-300))  # of that beside it
+    moved = white < min(LIKE_NOISE, 1 - SURE / math.sqrt(max(within.size, 1)))
+    loud = bool(np.any(own > (1 + SURE * scatter) * usual))
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
@@ -218,23 +228,23 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     levels = [np.median(s) if s.size else np.nan for s in (sides[0][-few:], sides[1][:few])]
     inside = near[first:last] - levels[0]
     noise = min((spread(s) for s in sides if s.size), default=0.0)
-    reached = max(FAR * noise, min((float(np.ptp(s)) for s in sides if s.size), default=0.0))
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     if not off.size:
-        return _Excursion(size, levels[1] - levels[0], None, None, moved)
+        return _Excursion(size, levels[1] - levels[0], None, None, white, moved, loud)
     at = (start + first + off[[0, -1]]) / rate_hz
-    ends, moved = (float(at[0]), float(at[1] + 1 / rate_hz)), moved or size > reached
+    ends = float(at[0]), float(at[1] + 1 / rate_hz)
     rests = np.diff(off) / rate_hz
     rest_s = float(rests[rests > REST_S].sum())
-    return _Excursion(size, float(levels[1] - levels[0]), *ends, moved, rest_s)
+    return _Excursion(size, float(levels[1] - levels[0]), *ends, white, moved, loud, rest_s)
 
 
-def _whiteness(values: np.ndarray) -> float:
-    """Variance of the steps over twice that of (n,) values: 1 of white noise [von Neumann 1941]."""
+def _power(values: np.ndarray) -> np.ndarray:
+    """Variance of (n,) values, and half that of their steps, which of white noise is as much [von
+    Neumann 1941]."""
     known = values[np.isfinite(values)]
-    return float(np.var(np.diff(known)) / max(2 * np.var(known), 1e-300)) if known.size > 1 else 0.0
+    return np.array([np.var(known), np.var(np.diff(known)) / 2]) if known.size > 1 else np.zeros(2)
 
 
 def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:

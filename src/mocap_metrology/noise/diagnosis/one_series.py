@@ -82,9 +82,11 @@ class Examiner:
         elif jumps or self.away.any():
             spectrum = _welch(blank, rate, self.welch)
         lines, filtered = self._lines_and_filters(name, blank, density, spectrum)
-        lowest = slowest_line(wander, series.size, rate)
+        length, lowest = block_length(series.size, rate), 0.0
+        if wander and (wander.jumps or wander.kinds or wander.undecided):  # slower ones may be its
+            lowest = SLOW_HZ if wander.jumps else rate / (LEAST_PERIOD * length)
         lines = [one for one in lines if one.line.f_0 > lowest and one.line.A_s > coarse / 2]
-        folded = left_in_means(lines, block_length(series.size, rate), rate)
+        folded = left_in_means(lines, length, rate)
         wander = wander and wander.beyond(max(coarse, folded))
         steps = np.diff(blank)
         steps = steps[np.isfinite(steps)]
@@ -93,7 +95,7 @@ class Examiner:
         kind = self.resolution_kind if own <= 2 * self.step_mm else "rounded"
         how = kind, avar_1, rate, name.startswith("L")
         step = resolution(name, own, *how)
-        at_hz = [line.line.f_0 for line in lines]
+        at_hz = [one.line.f_0 for one in lines if not one.wanders]
         broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None
         return Examined(name, spectrum, lines, filtered, step, wander, broad)
 
@@ -127,14 +129,6 @@ def left_in_means(lines: Sequence[SpectralLine], length: int, rate_hz: float) ->
         f = (one.f_0 + one.width_f * np.array([-1, 0, 1])) / rate_hz
         total += 2 * one.A_s * float(np.abs(np.sinc(length * f) / np.sinc(f)).max())
     return total
-
-
-def slowest_line(wander: Wander | None, n: int, rate_hz: float) -> float:
-    """Frequency in Hz below which lines of n frames may be of the shape of their wander, where it
-    has any: what a change at once leaves, or periods that a cycle has."""
-    if wander is None or not (wander.jumps or wander.kinds or wander.undecided):
-        return 0.0
-    return SLOW_HZ if wander.jumps else rate_hz / (LEAST_PERIOD * block_length(n, rate_hz))
 
 
 def without_frames(series: np.ndarray, away: np.ndarray) -> np.ndarray:

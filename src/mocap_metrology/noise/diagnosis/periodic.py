@@ -30,7 +30,7 @@ PSD_LEAVE = 3  # next to the line that are left out
 VISIBLE = 0.1  # share of the Allan variance from which a bump is seen
 LONGEST_GAP, SHORT_GAP = 1200, 12  # frames that are filled with noise, or bridged
 SAME_PHASE = 0.9  # of the products of neighbouring means, where a frequency stands
-LEAST = 1000  # valid samples of a stretch that lines are looked for in
+LEAST, FEW = 1000, 400  # samples of a stretch with lines; of so few the level beside is uncertain
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,11 @@ class SpectralLine:
     share: float
     in_adev: bool | None
     amplitude: tuple[float, float] | None = None
+
+    @property
+    def wanders(self) -> bool:
+        """Whether its frequency wanders, as far as known: it may be a narrow resonance."""
+        return self.line.wide and not self.amplitude
 
 
 @dataclass(frozen=True)
@@ -141,7 +146,7 @@ def series_lines(
         bare = waves(found, full.size, frame_rate_hz)
         np.subtract(full, bare, out=bare)
         found += find_slow_lines(bare, frame_rate_hz, density, at_most)
-    least = threshold(full.size) + 2 * math.log(n_series)
+    least = threshold(full.size) * (1 + FEW / full.size) + 2 * math.log(n_series)
     found = [line for line in found if line.gain > least]
     return sorted(found, key=lambda line: -line.gain)[:at_most], full.size * tau0
 

@@ -104,7 +104,7 @@ def diagnose(
         solved_pairs(quiet, at_rest), processing, recurring,
         [one.resonance for one in every if one.resonance], bouts,
     )  # fmt: skip
-    return explained(found, recording.duration_s)
+    return explained(found, recording.duration_s, settings.still_range_mm)
 
 
 def _of_distances(

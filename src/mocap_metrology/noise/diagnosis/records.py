@@ -12,7 +12,7 @@ import numpy as np
 
 from mocap_metrology import settings
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.events import WHITE, Event
 from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import Blocks, Trend
@@ -27,6 +27,8 @@ from mocap_metrology.noise.motion.movement import STILL, Movement
 
 USUAL = settings.Diagnosis()
 MANY_REPEATS = 0.1  # share of the frames, from which they may look like those of a low-pass
+MAY_SWITCH = frozenset({"steps", "levels"})  # of cameras, not excluded
+WITHIN = 1.6  # times the distance of positions, that a switch between them is at most, with noise
 MULTIPLES = 6  # of the frequency at which bursts recur, that are no cycle
 
 
@@ -133,7 +135,7 @@ def _in_band(line: SpectralLine, one: Resonance) -> bool:
     return line.series == one.series and abs(line.line.f_0 / one.f_hz - 1) <= 2 * one.damping
 
 
-def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
+def explained(found: Diagnosis, duration_s: float, still_range_mm: float = 2.0) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of
     level that are switches between positions, a line that comes and goes, or, where nothing moved,
     heavy tails; cycles that are multiples of recurring bursts; weak lines in a resonance; isolated
@@ -146,17 +148,21 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
     tails = {one.series for one in found.tails}
 
     def stands(name: str, one: Movement) -> Movement:
-        wander = switching.get(name)
-        return STILL if wander and wander.jump_near(one.time_s, one.time_s) else one
+        own = found.wanders.get(name)
+        may_switch = own and own.undecided and MAY_SWITCH.intersection(own.possible)
+        switches = own and name in switching and own.jump_near(one.time_s, one.time_s)
+        return STILL if switches or (may_switch and one.size_mm < still_range_mm) else one
 
     def is_explained(event: Event) -> bool:
         if event.kind == "level":
             return {side.series for side in event.sides if side.changed} <= changing
         if event.stop_s < end_s or event.time_s > duration_s - end_s:
             return True
-        if not event.moved and set(event.series) <= tails:
+        if (not event.moved or event.white > WHITE) and set(event.series) <= tails:
             return True
-        return any(one.jump_near(event.time_s, event.stop_s) for one in switching.values())
+        own = switching.get(event.largest)  # perhaps to a position that it hardly stays at
+        near = own is not None and event.size_mm < WITHIN * abs(own.size_mm)
+        return near or any(x.jump_near(event.time_s, event.stop_s) for x in switching.values())
 
     def other_than_bursts(name: str, one: Wander) -> bool:
         periods = found.recurring.get(name, math.nan) / np.arange(1, MULTIPLES + 1)
@@ -164,7 +170,8 @@ def explained(found: Diagnosis, duration_s: float) -> Diagnosis:
         return not np.any(near)
 
     def other_than_lines(one: Resonance) -> bool:
-        return not any(x.line.A_s > one.rms_mm for x in found.lines if _in_band(x, one))
+        own = [x for x in found.lines if _in_band(x, one) and not x.wanders]
+        return not any(x.line.A_s > one.rms_mm for x in own)
 
     def stands_alone(one: SpectralLine) -> bool:
         below = one.line.f_0 <= cutoffs.get(one.series, math.inf)

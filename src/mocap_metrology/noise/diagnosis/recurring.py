@@ -15,7 +15,7 @@ from mocap_metrology.noise.fit.spectral.gaps import bridged
 RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that they may be off
 LONGEST = 1 << 19  # frames that are looked at
 TAPS = 10  # of a low-pass, to each side, in samples of what is left
-PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED, PARTS = 0.05, 1200, 8, 4, 9.0, 32
+PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED = 0.05, 1200, 8, 4, 9.0
 OCTAVES = 16
 SWINGS = 30.0  # times the median power around, of a line
 LOUD = 4.0  # standard errors that a minute is louder than usual
@@ -43,7 +43,7 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     series: (n,) mm, NaN in gaps. Mean squares about a second's mean, of tenths of a second and
     clipped, have lines at a frequency and at its multiples; a level that swings has one alone.
     """
-    from scipy.ndimage import uniform_filter1d
+    from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
     start = max((series.size - LONGEST) // 2, 0)
     series = series[start : start + LONGEST]
@@ -60,13 +60,10 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     padded = 4 * count
     tapered = (power - power.mean()) * np.hanning(count)  # so that lines have no side lobes
     density = np.abs(np.fft.rfft(tapered, padded)) ** 2
-    parts = np.array_split(density, PARTS)
-    middle = (np.arange(PARTS) + 0.5) * density.size / PARTS
-    level = np.interp(np.arange(density.size), middle, [float(np.median(p)) for p in parts])
-    level = np.maximum(level, _level_near(density))
-    density = density / np.maximum(level / math.log(2), 1e-300)
+    density = density / np.maximum(_level_near(density) / math.log(2), 1e-300)
     at = np.arange(4 * LEAST_PERIODS, density.size // (HARMONICS + 1))
-    each = np.stack([_greatest_near(density, k * at, k) for k in range(1, HARMONICS + 1)])
+    near_each = {k: maximum_filter1d(density, 2 * k + 1) for k in range(1, HARMONICS + 1)}
+    each = np.stack([greatest[k * at] for k, greatest in near_each.items()])
     strong = (each > math.log(padded / chance)).sum(axis=0) >= HARMONICS - 1
     if not strong.any():
         return math.nan
@@ -136,10 +133,3 @@ def _level_near(density: np.ndarray) -> np.ndarray:
         middles.append(math.sqrt(low * high))
         medians.append(float(np.median(density[low:high])))
     return np.interp(np.arange(density.size), middles, medians)
-
-
-def _greatest_near(density: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
-    from scipy.ndimage import maximum_filter1d
-
-    greatest: np.ndarray = maximum_filter1d(density, 2 * reach + 1)
-    return greatest[at]

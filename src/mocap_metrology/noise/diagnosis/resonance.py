@@ -33,7 +33,7 @@ ORDERS = 1, 2, 4  # of Butterworth filters
 PLACES, BAND = 60, 0.015  # of f_0 that are tried; of the frequency, a band
 RANDOM = 1.6  # mean square of the power over the square of its mean; Gaussian noise has 2
 MOST_GAPS = 0.1  # share of the frames; bridges over more have a spectrum of their own
-STEADY = 0.5  # share of the mean square that its median is
+STEADY = 0.6  # share of the mean square that its median is
 NARROWEST = 0.006  # damping; narrower, it may be a line that wanders
 HEIGHT = 1.0  # times the power laws at f_0, at least
 LEAST = 40.0  # of the deviance that R explains; chance: 28 at most in 80 series
@@ -147,10 +147,11 @@ def _bands(f: Floats, psd: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float, base: float) -> bool:
-    """Whether the oscillation goes on all the time, as no burst does, with an amplitude that is
-    random, as that of no line: mean squares at f_0 of blocks of eight times its decay, less that of
-    the noise of density `base`, have a median of half their mean at least, powers over half a decay
-    a mean square of `RANDOM` at least."""
+    """Whether the oscillation goes on all the time, as no burst and no sweep does, with an
+    amplitude that is random, as that of no line: powers at f_0 of blocks of eight times its decay
+    (of means over four, which are narrower than the peak), less that of the noise of density
+    `base`, have a median of `STEADY` of their mean at least, powers over half a decay a mean square
+    of `RANDOM` at least."""
     decay = 1 / (2 * math.pi * damping * f_0)
     short, long = max(round(decay * rate_hz / 2), 1), 16
     known = np.where(np.isfinite(values), values - np.nanmean(values), 0.0)
@@ -158,13 +159,14 @@ def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float, base
     if known.size < 8 * short * long:
         return False
     turned = known * np.exp(-2j * np.pi * f_0 / rate_hz * np.arange(known.size))
-    power = np.abs(turned.reshape(-1, short).mean(axis=1)) ** 2
-    blocks = power.reshape(-1, long).mean(axis=1)
+    means = turned.reshape(-1, 2, long // 2, short).mean(axis=3)
+    power, blocks = np.abs(means) ** 2, (np.abs(means.mean(axis=2)) ** 2).mean(axis=1)
     noise = base * rate_hz / 2 / short
     size = float(power.mean()) - noise  # E |s + n|^4 = E |s|^4 + 4 S N + 2 N^2 of Gaussian noise
     if float(np.mean(power**2)) - 4 * size * noise - 2 * noise**2 < RANDOM * size**2:
         return False
-    return float(np.median(blocks)) - noise > STEADY * size
+    noise /= long / 2
+    return float(np.median(blocks)) - noise > STEADY * (float(blocks.mean()) - noise)
 
 
 def _oscillator(f: Floats, f_0: float | Floats, damping: float | Floats) -> Floats:

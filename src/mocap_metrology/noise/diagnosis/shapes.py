@@ -27,7 +27,7 @@ SLOW = (0.3, 0.7)  # constants of the slower of two approaches, over the recordi
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
 RAMPS, RAMP_WIDTHS = (4, 0.25), 8  # blocks, and share of the recording; widths between them
 DWELL = 3.0  # blocks, of each level
-LASTING = 0.2  # of what fades, that is left for good
+LASTING, AT_ONCE = 0.2, 0.5  # of what fades, that is left for good; of that, which comes at once
 SPIKE = 1.5  # times what fades, in the block where it begins: more is of that block alone
 
 Columns = Callable[[float], Floats]
@@ -213,6 +213,12 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
                 first, *rest = shape.solved(z)
                 if all(0 <= first * size <= size**2 for size in rest):  # else a spike
                     yield shape
+            for orders in ((1,), (1, 2)):  # another line before than after, or another parabola
+                powers = (time - time[begun]) ** np.array(orders)[:, None]
+                bent = np.vstack([powers, powers * (t >= begun), t >= begun])
+                shape = Shape(frozenset({"step", "smooth"}), bent, PLACE, (float(begun),))
+                straight = pace(shape.solved(z)[:-1] @ bent[:-1]) & {"drift"}
+                yield replace(shape, kinds=shape.kinds | straight)
         gain = np.triu((total[:n] - total[:n, None]) ** 2 * either, 1)
         first, last = np.unravel_index(int(np.argmax(gain[1:])), gain[1:].shape) + np.array([1, 0])
         inside = ((t >= first) & (t < last)).astype(float)
@@ -307,6 +313,8 @@ def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
             shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
             lasting, *_, faded = shape.solved(z)
+            if kind == "step" and (lasting + faded) / lasting < AT_ONCE:
+                shape = replace(shape, kinds=frozenset({"recoveries"}), at=())
             spike = kind == "shift" and abs(lasting + faded) > SPIKE * abs(faded)
             if not spike and (kind == "shift" or abs(lasting) > LASTING * abs(faded)):
                 yield shape

@@ -162,6 +162,8 @@ class Wander:
 def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wander | None:
     """Kind of the slow wander of (n,) values in mm, NaN in gaps; None where there is too little to
     tell. n_series: of the recording; many have the chances of two markers together."""
+    from scipy.special import ndtri
+
     rarer = 2 * math.log(max(n_series / USUAL, 1.0))
     length = block_length(series.size, frame_rate_hz)
     z, k, loud = _means(series, length)
@@ -171,7 +173,9 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     best, shape, fitted = _fits(z, k)
     white, gaussian, solved = fitted.white, fitted.gaussian, fitted.solved
     excluded = min(best.values()) - 2 * math.log(LEVEL) + rarer
-    none = _nothing(best, rarer) or (loud > OFTEN and _nothing(_fits(_scores(z), k)[0], rarer))
+    none = _nothing(best, rarer)
+    if not none and loud > OFTEN:  # normal scores, among which a few extreme values are not far off
+        none = _nothing(_fits(ndtri((z.argsort().argsort() + 1) / (z.size + 1)), k)[0], rarer)
     near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
@@ -328,14 +332,6 @@ def _fitted(y: Floats, X: Floats, spectrum: Floats) -> Fitted:
     excess = (np.mean(values**4) / np.mean(values**2) ** 2 - 3) * math.sqrt(n / 24)
     errors = np.sqrt(np.diag(covariance))
     return Fitted(np.asarray(solved, float), errors, bool(white), bool(white and excess < GAUSSIAN))
-
-
-def _scores(z: Floats) -> Floats:
-    """Normal scores of (n,) values: Gaussian values of the same ranks, among which a few extreme
-    ones are not far off."""
-    from scipy.special import ndtri
-
-    return np.asarray(ndtri((z.argsort().argsort() + 1) / (z.size + 1)))
 
 
 def _nothing(best: Mapping[tuple[frozenset[str], str], float], rarer: float) -> bool:

@@ -13,7 +13,7 @@ from mocap_workflow.startup import configuration
 from running import faults_of
 from snakemake.io import PeriodicityDetector
 
-from mocap_metrology.calibration.pose import priors_of
+from mocap_metrology.calibration.pose import calibration_settings
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
@@ -123,7 +123,7 @@ def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     assert plain(DiagnosisSettings()) == config["diagnosis"] | still
     lighthouse = config["lighthouse"] | {"lasers_m": config["lighthouse"]["lasers_mm"]}
     found = plain(CalibrationSettings())
-    assert found.pop("priors") == plain(priors_of(Settings().lighthouse))
+    assert found.pop("priors") == plain(calibration_settings(Settings().lighthouse).priors)
     assert found == {name: lighthouse[name] for name in found}
 
 

@@ -214,6 +214,8 @@ def bodies_of(
 ) -> tuple[str, ...]:
     """Labels of a file, or those of the chosen `markers` as they were asked for, that have an
     orientation beside their position."""
+    if format_of(Path(path), columns).orientation is None:
+        return ()
     header = _header(path, columns=columns)
     turned = header.rotations if isinstance(header, Layout) else {}
     if markers is None:

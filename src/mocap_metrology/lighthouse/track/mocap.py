@@ -30,7 +30,7 @@ LEAST_MM = 30.0  # rms of the second direction of the path: along a line no fram
 LARGEST_SCALE = 0.05  # beyond it, and if nothing else fits: another unit
 WORST_FIT = 0.2  # rms of the residuals over that of the path: another motion
 CLEAR_FIT = 0.03  # below: the same motion
-BACKWARDS = 1.0  # times the rms, which a motion played backwards has at least
+WORST_HELD_OUT = 0.35  # likewise, of a third of the time, by a fit to the rest
 LEVER_SD_M, RATE_SD = 0.3, 5e-5  # known of these beforehand
 CORRELATED_S = 0.3  # residuals within are alike
 FLOOR_M = 5e-4  # of the noise of a moment
@@ -125,8 +125,8 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
     if not _of_one_motion(fit, whole):
         raise Refusal(
             f"receiver: both paths, {1e3 * whole:.0f} mm rms large, differ by {1e3 * fit.rms:.0f}"
-            " mm rms at the best offset of the clocks, or fit as well backwards; expected one"
-            " motion, recorded by both"
+            " mm rms at the best offset of the clocks, or more where they were not fitted; expected"
+            " one motion, recorded by both"
         )
     for other in others:
         apart = abs(other.found.offset_s - fit.found.offset_s)
@@ -139,14 +139,17 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
 
 
 def _of_one_motion(fit: _Fit, whole: float) -> bool:
-    """Whether what is left is small for a path of this rms, and less than of one played backwards,
-    which stands for another motion."""
+    """Whether what is left is small for a path of this rms, and where it is not very small, also in
+    each third of the time by a fit to the others: to another motion levers and clock are fitted."""
     if not CLEAR_FIT * whole < fit.rms < WORST_FIT * whole:
         return bool(fit.rms < WORST_FIT * whole)
-    back = replace(fit.seen, place_m=fit.seen.place_m[:, :, ::-1])
-    others = _fits(fit.track, back, fit.known)
-    others = [_sized(one) for one in others] if fit.free_scale else others
-    return all(one.rms > BACKWARDS * fit.rms for one in others)
+    squares = []
+    for third in np.array_split(np.flatnonzero(fit.kept), 3):
+        others = fit.kept.copy()
+        others[third] = False
+        found = _Fit(fit.track, fit.seen, others, fit.found, fit.free_scale).residual[third]
+        squares.append(np.sum(found**2, axis=2))
+    return bool(np.nanmean(np.concatenate(squares)) < (WORST_HELD_OUT * whole) ** 2)
 
 
 def _sized(fit: _Fit) -> _Fit:

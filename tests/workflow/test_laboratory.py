@@ -358,3 +358,13 @@ def test_a_damaged_table_and_a_damaged_check_are_made_again(run, snakemake) -> N
     assert again.returncode == 0, again.stdout
     assert "check.json is damaged: its content is not what was written" in again.stdout
     assert {path.name: path.read_bytes() for path in own.iterdir() if path.is_file()} == expected
+
+
+def test_a_deleted_table_beside_its_check_is_made_again(run, snakemake) -> None:
+    """Snakemake itself asks for the check alone, and ends as if all were there."""
+    table = run.results / "calibrations/measured/sweeps.parquet"
+    expected = table.read_bytes()
+    table.unlink()
+    done = snakemake(run.folder, *run.arguments, "--", "calibrations")  # fails: one is refused
+    assert "measured/sweeps.parquet is missing; it is made anew" in done.stdout
+    assert table.exists() and table.read_bytes() == expected, done.stdout

@@ -21,7 +21,7 @@ import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from functools import wraps
 from pathlib import Path
@@ -109,7 +109,7 @@ class Workflow(Protocol):
     def is_main_process(self) -> bool: ...
 
 
-def claims(workflow: Workflow, results: Path) -> None:
+def claims(workflow: Workflow, results: Path, beside: Callable[[Path], Iterable[str]]) -> None:
     """Have Snakemake claim the folder of results before it plans what it will do there, and before
     `--unlock` and `--delete-all-output`. A dry run, a job and what only shows something
     (`--summary`, `--report`) claim and clear nothing."""
@@ -123,7 +123,7 @@ def claims(workflow: Workflow, results: Path) -> None:
                         unlock()
                 except Faults as faults:
                     stop(faults)
-                clear_damaged(results)
+                clear_damaged(results, beside)
             return action(*args, **kwargs)
 
         return act
@@ -230,11 +230,19 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def clear_damaged(results: Path) -> None:
-    """Remove damaged ones of the files that Snakemake's graph depends on; they are made anew."""
+def clear_damaged(results: Path, beside: Callable[[Path], Iterable[str]]) -> None:
+    """Remove checks, on which Snakemake's graph depends, that are damaged, or `beside` which one of
+    these files of the same job is missing; they are made anew.
+
+    Else Snakemake (9.27) makes nothing that waits for such a check, and ends as if all were there.
+    """
     for path in results.glob("*/*/check.json"):
+        lost = [name for name in beside(path) if not (path.parent / name).exists()]
         try:
             verify(path)
+            if lost:
+                path.unlink()
+                print(f"{path.parent / lost[0]} is missing; it is made anew", file=sys.stderr)
         except Damaged as damaged:
             path.unlink(missing_ok=True)
             print(f"{path} is damaged: {damaged.what}; it is made anew", file=sys.stderr)

@@ -12,8 +12,8 @@ checkpoint sweeps:
     input:
         unpack(files(selection.decoded_from)),
     output:
-        **tables(DECODED),
-        check=f"{FOLDER}/check.json",
+        # The check is first: what waits for a checkpoint asks for its first file
+        **tables({"check": "check.json"} | DECODED),
     log:
         "<logs>/sweeps/{calibration}.log",
     wildcard_constraints:

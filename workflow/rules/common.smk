@@ -47,8 +47,24 @@ except Faults as faults:
     stop(faults)
 
 
+def checking(row):
+    """Name of the checkpoint that checks a row."""
+    if row.KIND == "calibration":
+        return "sweeps"
+    return "take_bar" if row.bar else "clean"
+
+
+def beside(check):
+    """Files that the checkpoint of a check writes with it."""
+    kind, name = check.parts[-3:-1]
+    row = {"recordings": recordings, "calibrations": calibrations}.get(kind, {}).get(name)
+    if row is None or row.twin:
+        return []
+    return [Path(path).name for path in getattr(rules, checking(row)).output]
+
+
 # Clears what a killed run left in the folder of results.
-runs.claims(workflow, Path(config["results"]))
+runs.claims(workflow, Path(config["results"]), beside)
 reporting.without_markup()
 
 
@@ -162,10 +178,8 @@ def files(ask):
 @cache
 def verdict(kind, name):
     """check.json of a real recording or calibration: `ok`, `why`, `warnings`."""
-    first = {"recording": "clean", "calibration": "sweeps"}[kind]
-    if kind == "recording" and RECORDINGS.rows[name].bar:
-        first = "take_bar"
-    job = getattr(checkpoints, first).get(**{kind: name})
+    row = {"recording": recordings, "calibration": calibrations}[kind][name]
+    job = getattr(checkpoints, checking(row)).get(**{kind: name})
     try:
         return json.loads(Path(job.output.check).read_text(encoding="utf-8"))
     except ValueError:

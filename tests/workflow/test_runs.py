@@ -216,3 +216,18 @@ def test_of_two_runs_from_two_folders_the_second_is_refused(
     assert (toy / TABLE).read_text() == "a waits: wait\nb is good\n"
     assert part.read_text() == "mine"
     assert not (toy / "results" / runs.CLAIM).exists()
+
+
+def test_a_killed_unlock_is_typed_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the lock would refuse every later run."""
+    (tmp_path / "snakemake.py").write_text(
+        "import os, pathlib\n"
+        "if not pathlib.Path('done').exists():\n"
+        "    pathlib.Path('done').touch()\n"
+        "    os.kill(os.getpid(), 9)\n"
+        "pathlib.Path('unlocked').touch()\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    runs.unlock()
+    assert (tmp_path / "unlocked").exists()

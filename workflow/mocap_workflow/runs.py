@@ -40,6 +40,7 @@ OWN_MARK = uuid.uuid4().hex
 CLAIMED: set[Path] = set()  # records of this process
 SAME_S = 2.0  # what two readings of the start of one process may differ by, as the clock is set
 HEARD = threading.Event()  # Ctrl-C
+TRIES = 3
 PATIENCE_S = 10.0  # for a job to end after the signal
 
 
@@ -191,9 +192,12 @@ def _leave(record: Path, new: bool) -> None:
 
 
 def unlock() -> None:
-    """Have Snakemake clear the lock of a killed run, which would refuse this one."""
+    """Have Snakemake clear the lock of a killed run, which would refuse this one and all later."""
     command = [sys.executable, "-m", "snakemake", "--unlock", *sys.argv[1:]]
-    done = subprocess.run(command, capture_output=True, check=False, text=True)
+    for _ in range(TRIES):  # it may be killed itself
+        done = subprocess.run(command, capture_output=True, check=False, text=True)
+        if done.returncode >= 0:
+            break
     if done.returncode:
         sys.stderr.write(done.stderr)
 

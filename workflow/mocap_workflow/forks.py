@@ -46,6 +46,11 @@ def serve(n_jobs: int) -> None:
         atexit.register(server.communicate)  # ends and awaits it
 
 
+def refuse() -> None:
+    """Have the scripts that this process starts do their work themselves."""
+    os.environ.pop(ADDRESS, None)
+
+
 def hand_over(address: str) -> None:
     """Have a fork run the script of this process and end as it does; returns where none can."""
     link = socket.socket(socket.AF_UNIX)

@@ -66,12 +66,13 @@ def beside(check):
 # Clears what a killed run left in the folder of results.
 runs.claims(workflow, Path(config["results"]), beside)
 reporting.without_markup()
+if not workflow.is_main_process:  # a job of a cluster does its work itself
+    forks.refuse()
 
 
 onstart:
     runs.without_rate_limit(workflow.scheduler)
-    if workflow.local_exec:
-        forks.serve(len(list(workflow.dag.needrun_jobs())))
+    forks.serve(len(list(workflow.dag.needrun_jobs())))
 
 
 CONTENTS = given.contents(

@@ -7,6 +7,7 @@ import pytest
 
 from mocap_metrology.noise.diagnosis.shape import pace
 from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, MOST_STEPS, shapes
+from mocap_metrology.noise.diagnosis.signatures import signature
 
 
 def test_the_ends_of_a_shift_are_those_of_least_squares() -> None:
@@ -107,3 +108,22 @@ def test_the_size_of_a_shape_is_what_it_does() -> None:
 )
 def test_pace_of_a_curve(curve, expected: set[str]) -> None:
     assert pace(np.asarray(curve(np.linspace(0, 1, 600)), float)) == expected
+
+
+def test_a_shift_that_is_not_over_ends_with_the_recording() -> None:
+    t = np.arange(6000) / 10
+    fading = 3.0 * (t > 400) * np.exp(-np.maximum(t - 400, 0) / 90)
+    found = signature(fading + 0.05 * np.random.default_rng(3).standard_normal(t.size), 10.0)
+    assert found.kinds == ("shift",)
+    assert found.at_s == pytest.approx((400, 599), abs=1.5)
+
+
+def test_a_frame_alone_is_no_shift_that_fades() -> None:
+    """At 1 Hz a block is a frame, of which one is off in ten recordings of ten minutes: nothing is
+    named; what fades in 15 frames is a shift in nine of ten at least."""
+    time = np.arange(600.0)
+    off, fades = np.where(time == 300, 0.5, 0.0), 0.06 * np.exp(-(time - 250) / 15) * (time >= 250)
+    noises = 0.02 * np.random.default_rng(12).normal(size=(10, 600))
+    spikes, shifts = ([signature(z + own, 1.0) for z in noises] for own in (off, fades))
+    assert not any(one.kinds for one in spikes)
+    assert sum(one.kinds == ("shift",) for one in shifts) >= 9

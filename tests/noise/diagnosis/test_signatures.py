@@ -378,25 +378,6 @@ def test_blocks_that_are_loud_are_no_wander(draw) -> None:
         assert found is not None and not found.possible and not found.kinds
 
 
-def test_a_shift_that_is_not_over_ends_with_the_recording() -> None:
-    t = np.arange(6000) / 10
-    fading = 3.0 * (t > 400) * np.exp(-np.maximum(t - 400, 0) / 90)
-    found = signature(fading + 0.05 * np.random.default_rng(3).standard_normal(t.size), 10.0)
-    assert found.kinds == ("shift",)
-    assert found.at_s == pytest.approx((400, 599), abs=1.5)
-
-
-def test_a_frame_alone_is_no_shift_that_fades() -> None:
-    """At 1 Hz a block is a frame, of which one is off in ten recordings of ten minutes: nothing is
-    named; what fades in 15 frames is a shift in nine of ten at least."""
-    time = np.arange(600.0)
-    off, fades = np.where(time == 300, 0.5, 0.0), 0.06 * np.exp(-(time - 250) / 15) * (time >= 250)
-    noises = 0.02 * np.random.default_rng(12).normal(size=(10, 600))
-    spikes, shifts = ([signature(z + own, 1.0) for z in noises] for own in (off, fades))
-    assert not any(one.kinds for one in spikes)
-    assert sum(one.kinds == ("shift",) for one in shifts) >= 9
-
-
 def test_a_recording_has_no_more_blocks_than_are_worth_the_time() -> None:
     """Of a second, of more where it is long, and of less where it is short."""
     for n in (1, 59, 6000, 60_000, 60_001, 10**6 + 1, 10**8 + 999):

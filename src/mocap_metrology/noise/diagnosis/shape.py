@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,10 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 
 PARTS = 20  # of a curve, by whose steps it becomes faster or slower
+PLACE = 2  # parameters of a place in time, as it is searched among many
 AT_ONCE = frozenset({"step", "shift", "steps", "two_levels", "levels"})
+
+Columns = Callable[[float], Floats]
 
 
 @dataclass(frozen=True)
@@ -110,3 +114,39 @@ def pace(curve: Floats) -> frozenset[str]:
 def time_of(k: np.ndarray) -> Floats:
     """(n,) from -1/2 to 1/2, of blocks with these numbers."""
     return np.asarray((k - k[0]) / (k[-1] - k[0]) - 0.5)
+
+
+def refined(
+    z: Floats,
+    t: Floats,
+    columns: Columns,
+    grid: Floats,
+    line: bool = True,
+    beside: Floats | None = None,
+) -> float:
+    """Place on a grid, and between its neighbours, where the columns leave least beside a constant,
+    a straight line and further columns (p, n)."""
+    from scipy.optimize import minimize_scalar
+
+    fixed = np.vander(t, 2 if line else 1)
+    basis, _ = np.linalg.qr(fixed if beside is None else np.hstack([fixed, beside.T]))
+    own = z - basis @ (basis.T @ z)
+
+    def rest(place: float) -> float:
+        X = np.atleast_2d(columns(place))
+        X = X - (X @ basis) @ basis.T
+        b = X @ own
+        if len(X) == 1:
+            return -float(b[0] ** 2 / max(float(X[0] @ X[0]), 1e-300))
+        return -float(b @ np.linalg.lstsq(X @ X.T, b, rcond=1e-9)[0])  # of the sum of squares
+
+    X = np.array([columns(place) for place in grid])
+    if X.size == grid.size * z.size:  # one column a place: all at once
+        X = X.reshape(grid.size, z.size)
+        X = X - (X @ basis) @ basis.T
+        best = int(np.argmax((X @ own) ** 2 / np.maximum((X * X).sum(axis=1), 1e-300)))
+    else:
+        best = int(np.argmin([rest(place) for place in grid]))
+    bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
+    fine = {"xatol": 1e-4 * (bounds[1] - bounds[0])}
+    return float(minimize_scalar(rest, bounds=bounds, method="bounded", options=fine).x)

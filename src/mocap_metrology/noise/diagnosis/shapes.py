@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import product
 
 import numpy as np
 
-from mocap_metrology.common.compiled import njit
-from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.diagnosis.shape import Shape, pace, time_of
+from mocap_metrology.noise.diagnosis.recoveries import (
+    recoveries,
+    recurring_levels,
+    several_recoveries,
+)
+from mocap_metrology.noise.diagnosis.shape import PLACE, Shape, pace, refined, time_of
 
 CONSTANTS = np.geomspace(0.005, 0.7, 20)  # of a warm-up, over the recording
 POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a straight line
 FINER = 8  # places a cycle of the search for one
-PLACE = 2  # parameters of a place in time, as it is searched among many
 SMOOTH, BESIDE = (4, 8, 16, 32, 48), 4  # cosines of any other slow curve; of one beside a cycle
 MOST_STEPS, MOST_BENDS = 8, 10
-FADINGS, MOST_FADING = 5, 16  # time constants of shifts that fade alike; such shifts, at most
-SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
 SLOW = (0.3, 0.7)  # constants of the slower of two approaches, over the recording
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
 RAMPS, RAMP_WIDTHS = (4, 0.25), 8  # blocks, and share of the recording; widths between them
-DWELL = 3.0  # blocks, of each level
-LASTING, AT_ONCE = 0.2, 0.5  # of what fades, that is left for good; of that, which comes at once
-SPIKE = 1.5  # times what fades, in the block where it begins: more is of that block alone
 
-Columns = Callable[[float], Floats]
 CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant over the recording
     "warm_up": lambda t, c: np.exp(-t / c),
     "accelerating": lambda t, c: np.exp((t - 1) / c),
@@ -56,16 +50,16 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         kinds -= {"slowing"} if kind == "accelerating" else set()
         for line in (False,) if kind in NAMELESS else (False, True):  # that it is searched on
             among = POWERS if kind == "power" else CONSTANTS
-            constant = _refined(z, t, partial(curve, since), among, line)
+            constant = refined(z, t, partial(curve, since), among, line)
             yield Shape(frozenset(kinds), curve(since, constant)[None], 1)
     yield from _two_approaches(z, t)
     yield from _curves_and_steps(z, t)
     yield from _cycles(z, k)
     yield from _steps(z, t)
     yield from _ramps(z, t)
-    yield from _recoveries(z, k)
-    yield from _several_recoveries(z, k)
-    yield from _levels(z, k)
+    yield from recoveries(z, k)
+    yield from several_recoveries(z, k)
+    yield from recurring_levels(z, k)
     for count in SMOOTH:
         yield _smooth(np.vstack([t, t**2, t**3, _waves(count, t)]), z)  # free ends
     yield from _bends(z, t)
@@ -84,42 +78,6 @@ def _smooth(columns: Floats, z: Floats, searched: int = 0) -> Shape:
     return replace(shape, kinds=shape.kinds | pace(shape.curve(shape.solved(z))))
 
 
-def _refined(
-    z: Floats,
-    t: Floats,
-    columns: Columns,
-    grid: Floats,
-    line: bool = True,
-    beside: Floats | None = None,
-) -> float:
-    """Place on a grid, and between its neighbours, where the columns leave least beside a constant,
-    a straight line and further columns (p, n)."""
-    from scipy.optimize import minimize_scalar
-
-    fixed = np.vander(t, 2 if line else 1)
-    basis, _ = np.linalg.qr(fixed if beside is None else np.hstack([fixed, beside.T]))
-    own = z - basis @ (basis.T @ z)
-
-    def rest(place: float) -> float:
-        X = np.atleast_2d(columns(place))
-        X = X - (X @ basis) @ basis.T
-        b = X @ own
-        if len(X) == 1:
-            return -float(b[0] ** 2 / max(float(X[0] @ X[0]), 1e-300))
-        return -float(b @ np.linalg.lstsq(X @ X.T, b, rcond=1e-9)[0])  # of the sum of squares
-
-    X = np.array([columns(place) for place in grid])
-    if X.size == grid.size * z.size:  # one column a place: all at once
-        X = X.reshape(grid.size, z.size)
-        X = X - (X @ basis) @ basis.T
-        best = int(np.argmax((X @ own) ** 2 / np.maximum((X * X).sum(axis=1), 1e-300)))
-    else:
-        best = int(np.argmin([rest(place) for place in grid]))
-    bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
-    fine = {"xatol": 1e-4 * (bounds[1] - bounds[0])}
-    return float(minimize_scalar(rest, bounds=bounds, method="bounded", options=fine).x)
-
-
 def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
     """Beside a warm-up a slow one, which may look like a straight line, or any other, each searched
     in turn beside the other."""
@@ -127,14 +85,14 @@ def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
 
     def faster(slow: float) -> float:
         among = CONSTANTS[: max(np.count_nonzero(slow / 2 > CONSTANTS), 2)]
-        return _refined(z, t, fall, among, False, fall(slow)[None])
+        return refined(z, t, fall, among, False, fall(slow)[None])
 
     both = [(slow, faster(slow)) for slow in SLOW]
-    slow = 2 * _refined(z, t, fall, CONSTANTS, False)
+    slow = 2 * refined(z, t, fall, CONSTANTS, False)
     for _ in range(4):
         fast = faster(slow)
         among = CONSTANTS[min(np.count_nonzero(2 * fast > CONSTANTS), CONSTANTS.size - 2) :]
-        slow = _refined(z, t, fall, among, False, fall(fast)[None])
+        slow = refined(z, t, fall, among, False, fall(fast)[None])
     for constants in (*both, (slow, fast)):
         columns = np.array([fall(constant) for constant in constants])
         shape = Shape(frozenset({"warm_up"}), columns, 2)
@@ -147,7 +105,7 @@ def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:
     for kind in ("warm_up", "creep"):
         curve, step = partial(CURVES[kind], t + 0.5), None
         for _ in range(4):
-            constant = _refined(z, t, curve, CONSTANTS, False, step)
+            constant = refined(z, t, curve, CONSTANTS, False, step)
             beside = np.array([np.ones(z.size), curve(constant)])
             found = next(_several_steps(z, beside, frozenset({kind})))
             step = found.columns[-1:]
@@ -176,7 +134,7 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     for beside in (powers[:0], powers[:1], powers[:2], powers[:3], powers):
         X = np.vstack([np.ones(z.size), beside]).T
         own = z - X @ np.linalg.lstsq(X, z, rcond=None)[0]
-        place = _refined(z, t, wave, near(own), beside=beside[1:])
+        place = refined(z, t, wave, near(own), beside=beside[1:])
         curve = beside if len(beside) > 1 else powers[:0]  # a line is put beside others, too
         kinds = {"cycle", "smooth"} if len(curve) else {"cycle"}
         for count in (1, HARMONICS) if place >= PERIODS else (1,):
@@ -185,12 +143,12 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             straight = pace(shape.solved(z)[: len(curve)] @ curve) & {"drift"}
             yield replace(shape, kinds=shape.kinds | straight)
     fall = partial(CURVES["warm_up"], time)
-    constant = _refined(z, t, fall, CONSTANTS)
+    constant = refined(z, t, fall, CONSTANTS)
     for _ in range(4):  # in turn, each beside the other
         X = np.array([np.ones(z.size), time, fall(constant)]).T
         rest = z - X @ np.linalg.lstsq(X, z, rcond=None)[0]
-        place = _refined(z, t, wave, near(rest), beside=fall(constant)[None])
-        constant = _refined(z, t, fall, CONSTANTS, beside=wave(place))
+        place = refined(z, t, wave, near(rest), beside=fall(constant)[None])
+        constant = refined(z, t, fall, CONSTANTS, beside=wave(place))
     both = np.vstack([fall(constant), wave(place)])
     yield Shape(frozenset({"warm_up", "cycle"}), both, 2, (n / place,))
 
@@ -290,123 +248,3 @@ def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator
         places = (places[0], places[-1]) if kind == "shift" else places
         main = int(np.argmax(np.abs(sizes))) - count
         yield Shape(kinds | {kind}, columns[1:], PLACE * count, places, main, fixed - 1)
-
-
-def _recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
-    """Shifts at once that fade, wholly or in part."""
-    n = z.size
-    t = np.arange(n)
-    own = z - np.median(z)
-    gains = [_fading_at(own, constant) for constant in np.geomspace(3, n / 5, 10)]
-    start, jump = max(gains)[1], int(np.argmax(np.abs(np.diff(z))))
-    among = {start - 1, start, start + 1, jump, jump + 1} & set(range(1, n - 1))
-    for best in sorted(among):
-
-        def fading(constant: float, begin: int = best) -> Floats:
-            return np.where(t >= begin, np.exp(-np.maximum(k - k[begin], 0) / constant), 0.0)[None]
-
-        first = (t == best).astype(float)[None]  # a block that the shift begins within
-        grid = np.geomspace(1, n / 5, 16)
-        for kind, beside in (("shift", first), ("step", np.vstack([t >= best, first]))):
-            constant = _refined(z, time_of(k), fading, grid, line=False, beside=beside)
-            places = (float(best), min(best + 3 * constant, n - 1.0))[: 3 - len(beside)]
-            columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
-            shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
-            lasting, *_, faded = shape.solved(z)
-            if kind == "step" and (lasting + faded) / lasting < AT_ONCE:
-                shape = replace(shape, kinds=frozenset({"recoveries"}), at=())
-            spike = kind == "shift" and abs(lasting + faded) > SPIKE * abs(faded)
-            if not spike and (kind == "shift" or abs(lasting) > LASTING * abs(faded)):
-                yield shape
-
-
-def _fading_at(own: Floats, constant: float) -> tuple[float, int]:
-    """What an exponential that begins at once takes of the squares of (n,) values, at most, and at
-    which block: a matched filter."""
-    decay = math.exp(-1 / constant)
-    energy = (1 - decay ** (2 * np.arange(own.size, 0, -1))) / (1 - decay**2)
-    gain = _faded_sums(own, decay) ** 2 / energy
-    return float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1
-
-
-@njit
-def _faded_sums(x: Floats, decay: float) -> Floats:
-    """(n,) sums over all later values, which count by `decay` a place less."""
-    out = x.copy()
-    for k in range(x.size - 2, -1, -1):
-        out[k] += decay * out[k + 1]
-    return out
-
-
-def _several_recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
-    """Some shifts that fade alike, wholly or in part, each where it leaves least beside those that
-    came before."""
-    n = z.size
-    for constant, parts in product(np.geomspace(1, n / 10, FADINGS), (1, 2)):
-        columns, fits = np.ones((1, n)), []
-        for count in range(MOST_FADING // parts + 1):
-            own = z - columns.T @ np.linalg.lstsq(columns.T, z, rcond=None)[0]
-            fits.append(n * math.log(float(own @ own)) + (parts + PLACE) * count * math.log(n))
-            since = k - k[_fading_at(own, constant)[1]]
-            fading = np.exp(-np.maximum(since, 0) / constant) * (since >= 0)
-            columns = np.vstack([columns, *(fading, since >= 0)[:parts]])
-        if (best := int(np.argmin(fits))) > 1:  # one is a shift
-            shape = columns[1 : parts * best + 1]
-            yield Shape(frozenset({"recoveries"}), shape, 1 + PLACE * best)
-
-
-def _levels(z: Floats, numbers: np.ndarray) -> Iterator[Shape]:
-    """Two levels, and more where two are switched between, each by the most probable sequence
-    (Viterbi). A switch counts as two parameters, as its place is searched among many, and as the
-    choice among the other levels. A rival slides between its switches."""
-    n = z.size
-    for count in range(2, MOST_LEVELS + 1):
-        levels = np.quantile(z, np.linspace(0.1, 0.9, count))
-        state = np.argmin(np.abs(z - levels[:, None]), axis=0)
-        for _ in range(20):
-            if np.unique(state).size < count:
-                return
-            levels = np.array([z[state == k].mean() for k in range(count)])
-            sigma = MAD_TO_SIGMA * float(np.median(np.abs(z - levels[state]))) or 1e-12
-            new = _viterbi(((z - levels[:, None]) / sigma) ** 2, 2 * math.log(n))
-            if (new == state).all():
-                break
-            state = new
-        changes = np.flatnonzero(np.diff(state, prepend=-1))
-        switches = changes.size - 1
-        each = np.bincount(state) / np.maximum(np.bincount(state[changes], minlength=count), 1)
-        if switches < SWITCHES or np.unique(state).size < count:
-            return
-        if each.min() < DWELL:  # blocks on the way from one level to another, or loud ones
-            return
-        kinds = {"levels"} | ({"two_levels"} if count == 2 else set())
-        dwell = (numbers[-1] - numbers[0] + 1) / (switches + 1)
-        columns = (state == np.arange(1, count)[:, None]).astype(float)
-        searched = switches * (PLACE + 2 * math.log(count - 1) / math.log(n))
-        yield Shape(frozenset(kinds), columns, searched, (dwell,))
-        since = np.arange(n) - np.repeat(changes, np.diff(changes, append=n))
-        yield Shape(frozenset({"steps"}), np.vstack([columns, since / n]), searched + PLACE)
-
-
-@njit
-def _viterbi(costs: Floats, price: float) -> np.ndarray:
-    """States (n,) of least cost, of costs (k, n), with a price for each change."""
-    total = costs[:, 0].copy()
-    before = np.empty(costs.shape, np.int64)
-    for place in range(1, costs.shape[1]):
-        best = np.argmin(total)
-        moved = total[best] + price
-        for k in range(total.size):
-            before[k, place] = best if moved < total[k] else k
-            total[k] = min(total[k], moved) + costs[k, place]
-    state = np.empty(costs.shape[1], np.int64)
-    state[-1] = np.argmin(total)
-    for place in range(state.size - 1, 0, -1):
-        state[place - 1] = before[state[place], place]
-    return state
-
-
-def warm_up() -> None:
-    """Compile for float64."""
-    _viterbi(np.zeros((2, 3)), 1.0)
-    _faded_sums(np.zeros(3), 0.5)

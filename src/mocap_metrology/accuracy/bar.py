@@ -74,6 +74,7 @@ class BarEntry:
 
     @property
     def certificate(self) -> Certificate | None:
+        """The certified length and its standard uncertainty in mm; None without a length."""
         if self.length_mm is None:
             return None
         return Certificate(self.length_mm, self.length_u_mm or 0.0)

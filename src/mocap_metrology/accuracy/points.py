@@ -62,6 +62,7 @@ class Points:
         return len(self.places)
 
     def only(self, which: np.ndarray | Sequence[int] | slice) -> Points:
+        """Some of the places, chosen as numpy indexes an axis."""
         return Points(self.places[which], self.turns[which], self.reference[which])
 
     @property

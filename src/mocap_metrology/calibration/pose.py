@@ -188,6 +188,7 @@ def _of_others(
 
 
 def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
+    """Settings of the estimators, lasers in m, from those of the configuration."""
     own = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
     if settings.lasers_mm is not None:
         own["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))

@@ -194,6 +194,8 @@ class Recorded:
 
     @property
     def seen(self) -> tuple[Hits, np.ndarray, list[Factory | None]]:
+        """Hits, board (n, 3) in m, and the factory values of each station, as `calibrate` takes
+        them."""
         return self.hits, self.board, [station.factory for station in self.stations]
 
 

@@ -101,6 +101,7 @@ class Spool:
         self.size = 0
 
     def put(self, name: str, values: np.ndarray) -> None:
+        """Append an array to the file; it is read back by its name."""
         self._starts[name] = self._file.seek(0, os.SEEK_END)
         self.dtypes[name], self.size = values.dtype, len(values)
         np.ascontiguousarray(values).tofile(self._file)

@@ -57,6 +57,7 @@ class Clock:
     rms_s: float  # of the flashes about the line, outliers apart
 
     def start(self, cycle: np.ndarray | int) -> np.ndarray:
+        """When cycles begin, in s."""
         return self.epoch_s + self.cycle_s * np.asarray(cycle)
 
 
@@ -86,6 +87,7 @@ class Rows:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
+        """All rows of several, in order."""
         every = [vars(part) for part in parts]
         return cls(**{name: np.concatenate([own[name] for own in every]) for name in every[0]})
 
@@ -155,6 +157,7 @@ class Path(Rows):
     ambiguity: np.ndarray
 
     def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Path:
+        """The path in a frame in which the present one has the pose R, t_m."""
         return replace(self, R=R @ self.R, t_m=self.t_m @ R.T + t_m)
 
 
@@ -286,6 +289,7 @@ def inertial_columns(given: Inertial | None) -> dict[str, np.ndarray]:
 
 
 def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
+    """The series that `inertial_columns` wrote; None where it is empty."""
     if not columns["time_s"].size:
         return None
     rate, force, place = (
@@ -295,6 +299,7 @@ def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
 
 
 def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:
+    """Hits from the columns of sweeps.parquet."""
     names = [name for name in Hits.__dataclass_fields__ if name != "width_s"]
     width_s = 1e-6 * columns["width_us"].astype(np.float64)
     return Hits(**{name: columns[name] for name in names}, width_s=width_s)

@@ -55,12 +55,14 @@ class ProgressLines(Progress, logging.Handler):
         self._later: list[Future[None]] = []
 
     def step(self, what: str) -> None:
+        """Say which step begins."""
         self._new_line()
         self._begun += 1
         self._what, self._last = f"{self._begun}/{self.n_steps} {what}", time.monotonic()
         self._write(self._what)
 
     def over(self, function: Callable[[T], R], items: Iterable[T], /) -> Iterator[R]:
+        """Results of a function of each item, in order, in threads; slow work says how far it is."""
         futures = [self.pool.submit(function, item) for item in items]
         for number, future in enumerate(futures, start=1):
             yield future.result()
@@ -71,6 +73,7 @@ class ProgressLines(Progress, logging.Handler):
                 self._write(f"{self._what}: {number} of {total} series")
 
     def later(self, write: Callable[[Path], None], path: Path) -> None:
+        """Write a file beside the next steps; `end` waits for it, and raises what it raised."""
         self._later.append(self.pool.submit(write, path))
 
     def emit(self, record: logging.LogRecord) -> None:

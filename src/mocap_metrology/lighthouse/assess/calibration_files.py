@@ -232,6 +232,7 @@ class CalibrationFiles:
 
     @property
     def entries(self) -> dict[str, PoseEntry | None]:
+        """Chosen pose of each station but the reference; None where every estimate failed."""
         pairs = pose_file.pairs(self.pose).items()
         return {name: pose_file.chosen_pose(one) for name, one in pairs}
 
@@ -287,6 +288,7 @@ class CalibrationFiles:
 
     @property
     def reference(self) -> Pose | None:
+        """True pose (R, t in m) of the slave in the master's frame; None where it is unknown."""
         true = self.pose.get("reference")
         if not true or pose_file.is_network(self.pose):
             return None

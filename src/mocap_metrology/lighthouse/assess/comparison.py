@@ -128,6 +128,7 @@ def compare_with_earlier(
 
 
 def ids_of(given: pose_file.PoseFile) -> tuple[int | None, int | None]:
+    """Identifiers of master and slave; None where the file names none."""
     master, slave = (station_id(given["stations"][role], role) for role in ROLES)
     return master, slave
 

@@ -252,6 +252,7 @@ def mirrored(chosen: PoseEstimate) -> Check:
 
 
 def motion(chosen: PoseEstimate) -> Check:
+    """Whether the board moved: a board at rest gives no more than one pose."""
     moved = chosen.stage != "static"
     case, level = (Case.MOVED, "good") if moved else (Case.STILL, "usable")
     return Check("motion", case, chosen.stage, "", "moving", moved, level)
@@ -286,6 +287,7 @@ def board_poses(board_rms_urad: float | None, noise: float, by_places: float = 0
 
 
 def path(chosen: PoseEstimate, span_m: float | None) -> Check:
+    """Whether the path is long enough for estimators that superpose paths."""
     if chosen.stage == "final" and chosen.estimator in ("batch", "paper-lm"):
         return unknown("path", Case.PATH_UNNEEDED, "m")
     if span_m is None or chosen.stage == "static":
@@ -315,6 +317,7 @@ def uncertainty(chosen: PoseEstimate) -> Check:
 
 
 def duration(duration_s: float | None) -> Check:
+    """Whether the recording has a usual length."""
     if duration_s is None:
         return unknown("duration", Case.DURATION_UNKNOWN, "s")
     usual = USUAL_S - 0.01 <= duration_s <= USUAL_LONGEST_S

@@ -161,6 +161,7 @@ def check_row(check: Check) -> Row:
 
 
 def pose_row(R: np.ndarray, t_m: np.ndarray) -> Row:
+    """A pose as it stands in pose.json: translation in mm, quaternion x, y, z, w."""
     q = rotation.quaternions(R).tolist()
     return {"translation_mm": (1e3 * np.asarray(t_m)).tolist(), "quaternion_xyzw": q}
 

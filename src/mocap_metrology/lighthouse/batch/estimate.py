@@ -67,6 +67,7 @@ class Joint:
 
     @property
     def covariance(self) -> np.ndarray:
+        """Covariance of all unknowns (n, n), in rad, m and units of their own."""
         return solve.covariance_of(self.S, self.working, self.believed, self.pull)
 
     @property
@@ -91,6 +92,7 @@ class Joint:
         return self.covariance[np.ix_(*2 * [self.pose(station)])]
 
     def pose(self, station: int) -> np.ndarray:
+        """Rows of a station's pose among the unknowns: 3 of position, 3 of rotation."""
         return int(self.of.columns[station, 0, 0]) + np.arange(6)
 
 

@@ -200,6 +200,7 @@ def _robust(e: Floats, noise: Floats) -> tuple[Floats, Floats]:
 
 
 def cost(found: Residuals, noise: Floats) -> float:
+    """Sum of the robust costs of all windows."""
     return float(_robust(found.e, noise)[1].sum())
 
 

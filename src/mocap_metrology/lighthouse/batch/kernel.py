@@ -243,6 +243,7 @@ def _globals(
 
 @njit
 def predicted(seen: Light, control: np.ndarray, of: Values) -> np.ndarray:
+    """Angle (rad) that the model gives for each hit, the offset of its rotor included."""
     row, work, out = np.empty(POSE), np.empty(ROOM), np.empty(seen.who.shape[0])
     for h in range(out.size):
         theta = _hit(h, seen, control, of, row, work, -1)

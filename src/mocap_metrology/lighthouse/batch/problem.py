@@ -252,6 +252,7 @@ def start(
     n: int,
     normals: np.ndarray = NO_NORMALS,
 ) -> State:
+    """The state in which a search begins: factory rotors, board as filed, no offsets."""
     offsets, own = np.zeros((len(R), 2)), np.array(rotors)
     known = offsets, board.copy(), np.zeros(3), np.zeros(n), np.ascontiguousarray(normals)
     return State(np.array(R), np.array(t_m), own, *known, COVER_M.copy())

@@ -113,6 +113,7 @@ class BatchInput:
     clocks: tuple[Clock | None, ...] = ()
 
     def windows(self) -> Windows | None:
+        """Windows of the inertial series between knots; None without one."""
         return windows(self.inertial, self.trajectory, self.hits.time_s)
 
     def with_knots(self) -> BatchInput:
@@ -168,6 +169,7 @@ class Recording:
             self.sensors = replace(own, residual=found)
 
     def cost(self) -> float:
+        """Robust cost of the hits, of the bends of the path, and of the inertial sensors."""
         total = float(self.weights().cost.sum()) + bend_cost(self.trajectory)
         if (own := self.sensors) is not None:
             total += inertial.cost(own.residual, own.noise)
@@ -227,6 +229,7 @@ class Recording:
 
 
 def recording(given: BatchInput, state: State) -> Recording:
+    """A recording as the state sees it, without noise that is known yet."""
     seen = view(by_sweep(given.hits), given.trajectory)
     off = residuals(seen, given.trajectory, state)
     lengths = tuple(LengthView.of(known, given.trajectory) for known in given.lengths)
@@ -323,6 +326,7 @@ class LengthView:
 
     @classmethod
     def of(cls, known: KnownLength, trajectory: Trajectory) -> LengthView:
+        """A known length with the basis functions of the path at its times."""
         time_s = np.array([place.time_s for place in known.places])
         return cls(known, *trajectory.basis(time_s), trajectory.reference(time_s))
 

@@ -84,6 +84,7 @@ class Reduced:
     A_g: np.ndarray
 
     def trajectory_step(self, step: np.ndarray) -> np.ndarray:
+        """Step of the path's knots that belongs to a step of all other unknowns."""
         return -(self.A_g + self.A_C @ step)
 
 

@@ -43,6 +43,7 @@ class Trajectory:
         return self.node_s.size == 1
 
     def moved(self, step: np.ndarray) -> Trajectory:
+        """The path with its knots moved by a step (6 n,) in m and rad."""
         return replace(self, control=self.control + step.reshape(-1, 6))
 
     def seen_from(self, R: np.ndarray, t_m: np.ndarray) -> Trajectory:
@@ -69,6 +70,7 @@ class Trajectory:
         return first, cubic(at - first)
 
     def reference(self, time_s: np.ndarray) -> np.ndarray:
+        """Rotations (n, 3, 3) by a spline through the nodes; the knots turn the board from these."""
         from scipy.spatial.transform import Rotation, RotationSpline
 
         if self.still:

@@ -173,6 +173,7 @@ class View:
 
 
 def sweeps_of(seen: View, chosen: np.ndarray) -> View:
+    """The hits of chosen sweeps, a mask of all sweeps."""
     hit = chosen[seen.sweeps.sweep]
     first = np.append(0, np.cumsum(np.diff(seen.sweeps.first)[chosen]))
     own = Sweeps(seen.sweeps.hits.take(hit), first)
@@ -188,6 +189,7 @@ def stretch(seen: View, trajectory: Trajectory) -> tuple[View, Trajectory]:
 
 
 def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
+    """Hits with the basis functions and reference rotations of the path at their times."""
     hits = sweeps.hits
     first, basis = trajectory.basis(hits.time_s)
     who = np.column_stack([hits.station, hits.axis, hits.diode, first]).astype(np.int64)
@@ -195,6 +197,7 @@ def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
 
 
 def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
+    """Predicted less measured angle of each hit in rad."""
     return kernel.predicted(seen.light, trajectory.control, state) - seen.sweeps.hits.angle_rad
 
 

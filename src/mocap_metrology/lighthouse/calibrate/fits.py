@@ -90,6 +90,7 @@ def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[P
 
 
 def noted(out: Sequence[int], why: str) -> str:
+    """Note of excluded diodes and of what else was done, or an empty text."""
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
     return "; ".join(filter(None, (note, why)))

@@ -155,6 +155,8 @@ def _flashes_of_dump(pulses: Pulses, name: str) -> list[Flashes]:
 def decode_light(
     light: Light, places: np.ndarray, factory: str | Path | None, cleaning: Cleaning, name: str
 ) -> Decoded:
+    """Hits, stations and clocks of stations of the second generation, from hits and begins of
+    turns."""
     turns, notes = find_turns(light)
     hits, report = find_turn_hits(light, turns)
     check_count(places, light.n_diodes, int(hits.diode.max(initial=-1)), name)

@@ -154,6 +154,7 @@ class _Comb:
 
     @property
     def off(self) -> np.ndarray:
+        """How late each flash is after the clock, in s."""
         return self.time - self.clock.start(self.cycle)
 
     def over_diodes(self) -> np.ndarray:

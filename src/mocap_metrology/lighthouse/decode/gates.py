@@ -116,6 +116,7 @@ def _gate_sweep(
 def gate_sweeps(
     tangent: np.ndarray, where: np.ndarray, first: np.ndarray, gate: Cleaning, perspective: float
 ) -> np.ndarray:
+    """Mask of hits that do not fit the other hits of their sweep; `first`: where each sweep begins."""
     wrong = np.zeros(tangent.size, np.bool_)
     for sweep in range(first.size - 1):
         low, high = first[sweep], first[sweep + 1]

@@ -321,6 +321,7 @@ def values(
 
 
 def frame_of(data: bytes) -> np.ndarray:
+    """Bits of an OOTX frame: preamble, length, payload, CRC-32, a one after each word of 16 bits."""
     padded = data + bytes(len(data) % 2)
     body = struct.pack("<H", len(data)) + padded + struct.pack("<I", zlib.crc32(data))
     words = np.unpackbits(np.frombuffer(body, np.uint8)).reshape(-1, 16)

@@ -54,6 +54,7 @@ class Export:
 
     @property
     def placed(self) -> list[tuple[Station, Pose | None]]:
+        """Each station with its pose in the frame of the export; None where it has none."""
         if self.poses is None:
             return [(station, None) for station in self.stations]
         return list(zip(self.stations, self.poses, strict=True))

@@ -154,6 +154,7 @@ def seen_at(
 
 
 def evaluate(x: np.ndarray, given: SimplexData) -> float:
+    """The cost that `nelder_mead` minimises, at one point."""
     return cost(np.asarray(x, float), given, np.empty((3, 3)), np.empty((4, given.points.shape[1])))
 
 

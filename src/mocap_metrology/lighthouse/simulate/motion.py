@@ -44,6 +44,7 @@ class Motion(NamedTuple):
     arc: np.ndarray  # (10,): radius m, swing rad, rad/s, phase rad, two axes
 
     def poses(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (n, 3, 3) and places (n, 3) in m of the board at some times."""
         times = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
         return _poses(times, self)
 

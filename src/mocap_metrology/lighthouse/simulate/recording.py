@@ -99,6 +99,7 @@ class _Scene:
 
 
 def simulate(twin: LighthouseTwin, seed: int | None = None) -> SimulatedSweeps:
+    """Pulses, hits and truth of a twin of first-generation stations; seed: in place of its own."""
     seed = twin.seed if seed is None else seed
     faults = np.random.default_rng([seed, FAULTS])
     scene = _scene(twin, seed, blocked_intervals(twin, faults))

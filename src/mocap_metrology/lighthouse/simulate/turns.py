@@ -134,6 +134,7 @@ class MadeTurns:
 
 
 def simulate_turns(twin: TurnsTwin) -> MadeTurns:
+    """Light and truth of a twin of second-generation stations."""
     rng = np.random.default_rng([twin.seed, STATIONS])
     factories = tuple(usual_factory(rng) for _ in twin.channels)
     ids = tuple(int(x) for x in rng.integers(1, 1 << 32, len(twin.channels)))
@@ -203,6 +204,7 @@ class Rotor:
     turns: int
 
     def time(self, turn: np.ndarray, angle: Floats) -> Floats:
+        """When the rotor points to an angle in a turn, in s, its wander included."""
         made = turn + angle / (2 * np.pi)
         late = self.late(np.clip(made, 0, self.turns - 1))
         return self.begin_s + made * self.period_s + late

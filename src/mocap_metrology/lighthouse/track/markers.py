@@ -151,6 +151,7 @@ class Alignment:
     scale: float = 1.0
 
     def time(self, time_s: Floats) -> Floats:
+        """Times of motion capture that belong to times of the track, in s."""
         return self.offset_s + time_s + self.rate * (time_s - self.middle_s)
 
     def values(self) -> Floats:

@@ -202,6 +202,7 @@ class Calibrated:
 
     @property
     def poses(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Poses (R, t in m) of all stations in the frame of the first."""
         others = zip(self.R.reshape(-1, 3, 3), self.t_m.reshape(-1, 3), strict=True)
         return [(np.eye(3), np.zeros(3)), *others]
 

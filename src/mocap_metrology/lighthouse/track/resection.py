@@ -150,6 +150,7 @@ class _Fit:
 
     @property
     def prior(self) -> Floats:
+        """Information of the prior of all unknowns; the poses of stations have none."""
         sd = np.repeat([LEVER_SD_M, TURN_SD_RAD, OFFSET_SD_S], [3, 3, 1])
         return np.diag(np.r_[np.zeros(POSE * len(self.poses)), sd**-2])
 
@@ -160,6 +161,7 @@ class _Fit:
 
 
 def as_tracked(found: Track) -> Tracked:
+    """A track with the standard deviation of its places, as motion capture is matched with it."""
     noise = np.sqrt(np.mean(found.sd.noise[:, :3] ** 2, axis=1))
     return Tracked(found.time_s, found.R, found.t_m, noise)
 

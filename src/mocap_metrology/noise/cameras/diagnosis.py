@@ -87,6 +87,7 @@ class Estimate:
         return np.exp(self.ln)
 
     def interval(self, share: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
+        """Confidence interval of the factor, by Student's t over the blocks."""
         from scipy.stats import t
 
         reach = t.ppf((1 + share) / 2, N_BLOCKS - 1) * self.se

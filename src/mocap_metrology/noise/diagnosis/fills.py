@@ -50,6 +50,8 @@ class Rule:
 
     @staticmethod
     def run(chance: float) -> int:
+        """Length of a run that chance makes with probability CHANCE, where it makes each frame with
+        `chance`."""
         return math.ceil(math.log(CHANCE) / math.log(chance))
 
 

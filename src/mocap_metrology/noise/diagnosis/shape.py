@@ -85,6 +85,7 @@ class Shape:
 
 
 def on_line(shape: Shape, k: np.ndarray) -> Shape | None:
+    """The shape beside a straight line; None where it has one, or would take its part."""
     if shape.kinds <= {"slowing"} or shape.kinds & {"drift", "smooth", "accelerating"}:
         return None
     both = np.vstack([time_of(k), shape.columns])

@@ -52,6 +52,7 @@ class Published:
         return np.asarray(np.sqrt(avar(model_of(self, key, series), tau_s)))
 
     def longest_s(self, key: Key) -> float:
+        """Longest averaging time whose Allan variance is known, in s."""
         return np.inf
 
     def coefficients(self, key: Key, series: str) -> dict[str, float]:
@@ -60,6 +61,7 @@ class Published:
     estimates = coefficients
 
     def printed(self, key: Key, series: str) -> dict[str, float]:
+        """Coefficients of a series as its row of the appendix prints them."""
         return published.printed_row(*key)[series]
 
     def ended(self, key: Key, series: str) -> set[str]:

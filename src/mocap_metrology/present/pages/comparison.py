@@ -52,6 +52,7 @@ class Rule:
 
 
 def known(row: Record, *names: str) -> bool:
+    """Whether all these cells have a value."""
     return all(row.get(name) is not None and row[name] == row[name] for name in names)
 
 
@@ -74,6 +75,7 @@ def cameras(row: Record) -> str:
 
 
 def moment(row: Record) -> str:
+    """Whether a Gaussian quantity of S agrees: the published number is inside the range of chance."""
     if not known(row, "regenerated"):
         return CITED
     inside = [row[name] for name in ("inside", "published_inside") if known(row, name)]
@@ -81,6 +83,7 @@ def moment(row: Record) -> str:
 
 
 def coefficient(row: Record) -> str:
+    """Whether a published coefficient is inside the 95 % interval of the regenerated one."""
     value, status = row["published"], row["likelihood_status"]
     low, high = row["likelihood_lower_95"], row["likelihood_upper_95"]
     if row["source"] == CITED:
@@ -94,6 +97,7 @@ def coefficient(row: Record) -> str:
 
 
 def error_of_j(row: Record) -> str:
+    """Whether an error of J agrees with the regenerated one within FACTOR."""
     if row["source"] == CITED:
         return CITED
     return _agree(1 / FACTOR <= row["ratio"] <= FACTOR) if known(row, "ratio") else OPEN

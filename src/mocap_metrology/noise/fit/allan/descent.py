@@ -141,6 +141,7 @@ def residual(x: Floats, problem: Problem, jacobian: Floats) -> Floats:
 
 @njit
 def cost_at(x: np.ndarray, problem: Problem) -> float:
+    """Sum of squared residuals of the Allan variances at one point."""
     r = residual(x, problem, np.empty((0, 1)))
     total = 0.0
     for k in range(r.size):
@@ -150,6 +151,7 @@ def cost_at(x: np.ndarray, problem: Problem) -> float:
 
 @njit
 def costs_at(points: np.ndarray, problem: Problem) -> np.ndarray:
+    """Sums of squared residuals at points (n, parameters)."""
     found = np.empty(points.shape[0])
     for i in range(found.size):
         found[i] = cost_at(points[i], problem)

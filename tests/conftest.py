@@ -2,6 +2,7 @@
 are skipped."""
 
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
@@ -26,6 +27,15 @@ def samples() -> Path:
     if folder is None:
         pytest.skip(f"needs recordings by other people: {HOW}")
     return folder
+
+
+@pytest.fixture(scope="session")
+def headset(samples: Path) -> dict[str, Any]:
+    """A real recording at rest by libsurvive: the headset and the controller, decoded."""
+    from mocap_metrology.lighthouse.decode.chain import decode
+
+    path = samples / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
+    return {name: decode(path, "libsurvive-rec", name) for name in ("HMD", "T20")}
 
 
 @pytest.fixture(scope="session")

@@ -47,7 +47,7 @@ def reference() -> Path:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest files come first, then folders with long ones: what ends last is then short, and
     two workers end together."""
-    longest = ("test_laboratory.py", "test_frozen.py")
+    longest = ("test_laboratory.py", "test_frozen.py", "test_doses.py")
     folders = ("workflow", "steps", "lighthouse", "noise")
 
     def place(item: pytest.Item) -> tuple[bool, int]:

@@ -69,7 +69,7 @@ def run(tmp_path_factory: pytest.TempPathFactory, snakemake: Snakemake) -> Simpl
     for old in ("recordings/cut/allan.parquet", "calibrations/odd/pose.json"):
         (folder / "results" / old).parent.mkdir(parents=True)
         (folder / "results" / old).write_text("of an earlier input")
-    quick = ["duration_s=120", "fit_figures=[]", "noise={estimators: [likelihood]}"]
+    quick = ["duration_s=60", "fit_figures=[]", "noise={estimators: [likelihood]}"]
     quick += ["lighthouse={estimators: [paper-lm], joint: setup}"]
     arguments = ["-s", str(ROOT / "Snakefile"), "--cores", "2", "--config", *settings, *quick]
     output = snakemake(folder, *arguments, drawn=READ)

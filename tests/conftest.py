@@ -2,6 +2,7 @@
 are skipped."""
 
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
@@ -29,6 +30,15 @@ def samples() -> Path:
 
 
 @pytest.fixture(scope="session")
+def headset(samples: Path) -> dict[str, Any]:
+    """A real recording at rest by libsurvive: the headset and the controller, decoded."""
+    from mocap_metrology.lighthouse.decode.chain import decode
+
+    path = samples / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
+    return {name: decode(path, "libsurvive-rec", name) for name in ("HMD", "T20")}
+
+
+@pytest.fixture(scope="session")
 def reference() -> Path:
     """Folder of published tables, as transcribed from the papers."""
     return ROOT / "tests/reference"
@@ -37,7 +47,7 @@ def reference() -> Path:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest files come first, then folders with long ones: what ends last is then short, and
     two workers end together."""
-    longest = ("test_laboratory.py", "test_frozen.py")
+    longest = ("test_laboratory.py", "test_frozen.py", "test_doses.py")
     folders = ("workflow", "steps", "lighthouse", "noise")
 
     def place(item: pytest.Item) -> tuple[bool, int]:

@@ -40,8 +40,14 @@ def of_values(values: np.ndarray) -> list[float]:
     return [len(x), int(finite.sum()), x.sum() / n, math.sqrt(x @ x / n), x @ wave / math.sqrt(n)]
 
 
+def is_numbers(values: Any) -> bool:
+    return isinstance(values, np.ndarray) and values.dtype.kind in "bfiu"
+
+
 def of_column(values: Iterable[Any]) -> Any:
     """Short columns are kept whole; of long ones what `of_values` says, or their words."""
+    if is_numbers(values) and len(values) > LONG:
+        return of_values(values)
     cells = [v.item() if isinstance(v, np.generic) else v for v in values]
     parts = [(v.real, v.imag) if isinstance(v, complex) else (v,) for v in cells]
     cells = [part for both in parts for part in both]
@@ -67,6 +73,8 @@ def flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
         for key, inner in value.items():
             if key not in UNSTABLE and (len(numbers) <= 2 or key not in numbers):
                 yield from flat(inner, f"{name}.{key}" if name else str(key))
+    elif is_numbers(value):
+        yield name, of_column(np.ravel(value))
     elif isinstance(value, list | tuple | np.ndarray):
         items = np.ravel(value).tolist() if isinstance(value, np.ndarray) else list(value)
         if any(
@@ -94,7 +102,7 @@ def of_folder(folder: Path) -> Flat:
             if "estimator" in table:
                 table = table[~table["estimator"].isin(SEARCHED)]
             table = table.drop(columns=[c for c in BY_ROUNDING if c in table])
-            found |= {f"{name}: {column}": of_column(table[column].tolist()) for column in table}
+            found |= {f"{name}: {column}": of_column(table[column].to_numpy()) for column in table}
         elif path.suffix == ".json" and path.name not in NOT_JSON:
             found |= {f"{name}: {key}": v for key, v in flat(json.loads(path.read_text()))}
         elif path.suffix in (".json", ".yaml", ".params", ".xml"):

@@ -161,7 +161,6 @@ SLOW: dict[str, Callable[[np.ndarray], np.ndarray]] = {  # of time, 0 to 1
     "levels": lambda t: 0.8 * (np.searchsorted(np.cumsum(0.04 + 0.1 * WAITS), t) % 3),
     "walk": lambda t: 0.012 * np.cumsum(np.random.default_rng(6).standard_normal(t.size)),
 }
-WAITS = np.random.default_rng(5).random(40)
 
 
 def slow(kind: str, folder: Path | None = None) -> Flat:

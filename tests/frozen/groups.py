@@ -28,15 +28,24 @@ from mocap_metrology.noise.fit.estimates import read_noise
 from mocap_metrology.noise.motion.orientation import of_cluster, of_poses
 from mocap_metrology.noise.motion.place import by_place, evenness
 from mocap_metrology.recording.clean import Entry, simulated
+from mocap_metrology.settings import Settings
 
 from .calibrations import LIGHT, ROOT, first_generation, twin
 from .digest import Flat, flat, of_folder
 from .recordings import SETTINGS, START, steps
 
+WHITE_ALONE = {"estimators": ("likelihood",), "max_gauss_markov": 0, "sinusoid": False}
 
-def taken(names: dict[str, dict], folder: Path, judged: set[str], **changes: object) -> None:
+
+def taken(
+    names: dict[str, dict],
+    folder: Path,
+    judged: set[str],
+    others: Settings = SETTINGS,
+    **changes: object,
+) -> None:
     """Twins through the steps of a recording, each in a folder of its name; those whose folder no
-    case reads as a whole are not judged."""
+    case reads as a whole are not judged, and have settings of their own."""
     twins = load_twins(str(ROOT / "config/twins.yaml"))
     defaults = twins["defaults"]["recording"]
     for name, own in names.items():
@@ -44,7 +53,8 @@ def taken(names: dict[str, dict], folder: Path, judged: set[str], **changes: obj
         with simulated(twin, 0, folder) as path:
             entry = Entry([str(path)], twin.labels)
             origin = {"recording": name, "source": "simulated"}
-            steps(folder / name, entry, origin, SETTINGS, name in judged)
+            settings = SETTINGS if name in judged else others
+            steps(folder / name, entry, origin, settings, name in judged)
 
 
 def cameras(folder: Path) -> Flat:
@@ -65,7 +75,8 @@ def cameras(folder: Path) -> Flat:
 def changes(folder: Path) -> Flat:
     """Recordings of S's twins against each other: pairs, dates, places, a covariate."""
     kinds = {"T40-10": {}, "Bonita-6": {}, "T40-10-crump": {}, "outliers": {}}
-    taken(kinds | {"rounded": {}}, folder, {"T40-10", "outliers"}, duration_s=60)
+    others = Settings(noise=WHITE_ALONE)  # of which Allan deviations alone are read
+    taken(kinds | {"rounded": {}}, folder, {"T40-10", "outliers"}, others, duration_s=60)
     allan = {name: read_table(folder / name / "allan_masked.parquet") for name in [*kinds]}
     columns, origins = ({n: pair[k] for n, pair in allan.items()} for k in (0, 1))
     first = columns["T40-10"]
@@ -111,7 +122,7 @@ def setup(folder: Path) -> Flat:
     for name in ("real-5-1", "real-5-2"):
         own = folder / name
         own.mkdir()
-        first_generation(name, own, duration_s=3.0)
+        first_generation(name, own, duration_s=2.0)
         kinds = ("sweeps", "stations", "board", "pose")
         members.append(Member(name, *(str(own / TABLES[kind]) for kind in kinds)))
     write_setup("real-5", members, LIGHT, str(folder / "setup.json"))
@@ -123,9 +134,9 @@ def against(folder: Path) -> Flat:
     name, earlier, later = "real-3-1", folder / "earlier", folder / "later"
     earlier.mkdir()
     later.mkdir()
-    first_generation(name, earlier, duration_s=3.0)
+    first_generation(name, earlier, duration_s=2.0)
     both = dict.fromkeys(("earlier", "tracked_with"), str(earlier / "pose.json"))
-    made = twin(name, duration_s=3.0)
+    made = twin(name, duration_s=2.0)
     row = Calibration(name, f"simulate:{name}", twin=name)
     simulate(row, made, 8, both, LIGHT, None, later)
     return of_folder(later)

@@ -94,7 +94,7 @@ def shaken(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray
     b, a = signal.butter(1, [5.8, 6.2], "band", fs=RATE)
     x += 0.3 * signal.lfilter(b, a, rng.standard_normal(t.size))
     since = t % 30
-    x[4] += 0.2 * np.exp(-since / 0.4) * np.sin(25 * since)
+    x[1] += 0.2 * np.exp(-since / 0.4) * np.sin(25 * since)
     return x
 
 
@@ -111,14 +111,15 @@ def coarse(rng: np.random.Generator, x: np.ndarray, t: np.ndarray) -> np.ndarray
 
 
 def c3d(path: Path, position: np.ndarray, **keys: object) -> Path:
-    """position (frames, 2, 3)"""
+    """position (frames, markers, 3)"""
     path = path.with_suffix(".c3d")
-    write_c3d(path, ["A", "B"], RATE, [position.astype(np.float32)], len(position), **keys)
+    labels = [*"AB"][: position.shape[1]]
+    write_c3d(path, labels, RATE, [position.astype(np.float32)], len(position), **keys)
     return path
 
 
 def typed(kind: Callable[..., str], suffix: str, path: Path, position: np.ndarray) -> Path:
-    said = kind(("A", "B"), RATE, position)
+    said = kind([*"AB"][: position.shape[1]], RATE, position)
     return text.make(path.parent, f"{path.name}.{suffix}", said)
 
 
@@ -142,19 +143,22 @@ KINDS: dict[str, tuple[Make, Callable[..., Path], float, float]] = {
     "coarse": (coarse, c3d, 0.02, 120),
     "brief": (lambda rng, x, t: x, c3d, 0.1, 2),
 }
+# With the first marker alone, as the second would be disturbed alike
+ALONE = ("walk", "flicker", "correlated", "levels", "repeated", "filled", "shaken", "coarse")
 
 
 def recording(kind: str, folder: Path) -> Flat:
     """From the file to the verdict, without figures."""
     make, write, sigma, seconds = KINDS[kind]
+    markers = [*"AB"][: 1 if kind in ALONE else 2]
     rng = np.random.default_rng([len(kind), *kind.encode()])
     t = np.arange(round(seconds * RATE)) / RATE
     x = make(rng, sigma * rng.standard_normal((6, t.size)), t) + START[:, None]
-    path = write(folder / kind, x.T.reshape(-1, 2, 3))
+    path = write(folder / kind, x.T.reshape(-1, 2, 3)[:, : len(markers)])
     results = folder / "results"
     origin = {"recording": kind, "source": "measured"}
     settings = WITH_S if kind == "brief" else SETTINGS
-    steps(results, Entry([str(path)], ["A", "B"]), origin, settings)
+    steps(results, Entry([str(path)], markers), origin, settings)
     return of_folder(results)
 
 

@@ -4,8 +4,6 @@
 `haagh-tracking2`: an object of 23 diodes that is shaken before two of the second generation.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -20,16 +18,10 @@ from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.static import median_angles
-from mocap_metrology.lighthouse.decode.chain import Decoded, decode
+from mocap_metrology.lighthouse.decode.chain import Decoded
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Hits
 
-RECORDING = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
 BATCH = CalibrationSettings(estimators=("batch",), optics=("factory",))
-
-
-@pytest.fixture(scope="module")
-def both(samples: Path) -> dict[str, Decoded]:
-    return {name: decode(samples / RECORDING, "libsurvive-rec", name) for name in ("HMD", "T20")}
 
 
 def at_rest(found: Decoded, hits: Hits, normals: np.ndarray | None) -> Joint:
@@ -53,20 +45,20 @@ def held_out_urad(found: Decoded, normals: np.ndarray | None) -> float:
     return 1e6 * float(np.sqrt(np.mean(np.square(misses))))
 
 
-def test_a_diode_is_predicted_better_with_covers(both: dict[str, Decoded]) -> None:
+def test_a_diode_is_predicted_better_with_covers(headset: dict[str, Decoded]) -> None:
     """Of all diodes: 105 instead of 128 urad of the headset's, 205 instead of 273 of the
     controller's, which are seen at 14 to 73 deg."""
-    found = both["T20"]
+    found = headset["T20"]
     assert held_out_urad(found, found.normals) < 0.8 * held_out_urad(found, None)
 
 
 def test_the_covers_are_those_of_second_generation_recordings(
-    both: dict[str, Decoded], monkeypatch: pytest.MonkeyPatch
+    headset: dict[str, Decoded], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nearly nothing known beforehand, each object finds -0.8 and 1.6 mm within two standard
     deviations, and the thickness is not 0."""
     monkeypatch.setattr(problem, "COVER_SD_M", np.array([5e-3, 5e-3]))
-    for own in both.values():
+    for own in headset.values():
         found = at_rest(own, own.hits, own.normals)
         first = found.of.cover
         sd = np.sqrt(np.diag(found.covariance))[first : first + 2]  # of a + t / 2 and t
@@ -75,10 +67,10 @@ def test_the_covers_are_those_of_second_generation_recordings(
         assert found.state.cover[1] > 1.5 * sd[1]
 
 
-def test_both_objects_agree_within_their_covariances(both: dict[str, Decoded]) -> None:
+def test_both_objects_agree_within_their_covariances(headset: dict[str, Decoded]) -> None:
     """66 mm and 0.9 deg apart."""
     found: list[Summary] = []
-    for own in both.values():
+    for own in headset.values():
         factories, sensors = [one.factory for one in own.stations], Sensors(normals=own.normals)
         ways = calibrate(own.hits, own.board, factories, BATCH, sensors=sensors)
         found.append(summary(ways, own.stations, duration_s=own.duration_s))

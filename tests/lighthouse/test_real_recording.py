@@ -43,34 +43,27 @@ def estimates(found: Decoded) -> dict[str, PoseEstimate]:
     return {pose.optics: pose for pose in calibration.estimates}
 
 
-@pytest.fixture(scope="module")
-def seen(samples: Path) -> dict[str, Decoded]:
-    return {
-        name: decode(samples / FOLDER / NAME, "libsurvive-rec", name) for name in ("HMD", "T20")
-    }
-
-
 def baseline(pose: PoseEstimate) -> float:
     return float(np.linalg.norm(pose.t_m))
 
 
-def test_one_diode_does_not_decide(seen: dict[str, Decoded]) -> None:
+def test_one_diode_does_not_decide(headset: dict[str, Decoded]) -> None:
     """Each station sees 7 of the controller's 24 diodes; 8, seen by the slave at a grazing angle
     (its pulses are half as long as those of its neighbours), is 1 mrad off in elevation. With it
     the residual was 229 urad and one standard deviation of the rotation 1.1-2.1 deg. It is left
     out, and said so; 1.6 deg to the headset are left."""
-    headset, own = (estimates(one)["factory"] for one in seen.values())
+    worn, own = (estimates(one)["factory"] for one in headset.values())
     assert "diode 8 excluded from the slave's: the others contradict it" in own.note
-    assert "excluded" not in headset.note
-    hits = seen["T20"].hits
+    assert "excluded" not in worn.note
+    hits = headset["T20"].hits
     of_slave = hits.station == SLAVE
     widths = {d: np.median(hits.width_s[of_slave & (hits.diode == d)]) for d in (7, 8, 11, 22)}
     assert widths.pop(8) < 0.6 * min(widths.values())
-    rest = replace(seen["T20"], hits=hits.take(~of_slave | (hits.diode != 8)))
+    rest = replace(headset["T20"], hits=hits.take(~of_slave | (hits.diode != 8)))
     rest = estimates(rest)["factory"]
     assert apart(own, rest) == pytest.approx((0, 0), abs=1e-6)
     assert np.sqrt(np.diag(own.covariance))[3:].max() < 0.5
-    _, angle = apart(headset, own)
+    _, angle = apart(worn, own)
     assert 1.2 < angle < 1.8
 
 
@@ -86,11 +79,11 @@ SOLVED_ANEW = [
 
 
 def test_exports_are_those_of_libsurvive_within_the_interval(
-    seen: dict[str, Decoded], samples: Path, tmp_path: Path
+    headset: dict[str, Decoded], samples: Path, tmp_path: Path
 ) -> None:
     """The exported poses are those of pose.json; libsurvive's newer estimate is 45 mm and 0.8 deg
     from them, inside the 95 % ellipsoid. The older one beside the recording is outside."""
-    found = seen["HMD"]
+    found = headset["HMD"]
     stations = found.stations
     calibration = calibrate(found.hits, found.board, [one.factory for one in stations])
     told = summary(calibration, stations, duration_s=found.duration_s).document

@@ -92,7 +92,7 @@ def test_subsets_show_curves_and_the_drops_of_s() -> None:
 
 
 def test_a_deviation_between_two_averaging_times() -> None:
-    tau, white = np.array([0.1, 1.0, 10.0]), np.array([3.0, 3e-1**0.5, 0.3]) / 10
+    tau = np.array([0.1, 1.0, 10.0])
     white = 0.3 * tau**-0.5
     assert subsets.at_tau(tau, white, 3.0) == pytest.approx(0.3 * 3.0**-0.5)
     gap = np.where(tau == 1.0, np.nan, white)

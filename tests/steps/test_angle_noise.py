@@ -8,7 +8,7 @@ import pytest
 from mocap_metrology.calibration.angle_noise import MOVED, UNKNOWN, still_angles, write_angle_noise
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.assess.rows import ANGLE_HEAD, angle_rows
-from mocap_metrology.lighthouse.decode.chain import decode
+from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
@@ -84,12 +84,10 @@ def test_a_spread_below_the_step_of_the_clock_is_reported(hits: Hits, tmp_path: 
     assert fine["rotors"][0]["sd_rad"] == pytest.approx(np.hypot(COMMON, INDEPENDENT), rel=0.1)
 
 
-def test_a_real_headset(samples: Path, tmp_path: Path) -> None:
+def test_a_real_headset(headset: dict[str, Decoded], tmp_path: Path) -> None:
     """`lh1_test_cal`: what the diodes share is 15 to 21 urad at one sweep and not white, the
     independent part is 3.7 to 5.8 urad, white, and below the step of the clock."""
-    path = samples / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
-    found = decode(path, "libsurvive-rec", "HMD", None)
-    rows = angle_rows(NAMED, *written(tmp_path / "allan.parquet", found.hits))
+    rows = angle_rows(NAMED, *written(tmp_path / "allan.parquet", headset["HMD"].hits))
     assert len(rows) == 4
     for row in rows:
         assert 14 < row["common_adev_1_urad"] < 23 and row["common_exponent"] < 0

@@ -43,7 +43,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("receiver")
     R, t, middle, up = stations_around(3, np.random.default_rng(7))
     motion = MotionTwin(centre_m=tuple(middle), speed_m_s=0.6, extent_m=0.6, wobble_deg=15)
-    twin = TurnsTwin(7, R, t, (1, 4, 9), motion, duration_s=5.0, up=up, cover_mm=(-0.8, 1.6))
+    twin = TurnsTwin(7, R, t, (1, 4, 9), motion, duration_s=3.5, up=up, cover_mm=(-0.8, 1.6))
     made = simulate_turns(twin)
     write_rec(folder / "a.rec.gz", made)
     write_stations(folder, made)

@@ -3,10 +3,11 @@
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
+import forked
 import laboratory
 import pytest
 from browser import NAMES
@@ -33,7 +34,14 @@ def executable() -> str:
 
 
 @pytest.fixture(scope="session")
-def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
+def loaded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Address of a process that has loaded Snakemake."""
+    with forked.loaded(tmp_path_factory.mktemp("forked")) as address:
+        yield address
+
+
+@pytest.fixture(scope="session")
+def snakemake(tmp_path_factory: pytest.TempPathFactory, loaded: str) -> Snakemake:
     """Run Snakemake in a folder, which draws the figures with `drawn` in their path, or all; both
     outputs come as `stdout`.
 
@@ -46,16 +54,7 @@ def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
     def run(folder: Path, *arguments: str, drawn: str = "") -> subprocess.CompletedProcess:
         if folder == ROOT:
             folder, arguments = own, ("-s", str(ROOT / "Snakefile"), *arguments)
-        return subprocess.run(
-            command(*arguments),
-            cwd=folder,
-            env=environment(drawn),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=3600,  # many times what it takes, as other work may share the cores
-        )
+        return forked.run(loaded, folder, command(*arguments)[3:], environment(drawn))
 
     return run
 
@@ -70,7 +69,7 @@ def run(tmp_path_factory: pytest.TempPathFactory, snakemake: Snakemake) -> Simpl
     for old in ("recordings/cut/allan.parquet", "calibrations/odd/pose.json"):
         (folder / "results" / old).parent.mkdir(parents=True)
         (folder / "results" / old).write_text("of an earlier input")
-    quick = ["duration_s=120", "fit_figures=[]", "noise={estimators: [likelihood]}"]
+    quick = ["duration_s=60", "fit_figures=[]", "noise={estimators: [likelihood]}"]
     quick += ["lighthouse={estimators: [paper-lm], joint: setup}"]
     arguments = ["-s", str(ROOT / "Snakefile"), "--cores", "2", "--config", *settings, *quick]
     output = snakemake(folder, *arguments, drawn=READ)

@@ -7,7 +7,9 @@ import json
 import shutil
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
+import forked
 import pytest
 from running import command, environment, pass_for_computed, planned, side_by_side, write_sheet
 
@@ -46,7 +48,7 @@ def sheets(folder: Path, file: Path, changed: dict[str, dict[str, str]]) -> list
 
 
 @pytest.fixture(scope="module")
-def computed(tmp_path_factory):
+def computed(tmp_path_factory, loaded: str) -> SimpleNamespace:
     """A copy of the project in which everything passes for computed, without a number in it."""
     folder = tmp_path_factory.mktemp("computed")
     ignored = shutil.ignore_patterns("__pycache__", ".*")
@@ -59,35 +61,26 @@ def computed(tmp_path_factory):
     check.parent.mkdir(parents=True)
     check.write_text(json.dumps({"ok": True, "why": "", "warnings": [], "notes": []}) + "\n")
     settings = sheets(folder / "sheets", file, {})
-    pass_for_computed(functools.partial(of, folder), "--config", *settings, results_in(folder))
-    return folder
+    own = environment() | {"PYTHONPATH": str(folder / "src")}
+    results = f"results={folder}/results"
+
+    def run(*arguments: str) -> subprocess.CompletedProcess:
+        """Snakemake in the copy, with its package."""
+        return forked.run(loaded, folder, command(*arguments)[3:], own)
+
+    pass_for_computed(run, "--config", *settings, results)
+    return SimpleNamespace(folder=folder, run=run, results=results)
 
 
-def results_in(folder: Path) -> str:
-    return f"results={folder}/results"
-
-
-def of(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
-    """Snakemake in the copy, with its package."""
-    return subprocess.run(
-        command(*arguments),
-        cwd=folder,
-        env=environment() | {"PYTHONPATH": str(folder / "src")},
-        capture_output=True,
-        text=True,
-        timeout=900,
-    )
-
-
-def plan(folder: Path, name: str = "sheets", changed: dict | None = None) -> set[str]:
+def plan(computed: SimpleNamespace, name: str = "sheets", changed: dict | None = None) -> set[str]:
     """Rules that would run with these cells."""
-    given = sheets(folder / name, folder / "given.c3d", changed or {})
-    output = of(folder, "-n", "--config", *given, results_in(folder)).stdout
+    given = sheets(computed.folder / name, computed.folder / "given.c3d", changed or {})
+    output = computed.run("-n", "--config", *given, computed.results).stdout
     return set(planned(output)) - LAST
 
 
-def test_an_edit_runs_again_what_imports_the_file(computed: Path) -> None:
-    file = computed / "src/mocap_metrology/lighthouse/rotor.py"
+def test_an_edit_runs_again_what_imports_the_file(computed: SimpleNamespace) -> None:
+    file = computed.folder / "src/mocap_metrology/lighthouse/rotor.py"
     before = file.read_text(encoding="utf-8")
     file.write_text(f"{before}# a word\n", encoding="utf-8")
     try:
@@ -96,7 +89,7 @@ def test_an_edit_runs_again_what_imports_the_file(computed: Path) -> None:
         file.write_text(before, encoding="utf-8")
 
 
-def test_a_changed_cell_computes_anew_what_reads_its_column(computed: Path) -> None:
+def test_a_changed_cell_computes_anew_what_reads_its_column(computed: SimpleNamespace) -> None:
     changes = {
         "words": {
             "measured": {"date": "2024-05-01"},

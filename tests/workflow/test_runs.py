@@ -145,7 +145,7 @@ def start(toy: Path) -> subprocess.Popen:
     return subprocess.Popen(START, cwd=toy, env=environment(), **silent)
 
 
-def test_kill_and_run_again_twice_at_once(toy: Path) -> None:
+def test_kill_and_run_again_twice_at_once(toy: Path, snakemake) -> None:
     """One of the two goes on and clears the lock, too. Where sheets are wrong nothing is: they are
     lines and status 1."""
     (toy / "config/a.c3d").write_text("a waits: wait\n")
@@ -164,16 +164,16 @@ def test_kill_and_run_again_twice_at_once(toy: Path) -> None:
     )
     (toy / "config/dumps.tsv").write_text("calibration\tsetup\n")
     named = ("--config", "recordings=config/mine.tsv", "calibrations=config/dumps.tsv")
-    wrong = subprocess.run([*START, *named], check=False, timeout=900, **how)
+    wrong = snakemake(toy, "--cores", "2", TABLE, *named)
     assert wrong.returncode == 1 and list(locks.glob("*"))
-    assert wrong.stderr.splitlines()[-3:] == [
+    assert wrong.stdout.splitlines()[-3:] == [
         'config/mine.tsv, row 2 (recording "a"), column path: "no.c3d"; '
         "expected a file (config/no.c3d does not exist)",
         'config/mine.tsv, row 3 (recording "b"), column path: "simulate:U"; '
         "expected simulate: and a twin of the file of twins (unknown; expected one of T)",
         "config/dumps.tsv: no column group, path, format; expected a header with it",
     ]
-    assert "Traceback" not in wrong.stderr
+    assert "Traceback" not in wrong.stdout
     both = [subprocess.Popen(START, stdout=subprocess.DEVNULL, **how) for _ in range(2)]
     end = time.monotonic() + 600
     while all(run.poll() is None for run in both) and time.monotonic() < end:

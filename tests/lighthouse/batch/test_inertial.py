@@ -3,7 +3,6 @@ small boards by the generator of this project, still ones of a real recording.""
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,14 +25,13 @@ from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, thr
 from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.static import median_angles
-from mocap_metrology.lighthouse.decode.chain import decode
+from mocap_metrology.lighthouse.decode.chain import Decoded
 from mocap_metrology.lighthouse.records import Inertial
 from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.recording import sensed, simulate, up_of
 from mocap_metrology.lighthouse.simulate.twin import BoardTwin, InertialTwin, MotionTwin
 from tests.lighthouse import pairs
 
-REAL = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
 DECK = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
 HITS_S = np.linspace(0.1, 2.8, 100)
 UP = np.array([0.1, -0.2, 1.0]) / np.linalg.norm([0.1, -0.2, 1.0])
@@ -189,11 +187,11 @@ def test_sensors_that_contradict_the_light_are_not_used(case: str) -> None:
     np.testing.assert_array_equal(found.state.t_m, alone.state.t_m)
 
 
-def test_a_real_headset_at_rest(samples: Path) -> None:
+def test_a_real_headset_at_rest(headset: dict[str, Decoded]) -> None:
     """The way up by its accelerometer, through its description and the calibration, is that
     which both stations transmit, to 3 deg (single stations are wrong by 1 to 2.5); and the
     stations' ways up as residuals do not make the covariance larger."""
-    given = decode(samples / REAL, "libsurvive-rec", "HMD")
+    given = headset["HMD"]
     assert given.pulses is not None
     series = given.pulses.inertial
     assert series is not None and 200 < len(series) / given.duration_s < 1100

@@ -23,7 +23,7 @@ def first_generation():
 
 
 def second_generation():
-    one = made(2, 3, 4.0)
+    one = made(2, 3, 2.5)
     scene = one.scene
     return scene.hits, scene.board, list(scene.factories), list(scene.names), one.poses[1][1]
 

@@ -36,7 +36,7 @@ def misses(found: Setup, given: Made, stations: list[int]) -> float:
 def subsets(seed: int, seen: Mapping[str, tuple[int, ...]], n: int = 4) -> dict[str, Made]:
     """Recordings in each of which some of the stations see the board."""
     return {
-        name: made(n, seed, 3.0, keep=[ALL if k in own else NEVER for k in range(n)], take=take)
+        name: made(n, seed, 2.0, keep=[ALL if k in own else NEVER for k in range(n)], take=take)
         for take, (name, own) in enumerate(seen.items(), start=1)
     }
 

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,12 @@ def recording(path: Path, *lines: str, end: str = "\n", packed: bool = False) ->
     data = "".join(line + end for line in lines).encode()
     path.write_bytes(gzip.compress(data) if packed else data)
     return path
+
+
+def first_lines(samples: Path) -> bytes:
+    """Of a real recording, packed."""
+    with gzip.open(samples / FOLDER / "lh1_test_cal.rec.gz") as lines:
+        return gzip.compress(b"".join(islice(lines, 5000)))
 
 
 def test_real_diodes_are_those_of_the_processed_lines(samples: Path) -> None:
@@ -64,9 +71,12 @@ def test_real_solution_is_turned_into_this_projects_axes(samples: Path) -> None:
     assert back == pytest.approx([3.926, -0.811, 0.128], abs=6e-4)
 
 
-def test_other_objects_and_the_second_generation_are_refused_by_name(samples: Path) -> None:
+def test_other_objects_and_the_second_generation_are_refused_by_name(
+    tmp_path: Path, samples: Path
+) -> None:
+    (tmp_path / "a.rec.gz").write_bytes(first_lines(samples))
     with pytest.raises(Refusal, match=r"expected one of HMD, T20$"):
-        read_libsurvive(samples / FOLDER / "lh1_test_cal.rec.gz", "other")
+        read_libsurvive(tmp_path / "a.rec.gz", "other")
     with pytest.raises(Refusal, match=r"of second-generation \(V2\) stations; expected first"):
         read_solution(samples / FOLDER / "haagh-tracking.rec.gz.json")
 
@@ -213,7 +223,7 @@ def test_bad_solutions(tmp_path: Path, case: str) -> None:
 
 
 def test_broken_gzip_and_missing_file(tmp_path: Path, samples: Path) -> None:
-    whole = (samples / FOLDER / "lh1_test_cal.rec.gz").read_bytes()
+    whole = first_lines(samples)
     path = tmp_path / "cut.rec.gz"
     for broken in (whole[: len(whole) // 3], whole[:20_000] + bytes(1000) + whole[21_000:]):
         path.write_bytes(broken)

@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mocap_metrology.lighthouse.decode.chain import Decoded
 from mocap_metrology.lighthouse.decode.factory_file import FACTORY_NAMES, NAMES_OF
-from mocap_metrology.lighthouse.decode.flashes import find_flashes
-from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.libsurvive_solution import FROM_LIBSURVIVE, read_solution
 from mocap_metrology.lighthouse.decode.ootx import (
     ACCEL_TO_STATION,
@@ -26,7 +25,7 @@ from mocap_metrology.lighthouse.records import Clock, Factory, Flashes, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 DUMP = 960  # cycles in 8 s
-RECORDING = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
+SOLUTION = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz.json"
 
 
 def a_factory(rng: np.random.Generator) -> Factory:
@@ -171,31 +170,31 @@ def test_older_protocol_has_no_mode() -> None:
     assert station.gravity is None
 
 
-@pytest.fixture(scope="module", params=["HMD", "T20"])
-def real(request: pytest.FixtureRequest, samples: Path) -> list[Flashes]:
-    return find_flashes(read_libsurvive(samples / RECORDING, request.param)[0])
-
-
-def test_real_stations_have_the_values_libsurvive_found(real: list[Flashes], samples: Path) -> None:
+@pytest.mark.parametrize("name", ["HMD", "T20"])
+def test_real_stations_have_the_values_libsurvive_found(
+    headset: dict[str, Decoded], name: str, samples: Path
+) -> None:
     """Both stations, from headset and controller; the file prints six decimals."""
-    solution = {s.index: s for s in read_solution(samples / f"{RECORDING}.json")}
+    solution = {s.index: s for s in read_solution(samples / SOLUTION)}
+    real = headset[name].stations
     assert len(real) == 2
-    for flashes, index, role, mode in zip(real, (1, 0), ("master", "slave"), "bA", strict=True):
-        station, truth = decode_station(flashes), solution[index]
+    for station, index, role, mode in zip(real, (1, 0), ("master", "slave"), "bA", strict=True):
+        truth = solution[index]
         assert (station.role, station.id, station.mode) == (role, truth.id, mode)
-        for name in FACTORY_NAMES:
-            error = getattr(station.factory, name) - getattr(truth.factory, name)
-            assert np.abs(error).max() <= 0.5001e-6, name
+        for value in FACTORY_NAMES:
+            error = getattr(station.factory, value) - getattr(truth.factory, value)
+            assert np.abs(error).max() <= 0.5001e-6, value
 
 
-def test_real_accelerometers_agree_with_the_poses(samples: Path) -> None:
+def test_real_accelerometers_agree_with_the_poses(
+    headset: dict[str, Decoded], samples: Path
+) -> None:
     """Of 48 signed permutations of axes, the used one fits libsurvive's poses best: 2.1, 1.1 deg.
 
     Its world is level only as well as the headset's own accelerometer.
     """
-    flashes = find_flashes(read_libsurvive(samples / RECORDING, "HMD")[0])
-    solution = {s.id: s for s in read_solution(samples / f"{RECORDING}.json")}
-    read = [decode_station(f) for f in flashes]
+    solution = {s.id: s for s in read_solution(samples / SOLUTION)}
+    read = headset["HMD"].stations
     up = [
         FROM_LIBSURVIVE @ solution[s.id].pose[0][2] for s in read
     ]  # world z in the station's frame

@@ -1,4 +1,7 @@
 # The shape of the real rules, with files of text.
+forks.LEAST_JOBS = 99  # which need nothing loaded
+
+
 checkpoint clean:
     input:
         files=files(selection.paths),

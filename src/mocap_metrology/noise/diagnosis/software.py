@@ -114,8 +114,8 @@ def variance_cycle(values: np.ndarray, rate_hz: float, chance: float) -> float:
     square = np.minimum(square, CLIPPED * np.median(square[known]))
     mean = float(square[known].mean())
     power = np.abs(np.fft.rfft(np.where(known, square - mean, 0.0))) ** 2
-    among = np.arange(power.size)
-    among = (among > SLOWEST * n) & (among < n / 2 - 2)
+    place = np.arange(power.size)
+    among = (place > SLOWEST * n) & (place < n / 2 - 2)
     level = float(np.median(power[among])) / math.log(2)
     at = int(np.argmax(np.where(among, power, 0.0)))
     depth = 2 * math.sqrt(power[at]) / np.count_nonzero(known) / mean if mean > 0 else 0.0

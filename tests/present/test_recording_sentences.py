@@ -133,7 +133,7 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     (([row("x1", "drift", 0.5), row("y1", "drift", -1.2)], NAMED), "drift.model", False,
      "−1.2 mm/h, y1, 0.3 mm"),
     ({"drifts": DRIFTS, **wander("cycle", 0.03, 200.0)}, "drift.slow", False,
-     "9 s, 0.4 mm, x1, 15 min, −1.2 mm/h, −50 µm, 2.14 µm"),
+     "9 s, 0.4 mm, x1, 15 min, −1.2 mm/h, −50 µm, 1.96 µm"),
     (wander("warm_up"), "wander.warm_up", True, "x1, 60 µm, 15 min"),
     (wander("accelerating"), "wander.accelerating", True, "x1, 60 µm, 15 min"),
     (wander("slowing"), "wander.slowing", True, "x1, 60 µm, 15 min"),

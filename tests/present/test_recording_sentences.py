@@ -117,8 +117,10 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
      "98.5 s, 50 µm, x1"),
     ({"recurring": {"x1": 12.345, "L": 12.3}}, "recurring.bursts", True, "12.3 s, x1, L"),
     ({}, "periodic.none", False, ""),
-    ({"lines": [replace(LINE, line=replace(LINE.line, f_0=k)) for k in range(1, 12)]},
+    ({"lines": [replace(LINE, line=replace(LINE.line, f_0=k**1.5)) for k in range(1, 12)]},
      "periodic.many", False, "11, 10"),
+    ({"lines": [replace(LINE, line=replace(LINE.line, f_0=1.3 * k)) for k in (1, 2, 3, 5)]},
+     "periodic.comb", False, "4, 1.3 Hz, 6.5 Hz, x1, 14.1 µm, 0.769 s"),
     ({"lines": [replace(LINE, share=0.0312, in_adev=True), replace(LINE, series="y1",
      line=replace(LINE.line, A_s=0.004))]}, "periodic.one", True,
      "20 Hz, x1, 10 µm, y1, 4 µm, 3.12 %, x1, 0.02 s"),
@@ -257,9 +259,9 @@ def test_the_most_important_events_are_named() -> None:
 @pytest.mark.parametrize(
     ("at_s", "event", "wanders"),
     [  # EVENT lasts from 98.49 to 99.99 s
-        ((93.5,), "shifted", False), ((93.4,), "moved", True), ((104.9,), "shifted", False),
-        ((105.0,), "moved", True), ((98.0, 108.1), "shifted", False),
-        ((48.0, 104.9), "shifted back", True), ((48.0, 105.1), "moved", True),
+        ((93.5,), "shifted", False), ((93.4,), "were measured", True), ((104.9,), "shifted", False),
+        ((105.0,), "were measured", True), ((98.0, 108.1), "shifted", False),
+        ((48.0, 104.9), "shifted back", True), ((48.0, 105.1), "were measured", True),
     ],
 )  # fmt: skip
 def test_a_step_or_shift_that_is_an_event_is_said_once(at_s, event, wanders) -> None:

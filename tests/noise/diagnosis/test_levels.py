@@ -47,6 +47,15 @@ def test_a_step_is_a_step_and_no_trend(factor: float) -> None:
     assert not trends(found, NONE, [step.time_s])
 
 
+def test_a_level_that_rises_in_some_minutes_changes_nowhere_at_once() -> None:
+    """Variances of chi-square law, sd up by 30 % within 150 s."""
+    for seed in range(4, 9):
+        rng = np.random.default_rng([seed, 3])
+        sd = 1 + 0.3 * np.clip((np.arange(1800) - rng.uniform(600, 1000)) / 150, 0, 1)
+        found = {k: Blocks(0 * sd, sd**2 * rng.chisquare(49, 1800) / 49, 1.0) for k in "abc"}
+        assert not changes(found, np.zeros(1800, bool), 300.0, 0.005)
+
+
 def test_the_ratio_of_two_sides_and_its_interval() -> None:
     """Means of 120 variances, a tenth apart; 95 % intervals hold the ratio in 90 to 99 % of 300,
     whether or not the variances are correlated with the next. In closed form of white noise of

@@ -10,6 +10,7 @@ from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.one_series import left_in_means
 from mocap_metrology.noise.diagnosis.periodic import (
+    comb,
     described,
     first_maximum,
     mains_of,
@@ -161,3 +162,18 @@ def test_white_noise_of_20_s_has_hardly_ever_a_line() -> None:
         )
         found += any(lines for lines, _ in every)
     assert found <= 1
+
+
+def test_multiples_of_one_frequency_are_a_comb_and_others_by_chance_none() -> None:
+    def of(frequencies):
+        lines = [SimpleNamespace(line=SimpleNamespace(f_0=f)) for f in frequencies]
+        return [SimpleNamespace(first=one) for one in lines]
+
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        f_1, off = rng.uniform(0.3, 3), rng.normal(0, 1e-4, 6)
+        teeth = of(f_1 * rng.choice(np.arange(1, 20), 6, replace=False) + off)
+        f_hz, found = comb([*of(rng.uniform(1, 50, 3)), *teeth], 300.0)
+        assert all(one in found for one in teeth) and len(found) <= 7
+        assert round(f_1 / f_hz, 2) in (1.0, 0.5, 0.33)  # or every second or third is there
+    assert sum(bool(comb(of(rng.uniform(0.5, 50, 12)), 300.0)[1]) for _ in range(100)) <= 1

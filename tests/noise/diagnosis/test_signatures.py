@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -243,6 +244,17 @@ def test_the_size_of_a_step_in_a_walk_has_the_error_of_a_local_level() -> None:
     off = np.array([one.size_mm - 0.2 for one in found])
     assert math.sqrt(np.mean(off**2)) < 1.5 * most and np.abs(off).max() < 3 * most
     assert sum(low < 0.2 < high for low, high in (one.ends_mm for one in found)) >= 6
+
+
+def test_a_walk_goes_on_where_blocks_are_missing() -> None:
+    """Over a gap of 20 blocks it has moved by sqrt(21) of its steps: what a step there must exceed,
+    and the error of its size."""
+    for seed, step in product((0, 2), (1.5, 40.0)):
+        x = np.random.default_rng(seed).normal(0, 1, 300).cumsum()
+        x[140:160], x[160:] = np.nan, x[160:] + step - (x[160] - x[139] if step < 2 else 0)
+        found = signature(x, 1.0)
+        assert ("step" in found.kinds) is (step > 2)
+        assert step < 2 or found.error_mm == pytest.approx(math.sqrt(21), rel=0.2)
 
 
 def test_the_slope_beside_a_cycle() -> None:

@@ -188,3 +188,5 @@ def test_a_cycle_of_the_variance_and_none_of_a_line_at_twice_its_frequency() -> 
     t = np.arange(x.size) / AT_HZ
     for f in (7.0, 43.0):  # twice 43 Hz is seen at 14 Hz
         assert variance_cycle(x + 3 * np.sin(2 * np.pi * f * t), AT_HZ, 1e-4) == 0.0
+    x += 1.5 * (np.arange(x.size) % 4 == 0)  # two lines, at a quarter and half of the frame rate
+    assert variance_cycle(x, AT_HZ, 1e-4) == 0.0

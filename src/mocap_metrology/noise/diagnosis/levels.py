@@ -2,8 +2,8 @@
 one become another at once, or slowly?
 
 A point is the mean logarithm of the variances of ten blocks of a second. A change at once is a step
-between two straight lines that fits better than a smooth curve of as many parameters; all else that
-constant noise does not explain is slow.
+between two straight lines that fits better than a smooth curve, a quintic; all else that constant
+noise does not explain is slow.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ def changes(
 
 def abrupt(g: np.ndarray, place: int, reach: int) -> float:
     """p of the jump between two parallel lines before and after `place`, (n,) points; 1 where a
-    cubic describes them better, or where neither does over any reach."""
+    quintic describes them better, or where neither does over any reach."""
     from scipy.special import stdtr
 
     scale, dof = _scatter(g)
@@ -236,7 +236,7 @@ def abrupt(g: np.ndarray, place: int, reach: int) -> float:
         if min((t < 0).sum(), (t > 0).sum()) < LEAST_POINTS:
             return 1.0
         step = np.stack([np.ones(k.size), t, t > 0], axis=1)
-        smooth = np.stack([t**power for power in range(4)], axis=1)
+        smooth = np.stack([t**power for power in range(6)], axis=1)
         with_step, value, error = _fit(step, g[k], scale)
         without, _, _ = _fit(smooth, g[k], scale)
         if with_step <= ADEQUATE_VARIANCES * scale**2 * (k.size - 4):

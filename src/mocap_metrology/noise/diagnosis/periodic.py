@@ -30,7 +30,9 @@ PSD_LEAVE = 3  # next to the line that are left out
 VISIBLE = 0.1  # share of the Allan variance from which a bump is seen
 LONGEST_GAP, SHORT_GAP = 1200, 12  # frames that are filled with noise, or bridged
 SAME_PHASE = 0.9  # of the products of neighbouring means, where a frequency stands
-LEAST, FEW = 1000, 400  # samples of a stretch with lines; of so few the level beside is uncertain
+FEWEST_TEETH, COMB_P = 4, 1e-3  # of a comb; chance of one
+MULTIPLES_APART = 8.0  # coefficients
+LEAST = 1000  # samples of a stretch with lines
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,30 @@ def disturbances(lines: Sequence[SpectralLine], duration_s: float) -> list[Distu
     return found
 
 
+def comb(found: Sequence[Disturbance], duration_s: float) -> tuple[float, list[Disturbance]]:
+    """Frequency in Hz of which the most disturbances are multiples, to within 1/2T, and these; none
+    where they are fewer than `FEWEST_TEETH`, or chance may do that."""
+    from scipy.special import bdtrc
+
+    f = np.sort([one.first.line.f_0 for one in found])
+    apart = np.concatenate([np.diff(f), *(f / k for k in (1, 2, 3))]) if f.size else f
+    tries = apart[apart > MULTIPLES_APART / duration_s]
+    best, members = math.nan, np.zeros(len(found), bool)
+    for f_1 in np.sort(tries)[::-1]:  # a half has as many multiples
+        n, f_n = 0.0, 0.0
+        for one in f:
+            number = round(one / f_1)
+            if number and abs(one - number * f_1) < 0.5 / duration_s:
+                n, f_n = n + number**2, f_n + number * one
+                f_1 = f_n / n  # by least squares
+        every = np.array([one.first.line.f_0 for one in found]) / f_1
+        own = np.abs(every - np.round(every)) * f_1 < 0.5 / duration_s
+        chance = tries.size * bdtrc(own.sum() - 2, f.size - 1, 1 / duration_s / f_1)
+        if own.sum() > max(members.sum(), FEWEST_TEETH - 1) and chance < COMB_P:
+            best, members = float(f_1), own
+    return best, [one for one, own in zip(found, members, strict=True) if own]
+
+
 def series_lines(
     series: np.ndarray,
     frame_rate_hz: float,
@@ -146,7 +172,7 @@ def series_lines(
         bare = waves(found, full.size, frame_rate_hz)
         np.subtract(full, bare, out=bare)
         found += find_slow_lines(bare, frame_rate_hz, density, at_most)
-    least = threshold(full.size) * (1 + FEW / full.size) + 2 * math.log(n_series)
+    least = threshold(full.size) + 2 * math.log(n_series)
     found = [line for line in found if line.gain > least]
     return sorted(found, key=lambda line: -line.gain)[:at_most], full.size * tau0
 

@@ -178,7 +178,7 @@ def explained(found: Diagnosis, duration_s: float, still_range_mm: float = 2.0) 
         is_lobe = not (below or (one.in_adev and not one.line.wide))
         return not (is_lobe or any(_in_band(one, x) for x in resonances))
 
-    if found.repeats:  # which no interpolation makes
+    if found.repeats or "repeated" in found.software:  # which no interpolation makes
         found = replace(found, processed=[x for x in found.processed if x.code != "resampled"])
     held = any(one.share > MANY_REPEATS for one in found.repeats)
     if held:  # which have few fast changes

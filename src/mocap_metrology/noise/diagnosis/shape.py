@@ -38,6 +38,14 @@ class Shape:
         """Whether `at` are places, not a period or a dwell."""
         return bool(self.kinds & {"step", "shift", "steps"})
 
+    @property
+    def separate(self) -> bool:
+        """Whether it consists of steps or one shift, in blocks that are apart, and no block has a
+        column of its own."""
+        some = self.placed and "fades" not in self.kinds and bool(self.at)
+        alone = len(self.columns) - self.line in (1, len(self.at))
+        return some and alone and np.diff(self.at).min(initial=math.inf) > 2
+
     def solved(self, z: Floats) -> Floats:
         """Least-squares coefficients (p,)."""
         X = np.vstack([np.ones(z.size), self.columns])

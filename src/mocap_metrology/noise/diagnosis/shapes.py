@@ -246,5 +246,6 @@ def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator
         both = np.count_nonzero(np.diff(places) > 1) == 1  # others are within a block of one
         kind = "step" if lasting else "shift" if both else "steps"
         places = (places[0], places[-1]) if kind == "shift" else places
-        main = int(np.argmax(np.abs(sizes))) - count
+        begun = int(np.argmax(columns[fixed:].sum(axis=1)))
+        main = (begun if kind == "shift" else int(np.argmax(np.abs(sizes)))) - count
         yield Shape(kinds | {kind}, columns[1:], PLACE * count, places, main, fixed - 1)

@@ -40,6 +40,7 @@ USUAL = 7  # series of a recording
 WALK = 1 / 3  # of every other noise, beside a random walk
 LOUD, SURE = 2.0, 7.0  # times the usual variance of frames; standard errors beyond it, at least
 LEFT_OUT, OFTEN = 0.4, 0.05  # of the blocks, at most; from which others may be loud, too
+MOST_FREE, SIZED = 30, 3.3  # blocks that are missing where it shifts; standard errors of size
 LEAST_FRAMES = 8  # of a block, to know that variance
 FOLDED = 20  # to each side, of the spectra of block means
 MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
@@ -193,7 +194,8 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     at = tuple(block_s * (begun[int(a)] if shape.placed else a) for a in shape.at)
     if not gaussian or ("shift" in shape.kinds and at[1] - at[0] < LASTING_S):
         sure -= {"shift"}  # which a few blocks of a heavy tail may be
-    if not gaussian and all(noise not in FAST for _, noise in near):
+    unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
+    if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
         sure -= AT_ONCE  # which what it consists of may be, if it adds up
     span_s = (k[-1] - k[0]) * block_s
     if "cycle" in sure and span_s < PERIODS * at[-1]:
@@ -301,16 +303,29 @@ def _fits(
             best = min(best, (value, shape, columns, stacked[at]), key=lambda one: one[0])
             found[key] = min(value, found.get(key, math.inf))
     _, shape, columns, spectrum = best
-    if "step" in shape.kinds and len(shape.at) == 1 and len(shape.columns) == shape.line + 1:
-        ends = np.eye(z.size)[int(shape.at[0]) - 1 :][:2]  # it comes within one of these
-        rows = np.insert(shape.columns, shape.line, ends, axis=0)
-        shape, columns = replace(shape, columns=rows), dst(np.diff(rows), type=1, norm="ortho")
-    return found, shape, _fitted(y, columns, spectrum)
+    if shape.separate:
+        blocks, rows = _at_changes(z, k, shape)
+        y, columns = (dst(np.diff(own), type=1, norm="ortho") for own in (blocks, rows))
+        own = np.concatenate([*_noises(y.size).values()][:-1])
+        slow = math.log(n) * (np.arange(len(own)) > 0)
+        spectrum = own[np.argmin(_bic(y, columns, 1 / own, np.log(own).sum(axis=1) + slow))]
+    return found, shape, _fitted(y, columns, spectrum, len(shape.columns))
+
+
+def _at_changes(z: Floats, k: np.ndarray, shape: Shape) -> tuple[Floats, Floats]:
+    """Blocks (n,), with those that are missing where a shape changes, and its columns, with one for
+    each block that says nothing of sizes: it is missing, or the change may come within it."""
+    places = np.array(shape.at, int)
+    lost = np.minimum(k[places] - k[places - 1] - 1, MOST_FREE)
+    at, beside = np.repeat(places, lost), places[lost == 0]
+    free = np.insert(np.isin(np.arange(z.size), [beside - 1, beside]), at, True)
+    columns = np.insert(shape.columns, at, shape.columns[:, at], axis=1)
+    return np.insert(z, at, z[at]), np.vstack([columns, np.eye(free.size)[free]])
 
 
 class Fitted(NamedTuple):
-    """A shape in a noise: coefficients (p,) with their standard errors; whether what is left is
-    white [cumulative periodogram, Bartlett 1955; 0.001], and whether it is also Gaussian."""
+    """A shape in a noise: coefficients of its own columns with their standard errors; whether what
+    is left is white [cumulative periodogram, Bartlett 1955; 0.001], and also Gaussian."""
 
     solved: Floats
     errors: Floats
@@ -318,7 +333,7 @@ class Fitted(NamedTuple):
     gaussian: bool
 
 
-def _fitted(y: Floats, X: Floats, spectrum: Floats) -> Fitted:
+def _fitted(y: Floats, X: Floats, spectrum: Floats, own: int) -> Fitted:
     from scipy.fft import dst
 
     root, n = np.sqrt(spectrum), y.size
@@ -330,8 +345,8 @@ def _fitted(y: Floats, X: Floats, spectrum: Floats) -> Fitted:
     white = np.abs(grown - np.arange(1, n + 1) / n).max() * math.sqrt(n / 2) < WHITE
     values = dst(rest, type=1, norm="ortho")
     excess = (np.mean(values**4) / np.mean(values**2) ** 2 - 3) * math.sqrt(n / 24)
-    errors = np.sqrt(np.diag(covariance))
-    return Fitted(np.asarray(solved, float), errors, bool(white), bool(white and excess < GAUSSIAN))
+    values, errors = solved[:own].astype(float), np.sqrt(np.diag(covariance))[:own]
+    return Fitted(values, errors, bool(white), bool(white and excess < GAUSSIAN))
 
 
 def _nothing(best: Mapping[tuple[frozenset[str], str], float], rarer: float) -> bool:
@@ -340,7 +355,7 @@ def _nothing(best: Mapping[tuple[frozenset[str], str], float], rarer: float) -> 
     return fast < min(best.values()) - 2 * math.log(NOTHING) + rarer
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def _noises(n: int) -> Mapping[str, Floats]:
     """(m, n) spectra of differences, by noise, white noise first, steep noise last."""
     weight = 4 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2

@@ -33,6 +33,7 @@ LONGEST = 1 << 17  # frames that are looked at
 LEAST = 2000  # frames, to tell anything of
 CLIPPED = 9.0  # times their median square, so that events and spikes make no line
 CHANCE = 1e-4  # that any series of a sound recording is called resampled
+LINE = 30.0  # times the median power beside it, of a line
 DEEP = 0.15  # of the variance, that its cycle is at least
 SLOWEST = 0.02  # of the frame rate
 REPEATED = 0.1  # of the values, from which a median ran; of five white samples it is 0.43
@@ -96,32 +97,30 @@ def white_share(found: Bands, rate_hz: float, step_mm: float) -> float:
 
 def variance_cycle(values: np.ndarray, rate_hz: float, chance: float) -> float:
     """Frequency in Hz at which the variance of second differences is periodic beyond chance and by
-    a share of DEEP; 0 where it is not. A line in the values has its own at twice its frequency:
-    what the differences themselves have at half of it does not count."""
+    a share of DEEP; 0 where it is not. Lines of the values, whose squares have others, are taken
+    out first."""
     second = np.diff(values, 2)
     start = max((second.size - LONGEST) // 2, 0)
     second = second[start : start + LONGEST]
     known = np.isfinite(second)
     if np.count_nonzero(known) < max(second.size / 2, LEAST):
         return 0.0
-    square = second**2
+    n = second.size
+    spectrum = np.fft.rfft(np.where(known, second, 0.0))
+    for part in np.array_split(spectrum, max(n // 500, 1)):  # which share memory
+        power = np.abs(part) ** 2
+        part[power > LINE * np.median(power)] = 0.0
+    square = np.fft.irfft(spectrum, n) ** 2
     square = np.minimum(square, CLIPPED * np.median(square[known]))
     mean = float(square[known].mean())
-    n = square.size
     power = np.abs(np.fft.rfft(np.where(known, square - mean, 0.0))) ** 2
-    among = np.arange(power.size)
-    among = (among > SLOWEST * n) & (among < n / 2 - 2)
+    place = np.arange(power.size)
+    among = (place > SLOWEST * n) & (place < n / 2 - 2)
     level = float(np.median(power[among])) / math.log(2)
     at = int(np.argmax(np.where(among, power, 0.0)))
     depth = 2 * math.sqrt(power[at]) / np.count_nonzero(known) / mean if mean > 0 else 0.0
-    if not level > 0 or power[at] < 2 * level * math.log(n / chance) or depth < DEEP:
-        return 0.0
-    own = np.abs(np.fft.rfft(np.where(known, second, 0.0))) ** 2
-    for place in (at / 2, n / 2 - at / 2):
-        near = own[max(int(place) - 2, 0) : int(place) + 4]
-        if near.max() > 30 * np.median(own[max(int(place) - 200, 0) : int(place) + 200]):
-            return 0.0
-    return at * rate_hz / n
+    sure = level > 0 and power[at] >= 2 * level * math.log(n / chance) and depth >= DEEP
+    return at * rate_hz / n if sure else 0.0
 
 
 def running_median(

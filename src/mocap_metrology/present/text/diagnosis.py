@@ -12,7 +12,7 @@ from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.fills import MANY_FILLED
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
-from mocap_metrology.noise.diagnosis.periodic import SpectralLine, disturbances
+from mocap_metrology.noise.diagnosis.periodic import SpectralLine, comb, disturbances, mains_of
 from mocap_metrology.noise.diagnosis.recording import MANY_GAPS
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.signatures import Wander
@@ -110,9 +110,22 @@ def outcome(event: Event) -> str:
 
 
 def _periodic(lines: Sequence[SpectralLine], recording: Recording) -> Iterator[Sentence]:
-    """One a frequency, with all series that show it."""
+    """One a frequency, with all series that show it, and one for all multiples of one."""
     found = sorted(disturbances(lines, recording.duration_s), key=lambda one: not one.matters)
-    if not found:
+    f_hz, teeth = comb(found, recording.duration_s)
+    if teeth:
+        own = [line for one in teeth for line in one.lines]
+        rms = {
+            name: math.sqrt(sum(x.line.A_s**2 for x in own if x.series == name) / 2)
+            for name in dict.fromkeys(x.series for x in own)
+        }
+        highest = max(x.line.f_0 for x in own)
+        numbers = {"f_hz": f_hz, "n_lines": len(teeth), "highest_hz": highest, "rms_mm": rms}
+        mains = mains_of(f_hz, recording.frame_rate_hz, 1 / recording.duration_s)
+        matter = any(one.matters for one in teeth)
+        yield sentence("periodic.comb", matter, rms, numbers, mains=mains)
+        found = [one for one in found if one not in teeth]
+    if not lines:
         yield sentence("periodic.none", False, (), {"n_lines": 0})
     if len(found) > NAMED:
         matter = all(one.matters for one in found[:NAMED])

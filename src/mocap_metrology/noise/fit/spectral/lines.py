@@ -40,6 +40,7 @@ REST = (3, 8, 24)  # coefficients a side in which one sinusoid must leave nothin
 REST_P = 1e-4  # probability that noise leaves so much there
 TRIES = 20  # places that look like a line and are none
 WIDEST = 0.05  # width over frequency of a line
+FEW = 400  # samples, of which the level beside a line is uncertain
 
 
 def threshold(n: int) -> float:
@@ -48,9 +49,10 @@ def threshold(n: int) -> float:
     BIC's 3 ln n for three parameters, or, if greater, what noise alone brings in one recording of a
     thousand: with N independent places in the spectrum exp(-gain/2) N = 1/1000, where
     N = 1.25 n, as the places between the n/2 coefficients count too. (With the noise's level taken
-    from the spectrum, 4 of 1200 series of 24 000 white samples.)
+    from the spectrum, 4 of 1200 series of 24 000 white samples.) Of few samples that level is
+    uncertain, and noise brings more.
     """
-    return max(3 * math.log(n), 2 * math.log(1250 * n))
+    return max(3 * math.log(n), 2 * math.log(1250 * n)) * (1 + FEW / n)
 
 
 def find_lines(series: np.ndarray, frame_rate_hz: float, at_most: int = 40) -> list[Line]:

@@ -203,6 +203,9 @@ def still_start(
         pose = static_pose(pair, scene.board, [rotors[0], rotors[station]])
         if pose is None:
             raise Refusal(f"{scene.title}: a station sees fewer than four diodes")
+        if scene.generation == 2 and pose.open_mirror:
+            why = "and its mirrored pose fits as well: move it through the room"
+            raise Refusal(f"{scene.title}: the board did not move, {why}")
         for k, out in zip((0, station), pose.left_out, strict=True):
             hits = hits.take((hits.station != k) | ~np.isin(hits.diode, out))
         poses.append((pose.R, pose.t_m))

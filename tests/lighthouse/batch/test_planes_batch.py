@@ -64,6 +64,19 @@ def test_errors_of_board_cover_and_factory_values_are_in_the_covariance() -> Non
     assert total < chi2.ppf(0.995, freedom)
 
 
+def test_reflections_on_a_fifth_of_the_diodes_of_both_stations() -> None:
+    """In each stretch of 0.3 s other diodes are seen elsewhere, up to 0.3 rad off, by each station:
+    poses are as near as without."""
+    given, rng = made(2, 2, 3.0), np.random.default_rng(2)
+    hits, shape = given.scene.hits, (2, 2, 10, len(given.scene.board))
+    off = rng.uniform(-0.3, 0.3, shape) * (rng.random((2, 1, *shape[2:])) < 0.2)
+    wrong = off[hits.station, hits.axis, (hits.time_s / 0.3).astype(int), hits.diode]
+    found, _ = joint(replace(given.scene, hits=replace(hits, angle_rad=hits.angle_rad + wrong)))
+    missed = errors(found, given)
+    assert squared(found, missed) < chi2.ppf(0.999, 6)
+    assert np.linalg.norm(missed[:, :3]) < 1e-3
+
+
 def test_poses_by_ideal_planes() -> None:
     given = made(2, 3, 2.0, ideal=True)
     found, _ = joint(replace(given.scene, optics="ideal"))

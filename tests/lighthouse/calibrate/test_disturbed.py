@@ -11,7 +11,7 @@ from benchmarks.sentences.flights import Outcome, outcome
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate import stages
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate, chosen
-from mocap_metrology.lighthouse.calibrate.static import is_still
+from mocap_metrology.lighthouse.calibrate.static import StaticPose, is_constant, is_still
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.records import Halves, Hits, Path, PoseEstimate
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
@@ -97,3 +97,25 @@ def test_hits_that_determine_nothing_are_a_reason_and_no_crash(
     found = calibrate(made.hits, made.truth.board, factories, BATCH)
     assert found.why == ["factory optics: the hits do not determine a pose (Singular matrix)"]
     assert summary(found, made.truth.stations).verdict.word == "failed"
+
+
+@pytest.mark.parametrize(
+    ("sway", "begin", "still"), [(0, 0, True), (1, 0, True), (5, 0, False), (100, 320, False)]
+)
+def test_a_board_whose_angles_are_white_noise_is_at_rest(
+    sway: float, begin: int, still: bool
+) -> None:
+    """400 turns of eight diodes, sway in standard deviations of the noise of a hit, from a turn."""
+    turn, diode = (grid.ravel() for grid in np.mgrid[:400, :8])
+    noise = np.random.default_rng(1).standard_normal(turn.size)
+    angle = 0.1 * diode + 25e-6 * (noise + sway * (turn >= begin) * np.sin(turn / 50))
+    none = np.zeros(turn.size, np.int8)
+    hits = Hits(none, none, turn, diode, 0.02 * turn, angle, 4e-6 + none)
+    assert is_constant(hits, 8) == still
+
+
+@pytest.mark.parametrize(("ratio", "guess"), [(98.0, True), (100.0, False), (np.inf, False)])
+def test_a_mirrored_pose_is_excluded_beyond_chance(ratio: float, guess: bool) -> None:
+    """Four diodes leave two degrees of freedom: F exceeds x with the probability 1 / (1 + x)."""
+    R, t = np.eye(3), np.zeros(3)
+    assert StaticPose(R, t, np.eye(6), 0.0, 16, ratio, ((), ()), R, t).open_mirror == guess

@@ -102,7 +102,11 @@ def determined(what: str) -> Iterator[None]:
     try:
         yield
     except np.linalg.LinAlgError as error:
-        raise Refusal(f"{what}: the hits do not determine it ({error})") from None
+        causes = (
+            "a board file of another object or a mirror image of its own, reflections, few hits"
+        )
+        said = f"{what}: the hits do not determine it ({error}). Possible causes: {causes}"
+        raise Refusal(said) from None
 
 
 def estimate(
@@ -124,6 +128,8 @@ def estimate(
     as they are, also of `SIZED`, and the bias remains; near: an estimate of the same unknowns, or
     all but the last, where this begins. Raises LinAlgError where the hits do not determine the
     poses."""
+    if not all(len(one.hits) for one in recordings):
+        raise np.linalg.LinAlgError("none of them fits the board")
     recordings = [one.with_knots() for one in recordings]
     seen = [one.windows() for one in recordings]
     more = more or problem.SideInformation()
@@ -253,7 +259,7 @@ class _Search:
         settled = True
         for one in self.recordings:
             if not self.refined:
-                before, one.noise = one.noise, recording.rough(one)
+                before, one.noise = one.noise, recording.rough(one, few_wrong=self.share)
                 settled &= one.noise.hit > SETTLED * before.hit
         self._weigh_sensors()
         sums = [one.sums(self.state, self.of) for one in self.recordings]

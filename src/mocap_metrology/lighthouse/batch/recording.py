@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, ndimage
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
@@ -242,13 +242,15 @@ def _spread(values: np.ndarray) -> float:
     return max(MAD_TO_SIGMA * float(np.median(np.abs(values))), LEAST_HIT_RAD)
 
 
-def rough(one: Recording) -> Noise:
-    """Noise by medians, model errors included, while the fit is coarse."""
-    low, n = one.sweeps.first[:-1], np.diff(one.sweeps.first)
-    mean = np.add.reduceat(one.residual, low) / n
-    many = (n > 1)[one.sweeps.sweep]
-    inside = one.residual - mean[one.sweeps.sweep]
-    return Noise(_spread(inside[many] if many.any() else one.residual), _spread(mean))
+def rough(one: Recording, few_wrong: bool = False) -> Noise:
+    """Noise by medians, model errors included, while the fit is coarse; few_wrong: single hits of a
+    sweep may be off by so much that they move its mean."""
+    sweep, low, n = one.sweeps.sweep, one.sweeps.first[:-1], np.diff(one.sweeps.first)
+    middle = np.add.reduceat(one.residual, low) / n
+    if few_wrong:
+        middle = ndimage.median(one.residual, sweep, np.arange(n.size))
+    many, inside = (n > 1)[sweep], one.residual - middle[sweep]
+    return Noise(_spread(inside[many] if many.any() else one.residual), _spread(middle))
 
 
 def more_damping(

@@ -100,7 +100,11 @@ def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) ->
             far = ~(np.linalg.norm(path.t_m, axis=1) < FARTHEST_M) | ~(path.t_m[:, 0] > 0)
         H = _information(path.R, path.t_m, measurements.seen, np.ascontiguousarray(board), rotors)
         H[far | ~np.isfinite(H).all(axis=(1, 2))] = 0.0
-        spread[k] = np.linalg.inv(H / variance + prior)[:, 3:, 3:]
+        information = H / variance + prior
+        try:
+            spread[k] = np.linalg.inv(information)[:, 3:, 3:]
+        except np.linalg.LinAlgError:  # of a board that reflections place in a station
+            spread[k] = np.linalg.pinv(information, hermitian=True)[:, 3:, 3:]
         excess[k, far] = IMPOSSIBLE
     return Minima(measurements, paths, excess, spread, board, rotors)
 

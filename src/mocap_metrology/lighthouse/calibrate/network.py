@@ -25,7 +25,7 @@ from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.agreement import Minima, agree, minima
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.calibrate.static import static_pose
-from mocap_metrology.lighthouse.fit.board_pose import well_posed
+from mocap_metrology.lighthouse.fit.board_pose import both_minima, well_posed
 from mocap_metrology.lighthouse.records import MASTER, Hits, Measurements, Path
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -33,6 +33,8 @@ FEWEST_MOMENTS = 10
 ORDER = 3  # of interpolation between moments
 STEP_S = 4 * CYCLE_S  # between moments: each axis of each station sweeps once
 LONGEST_GAP_S = 8.5 * CYCLE_S  # between hits of a diode: one may be missing, not two
+WRONG_RAD = 3e-3  # residual of a board pose with a reflection; of a hand that shakes it 1.3 mrad
+MOST_WRONG = 4  # diodes of a moment
 HERE: Pose = (np.eye(3), np.zeros(3))
 
 Start = tuple[Hits, Trajectory, list[Pose]]
@@ -75,11 +77,32 @@ class Network:
 def look(scene: Scene, views: Sequence[Measurements] | None = None) -> list[Minima | None]:
     """Both minima of the board poses of each station; None of one that sees four diodes at less
     than `FEWEST_MOMENTS` moments."""
-    optics = scene.seen(_views(scene) if views is None else views)
-    return [
-        None if len(own) < FEWEST_MOMENTS else minima(own, scene.board, rotors)
-        for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
-    ]
+    optics, found = scene.seen(_views(scene) if views is None else views), list[Minima | None]()
+    for own, rotors in zip(optics.measurements, optics.rotors, strict=True):
+        own = _without_wrong(own, scene.board, rotors) if scene.generation == 2 else own
+        found.append(None if len(own) < FEWEST_MOMENTS else minima(own, scene.board, rotors))
+    return found
+
+
+def _without_wrong(own: Measurements, board: np.ndarray, rotors: np.ndarray) -> Measurements:
+    """Without the diodes of a moment that the others contradict, as reflections are, each time the
+    one whose absence lowers K_1 most; and without moments that still have such, if enough remain.
+    """
+    for left in reversed(range(MOST_WRONG + 1)):
+        pose = both_minima(own, board, rotors)[0]
+        wrong = pose.epsilon > WRONG_RAD**2 * np.maximum(pose.n_angles - 6, 1)
+        more = np.flatnonzero(wrong & (own.seen.sum(axis=1) > FEWEST_DIODES + 1))
+        if not (left and more.size):
+            break
+        row, diode = np.nonzero(own.seen[more])
+        without = own.take(more[row])
+        without.angles_rad[np.arange(row.size), diode] = np.nan
+        order = np.lexsort((both_minima(without, board, rotors)[0].epsilon, row))
+        best = order[np.unique(row[order], return_index=True)[1]]
+        angles = own.angles_rad.copy()
+        angles[more, diode[best]] = np.nan
+        own = well_posed(Measurements(own.time_s, angles), board)
+    return own if (~wrong).sum() < FEWEST_MOMENTS else own.take(~wrong)
 
 
 def _views(scene: Scene) -> list[Measurements]:
@@ -180,6 +203,9 @@ def still_start(
         pose = static_pose(pair, scene.board, [rotors[0], rotors[station]])
         if pose is None:
             raise Refusal(f"{scene.title}: a station sees fewer than four diodes")
+        if scene.generation == 2 and pose.open_mirror:
+            why = "and its mirrored pose fits as well: move it through the room"
+            raise Refusal(f"{scene.title}: the board did not move, {why}")
         for k, out in zip((0, station), pose.left_out, strict=True):
             hits = hits.take((hits.station != k) | ~np.isin(hits.diode, out))
         poses.append((pose.R, pose.t_m))

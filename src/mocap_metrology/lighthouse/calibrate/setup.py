@@ -30,7 +30,7 @@ from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, j
 from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
 from mocap_metrology.lighthouse.calibrate.scene import NAME, Pose, Scene, Sensors, optics_for
 from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
-from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
+from mocap_metrology.lighthouse.calibrate.static import is_constant, is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.variants import (
     AUTO,
     FALLBACK,
@@ -90,7 +90,9 @@ def calibrate_stations(
     scene = replace(scene, optics=optics_for(settings.optics, scene.factories))
     views = [seen[k] for k in own]
     still = None
-    if all(view is not None and is_still(view.paths[0]) for view in views):
+    if all(view is not None and is_still(view.paths[0]) for view in views) or (
+        generation == 2 and is_constant(scene.hits, len(board))
+    ):
         still = [median_angles(scene.hits, k, len(board)) for k in range(len(own))]
     near = networks.start(scene, views) if still is None else None
     given = joint(scene, still, near)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import fdtrc
+from scipy.special import fdtrc, ndtri
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
@@ -24,6 +24,7 @@ from mocap_metrology.lighthouse.rotor import angles
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
 STILL_RAD = np.radians(0.3)
 STRETCH, MOVED, PART = 15, 4.0, 0.1  # poses; how many times as far; of the stretches
+CONSTANT = 1.5  # spread of angles over that from hit to hit; of a board at rest 1.1
 FEWEST_LEFT = 5  # diodes; with four, nearly any pose fits
 BY_CHANCE = 0.01  # probability that a diode is left out of a measurement without a bad one
 NO_NOISE = 1e-14  # rad^2: angles computed, not measured
@@ -45,6 +46,12 @@ class StaticPose:
     left_out: tuple[tuple[int, ...], tuple[int, ...]]
     board_R: np.ndarray
     board_t_m: np.ndarray
+
+    @property
+    def open_mirror(self) -> bool:
+        """Whether the ratio of both K_1 is one that noise makes of equal ones."""
+        freedom = max(self.n_angles / 2 - 6, 1)
+        return bool(fdtrc(freedom, freedom, self.ambiguity) > BY_CHANCE)
 
     @property
     def notes(self) -> list[str]:
@@ -79,6 +86,20 @@ def is_still(path: Path) -> bool:
     turned = np.median(np.abs(turns - np.median(turns, axis=0)), axis=0)
     limit = STILL_RAD + 2 * MAD_TO_SIGMA * np.linalg.norm(noise)
     return bool(MAD_TO_SIGMA * np.linalg.norm(turned) < limit)
+
+
+def is_constant(hits: Hits, n_diodes: int) -> bool:
+    """Whether all angles of most diodes but `PART` spread no more than from hit to hit: so they do
+    on a board at rest, be it so small or far that its single poses scatter."""
+    series = (2 * hits.station.astype(np.int64) + hits.axis) * n_diodes + hits.diode
+    times = []
+    for one in np.unique(series):
+        angle = hits.angle_rad[series == one]
+        if angle.size >= FEWEST_HITS:
+            step = MAD_TO_SIGMA * np.median(np.abs(np.diff(angle))) / np.sqrt(2)
+            spread = np.quantile(np.abs(angle - np.median(angle)), 1 - PART) / ndtri(1 - PART / 2)
+            times.append(spread / max(step, NO_NOISE))
+    return bool(times) and float(np.median(times)) < CONSTANT
 
 
 def median_angles(hits: Hits, station: int, n_diodes: int) -> Measurements:

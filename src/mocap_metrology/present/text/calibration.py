@@ -46,7 +46,7 @@ def reason(verdict: Verdict) -> str:
         word = verdict.words[station]
         first = "" if word == "good" else f"Station {station}: "
         said = first + _reason_of(word, checks, station, verdict.why_none)
-        return ". ".join([said.rstrip("."), *map(_capital, verdict.apart)]) + "."
+        return " ".join(map(_ended, [said, *map(_capital, verdict.apart)]))
     return _reason_of(verdict.word, checks, "", verdict.why_none)
 
 
@@ -65,8 +65,11 @@ def _reason_of(word: str, checks: Sequence[Check], station: str, why_none: str) 
     bad = [c for c in checks if c.level == word]
     others = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
     short = [say(c).split(". Possible causes: ")[0] for c in others]
-    rest = [said if said.endswith((".", "?")) else f"{said}." for said in short]
-    return " ".join([*map(say, bad[:2]), *rest, *always])
+    return " ".join([*map(say, bad[:2]), *map(_ended, short), *always])
+
+
+def _ended(said: str) -> str:
+    return said if said.endswith((".", "?")) else f"{said}."
 
 
 def _capital(line: str) -> str:
@@ -98,8 +101,14 @@ def sentence(check: Check, station: str = "") -> str:
         why=why or "not used",
         first=next(iter(check.names), ""),
         others=" or ".join(check.names[1:]),
-        all_names=" and ".join(check.names),
+        all_names=_all_names(check.names, station),
     )
+
+
+def _all_names(names: Sequence[str], station: str) -> str:
+    """Master, slave or both, or stations by their channels, in words."""
+    kind = "the" if not station else "station" if len(names) == 1 else "stations"
+    return f"{kind} " + " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
 
 
 def _chance(p: object) -> str:

@@ -1,9 +1,9 @@
 """What the columns of a table are, by their names: frame, time, positions, quaternions.
 
-A name is a label and an axis, as exporters write them: `A_x`, `A.X`, `A X`, `A:x`, `A/x`, `x_A`, `C7[0]`,
-`X1`, or an axis under a label in the row above. A position without a label is that of the only
-marker or body. `i j k` beside `w` and `x y z` of a group that has a `w` are a quaternion; its group
-belongs to a position of the same label, apart from words as `position` and `orientation`.
+A name is a label and an axis, as exporters write them: `A_x`, `A.X`, `A X`, `A:x`, `A/x`, `x_A`,
+`C7[0]`, `X1`, or an axis under a label in the row above. A position without a label is that of the
+only marker or body. `i j k` beside `w` and `x y z` of a group that has a `w` are a quaternion; its
+group belongs to a position of the same label, apart from words as `position` and `orientation`.
 """
 
 from __future__ import annotations

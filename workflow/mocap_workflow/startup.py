@@ -84,15 +84,17 @@ def monitors(sheet: str | None) -> dict[str, list[Row]]:
 
 
 def _all(read: Callable[[str], Any], names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """What is read of each of some names, and all faults."""
+    """What is read of each of some twins, and all faults, what several inherit once."""
     values: dict[str, Any] = {}
-    faults: list[str] = []
+    twins: dict[str, list[str]] = {}  # by what is wrong with them
     for name in names:
         try:
             values[name] = read(name)
         except Faults as found:
-            faults += found.lines
-    return values, faults
+            for line in found.lines:
+                twins.setdefault(line.removeprefix(f"twin {name}"), []).append(f"twin {name}")
+    others = {what: f" and {len(of) - 1} more" * (len(of) > 1) for what, of in twins.items()}
+    return values, [f"{of[0]}{others[what]}{what}" for what, of in twins.items()]
 
 
 def _wrong(kind: str, name: str, column: str, value: object, expected: str) -> str:

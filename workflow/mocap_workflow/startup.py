@@ -84,17 +84,25 @@ def monitors(sheet: str | None) -> dict[str, list[Row]]:
 
 
 def _all(read: Callable[[str], Any], names: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """What is read of each of some twins, and all faults, what several inherit once."""
+    """What is read of each of some names, and all faults."""
     values: dict[str, Any] = {}
-    twins: dict[str, list[str]] = {}  # by what is wrong with them
+    faults: list[str] = []
     for name in names:
         try:
             values[name] = read(name)
         except Faults as found:
-            for line in found.lines:
-                twins.setdefault(line.removeprefix(f"twin {name}"), []).append(f"twin {name}")
-    others = {what: f" and {len(of) - 1} more" * (len(of) > 1) for what, of in twins.items()}
-    return values, [f"{of[0]}{others[what]}{what}" for what, of in twins.items()]
+            faults += found.lines
+    return values, faults
+
+
+def _once(faults: Iterable[str]) -> list[str]:
+    """One line for what several twins inherit."""
+    twins: dict[str, list[str]] = {}  # by what is wrong with them
+    for line in faults:
+        twin, _, what = line.partition(": ")
+        twins.setdefault(what, []).append(twin)
+    more = {what: f" and {len(of) - 1} more" * (len(of) > 1) for what, of in twins.items()}
+    return [f"{of[0]}{more[what]}: {what}" for what, of in twins.items()]
 
 
 def _wrong(kind: str, name: str, column: str, value: object, expected: str) -> str:
@@ -161,7 +169,7 @@ def recording_twins(
         return replace(twin, duration_s=min(twin.duration_s, duration_s))
 
     twins, faults = _all(read, _used(recordings))
-    faults = faults or _unlike_twins(recordings, twins)
+    faults = _once(faults) or _unlike_twins(recordings, twins)
     if faults:
         raise Faults(faults)
     return twins
@@ -195,5 +203,5 @@ def calibration_twins(
     checked."""
     twins, faults = _all(lambda name: calibration_twin(document, name), _used(rows))
     if faults:
-        raise Faults(faults)
+        raise Faults(_once(faults))
     return twins

@@ -144,3 +144,10 @@ def test_no_flashes() -> None:
         random = add(none, rng.uniform(0, 2, n), rng.uniform(50e-6, 140e-6, n), [0] * n)
         with pytest.raises(Refusal, match=r"do not repeat every 8\.333 ms"):
             find_flashes(random)
+
+
+@pytest.mark.filterwarnings("error")
+def test_flashes_at_half_the_rate_are_refused() -> None:
+    pulses = Scene().build().pulses()
+    with pytest.raises(Refusal, match="not evenly spaced"):
+        find_flashes(replace(pulses, start_s=2.0 * pulses.start_s))

@@ -74,11 +74,6 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
             f"{100 * LARGEST_DRIFT:g} % (is the sample rate right?)"
         )
     combs = [_comb(start, length, diode, at, period) for at in find_phases(start, period)]
-    if any(comb.time.size < FEWEST_FLASHES or not comb.clock.cycle_s > 0 for comb in combs):
-        raise Refusal(
-            "flashes are not evenly spaced; expected one of a base station every "
-            f"{1e3 * CYCLE_S:.3f} ms (is the sample rate right?)"
-        )
     combs = _number(combs)
     patterns, biases = find_pattern(
         [comb.cycle for comb in combs], [comb.over_diodes() for comb in combs]
@@ -169,7 +164,7 @@ def _comb(
     cycle = np.round((start - at) / period).astype(np.int64)
     inside = np.abs(start - at - cycle * period) <= REACH_S
     _, flash_cycle, time = _events(start[inside], cycle[inside])
-    clock, _ = fit_clock(flash_cycle, time)
+    clock = _clock(flash_cycle, time)
     for _ in range(2):
         off = time - clock.start(flash_cycle)
         spread = MAD_TO_SIGMA * np.median(np.abs(off - drift(flash_cycle, off, flash_cycle)))
@@ -180,9 +175,21 @@ def _comb(
         _, flash_cycle, flash_late = _events(late[inside], cycle[inside])
         inside &= np.isin(cycle, flash_cycle[flash_late <= tolerance])
         first, flash_cycle, time = _events(start[inside], cycle[inside])
-        clock, _ = fit_clock(flash_cycle, time)
+        clock = _clock(flash_cycle, time)
     after = (start - clock.start(cycle))[inside]
     return _Comb(length[inside], after, diode[inside], first, flash_cycle, time, clock)
+
+
+def _clock(cycle: np.ndarray, time: np.ndarray) -> Clock:
+    """The line of a comb, refused where there is none."""
+    if time.size >= FEWEST_FLASHES:
+        clock, _ = fit_clock(cycle, time)
+        if clock.cycle_s > 0:
+            return clock
+    raise Refusal(
+        "flashes are not evenly spaced; expected one of a base station every "
+        f"{1e3 * CYCLE_S:.3f} ms (is the sample rate right?)"
+    )
 
 
 def _events(start: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -27,7 +27,6 @@ PATIENCE_S = 120.0  # until everything is loaded
 def address(tmp_path_factory):
     """Of a process that forks, which ends when its input does."""
     folder = tmp_path_factory.mktemp("forks") / "own"
-    folder.mkdir()
     command = [sys.executable, "-m", "mocap_workflow.forks", str(folder / "socket")]
     paths = os.pathsep.join(map(str, (WORKFLOW, WORKFLOW / "scripts")))
     environment = os.environ | {"PYTHONPATH": paths}

@@ -14,6 +14,7 @@ import importlib
 import json
 import os
 import runpy
+import secrets
 import select
 import shutil
 import signal
@@ -37,16 +38,15 @@ USED = (  # beside what modules import when they are: first one thread
 def serve(n_jobs: int) -> None:
     """Start the process for the jobs of this one; it ends with this one."""
     if n_jobs >= LEAST_JOBS and sys.platform == "linux":
-        folder = tempfile.mkdtemp(prefix="mocap-metrology-")  # of this user alone
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        if len(os.fsencode(f"{folder}/socket")) > LONGEST:
+        address = f"{tempfile.gettempdir()}/mocap-metrology-{secrets.token_hex(8)}/socket"
+        if len(os.fsencode(address)) > LONGEST:
             return
         place = Path(__file__).parents[1]
         paths = os.pathsep.join(map(str, (place, place / "scripts", *sys.path)))
-        command = [sys.executable, "-m", "mocap_workflow.forks", f"{folder}/socket"]
+        command = [sys.executable, "-m", "mocap_workflow.forks", address]
         environment = os.environ | {"PYTHONPATH": paths}
         server = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
-        os.environ[ADDRESS] = f"{folder}/socket"
+        os.environ[ADDRESS] = address
         atexit.register(server.wait)
         atexit.register(server.terminate)
 
@@ -85,6 +85,7 @@ def main(address: str) -> None:
     import_matplotlib()
     gc.freeze()
     with contextlib.closing(socket.socket(socket.AF_UNIX)) as listener:
+        Path(address).parent.mkdir(mode=0o700)  # of this user alone
         listener.bind(address)
         listener.listen(64)
         while sys.stdin not in (ready := select.select([listener, sys.stdin], [], [], 1.0)[0]):

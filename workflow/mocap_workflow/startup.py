@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -23,12 +24,21 @@ from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 
+OF_THE_SHELL = re.compile(r"[\s&;|<>()$`\"'\\*?\[\]{}#~!]")
+
 
 def located(value: str | None, root: Path) -> str | None:
     """A relative path of the configuration: in the working folder, else in the project's."""
     if value is None or exists(value) or not exists(root / value):
         return value
     return str(root / value)
+
+
+def check_python(path: str) -> None:
+    """Refuse a Python whose path Snakemake (9.27), which does not quote it, cannot start."""
+    if found := OF_THE_SHELL.search(path):
+        expected = "a folder of the project without blanks and other signs of the shell"
+        raise Faults([f"{path}: {found[0]!r} in the path of Python; expected {expected}"])
 
 
 def check_files(paths: Iterable[str | Path]) -> None:

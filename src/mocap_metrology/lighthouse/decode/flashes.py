@@ -40,6 +40,7 @@ SHORTEST_S = 2250 / TICKS_PER_S
 LONGEST_S = 200e-6
 REACH_S = 60e-6  # of a comb before its line is known
 LARGEST_DRIFT = 2e-3  # of the clock; rotors hold 300 ppm, quartz better
+MOST_OUTSIDE = 0.1  # of the long pulses, before the first flash or after the last one
 LATE_S = 30e-6  # dim diodes rise late
 LONGEST_GAP = 240  # cycles, 2 s: a board may be hidden so long
 LEAST_RUN = 0.1  # of the longest run of flashes
@@ -60,7 +61,7 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
     the flash, so lengths are taken from its begin by the clock to the end of a pulse (`_lengths`).
     Raises `Refusal` where there are no flashes.
     """
-    long = (pulses.length_s >= SHORTEST_S) & (pulses.length_s <= LONGEST_S)
+    long = _long(pulses)
     if np.count_nonzero(long) < FEWEST_FLASHES:
         raise Refusal(
             f"no flashes: {np.count_nonzero(long)} of {pulses.start_s.size} pulses are longer "
@@ -84,6 +85,25 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
         codes = codes_of(comb.cycle, length_s, pattern)
         found.append(Flashes(len(found), comb.clock, cycle, comb.time, length_s, codes))
     return found
+
+
+def _long(pulses: Pulses) -> np.ndarray:
+    """Which pulses are as long as flashes."""
+    return (pulses.length_s >= SHORTEST_S) & (pulses.length_s <= LONGEST_S)
+
+
+def expect_unbroken(pulses: Pulses, flashes: list[Flashes], name: str) -> None:
+    """Refuse a recording in which samples are missing: of the flashes before and after, one part
+    fits the clocks, and the other comes before the first or after the last of these."""
+    start = pulses.start_s[_long(pulses)]
+    begin, end = (f(one.time_s[k] for one in flashes) for f, k in ((min, 0), (max, -1)))
+    shares = {f"before {begin:.3f} s": start < begin, f"after {end:.3f} s": start > end}
+    for where, outside in shares.items():
+        if outside.mean() > MOST_OUTSIDE:
+            raise Refusal(
+                f"{name}: {outside.mean():.0%} of the pulses as long as flashes come {where} and do"
+                " not fit the others: samples were lost there; expected all, one by one"
+            )
 
 
 def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list[Flashes]]:

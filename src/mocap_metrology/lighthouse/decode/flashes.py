@@ -102,7 +102,7 @@ def expect_unbroken(pulses: Pulses, flashes: list[Flashes], name: str) -> None:
         if outside.mean() > MOST_OUTSIDE:
             raise Refusal(
                 f"{name}: {outside.mean():.0%} of the pulses as long as flashes come {where} and do"
-                " not fit the others: samples were lost there; expected all, one by one"
+                " not fit the others: samples were lost or added there; expected each once"
             )
 
 

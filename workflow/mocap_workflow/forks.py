@@ -67,8 +67,9 @@ def hand_over(address: str) -> None:
         link.sendall(told)
         begun = link.recv(1)
     if begun:
-        status = link.recv(1)
-        os._exit(status[0] if status else 1)  # none of a fork that was killed
+        if status := link.recv(1):
+            os._exit(status[0])
+        os.kill(os.getpid(), signal.SIGKILL)  # as the fork was, so that the run names this reason
 
 
 def main(address: str) -> None:

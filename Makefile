@@ -88,7 +88,7 @@ test-interrupted: warm  ## disturb runs at random moments, then compare with an 
 test-cluster: warm  ## run the workflow on a SLURM cluster of this computer, with a node lost (tests/cluster/install.sh, as root)
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 sh tests/cluster/run.sh python -m pytest -m cluster tests/cluster
 
-fuzz: warm  ## damage inputs of every kind and judge what is read (ARGS="--seed 2"; a minute)
+fuzz: warm  ## damage inputs of every kind and judge what is read (ARGS="--seed 2"; 2 to 10 minutes)
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m tests.fuzz --workers $(CORES) $(ARGS)
 
 mutants: warm  ## change single lines of the package and list the changes that no test notices (ARGS="--seed 1 --number 300"; hours)

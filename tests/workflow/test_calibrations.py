@@ -7,6 +7,8 @@ from mocap_workflow import rows, startup
 from mocap_workflow.calibrations import CalibrationRow
 from running import faults_of, write_sheet
 
+from mocap_metrology.common.faults import Faults
+
 CALIBRATION = {
     "calibration": "s1-1",
     "setup": "s1",
@@ -19,6 +21,7 @@ CALIBRATION = {
 
 BAR = {"bar": "T20-T21", "length_mm": "267.86", "length_u_mm": "0.1", "board": "T20"}
 BAR |= {"format": "libsurvive-rec"}
+POSE = '{"quaternion_xyzw": [0, 0, 0, 1]}'
 LENGTH = "diode 0 at 2.0 s - diode 0 at 7.0 s"
 
 
@@ -41,7 +44,7 @@ def test_every_column_reaches_the_row(folder: Path) -> None:
         **{"receiver": "ref.c3d", "receiver_unit": "m"},
     }
     others = {"known_length": "stations 4.33 0.005", "sha256": "ab" * 32, "comment": "moved"}
-    others |= {"reference_unit": "m", "bar": "board-deck", "bar_pose": "{}"}
+    others |= {"reference_unit": "m", "bar": "board-deck", "bar_pose": POSE}
     lengths = {"length_mm": 500.0, "length_u_mm": 0.05}
     joined = {name: ";".join(value) for name, value in labels.items()}
     row = CALIBRATION | files | others | joined | {k: str(v) for k, v in lengths.items()}
@@ -122,8 +125,13 @@ def test_tracked_with_a_file_or_another_row(folder: Path) -> None:
     ]
 
 
+def test_a_rotation_that_is_none_is_refused_before_anything_runs(folder: Path) -> None:
+    with pytest.raises(Faults, match=r'column bar_pose: "\{\}"; expected JSON such as'):
+        load(folder, **BAR, bar_pose="{}")
+
+
 def test_a_bar_ends_in_the_recording_or_in_another_row_of_the_setup(folder: Path) -> None:
-    row = load(folder, **BAR, bar_pose="{}")
+    row = load(folder, **BAR, bar_pose=POSE)
     assert (row.bar, row.bar_row, row.length_mm, row.length_u_mm) == ("T20-T21", None, 267.86, 0.1)
     cells = [
         CALIBRATION | BAR | {"bar": "LHR-A1-s-2:T21", "board": "LHR-A1"},

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import yaml
 from mocap_workflow.rows import NAME
-from mocap_workflow.startup import configuration
+from mocap_workflow.startup import check_python, configuration
 from running import faults_of
 from snakemake.io import PeriodicityDetector
 
@@ -21,6 +21,12 @@ from mocap_metrology.settings import Settings, checked
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+
+
+def test_a_python_that_the_shell_cannot_start_is_refused() -> None:
+    check_python("/Größe–1/.venv/bin/python3.11")
+    for sign in " &'(":
+        assert repr(sign) in faults_of(check_python, f"/a{sign}b/python")[0]
 
 
 def changed(**values: Any) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -26,7 +27,6 @@ PATIENCE_S = 120.0  # until everything is loaded
 def address(tmp_path_factory):
     """Of a process that forks, which ends when its input does."""
     folder = tmp_path_factory.mktemp("forks") / "own"
-    folder.mkdir()
     command = [sys.executable, "-m", "mocap_workflow.forks", str(folder / "socket")]
     paths = os.pathsep.join(map(str, (WORKFLOW, WORKFLOW / "scripts")))
     environment = os.environ | {"PYTHONPATH": paths}
@@ -58,8 +58,10 @@ def start(folder: Path, address: str, body: str) -> subprocess.Popen:
     [
         ("open('here', 'w').close()", 0, ""),
         ("sys.exit(3)", 3, ""),
+        ("sys.exit(-1)", 255, ""),
+        ("sys.exit('why')", 1, "why"),
         ("1 / 0", 1, "ZeroDivisionError"),
-        ("os.abort()", 1, ""),
+        ("os.kill(os.getpid(), 9)", -9, ""),
         ("import subprocess; sys.exit(subprocess.call(['false']))", 1, ""),
     ],
 )
@@ -72,9 +74,16 @@ def test_a_script_ends_as_in_its_own_process(tmp_path, address, body, status, to
     assert (tmp_path / "here").exists() == ("here" in body)
 
 
-def test_without_an_answer_a_script_runs_in_its_own_process(tmp_path) -> None:
-    job = start(tmp_path, str(tmp_path / "nowhere"), "")
-    loaded, pid, _ = job.communicate(timeout=60)[0].split(maxsplit=2)
+@pytest.mark.parametrize("answers", [False, True])
+def test_without_a_fork_a_script_runs_in_its_own_process(tmp_path, answers) -> None:
+    with socket.socket(socket.AF_UNIX) as listener:  # as of a process that is killed
+        listener.bind(str(tmp_path / "socket"))
+        if answers:
+            listener.listen()
+        job = start(tmp_path, str(tmp_path / "socket"), "")
+        if answers:
+            listener.accept()[0].close()
+        loaded, pid, _ = job.communicate(timeout=60)[0].split(maxsplit=2)
     assert (loaded, int(pid), job.returncode) == ("False", job.pid, 0)
 
 

@@ -38,10 +38,12 @@ def test_a_twin_has_the_form_of_its_own_or_of_the_configuration() -> None:
     for own, form in ((common, "continuous"), (common | {"form": "sampled"}, "sampled")):
         made = used_twins(rows([]), {"twins": {"hall": own}, "defaults": {}}, 60.0, "continuous")
         assert made["hall"].form == form
-    wrong = {"twins": {"hall": common}, "defaults": {"recording": {"form": "both"}}}
-    assert faults_of(used_twins, rows([]), wrong, 60.0) == [
-        "twin hall: form: 'both', expected sampled or continuous"
-    ]
+    wrong = {"twins": {"hall": common, "room": common}, "defaults": {"recording": {"form": "both"}}}
+    both = {n: RecordingRow.model_construct(twin=n, camera_ids=()) for n in wrong["twins"]}
+    for used, who in ((rows([]), "twin hall"), (both, "twin hall and 1 more")):
+        assert faults_of(used_twins, used, wrong, 60.0) == [
+            f"{who}: form: 'both', expected sampled or continuous"
+        ]
 
 
 def test_a_facility_over_dates_needs_dates() -> None:

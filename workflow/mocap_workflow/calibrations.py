@@ -19,6 +19,7 @@ from mocap_workflow.rows import (
     Name,
     OwnName,
     SheetRow,
+    check_rotation,
     existing,
     file_or_none,
 )
@@ -223,6 +224,8 @@ class CalibrationRow(SheetRow):
             known = STATIONS.fullmatch(used) or DIODES.fullmatch(used)
             if known and abs(1e3 * float(known["length"]) - value) <= 1e3 * float(known["sd"]):
                 raise Unfit("another length than known_length: what a calibration uses checks none")
+        if info.field_name == "bar_pose":
+            check_rotation(str(value))
         return value
 
     @field_validator("tracked_with")

@@ -1,8 +1,8 @@
 """A process with all modules and kernels loaded, which forks one for each job of a run.
 
 To import them takes a job a second or two, most of a short one. A job's own process hands its
-script over and waits: it ends as the fork does, and the fork ends when it is killed. Where no such
-process answers (the first jobs of a run, other hosts), a job does its work itself.
+script over and waits: it ends as the fork does, and the fork ends when it is killed. Where no fork
+begins (the first jobs of a run, other hosts), a job does its work itself.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import importlib
 import json
 import os
 import runpy
+import secrets
 import select
 import shutil
 import signal
@@ -27,6 +28,7 @@ from pathlib import Path
 
 ADDRESS = "MOCAP_METROLOGY_FORKS"  # in the environment of jobs
 LEAST_JOBS = 8  # of a run, from which it pays
+LONGEST = 107  # bytes of the path of a socket
 USED = (  # beside what modules import when they are: first one thread
     *("step", "pyarrow.parquet", "scipy.ndimage", "scipy.optimize"),
     *("scipy.signal", "scipy.spatial.transform", "scipy.stats"),
@@ -36,14 +38,17 @@ USED = (  # beside what modules import when they are: first one thread
 def serve(n_jobs: int) -> None:
     """Start the process for the jobs of this one; it ends with this one."""
     if n_jobs >= LEAST_JOBS and sys.platform == "linux":
-        folder = tempfile.mkdtemp(prefix="mocap-metrology-")  # of this user alone
+        address = f"{tempfile.gettempdir()}/mocap-metrology-{secrets.token_hex(8)}/socket"
+        if len(os.fsencode(address)) > LONGEST:
+            return
         place = Path(__file__).parents[1]
         paths = os.pathsep.join(map(str, (place, place / "scripts", *sys.path)))
-        command = [sys.executable, "-m", "mocap_workflow.forks", f"{folder}/socket"]
+        command = [sys.executable, "-m", "mocap_workflow.forks", address]
         environment = os.environ | {"PYTHONPATH": paths}
         server = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
-        os.environ[ADDRESS] = f"{folder}/socket"
-        atexit.register(server.communicate)  # ends and awaits it
+        os.environ[ADDRESS] = address
+        atexit.register(server.wait)
+        atexit.register(server.terminate)
 
 
 def refuse() -> None:
@@ -54,21 +59,24 @@ def refuse() -> None:
 def hand_over(address: str) -> None:
     """Have a fork run the script of this process and end as it does; returns where none can."""
     link = socket.socket(socket.AF_UNIX)
-    try:
-        link.connect(address)
-    except OSError:
-        return
     told = json.dumps([sys.argv[0], str(Path.cwd()), dict(os.environ)]).encode()
-    socket.send_fds(link, [len(told).to_bytes(4)], [0, 1, 2])
-    link.sendall(told)
-    status = link.recv(1)
-    os._exit(status[0] if status else 1)  # none of a fork that was killed
+    begun = b""
+    with contextlib.suppress(OSError):
+        link.connect(address)
+        socket.send_fds(link, [len(told).to_bytes(4)], [0, 1, 2])
+        link.sendall(told)
+        begun = link.recv(1)
+    if begun:
+        if status := link.recv(1):
+            os._exit(status[0])
+        os.kill(os.getpid(), signal.SIGKILL)  # as the fork was, so that the run names this reason
 
 
 def main(address: str) -> None:
     """Load everything, then fork until the run ends, which closes the standard input."""
     atexit.register(shutil.rmtree, Path(address).parent, ignore_errors=True)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the run hears Ctrl-C, and ends this
     for name in USED:
         importlib.import_module(name)
     from mocap_metrology.common import compiled
@@ -78,14 +86,18 @@ def main(address: str) -> None:
     import_matplotlib()
     gc.freeze()
     with contextlib.closing(socket.socket(socket.AF_UNIX)) as listener:
+        Path(address).parent.mkdir(mode=0o700)  # of this user alone
         listener.bind(address)
         listener.listen(64)
         while sys.stdin not in (ready := select.select([listener, sys.stdin], [], [], 1.0)[0]):
             if ready:
                 link, _ = listener.accept()
                 if os.fork() == 0:
-                    listener.close()
-                    _work(link)
+                    try:
+                        listener.close()
+                        _work(link)
+                    finally:
+                        os._exit(1)  # and nothing of what ends the process that forked
                 link.close()
             _reap()
 
@@ -110,18 +122,21 @@ def _work(link: socket.socket) -> None:
     os.environ.clear()
     os.environ.update(environment)
     threading.Thread(target=_ends_with, args=[link], daemon=True).start()
+    link.send(b"b")  # begun
     sys.argv, status = [script], 0
     try:
         runpy.run_path(script, run_name="__main__")
     except SystemExit as ended:
         status = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+        if status and not isinstance(ended.code, int):
+            print(ended.code, file=sys.stderr)
     except BaseException:
         traceback.print_exc()
         status = 1
     sys.stdout.flush()
     sys.stderr.flush()
-    link.send(bytes([status]))
-    os._exit(status)
+    link.send(bytes([status & 255]))
+    os._exit(status & 255)
 
 
 def _ends_with(link: socket.socket) -> None:

@@ -19,6 +19,7 @@ from mocap_workflow.rows import (
     Name,
     OwnName,
     SheetRow,
+    check_rotation,
     each_once,
     existing,
 )
@@ -225,6 +226,8 @@ class RecordingRow(SheetRow):
             raise Unfit("nothing without a bar in column bar")
         if info.field_name == "length_mm" and value == 0:
             raise Unfit("a number of mm > 0 or nothing")
+        if info.field_name == "bar_pose" and value:
+            check_rotation(str(value))
         return value
 
     @field_validator("reference")

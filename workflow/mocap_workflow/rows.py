@@ -98,6 +98,17 @@ def file_or_none(path: str | None, info: Info) -> str | None:
     return existing(path, info) if path else None
 
 
+def check_rotation(text: str) -> None:
+    """Refuse what states no rotation of the second end of a bar in the first."""
+    from mocap_metrology.accuracy.bar import BarEntry
+    from mocap_metrology.common.errors import Refusal
+
+    try:
+        _ = BarEntry("", bar_pose=text).pose
+    except Refusal as refusal:
+        raise Unfit(str(refusal).partition("; expected ")[2]) from None
+
+
 def each_once(what: str) -> pydantic.AfterValidator:
     """For parts of a cell: none is empty and none occurs twice."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -23,12 +24,21 @@ from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 
+OF_THE_SHELL = re.compile(r"[\s&;|<>()$`\"'\\*?\[\]{}#~!]")
+
 
 def located(value: str | None, root: Path) -> str | None:
     """A relative path of the configuration: in the working folder, else in the project's."""
     if value is None or exists(value) or not exists(root / value):
         return value
     return str(root / value)
+
+
+def check_python(path: str) -> None:
+    """Refuse a Python whose path Snakemake (9.27), which does not quote it, cannot start."""
+    if found := OF_THE_SHELL.search(path):
+        expected = "a folder of the project without blanks and other signs of the shell"
+        raise Faults([f"{path}: {found[0]!r} in the path of Python; expected {expected}"])
 
 
 def check_files(paths: Iterable[str | Path]) -> None:
@@ -95,6 +105,16 @@ def _all(read: Callable[[str], Any], names: Iterable[str]) -> tuple[dict[str, An
     return values, faults
 
 
+def _once(faults: Iterable[str]) -> list[str]:
+    """One line for what several twins inherit."""
+    twins: dict[str, list[str]] = {}  # by what is wrong with them
+    for line in faults:
+        twin, _, what = line.partition(": ")
+        twins.setdefault(what, []).append(twin)
+    more = {what: f" and {len(of) - 1} more" * (len(of) > 1) for what, of in twins.items()}
+    return [f"{of[0]}{more[what]}: {what}" for what, of in twins.items()]
+
+
 def _wrong(kind: str, name: str, column: str, value: object, expected: str) -> str:
     return f'{kind}s, {kind} "{name}", column {column}: "{value}"; expected {expected}'
 
@@ -159,7 +179,7 @@ def recording_twins(
         return replace(twin, duration_s=min(twin.duration_s, duration_s))
 
     twins, faults = _all(read, _used(recordings))
-    faults = faults or _unlike_twins(recordings, twins)
+    faults = _once(faults) or _unlike_twins(recordings, twins)
     if faults:
         raise Faults(faults)
     return twins
@@ -193,5 +213,5 @@ def calibration_twins(
     checked."""
     twins, faults = _all(lambda name: calibration_twin(document, name), _used(rows))
     if faults:
-        raise Faults(faults)
+        raise Faults(_once(faults))
     return twins

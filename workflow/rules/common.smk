@@ -1,6 +1,7 @@
 # Configuration, sheets and selections of rows. Functions only: rules are in other files.
 import json
 import operator
+import sys
 from dataclasses import asdict, is_dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -24,6 +25,7 @@ ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
 # A working folder without a config of its own gets the project's.
 OWN = "config/config.yaml" if Path("config/config.yaml").is_file() else f"{ROOT}/config/config.yaml"
 try:
+    startup.check_python(sys.executable)
     startup.check_files([*workflow.configfiles, OWN])
 except Faults as faults:
     stop(faults)

@@ -30,6 +30,7 @@ LATER = "MOCAP_METROLOGY_REASONS_LATER"  # set by a run that itself reports why 
 OF_THE_END = {"of_the_end": True}  # of what the run itself reports
 CLEARED = "\r\x1b[K"  # clears the progress bar, on a terminal
 
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a job without a traceback
 if FORKS := os.environ.pop("MOCAP_METROLOGY_FORKS", ""):  # set by a run, see forks.py
     from mocap_workflow import forks
 
@@ -37,7 +38,6 @@ if FORKS := os.environ.pop("MOCAP_METROLOGY_FORKS", ""):  # set by a run, see fo
 KIBIBYTE = 1 if sys.platform == "linux" else 1024  # in units of the peak of memory
 gc.set_threshold(100_000, 50, 100)  # a step ends before there is much to collect
 logging.addLevelName(RESULT, "RESULT")
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a job without a traceback
 
 # One thread, so that no result depends on --cores; read by the libraries when they are imported.
 for _pool in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA"):

@@ -39,8 +39,8 @@ def markers(pattern: str, take=TAKE, time="time", **keys) -> str:
 class TestMarkers:
     @pytest.mark.parametrize(
         "pattern",
-        ["{0}_{1}", "{0}.{1}", "{0} {1}", "{0}:{1}", "{0}-{1}", "{1}_{0}", "{0}_{1}_mm",
-         "{0}_{1} [mm]", '"{0}_{1}"'],
+        ["{0}_{1}", "{0}.{1}", "{0} {1}", "{0}:{1}", "{0}-{1}", "{0}/{1}", "{1}_{0}", "{0}_{1}_mm",
+         "{0}_{1} [mm]", "{0}_{1}/mm", "{0}.{1} / mm", '"{0}_{1}"'],
     )  # fmt: skip
     def test_names_and_the_rate_by_the_times(self, tmp_path, pattern):
         path = make(tmp_path, "a.csv", markers(pattern))

@@ -123,6 +123,10 @@ class TestMotive:
         assert (recording.frame_rate_hz, recording.units) == (100, "Millimeters")
         assert recording.segments[0].frame_count_source == "Total Exported Frames"
 
+    def test_columns_of_two_types_are_no_marker(self, tmp_path):
+        text = motive(LABELS, 100, TAKE).replace("Marker\r\n", "Maker\r\n", 1)
+        assert labels_of(make(tmp_path, "a.csv", text)) == LABELS[:1]
+
 
 class TestNexus:
     BEFORE = "Devices\r\n1000\r\n,,Force\r\nFrame,Sub Frame,Fx\r\n,,N\r\n" + "".join(

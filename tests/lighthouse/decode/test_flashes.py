@@ -7,7 +7,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.comb import pattern_of
-from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
+from mocap_metrology.lighthouse.decode.flashes import expect_unbroken, find_flashes, within_flashes
 from mocap_metrology.lighthouse.records import Flashes, Pulses
 
 from .synthetic import TICK, Scene, add, by_start, drop
@@ -144,3 +144,20 @@ def test_no_flashes() -> None:
         random = add(none, rng.uniform(0, 2, n), rng.uniform(50e-6, 140e-6, n), [0] * n)
         with pytest.raises(Refusal, match=r"do not repeat every 8\.333 ms"):
             find_flashes(random)
+
+
+@pytest.mark.filterwarnings("error")
+def test_flashes_at_half_the_rate_are_refused() -> None:
+    pulses = Scene().build().pulses()
+    with pytest.raises(Refusal, match="not evenly spaced"):
+        find_flashes(replace(pulses, start_s=2.0 * pulses.start_s))
+
+
+@pytest.mark.parametrize("at_s", [0.7, 1.3])
+def test_samples_that_were_lost_are_noticed(at_s: float) -> None:
+    pulses = Scene().build().pulses()
+    expect_unbroken(pulses, find_flashes(pulses), "a.bin")
+    kept = drop(pulses, (pulses.start_s > at_s) & (pulses.start_s < at_s + 0.0389))
+    cut = replace(kept, start_s=kept.start_s - 0.0389 * (kept.start_s > at_s))
+    with pytest.raises(Refusal, match=r"a\.bin: 3\d% .*samples were lost"):
+        expect_unbroken(cut, find_flashes(cut), "a.bin")

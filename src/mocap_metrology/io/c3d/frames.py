@@ -188,8 +188,9 @@ def _trial_base(declared: Declared, section: Section, frame_bytes: int, possible
     rest = {n for source, n in counts if source != "TRIAL"}
     if usual in rest:
         return WRAP
-    if usual in possible:
-        return WRAP - (other in rest)
+    if usual in possible:  # a count at its limit shows nothing where data follow it
+        shown = other not in SATURATED or section.empty_after(other * frame_bytes)
+        return WRAP - (other in rest and shown)
     return WRAP - section.ends_cleanly(other * frame_bytes)
 
 

@@ -1,9 +1,9 @@
 """What the columns of a table are, by their names: frame, time, positions, quaternions.
 
-A name is a label and an axis, as exporters write them: `A_x`, `A.X`, `A X`, `A:x`, `x_A`, `C7[0]`,
-`X1`, or an axis under a label in the row above. A position without a label is that of the only
-marker or body. `i j k` beside `w` and `x y z` of a group that has a `w` are a quaternion; its group
-belongs to a position of the same label, apart from words as `position` and `orientation`.
+A name is a label and an axis, as exporters write them: `A_x`, `A.X`, `A X`, `A:x`, `A/x`, `x_A`,
+`C7[0]`, `X1`, or an axis under a label in the row above. A position without a label is that of the
+only marker or body. `i j k` beside `w` and `x y z` of a group that has a `w` are a quaternion; its
+group belongs to a position of the same label, apart from words as `position` and `orientation`.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from mocap_metrology.io.units import MM, LengthUnit, read_unit, unknown
 BODY_LABEL = "tracker"
 MARKER_LABEL = "marker"
 FRAME = re.compile(r"(frame|sample|index)([ _]?(#|no\.?|nr\.?|number))?|#|field #", re.I)
-TIME = re.compile(r"%?time|time[ _]?stamps?|elapsed[ _]time|t|secs?|seconds", re.I)
+TIME = re.compile(r"(%|__)?time|time[ _]?stamps?|elapsed[ _]time|t|secs?|seconds", re.I)
 SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 SECONDS |= {"msec": 1e-3, "milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([a-zA-Z].*?|)\s*[\])]")
-LENGTH = re.compile(r"(.*\b[xyzXYZ]|.*_[xyzXYZ])[_ ](mm|cm|m)")
-DURATION = re.compile(r"(t|time|time_?stamp)_(s|ms|us|ns)", re.I)
+LENGTH = re.compile(r"(.*\b[xyzXYZ]\d*|.*_[xyzXYZ])(?:[_ ]|\s*/\s*)(mm|cm|m)")
+DURATION = re.compile(r"(t|time|time_?stamp)(?:_|\s*/\s*)(s|ms|us|ns)", re.I)
 INDEX = re.compile(r"(.*)\[([0-3])\]")
 BARE = {"x": ("", "x"), "y": ("", "y"), "z": ("", "z")}
 BARE |= {"w": ("q", "w"), "i": ("q", "x"), "j": ("q", "y"), "k": ("q", "z")}
-SHORT = re.compile(r"((?:.*[ _.:-])?[ptq])([wxyz]|(?<=q)0)", re.I)  # NDI: Q0 Qx Qy Qz
+SHORT = re.compile(r"((?:.*[ _./:-])?[ptq])([wxyz]|(?<=q)0)", re.I)  # NDI: Q0 Qx Qy Qz
 LABEL_FIRST = re.compile(
-    r"(.*?)[ _.:-]+([wxyz])|(.*(?:pos|position|quat|quaternion|orientation))([wxyz])", re.I
+    r"(.*?)[ _./:-]+([wxyz])|(.*(?:pos|position|quat|quaternion|orientation))([wxyz])", re.I
 )
-AXIS_FIRST = re.compile(r"([xyz])(?:[ _.:-]+(.+)|(\d+))", re.I)
+AXIS_FIRST = re.compile(r"([xyz])(?:[ _./:-]+(.+)|(\d+))", re.I)
 OF_TURN = r"q|quat|quaternion|orientation"
 PART = re.compile(
-    rf"(^|[ _.:-])(p|pos|position|t|trans|translation|rot|rotation|{OF_TURN})(?=$|[ _.:-])", re.I
+    rf"(^|[ _./:-])(p|pos|position|t|trans|translation|rot|rotation|{OF_TURN})(?=$|[ _./:-])", re.I
 )
-TURN = re.compile(rf"(?:^|[ _.:-])(?:{OF_TURN})(?=$|[ _.:-])", re.I)
+TURN = re.compile(rf"(?:^|[ _./:-])(?:{OF_TURN})(?=$|[ _./:-])", re.I)
 OTHER = re.compile(
-    r"(?:^|[ _.:-])(?:v|vel|velocity|acc|accel|acceleration|accelerometer|gyro?|gyroscope|mag|"
+    r"(?:^|[ _./:-])(?:v|vel|velocity|acc|accel|acceleration|accelerometer|gyro?|gyroscope|mag|"
     r"magnetometer|omega|force|moment|torque|angles?|euler|rpy|twist|linear|angular|rot|rotation|"
-    r"dot|sd|std|sigma|cov)(?=$|[ _.:-])",
+    r"dot|sd|std|sigma|cov)(?=$|[ _./:-])",
     re.I,
 )
 NO_UNIT = "no column names the unit of its coordinates: state it, m or mm"
@@ -91,7 +91,7 @@ def find_columns(names: Sequence[str], where: str) -> Columns | None:
         return None
     pairs = _pairs(positions, turns)
     labels = [
-        PART.sub("", label).strip(" _.:-") if label in pairs else label for label in positions
+        PART.sub("", label).strip(" _./:-") if label in pairs else label for label in positions
     ]
     return Columns(
         tuple(label or (BODY_LABEL if pairs else MARKER_LABEL) for label in labels),
@@ -158,6 +158,6 @@ def _pairs(positions: Iterable[str], turns: Iterable[str]) -> dict[str, str]:
     """Label of the quaternion of each position that has one."""
     if len(list(positions)) == 1 == len(list(turns)):
         return dict(zip(positions, turns, strict=True))
-    own = {PART.sub("", label).strip(" _.:-"): label for label in turns}
-    found = {label: own.get(PART.sub("", label).strip(" _.:-")) for label in positions}
+    own = {PART.sub("", label).strip(" _./:-"): label for label in turns}
+    found = {label: own.get(PART.sub("", label).strip(" _./:-")) for label in positions}
     return {label: turn for label, turn in found.items() if turn is not None}

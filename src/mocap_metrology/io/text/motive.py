@@ -169,9 +169,10 @@ class _Columns:
         return [i for i in there if self.types[i] in kinds and self.hold(i, "position", "XYZ")]
 
     def hold(self, i: int, what: str, letters: str) -> bool:
-        """Whether the columns from i on hold `what`, one for each letter."""
-        span = slice(i, i + len(letters))
-        return self.held[span] == [what] * len(letters) and self.axes[span] == list(letters)
+        """Whether the columns from i on, of one type, hold `what`, one for each letter."""
+        span, n = slice(i, i + len(letters)), len(letters)
+        alike = self.types[span] == [self.types[i]] * n and self.held[span] == [what] * n
+        return alike and self.axes[span] == list(letters)
 
     def rotation(self, position: int, rotation_type: str) -> RotationColumns | None:
         """The rotation of the body whose position begins there; `rotation_type`: of the header."""

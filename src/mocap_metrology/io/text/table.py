@@ -225,7 +225,7 @@ def _rate(
         line = next(islice(_rows(path, first), row, None))
         cell = rows[row][place][:30] if place < len(rows[row]) else ""
         where = f"{path.name}: line {line.number}, column {place + 1}"
-        raise Refusal(f"{where}: {cell!r} is not a number, expected a time")
+        raise Refusal(f"{where}: {cell!r} is not a number, expected a time in s")
     time = np.array(times, float) * found.second
     steps = np.diff(time)
     if not len(steps):
@@ -239,7 +239,7 @@ def _rate(
         )
     frames = np.maximum(np.round(steps / np.median(steps)), 1).sum()
     hz = float(f"{frames / (time[-1] - time[0]):.6g}")
-    if hz < SLOWEST_HZ and not re.search(r"[\[(_]\s*s", names[place]):
+    if hz < SLOWEST_HZ and not re.search(r"[\[(_/]\s*s", names[place]):
         meant = next((u for u in ("ms", "us", "ns") if hz >= SLOWEST_HZ * SECONDS[u]), "s")
         raise Refusal(
             f"{path.name}: its times in s would be a frame rate of {hz:g} Hz: name their unit, as"

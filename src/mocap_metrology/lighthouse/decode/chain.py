@@ -16,7 +16,12 @@ from mocap_metrology.lighthouse.decode.clean import RESOLUTION_RAD, clean_hits, 
 from mocap_metrology.lighthouse.decode.crazyflie import read_log, read_uart
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
-from mocap_metrology.lighthouse.decode.flashes import find_flashes, find_hits, within_flashes
+from mocap_metrology.lighthouse.decode.flashes import (
+    expect_unbroken,
+    find_flashes,
+    find_hits,
+    within_flashes,
+)
 from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
@@ -114,6 +119,7 @@ def decode(
         else:
             pulses, places = read_dump(path, sample_rate_hz, active_level), read_board(board)
             flashes = _flashes_of_dump(pulses, name)
+            expect_unbroken(pulses, flashes, name)
         if len(flashes) < 2:
             why = "flashes of one base station only; expected two, both visible from the board"
             raise Refusal(f"{name}: {why}")

@@ -40,6 +40,7 @@ SHORTEST_S = 2250 / TICKS_PER_S
 LONGEST_S = 200e-6
 REACH_S = 60e-6  # of a comb before its line is known
 LARGEST_DRIFT = 2e-3  # of the clock; rotors hold 300 ppm, quartz better
+MOST_OUTSIDE = 0.1  # of the long pulses, before the first flash or after the last one
 LATE_S = 30e-6  # dim diodes rise late
 LONGEST_GAP = 240  # cycles, 2 s: a board may be hidden so long
 LEAST_RUN = 0.1  # of the longest run of flashes
@@ -60,7 +61,7 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
     the flash, so lengths are taken from its begin by the clock to the end of a pulse (`_lengths`).
     Raises `Refusal` where there are no flashes.
     """
-    long = (pulses.length_s >= SHORTEST_S) & (pulses.length_s <= LONGEST_S)
+    long = _long(pulses)
     if np.count_nonzero(long) < FEWEST_FLASHES:
         raise Refusal(
             f"no flashes: {np.count_nonzero(long)} of {pulses.start_s.size} pulses are longer "
@@ -74,11 +75,6 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
             f"{100 * LARGEST_DRIFT:g} % (is the sample rate right?)"
         )
     combs = [_comb(start, length, diode, at, period) for at in find_phases(start, period)]
-    if any(comb.time.size < FEWEST_FLASHES or not comb.clock.cycle_s > 0 for comb in combs):
-        raise Refusal(
-            "flashes are not evenly spaced; expected one of a base station every "
-            f"{1e3 * CYCLE_S:.3f} ms (is the sample rate right?)"
-        )
     combs = _number(combs)
     patterns, biases = find_pattern(
         [comb.cycle for comb in combs], [comb.over_diodes() for comb in combs]
@@ -89,6 +85,25 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
         codes = codes_of(comb.cycle, length_s, pattern)
         found.append(Flashes(len(found), comb.clock, cycle, comb.time, length_s, codes))
     return found
+
+
+def _long(pulses: Pulses) -> np.ndarray:
+    """Which pulses are as long as flashes."""
+    return (pulses.length_s >= SHORTEST_S) & (pulses.length_s <= LONGEST_S)
+
+
+def expect_unbroken(pulses: Pulses, flashes: list[Flashes], name: str) -> None:
+    """Refuse a recording in which samples are missing: of the flashes before and after, one part
+    fits the clocks, and the other comes before the first or after the last of these."""
+    start = pulses.start_s[_long(pulses)]
+    begin, end = (f(one.time_s[k] for one in flashes) for f, k in ((min, 0), (max, -1)))
+    shares = {f"before {begin:.3f} s": start < begin, f"after {end:.3f} s": start > end}
+    for where, outside in shares.items():
+        if outside.mean() > MOST_OUTSIDE:
+            raise Refusal(
+                f"{name}: {outside.mean():.0%} of the pulses as long as flashes come {where} and do"
+                " not fit the others: samples were lost or added there; expected each once"
+            )
 
 
 def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list[Flashes]]:
@@ -170,7 +185,7 @@ def _comb(
     cycle = np.round((start - at) / period).astype(np.int64)
     inside = np.abs(start - at - cycle * period) <= REACH_S
     _, flash_cycle, time = _events(start[inside], cycle[inside])
-    clock, _ = fit_clock(flash_cycle, time)
+    clock = _clock(flash_cycle, time)
     for _ in range(2):
         off = time - clock.start(flash_cycle)
         spread = MAD_TO_SIGMA * np.median(np.abs(off - drift(flash_cycle, off, flash_cycle)))
@@ -181,9 +196,21 @@ def _comb(
         _, flash_cycle, flash_late = _events(late[inside], cycle[inside])
         inside &= np.isin(cycle, flash_cycle[flash_late <= tolerance])
         first, flash_cycle, time = _events(start[inside], cycle[inside])
-        clock, _ = fit_clock(flash_cycle, time)
+        clock = _clock(flash_cycle, time)
     after = (start - clock.start(cycle))[inside]
     return _Comb(length[inside], after, diode[inside], first, flash_cycle, time, clock)
+
+
+def _clock(cycle: np.ndarray, time: np.ndarray) -> Clock:
+    """The line of a comb, refused where there is none."""
+    if time.size >= FEWEST_FLASHES:
+        clock, _ = fit_clock(cycle, time)
+        if clock.cycle_s > 0:
+            return clock
+    raise Refusal(
+        "flashes are not evenly spaced; expected one of a base station every "
+        f"{1e3 * CYCLE_S:.3f} ms (is the sample rate right?)"
+    )
 
 
 def _events(start: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
 IDEAL_PLANES = records.Factory(generation=2)
 MEAN_PLANES = records.Factory(**FACTORY2_MEAN, generation=2)
+MOST_BEHIND = 0.5  # of the sightings: reflections are fewer
 Pose = tuple[np.ndarray, np.ndarray]
 
 
@@ -169,3 +170,24 @@ class Scene:
             for own, rotor in zip(measured, rotors, strict=True)
         )
         return Optics(name, seen, (rotor_parameters(),) * len(seen), "optical")
+
+
+def faced(
+    scene: Scene, seen: Iterable[tuple[records.Measurements, records.Path]]
+) -> tuple[Scene, str]:
+    """The scene, without the normals of its diodes where most light would come from behind them by
+    the board poses of the stations; and why, or an empty text. A flat board fits its mirror image
+    turned over."""
+    if (normals := scene.sensors.normals) is None:
+        return scene, ""
+    behind = []
+    for own, path in seen:
+        place = np.einsum("nij,dj->ndi", path.R, scene.board) + path.t_m[:, None]
+        away = np.einsum("nij,dj,ndi->nd", path.R, normals, place) > 0
+        behind.append(away[own.seen[np.isin(own.time_s, path.time_s)]])
+    share = float(np.concatenate(behind).mean()) if behind else 0.0
+    if share <= MOST_BEHIND:
+        return scene, ""
+    why = f"directions of the diodes not used: {100 * share:.0f} % of the light would come from"
+    why += " behind them. Is the board file a mirror image, or are its directions wrong?"
+    return replace(scene, sensors=replace(scene.sensors, normals=None)), why

@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.batch.recording import BatchInput
 from mocap_metrology.lighthouse.calibrate import network as networks
 from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
-from mocap_metrology.lighthouse.calibrate.scene import NAME, Pose, Scene, Sensors, optics_for
+from mocap_metrology.lighthouse.calibrate.scene import NAME, Pose, Scene, Sensors, faced, optics_for
 from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.variants import (
@@ -78,6 +78,7 @@ def calibrate_stations(
     every = replace(every, sensors=sensors or Sensors())
     began = time.perf_counter()
     seen = networks.look(every)
+    every, why = faced(every, ((own.measurements, own.paths[0]) for own in seen if own))
     shared = networks.shared_moments(seen)
     own, network = networks.network_of(names, shared)
     if len(own) < 2:
@@ -104,7 +105,7 @@ def calibrate_stations(
         paths={(NAME, scene.optics): (poses[0].path,)} if poses[0].path is not None else {},
         still=still is not None,
         n_common=min(network.common[name] for name in network.connected),
-        why=list(network.apart.values()),
+        why=[*network.apart.values(), *filter(None, [why])],
         variants=ways[0] if ways else [],
         joints={scene.optics: (scene, found)},
         network=replace(network, covariance=covariance_of_all(found, open_ways)),

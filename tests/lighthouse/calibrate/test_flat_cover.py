@@ -5,7 +5,7 @@ from scipy.stats import chi2
 
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
-from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors, faced
+from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors, faced, sightings
 from mocap_metrology.lighthouse.records import Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotation import error, exp
 from mocap_metrology.lighthouse.simulate.motion import facing_to
@@ -61,7 +61,7 @@ def test_directions_away_from_the_light_are_not_used() -> None:
         normals = np.outer(np.where(np.arange(10) < away, -1.0, 1.0), [0, 0, 1])
         how = "ideal", [None], None, "crazyflie", Priors()
         scene, why = faced(
-            Scene(hits, board, *how, sensors=Sensors(normals=normals)), [(own, path)]
+            Scene(hits, board, *how, sensors=Sensors(normals=normals)), [sightings(own, path)]
         )
         assert (scene.sensors.normals is not None) == used
         assert used or f": {10 * away} % of the light" in why

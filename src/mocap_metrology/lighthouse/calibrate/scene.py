@@ -172,22 +172,24 @@ class Scene:
         return Optics(name, seen, (rotor_parameters(),) * len(seen), "optical")
 
 
-def faced(
-    scene: Scene, seen: Iterable[tuple[records.Measurements, records.Path]]
-) -> tuple[Scene, str]:
-    """The scene, without the normals of its diodes where most light would come from behind them by
-    the board poses of the stations; and why, or an empty text. A flat board fits its mirror image
-    turned over."""
+def sightings(own: records.Measurements, path: records.Path) -> tuple[np.ndarray, ...]:
+    """R (n, 3, 3) and t (n, 3) of the board in a frame whose origin is the station, and the diode
+    (n,), of each that is seen where the board's pose is known."""
+    row, diode = np.nonzero(own.seen[np.isin(own.time_s, path.time_s)])
+    return path.R[row], path.t_m[row], diode
+
+
+def faced(scene: Scene, seen: Iterable[tuple[np.ndarray, ...]]) -> tuple[Scene, str]:
+    """The scene, without the normals of its diodes where most light would come from behind them;
+    and why, or an empty text; seen: as `sightings`. A flat board fits its mirror image turned
+    over."""
     if (normals := scene.sensors.normals) is None:
         return scene, ""
-    behind = []
-    for own, path in seen:
-        place = np.einsum("nij,dj->ndi", path.R, scene.board) + path.t_m[:, None]
-        away = np.einsum("nij,dj,ndi->nd", path.R, normals, place) > 0
-        behind.append(away[own.seen[np.isin(own.time_s, path.time_s)]])
-    share = float(np.concatenate(behind).mean()) if behind else 0.0
-    if share <= MOST_BEHIND:
+    R, t, diode = map(np.concatenate, zip(*seen, strict=True))
+    place = t + np.einsum("nij,nj->ni", R, scene.board[diode])
+    behind = np.einsum("nij,nj,ni->n", R, normals[diode], place) > 0
+    if behind.sum() <= MOST_BEHIND * behind.size:
         return scene, ""
-    why = f"directions of the diodes not used: {100 * share:.0f} % of the light would come from"
-    why += " behind them. Is the board file a mirror image, or are its directions wrong?"
+    why = f"directions of the diodes not used: {100 * behind.mean():.0f} % of the light would come"
+    why += " from behind them. Is the board file a mirror image, or are its directions wrong?"
     return replace(scene, sensors=replace(scene.sensors, normals=None)), why

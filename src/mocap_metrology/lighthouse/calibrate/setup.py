@@ -28,7 +28,15 @@ from mocap_metrology.lighthouse.batch.recording import BatchInput
 from mocap_metrology.lighthouse.calibrate import network as networks
 from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
-from mocap_metrology.lighthouse.calibrate.scene import NAME, Pose, Scene, Sensors, faced, optics_for
+from mocap_metrology.lighthouse.calibrate.scene import (
+    NAME,
+    Pose,
+    Scene,
+    Sensors,
+    faced,
+    optics_for,
+    sightings,
+)
 from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.variants import (
@@ -78,7 +86,6 @@ def calibrate_stations(
     every = replace(every, sensors=sensors or Sensors())
     began = time.perf_counter()
     seen = networks.look(every)
-    every, why = faced(every, ((own.measurements, own.paths[0]) for own in seen if own))
     shared = networks.shared_moments(seen)
     own, network = networks.network_of(names, shared)
     if len(own) < 2:
@@ -90,6 +97,7 @@ def calibrate_stations(
     scene = every.of(own)
     scene = replace(scene, optics=optics_for(settings.optics, scene.factories))
     views = [seen[k] for k in own]
+    scene, why = faced(scene, (sightings(one.measurements, one.paths[0]) for one in views if one))
     still = None
     if all(view is not None and is_still(view.paths[0]) for view in views):
         still = [median_angles(scene.hits, k, len(board)) for k in range(len(own))]

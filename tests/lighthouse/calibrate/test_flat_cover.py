@@ -5,8 +5,9 @@ from scipy.stats import chi2
 
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
-from mocap_metrology.lighthouse.calibrate.scene import Scene
-from mocap_metrology.lighthouse.rotation import error
+from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors, faced, sightings
+from mocap_metrology.lighthouse.records import Hits, Measurements, Path
+from mocap_metrology.lighthouse.rotation import error, exp
 from mocap_metrology.lighthouse.simulate.motion import facing_to
 from mocap_metrology.lighthouse.simulate.turns import TurnsTwin, simulate_turns, stations_around
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
@@ -43,3 +44,24 @@ def test_the_cover_of_a_flat_board_is_an_unknown() -> None:
     for cover_mm in (COVER_MM, (0.0, 0.0)):
         total = sum(squared_error(seed, cover_mm) for seed in range(3))
         assert total < chi2.ppf(0.995, 18)
+
+
+def test_directions_away_from_the_light_are_not_used() -> None:
+    """A board at (3, 0, 0) whose z axis points to the station within 40 deg: light reaches diodes
+    that look along z, and none that look along -z; of ten, three may see reflections."""
+    n, rng = 20, np.random.default_rng(1)
+    turn = rng.uniform(-0.4, 0.4, (n, 3))
+    R = exp(turn) @ np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]])
+    none, here = np.full(n, np.nan), np.tile([3.0, 0, 0], (n, 1))
+    path = Path(np.arange(n), R, here, none, none, none).take(np.arange(3, n))
+    own = Measurements(np.arange(n), np.zeros((n, 10, 2)))
+    board = np.c_[rng.uniform(-0.03, 0.03, (10, 2)), np.zeros(10)]
+    hits = Hits.of(*np.zeros((4, 0)), time_s=np.zeros(0), angle_rad=np.zeros(0))
+    for away, used in ((0, True), (3, True), (7, False), (10, False)):
+        normals = np.outer(np.where(np.arange(10) < away, -1.0, 1.0), [0, 0, 1])
+        how = "ideal", [None], None, "crazyflie", Priors()
+        scene, why = faced(
+            Scene(hits, board, *how, sensors=Sensors(normals=normals)), [sightings(own, path)]
+        )
+        assert (scene.sensors.normals is not None) == used
+        assert used or f": {10 * away} % of the light" in why

@@ -108,7 +108,7 @@ NOT_READ = {
     "checksum": (turned(SENT, EIGHT), 960, "the checksum is wrong"),
     "stuffing": (turned(SENT, [*EIGHT, 18 + 5 * 17 + 16]), 960, "a stuffing bit is wrong"),
     "length": (turned(SENT, [*EIGHT, 18 + 15]), 960, "the length of the payload is not 33 or"),
-    "cut off": (SENT, 340, "the recording is shorter than one, of 341 bits"),
+    "cut off": (SENT, 340, "the recording shows less than one, of 341 bits"),
     "no sync": (np.ones(358, int), 960, "no sync of 17 zeros and a one"),
     **{f"{n} flashes": (np.zeros(358, int), n, f"{n} bits") for n in (0, 5, 100)},
     **{name: (encode_frame(Factory(**{name: np.array([0.0, v])}), 1, "A"), 960, f"{name} is [0.0, ")

@@ -30,7 +30,7 @@ from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.calibrate import variants
 from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
-from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors
+from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors, faced, sightings
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.setup import calibrate_stations
 from mocap_metrology.lighthouse.calibrate.stages import (
@@ -106,6 +106,9 @@ def calibrate(
         scene = Scene(hits, board, name, factories, *how, sensors=sensors or Sensors())
         try:
             own, found = Seen(scene, measured, smooth), Calibration()
+            own.scene, why = faced(scene, map(sightings, measured[smooth], own.agreed.paths))
+            if why:
+                found.why.append(f"{scene.title}: {why}")
             if auto:
                 own, found.variants = _best(own, BATCH in settings.estimators)
             _by_optics(found, own, settings, report)

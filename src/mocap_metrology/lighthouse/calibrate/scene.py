@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
 IDEAL_PLANES = records.Factory(generation=2)
 MEAN_PLANES = records.Factory(**FACTORY2_MEAN, generation=2)
+MOST_BEHIND = 0.5  # of the sightings: reflections are fewer
 Pose = tuple[np.ndarray, np.ndarray]
 
 
@@ -169,3 +170,26 @@ class Scene:
             for own, rotor in zip(measured, rotors, strict=True)
         )
         return Optics(name, seen, (rotor_parameters(),) * len(seen), "optical")
+
+
+def sightings(own: records.Measurements, path: records.Path) -> tuple[np.ndarray, ...]:
+    """R (n, 3, 3) and t (n, 3) of the board in a frame whose origin is the station, and the diode
+    (n,), of each that is seen where the board's pose is known."""
+    row, diode = np.nonzero(own.seen[np.isin(own.time_s, path.time_s)])
+    return path.R[row], path.t_m[row], diode
+
+
+def faced(scene: Scene, seen: Iterable[tuple[np.ndarray, ...]]) -> tuple[Scene, str]:
+    """The scene, without the normals of its diodes where most light would come from behind them;
+    and why, or an empty text; seen: as `sightings`. A flat board fits its mirror image turned
+    over."""
+    if (normals := scene.sensors.normals) is None:
+        return scene, ""
+    R, t, diode = map(np.concatenate, zip(*seen, strict=True))
+    place = t + np.einsum("nij,nj->ni", R, scene.board[diode])
+    behind = np.einsum("nij,nj,ni->n", R, normals[diode], place) > 0
+    if behind.sum() <= MOST_BEHIND * behind.size:
+        return scene, ""
+    why = f"directions of the diodes not used: {100 * behind.mean():.0f} % of the light would come"
+    why += " from behind them. Is the board file a mirror image, or are its directions wrong?"
+    return replace(scene, sensors=replace(scene.sensors, normals=None)), why

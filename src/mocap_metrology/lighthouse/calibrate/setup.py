@@ -28,7 +28,15 @@ from mocap_metrology.lighthouse.batch.recording import BatchInput
 from mocap_metrology.lighthouse.calibrate import network as networks
 from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
-from mocap_metrology.lighthouse.calibrate.scene import NAME, Pose, Scene, Sensors, optics_for
+from mocap_metrology.lighthouse.calibrate.scene import (
+    NAME,
+    Pose,
+    Scene,
+    Sensors,
+    faced,
+    optics_for,
+    sightings,
+)
 from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.static import is_constant, is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.variants import (
@@ -89,6 +97,7 @@ def calibrate_stations(
     scene = every.of(own)
     scene = replace(scene, optics=optics_for(settings.optics, scene.factories))
     views = [seen[k] for k in own]
+    scene, why = faced(scene, (sightings(one.measurements, one.paths[0]) for one in views if one))
     still = None
     if all(view is not None and is_still(view.paths[0]) for view in views) or (
         generation == 2 and is_constant(scene.hits, len(board))
@@ -106,7 +115,7 @@ def calibrate_stations(
         paths={(NAME, scene.optics): (poses[0].path,)} if poses[0].path is not None else {},
         still=still is not None,
         n_common=min(network.common[name] for name in network.connected),
-        why=list(network.apart.values()),
+        why=[*network.apart.values(), *filter(None, [why])],
         variants=ways[0] if ways else [],
         joints={scene.optics: (scene, found)},
         network=replace(network, covariance=covariance_of_all(found, open_ways)),

@@ -130,7 +130,8 @@ def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list
     if n_out:
         told = (
             f"{n_out} pulses before or after the stations' flashes ignored, of"
-            f" {pulses.duration_s:.4g} s in total: are they old data in the device's memory?",
+            f" {pulses.duration_s:.4g} s in total: are they old data in the device's memory, or did"
+            " its clock jump?",
         )
     sensors = pulses.inertial
     inside = replace(

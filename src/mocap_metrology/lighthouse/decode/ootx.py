@@ -76,7 +76,7 @@ def station_of(bits: np.ndarray, unknown: Station, payload: Payload) -> Station:
         known = int((bits >= 0).sum())
         seen = f"{known} bits in {bits.size} cycles, {bits.size - known} missing, {syncs} syncs"
         if bits.size < (least := min(map(frame_bits, payload.protocols))):
-            seen, why = f"{bits.size} bits", f"the recording is shorter than one, of {least} bits"
+            seen, why = f"{bits.size} bits", f"the recording shows less than one, of {least} bits"
         return replace(unknown, why=f"no calibration frame ({seen}): {why}")
     station = payload.unpack(Counter(frames).most_common(1)[0][0])
     return replace(station, role=unknown.role, frames_found=len(frames))

@@ -25,7 +25,7 @@ from mocap_metrology.lighthouse.batch.view import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.fits import well_fitted
 from mocap_metrology.lighthouse.calibrate.network import moments
-from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
+from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene, faced
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
 from mocap_metrology.lighthouse.records import COVARIANCE_UNITS, ROLES, Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotation import exp, quaternions
@@ -239,8 +239,12 @@ def track(scene: Scene, known: Calibrated, time_s: Floats | None = None) -> Trac
             "receiver: expected moments at which both stations see three of its diodes, or one four"
         )
     hits = hits.take(trajectory.known(hits.time_s))
+    R, t_m = trajectory.poses(hits.time_s)
+    from_station = t_m - np.array([t for _, t in known.poses])[hits.station]
+    scene, why = faced(scene, [(R, from_station, hits.diode)])
     with determined("receiver"):
         found, note = well_fitted(scene, hits, trajectory, known.poses)
+    note = "; ".join(filter(None, (why, note)))
     return along(found.sure("receiver"), scene, known, note, time_s)
 
 

@@ -36,7 +36,7 @@ from mocap_metrology.noise.cameras.diagnosis import (
     diagnose,
     moments,
 )
-from mocap_metrology.noise.cameras.findings import addition_rows, noisy, raised
+from mocap_metrology.noise.cameras.findings import addition_rows, noisy, raising_additions
 from mocap_metrology.noise.twins.take import Facility, joint_covariance, positions, random_facility
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5
@@ -156,7 +156,7 @@ def simulated(
 def told(found: list[Addition], subsets: Subsets, values: Moments) -> tuple[list, list]:
     """Sets of ids named as noisy, and sets whose addition raised the noise, greatest first."""
     rows = addition_rows("", found, subsets, ("1", "2"), diagnose(values, found, subsets), RISE)
-    sets = [[r["added"] for r in of] for of in (noisy(rows, NOISY), raised(rows))]
+    sets = [[r["added"] for r in of] for of in (noisy(rows, NOISY), raising_additions(rows))]
     return tuple([{int(i) for i in s.split(";")} for s in own] for own in sets)
 
 

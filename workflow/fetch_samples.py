@@ -73,22 +73,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from requests import ConnectionError as NoConnection
     from requests import RequestException
 
-    given = _parser().parse_args(arguments)
-    samples = read_samples(given.sheet)
+    options = _parser().parse_args(arguments)
+    samples = read_samples(options.sheet)
     new, failed = 0, 0
     for sample in samples:
         try:
-            new += fetch(sample, given.to, given.origin, given.source)
+            new += fetch(sample, options.to, options.origin, options.source)
         except NoConnection:
-            print(f"no connection to {given.origin}; {ADVICE}", file=sys.stderr)
+            print(f"no connection to {options.origin}; {ADVICE}", file=sys.stderr)
             return 1
         except FileNotFoundError:
             failed += 1
-            print(f"{sample.file}: not in {given.source}", file=sys.stderr)
+            print(f"{sample.file}: not in {options.source}", file=sys.stderr)
         except (ValueError, RequestException) as error:
             failed += 1
             print(f"{sample.file}: {' '.join(str(error).split())}", file=sys.stderr)
-    print(f"{given.to}: {len(samples) - failed} of {len(samples)} sample files, {new} of them new")
+    print(
+        f"{options.to}: {len(samples) - failed} of {len(samples)} sample files, {new} of them new"
+    )
     return 1 if failed else 0
 
 

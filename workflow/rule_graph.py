@@ -84,8 +84,8 @@ def rules_of(mermaid: str) -> tuple[set[str], list[tuple[str, str]]]:
     the one that reads it."""
     named = re.findall(r"^\s*(id\d+)\[(\w+)\]", mermaid, re.M)
     names = {node: re.sub(r"_\d+$", "", name) for node, name in named}  # one of a loop of rules
-    found = {(names[a], names[b]) for a, b in re.findall(r"(id\d+) --> (id\d+)", mermaid)}
-    edges = shortest({edge for edge in found if not LAST & set(edge)})
+    links = {(names[a], names[b]) for a, b in re.findall(r"(id\d+) --> (id\d+)", mermaid)}
+    edges = shortest({edge for edge in links if not LAST & set(edge)})
     return set(names.values()) - LAST, edges
 
 

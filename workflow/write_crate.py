@@ -52,16 +52,16 @@ def main(arguments: list[str] | None = None) -> int:
 
 def write(results: Path, target: Path) -> None:
     """Write the archive, whole or not at all."""
-    made = {f"results/{path.relative_to(results).as_posix()}": path for path in packed(results)}
+    contents = {f"results/{path.relative_to(results).as_posix()}": path for path in packed(results)}
     code = {name: ROOT / name for name in followed(ROOT) if (ROOT / name).is_file()}
     part = target.with_name(f".part-{target.name}")
     with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-        document = {"@context": CONTEXT, "@graph": graph(results, made, code)}
+        document = {"@context": CONTEXT, "@graph": graph(results, contents, code)}
         archive.writestr(METADATA, json.dumps(document, indent=2, ensure_ascii=False))
-        for name, path in (code | made).items():
+        for name, path in (code | contents).items():
             archive.write(path, name)
     part.replace(target)
-    print(f"{target}: {len(made)} results, {len(code)} files of the workflow")
+    print(f"{target}: {len(contents)} results, {len(code)} files of the workflow")
 
 
 def packed(results: Path) -> list[Path]:
@@ -80,11 +80,11 @@ def followed(root: Path) -> list[str]:
     return [name for name in listed.split("\0") if name]
 
 
-def graph(results: Path, made: dict[str, Path], code: dict[str, Path]) -> list[Entity]:
+def graph(results: Path, contents: dict[str, Path], code: dict[str, Path]) -> list[Entity]:
     """All entities: the crate, the workflow and its language, the run, its inputs and results."""
     provenance = json.loads((results / "provenance.json").read_text(encoding="utf-8"))
     inputs = [recording(k, one) for k, one in enumerate(provenance["inputs"])]
-    files = [file(name, path) for name, path in made.items()]
+    files = [file(name, path) for name, path in contents.items()]
     others = [file(name, path) for name, path in code.items() if name != "Snakefile"]
     ended = datetime.fromtimestamp((results / "provenance.json").stat().st_mtime, UTC)
     run = {
@@ -155,21 +155,21 @@ def software(provenance: Entity) -> list[Entity]:
     return [workflow, snakemake, agent, *profiles]
 
 
-def recording(number: int, given: Entity) -> Entity:
+def recording(number: int, entry: Entity) -> Entity:
     """An input that is not in the crate: a recording, or the twin that stands for it."""
-    kept = {"sha256": given["sha256"]} if given["sha256"] else {}
-    seed = f", seed {given['seed']}" if given["seed"] is not None else ""
-    what = f"{given['kind']}, {given['source']}{seed}"
-    named = {"name": f"{given['name']}: {given['file'] or 'simulated'}", "description": what}
-    return {"@id": f"#input-{number}", "@type": "CreativeWork"} | named | kept
+    digest = {"sha256": entry["sha256"]} if entry["sha256"] else {}
+    seed = f", seed {entry['seed']}" if entry["seed"] is not None else ""
+    what = f"{entry['kind']}, {entry['source']}{seed}"
+    named = {"name": f"{entry['name']}: {entry['file'] or 'simulated'}", "description": what}
+    return {"@id": f"#input-{number}", "@type": "CreativeWork"} | named | digest
 
 
 def file(name: str, path: Path) -> Entity:
     kind = mimetypes.guess_type(path.name)[0] or "text/plain"
     size = str(path.stat().st_size)
     about = {"about": {"@id": "./"}} if name == "README.md" else {}
-    found = {"@id": name, "@type": "File", "name": name, "encodingFormat": kind}
-    return found | {"contentSize": size} | about
+    entity = {"@id": name, "@type": "File", "name": name, "encodingFormat": kind}
+    return entity | {"contentSize": size} | about
 
 
 def references(entities: list[Entity]) -> list[Entity]:

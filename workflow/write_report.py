@@ -37,13 +37,13 @@ def why(output: str) -> str:
     return FINISH if said.startswith("FileNotFoundError") else said
 
 
-def main(given: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="write_report.py", description=__doc__.splitlines()[0])
     parser.add_argument("target", help="the report to write, as results/report.html")
     what = "all arguments that the run had, as --profile profiles/quick"
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=what)
-    asked = parser.parse_args(given)
-    return write(asked.target, asked.arguments)
+    options = parser.parse_args(arguments)
+    return write(options.target, options.arguments)
 
 
 def write(target: str, arguments: list[str]) -> int:

@@ -97,19 +97,24 @@ def found_in(position: np.ndarray, step: float = STEP) -> tuple[list, list, list
     from mocap_metrology.noise.diagnosis.events import inside_events
     from mocap_metrology.noise.diagnosis.fills import filled_frames
     from mocap_metrology.noise.diagnosis.levels import trends
-    from mocap_metrology.noise.diagnosis.outliers import heavy_tails, isolated, off_frames, without
-    from mocap_metrology.noise.diagnosis.recording import searched
+    from mocap_metrology.noise.diagnosis.outliers import (
+        heavy_tails,
+        isolated_frames,
+        off_frames,
+        without,
+    )
+    from mocap_metrology.noise.diagnosis.recording import search_events
     from mocap_metrology.noise.series import all_series
 
     position = position.astype(np.float32).reshape(2, 3, -1)
     for own, mask in zip(position, filled_frames(position, step), strict=True):
         own[:, mask] = np.nan
     raw = dict(zip(NAMES, position.reshape(6, -1), strict=True))
-    spikes = isolated(
+    spikes = isolated_frames(
         {k: off_frames(v, 6.0, step) for k, v in raw.items()}, {k: int(k[1]) for k in raw}
     )
     quiet = dict(all_series({k: without(v, spikes[k]) for k, v in raw.items()}, [(1, 2)]))
-    events, _, levels = searched(quiet, [(1, 2)], RATE, step, 0.01, 300.0)
+    events, _, levels = search_events(quiet, [(1, 2)], RATE, step, 0.01, 300.0)
     out_of = inside_events(events, next(iter(levels.values())).mean.size, 1.0)
     steps = [e.time_s for e in events if e.kind == "level" or e.level_changed]
     return events, trends(levels, out_of, steps), heavy_tails(quiet, step)

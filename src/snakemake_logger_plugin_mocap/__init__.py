@@ -35,9 +35,11 @@ class LogHandler(LogHandlerBase):
     """Progress while jobs run, then why any failed."""
 
     def __post_init__(self) -> None:
-        given = self.common_settings
-        self._all = bool(given.dryrun or given.verbose or given.printshellcmds or given.debug_dag)
-        self._stream = sys.stdout if given.stdout else sys.stderr
+        settings = self.common_settings
+        self._all = bool(
+            settings.dryrun or settings.verbose or settings.printshellcmds or settings.debug_dag
+        )
+        self._stream = sys.stdout if settings.stdout else sys.stderr
         self._run = Run()
         self._shown: Display | None = None
         self._failed: list[str] = []

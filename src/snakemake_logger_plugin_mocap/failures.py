@@ -28,7 +28,7 @@ def why_failed(job: str, log: Path | None, ended: str = "") -> list[str]:
         place = PLACE.findall(text)
         where = f", in {Path(place[-1][0]).name}, line {place[-1][1]}" if place else ""
         return [f"{job} crashed: {what.removesuffix(f' (see {log})')}{where}", f"  log: {log}"]
-    found = ENDED.findall(ended)
+    messages = ENDED.findall(ended)
     last = f": {text.splitlines()[-1]}" if text else ""
     where = f"  log: {log}" if text else "  its log is empty"
-    return [f"{job} ended: {found[-1] if found else 'without a message'}{last}", where]
+    return [f"{job} ended: {messages[-1] if messages else 'without a message'}{last}", where]

@@ -62,11 +62,11 @@ class Run:
         its rule has ended. None until enough is done.
         """
         now = self.clock()
-        ended = [s for own in self._took.values() for s in own]
+        ended = [s for times in self._took.values() for s in times]
         if len(ended) < LEAST_JOBS or now - self.began_s < LEAST_S:
             return None
         mean = sum(ended) / len(ended)
-        means = {rule: sum(own) / len(own) for rule, own in self._took.items()}
+        means = {rule: sum(times) / len(times) for rule, times in self._took.items()}
         running = list(self._running.values())
         so_far = [now - since for _, _, since in running]
         whole = [means.get(rule, mean) for rule, _, _ in running]

@@ -79,9 +79,9 @@ def test_messages_are_one_line_of_a_limited_length() -> None:
     assert one_line("x" * 1000 + "y" * 1001) == "x" * 1000 + " [...] " + "y" * 1000
     assert faults.shortened("x" * 300) == "x" * 300
     assert faults.shortened("x" * 301) == "x" * 295 + "[...]"
-    assert faults.shown("x" * 78) == '"' + "x" * 78 + '"'
-    assert faults.shown("x" * 79) == '"' + "x" * 74 + "[...]"
-    assert [faults.shown(value) for value in (None, "", True, False, 3)] == [
+    assert faults.quoted("x" * 78) == '"' + "x" * 78 + '"'
+    assert faults.quoted("x" * 79) == '"' + "x" * 74 + "[...]"
+    assert [faults.quoted(value) for value in (None, "", True, False, 3)] == [
         "nothing", "nothing", "yes", "no", "3",
     ]  # fmt: skip
     assert faults.unknown("sed", ["seed"]) == "unknown; did you mean seed?"

@@ -24,7 +24,7 @@ from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan
 from mocap_metrology.noise.diagnosis.fills import innovation
 from mocap_metrology.noise.diagnosis.levels import blocks, trends
 from mocap_metrology.noise.diagnosis.periodic import series_lines
-from mocap_metrology.noise.diagnosis.recurring import bout, pulses
+from mocap_metrology.noise.diagnosis.recurring import pulses, recurring_bout
 from mocap_metrology.noise.diagnosis.resonance import resonance
 from mocap_metrology.noise.fit.spectral.lines import find_lines
 from mocap_metrology.noise.fit.spectral.periodogram import bins_of, edges
@@ -109,7 +109,7 @@ FUNCTIONS: dict[str, Callable[[Floats], object]] = {
     ),
     "dynamic": lambda x: dynamic_allan(x, RATE, 0.1, 20.0),
     "pulses": lambda x: pulses(x, RATE, 1e-3),
-    "bout": lambda x: bout(x, RATE, 1e-3, blocks(x, RATE)),
+    "bout": lambda x: recurring_bout(x, RATE, 1e-3, blocks(x, RATE)),
     "innovation": innovation,
     "blocks": lambda x: blocks(x, RATE),
     "trends": lambda x: trends(

@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.pose_file import chosen_pose, matrix_and_metres
 from mocap_metrology.lighthouse.assess.summary import summary
-from mocap_metrology.lighthouse.assess.validation import apart
+from mocap_metrology.lighthouse.assess.validation import pose_distance
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.decode.libsurvive_solution import (
@@ -61,9 +61,9 @@ def test_one_diode_does_not_decide(headset: dict[str, Decoded]) -> None:
     assert widths.pop(8) < 0.6 * min(widths.values())
     rest = replace(headset["T20"], hits=hits.take(~of_slave | (hits.diode != 8)))
     rest = estimates(rest)["factory"]
-    assert apart(own, rest) == pytest.approx((0, 0), abs=1e-6)
+    assert pose_distance(own, rest) == pytest.approx((0, 0), abs=1e-6)
     assert np.sqrt(np.diag(own.covariance))[3:].max() < 0.5
-    _, angle = apart(worn, own)
+    _, angle = pose_distance(worn, own)
     assert 1.2 < angle < 1.8
 
 

@@ -64,20 +64,20 @@ def test_diagnosis(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = Settings()
     no_psd = Table({"series": np.empty(0, object)}, {"psd": {}})
     expected = diagnosed(Table.read(raw), no_psd, [], settings)
-    assert expected.found.events
-    assert expected.found.repeats
-    assert expected.found.spikes["y2"].size
+    assert expected.diagnosis.events
+    assert expected.diagnosis.repeats
+    assert expected.diagnosis.spikes["y2"].size
     monkeypatch.setattr(large, "LARGE", 0)
     found = diagnosed(Table.open(raw), no_psd, [], settings)
-    assert isinstance(found.found.quiet, LazyArrays)
+    assert isinstance(found.diagnosis.quiet, LazyArrays)
     expected.write(raw.parent / "expected", "r", "measured")
     found.write(raw.parent / "found", "r", "measured")
     for path in (raw.parent / "expected").iterdir():
         assert (raw.parent / "found" / path.name).read_bytes() == path.read_bytes()
-    assert list(found.found.quiet) == list(expected.found.quiet)
-    for name, values in expected.found.quiet.items():
-        assert found.found.quiet[name].dtype == values.dtype
-        np.testing.assert_array_equal(found.found.quiet[name], values)
+    assert list(found.diagnosis.quiet) == list(expected.diagnosis.quiet)
+    for name, values in expected.diagnosis.quiet.items():
+        assert found.diagnosis.quiet[name].dtype == values.dtype
+        np.testing.assert_array_equal(found.diagnosis.quiet[name], values)
 
 
 def test_orientation_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -143,8 +143,8 @@ def twins_schema() -> JsonSchemaValue:
     for definition in shared["$defs"].values():
         definition.pop("required", None)
     for kind in (LighthouseTwin, NetworkTwin):
-        own = shared["$defs"][kind.__name__]["properties"]
-        own["like"] = {"type": "string", "description": "Twin whose keys are inherited."}
+        properties = shared["$defs"][kind.__name__]["properties"]
+        properties["like"] = {"type": "string", "description": "Twin whose keys are inherited."}
     factory = shared["$defs"]["StationTwin"]["properties"]["factory"]
     factory["anyOf"].append({"type": "string"})
     named = {"type": "object", "additionalProperties": {}}
@@ -167,9 +167,9 @@ def twins_schema() -> JsonSchemaValue:
 
 def schemas() -> dict[str, str]:
     """Files of workflow/schemas."""
-    made = {"config": Settings.model_json_schema(), "twins": twins_schema()}
+    by_name = {"config": Settings.model_json_schema(), "twins": twins_schema()}
     start = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    plain = {name: _plain(start | schema) for name, schema in made.items()}
+    plain = {name: _plain(start | schema) for name, schema in by_name.items()}
     return {
         f"{name}.schema.json": json.dumps(schema, ensure_ascii=False, indent=1) + "\n"
         for name, schema in plain.items()

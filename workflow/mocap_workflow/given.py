@@ -43,17 +43,17 @@ def _stamp(path: Path) -> list[int]:
     """What changes with a file, as far as its folder shows: size, number, times of the data and of
     the entry (ns); empty where there is none."""
     try:
-        found = path.stat()
+        status = path.stat()
     except (OSError, ValueError):
         return []
-    return [found.st_size, found.st_ino, found.st_mtime_ns, found.st_ctime_ns]
+    return [status.st_size, status.st_ino, status.st_mtime_ns, status.st_ctime_ns]
 
 
 def _read(record: Path) -> dict[str, list[Any]]:
     """What an earlier run wrote, or nothing where that is damaged."""
     try:
-        found = json.loads(record.read_text(encoding="utf-8"))
-        whole = all(isinstance(value, list) and len(value) == 5 for value in found.values())
+        stamps = json.loads(record.read_text(encoding="utf-8"))
+        whole = all(isinstance(value, list) and len(value) == 5 for value in stamps.values())
     except (OSError, ValueError, AttributeError):
         return {}
-    return found if whole else {}
+    return stamps if whole else {}

@@ -251,15 +251,15 @@ class RecordingRow(SheetRow):
             return ()
         if any(path.startswith(SIMULATE) for path in paths):
             raise Unfit(f"files, or {SIMULATE}<twin> by itself")
-        found, wrong = [], []
+        checked, wrong = [], []
         for path in paths:
             try:  # a folder is one refused recording; the others are computed all the same
-                found.append(existing(path, info, any_kind=True))
+                checked.append(existing(path, info, any_kind=True))
             except Unfit as one:
                 wrong.append(one)
         if wrong:
             raise unfit(wrong)
-        return tuple(found)
+        return tuple(checked)
 
     @field_validator("markers")
     @classmethod

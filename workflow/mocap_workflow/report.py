@@ -40,8 +40,8 @@ def entry(path: str) -> dict[str, object]:
     """
     with Path(path).open(encoding="utf-8") as stream:
         title = next((line[2:].strip() for line in stream if line.startswith("# ")), path)
-    found = TITLE.fullmatch(title)
-    whose, item, shows = found.group("whose", "item", "shows") if found else (None, None, title)
+    match = TITLE.fullmatch(title)
+    whose, item, shows = match.group("whose", "item", "shows") if match else (None, None, title)
     category, kind = PLACES.get(whose or "", ("4 Groups", "table"))
     subcategory = None if whose in PLACES else whose
     labels = {"result": f"{item or kind}: {shows}"}

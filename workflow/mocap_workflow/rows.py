@@ -22,8 +22,8 @@ from mocap_metrology.common.faults import (
     Unfit,
     Unmatched,
     misfits,
+    quoted,
     shortened,
-    shown,
     unknown,
 )
 from mocap_metrology.common.paths import DRIVE, exists, is_file, of_windows
@@ -217,7 +217,7 @@ def load(kind: type[OfSheet], path: str | None, twins: Collection[str]) -> dict[
         try:
             rows[name] = kind.model_validate(line.cells, context=place)
         except pydantic.ValidationError as error:
-            whose = f" ({kind.KIND} {shown(name)})" if name else ""
+            whose = f" ({kind.KIND} {quoted(name)})" if name else ""
             faults += _lines(error, columns, f"{path}, row {line.number}{whose}", line.cells)
     if faults:
         raise Faults(faults)
@@ -235,10 +235,10 @@ def _lines(
 ) -> list[str]:
     """A line for each wrong cell: first of those that do not look as they should."""
     causes = ((str(one.loc[0]), one.cause) for one in misfits(error))
-    found = [(column, cause) for column, cause in causes if isinstance(cause, Unfit)]
-    found.sort(key=lambda one: (not isinstance(one[1], Unmatched), columns.index(one[0])))
+    unfit_cells = [(column, cause) for column, cause in causes if isinstance(cause, Unfit)]
+    unfit_cells.sort(key=lambda one: (not isinstance(one[1], Unmatched), columns.index(one[0])))
     return [
-        f"{where}, column {column}: {shown(value)}; expected {unfit.expected}"
-        for column, unfit in found
+        f"{where}, column {column}: {quoted(value)}; expected {unfit.expected}"
+        for column, unfit in unfit_cells
         for value in [cells[column] if unfit.value is None else unfit.value]
     ]

@@ -107,8 +107,8 @@ def having(column: str) -> Callable[[Iterable[OfSheet]], list[OfSheet]]:
 
 def with_place(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
     """Recordings whose place in the volume has a name; none if it is the same for all."""
-    found = [row for row in rows if row.place]
-    return found if len({row.place for row in found}) > 1 else []
+    placed = [row for row in rows if row.place]
+    return placed if len({row.place for row in placed}) > 1 else []
 
 
 def with_points(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
@@ -128,8 +128,8 @@ def subsets(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
 
 def scaled(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
     """All of them, if two are of one camera type and different numbers of cameras."""
-    found = {(row.camera_type, row.n_cameras) for row in rows if row.n_cameras}
-    return rows if len(found) > len({kind for kind, _ in found}) else []
+    kinds = {(row.camera_type, row.n_cameras) for row in rows if row.n_cameras}
+    return rows if len(kinds) > len({kind for kind, _ in kinds}) else []
 
 
 def references(rows: Iterable[RecordingRow], others: Sequence[RecordingRow]) -> list[RecordingRow]:
@@ -141,8 +141,8 @@ def with_and_without_failing(rows: Sequence[RecordingRow]) -> list[RecordingRow]
     """The first paper's ten Vantage cameras, of which one failed, and the others without it."""
     first_of = {subset(row): row for row in reversed(rows)}
     pair = [first_of.get(("Vantage", count)) for count in (10, 9)]
-    found = [row for row in pair if row]
-    return found if len(found) == len(pair) else []
+    both = [row for row in pair if row]
+    return both if len(both) == len(pair) else []
 
 
 def full_sets(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
@@ -158,13 +158,13 @@ def full_sets(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
 
 def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
     """Twins made from the row of the first paper's tables for their recording."""
-    found = []
+    chosen = []
     for row in rows:
         twin = twins[row.twin] if row.twin else None
         source = twin.published if isinstance(twin, Twin) else None
         if source and (source.camera_type, source.n_cameras) == subset(row):
-            found.append(row)
-    return found
+            chosen.append(row)
+    return chosen
 
 
 def on_its_date(twin: AnyTwin | CalibrationTwin, row: SheetRow) -> AnyTwin | CalibrationTwin:
@@ -190,26 +190,26 @@ def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:
 def pairs(rows: Sequence[RecordingRow], accepted: Iterable[str]) -> list[tuple[str, str]]:
     """(recording, reference): the one named by `compare_with`, else the one before by date, of the
     same cameras and markers. Recordings of one moment are subsets of one take, and not compared."""
-    known, found = set(accepted), []
+    known, compared = set(accepted), []
     for row in rows:
         reference = row.compare_with
         if reference is None and row.date:
             earlier = [r for r in _dated_alike(rows, row) if _date(r) < row.date]
             reference = max(earlier, key=_date).recording if earlier else None
         if reference in known:
-            found.append((row.recording, reference))
-    return found
+            compared.append((row.recording, reference))
+    return compared
 
 
 def series_over_dates(rows: Sequence[RecordingRow]) -> list[list[str]]:
     """Recordings of the same cameras and markers on three days or more, in order of date."""
-    found: list[list[str]] = []
+    series: list[list[str]] = []
     for row in rows:
-        own = sorted(_dated_alike(rows, row), key=_date)
-        names = [r.recording for r in own]
-        if row.date and len({_date(r)[:10] for r in own}) >= 3 and names not in found:
-            found.append(names)
-    return found
+        alike = sorted(_dated_alike(rows, row), key=_date)
+        names = [r.recording for r in alike]
+        if row.date and len({_date(r)[:10] for r in alike}) >= 3 and names not in series:
+            series.append(names)
+    return series
 
 
 def _date(row: RecordingRow) -> str:
@@ -225,17 +225,19 @@ def _dated_alike(rows: Sequence[RecordingRow], row: RecordingRow) -> list[Record
 def takes(rows: Sequence[RecordingRow]) -> list[list[str]]:
     """Recordings of one camera type, date and set of markers, where one has all cameras of another
     and more; those without such a partner are left out."""
-    found: dict[tuple[str, str | None, tuple[str, ...]], list[RecordingRow]] = {}
+    by_take: dict[tuple[str, str | None, tuple[str, ...]], list[RecordingRow]] = {}
     for row in rows:
-        found.setdefault((row.camera_type, row.date, row.markers), []).append(row)
-    nested = [[row.recording for row in take if _has_partner(row, take)] for take in found.values()]
+        by_take.setdefault((row.camera_type, row.date, row.markers), []).append(row)
+    nested = [
+        [row.recording for row in take if _has_partner(row, take)] for take in by_take.values()
+    ]
     return [names for names in nested if names]
 
 
 def _has_partner(row: RecordingRow, take: Sequence[RecordingRow]) -> bool:
-    own = frozenset(row.camera_ids)
+    cameras = frozenset(row.camera_ids)
     others = [frozenset(other.camera_ids) for other in take]
-    return any(other and own and (own < other or other < own) for other in others)
+    return any(other and cameras and (cameras < other or other < cameras) for other in others)
 
 
 # Calibrations.
@@ -283,12 +285,12 @@ def files(row: RecordingRow | CalibrationRow) -> list[str]:
 def batches(rows: Iterable[CalibrationRow]) -> list[list[CalibrationRow]]:
     """Twins that one job simulates and calibrates: those of a setup together, but for what is
     compared or tracked with another, perhaps of the same setup."""
-    found: dict[tuple[str, ...], list[CalibrationRow]] = {}
+    by_setup: dict[tuple[str, ...], list[CalibrationRow]] = {}
     for row in rows:
         if row.twin:
             single = (row.name,) if row.check_against or row.tracked_with else ()
-            found.setdefault((row.group, row.setup, *single), []).append(row)
-    return list(found.values())
+            by_setup.setdefault((row.group, row.setup, *single), []).append(row)
+    return list(by_setup.values())
 
 
 def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
@@ -312,9 +314,9 @@ def setups(rows: Iterable[CalibrationRow]) -> list[tuple[str, str, str]]:
     for row in rows:
         sources.setdefault((row.group, row.setup), []).append(row.source)
     return [
-        (*of, "twin" if "twin" in found else "measured")
-        for of, found in sources.items()
-        if len(found) > 1
+        (*of, "twin" if "twin" in kinds else "measured")
+        for of, kinds in sources.items()
+        if len(kinds) > 1
     ]
 
 

@@ -36,9 +36,9 @@ def located(value: str | None, root: Path) -> str | None:
 
 def check_python(path: str) -> None:
     """Refuse a Python whose path Snakemake (9.27), which does not quote it, cannot start."""
-    if found := OF_THE_SHELL.search(path):
+    if sign := OF_THE_SHELL.search(path):
         expected = "a folder of the project without blanks and other signs of the shell"
-        raise Faults([f"{path}: {found[0]!r} in the path of Python; expected {expected}"])
+        raise Faults([f"{path}: {sign[0]!r} in the path of Python; expected {expected}"])
 
 
 def check_files(paths: Iterable[str | Path]) -> None:
@@ -75,9 +75,9 @@ def sheets(
 ) -> tuple[dict[str, RecordingRow], dict[str, CalibrationRow]]:
     """Recordings and calibrations by name; the faults of both sheets come together."""
     kinds = {"recordings": RecordingRow, "calibrations": CalibrationRow}
-    found, faults = _all(lambda name: rows.load(kinds[name], config[name], twins), kinds)
-    recordings = found.get("recordings", {})
-    calibrations = found.get("calibrations", {})
+    by_sheet, faults = _all(lambda name: rows.load(kinds[name], config[name], twins), kinds)
+    recordings = by_sheet.get("recordings", {})
+    calibrations = by_sheet.get("calibrations", {})
     faults += _between_rows(calibrations)
     faults += _spelled_otherwise([*recordings.values(), *calibrations.values()])
     if faults:
@@ -197,8 +197,8 @@ def _unlike_twins(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]
         twin = twins.get(row.twin or "")
         cameras_of_row = set(row.camera_ids)
         if isinstance(twin, TakeTwin) and cameras_of_row not in (set(), set(twin.camera_ids)):
-            shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, twin.camera_ids))
-            expected = f"those of its twin {row.twin}, {own}"
+            shown, allowed = (";".join(map(str, ids)) for ids in (row.camera_ids, twin.camera_ids))
+            expected = f"those of its twin {row.twin}, {allowed}"
             cameras.append(_wrong("recording", name, "camera_ids", shown, expected))
         if not row.date and getattr(twin, "days", None):
             expected = f"a date, as twin {row.twin} has days"

@@ -12,7 +12,7 @@ with step(snakemake) as log:
     from mocap_metrology.recording.bar import write_bar
     from mocap_metrology.settings import Settings
 
-    given, path = snakemake.params, Path(snakemake.input.take)
-    document = write_bar(path.parent, Settings(**given.settings))
-    write_json(snakemake.output.verdict, given.row | verdict_of_bar(document))
+    params, path = snakemake.params, Path(snakemake.input.take)
+    document = write_bar(path.parent, Settings(**params.settings))
+    write_json(snakemake.output.verdict, params.row | verdict_of_bar(document))
     log.info("%s", "\n".join(bar_lines(document)))

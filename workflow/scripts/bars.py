@@ -11,12 +11,12 @@ with step(snakemake) as log:
     from mocap_metrology.recording.bar import write_group, write_statement
     from mocap_metrology.settings import Settings
 
-    given, output = snakemake.input, snakemake.output
-    read = (given.verdicts, given.monitors, given.points)
+    inputs, output = snakemake.input, snakemake.output
+    read = (inputs.verdicts, inputs.monitors, inputs.points)
     still, monitors, points = (list(map(read_json, paths)) for paths in read)
     settings, group = Settings(**snakemake.params.settings), snakemake.wildcards.group
-    bar = write_group(group, given.takes, still, settings, Path(output.json), Path(output.svg))
+    bar = write_group(group, inputs.takes, still, settings, Path(output.json), Path(output.svg))
     known = known_of(bar.pair, monitors, points[0] if points else None)
-    found = Path(output.statement_json), Path(output.statement_pdf)
-    write_statement(group, bar, known, *found)
-    log.info("%d takes", len(given.takes))
+    statement = Path(output.statement_json), Path(output.statement_pdf)
+    write_statement(group, bar, known, *statement)
+    log.info("%d takes", len(inputs.takes))

@@ -8,16 +8,16 @@ with step(snakemake) as log:
     from mocap_metrology.calibration.sweeps import Entry
     from mocap_metrology.settings import Bar, Lighthouse
 
-    given, files = snakemake.params, dict(snakemake.input.items())
-    other = Entry(**given.other) if "other_dump" in files else None
-    settings, limits = Lighthouse(**given.lighthouse), Bar(**given.limits)
-    found = bar(
-        Entry(**given.row),
-        BarEntry(**given.bar),
+    params, files = snakemake.params, dict(snakemake.input.items())
+    other = Entry(**params.other) if "other_dump" in files else None
+    settings, limits = Lighthouse(**params.lighthouse), Bar(**params.limits)
+    document = bar(
+        Entry(**params.row),
+        BarEntry(**params.bar),
         files,
         settings,
         limits,
         dict(snakemake.output.items()),
         other,
     )
-    log.info("%s", found.get("refused") or found["reason"])
+    log.info("%s", document.get("refused") or document["reason"])

@@ -15,22 +15,22 @@ with step(snakemake) as log:
     from mocap_metrology.present.plot.figure import Texts, save
     from mocap_metrology.present.text import captions
 
-    given, settings, group = snakemake.params, snakemake.params.cameras, snakemake.wildcards.group
-    of = {row["recording"]: row for row in given.rows}
+    params, settings, group = snakemake.params, snakemake.params.cameras, snakemake.wildcards.group
+    of = {row["recording"]: row for row in params.rows}
     raw, covariance, coefficients = (
         dict(zip(of, snakemake.input[kind], strict=True)) for kind in ("raw", "covariance", "noise")
     )
     rows, laws, sigma, origins = [], [], {}, {}
-    for take in given.takes:
+    for take in params.takes:
         ids = {name: of[name]["camera_ids"] for name in take}
         paths = {name: Path(raw[name]) for name in take}
-        files = Take(paths, given.mask_sigma, given.half_window_s)
+        files = Take(paths, params.mask_sigma, params.half_window_s)
         origins |= files.origins
         levels = {name: one_frame(pd.read_csv(covariance[name])) for name in take}
         noise = {name: read_noise(coefficients[name]) for name in take}
         kind = of[take[0]]["camera_type"]
-        found = take_rows(kind, ids, files, levels, noise, settings["rise"], log)
-        rows, laws = rows + found[0], laws + found[1]
+        rows_of_take = take_rows(kind, ids, files, levels, noise, settings["rise"], log)
+        rows, laws = rows + rows_of_take[0], laws + rows_of_take[1]
         sigma.setdefault(kind, {}).update(levels_of(ids, levels))
     source, remarks = tables.sources_of(origins)
     title = f"{group}: noise with each camera added"

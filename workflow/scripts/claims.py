@@ -24,10 +24,10 @@ with step(snakemake) as log:
     from mocap_metrology.present import claims, tables
     from mocap_metrology.recording.results import Table
 
-    given, files = snakemake.params, snakemake.input
+    params, files = snakemake.params, snakemake.input
 
     def of_subsets(paths, read):
-        keys = [(row["camera_type"], row["n_cameras"]) for row in given.recordings]
+        keys = [(row["camera_type"], row["n_cameras"]) for row in params.recordings]
         return {key: read(path) for key, path in zip(keys, paths, strict=True)}
 
     def truth_of(path):
@@ -35,11 +35,11 @@ with step(snakemake) as log:
         return np.array(truth["R"]), np.array(truth["t_m"]), truth["twin"]["motion"]
 
     study = calibrations = shock = None
-    of_repaired = zip(given.repaired, files.repaired, strict=True)
+    of_repaired = zip(params.repaired, files.repaired, strict=True)
     for path in files.shocked:
         cleaned = Table.open(path)
         shock = shock_effect(dict(cleaned.with_distances()), cleaned.origin["frame_rate_hz"])
-    if given.recordings:
+    if params.recordings:
         study = Regenerated(
             of_subsets(files.allan, lambda path: read_table(path)[0]),
             of_subsets(files.noise, read_noise),
@@ -47,12 +47,12 @@ with step(snakemake) as log:
             shock,
             {row["recording"]: read_noise(path) for row, path in of_repaired},
         )
-    if given.calibrations:
-        records = records_of(given.calibrations, files.poses)
+    if params.calibrations:
+        records = records_of(params.calibrations, files.poses)
         motion = {
-            name: truth_of(path)[2] for name, path in zip(given.moved, files.truth, strict=True)
+            name: truth_of(path)[2] for name, path in zip(params.moved, files.truth, strict=True)
         }
-        found = {}
+        by_way = {}
         of_first = zip(files.sweeps, files.boards, files.truth_of_first, strict=True)
         seconds = math.nan
         for sweeps, board, truth in of_first:
@@ -64,15 +64,15 @@ with step(snakemake) as log:
                 seconds = time.perf_counter() - begun
             R, t_m, _ = truth_of(truth)
             for way, error in reconstruction_errors(hits, read_board(board), R, t_m).items():
-                found.setdefault(way, []).append(error)
-        ways = {way: np.array(errors) for way, errors in found.items()}
+                by_way.setdefault(way, []).append(error)
+        ways = {way: np.array(errors) for way, errors in by_way.items()}
         calibrations = Calibrations(records, motion, ways, seconds)
-    kinds = sorted({row["source"] for row in given.recordings})
+    kinds = sorted({row["source"] for row in params.recordings})
     sources = " and ".join(kinds), source_of(calibrations.records) if calibrations else ""
-    cleaning, moments = cleaning_of(given.hampel), {}
-    for row in given.recordings:
-        if (name := row["recording"]) in given.twins:
-            drawn = realisations(given.twins[name], REPEATS, cleaning, SLOW_SAMPLES)
+    cleaning, moments = cleaning_of(params.hampel), {}
+    for row in params.recordings:
+        if (name := row["recording"]) in params.twins:
+            drawn = realisations(params.twins[name], REPEATS, cleaning, SLOW_SAMPLES)
             moments[row["camera_type"], row["n_cameras"]] = drawn
     rows = claims.claim_rows(decisions(study, calibrations, sources, moments))
     text = claims.claims_markdown(rows)

@@ -9,16 +9,16 @@ with step(snakemake):
     from mocap_metrology.recording.clean import Entry, clean, refuse
     from mocap_metrology.settings import Settings
 
-    given, folder = snakemake.params, Path(snakemake.output.clean).parent
-    origin, settings = dict(given.origin), Settings(**given.settings)
+    params, folder = snakemake.params, Path(snakemake.output.clean).parent
+    origin, settings = dict(params.origin), Settings(**params.settings)
     if origin["twin"]:
         from mocap_metrology.recording.clean import simulated
 
-        (twin,) = given.twin.values()
+        (twin,) = params.twin.values()
         with simulated(twin, settings.seed, folder) as path:
-            clean(Entry([str(path)], **given.entry), origin, settings, folder)
+            clean(Entry([str(path)], **params.entry), origin, settings, folder)
     else:
-        entry = Entry(list(snakemake.input), **given.entry)
+        entry = Entry(list(snakemake.input), **params.entry)
         try:
             clean(entry, origin, settings, folder)
         except Exception as error:

@@ -13,13 +13,13 @@ with step(snakemake) as log:
 
     settings, pairs = snakemake.params.compare, snakemake.params.pairs
     files = zip(pairs, snakemake.input.new, snakemake.input.old, strict=True)
-    found, rows, origins = [], [], {}
+    comparisons, rows, origins = [], [], {}
     for pair, *paths in files:
-        (new, made), (old, made_old) = map(read_table, paths)
-        found.append(Comparison(*pair, new, old))
-        origins |= dict(zip(pair, (made, made_old), strict=True))
+        (new, new_origin), (old, made_old) = map(read_table, paths)
+        comparisons.append(Comparison(*pair, new, old))
+        origins |= dict(zip(pair, (new_origin, made_old), strict=True))
         coarse = coarse_steps(old, made_old["resolution_mm"])
-        coarse |= coarse_steps(new, made["resolution_mm"])
+        coarse |= coarse_steps(new, new_origin["resolution_mm"])
         rows += compare_rows(*pair, new, old, **settings, coarse=coarse)
     source, remarks = sources_of(origins)
     title = f"{snakemake.wildcards.group}: comparison with the reference"
@@ -30,7 +30,7 @@ with step(snakemake) as log:
     of = dict(zip(recordings, words, strict=True))
     write_json(snakemake.output.json, {"words": words, "recordings": of})
     texts = Texts(title, source, remarks)
-    picture = compare_figure(found, settings["margin"], settings["confidence"], texts)
+    picture = compare_figure(comparisons, settings["margin"], settings["confidence"], texts)
     save(picture, snakemake.output.svg)
     for word in words:
         log.info("%s", word)

@@ -18,19 +18,19 @@ with step(snakemake) as log:
     from mocap_metrology.noise.twins.published import published_row
     from mocap_metrology.settings import Settings
 
-    given = snakemake.params
+    params = snakemake.params
     for path in snakemake.output:
         recording = Path(path).parent.name
-        subset, twin = given.subsets[recording], given.twins[recording]
+        subset, twin = params.subsets[recording], params.twins[recording]
         rate = twin.frame_rate_hz
         n = round(twin.duration_s * rate)
-        settings = fit.NoiseSettings.of(Settings(**given.settings), rate, subset=subset)
+        settings = fit.NoiseSettings.of(Settings(**params.settings), rate, subset=subset)
         m = settings.averaging_factors(n)
         table = []
         for name, model in published_row(*subset).items():
-            model = replace(model, form=given.forms[recording])
-            found = fit.expected_estimate(model, m, n, rate, settings, name)
+            model = replace(model, form=params.forms[recording])
+            estimate = fit.expected_estimate(model, m, n, rate, settings, name)
             table += estimates.rows(name, fit.published_estimate(model, n, rate))
-            table += estimates.rows(name, found)
-            log.info("%s %s: cost %.6g %s", recording, name, found.cost, found.note)
+            table += estimates.rows(name, estimate)
+            log.info("%s %s: cost %.6g %s", recording, name, estimate.cost, estimate.note)
         write_csv(path, table)

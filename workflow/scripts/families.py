@@ -16,15 +16,15 @@ with step(snakemake) as log:
     )
     from mocap_metrology.present.plot.figure import Texts, save
 
-    given, group = snakemake.input, snakemake.wildcards.group
+    inputs, group = snakemake.input, snakemake.wildcards.group
     rows = {row["recording"]: row for row in snakemake.params.rows}
     family = family_of(rows)
-    allan = {name: read_table(path) for name, path in zip(rows, given.allan, strict=True)}
+    allan = {name: read_table(path) for name, path in zip(rows, inputs.allan, strict=True)}
     texts = tables.sources_of({name: origin for name, (_, origin) in allan.items()})
-    noise = {name: read_noise(path) for name, path in zip(rows, given.noise, strict=True)}
+    noise = {name: read_noise(path) for name, path in zip(rows, inputs.noise, strict=True)}
     series = {name: list(dict.fromkeys(row["series"] for row in of)) for name, of in noise.items()}
     confidence = next(iter(allan.values()))[1]["allan"]["confidence"]
-    columns = {name: found[0] for name, found in allan.items()}
+    columns = {name: table[0] for name, table in allan.items()}
     adev, laws, correlated = (
         Texts(f"{group}: {title}", *texts)
         for title in ("Allan deviation", "power-law noise", "correlated noise")

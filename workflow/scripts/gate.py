@@ -11,8 +11,10 @@ with step(snakemake, prefix="") as log:
     results = list(map(Path, dict.fromkeys(snakemake.input.results)))
     verdicts = [path for path in results if path.name == "verdict.json"]
     for path in verdicts if len(verdicts) <= 10 else ():  # more are in the tables
-        found = read_json(path)
-        log.log(RESULT, "recording %s is %s: %s", path.parent.name, found["word"], found["reason"])
+        document = read_json(path)
+        log.log(
+            RESULT, "recording %s is %s: %s", path.parent.name, document["word"], document["reason"]
+        )
     for path in results:
         if path.name.endswith("_compare.json"):
             for words in read_json(path)["words"]:
@@ -20,10 +22,10 @@ with step(snakemake, prefix="") as log:
     refused = []  # reported last
     for path in results:
         if path.name == "monitor.json":
-            found = read_json(path)
-            log.log(RESULT, "%s", found["line"])
-            named = [f"{one['recording']}: {one['why']}" for one in found["left_out"]]
-            refused += [f"monitor {found['monitor']}, recording {words}" for words in named]
+            document = read_json(path)
+            log.log(RESULT, "%s", document["line"])
+            named = [f"{one['recording']}: {one['why']}" for one in document["left_out"]]
+            refused += [f"monitor {document['monitor']}, recording {words}" for words in named]
     for path in map(Path, snakemake.input.checks):
         check = read_json(path)
         what = f"{path.parent.parent.name.removesuffix('s')} {path.parent.name}"

@@ -13,8 +13,8 @@ with step(snakemake) as log:
     from mocap_metrology.present.verdict import words
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
-    found = list(map(read_json, snakemake.input.verdicts))
-    lengths = {one["recording"]: one["duration_s"] for one in found}
+    verdicts = list(map(read_json, snakemake.input.verdicts))
+    lengths = {one["recording"]: one["duration_s"] for one in verdicts}
     of_rows = {row["recording"]: row for row in rows}
     sentence = " ".join(tables.sources(of_rows, lengths, paper=False))
     stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
@@ -23,7 +23,7 @@ with step(snakemake) as log:
         tables.write(f"{stem}_{kind}", rows, f"{group}: {title}", f"{caption} {sentence}")
 
     write("subsets", group_tables.subsets(rows), "recordings and cameras", group_tables.SUBSETS)
-    summary = list(map(words.summary_row, found))
+    summary = list(map(words.summary_row, verdicts))
     write("summary", summary, "verdicts", captions.SUMMARY_TABLE)
     write_json(snakemake.output.multiqc, multiqc(group, summary))
     log.info("%s: %d recordings", group, len(rows))

@@ -15,8 +15,8 @@ with step(snakemake) as log:
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.tables import source_sentence, write_with
 
-    given, results = snakemake.input, Path(snakemake.output[0]).parents[1]
-    records = records_of(snakemake.params.rows, given.every)
+    inputs, results = snakemake.input, Path(snakemake.output[0]).parents[1]
+    records = records_of(snakemake.params.rows, inputs.every)
     note = source_sentence({record["calibration"]: record["source"] for record in records})
     for number in (1, 2, 3):
         rows = jansen_table_3(records) if number == 3 else jansen_table(number, records)
@@ -24,9 +24,9 @@ with step(snakemake) as log:
         write_with(results / f"tables/jansen_table{number}", rows, text)
         log.info("Table %d: %d rows", number, len(rows))
     (row,) = snakemake.params.example
-    files = {key: given[key][0] for key in ("pose", "poses", "sweeps", "stations", "board")}
+    files = {key: inputs[key][0] for key in ("pose", "poses", "sweeps", "stations", "board")}
     calibration = read_calibration(files, row["calibration"], row["twin"])
-    pulses, _ = read_table(given.pulses[0], ["start_s", "length_us", "diode"])
+    pulses, _ = read_table(inputs.pulses[0], ["start_s", "length_us", "diode"])
     for number, figure in jansen_figures(calibration, pulses).items():
         save(figure, results / f"figures/jansen_fig{number:02d}")
         log.info("Figure %d", number)

@@ -9,9 +9,11 @@ with step(snakemake) as log:
     from mocap_metrology.recording.monitor import monitor, read_take
     from mocap_metrology.settings import Settings
 
-    given, folder = snakemake.params, Path(snakemake.output.json).parent
+    params, folder = snakemake.params, Path(snakemake.output.json).parent
     paths = map(Path, snakemake.input.takes)
-    takes = {name: read_take(path.parent) for name, path in zip(given.takes, paths, strict=True)}
-    rows = [Row(**row) for row in given.rows]
-    found = monitor(snakemake.wildcards.monitor, rows, takes, Settings(**given.settings), folder)
-    log.info("%s", found["line"])
+    takes = {name: read_take(path.parent) for name, path in zip(params.takes, paths, strict=True)}
+    rows = [Row(**row) for row in params.rows]
+    document = monitor(
+        snakemake.wildcards.monitor, rows, takes, Settings(**params.settings), folder
+    )
+    log.info("%s", document["line"])

@@ -10,5 +10,5 @@ with step(snakemake) as log:
     from mocap_metrology.settings import Settings
 
     folder = Path(snakemake.output.json).parent
-    found = write_take(Results(folder), Settings(**snakemake.params.settings))
-    log.info("%s", found["take"])
+    document = write_take(Results(folder), Settings(**snakemake.params.settings))
+    log.info("%s", document["take"])

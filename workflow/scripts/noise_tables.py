@@ -41,8 +41,8 @@ with step(snakemake):
         expected = tables.read(path)["series"].tolist()
         summary += allan_summary(name, source[name], allan[name][0], expected)
     write("allan", summary, "Allan deviations", captions.ALLAN_TABLE)
-    found = dict(zip(source, map(read_noise, snakemake.input.noise), strict=True))
-    noise = group_tables.noise_table(found, source)
+    coefficients = dict(zip(source, map(read_noise, snakemake.input.noise), strict=True))
+    noise = group_tables.noise_table(coefficients, source)
     caption = f"{group_tables.CAPTION} {sentence}"
     text = group_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)
     tables.write_with(f"{stem}_noise", noise, text, group_tables.COLUMNS)

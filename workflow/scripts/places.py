@@ -21,12 +21,12 @@ with step(snakemake) as log:
         for name, path in zip(names, snakemake.input.clean, strict=True)
     }
     try:
-        found = places_rows(rows, allan, means)
+        of_places = places_rows(rows, allan, means)
     except Refusal as refusal:
         log.warning("%s", refusal)
-        found = [{"note": str(refusal)}]
+        of_places = [{"note": str(refusal)}]
     caption = f"{captions.PLACES_TABLE} {tables.source_sentence(snakemake.params.sources)}"
     if len({tuple(row["markers"]) for row in rows}) > 1:
         caption += " Markers differ from place to place, so their own noise may, too."
-    tables.write(snakemake.output.csv, found, f"{group}: noise by place", caption)
-    log.info("%d rows", len(found))
+    tables.write(snakemake.output.csv, of_places, f"{group}: noise by place", caption)
+    log.info("%d rows", len(of_places))

@@ -9,20 +9,20 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import write_json
     from mocap_metrology.present import tables
     from mocap_metrology.present.plot.figure import Texts, save, styled, words_picture
-    from mocap_metrology.recording.points import seen, write_points
+    from mocap_metrology.recording.points import first_marker, write_points
 
-    given, output, rows = snakemake.input, snakemake.output, snakemake.params.rows
-    group, files = snakemake.wildcards.group, iter(given.files)
+    inputs, output, rows = snakemake.input, snakemake.output, snakemake.params.rows
+    group, files = snakemake.wildcards.group, iter(inputs.files)
     try:
-        if len(given.reference) > 1:
-            names = ", ".join(Path(path).name for path in given.reference)
+        if len(inputs.reference) > 1:
+            names = ", ".join(Path(path).name for path in inputs.reference)
             raise Refusal(f"{group}: references {names}; expected one file for all rows of a group")
         recorded = [
-            seen(path, [next(files) for _ in row["paths"]], row)
-            for path, row in zip(given.clean, rows, strict=True)
+            first_marker(path, [next(files) for _ in row["paths"]], row)
+            for path, row in zip(inputs.clean, rows, strict=True)
         ]
-        found = Path(output.json), Path(output.svg)
-        write_points(group, rows, recorded, given.reference[0], *found)
+        paths = Path(output.json), Path(output.svg)
+        write_points(group, rows, recorded, inputs.reference[0], *paths)
     except Refusal as refusal:
         log.warning("%s", refusal)
         title = f"{group}: reference points"

@@ -12,10 +12,10 @@ with step(snakemake):
     from mocap_metrology.calibration.tables import DECODED
     from mocap_metrology.settings import Allan, Lighthouse
 
-    given, folder = snakemake.params, Path(snakemake.output.pose).parent
-    settings, allan = Lighthouse(**given.lighthouse), Allan(**given.allan)
+    params, folder = snakemake.params, Path(snakemake.output.pose).parent
+    settings, allan = Lighthouse(**params.lighthouse), Allan(**params.allan)
     files = dict(snakemake.input.items())
     folders = [Path(path).parent for path in files.pop("beside", [])]
-    beside = [(Entry(**given.beside[one.name]), paths_in(DECODED, one)) for one in folders]
-    pose(Entry(**given.row), files, settings, allan, folder, beside=beside)
-    draw(folder, given.row["calibration"], None)
+    beside = [(Entry(**params.beside[one.name]), paths_in(DECODED, one)) for one in folders]
+    pose(Entry(**params.row), files, settings, allan, folder, beside=beside)
+    draw(folder, params.row["calibration"], None)

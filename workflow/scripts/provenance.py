@@ -11,16 +11,16 @@ with step(snakemake) as log:
     from mocap_metrology.common import files
     from mocap_metrology.present.pages import details
 
-    given, params = snakemake.input, snakemake.params
+    sources_of, params = snakemake.input, snakemake.params
 
     def commit():
         """Of the repository the scripts are in; `-dirty` when files differ from it."""
         call = ["git", "-C", snakemake.scriptdir, "describe", "--always", "--dirty", "--abbrev=40"]
         try:
-            found = subprocess.run(call, capture_output=True, text=True, timeout=60)
+            answer = subprocess.run(call, capture_output=True, text=True, timeout=60)
         except (OSError, subprocess.TimeoutExpired):
             return None
-        return found.stdout.strip() or None
+        return answer.stdout.strip() or None
 
     def files_of(path):
         """Name and SHA-256 of the files of a recording (Parquet) or calibration (JSON)."""
@@ -31,7 +31,7 @@ with step(snakemake) as log:
 
     inputs = [
         row | {"file": file, "sha256": digest}
-        for row, path in zip(params.inputs, given.origins, strict=True)
+        for row, path in zip(params.inputs, sources_of.origins, strict=True)
         for file, digest in files_of(path)
     ]
     times = {}
@@ -40,7 +40,7 @@ with step(snakemake) as log:
         step_name = path.stem if top else path.parent.name
         if (top or path.stem in params.names) and step_name not in params.pages:
             times.setdefault(step_name, []).append(path)
-    found = {
+    document = {
         "code": {
             "version": metadata.version("mocap-metrology"),
             "commit": commit(),
@@ -51,13 +51,13 @@ with step(snakemake) as log:
         "run_times": details.run_times(times),
         "tables": {
             Path(path).name: files.sha256(path)
-            for path in sorted(given.tables)
+            for path in sorted(sources_of.tables)
             if path.endswith(".csv")
         },
         "packages": dict(
             sorted({d.name.lower(): d.version for d in metadata.distributions()}.items())
         ),
     }
-    files.write_json(snakemake.output.json, found)
-    files.write_text(snakemake.output.page, details.provenance_page(found))
-    log.info("%d inputs, %d tables", len(inputs), len(found["tables"]))
+    files.write_json(snakemake.output.json, document)
+    files.write_text(snakemake.output.page, details.provenance_page(document))
+    log.info("%d inputs, %d tables", len(inputs), len(document["tables"]))

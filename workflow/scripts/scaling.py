@@ -16,9 +16,9 @@ with step(snakemake) as log:
         name: gaussian_row(path, "pair")
         for name, path in zip(rows, snakemake.input.gaussian, strict=True)
     }
-    found = spreads(rows, gaussian)
+    numbers = spreads(rows, gaussian)
     source, remarks = sources(rows, {}, paper=False)
     title = f"{group}: spread over the number of cameras"
-    picture = scaling_figure(found, Texts(title, source, f"{SCALING} {remarks}"))
+    picture = scaling_figure(numbers, Texts(title, source, f"{SCALING} {remarks}"))
     save(picture, snakemake.output[0])
-    log.info("%s: %d numbers", group, len(found))
+    log.info("%s: %d numbers", group, len(numbers))

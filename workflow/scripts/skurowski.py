@@ -9,14 +9,14 @@ with step(snakemake) as log:
     from mocap_metrology.present.skurowski.results import Recordings, pictures, write_tables
     from mocap_metrology.settings import Settings
 
-    given, results = snakemake.params, Path(snakemake.output[0]).parents[1]
+    params, results = snakemake.params, Path(snakemake.output[0]).parents[1]
     recordings = Recordings(
         results / "recordings",
-        {row["recording"]: row for row in given.rows},
-        given.twins,
+        {row["recording"]: row for row in params.rows},
+        params.twins,
         [Path(path).parent.name for path in snakemake.input.expected],
         [Path(path).parent.name for path in snakemake.input.clean],
-        Settings(**given.settings),
+        Settings(**params.settings),
     )
     for line in write_tables(recordings, results / "tables"):
         log.info("%s", line)

@@ -14,9 +14,9 @@ with step(snakemake) as log:
     from mocap_metrology.present.text import captions
     from mocap_metrology.recording.results import Table
 
-    given, files = snakemake.params, snakemake.input
-    rows = {row["recording"]: row for row in given.rows}
-    others = {row["recording"]: row for row in given.others}
+    params, files = snakemake.params, snakemake.input
+    rows = {row["recording"]: row for row in params.rows}
+    others = {row["recording"]: row for row in params.others}
     every = rows | others
     allan = dict(zip(every, map(read_table, files.allan), strict=True))
     first, origin = next(iter(allan.values()))
@@ -36,7 +36,7 @@ with step(snakemake) as log:
         quiet = (f"{other}, without a shock", columns[other]) if other else None
         chance = "is another realisation of the noise: they differ by chance. "
         source, remarks = sources(every, lengths)
-        assumed = allan_figures.ASSUMED.format(**given.crumps[0]) if given.crumps else ""
+        assumed = allan_figures.ASSUMED.format(**params.crumps[0]) if params.crumps else ""
         remarks = (
             f"Recording {next(iter(rows))}; the paper shows one of all its cameras. "
             f"{f'{other} {chance}' if other else ''}{assumed}{remarks}"
@@ -45,7 +45,7 @@ with step(snakemake) as log:
 
     def beside(figure, *shown, paper=True):
         source, remarks = sources(every, lengths, paper)
-        limits = " or ".join(f"{t:g} s" for t in dict.fromkeys(given.left_out))
+        limits = " or ".join(f"{t:g} s" for t in dict.fromkeys(params.left_out))
         guess = captions.LEFT_OUT_OF_A1.format(limits=limits) if limits else ""
         remarks = f"{filter_sentence(origin)} {remarks} {guess}".strip()
         return figure(*shown, columns, source, remarks, confidence)

@@ -83,9 +83,9 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
     with _redirected(path) as terminal:
         log = _logger(terminal, _job(snakemake) if prefix is None else prefix)
         try:
-            for given in snakemake.input:
-                if _inside(given, results):
-                    verify(given)
+            for read in snakemake.input:
+                if _inside(read, results):
+                    verify(read)
             yield log
             cost = results / "benchmarks" / path.relative_to(results / "logs")
             _write_cost(cost.with_suffix(".tsv"), time.perf_counter() - began_s)
@@ -164,16 +164,16 @@ def _redirected(path: Path) -> Iterator[int]:
     """Point file descriptors 1 and 2 at the log, so that C libraries' lines land there too."""
     sys.stdout.flush()
     sys.stderr.flush()
-    kept = os.dup(1), os.dup(2)
+    saved = os.dup(1), os.dup(2)
     handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o666)
     os.dup2(handle, 1)
     os.dup2(handle, 2)
     os.close(handle)
     try:
-        yield kept[1]
+        yield saved[1]
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
-        for number, old in enumerate(kept, start=1):
+        for number, old in enumerate(saved, start=1):
             os.dup2(old, number)
             os.close(old)

@@ -8,9 +8,9 @@ with step(snakemake):
     from mocap_metrology.calibration.sweeps import Entry, refuse, sweeps
     from mocap_metrology.settings import Lighthouse
 
-    given, folder = snakemake.params, Path(snakemake.output.check).parent
-    entry = Entry(**given.row | {"path": snakemake.input.dump})
+    params, folder = snakemake.params, Path(snakemake.output.check).parent
+    entry = Entry(**params.row | {"path": snakemake.input.dump})
     try:
-        sweeps(entry, dict(snakemake.input.items()), Lighthouse(**given.lighthouse), folder)
+        sweeps(entry, dict(snakemake.input.items()), Lighthouse(**params.lighthouse), folder)
     except Exception as error:
         refuse(refusal_of(error, snakemake, folder), folder)

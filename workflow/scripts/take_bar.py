@@ -13,18 +13,22 @@ with step(snakemake):
     from mocap_metrology.recording.clean import Entry, refused_in_sheet, simulated
     from mocap_metrology.settings import Settings
 
-    given, path = snakemake.params, Path(snakemake.output.take)
-    origin, settings, asked = dict(given.origin), Settings(**given.settings), BarEntry(**given.bar)
+    params, path = snakemake.params, Path(snakemake.output.take)
+    origin, settings, bar_row = (
+        dict(params.origin),
+        Settings(**params.settings),
+        BarEntry(**params.bar),
+    )
     if origin["twin"]:
-        (twin,) = given.twin.values()
-        with simulated(twin, settings.seed, path.parent) as made:
-            entry = Entry([str(made)], **given.entry)
-            write_take(read_bar(entry, asked, settings, origin), asked, path)
+        (twin,) = params.twin.values()
+        with simulated(twin, settings.seed, path.parent) as simulation:
+            entry = Entry([str(simulation)], **params.entry)
+            write_take(read_bar(entry, bar_row, settings, origin), bar_row, path)
     else:
-        entry = Entry(list(snakemake.input), **given.entry, sha256=given.sha256)
+        entry = Entry(list(snakemake.input), **params.entry, sha256=params.sha256)
         try:
-            reading = read_bar(entry, asked, settings, origin)
-            write_take(reading, asked, path)
+            reading = read_bar(entry, bar_row, settings, origin)
+            write_take(reading, bar_row, path)
             write_json(snakemake.output.check, reading.check)
         except Exception as error:
             refusal = refusal_of(error, snakemake, path.parent)

@@ -15,14 +15,14 @@ with step(snakemake) as log:
     tables_of = dict(zip(dates, map(read_table, snakemake.input), strict=True))
     allan = {name: columns for name, (columns, _) in tables_of.items()}
     coarse = {
-        name: coarse_steps(columns, made["resolution_mm"])
-        for name, (columns, made) in tables_of.items()
+        name: coarse_steps(columns, origin["resolution_mm"])
+        for name, (columns, origin) in tables_of.items()
     }
-    origins = {name: made for name, (_, made) in tables_of.items()}
+    origins = {name: origin for name, (_, origin) in tables_of.items()}
     source, remarks = sources_of(origins)
     rows, title = [], f"{snakemake.wildcards.group}: change over dates"
     for names in snakemake.params.series_over_dates:
-        found = trend_rows(
+        trends = trend_rows(
             names,
             [dates[name] for name in names],
             {name: allan[name] for name in names},
@@ -32,8 +32,8 @@ with step(snakemake) as log:
         )
         if not rows:  # the first cameras of the sheet; others are in the table
             said = f"Recordings of the same cameras: {', '.join(names)}. {remarks}"
-            of_names = [dates[name] for name in names], allan, found, Texts(title, source, said)
+            of_names = [dates[name] for name in names], allan, trends, Texts(title, source, said)
             save(trend_figure(names, *of_names), snakemake.output.svg)
-        rows += [{"first": names[0], "last": names[-1], **row} for row in found]
+        rows += [{"first": names[0], "last": names[-1], **row} for row in trends]
     tables.write(snakemake.output.csv, rows, title, f"{captions.TREND_TABLE} {source} {remarks}")
     log.info("%d rows", len(rows))

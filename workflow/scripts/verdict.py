@@ -12,18 +12,18 @@ with step(snakemake) as log:
     from mocap_metrology.recording.verdict import diagnose, verdict
     from mocap_metrology.settings import Settings
 
-    given = snakemake.params
-    results = Results(Path(snakemake.output.json).parent, given.png)
-    settings = Settings(**given.settings)
+    params = snakemake.params
+    results = Results(Path(snakemake.output.json).parent, params.png)
+    settings = Settings(**params.settings)
     diagnosis = diagnose(results, settings)
     for one in diagnosis.sentences:
         log.info("%s: %s: %s", one.severity, one.kind, one.words)
     figures.draw_diagnosis(diagnosis, results, settings)
     del diagnosis
-    document = verdict(results, given.row, settings)
+    document = verdict(results, params.row, settings)
     log.info("%s", "\n".join(verdict_lines(document)))
     figures.draw_verdict(document, results)
     figures.draw_allan(results)
     figures.draw_trajectory(results)
-    chosen = figures.decisive(document) if given.fits is None else given.fits
+    chosen = figures.decisive(document) if params.fits is None else params.fits
     figures.draw_fits(results, snakemake.output.fits, chosen)

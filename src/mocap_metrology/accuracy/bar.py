@@ -170,34 +170,35 @@ def evaluate(takes: Sequence[Take], certificate: Certificate | None, settings: S
     named = [classes(take, settings.classes_deg) for take in takes]
     means = [np.nanmean(take.length_mm) for take in takes]
     reference = certificate.length_mm if certificate else float(np.mean(means))
-    found, kept = [], [np.zeros(names.size, bool) for names in named]
+    of_classes, used = [], [np.zeros(names.size, bool) for names in named]
     for name in sorted({str(one) for names in named for one in np.unique(names) if one}):
         inside = [names == name for names in named]
-        inside = [own if own.sum() >= LEAST_FRAMES else own & False for own in inside]
-        if any(own.any() for own in inside):
-            found.append(_of_class(name, takes, inside, reference))
-            kept = [a | b for a, b in zip(kept, inside, strict=True)]
-    if not found:  # of a take that turns all the time
-        kept = [take.known for take in takes]
-        found = [_of_class(ALL, takes, kept, reference)]
-    every = found[0] if len(found) == 1 else _of_class(ALL, takes, kept, reference)
+        inside = [mask if mask.sum() >= LEAST_FRAMES else mask & False for mask in inside]
+        if any(mask.any() for mask in inside):
+            of_classes.append(_of_class(name, takes, inside, reference))
+            used = [a | b for a, b in zip(used, inside, strict=True)]
+    if not of_classes:  # of a take that turns all the time
+        used = [take.known for take in takes]
+        of_classes = [_of_class(ALL, takes, used, reference)]
+    every = of_classes[0] if len(of_classes) == 1 else _of_class(ALL, takes, used, reference)
     angles = [take.angle_deg for take in takes if take.angle_deg is not None]
     turned = statistics(angles) if angles else {}
-    return Bar(
-        tuple(takes), certificate, reference, tuple(found), every, _between(found), turned
-    )  # fmt: skip
+    effects = _class_effects(of_classes)
+    return Bar(tuple(takes), certificate, reference, tuple(of_classes), every, effects, turned)
 
 
 def _of_class(
     name: str, takes: Sequence[Take], inside: Sequence[np.ndarray], reference_mm: float
 ) -> OfClass:
-    own = [(take, where) for take, where in zip(takes, inside, strict=True) if where.any()]
-    errors = tuple(np.where(where, take.length_mm - reference_mm, np.nan) for take, where in own)
-    middles = tuple(np.where(where, take.middle_mm, np.nan) for take, where in own)
+    members = [(take, where) for take, where in zip(takes, inside, strict=True) if where.any()]
+    errors = tuple(
+        np.where(where, take.length_mm - reference_mm, np.nan) for take, where in members
+    )
+    middles = tuple(np.where(where, take.middle_mm, np.nan) for take, where in members)
     worth = sum(effective_number(e) for e in errors)
-    n_frames = sum(int(where.sum()) for _, where in own)
-    names = tuple(take.name for take, _ in own)
-    dates = tuple(take.date for take, _ in own)
+    n_frames = sum(int(where.sum()) for _, where in members)
+    names = tuple(take.name for take, _ in members)
+    dates = tuple(take.date for take, _ in members)
     return OfClass(name, names, errors, middles, n_frames, worth, statistics(errors), dates)
 
 
@@ -205,47 +206,49 @@ def statistics(errors: Sequence[np.ndarray]) -> dict[str, Repeated]:
     """Each statistic of passes (n,): over passes, from FEWEST on with its interval and that of the
     next pass; of fewer the interval of the mean alone, where frames are worth enough."""
     passes = [e[np.isfinite(e)] for e in errors]
-    found = {
+    numbers = {
         name: repeated([of(e) for e in passes], positive=name != "mean")
         for name, of in STATISTICS.items()
     }
     if len(passes) < FEWEST:
         half = math.hypot(*map(half_interval, errors)) / len(errors)
-        mean = found["mean"].value
-        found["mean"] = Repeated(len(passes), mean, mean - half, mean + half)
-    return found
+        mean = numbers["mean"].value
+        numbers["mean"] = Repeated(len(passes), mean, mean - half, mean + half)
+    return numbers
 
 
-def pass_scatter(found: Sequence[OfClass]) -> tuple[float, int]:
+def pass_scatter(of_classes: Sequence[OfClass]) -> tuple[float, int]:
     """Variance of the means of passes within classes, pooled, and its degrees of freedom."""
-    means = [np.array([float(np.nanmean(e)) for e in one.errors]) for one in found]
-    left = np.concatenate([own - own.mean() for own in means])
-    dof = left.size - len(found)
+    means = [np.array([float(np.nanmean(e)) for e in one.errors]) for one in of_classes]
+    left = np.concatenate([of_class - of_class.mean() for of_class in means])
+    dof = left.size - len(of_classes)
     return (float((left**2).sum()) / dof if dof else 0.0), dof
 
 
-def _between(found: Sequence[OfClass]) -> Effects | None:
+def _class_effects(of_classes: Sequence[OfClass]) -> Effects | None:
     """Random effects of the means of classes; None where nothing shows how passes scatter.
 
     Where each pass is in all classes, as of a bar that turns, its own offset is in none of their
     differences: their errors are those of frames, or from FEWEST passes on what is left of class
     and pass. Otherwise they are the scatter of the passes within classes, pooled.
     """
-    if len(found) < 2:
+    if len(of_classes) < 2:
         return None
-    means = [np.array([float(np.nanmean(e)) for e in one.errors]) for one in found]
+    means = [np.array([float(np.nanmean(e)) for e in one.errors]) for one in of_classes]
     frames = [
         float(np.mean([np.nanvar(e) / max(effective_number(e), 1.0) for e in one.errors]))
-        for one in found
+        for one in of_classes
     ]
-    if len({one.passes for one in found}) == 1:
+    if len({one.passes for one in of_classes}) == 1:
         table = np.array(means)
         left = table - table.mean(axis=0) - table.mean(axis=1, keepdims=True) + table.mean()
         dof = (table.shape[0] - 1) * (table.shape[1] - 1) if table.shape[1] >= FEWEST else 0
         scatter = float((left**2).sum()) / dof if dof else 0.0
     else:
-        scatter, dof = pass_scatter(found)
+        scatter, dof = pass_scatter(of_classes)
         if dof < FEWEST - 1:
             return None
-    variances = [max(scatter, v, 1e-12) / own.size for v, own in zip(frames, means, strict=True)]
-    return random_effects([own.mean() for own in means], variances, dof=dof or math.inf)
+    variances = [
+        max(scatter, v, 1e-12) / of_class.size for v, of_class in zip(frames, means, strict=True)
+    ]
+    return random_effects([of_class.mean() for of_class in means], variances, dof=dof or math.inf)

@@ -43,8 +43,8 @@ def _row(
     row: Row = {"quantity": quantity, "class": name, "passes": passes, "frames": frames}
     row["n_eff"] = n_eff
     for key in STATISTICS:
-        found = statistics[key]
-        row |= {key: found.value, f"{key}_lower": found.lower, f"{key}_upper": found.upper}
+        number = statistics[key]
+        row |= {key: number.value, f"{key}_lower": number.lower, f"{key}_upper": number.upper}
     return row
 
 
@@ -59,8 +59,8 @@ def place_rows(bar: Bar, cell_mm: float, least: int = LEAST_DIFFERENCES) -> list
                   for k in range(3)]  # fmt: skip
         mean = float(np.nanmean(error))
         cells = by_place(middle, error, cell_mm, least=least)
-        found = ({"class": one.name, "error_mm": c["deviation_mm"] + mean, **c} for c in cells)
-        rows += [{column: row[column] for column in PLACES} for row in found]
+        every = ({"class": one.name, "error_mm": c["deviation_mm"] + mean, **c} for c in cells)
+        rows += [{column: row[column] for column in PLACES} for row in every]
     return rows
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.accuracy.components import random_effects
-from mocap_metrology.accuracy.effective import effective_number, huber, robust_sd
+from mocap_metrology.accuracy.effective import effective_number, huber_fit, robust_sd
 
 SAMPLED = 4000  # frames that distances are taken from
 LEAST_FRAMES = 100  # in which both markers of a pair are seen
@@ -57,16 +57,16 @@ def rigid_clusters(position_mm: np.ndarray, cut_mm: float) -> list[Cluster]:
     for k in np.flatnonzero(seen >= LEAST_FRAMES):
         spread[k] = _spread(apart[k], cut_mm)
     number = fcluster(linkage(spread, "complete"), cut_mm, "distance")
-    own = (number[pairs[0]] == number[pairs[1]]) & (spread <= cut_mm)
-    found = []
-    for one in np.unique(number[pairs[0][own]]):
-        inside = np.flatnonzero(own & (number[pairs[0]] == one))
+    rigid = (number[pairs[0]] == number[pairs[1]]) & (spread <= cut_mm)
+    clusters = []
+    for one in np.unique(number[pairs[0][rigid]]):
+        inside = np.flatnonzero(rigid & (number[pairs[0]] == one))
         longest = inside[np.argmax(np.nanmedian(apart[inside], axis=1))]
         pair = int(pairs[0][longest]), int(pairs[1][longest])
         n_seen = int(np.isfinite(position_mm[list(pair)]).all(axis=(0, 1)).sum())
         markers = tuple(np.flatnonzero(number == one).tolist())
-        found.append(Cluster(markers, float(spread[inside].max()), pair, n_seen))
-    return sorted(found, key=lambda c: (len(c.markers) < 3, -c.n_frames, c.markers))
+        clusters.append(Cluster(markers, float(spread[inside].max()), pair, n_seen))
+    return sorted(clusters, key=lambda c: (len(c.markers) < 3, -c.n_frames, c.markers))
 
 
 def _spread(apart: np.ndarray, cut_mm: float) -> float:
@@ -74,7 +74,7 @@ def _spread(apart: np.ndarray, cut_mm: float) -> float:
     values = np.sort(apart[known])
     low, middle, high = np.quantile(values, (0.025, 0.5, 0.975))
     parts = (np.array_split(one, PARTS) for one in (apart, known))
-    blocks = (part[own] for part, own in zip(*parts, strict=True))
+    blocks = (part[rows] for part, rows in zip(*parts, strict=True))
     off = max((abs(np.median(b) - middle) for b in blocks if b.size * 2 * PARTS >= apart.size),
               default=0.0)  # fmt: skip
     return float(max((high - low) / 4, off / 4))
@@ -102,28 +102,28 @@ def scale_slope(position_mm: np.ndarray, markers: Sequence[int]) -> ScaleSlope |
     below LEAST_WAY_M. position_mm (markers, 3, n)."""
     if len(markers) < 3:
         return None
-    own = position_mm[list(markers)].astype(float)
-    seen = np.isfinite(own).all(axis=1)
+    places = position_mm[list(markers)].astype(float)
+    seen = np.isfinite(places).all(axis=1)
     with np.errstate(invalid="ignore"):
-        middle = np.where(seen[:, None], own, 0.0).sum(axis=0) / seen.sum(axis=0)
-    way = along(middle) / 1000
+        middle = np.where(seen[:, None], places, 0.0).sum(axis=0) / seen.sum(axis=0)
+    way = along_main_axis(middle) / 1000
     if not np.isfinite(way).any() or np.ptp(way[np.isfinite(way)]) < LEAST_WAY_M:
         return None
     pairs = np.triu_indices(len(markers), 1)
     rows = []
-    for k, apart in enumerate(distances(own, pairs)):
+    for k, apart in enumerate(distances(places, pairs)):
         slope, error = slope_of(way, apart / np.nanmedian(apart) - 1)
         if error > 0:
             ends = markers[int(pairs[0][k])], markers[int(pairs[1][k])]
             rows.append((*ends, 1e6 * slope, 1e6 * error))
     if len(rows) < 3:
         return None
-    slope, se, half, between = _common(own, np.array(rows), list(markers))
+    slope, se, half, between = _common_slope(places, np.array(rows), list(markers))
     way_m = float(np.nanmax(way) - np.nanmin(way))
     return ScaleSlope(slope, se, slope - half, slope + half, between, way_m, rows)
 
 
-def _common(
+def _common_slope(
     own_mm: np.ndarray, table: np.ndarray, markers: list[int]
 ) -> tuple[float, float, float, float]:
     """Mean slope, its standard error, half its 95 % interval, sd between pairs.
@@ -158,7 +158,7 @@ def _common(
     return mean, se, float(stdtrit(free, 0.975)) * se, between
 
 
-def along(middle_mm: np.ndarray) -> np.ndarray:
+def along_main_axis(middle_mm: np.ndarray) -> np.ndarray:
     """(n,) coordinate along the main axis of a way (3, n), NaN in gaps; it rises from the first to
     the last frame."""
     known = np.isfinite(middle_mm).all(axis=0)
@@ -179,7 +179,7 @@ def slope_of(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
         return math.nan, math.nan
     centred = x - x[known].mean()
     design = np.stack([np.ones(int(known.sum())), centred[known]], axis=1)
-    level, slope = huber(design, y[known])
+    level, slope = huber_fit(design, y[known])
     rest = np.where(known, y - level - slope * centred, np.nan)
     worth = max(effective_number(rest) - 2, 1.0)
     return float(slope), robust_sd(rest) / float(centred[known].std()) / math.sqrt(worth)

@@ -79,9 +79,9 @@ def random_effects(
     if k < 2:
         return Effects(k, float(x[0]) if k else math.nan, *(math.nan,) * 6)
     w = 1 / v
-    excess = _q(x, v, 0.0)[0] - (k - 1)
+    excess = _cochran_q(x, v, 0.0)[0] - (k - 1)
     between = max(excess / (w.sum() - (w**2).sum() / w.sum()), 0.0)
-    q, mean = _q(x, v, between)
+    q, mean = _cochran_q(x, v, between)
     se = math.sqrt(q / (k - 1) / float((1 / (v + between)).sum()))
     half = float(stdtrit(k - 1, 0.975)) * se
     known, tails = math.isinf(dof), (0.025, 0.975)
@@ -90,7 +90,7 @@ def random_effects(
     return Effects(k, mean, se, mean - half, mean + half, math.sqrt(between), *ends)
 
 
-def _q(x: np.ndarray, v: np.ndarray, between: float) -> tuple[float, float]:
+def _cochran_q(x: np.ndarray, v: np.ndarray, between: float) -> tuple[float, float]:
     """Q(tau^2), and the weighted mean."""
     w = 1 / (v + between)
     mean = float((w * x).sum() / w.sum())
@@ -101,7 +101,7 @@ def _solve(x: np.ndarray, v: np.ndarray, q: float) -> float:
     """tau^2 with Q(tau^2) = q; 0 where Q is smaller for all."""
     from scipy.optimize import brentq
 
-    if _q(x, v, 0.0)[0] <= q:
+    if _cochran_q(x, v, 0.0)[0] <= q:
         return 0.0
     high = float(((x - x.mean()) ** 2).sum()) / q + float(v.max())  # Q is below q there
-    return float(brentq(lambda tau: _q(x, v, tau)[0] - q, 0.0, high))
+    return float(brentq(lambda tau: _cochran_q(x, v, tau)[0] - q, 0.0, high))

@@ -80,7 +80,7 @@ def robust_sd(values: np.ndarray) -> float:
     return float(MAD_TO_SIGMA * np.nanmedian(np.abs(values - np.nanmedian(values))))
 
 
-def huber(design: np.ndarray, target: np.ndarray) -> np.ndarray:
+def huber_fit(design: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Coefficients (p,) of target (n,) = design (n, p) by Huber's M estimate with the scale of the
     residuals' median [Huber, Robust Statistics, ch. 7], by iterated weights; the shortest ones
     where the design does not determine them."""

@@ -60,26 +60,28 @@ def findings_of(
 ) -> list[Finding]:
     """All of a bar, in the order of CODES; still_mm: standard deviation of the length at rest;
     pose_u_deg: standard uncertainty of a stated rotation."""
-    found = _bias(bar)
+    findings = _bias(bar)
     turned = repeated([take.angle_bias_deg for take in bar.takes])
     least = NORMAL * pose_u_deg + float(np.nan_to_num(turned.upper - turned.value))
     if turned.value > least:  # than the stated rotation, by more than its uncertainty
         ends = turned.value - least, turned.value + least
-        found.append(Finding("angle_bias", "", turned.value, *ends))
+        findings.append(Finding("angle_bias", "", turned.value, *ends))
     if (way := bar.direction) is not None and way.between_lower > 0:
-        found.append(Finding("by_direction", "", way.between, way.between_lower, way.between_upper))
-    found += [*_place(bar), *_speed(bar)]
+        findings.append(
+            Finding("by_direction", "", way.between, way.between_lower, way.between_upper)
+        )
+    findings += [*_place_findings(bar), *_speed(bar)]
     if still_mm:
         rest = max(one.parts["rest"].value for one in bar.classes)
-        found.append(Finding("more_than_still", "", rest / still_mm))
+        findings.append(Finding("more_than_still", "", rest / still_mm))
     for one in bar.classes:
         beyond = [np.abs(r - np.nanmedian(r)) > SPIKE * robust_sd(r) for r in one.parts.rest]
         share = sum(int(b.sum()) for b in beyond) / one.n_frames
         if share > LEAST_SPIKES:
-            found.append(Finding("spikes", one.name, share))
+            findings.append(Finding("spikes", one.name, share))
     if scale is not None and not scale.lower <= 0 <= scale.upper:
-        found.append(Finding("scale_slope", "", scale.slope, scale.lower, scale.upper))
-    return found
+        findings.append(Finding("scale_slope", "", scale.slope, scale.lower, scale.upper))
+    return findings
 
 
 def _bias(bar: Bar) -> list[Finding]:
@@ -89,7 +91,7 @@ def _bias(bar: Bar) -> list[Finding]:
 
     if bar.certificate is None:
         return []
-    found, (scatter, dof) = [], pass_scatter(bar.classes)
+    findings, (scatter, dof) = [], pass_scatter(bar.classes)
     for one in bar.classes:
         mean, k = one.statistics["mean"], len(one.passes)
         half = (mean.upper - mean.lower) / 2
@@ -97,13 +99,13 @@ def _bias(bar: Bar) -> list[Finding]:
             half = max(half, float(stdtrit(dof, 0.975)) * math.sqrt(scatter / k))
         half = math.hypot(half, NORMAL * bar.certificate.u_mm)
         if abs(mean.value) > half:
-            found.append(
+            findings.append(
                 Finding("length_bias", one.name, mean.value, mean.value - half, mean.value + half)
             )
-    return found
+    return findings
 
 
-def _place(bar: Bar) -> list[Finding]:
+def _place_findings(bar: Bar) -> list[Finding]:
     """Findings for classes whose error depends on the place by more than chance: its F for
     effective frames is beyond the quantile SURE, and it explains some of each part that it was not
     fitted to."""
@@ -137,8 +139,8 @@ def _speed(bar: Bar) -> list[Finding]:
     ]
     slopes = [slope for slope in slopes if math.isfinite(slope[0])]
     if len(slopes) >= FEWEST:
-        found = repeated([slope for slope, _ in slopes])
-        value, lower, upper = found.value, found.lower, found.upper
+        mean = repeated([slope for slope, _ in slopes])
+        value, lower, upper = mean.value, mean.lower, mean.upper
     elif slopes:
         value, error = max(slopes, key=lambda slope: abs(slope[0]) / slope[1])
         lower, upper = value - NORMAL * error, value + NORMAL * error
@@ -154,8 +156,8 @@ def _exponent(rest: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
     if known.size < 100 * SPEEDS:
         return math.nan, math.nan
     bins = np.array_split(known[np.argsort(speed[known])], SPEEDS)
-    x = np.array([math.log(float(np.median(speed[own]))) for own in bins])
-    sd = np.array([robust_sd(rest[own]) for own in bins])
+    x = np.array([math.log(float(np.median(speed[rows]))) for rows in bins])
+    sd = np.array([robust_sd(rest[rows]) for rows in bins])
     if not (sd > 0).all() or np.ptp(x) < math.log(1.5):
         return math.nan, math.nan
     y = np.log(sd)

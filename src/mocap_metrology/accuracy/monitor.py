@@ -118,7 +118,7 @@ class Chart:
     @property
     def band(self) -> Floats:
         """(n,) distance from the mean beyond which a take alarms."""
-        return _room(self.n_baseline, self.tolerance, self.scatter)
+        return _allowed_distance(self.n_baseline, self.tolerance, self.scatter)
 
     @property
     def watchable(self) -> Floats:
@@ -129,7 +129,7 @@ class Chart:
 ORDER = ("failure", "alert", "note", "learning", "provisional", "pass", "")  # the worst first
 
 
-def words(found: Chart) -> list[tuple[str, int | None]]:
+def words(charted: Chart) -> list[tuple[str, int | None]]:
     """Word of each value, and since which one the series is not valid (None: it is).
 
     One value beyond the tolerance is an alert, the second running a failure; then two running
@@ -137,20 +137,20 @@ def words(found: Chart) -> list[tuple[str, int | None]]:
     """
     said: list[tuple[str, int | None]] = []
     since: int | None = None
-    for k in range(found.value.size):
-        again = k > 0 and found.beyond[k] == found.beyond[k - 1]
-        if found.beyond[k] and again and since is None:
+    for k in range(charted.value.size):
+        again = k > 0 and charted.beyond[k] == charted.beyond[k - 1]
+        if charted.beyond[k] and again and since is None:
             since = k - 1
-        elif since is not None and not found.beyond[k] and again:
+        elif since is not None and not charted.beyond[k] and again:
             since = None
-        if found.beyond[k] or since is not None:
-            word = "failure" if found.beyond[k] and since is not None else "alert"
-        elif found.learning[k]:
+        if charted.beyond[k] or since is not None:
+            word = "failure" if charted.beyond[k] and since is not None else "alert"
+        elif charted.learning[k]:
             word = "learning"
-        elif found.unusual[k] or found.drifting[k]:
+        elif charted.unusual[k] or charted.drifting[k]:
             word = "note"
         else:
-            word = "provisional" if found.n_baseline[k] < SETTLED else "pass"
+            word = "provisional" if charted.n_baseline[k] < SETTLED else "pass"
         said.append((word, since))
     return said
 
@@ -176,12 +176,12 @@ def chart(
     of five days on.
     """
     x = np.asarray(values, dtype=np.float64)
-    baseline = marked if marked.any() else _first(x, days, watched)
-    m, mean, spread = _before(x, baseline)
+    baseline = marked if marked.any() else _learning_values(x, days, watched)
+    m, mean, spread = _earlier_moments(x, baseline)
     learning = (m < LEARNT) | (_days_before(days, baseline) < LEARNT)
     tolerance, scatter = _widths(m, mean, spread, watched)
-    count, all_mean, all_spread = _before(x, np.ones(x.size, dtype=bool))
-    running = np.clip(_q(x, count, all_mean, all_spread), -CLIP, CLIP)
+    count, all_mean, all_spread = _earlier_moments(x, np.ones(x.size, dtype=bool))
+    running = np.clip(_self_starting_q(x, count, all_mean, all_spread), -CLIP, CLIP)
     high, since_high = _cusum(running)
     low, since_low = _cusum(-running)
     cusum, since = np.maximum(high, low), np.where(high >= low, since_high, since_low)
@@ -189,8 +189,8 @@ def chart(
     length = np.arange(x.size) + 1 - since
     recent = (total[1:] - total[since]) / length + x[:1].sum()
     shift = np.where(learning, np.nan, recent - mean)
-    q = np.where(learning, np.nan, _q(x, m, mean, spread))
-    beyond = ~learning & (np.abs(x - mean) > _room(m, tolerance, scatter))
+    q = np.where(learning, np.nan, _self_starting_q(x, m, mean, spread))
+    beyond = ~learning & (np.abs(x - mean) > _allowed_distance(m, tolerance, scatter))
     return Chart(
         x,
         m,
@@ -209,7 +209,7 @@ def chart(
     )
 
 
-def _before(x: Floats, chosen: np.ndarray) -> tuple[np.ndarray, Floats, Floats]:
+def _earlier_moments(x: Floats, chosen: np.ndarray) -> tuple[np.ndarray, Floats, Floats]:
     """Number, mean and standard deviation of the chosen values before each; NaN where too few."""
     origin = x[chosen][:1].sum()  # sums of small numbers keep their digits
     y = np.where(chosen, x - origin, 0.0)
@@ -222,7 +222,7 @@ def _before(x: Floats, chosen: np.ndarray) -> tuple[np.ndarray, Floats, Floats]:
     return m, mean + origin, np.sqrt(np.maximum(variance, 0))
 
 
-def _q(x: Floats, m: np.ndarray, mean: Floats, spread: Floats) -> Floats:
+def _self_starting_q(x: Floats, m: np.ndarray, mean: Floats, spread: Floats) -> Floats:
     """(n,) Q of each value; 0 where fewer than two values are before it."""
     with np.errstate(invalid="ignore", divide="ignore"):
         t = (x - mean) / (spread * np.sqrt(1 + 1 / m))
@@ -250,7 +250,7 @@ def _widths(
     return tolerance, scatter
 
 
-def _room(m: np.ndarray, tolerance: Floats, scatter: Floats) -> Floats:
+def _allowed_distance(m: np.ndarray, tolerance: Floats, scatter: Floats) -> Floats:
     """Distance from the mean of a baseline of m values that is allowed."""
     watched = np.where(scatter <= tolerance / CAPABLE, tolerance, LEAST * scatter)
     return watched + ONE_SIDED * scatter / np.sqrt(np.maximum(m, 1))
@@ -266,7 +266,7 @@ def _days_before(days: Sequence[object], chosen: np.ndarray) -> np.ndarray:
     return np.array(numbers, dtype=np.int64)
 
 
-def _first(x: Floats, days: Sequence[object], watched: WatchLimits) -> np.ndarray:
+def _learning_values(x: Floats, days: Sequence[object], watched: WatchLimits) -> np.ndarray:
     """(n,) the first ten values that are not beyond the tolerance of those before them."""
     chosen: list[int] = []
     for k in range(x.size):
@@ -276,9 +276,9 @@ def _first(x: Floats, days: Sequence[object], watched: WatchLimits) -> np.ndarra
             known, m = x[chosen], np.array([len(chosen)])
             mean, spread = known.mean(keepdims=True), known.std(ddof=1, keepdims=True)
             tolerance, scatter = _widths(m, mean, spread, watched)
-            if abs(x[k] - mean[0]) > _room(m, tolerance, scatter)[0]:
+            if abs(x[k] - mean[0]) > _allowed_distance(m, tolerance, scatter)[0]:
                 continue
         chosen.append(k)
-    found = np.zeros(x.size, dtype=bool)
-    found[chosen] = True
-    return found
+    mask = np.zeros(x.size, dtype=bool)
+    mask[chosen] = True
+    return mask

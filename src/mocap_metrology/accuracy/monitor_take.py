@@ -64,10 +64,10 @@ def numbers(
         jitter,
         wander,
         max(n - 2 * m + 1, 0) / m,
-        {label: np.nanmean(own, axis=1).tolist() for label, own in positions.items()},
+        {label: np.nanmean(values, axis=1).tolist() for label, values in positions.items()},
         {
-            name: float(np.nanmean(own)) if np.isfinite(own).any() else np.nan
-            for name, own in distances.items()
+            name: float(np.nanmean(values)) if np.isfinite(values).any() else np.nan
+            for name, values in distances.items()
         },
     )
 
@@ -118,13 +118,13 @@ def series_of(takes: Sequence[Take], how: Monitor) -> list[Series]:
     of_place = WatchLimits(tolerance.place_mm, scatter.place_mm)
     of_length = WatchLimits(tolerance.length_mm, scatter.length_mm)
     lengths = {n: _values(take.lengths_mm[n] for take in takes) for n in takes[0].lengths_mm}
-    found = [
+    series = [
         Series("jitter", "jitter", np.log(jitter), every, of_jitter),
         Series("wander", "wander", wander, enough, of_wander),
         *(Series(n, "place", v, every, of_place) for n, v in _places(takes, how.frame).items()),
         *(Series(f"length {n}", "length", v, every, of_length) for n, v in lengths.items()),
     ]
-    return [one for one in found if np.isfinite(one.values).any()]
+    return [one for one in series if np.isfinite(one.values).any()]
 
 
 def _values(numbers: Iterable[float | None]) -> Floats:
@@ -179,41 +179,41 @@ def judge(
 
     days: of each; marked: whether the sheet names it as of the baseline.
     """
-    every, found = series_of(takes, how), []
+    every, judged = series_of(takes, how), []
     watched = [np.flatnonzero(one.judged & np.isfinite(one.values)) for one in every]
     number = sum(at.size > 0 for at in watched)
     limit = limits(max(number, 1), how.false_alarms, how.dates)
     for one, at in zip(every, watched, strict=True):
         own_days = [days[k] for k in at.tolist()]
         charted = chart(one.values[at], own_days, np.array(marked)[at], one.watched, limit)
-        found.append(Judged(one, at, charted, words(charted)))
-    return found
+        judged.append(Judged(one, at, charted, words(charted)))
+    return judged
 
 
 def stretches(rows: Sequence[Row], takes: Sequence[Take], how: Monitor) -> Stretches:
     """Charts of a facility from its takes, in order of time: of each stretch of them from one
     restart to the next, by the number of its first take."""
     starts = [k for k, row in enumerate(rows) if k == 0 or row.baseline == "restart"]
-    found = {}
+    judged_from = {}
     for start, end in zip(starts, [*starts[1:], len(rows)], strict=False):
-        own = rows[start:end]
-        named = any(row.baseline == "yes" for row in own)
-        marked = [named and row.baseline != "" for row in own]
-        days = [row.date[:10] for row in own]
-        found[start] = judge(takes[start:end], days, marked, how)
-    return found
+        part = rows[start:end]
+        named = any(row.baseline == "yes" for row in part)
+        marked = [named and row.baseline != "" for row in part]
+        days = [row.date[:10] for row in part]
+        judged_from[start] = judge(takes[start:end], days, marked, how)
+    return judged_from
 
 
 def table(takes: Sequence[Row], stretches: Stretches) -> list[TableRow]:
     """Rows of monitor.csv: a series of a take each, in order of the takes."""
     rows: list[TableRow] = []
-    for start, found in stretches.items():
-        columns = [_columns(one, start == 0) for one in found]
+    for start, judged in stretches.items():
+        columns = [_columns(one, start == 0) for one in judged]
         n = len(columns[0]["value_mm"])
         for k, take in enumerate(takes[start : start + n]):
-            for own, one in zip(columns, found, strict=True):
+            for column, one in zip(columns, judged, strict=True):
                 named = {"recording": take.recording, "date": take.date, "series": one.series.name}
-                rows.append(named | {key: own[key][k] for key in COLUMNS[3:]})
+                rows.append(named | {key: column[key][k] for key in COLUMNS[3:]})
     return rows
 
 
@@ -256,24 +256,24 @@ def shares(one: Judged) -> Mapping[str, float]:
     that can be watched; lower, upper: 95 % of the take's, by the scatter."""
     chart, series = one.chart, one.series
     mean, m = chart.mean[-1], max(int(chart.n_baseline[-1]), 1)
-    own = chart.value[-1] - mean
+    change = chart.value[-1] - mean
     reach = 1.96 * chart.scatter[-1] * np.sqrt(1 + 1 / m)
     sizes = {
-        "take": own,
-        "room": np.copysign(chart.band[-1], own),
+        "take": change,
+        "room": np.copysign(chart.band[-1], change),
         "shift": chart.shift[-1],
         "tolerance": chart.tolerance[-1],
         "least": chart.watchable[-1],
-        "lower": own - reach,
-        "upper": own + reach,
+        "lower": change - reach,
+        "upper": change + reach,
     }
     return {name: float(series.change(size, mean)) for name, size in sizes.items()}
 
 
 def state(one: Judged) -> TableRow:
     """A series at the last take."""
-    own, known = {key: values[-1] for key, values in _columns(one, True).items()}, one.chart
-    state = {key: own[key] for key in COLUMNS[3:9]} | {"word": one.words[-1][0]}
+    last, known = {key: values[-1] for key, values in _columns(one, True).items()}, one.chart
+    state = {key: last[key] for key in COLUMNS[3:9]} | {"word": one.words[-1][0]}
     if known.learning[-1]:
         return state
     sizes = shares(one)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.accuracy.components import Repeated, random_effects, repeated
-from mocap_metrology.accuracy.effective import effective_number, huber, robust_sd
+from mocap_metrology.accuracy.effective import effective_number, huber_fit, robust_sd
 
 FLAT = 0.05  # of the largest extent: along an axis of less the surface does not bend
 FITTED = 10_000  # frames at most
@@ -57,7 +57,7 @@ def parts_of(
     the bar (3, n) mm."""
     centred = [e - np.nanmean(e) for e in errors]
     terms = surface_terms(middles)
-    surfaces = [own @ _fitted(terms, centred) for own in terms]
+    surfaces = [term @ _fitted(terms, centred) for term in terms]
     rest = tuple(c - s for c, s in zip(centred, surfaces, strict=True))
     worth = [effective_number(one) for one in rest]
     sd = np.array([float(np.nanstd(one)) for one in rest])
@@ -95,15 +95,15 @@ def surface_terms(middles: Sequence[np.ndarray]) -> list[np.ndarray]:
     mean = every.mean(axis=1, keepdims=True)
     axes, variances, _ = np.linalg.svd((every - mean) @ (every - mean).T / every.shape[1])
     size = np.sqrt(variances)
-    kept = size > max(FLAT * size[0], 1e-9)
-    scaled = axes[:, kept].T / size[kept, None]
-    first, second = np.triu_indices(int(kept.sum()))
-    found = []
+    wide = size > max(FLAT * size[0], 1e-9)
+    scaled = axes[:, wide].T / size[wide, None]
+    first, second = np.triu_indices(int(wide.sum()))
+    by_degree = []
     for middle in middles:
         linear = scaled @ (middle - mean)
         terms = np.concatenate([linear, linear[first] * linear[second]]).T
-        found.append(terms - np.nanmean(terms, axis=0))
-    return found
+        by_degree.append(terms - np.nanmean(terms, axis=0))
+    return by_degree
 
 
 def _fitted(terms: Sequence[np.ndarray], centred: Sequence[np.ndarray]) -> np.ndarray:
@@ -111,7 +111,7 @@ def _fitted(terms: Sequence[np.ndarray], centred: Sequence[np.ndarray]) -> np.nd
     design, target = np.concatenate(terms), np.concatenate(centred)
     known = np.flatnonzero(np.isfinite(target))
     some = known[:: max(known.size // FITTED, 1)]
-    return huber(design[some], target[some])
+    return huber_fit(design[some], target[some])
 
 
 def _left_out(
@@ -123,14 +123,14 @@ def _left_out(
     marks = list(dates) if len(set(dates)) > 1 and all(dates) else list(range(len(centred)))
     if len(centred) == 1:
         known = np.array_split(np.flatnonzero(np.isfinite(centred[0])), BLOCKS)
-        terms, centred = [terms[0][own] for own in known], [centred[0][own] for own in known]
+        terms, centred = [terms[0][rows] for rows in known], [centred[0][rows] for rows in known]
         marks = list(range(BLOCKS))
-    found = []
+    errors = []
     for out in dict.fromkeys(marks):
         others = [k for k, mark in enumerate(marks) if mark != out]
         surface = _fitted([terms[k] for k in others], [centred[k] for k in others])
         pieces = [(centred[k], centred[k] - terms[k] @ surface)
                   for k, mark in enumerate(marks) if mark == out]  # fmt: skip
         squares = [[robust_sd(one - np.nanmean(one)) ** 2 for one in both] for both in pieces]
-        found.append(np.mean(squares, axis=0))
-    return np.array(found)
+        errors.append(np.mean(squares, axis=0))
+    return np.array(errors)

@@ -113,9 +113,9 @@ def _turned(points: np.ndarray, reference: np.ndarray, scale: bool) -> tuple[np.
     return rotation, factor
 
 
-def residuals(points: Points, found: Fit) -> np.ndarray:
+def residuals(points: Points, fitted: Fit) -> np.ndarray:
     """(n, 3) reference minus fitted."""
-    return np.asarray(points.reference - found.applied(points.places, points.turns))
+    return np.asarray(points.reference - fitted.applied(points.places, points.turns))
 
 
 def left_out(points: Points, lever: bool, scale: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -123,7 +123,7 @@ def left_out(points: Points, lever: bool, scale: bool) -> tuple[np.ndarray, np.n
     standard errors of scale and lever by the jackknife, sqrt((n - 1)/n sum (theta_k - mean)^2)."""
     n = len(points)
     others = [points.only(np.arange(n) != k) for k in range(n)]
-    fits = [fit(own, lever, scale) for own in others]
+    fits = [fit(rest, lever, scale) for rest in others]
     left = np.array([rms(residuals(*both)) for both in zip(others, fits, strict=True)])
     off = np.concatenate([residuals(points.only([k]), one) for k, one in enumerate(fits)])
     values = np.array([[one.scale, *one.lever] for one in fits])
@@ -247,7 +247,7 @@ def points_document(
     reference and takes together; names: of the points. Of a frame that jumped, segments are fitted
     each for itself."""
     lever = points.has_lever
-    found, scaled = fit(points, lever, False), fit(points, lever, True)
+    rigid, scaled = fit(points, lever, False), fit(points, lever, True)
     off, others, lever_se = left_out(points, lever, False)
     off_scaled, _, of_scale = left_out(points, lever, True)
     changes = frame_changes(points)
@@ -255,9 +255,9 @@ def points_document(
     document: dict[str, Any] = {
         "n": len(points),
         "left_out_rms_mm": rms(off),
-        "fit_rms_mm": rms(residuals(points, found)),
+        "fit_rms_mm": rms(residuals(points, rigid)),
         "left_out_scaled_rms_mm": rms(off_scaled),
-        "lever_mm": found.lever if lever else None,
+        "lever_mm": rigid.lever if lever else None,
         "lever_se_mm": lever_se[1:] if lever else None,
         "scale_ppm": ppm,
         "scale_se_ppm": se,
@@ -282,9 +282,9 @@ def points_document(
 def point_rows(points: Points, off_mm: np.ndarray) -> list[Row]:
     """Rows of <group>_points.csv: place in the reference's frame, what fit and left-out fit are off
     by there."""
-    found = residuals(points, fit(points, points.has_lever, False))
+    residual = residuals(points, fit(points, points.has_lever, False))
     rows: list[Row] = []
-    for place, fitted, off in zip(points.reference, found, off_mm, strict=True):
+    for place, fitted, off in zip(points.reference, residual, off_mm, strict=True):
         row: Row = {f"{a}_mm": float(v) for a, v in zip("xyz", place, strict=True)}
         row |= {f"fit_{a}_mm": float(v) for a, v in zip("xyz", fitted, strict=True)}
         row |= {f"left_out_{a}_mm": float(v) for a, v in zip("xyz", off, strict=True)}

@@ -52,16 +52,16 @@ def statements(
     a class. known: components from elsewhere, `drift` by a monitor and `scale`, relative; averaged:
     frames of one place and pass of which a mean is stated."""
     classes = [one for one in bar.classes if len(one.passes) >= FEWEST]
-    own = [_of_passes(one, averaged) for one in classes]
-    if not own:
+    of_passes = [_of_passes(one, averaged) for one in classes]
+    if not of_passes:
         return ()
-    common = _common(bar, known, dated=all(one.n_dates for one in own))
-    if len(own) > 1:
-        own = [_any(own), *own]
+    common = _common_components(bar, known, dated=all(one.n_dates for one in of_passes))
+    if len(of_passes) > 1:
+        of_passes = [_statement_for_any(of_passes), *of_passes]
     return tuple(
         Statement(one.direction, one.passes, one.n_dates, one.correction_mm,
                   Budget((*one.budget.components, *common)))
-        for one in own
+        for one in of_passes
     )  # fmt: skip
 
 
@@ -100,35 +100,35 @@ def _mean_square(name: str, squares: np.ndarray, most: float, averaged: float = 
     return Component(name, "A", math.sqrt(mean / averaged), max(min(dof, most), k - 1.0))
 
 
-def _any(own: Sequence[Statement]) -> Statement:
+def _statement_for_any(several: Sequence[Statement]) -> Statement:
     """The statement for any class, each as likely as another: mean variances, and the variance of
     the means."""
     by_name: dict[str, list[Component]] = {}
-    for one in own:
+    for one in several:
         for component in one.budget.components:
             by_name.setdefault(component.name, []).append(component)
     components = []
     for name, parts in by_name.items():
         u, dof = [part.u for part in parts], [part.dof for part in parts]
-        size = math.sqrt(sum(x**2 for x in u) / len(own))
+        size = math.sqrt(sum(x**2 for x in u) / len(several))
         components.append(Component(name, "A", size, effective_dof(u, dof)))
-    corrections = np.array([one.correction_mm for one in own])
-    between = (next(c for c in one.budget.components if c.name in BETWEEN) for one in own)
+    corrections = np.array([one.correction_mm for one in several])
+    between = (next(c for c in one.budget.components if c.name in BETWEEN) for one in several)
     worth = sum(component.dof for component in between)
     components.append(Component("class", "A", float(corrections.std()), worth))
-    passes = sum(one.passes for one in own)
-    dates = min(one.n_dates for one in own)
+    passes = sum(one.passes for one in several)
+    dates = min(one.n_dates for one in several)
     return Statement(ANY, passes, dates, float(corrections.mean()), Budget(tuple(components)))
 
 
-def _common(bar: Bar, known: Sequence[Component], dated: bool) -> list[Component]:
-    found = []
+def _common_components(bar: Bar, known: Sequence[Component], dated: bool) -> list[Component]:
+    components = []
     if bar.certificate:
-        found.append(Component("reference", "B", bar.certificate.u_mm))
-    found += [replace(one, u=one.u * bar.reference_mm) for one in known if one.name == "scale"]
+        components.append(Component("reference", "B", bar.certificate.u_mm))
+    components += [replace(one, u=one.u * bar.reference_mm) for one in known if one.name == "scale"]
     step = max(take.step_mm for take in bar.takes)
-    found.append(Component("resolution", "B", step / math.sqrt(12)))
-    return found + [one for one in known if one.name == "drift" and not dated]
+    components.append(Component("resolution", "B", step / math.sqrt(12)))
+    return components + [one for one in known if one.name == "drift" and not dated]
 
 
 def known_of(
@@ -151,11 +151,11 @@ def statement_numbers(
     bar: Bar, pair: Sequence[str], known: Sequence[Component]
 ) -> tuple[dict[str, Any], list[str]]:
     """Numbers of <group>_statement.json, and what the statements do not cover, by code."""
-    found = statements(bar, known)
+    stated = statements(bar, known)
     means = statements(bar, known, averaged=math.inf)
     middle = np.concatenate([take.middle_mm[:, take.known] for take in bar.takes], axis=1) / 1000
     ends = zip("xyz", middle.min(axis=1).tolist(), middle.max(axis=1).tolist(), strict=True)
-    dated = bool(found) and bool(found[0].n_dates)
+    dated = bool(stated) and bool(stated[0].n_dates)
     document: dict[str, Any] = {
         "pair": list(pair),
         "certificate": None if bar.certificate is None else vars(bar.certificate),
@@ -165,11 +165,11 @@ def statement_numbers(
         "dates": sorted({take.date for take in bar.takes if take.date}),
         "undated": sum(not take.date for take in bar.takes),
         "has_drift": any(one.name == "drift" for one in known) and not dated,
-        "statements": [_row(*both) for both in zip(found, means, strict=True)],
+        "statements": [_row(*both) for both in zip(stated, means, strict=True)],
     }
     covered = dated or document["has_drift"]
     open_ends = ["latency", "volume", "other_lengths"]
-    open_ends += ["directions"] * bool(found) + ["other_days"] * (not covered)
+    open_ends += ["directions"] * bool(stated) + ["other_days"] * (not covered)
     open_ends += ["absolute"] * (bar.certificate is None)
     open_ends += ["exact"] * (bar.certificate is not None and not bar.certificate.u_mm)
     return document, open_ends

@@ -141,8 +141,8 @@ def classes(take: Take, within_deg: float) -> np.ndarray:
     bar = _nearest(take.direction, within_deg)
     names = np.full(take.length_mm.size, "", dtype="<U24")
     for axis in np.unique(bar[take.known]):
-        own = (bar == axis) & take.known
-        names[own] = f"bar {axis}, way {_main_axis(take.middle_mm[:, own], within_deg)}"
+        along = (bar == axis) & take.known
+        names[along] = f"bar {axis}, way {_main_axis(take.middle_mm[:, along], within_deg)}"
     return names
 
 

@@ -74,26 +74,26 @@ def still_angles(
     """Series of every axis of every station with enough sweeps; names: of the stations."""
     for station, name in enumerate(names):
         for axis, title in enumerate(AXES if generation == 1 else PLANES):
-            own = hits.take((hits.station == station) & (hits.axis == axis))
-            if len(own) < FEWEST_SWEEPS:
+            of_rotor = hits.take((hits.station == station) & (hits.axis == axis))
+            if len(of_rotor) < FEWEST_SWEEPS:
                 continue
-            found = _series(own, f"{name}_{title}", generation)
-            if found is not None:
-                yield found
+            angles = _series(of_rotor, f"{name}_{title}", generation)
+            if angles is not None:
+                yield angles
 
 
-def _series(own: Hits, name: str, generation: int) -> StillAngles | None:
-    cycle = own.cycle.astype(np.int64) - own.cycle.min()
+def _series(hits: Hits, name: str, generation: int) -> StillAngles | None:
+    cycle = hits.cycle.astype(np.int64) - hits.cycle.min()
     if generation == 1:
         step, rate_hz, speed = SWEEP_CYCLES, 1 / (SWEEP_CYCLES * CYCLE_S), np.pi / CYCLE_S
     else:
         last = int(np.argmax(cycle))
-        step, rate_hz = 1, float(cycle[last] / (own.time_s[last] - own.time_s[np.argmin(cycle)]))
+        step, rate_hz = 1, float(cycle[last] / (hits.time_s[last] - hits.time_s[np.argmin(cycle)]))
         speed = 2 * np.pi * rate_hz
     row, rest = np.divmod(cycle, step)
-    own, row = own.take(rest == 0), row[rest == 0]
-    table = np.full((int(row.max()) + 1, int(own.diode.max()) + 1), np.nan)
-    table[row, own.diode] = own.angle_rad
+    hits, row = hits.take(rest == 0), row[rest == 0]
+    table = np.full((int(row.max()) + 1, int(hits.diode.max()) + 1), np.nan)
+    table[row, hits.diode] = hits.angle_rad
     counts = np.isfinite(table).sum(axis=0)
     diodes = np.flatnonzero(counts >= max(FEWEST_SWEEPS, LEAST_SEEN * len(table)))
     if not diodes.size:
@@ -105,12 +105,12 @@ def _series(own: Hits, name: str, generation: int) -> StillAngles | None:
 def of_calibration(path: str, sweeps: str, pose: str, settings: of.Allan) -> None:
     """`write_angle_noise` of the sweeps.parquet and the pose.json of a calibration."""
     hits, origin = read_table(sweeps)
-    found = json.loads(Path(pose).read_text(encoding="utf-8"))
-    still = found["diagnostics"]["still"] if found["poses"] else None
+    document = json.loads(Path(pose).read_text(encoding="utf-8"))
+    still = document["diagnostics"]["still"] if document["poses"] else None
     same = ("recording", "source", "twin", "sha256", "duration_s", "generation")
     resolution_s = origin["resolution_s"]
     origin = {key: origin[key] for key in same if key in origin}
-    origin["stations"] = list(found["stations"])
+    origin["stations"] = list(document["stations"])
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     write_angle_noise(path, hits_of(hits), still, resolution_s, settings, origin)
 
@@ -136,9 +136,9 @@ def write_angle_noise(
     rotors: list[Row] = []
     if still:
         seen = origin.get("stations", ROLES), origin.get("generation", 1)
-        for own in still_angles(hits, *seen):
-            parts += _curves(own, settings)
-            rotors.append(_rotor(own, resolution_s))
+        for angles in still_angles(hits, *seen):
+            parts += _curves(angles, settings)
+            rotors.append(_rotor(angles, resolution_s))
     more: Metadata = {"allan": settings.model_dump(), "rotors": rotors}
     if not still:
         more["reason"] = UNKNOWN if still is None else MOVED
@@ -148,15 +148,15 @@ def write_angle_noise(
     write_table(path, columns, origin | more)
 
 
-def _rotor(own: StillAngles, resolution_s: float | None) -> Row:
-    sd = float(np.median(np.nanstd(own.deviation, axis=0, ddof=1)))
-    step = None if resolution_s is None else resolution_s * own.rad_per_s
-    alone = float(np.sqrt(np.nanmean(own.independent**2))) if own.diodes.size > 1 else None
+def _rotor(angles: StillAngles, resolution_s: float | None) -> Row:
+    sd = float(np.median(np.nanstd(angles.deviation, axis=0, ddof=1)))
+    step = None if resolution_s is None else resolution_s * angles.rad_per_s
+    alone = float(np.sqrt(np.nanmean(angles.independent**2))) if angles.diodes.size > 1 else None
     return {
-        "rotor": own.name,
-        "diodes": own.diodes.tolist(),
-        "sweeps": len(own.deviation),
-        "rate_hz": own.rate_hz,
+        "rotor": angles.name,
+        "diodes": angles.diodes.tolist(),
+        "sweeps": len(angles.deviation),
+        "rate_hz": angles.rate_hz,
         "sd_rad": sd,
         "independent_sd_rad": alone,
         "step_rad": step,
@@ -165,56 +165,56 @@ def _rotor(own: StillAngles, resolution_s: float | None) -> Row:
     }
 
 
-def _curves(own: StillAngles, settings: of.Allan) -> list[Columns]:
+def _curves(angles: StillAngles, settings: of.Allan) -> list[Columns]:
     """Columns of the common part, the independent part of all diodes together, and every diode."""
-    n = len(own.deviation)
+    n = len(angles.deviation)
     m = averaging_factors(n, settings.n_taus, settings.min_m, settings.max_fraction)
 
     def curve(series: np.ndarray, kind: str) -> AllanCurve:
         how = (settings.confidence, settings.min_coverage)
-        return allan_curve(np.ascontiguousarray(series), own.rate_hz, m, kind, *how)
+        return allan_curve(np.ascontiguousarray(series), angles.rate_hz, m, kind, *how)
 
-    found = []
+    columns = []
     for kind in settings.estimators:
-        if own.diodes.size > 1:
-            each = [curve(series, kind) for series in own.independent.T]
+        if angles.diodes.size > 1:
+            each = [curve(series, kind) for series in angles.independent.T]
             independent = _pooled(each, settings.confidence)
-            common = curve(own.common, kind)
-            seen = float(np.mean(own.seen[own.seen > 1]))
-            common = _without(common, independent, seen, settings.confidence)
-            found.append(allan_columns(f"{own.name}_common", common, kind))
-            found.append(allan_columns(f"{own.name}_independent", independent, kind))
-        for diode, series in zip(own.diodes, own.deviation.T, strict=True):
-            found.append(allan_columns(f"{own.name}_{diode}", curve(series, kind), kind))
-    return found
+            common = curve(angles.common, kind)
+            seen = float(np.mean(angles.seen[angles.seen > 1]))
+            common = _common_variance(common, independent, seen, settings.confidence)
+            columns.append(allan_columns(f"{angles.name}_common", common, kind))
+            columns.append(allan_columns(f"{angles.name}_independent", independent, kind))
+        for diode, series in zip(angles.diodes, angles.deviation.T, strict=True):
+            columns.append(allan_columns(f"{angles.name}_{diode}", curve(series, kind), kind))
+    return columns
 
 
 def _pooled(curves: Sequence[AllanCurve], confidence: float) -> AllanCurve:
     """Mean variance of n curves, where all have one; n - 1 of them are independent."""
     shared = [m for m in curves[0].m if all(m in one.m for one in curves[1:])]
-    own = [_at(one, np.array(shared, dtype=np.int64)) for one in curves]
-    variance = np.mean([one.variance for one in own], axis=0)
-    edf = np.mean([one.edf for one in own], axis=0) * (len(own) - 1)
+    parts = [_at_factors(one, np.array(shared, dtype=np.int64)) for one in curves]
+    variance = np.mean([one.variance for one in parts], axis=0)
+    edf = np.mean([one.edf for one in parts], axis=0) * (len(parts) - 1)
     lower, upper = interval(variance, edf, confidence)
-    return replace(own[0], variance=variance, edf=edf, lower=lower, upper=upper)
+    return replace(parts[0], variance=variance, edf=edf, lower=lower, upper=upper)
 
 
-def _without(
+def _common_variance(
     common: AllanCurve, independent: AllanCurve, seen: float, confidence: float
 ) -> AllanCurve:
     """The common part without 1 / seen of the independent variance; factors at which nothing is
     left are dropped."""
     shared = np.intersect1d(common.m, independent.m)
-    own, other = _at(common, shared), _at(independent, shared)
-    less = own.variance - other.variance / seen
-    kept = less > 0
-    own, less = _at(own, shared[kept]), less[kept]
-    edf = np.maximum(own.edf * (less / own.variance) ** 2, 1.0)  # the scatter stays
+    total, other = _at_factors(common, shared), _at_factors(independent, shared)
+    less = total.variance - other.variance / seen
+    positive = less > 0
+    total, less = _at_factors(total, shared[positive]), less[positive]
+    edf = np.maximum(total.edf * (less / total.variance) ** 2, 1.0)  # the scatter stays
     lower, upper = interval(less, edf, confidence)
-    return replace(own, variance=less, edf=edf, lower=lower, upper=upper)
+    return replace(total, variance=less, edf=edf, lower=lower, upper=upper)
 
 
-def _at(curve: AllanCurve, m: np.ndarray) -> AllanCurve:
+def _at_factors(curve: AllanCurve, m: np.ndarray) -> AllanCurve:
     """The curve at some of its averaging factors."""
     rows = np.flatnonzero(np.isin(curve.m, m))
     return AllanCurve(**{k: getattr(curve, k)[rows] for k in AllanCurve.__dataclass_fields__})

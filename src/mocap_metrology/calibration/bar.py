@@ -16,7 +16,7 @@ from mocap_metrology.accuracy.bar import BarEntry, evaluate
 from mocap_metrology.accuracy.bar_rows import bar_rows
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.calibration.pose import calibration_settings, sensors_of
-from mocap_metrology.calibration.receiver import stated
+from mocap_metrology.calibration.receiver import stated_errors
 from mocap_metrology.calibration.sweeps import Entry, Paths, Recorded, decoded, recorded
 from mocap_metrology.calibration.track import Sight, scene_before, stations_used
 from mocap_metrology.common import files
@@ -35,8 +35,8 @@ from mocap_metrology.settings import Lighthouse
 
 def bar(
     entry: Entry,
-    asked: BarEntry,
-    given: Paths,
+    bar_row: BarEntry,
+    inputs: Paths,
     settings: Lighthouse,
     limits: Limits,
     paths: Paths,
@@ -49,7 +49,7 @@ def bar(
     Returns the contents of bar.json.
     """
     try:
-        document, rows = _judged(entry, asked, given, settings, limits, other)
+        document, rows = _judged(entry, bar_row, inputs, settings, limits, other)
     except Refusal as refusal:
         document, rows = {"recording": entry.calibration, "refused": str(refusal)}, []
     files.write_csv(paths["bar_rows"], rows, () if rows else ("quantity", "class"))
@@ -59,41 +59,43 @@ def bar(
 
 def _judged(
     entry: Entry,
-    asked: BarEntry,
-    given: Paths,
+    bar_row: BarEntry,
+    inputs: Paths,
     settings: Lighthouse,
     limits: Limits,
     other: Entry | None,
 ) -> tuple[Row, list[Row]]:
-    own_pose = read_pose_json(given["pose"])
-    used = stations_used(entry, own_pose, given.get("tracked_with"))
+    own_pose = read_pose_json(inputs["pose"])
+    used = stations_used(entry, own_pose, inputs.get("tracked_with"))
     if not is_network(used):
         raise Refusal("bar: stations of the first generation; expected the second (V2)")
-    own, theirs = _by_labels(entry, given["dump"]), {}
-    ends = {label: (entry, found) for label, found in own.items()}
+    ours, theirs = _by_labels(entry, inputs["dump"]), {}
+    ends = {label: (entry, tracked) for label, tracked in ours.items()}
     if other is not None:
-        theirs = _by_labels(other, given["other_dump"])
+        theirs = _by_labels(other, inputs["other_dump"])
         ends |= {f"{other.calibration}:{k}": (other, v) for k, v in theirs.items()}
-    file = Path(given["dump"]).name
-    pair = pair_of(asked.bar, list(ends), file, "two objects of the recording")
-    board = own.get(_board(entry))
+    file = Path(inputs["dump"]).name
+    pair = pair_of(bar_row.bar, list(ends), file, "two objects of the recording")
+    board = ours.get(_board(entry))
     if sum(ends[label][1] is board for label in pair) != 1:
-        raise Refusal(f"bar is {asked.bar}; expected the board {_board(entry)} and another object")
-    first, objects = recorded(given), []
+        raise Refusal(
+            f"bar is {bar_row.bar}; expected the board {_board(entry)} and another object"
+        )
+    first, objects = recorded(inputs), []
     for label in pair:
-        row, found = ends[label]
-        is_own, seen = found is board, first
+        row, tracked = ends[label]
+        is_own, seen = tracked is board, first
         if row is not entry:
-            if found is not theirs.get(_board(row)):
+            if tracked is not theirs.get(_board(row)):
                 raise Refusal(f"bar: {label} is not the board of calibration {row.calibration}")
-            seen = _of_other_row(given, first)
+            seen = _of_other_row(inputs, first)
         elif not is_own:
-            read = decoded(replace(entry, board=found.name), given, settings)
+            read = decoded(replace(entry, board=tracked.name), inputs, settings)
             sensors = read.pulses.inertial if read.pulses else None
             origin = {"host_s": read.host_s}
             seen = Recorded(read.hits, read.stations, read.board, read.normals, origin, sensors)
-        objects.append(_object(seen, first, found, used, is_own and used is own_pose, settings))
-    return _document(entry.calibration, asked, pair, heads(*objects), used, limits)
+        objects.append(_object(seen, first, tracked, used, is_own and used is own_pose, settings))
+    return _document(entry.calibration, bar_row, pair, heads(*objects), used, limits)
 
 
 def _board(entry: Entry) -> str:
@@ -106,14 +108,14 @@ def _by_labels(entry: Entry, dump: str) -> dict[str, TrackedObject]:
     """Objects of a recording by name and by serial number."""
     if entry.format != "libsurvive-rec":
         return {_board(entry): TrackedObject(_board(entry))}
-    found = tracked_objects(dump)
-    return {one.name: one for one in found} | {one.serial: one for one in found if one.serial}
+    objects = tracked_objects(dump)
+    return {one.name: one for one in objects} | {one.serial: one for one in objects if one.serial}
 
 
-def _of_other_row(given: Paths, first: Recorded) -> Recorded:
+def _of_other_row(inputs: Paths, first: Recorded) -> Recorded:
     """The computer's times of two files are of one clock only where these are the same."""
     start = "other_"
-    seen = recorded({k.removeprefix(start): v for k, v in given.items() if k.startswith(start)})
+    seen = recorded({k.removeprefix(start): v for k, v in inputs.items() if k.startswith(start)})
     same = seen.origin["sha256"] is not None and seen.origin["sha256"] == first.origin["sha256"]
     return seen if same else replace(seen, origin=seen.origin | {"host_s": None})
 
@@ -121,7 +123,7 @@ def _of_other_row(given: Paths, first: Recorded) -> Recorded:
 def _object(
     seen: Recorded,
     first: Recorded,
-    found: TrackedObject,
+    tracked: TrackedObject,
     used: PoseFile,
     is_own: bool,
     settings: Lighthouse,
@@ -133,31 +135,38 @@ def _object(
     sight = Sight(replace(seen, stations=stations), calibration_settings(settings), sensors)
     scene, calibrated = scene_before(used, is_own, sight)
     host_s = seen.origin.get("host_s")
-    return Object(scene, calibrated, (found.R, found.t_m), math.nan if host_s is None else host_s)
+    return Object(
+        scene, calibrated, (tracked.R, tracked.t_m), math.nan if host_s is None else host_s
+    )
 
 
 def _document(
-    name: str, asked: BarEntry, pair: Sequence[str], found: BarEnds, used: PoseFile, limits: Limits
+    name: str,
+    bar_row: BarEntry,
+    pair: Sequence[str],
+    bar_ends: BarEnds,
+    used: PoseFile,
+    limits: Limits,
 ) -> tuple[Row, list[Row]]:
     from scipy.spatial.transform import Rotation
 
-    take = of_take.take_of(name, "", 1 / STEP_S, 1e3 * found.t_m, 0.0)
-    of_take.check(take, " and ".join(pair), asked.length_mm, 0.0)
+    take = of_take.take_of(name, "", 1 / STEP_S, 1e3 * bar_ends.t_m, 0.0)
+    of_take.check(take, " and ".join(pair), bar_row.length_mm, 0.0)
     way, least, said = of_take.way_mm(take), limits.least_path_mm, []
     if way < least:
         said = [render("bar.one_place", way=way, least=least, pair=pair)]
-    quaternions = np.full((2, 4, found.time_s.size), math.nan)
+    quaternions = np.full((2, 4, bar_ends.time_s.size), math.nan)
     seen = take.known
-    quaternions[:, :, seen] = [Rotation.from_matrix(R[seen]).as_quat().T for R in found.R]
-    pose = asked.pose
+    quaternions[:, :, seen] = [Rotation.from_matrix(R[seen]).as_quat().T for R in bar_ends.R]
+    pose = bar_row.pose
     take = of_take.with_angles(take, quaternions, pose.quaternion if pose else None)
-    judged = evaluate([take], asked.certificate, limits)
+    judged = evaluate([take], bar_row.certificate, limits)
     findings = findings_of(judged, pose_u_deg=pose.u_deg if pose else 0.0)
     document: Row = {
         "recording": name,
         **bar_document(judged, findings, limits, pair, warnings=said),
     }
-    clock = found.clock
+    clock = bar_ends.clock
     document["clock"] = {
         "rate_ppm": 1e6 * (clock.rate - 1),
         "rms_ns": 1e9 * clock.rms_s,
@@ -165,12 +174,12 @@ def _document(
         "n_turns": clock.turns,
     }
     document["stations"] = {name: one["id"] for name, one in used["stations"].items()}
-    document["stated"] = _stated(take.length_mm - judged.reference_mm, 1e3 * found.sd_m, asked)
+    document["stated"] = _stated(take.length_mm - judged.reference_mm, 1e3 * bar_ends.sd_m, bar_row)
     return document, bar_rows(judged)
 
 
-def _stated(error_mm: np.ndarray, sd_mm: np.ndarray, asked: BarEntry) -> Row:
-    """`stated` of a distance, of its error that of the certificate included."""
+def _stated(error_mm: np.ndarray, sd_mm: np.ndarray, bar_row: BarEntry) -> Row:
+    """`stated_errors` of a distance, of its error that of the certificate included."""
     known = np.isfinite(error_mm) & np.isfinite(sd_mm)
-    sizes = np.abs(error_mm[known]) / np.hypot(sd_mm[known], asked.length_u_mm or 0.0)
-    return stated(sd_mm[known], sizes)
+    sizes = np.abs(error_mm[known]) / np.hypot(sd_mm[known], bar_row.length_u_mm or 0.0)
+    return stated_errors(sd_mm[known], sizes)

@@ -25,7 +25,7 @@ FORMATS = {
 
 
 def frame_of(
-    found: Calibration,
+    calibration: Calibration,
     taken: Mapping[str, PoseEstimate],
     stations: Sequence[Station],
     board: np.ndarray,
@@ -33,19 +33,21 @@ def frame_of(
     points: str | None,
 ) -> tuple[worlds.World, list[Pose | None]]:
     """The requested frame, and the poses of the stations in it, None of one without; taken: the
-    chosen ones of `found`. Raises `Refusal` for points that determine no frame."""
+    chosen ones of `calibration`. Raises `Refusal` for points that determine no frame."""
     pose = next(iter(taken.values()))
-    reference = stations[0].role if found.network is None else found.network.connected[0]
+    reference = (
+        stations[0].role if calibration.network is None else calibration.network.connected[0]
+    )
     known = {reference: (np.eye(3), np.zeros(3))} | {k: (p.R, p.t_m) for k, p in taken.items()}
-    own = sorted((s for s in stations if s.role in known), key=lambda s: s.role != reference)
-    poses = [known[station.role] for station in own]
-    path, both = pose.path, found.paths_of(pose)
+    placed = sorted((s for s in stations if s.role in known), key=lambda s: s.role != reference)
+    poses = [known[station.role] for station in placed]
+    path, both = pose.path, calibration.paths_of(pose)
     if path is None and both is not None:
         path = both[MASTER]
     felt = (pose.details or {}).get("inertial")
     up = -np.array(felt["gravity_m_s2"]) if isinstance(felt, Mapping) else None
-    world = worlds.world_of(name, worlds.Calibrated(own, poses, board, path, up), points)
-    places = {s.role: world.place(known[s.role]) for s in own}
+    world = worlds.world_of(name, worlds.Calibrated(placed, poses, board, path, up), points)
+    places = {s.role: world.place(known[s.role]) for s in placed}
     return world, [places.get(station.role) for station in stations]
 
 
@@ -73,15 +75,15 @@ def write_exports(
         world, poses = placed
         if lasers_m is not None:  # other programs track with the optics
             both = zip(poses, reference.optical_origins(lasers_m), strict=True)
-            poses = [pose and (pose[0], pose[0] @ own + pose[1]) for pose, own in both]
-        remarks.append(f"World, in metres: {described(world, stations)}.")
+            poses = [pose and (pose[0], pose[0] @ place + pose[1]) for pose, place in both]
+        remarks.append(f"World, in metres: {frame_words(world, stations)}.")
         export, entry = formats.Export(stations, poses, remarks), _entry(world, stations, poses)
     for name, text in FORMATS.items():
         files.write_text(paths[name], text(export))
     return entry
 
 
-def described(world: worlds.World, stations: Sequence[Station]) -> str:
+def frame_words(world: worlds.World, stations: Sequence[Station]) -> str:
     """The frame in words, with what limits it."""
     words = worlds.frame_words(world.name, stations)
     if world.rms_m is not None and world.residuals_m is not None:

@@ -52,7 +52,7 @@ log = logging.getLogger(__name__)
 
 def pose(
     entry: Entry,
-    given: Paths,
+    inputs: Paths,
     settings: Lighthouse,
     allan: Allan | None,
     folder: Path,
@@ -61,7 +61,7 @@ def pose(
     """Calibrate the stations by `DECODED`: `ESTIMATED`, and with `allan` the noise of the angles.
     Returns the contents of pose.json. beside: as in `write_poses`."""
     paths = sweeps.paths_in(TABLES, folder)
-    document = write_poses(entry, settings, {**paths, **given}, paths, beside=beside)
+    document = write_poses(entry, settings, {**paths, **inputs}, paths, beside=beside)
     if allan is None:
         Path(paths["allan"]).unlink(missing_ok=True)  # of an earlier twin of this name
     else:
@@ -73,7 +73,7 @@ def simulate(
     entry: Entry,
     twin: twins.LighthouseTwin | NetworkTwin,
     seed: int,
-    given: Paths,
+    inputs: Paths,
     settings: Lighthouse,
     allan: Allan | None,
     folder: Path,
@@ -81,30 +81,30 @@ def simulate(
     """Simulate a twin, of the first generation as a dump, which is removed in the end, and take
     both steps with it: `TWIN` (`NETWORK_TWIN`), `DECODED`, `ESTIMATED`. Returns the contents of
     pose.json."""
-    made = sweeps.paths_in(TWIN, folder)
+    outputs = sweeps.paths_in(TWIN, folder)
     if isinstance(twin, NetworkTwin):
-        found = sweeps.network_twin(twin, seed, settings, made)
-        sweeps.write_decoded(entry, found, settings, sweeps.paths_in(DECODED, folder))
-        truth = {"reference": made["truth"]}
-        return pose(entry, truth | dict(given), settings, allan, folder)
+        decoded = sweeps.network_twin(twin, seed, settings, outputs)
+        sweeps.write_decoded(entry, decoded, settings, sweeps.paths_in(DECODED, folder))
+        truth = {"reference": outputs["truth"]}
+        return pose(entry, truth | dict(inputs), settings, allan, folder)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
         dump = str(Path(part) / "twin.dump")
-        sweeps.write_twin(twin, seed, made | {"dump": dump})
-        board = {"dump": dump, "board": made["twin_board"]}
+        sweeps.write_twin(twin, seed, outputs | {"dump": dump})
+        board = {"dump": dump, "board": outputs["twin_board"]}
         recording = sweeps.with_sensors(sweeps.decoded(entry, board, settings), twin, seed)
         sweeps.write_decoded(entry, recording, settings, sweeps.paths_in(DECODED, folder))
-    more: dict[str, str] = {"truth": made["truth"]}
-    if "reference" not in given and twin.reference == "mocap":
-        more |= {"reference": made["reference"], "mount": made["mount"]}
-    elif "reference" not in given:
-        more["reference"] = made["truth"]
-    return pose(entry, {**more, **given}, settings, allan, folder)
+    more: dict[str, str] = {"truth": outputs["truth"]}
+    if "reference" not in inputs and twin.reference == "mocap":
+        more |= {"reference": outputs["reference"], "mount": outputs["mount"]}
+    elif "reference" not in inputs:
+        more["reference"] = outputs["truth"]
+    return pose(entry, {**more, **inputs}, settings, allan, folder)
 
 
 def write_poses(
     entry: Entry,
     settings: Lighthouse,
-    given: Paths,
+    inputs: Paths,
     paths: Paths,
     over: MapFunction = in_turn,
     beside: Sequence[tuple[Entry, Paths]] = (),
@@ -112,33 +112,33 @@ def write_poses(
     """sweeps.parquet, stations.json -> poses.parquet, pose.json, track.parquet: board poses, pose
     of the slave, and the board tracked with it; and the files of other programs.
 
-    `given` are named sweeps, stations, board, and, where there are any, inertial, reference, mount,
-    truth, earlier, tracked_with, points; `paths` pose, poses, track and as `FORMATS`; over: as in
-    `calibrate`; beside: other objects of the recording (`with_objects`; first generation), entries
-    and what is `given` of each.
+    `inputs` are named sweeps, stations, board, and, where there are any, inertial, reference,
+    mount, truth, earlier, tracked_with, points; `paths` pose, poses, track and as `FORMATS`; over:
+    as in `calibrate`; beside: other objects of the recording (`with_objects`; first generation),
+    entries and the inputs of each.
     Returns the contents of pose.json.
     """
-    read, found, placed = sweeps.recorded(given), Calibration(), None
+    read, calibration, placed = sweeps.recorded(inputs), Calibration(), None
     origin, stations, how = read.origin, read.stations, calibration_settings(settings)
-    sensors = _sensors(entry, settings, given, read)
+    sensors = _sensors(entry, settings, inputs, read)
     try:
-        found = calibrate(*read.seen, how, log.info, over, sensors, stations)
+        calibration = calibrate(*read.seen, how, log.info, over, sensors, stations)
         result = summary(
-            found,
+            calibration,
             stations,
             duration_s=origin["duration_s"],
             resolution_s=origin["resolution_s"],
             notes=origin["notes"],
             reference=reference_of(
-                entry, given.get("reference"), given.get("mount"), read.generation
+                entry, inputs.get("reference"), inputs.get("mount"), read.generation
             ),
-            truths=truths_of(given.get("truth")),
-            earlier=given.get("earlier"),
+            truths=truths_of(inputs.get("truth")),
+            earlier=inputs.get("earlier"),
         )
         result = with_objects(result, dict(_of_others(beside, settings)))
-        if taken := _taken(found, result.document):
-            points = given.get("points")
-            placed = frame_of(found, taken, stations, read.board, settings.world, points)
+        if taken := _chosen_estimates(calibration, result.document):
+            points = inputs.get("points")
+            placed = frame_of(calibration, taken, stations, read.board, settings.world, points)
     except Refusal as refusal:
         log.warning("%s", refusal)
         result = refused(stations, str(refusal))
@@ -148,18 +148,18 @@ def write_poses(
     same = ("recording", "source", "twin", "sha256", "duration_s")
     origin = {key: origin[key] for key in same} | {"lighthouse": settings.of_one()}
     origin["versions"] = files.versions("numpy", "scipy", "numba")
-    files.write_table(paths["poses"], records.pose_columns(found.paths), origin)
-    earlier = given.get("tracked_with")
+    files.write_table(paths["poses"], records.pose_columns(calibration.paths), origin)
+    earlier = inputs.get("tracked_with")
     sight = Sight(read, how, sensors)
-    write_track(paths["track"], entry, found, result.document, earlier, sight, origin)
+    write_track(paths["track"], entry, calibration, result.document, earlier, sight, origin)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, paths)
     document |= {"world": world, "origin": origin}
     files.write_json(paths["pose"], document)
     return document
 
 
-def _sensors(entry: Entry, settings: Lighthouse, given: Paths, read: sweeps.Recorded) -> Sensors:
-    lengths = sweeps.lengths_of(entry, given.get("points"), len(read.board), read.names)
+def _sensors(entry: Entry, settings: Lighthouse, inputs: Paths, read: sweeps.Recorded) -> Sensors:
+    lengths = sweeps.lengths_of(entry, inputs.get("points"), len(read.board), read.names)
     how = read.inertial, lengths, read.normals, read.clocks
     return sensors_of(settings, read.stations, *how)
 
@@ -171,27 +171,27 @@ def _of_others(
     of the second generation. Anew, as pose.json of each row depends on the other objects."""
     how = calibration_settings(settings)
     better = [name for name in how.estimators if name not in (*SIMPLEX, *PEERS)]
-    for entry, given in beside:
-        read = sweeps.recorded(given)
+    for entry, inputs in beside:
+        read = sweeps.recorded(inputs)
         if read.generation == 2:
             continue
         try:
             chosen = replace(how, estimators=better or how.estimators)
-            sensors = _sensors(entry, settings, given, read)
-            found = calibrate(*read.seen, chosen, sensors=sensors, stations=read.stations)
+            sensors = _sensors(entry, settings, inputs, read)
+            calibration = calibrate(*read.seen, chosen, sensors=sensors, stations=read.stations)
         except Refusal as refusal:
             log.info("%s: %s", entry.calibration, refusal)
             continue
         origin = read.origin["duration_s"], read.origin["resolution_s"]
-        told = summary(found, read.stations, duration_s=origin[0], resolution_s=origin[1])
+        told = summary(calibration, read.stations, duration_s=origin[0], resolution_s=origin[1])
         yield entry.calibration, told.document
 
 
 def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
     """Settings of the estimators, lasers in m, from those of the configuration."""
-    own = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
+    known = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
     if settings.lasers_mm is not None:
-        own["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
+        known["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
     priors = Priors(
         time_zero_us=settings.time_zero_sd_us,
         phase_mrad=settings.phase_sd_mrad,
@@ -199,7 +199,7 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
         board_scale=settings.board_scale_sd,
         board_position_mm=settings.board_position_sd_mm,
     )
-    return CalibrationSettings(**own, priors=priors)
+    return CalibrationSettings(**known, priors=priors)
 
 
 def sensors_of(
@@ -233,22 +233,22 @@ def reference_of(
     known = reference.read_mount(str(mount))
     if not master and not slave:  # a twin's: M1 ... on the master, S1 ... on the slave
         master, slave = ([label for label in known if label.startswith(one)] for one in "MS")
-    found = captured(path, [*master, *slave], entry.reference_unit, "reference_unit")
+    recording = motion_capture(path, [*master, *slave], entry.reference_unit, "reference_unit")
     said = f"markers in {Path(path).name}"
     return reference.reference_from_markers(
-        found.position_mm, found.labels, master, slave, known, said
+        recording.position_mm, recording.labels, master, slave, known, said
     )
 
 
-def captured(path: str, labels: Sequence[str], unit: Unit | None, column: str) -> Recording:
+def motion_capture(path: str, labels: Sequence[str], unit: Unit | None, column: str) -> Recording:
     """Motion capture of some markers; unit: as the column states it, where the file names none."""
     try:
-        found = read_recording([path], labels, unit=unit)
+        recording = read_recording([path], labels, unit=unit)
     except UnknownUnit as refusal:
         raise Refusal(f"{refusal} (column {column} of the sheet)") from None
-    if found.unit_source == "assumed":
+    if recording.unit_source == "assumed":
         log.warning("%s names no unit, so its coordinates are assumed to be in mm", Path(path).name)
-    return found
+    return recording
 
 
 def truths_of(path: str | None) -> dict[str, Reference] | None:
@@ -260,12 +260,12 @@ def truths_of(path: str | None) -> dict[str, Reference] | None:
     return {"housing": housing, "optical": reference.optical(housing, np.array(lasers))}
 
 
-def _taken(found: Calibration, document: PoseFile) -> dict[str, PoseEstimate]:
+def _chosen_estimates(calibration: Calibration, document: PoseFile) -> dict[str, PoseEstimate]:
     """The chosen estimate of each station but the reference, by its name."""
     chosen: object = document["chosen"]
     if isinstance(chosen, Mapping):
-        return {name: found.estimates[k] for name, k in chosen.items() if k is not None}
-    return {} if not isinstance(chosen, int) else {ROLES[SLAVE]: found.estimates[chosen]}
+        return {name: calibration.estimates[k] for name, k in chosen.items() if k is not None}
+    return {} if not isinstance(chosen, int) else {ROLES[SLAVE]: calibration.estimates[chosen]}
 
 
 def warm_up() -> None:
@@ -282,10 +282,10 @@ def warm_up() -> None:
         duration_s=1.0,
         independent_urad=50.0,
     )
-    made = simulated.simulate(twin)
+    simulation = simulated.simulate(twin)
     up, rng = simulated.up_of(twin), np.random.default_rng(0)
-    series = sensed(made.truth.motion, up, twins.InertialTwin(), twin.duration_s, rng)
-    hits, _ = clean_hits(made.hits, made.truth.board)
-    factories = [station.factory for station in made.truth.stations]
+    series = sensed(simulation.truth.motion, up, twins.InertialTwin(), twin.duration_s, rng)
+    hits, _ = clean_hits(simulation.hits, simulation.truth.board)
+    factories = [station.factory for station in simulation.truth.stations]
     how = CalibrationSettings(("batch", "paper", "paper-lm", "geometric"), ("factory", "ideal"))
-    calibrate(hits, made.truth.board, factories, how, sensors=Sensors(series))
+    calibrate(hits, simulation.truth.board, factories, how, sensors=Sensors(series))

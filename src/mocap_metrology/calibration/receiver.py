@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.calibration.pose import calibration_settings, captured, sensors_of
+from mocap_metrology.calibration.pose import calibration_settings, motion_capture, sensors_of
 from mocap_metrology.calibration.sweeps import Entry, Paths, recorded
 from mocap_metrology.calibration.track import Sight, scene_before, stations_used
 from mocap_metrology.common import files
@@ -38,22 +38,22 @@ def receiver(
     entry: Entry,
     seen: str,
     labels: Sequence[str],
-    given: Paths,
+    inputs: Paths,
     settings: Lighthouse,
     output: str,
     unit: Unit | None = None,
 ) -> Row:
     """receiver.json of a row; a refusal is a result, with the reason in it.
 
-    seen: a recording of markers on the receiver; labels: of these, empty for all; given: paths
+    seen: a recording of markers on the receiver; labels: of these, empty for all; inputs: paths
     named as `DECODED`, track, pose, tracked_with (if any); unit: of the coordinates, where the file
     names none. Returns the contents of receiver.json.
     """
     try:
-        read = captured(seen, labels, unit, "receiver_unit")
+        read = motion_capture(seen, labels, unit, "receiver_unit")
         place_m = 1e-3 * np.asarray(read.position_mm, float)
         markers = Markers(read.labels, read.frame_rate_hz, place_m).cleaned()
-        document = _judged(entry, markers, Path(seen).name, given, settings)
+        document = _judged(entry, markers, Path(seen).name, inputs, settings)
     except Refusal as refusal:
         document = {"recording": entry.calibration, "refused": str(refusal)}
     log.info("%s", document.get("sentence") or document["refused"])
@@ -61,40 +61,40 @@ def receiver(
     return document
 
 
-def _judged(entry: Entry, seen: Markers, file: str, given: Paths, settings: Lighthouse) -> Row:
-    columns, origin = files.read_table(given["track"])
+def _judged(entry: Entry, seen: Markers, file: str, inputs: Paths, settings: Lighthouse) -> Row:
+    columns, origin = files.read_table(inputs["track"])
     if not columns["time_s"].size:
         raise Refusal(f"receiver: the board is not tracked ({origin.get('reason', 'no hits')})")
     track = _tracked(columns)
-    found = match(track, seen)
-    free, n = found.free, len(seen.labels)
-    common_s = float(found.time_s.size * np.median(np.diff(track.time_s)))
-    levers = zip(seen.labels, free.lever_m, found.sd[2:-1].reshape(n, 3), strict=True)
+    matched = match(track, seen)
+    free, n = matched.free, len(seen.labels)
+    common_s = float(matched.time_s.size * np.median(np.diff(track.time_s)))
+    levers = zip(seen.labels, free.lever_m, matched.sd[2:-1].reshape(n, 3), strict=True)
     document: Row = {
         "recording": entry.calibration,
         "motion_capture": {"source": file, "labels": list(seen.labels), "rate_hz": seen.rate_hz},
         "not_rigid": seen.not_rigid,
         "common_s": common_s,
-        "n_moments": int(found.time_s.size),
+        "n_moments": int(matched.time_s.size),
         "clock": {
             "offset_s": free.offset_s,
-            "offset_sd_s": float(found.sd[0]),
+            "offset_sd_s": float(matched.sd[0]),
             "rate_ppm": 1e6 * free.rate,
-            "rate_sd_ppm": 1e6 * float(found.sd[1]),
+            "rate_sd_ppm": 1e6 * float(matched.sd[1]),
         },
-        "frame": pose_row(found.alignment.A, found.alignment.b_m),
-        "lever_mm": {k: {"value": _mm(own), "sd": _mm(sd)} for k, own, sd in levers},
+        "frame": pose_row(matched.alignment.A, matched.alignment.b_m),
+        "lever_mm": {k: {"value": _mm(value), "sd": _mm(sd)} for k, value, sd in levers},
         "scale_ppm": 1e6 * (free.scale - 1),
-        "scale_sd_ppm": 1e6 * float(found.sd[-1]),
-        "place_mm": _statistics(1e3 * np.linalg.norm(found.place_m.mean(axis=1), axis=1)),
+        "scale_sd_ppm": 1e6 * float(matched.sd[-1]),
+        "place_mm": _statistics(1e3 * np.linalg.norm(matched.place_m.mean(axis=1), axis=1)),
         "attitude_deg": None,
-        "stated": _stated(columns, found),
+        "stated": _stated(columns, matched),
     }
-    if found.turn_rad is not None:
-        turns = np.degrees(np.linalg.norm(found.turn_rad, axis=1))
+    if matched.turn_rad is not None:
+        turns = np.degrees(np.linalg.norm(matched.turn_rad, axis=1))
         document["attitude_deg"] = _statistics(turns)
     try:
-        document["stations"] = _stations(*_scene(entry, given, settings), track, seen, found)
+        document["stations"] = _stations(*_scene(entry, inputs, settings), track, seen, matched)
     except Refusal as refusal:
         document |= {"stations": {}, "not_resected": str(refusal)}
     document["sentence"] = render("receiver.check", **document)
@@ -111,25 +111,25 @@ def _tracked(columns: Mapping[str, np.ndarray]) -> Tracked:
     return Tracked(np.asarray(columns["time_s"]), R, t, 1e-3 * np.sqrt(np.mean(sd**2, axis=1)))
 
 
-def _scene(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[Scene, Calibrated]:
+def _scene(entry: Entry, inputs: Paths, settings: Lighthouse) -> tuple[Scene, Calibrated]:
     """The light on the receiver, and the stations as the row tracks with them."""
-    read, own = recorded(given), read_pose_json(given["pose"])
-    used = stations_used(entry, own, given.get("tracked_with"))
+    read, pose = recorded(inputs), read_pose_json(inputs["pose"])
+    used = stations_used(entry, pose, inputs.get("tracked_with"))
     sensors = sensors_of(settings, read.stations, normals=read.normals)
     sight = Sight(read, calibration_settings(settings), sensors)
-    scene, known = scene_before(used, used is own, sight)
+    scene, known = scene_before(used, used is pose, sight)
     if scene.optics == ESTIMATED:
         raise Refusal("the rotors of these stations were estimated; expected factory values")
     return scene, known
 
 
 def _stations(
-    scene: Scene, known: Calibrated, track: Tracked, seen: Markers, found: Match
+    scene: Scene, known: Calibrated, track: Tracked, seen: Markers, matched: Match
 ) -> dict[str, Row]:
     """Errors of the stations by name: the pose by the calibration less that by motion capture, as
     seen from the reference; and each pose, that of the reference too, in the frame of motion
     capture."""
-    placed = resected(scene, known, track, seen, found.free)
+    placed = resected(scene, known, track, seen, matched.free)
     rows = {
         scene.names[k]: {
             "in_motion_capture": pose_row(*pose),
@@ -150,9 +150,9 @@ def _difference(known: Calibrated, k: int, placed: Resected, place: int) -> Row:
 
     (R, t), (R_0, t_0) = known.poses[k], placed.relative[place]
     off = np.r_[t - t_0, rotation.error(R, R_0)] * COVARIANCE_UNITS
-    its, own = (slice(POSE * at, POSE * (at + 1)) for at in (k - 1, place))
-    given, seen = known.covariance[its, its], placed.covariance[own, own]
-    both = (given + seen) * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
+    its, there = (slice(POSE * at, POSE * (at + 1)) for at in (k - 1, place))
+    before, seen = known.covariance[its, its], placed.covariance[there, there]
+    both = (before + seen) * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
     row: Row = {"difference_mm": off[:3].tolist(), "difference_deg": off[3:].tolist()}
     parts = {"": both, "_resection": seen * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)}
     for unit, axes in (("mm", slice(0, 3)), ("deg", slice(3, 6))):
@@ -165,17 +165,17 @@ def _difference(known: Calibrated, k: int, placed: Resected, place: int) -> Row:
     return row
 
 
-def _stated(columns: Mapping[str, np.ndarray], found: Match) -> Row:
-    """`stated` of a coordinate; what a motion of the whole path would explain is not in the
+def _stated(columns: Mapping[str, np.ndarray], matched: Match) -> Row:
+    """`stated_errors` of a coordinate; what a motion of the whole path would explain is not in the
     errors."""
-    at = np.searchsorted(columns["time_s"], found.time_s)
+    at = np.searchsorted(columns["time_s"], matched.time_s)
     sd = np.column_stack([columns[f"sd_{axis}"][at] for axis in AXES_OF_POSE[:3]])
-    error = 1e3 * found.place_m.mean(axis=1) @ found.alignment.A
+    error = 1e3 * matched.place_m.mean(axis=1) @ matched.alignment.A
     known = np.isfinite(sd).all(axis=1)
-    return stated(sd[known], (np.abs(error) / sd)[known])
+    return stated_errors(sd[known], (np.abs(error) / sd)[known])
 
 
-def stated(sd_mm: np.ndarray, sizes: np.ndarray) -> Row:
+def stated_errors(sd_mm: np.ndarray, sizes: np.ndarray) -> Row:
     """Median standard deviation by a track, and how often an error is within one and two; sizes: of
     errors over theirs."""
     if not sizes.size:

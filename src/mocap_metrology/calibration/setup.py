@@ -44,29 +44,29 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
     stations: list[Station] = []
     every = {one.name: recorded({k: v for k, v in vars(one).items() if v}) for one in members}
     try:
-        stations, places = same_stations({name: own.stations for name, own in every.items()})
+        stations, places = same_stations({name: item.stations for name, item in every.items()})
         hits = {}
-        for name, own in every.items():  # their stations as places in the list of all
-            place = np.array(places[name], own.hits.station.dtype)
-            hits[name] = replace(own.hits, station=place[own.hits.station])
-        files = {name: own.origin["sha256"] for name, own in every.items()}
+        for name, item in every.items():  # their stations as places in the list of all
+            place = np.array(places[name], item.hits.station.dtype)
+            hits[name] = replace(item.hits, station=place[item.hits.station])
+        files = {name: item.origin["sha256"] for name, item in every.items()}
         _check_once(hits, files)
         scenes, still = _scenes(members, every, hits, stations, settings)
-        seen = [(files[name], own.board.tobytes()) for name, own in scenes.items() if files[name]]
+        seen = [(files[name], item.board.tobytes()) for name, item in scenes.items() if files[name]]
         # Two objects of equal boards in one recording: every row is of an object of its own.
         objects = {name: name for name in scenes} if len(set(seen)) < len(seen) else None
-        found = by_setup(scenes, still, objects)
-        clocks = [own.origin["resolution_s"] for own in every.values()]
-        given = Calibration(
-            found.poses, why=found.why, variants=found.variants, network=found.network
+        solution = by_setup(scenes, still, objects)
+        clocks = [item.origin["resolution_s"] for item in every.values()]
+        calibration = Calibration(
+            solution.poses, why=solution.why, variants=solution.variants, network=solution.network
         )
         resolution = max(clocks) if None not in clocks else None
-        document = pose_document(summary(given, stations, resolution_s=resolution))
+        document = pose_document(summary(calibration, stations, resolution_s=resolution))
         said = {
-            station: {name: asdict(one) for name, one in own.items()}
-            for station, own in found.predicted.items()
+            station: {name: asdict(one) for name, one in item.items()}
+            for station, item in solution.predicted.items()
         }
-        document["predicted"] = said if found.network else said[ROLES[SLAVE]]
+        document["predicted"] = said if solution.network else said[ROLES[SLAVE]]
     except Refusal as refusal:
         log.warning("%s: %s", setup, refusal)
         document = pose_document(refused(stations or every[members[0].name].stations, str(refusal)))
@@ -84,8 +84,8 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
 def _check_once(hits: Mapping[str, Hits], files: Mapping[str, str | None]) -> None:
     """Refuse hits that two rows share, which would count twice; files: SHA-256 by name."""
     seen: dict[tuple[str | None, bytes], str] = {}
-    for name, own in hits.items():
-        other = seen.setdefault((files[name], own.time_s.tobytes()), name)
+    for name, member_hits in hits.items():
+        other = seen.setdefault((files[name], member_hits.time_s.tobytes()), name)
         if files[name] and other != name:
             raise Refusal(
                 f"{other} and {name} are of one object in one recording; expected one row"
@@ -105,16 +105,20 @@ def _scenes(
     generation, names = stations[0].generation, [station.role for station in stations]
     scenes, still = {}, {}
     for one in members:
-        own, read = hits[one.name], every[one.name]
+        member_hits, read = hits[one.name], every[one.name]
         board = read.board
         more = sensors_of(settings, stations, read.inertial, normals=read.normals)
         clocks = dict(zip(read.names, read.clocks, strict=False))
         more = replace(more, clocks=tuple(map(clocks.get, names)))
         lasers = how.lasers_m if generation == 1 else None
-        scene = Scene(own, board, optics, factories, lasers, how.variant, how.priors, sensors=more)
+        scene = Scene(
+            member_hits, board, optics, factories, lasers, how.variant, how.priors, sensors=more
+        )
         scenes[one.name] = replace(scene, generation=generation, names=names)
         if read_pose_json(one.pose)["diagnostics"].get("still"):
-            still[one.name] = [median_angles(own, k, len(board)) for k in range(len(stations))]
+            still[one.name] = [
+                median_angles(member_hits, k, len(board)) for k in range(len(stations))
+            ]
     return scenes, still
 
 
@@ -128,52 +132,59 @@ def same_stations(
     recording that has the station. Raises `Refusal` where the recordings are of other stations or
     of both generations, or where a channel is of two stations.
     """
-    if len({one.generation for own in every.values() for one in own}) > 1:
+    if len({one.generation for listed in every.values() for one in listed}) > 1:
         raise Refusal("recordings of stations of both generations; expected those of one")
     first, *others = every
     if every[first][0].generation == 1:
         for name in others:
-            theirs, its = ((own[MASTER].id, own[SLAVE].id) for own in (every[name], every[first]))
+            theirs, its = (
+                (listed[MASTER].id, listed[SLAVE].id) for listed in (every[name], every[first])
+            )
             check_same_ids(theirs, its, name, first)
-        both = [_best([own[k] for own in every.values()]) for k in (MASTER, SLAVE)]
+        both = [_best_known([listed[k] for listed in every.values()]) for k in (MASTER, SLAVE)]
         return both, {name: [MASTER, SLAVE] for name in every}
-    found = _of_channels(every)
-    order = sorted(range(len(found)), key=lambda k: found[k][0].channel or 0)
+    by_channel = _of_channels(every)
+    order = sorted(range(len(by_channel)), key=lambda k: by_channel[k][0].channel or 0)
     places = {}
-    for name, own in every.items():
-        rank = [next(k for k, same in enumerate(found) if one in _ids(same)) for one in _ids(own)]
+    for name, listed in every.items():
+        rank = [
+            next(k for k, same in enumerate(by_channel) if one in _ids(same))
+            for one in _ids(listed)
+        ]
         places[name] = [order.index(k) for k in rank]
-        if len(set(places[name])) < len(own):
+        if len(set(places[name])) < len(listed):
             raise Refusal(f"{name}: two of its stations are one in the other recordings")
-    return [_best(found[k]) for k in order], places
+    return [_best_known(by_channel[k]) for k in order], places
 
 
 def _of_channels(every: Mapping[str, Sequence[Station]]) -> list[list[Station]]:
     """Stations of the second generation as each recording tells them, those that are one together;
     the first of these names it."""
-    found: list[list[Station]] = []
-    told = [(name, one) for name, own in every.items() for one in own]
+    groups: list[list[Station]] = []
+    told = [(name, one) for name, group in every.items() for one in group]
     named: dict[int | None, str] = {}
     for name, one in sorted(told, key=lambda pair: pair[1].id is None):
         if one.id is None:
-            same = [own for own in found if any(one.channel == other.channel for other in own)]
+            same = [
+                group for group in groups if any(one.channel == other.channel for other in group)
+            ]
         else:
-            same = [own for own in found if own[0].id == one.id]
+            same = [group for group in groups if group[0].id == one.id]
         if len(same) > 1:
-            ids = " and ".join(str(own[0].id) for own in same)
+            ids = " and ".join(str(group[0].id) for group in same)
             raise Refusal(f"{name}: station {one.role} has no id, and {ids} have that channel")
         if same:
             same[0].append(one)
             continue
         if one.channel in named:
-            other = next(own[0].id for own in found if own[0].channel == one.channel)
+            other = next(group[0].id for group in groups if group[0].channel == one.channel)
             raise Refusal(
                 f"station {one.role} is {one.id} in {name} and {other} in {named[one.channel]};"
                 " expected one station a channel"
             )
-        found.append([one])
+        groups.append([one])
         named[one.channel] = name
-    return found
+    return groups
 
 
 def _ids(stations: Sequence[Station]) -> list[int]:
@@ -181,7 +192,7 @@ def _ids(stations: Sequence[Station]) -> list[int]:
     return [id(one) for one in stations]
 
 
-def _best(told: Sequence[Station]) -> Station:
+def _best_known(told: Sequence[Station]) -> Station:
     """A station as one recording tells it, with factory values if any does, named as by the first;
     its id, too, where another one tells it."""
     best = next((one for one in told if one.factory is not None), told[0])

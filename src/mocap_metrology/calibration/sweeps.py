@@ -63,8 +63,8 @@ def decoded(entry: Entry, files: Mapping[str, str], settings: Lighthouse) -> Dec
     """A recording, decoded; `files` are named dump, board and factory."""
     board = str(entry.board) if entry.format == "libsurvive-rec" else files["board"]
     how = {k: getattr(settings, k) for k in ("sample_rate_hz", "active_level")}
-    given = files["dump"], entry.format, board, files.get("factory")
-    return decode(*given, **how, cleaning=_cleaning(settings))
+    arguments = files["dump"], entry.format, board, files.get("factory")
+    return decode(*arguments, **how, cleaning=_cleaning(settings))
 
 
 def _cleaning(settings: Lighthouse) -> Cleaning:
@@ -76,18 +76,18 @@ def _cleaning(settings: Lighthouse) -> Cleaning:
     )
 
 
-def checked(entry: Entry, given: Paths, settings: Lighthouse) -> tuple[dict[str, Any], Decoded]:
+def checked(entry: Entry, inputs: Paths, settings: Lighthouse) -> tuple[dict[str, Any], Decoded]:
     """Contents of check.json, and the decoded recording; raises `Refusal` for one that cannot be
     used, and for such points in the room, where they are given."""
-    if entry.sha256 and (found := files.sha256(str(entry.path))) != entry.sha256:
+    if entry.sha256 and (digest := files.sha256(str(entry.path))) != entry.sha256:
         name = Path(str(entry.path)).name
-        raise Refusal(f"{name}: SHA-256 is {found}; expected {entry.sha256}")
-    if "points" in given:
-        read_points(given["points"])
-    recording = decoded(entry, given, settings)
-    if "points" in given or not str(entry.known_length).startswith("points"):
+        raise Refusal(f"{name}: SHA-256 is {digest}; expected {entry.sha256}")
+    if "points" in inputs:
+        read_points(inputs["points"])
+    recording = decoded(entry, inputs, settings)
+    if "points" in inputs or not str(entry.known_length).startswith("points"):
         names = [station.role for station in recording.stations]
-        lengths_of(entry, given.get("points"), len(recording.board), names)
+        lengths_of(entry, inputs.get("points"), len(recording.board), names)
     then = "expected errors of centimetres"
     if recording.generation == 2:
         then = "usual ones of such stations are the first guess"
@@ -110,10 +110,10 @@ def lengths_of(
     return (known_length(entry.known_length, n_diodes, places, names),)
 
 
-def sweeps(entry: Entry, given: Paths, settings: Lighthouse, folder: Path) -> Row:
+def sweeps(entry: Entry, inputs: Paths, settings: Lighthouse, folder: Path) -> Row:
     """Check and decode a recording: check.json and `DECODED`. Raises `Refusal` for one that cannot
     be used; then nothing has been written."""
-    check, recording = checked(entry, given, settings)
+    check, recording = checked(entry, inputs, settings)
     write_decoded(entry, recording, settings, paths_in(DECODED, folder))
     files.write_json(folder / "check.json", check)
     return check
@@ -134,7 +134,7 @@ def paths_in(names: Mapping[str, str], folder: Path) -> dict[str, str]:
     return {name: str(folder / file) for name, file in names.items()}
 
 
-def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Paths) -> None:
+def write_decoded(entry: Entry, read: Decoded, settings: Lighthouse, paths: Paths) -> None:
     """Pulses, gyroscope and accelerometer, stations, clean hits, and the board; `paths` are named
     pulses, inertial, stations, sweeps, board."""
     origin = {
@@ -143,28 +143,28 @@ def write_decoded(entry: Entry, found: Decoded, settings: Lighthouse, paths: Pat
         "twin": entry.twin,
         "sha256": None if entry.twin else files.sha256(str(entry.path)),
         "lighthouse": settings.of_one(),
-        "duration_s": found.duration_s,
-        "resolution_s": found.pulses.resolution_s if found.pulses else None,
-        "notes": found.notes,
-        "clocks": [vars(clock) for clock in found.clocks],
-        **({} if found.generation == 1 else {"generation": found.generation}),
-        **({} if found.host_s is None else {"host_s": found.host_s}),
+        "duration_s": read.duration_s,
+        "resolution_s": read.pulses.resolution_s if read.pulses else None,
+        "notes": read.notes,
+        "clocks": [vars(clock) for clock in read.clocks],
+        **({} if read.generation == 1 else {"generation": read.generation}),
+        **({} if read.host_s is None else {"host_s": read.host_s}),
         "versions": files.versions("numpy", "numba", "pyarrow"),
     }
     none: Mapping[str, Sequence[object]] = {"start_s": [], "length_us": [], "diode": []}
-    table = none if found.pulses is None else records.pulse_columns(found.pulses)
+    table = none if read.pulses is None else records.pulse_columns(read.pulses)
     files.write_table(paths["pulses"], table, origin, records.PULSES_CODED)
-    sensors = found.pulses.inertial if found.pulses else None
+    sensors = read.pulses.inertial if read.pulses else None
     files.write_table(paths["inertial"], records.inertial_columns(sensors), origin, records.PLACES)
-    origin |= {"counts_by_diode": found.report, "dropped": dropped_share(found.report)}
+    origin |= {"counts_by_diode": read.report, "dropped": dropped_share(read.report)}
     files.write_table(
-        paths["sweeps"], records.sweep_columns(found.hits), origin, records.SWEEPS_CODED
+        paths["sweeps"], records.sweep_columns(read.hits), origin, records.SWEEPS_CODED
     )
-    write_board(paths["board"], found.board, found.normals)
-    files.write_json(paths["stations"], stations_to_json(found.stations))
-    for station in found.stations:
+    write_board(paths["board"], read.board, read.normals)
+    files.write_json(paths["stations"], stations_to_json(read.stations))
+    for station in read.stations:
         log.info("%s: id %s, mode %s, %s", station.role, station.id, station.mode, station.why)
-    log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
+    log.info("%d hits; dropped %s; %s", len(read.hits), origin["dropped"], read.notes)
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,9 @@ class Recorded:
     @property
     def clocks(self) -> tuple[TurnClock, ...]:
         """Clocks of the turns of second-generation stations, where their light shows them."""
-        return tuple(TurnClock(**own) for own in self.origin["clocks"] if self.generation == 2)
+        return tuple(
+            TurnClock(**values) for values in self.origin["clocks"] if self.generation == 2
+        )
 
     @property
     def seen(self) -> tuple[Hits, np.ndarray, list[Factory | None]]:
@@ -199,13 +201,13 @@ class Recorded:
         return self.hits, self.board, [station.factory for station in self.stations]
 
 
-def recorded(given: Paths) -> Recorded:
-    """`given` are named sweeps, stations, board, inertial (if any)."""
-    columns, origin = files.read_table(given["sweeps"])
-    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
-    board, normals = read_board(given["board"]), read_normals(given["board"])
+def recorded(inputs: Paths) -> Recorded:
+    """`inputs` are named sweeps, stations, board, inertial (if any)."""
+    columns, origin = files.read_table(inputs["sweeps"])
+    stations = stations_from_json(json.loads(Path(inputs["stations"]).read_text(encoding="utf-8")))
+    board, normals = read_board(inputs["board"]), read_normals(inputs["board"])
     inertial = None
-    if (path := given.get("inertial")) is not None:
+    if (path := inputs.get("inertial")) is not None:
         inertial = records.inertial_of(files.read_table(path)[0])
     return Recorded(records.hits_of(columns), stations, board, normals, origin, inertial)
 
@@ -222,15 +224,15 @@ def write_twin(twin: LighthouseTwin, seed: int, paths: Paths) -> str:
     """Simulate a Lighthouse twin; write it as a dump, with what a lab would have beside it: paths
     dump, twin_board, truth, reference, mount. Returns what was made, in words."""
     seed += twin.seed
-    made = simulated.simulate(twin, seed)
+    simulation = simulated.simulate(twin, seed)
     seen = simulate_mounts(twin, seed)
     frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
     write_c3d(paths["reference"], seen.labels, seen.rate_hz, [frames], len(frames))
     write_mounts(paths["mount"], seen.labels)
-    write_board(paths["twin_board"], made.truth.board)
-    files.write_json(paths["truth"], simulated.truth_json(made))
-    simulated.write_dump(paths["dump"], made.pulses)
-    return f"{made.pulses.start_s.size} pulses in {twin.duration_s:g} s"
+    write_board(paths["twin_board"], simulation.truth.board)
+    files.write_json(paths["truth"], simulated.truth_json(simulation))
+    simulated.write_dump(paths["dump"], simulation.pulses)
+    return f"{simulation.pulses.start_s.size} pulses in {twin.duration_s:g} s"
 
 
 def network_twin(twin: NetworkTwin, seed: int, settings: Lighthouse, paths: Paths) -> Decoded:
@@ -238,18 +240,18 @@ def network_twin(twin: NetworkTwin, seed: int, settings: Lighthouse, paths: Path
     beside it, `paths` named twin_board and truth."""
     from mocap_metrology.lighthouse.simulate.turns import simulate_turns
 
-    made = simulate_turns(twin.turns(seed))
-    write_board(paths["twin_board"], made.twin.board, made.twin.normals)
-    files.write_json(paths["truth"], truth_json(made))
-    return decode_light(made.light, made.twin.board, None, _cleaning(settings), "twin")
+    simulation = simulate_turns(twin.turns(seed))
+    write_board(paths["twin_board"], simulation.twin.board, simulation.twin.normals)
+    files.write_json(paths["truth"], truth_json(simulation))
+    return decode_light(simulation.light, simulation.twin.board, None, _cleaning(settings), "twin")
 
 
-def with_sensors(found: Decoded, twin: LighthouseTwin, seed: int) -> Decoded:
+def with_sensors(read: Decoded, twin: LighthouseTwin, seed: int) -> Decoded:
     """The decoded dump of a twin with its gyroscope and accelerometer, of which a dump has none."""
-    if twin.inertial is None or found.pulses is None:
-        return found
+    if twin.inertial is None or read.pulses is None:
+        return read
     seed += twin.seed
     motion = motion_of(twin.motion, np.array([one.t for one in twin.stations]), seed)
     rng = np.random.default_rng([seed, simulated.SENSORS])
     series = sensed(motion, simulated.up_of(twin), twin.inertial, twin.duration_s, rng)
-    return replace(found, pulses=replace(found.pulses, inertial=series))
+    return replace(read, pulses=replace(read.pulses, inertial=series))

@@ -35,8 +35,8 @@ class Sight(NamedTuple):
 def write_track(
     path: str,
     entry: Entry,
-    found: Calibration,
-    own: pose_file.PoseFile,
+    calibration: Calibration,
+    pose: pose_file.PoseFile,
     earlier: str | None,
     sight: Sight,
     origin: Metadata,
@@ -44,25 +44,25 @@ def write_track(
     """Track the board of a recording and write its poses; where that cannot be, no rows, and the
     reason in the metadata.
 
-    own: pose.json of this recording, `found` its estimates; earlier: that of another, whose
+    own: pose.json of this recording, `calibration` its estimates; earlier: that of another, whose
     stations are used where the row names it.
     """
-    more: Metadata = {"still": found.still, "tracked_with": entry.tracked_with}
+    more: Metadata = {"still": calibration.still, "tracked_with": entry.tracked_with}
     tracked = None
     try:
-        used = stations_used(entry, own, earlier)
+        used = stations_used(entry, pose, earlier)
         more["stations"] = used["stations"]
         if pose_file.is_network(used):
             more["reference"] = used["reference"]
         placed = _placed(used)
         entry_used = next(iter(placed.values()))
         kind = entry_used["estimator"], entry_used["stage"]
-        if used is own and kind == (NAME, "final"):
-            scene, joint = found.joints[entry_used["optics"]]
+        if used is pose and kind == (NAME, "final"):
+            scene, joint = calibration.joints[entry_used["optics"]]
             stations = _calibrated(used, placed, True)
-            tracked = receiver.along(joint, scene, stations, entry_used["note"])
+            tracked = receiver.poses_along(joint, scene, stations, entry_used["note"])
         else:
-            tracked = receiver.track(*scene_before(used, used is own, sight))
+            tracked = receiver.track(*scene_before(used, used is pose, sight))
         more["note"] = tracked.note
         seen = tracked.hits.any(axis=1)
         log.info("receiver: %d of %d moments have a pose", seen.sum(), seen.size)
@@ -73,18 +73,20 @@ def write_track(
     files.write_table(path, receiver.columns(tracked), origin | more)
 
 
-def stations_used(entry: Entry, own: pose_file.PoseFile, earlier: str | None) -> pose_file.PoseFile:
+def stations_used(
+    entry: Entry, pose: pose_file.PoseFile, earlier: str | None
+) -> pose_file.PoseFile:
     """pose.json to track with; refused if it is of other stations, or with swapped roles."""
     if entry.tracked_with is None:
-        return own
+        return pose
     if earlier is None:
         raise Refusal(f"calibration {entry.tracked_with}, to track with, is refused itself")
     used = pose_file.read_pose_json(earlier)
-    if pose_file.is_network(used) != pose_file.is_network(own):
+    if pose_file.is_network(used) != pose_file.is_network(pose):
         raise Refusal("the calibration to track with is of stations of the other generation")
     if pose_file.is_network(used):
-        for name in used["stations"].keys() & own["stations"].keys():
-            first, second = (one["stations"][name]["id"] for one in (used, own))
+        for name in used["stations"].keys() & pose["stations"].keys():
+            first, second = (one["stations"][name]["id"] for one in (used, pose))
             if None not in (first, second) and first != second:
                 raise Refusal(
                     f"the calibration to track with: its station {name} is {first}, that of the"
@@ -92,7 +94,7 @@ def stations_used(entry: Entry, own: pose_file.PoseFile, earlier: str | None) ->
                 )
         return used
     reference.check_same_ids(
-        ids_of(used), ids_of(own), "the calibration to track with", "the recording"
+        ids_of(used), ids_of(pose), "the calibration to track with", "the recording"
     )
     return used
 
@@ -134,7 +136,7 @@ def scene_before(
         scene = replace(scene, names=names, generation=2)
         if reference not in names:
             raise Refusal(f"the recording has no light of station {reference}, the reference")
-        placed = {name: own for name, own in placed.items() if name in names}
+        placed = {name: pose for name, pose in placed.items() if name in names}
         scene = scene.of([names.index(name) for name in (reference, *placed)])
     if optics == "factory" and None in scene.factories:
         raise Refusal("the recording has no factory values of both stations, as the pose has")
@@ -147,8 +149,8 @@ def _calibrated(
     """What is known of these stations."""
     R, t = zip(*map(pose_file.matrix_and_metres, placed.values()), strict=True)
     if not pose_file.is_network(used):
-        given = next(iter(placed.values()))["covariance"]
-        covariance = np.full((6, 6), np.nan) if given is None else np.array(given)
+        stated = next(iter(placed.values()))["covariance"]
+        covariance = np.full((6, 6), np.nan) if stated is None else np.array(stated)
     else:
         order = used["covariance_joint_stations"]
         at = np.concatenate([6 * order.index(name) + np.arange(6) for name in placed])

@@ -23,16 +23,16 @@ def check_bar(path: Path, folder: Path, options: argparse.Namespace) -> str:
     reuse_freed_memory()
     truncated, columns = options.accept_truncated, options.columns
     entry = Entry([str(path)], [], options.rate, truncated, options.unit, column_names=columns)
-    asked = BarEntry(options.bar, options.length, options.length_u)
+    bar_row = BarEntry(options.bar, options.length, options.length_u)
     named = {"recording": results.name_of(path), "source": "measured", "twin": None}
     try:
-        reading = read_bar(entry, asked, SETTINGS, named)
+        reading = read_bar(entry, bar_row, SETTINGS, named)
         take = reading.take
         n, rate = take.length_mm.size, take.frame_rate_hz
         pair = " and ".join(reading.pair)
         results.tell(f"{pair}: {n} frames at {rate:g} Hz, {duration_words(n / rate)}")
         with results.replaced(folder, bar.FILES) as part:
-            bar.write_take(reading, asked, part / bar.TAKE)
+            bar.write_take(reading, bar_row, part / bar.TAKE)
             document = bar.write_bar(part, SETTINGS)
     except Refusal as refusal:
         raise Refusal(advised(refusal)) from None

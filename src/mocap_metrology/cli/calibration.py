@@ -77,8 +77,8 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
             results = read_calibration(files, entry.calibration, None)
             tell_result(_verdict_lines(results, options.brief))
-            given = files | beside | {"dump": str(path)}
-            refusals = list(_tell_truth(entry, given, settings, part, options))
+            inputs = files | beside | {"dump": str(path)}
+            refusals = list(_tell_truth(entry, inputs, settings, part, options))
             tell("3/3 figures")
             drawn = second.submit(_draw_calibration, files, entry.calibration, part / PICTURES[0])
             tracked = *read_table(files["track"]), *read_table(files["allan"])
@@ -137,7 +137,7 @@ def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
 
 def _tell_truth(
     entry: Entry,
-    given: Mapping[str, str],
+    inputs: Mapping[str, str],
     settings: Lighthouse,
     folder: Path,
     options: argparse.Namespace,
@@ -145,22 +145,24 @@ def _tell_truth(
     """Tells what a bar and motion capture say of the calibration, writes bar.json, bar.csv and
     receiver.json; why one of them says nothing."""
     if options.bar:
-        asked = BarEntry(options.bar, options.length, options.length_u)
+        bar_row = BarEntry(options.bar, options.length, options.length_u)
         paths = {name: str(folder / file) for name, file in BAR.items()}
-        found = bar(entry, asked, given, settings, Bar(), paths)
-        if "refused" in found:
-            yield f"--bar: {found['refused']}"
+        document = bar(entry, bar_row, inputs, settings, Bar(), paths)
+        if "refused" in document:
+            yield f"--bar: {document['refused']}"
         else:
-            lines = bar_lines(found)
+            lines = bar_lines(document)
             tell_result([": ".join(lines[:2])] if options.brief else ["", *lines])
     if options.receiver:
         labels = [one for text in options.receiver_labels for one in parts_of(text) if one]
         output = str(folder / RECEIVER["receiver"])
-        found = receiver(entry, options.receiver, labels, given, settings, output)
-        if "refused" in found:
-            yield f"--receiver: {found['refused']}"
+        document = receiver(entry, options.receiver, labels, inputs, settings, output)
+        if "refused" in document:
+            yield f"--receiver: {document['refused']}"
         else:
-            tell_result([str(found["sentence"])] if options.brief else ["", str(found["sentence"])])
+            tell_result(
+                [str(document["sentence"])] if options.brief else ["", str(document["sentence"])]
+            )
 
 
 def format_of(path: Path) -> str:

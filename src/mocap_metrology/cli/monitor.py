@@ -48,8 +48,8 @@ def add_take(options: argparse.Namespace) -> int:
     if not path.is_file():
         raise Refusal(f"{path}: no such file; expected a take, as take.c3d")
     try:
-        with _alone(folder):
-            document = _added(Sheet(folder), path, options, _settings(folder))
+        with _exclusive_folder(folder):
+            document = _add_take(Sheet(folder), path, options, _settings(folder))
     except OSError as error:
         why = f"{error.filename or folder}: {error.strerror or error}"
         raise Refusal(f"{why}; the take was not added, and nothing changed") from None
@@ -61,18 +61,18 @@ def add_take(options: argparse.Namespace) -> int:
 
 def _settings(folder: Path) -> Settings:
     """Settings of config.yaml in the folder, where there is one; defaults for the others."""
-    own = Settings(noise=Noise(estimators=("likelihood",)))
+    defaults = Settings(noise=Noise(estimators=("likelihood",)))
     try:
         raw = (folder / CONFIG).read_bytes()
     except FileNotFoundError:
-        return own
+        return defaults
     try:
-        found = checked(load_yaml(raw.decode("utf-8")) or {}, whole=False)
+        settings = checked(load_yaml(raw.decode("utf-8")) or {}, whole=False)
     except Faults as faults:
         raise Refusal("; ".join(f"{folder / CONFIG}: {line}" for line in faults.lines)) from None
     except ValueError as error:
         raise Refusal(f"{folder / CONFIG}: no readable YAML: {error}") from None
-    return found.model_copy(update={"noise": own.noise})
+    return settings.model_copy(update={"noise": defaults.noise})
 
 
 class Sheet:
@@ -109,11 +109,11 @@ class Sheet:
         names = {line.cells["recording"].casefold() for line in self.lines}
         if name.casefold() not in names:
             return name
-        stem = own = f"{name}-{re.sub('[^0-9]', '', date)}"
+        stem = unique = f"{name}-{re.sub('[^0-9]', '', date)}"
         count = 2
-        while own.casefold() in names:
-            own, count = f"{stem}-{count}", count + 1
-        return own
+        while unique.casefold() in names:
+            unique, count = f"{stem}-{count}", count + 1
+        return unique
 
     def with_row(self, cells: Mapping[str, str]) -> bytes:
         """The sheet and one row more, as its editor wrote it: columns that it lacks are added to
@@ -140,7 +140,7 @@ def _joined(cells: Sequence[str], delimiter: str) -> str:
     return text.getvalue()
 
 
-def _added(
+def _add_take(
     sheet: Sheet, path: Path, options: argparse.Namespace, settings: Settings
 ) -> Mapping[str, Any]:
     """Adds the take to the sheet, its results and those of the monitor to the folder: all or
@@ -148,7 +148,7 @@ def _added(
     line = _line(sheet, path, options)
     name, recording = line.cells["monitor"], line.cells["recording"]
     rows = monitors(str(sheet.path), [*sheet.lines, line])[name]
-    takes = _earlier(sheet, name, settings)
+    takes = _earlier_take(sheet, name, settings)
     first = {tuple(one["sha256"]): name for name, one in takes.items() if one["sha256"]}
     if why := unfit({"recording": recording, "sha256": [sha256(path)], "moving": False}, first):
         raise Refusal(f"{path}: {why}; expected a take that is not in the sheet yet")
@@ -164,25 +164,25 @@ def _added(
                 raise Refusal(f"{path}: {one['why']}")
         if sheet.path.exists() and sheet.path.read_bytes() != sheet.raw:
             raise Refusal(f"{sheet.path} was changed meanwhile; run the command again")
-        kept = folder / "monitors" / name
-        kept.mkdir(parents=True, exist_ok=True)
+        store = folder / "monitors" / name
+        store.mkdir(parents=True, exist_ok=True)
         _moved(of_take, folder / "recordings" / recording)
         for file in of_monitor.iterdir():
-            file.replace(kept / file.name)
+            file.replace(store / file.name)
         (part / SHEET).replace(sheet.path)
     return document
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
+def _exclusive_folder(folder: Path) -> Iterator[None]:
     """Waits until no other command adds to the folder; one that is made for it and stays empty
     goes again."""
-    made = [one for one in (folder / RESULTS, folder) if not one.exists()]
+    new = [one for one in (folder / RESULTS, folder) if not one.exists()]
     try:
         with locked(folder):
             yield
     finally:
-        for one in made:
+        for one in new:
             with suppress(OSError):  # is not empty
                 one.rmdir()
 
@@ -258,7 +258,7 @@ def _entry(sheet: Sheet, line: Line) -> tuple[Entry, list[tuple[str, str]] | Non
     return entry, [pair_of(text, markers, *where) for text in texts] or None
 
 
-def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[str, Any]]:
+def _earlier_take(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[str, Any]]:
     """monitor_take.json of the takes of a monitor; made where it is missing, or is of other files,
     other markers or another wander. Without those that cannot be read."""
     takes, recordings = {}, sheet.folder / RESULTS / "recordings"
@@ -266,16 +266,16 @@ def _earlier(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapping[s
         recording = line.cells["recording"]
         folder = f"{recordings}/{recording}"
         try:
-            found = read_take(folder)
-            is_current = tuple(found["take"]["places_mm"]) == parts_of(line.cells["markers"])
-            is_current &= found["wander_s"] == settings.monitor.wander_s
+            earlier = read_take(folder)
+            is_current = tuple(earlier["take"]["places_mm"]) == parts_of(line.cells["markers"])
+            is_current &= earlier["wander_s"] == settings.monitor.wander_s
             named = [Path(part).name for part in parts_of(line.cells["path"])]
-            is_current &= found["files"] == sorted(named)
+            is_current &= earlier["files"] == sorted(named)
         except (OSError, ValueError, KeyError):
             is_current = False
         try:
             takes[recording] = (
-                found if is_current else _made_again(sheet, line, Path(folder), settings)
+                earlier if is_current else _made_again(sheet, line, Path(folder), settings)
             )
         except Refusal as refusal:
             results.tell(f"{recording}: {refusal}")
@@ -289,15 +289,15 @@ def _made_again(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> M
         raise Refusal(f"{missing[0]}: no such file; expected the take of row {line.number}")
     results.tell(f"{recording}: reading again")
     with _part(sheet.folder / RESULTS) as part:
-        own = part / "recordings" / recording
-        own.mkdir(parents=True)
+        target = part / "recordings" / recording
+        target.mkdir(parents=True)
         entry, pairs = _entry(sheet, line)
-        made = clean(entry, analyse.origin(recording, pairs), settings, own)
-        found = write_take(made, settings)
+        cleaned = clean(entry, analyse.origin(recording, pairs), settings, target)
+        take = write_take(cleaned, settings)
         folder.mkdir(parents=True, exist_ok=True)
-        for file in own.iterdir():
+        for file in target.iterdir():
             file.replace(folder / file.name)
-    return found
+    return take
 
 
 def _analysed(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> Mapping[str, Any]:

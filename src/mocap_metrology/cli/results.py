@@ -61,14 +61,14 @@ def folder_of(path: Path) -> Path:
 def folders_of(paths: Sequence[Path]) -> list[tuple[Path, Path]]:
     """Files with their folders of results: `monday-take.c3d` where files of several folders have
     one name, and a hash where this is one name, too."""
-    own = [folder_of(path) for path in paths]
+    folders = [folder_of(path) for path in paths]
     for name in (lambda path: path.parent.name, lambda path: _digest(str(path))):
         longer = [path.with_name(f"{name(path.resolve())}-{path.name}") for path in paths]
-        own = [
-            folder_of(path) if own.count(folder) > 1 else folder
-            for path, folder in zip(longer, own, strict=True)
+        folders = [
+            folder_of(path) if folders.count(folder) > 1 else folder
+            for path, folder in zip(longer, folders, strict=True)
         ]
-    return list(zip(paths, own, strict=True))
+    return list(zip(paths, folders, strict=True))
 
 
 @contextmanager

@@ -48,7 +48,7 @@ def _usable(folder: Path) -> bool:
     try:
         folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
-        if not all(_private(path) for path in (folder, folder.parent)):
+        if not all(_is_private(path) for path in (folder, folder.parent)):
             return False
         with tempfile.TemporaryFile(dir=folder):
             return True
@@ -56,11 +56,11 @@ def _usable(folder: Path) -> bool:
         return False
 
 
-def _private(folder: Path) -> bool:
+def _is_private(folder: Path) -> bool:
     """A folder, and no link to one, of this user that no group and no other may write to."""
-    found = folder.lstat()
-    others = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not others
+    status = folder.lstat()
+    others = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not others
 
 
 def _candidates() -> list[Path]:
@@ -71,8 +71,8 @@ def _candidates() -> list[Path]:
         return [PACKAGE / ".compiled"]
     default = home / ("Library/Caches" if sys.platform == "darwin" else ".cache")
     caches = Path(os.environ.get("XDG_CACHE_HOME") or default)
-    own = [caches / "mocap-metrology"] if caches.is_absolute() else []
-    return [PACKAGE / ".compiled", *own]
+    users = [caches / "mocap-metrology"] if caches.is_absolute() else []
+    return [PACKAGE / ".compiled", *users]
 
 
 def cache_folder() -> Path | None:

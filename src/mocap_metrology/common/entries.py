@@ -26,7 +26,7 @@ from pydantic.json_schema import JsonSchemaValue, SkipJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from mocap_metrology.common.documents import load_yaml
-from mocap_metrology.common.faults import Faults, Unfit, misfits, shown, unknown
+from mocap_metrology.common.faults import Faults, Unfit, misfits, quoted, unknown
 
 TwinsFile = dict[str, dict[str, Any]]  # its sections
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
@@ -62,11 +62,11 @@ def load_twins(path: str | None) -> TwinsFile:
     content = {section: content.get(section) or {} for section in sections}
     for section, entries in content.items():
         if not isinstance(entries, dict):
-            what = shown(str(entries))
+            what = quoted(str(entries))
             faults.append(f"{path}, section {section}: {what}, expected names with settings")
             continue
         faults += [
-            f'{path}, {section}, {shown(str(name))}: expected a name of letters, digits, "_", "."'
+            f'{path}, {section}, {quoted(str(name))}: expected a name of letters, digits, "_", "."'
             f' and "-", and a section of settings'
             for name, settings in entries.items()
             if not (NAME.fullmatch(str(name)) and isinstance(settings, dict))

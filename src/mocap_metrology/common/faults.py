@@ -29,7 +29,7 @@ def stop(faults: Faults) -> NoReturn:
     sys.exit("\n".join(faults.lines))
 
 
-def shown(value: object) -> str:
+def quoted(value: object) -> str:
     """A value as the message shows it: text quoted, nothing called nothing, long things cut."""
     if value is None or value == "":
         return "nothing"
@@ -44,7 +44,7 @@ def shortened(text: str, most: int = 300) -> str:
     return text if len(text) <= most else f"{text[: most - 5]}[...]"
 
 
-def meant(word: str, known: Iterable[str]) -> str | None:
+def closest_word(word: str, known: Iterable[str]) -> str | None:
     """The known word that `word` was probably meant to be."""
     folded = {str(name).casefold(): name for name in known}
     near = nearest(str(word).strip().casefold(), folded)
@@ -76,7 +76,7 @@ def _edits(first: str, second: str) -> int:
 def unknown(word: str, known: Iterable[str]) -> str:
     """`unknown; did you mean ...?`, or the list of what is known."""
     known = list(known)
-    guess = meant(word, known)
+    guess = closest_word(word, known)
     if guess is not None:
         return f"unknown; did you mean {guess}?"
     return f"unknown; expected {'one of ' + ', '.join(known) if known else 'nothing here'}"
@@ -97,9 +97,9 @@ class Unmatched(Unfit):
     """A cell does not have the form of its column."""
 
 
-def unfit(found: list[Unfit]) -> Unfit:
+def unfit(causes: list[Unfit]) -> Unfit:
     """Several at once."""
-    return Unfit(found[0].expected, found[0].value, also=tuple(found[1:]))
+    return Unfit(causes[0].expected, causes[0].value, also=tuple(causes[1:]))
 
 
 @dataclass(frozen=True)

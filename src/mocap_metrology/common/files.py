@@ -110,7 +110,7 @@ def _sign(part: Path, path: Path) -> None:
             if part.suffix != ".parquet":
                 os.setxattr(part, CHECKSUM, sha256(part).encode())
             if not path.parent.name.startswith(".part-"):  # a folder that gets its name later
-                os.setxattr(part, PLACE, _place(path))
+                os.setxattr(part, PLACE, _folder_and_name(path))
 
 
 def _attribute(path: Path, name: str) -> bytes:
@@ -119,7 +119,7 @@ def _attribute(path: Path, name: str) -> bytes:
     return b""
 
 
-def _place(path: Path) -> bytes:
+def _folder_and_name(path: Path) -> bytes:
     """Name of a file with that of its folder."""
     return "/".join(path.absolute().parts[-2:]).encode()
 
@@ -136,7 +136,7 @@ def verify(path: str | Path) -> None:
     if not path.exists():
         raise Missing(path)
     place, written = _attribute(path, PLACE), _attribute(path, CHECKSUM)
-    if place not in (b"", _place(path)):
+    if place not in (b"", _folder_and_name(path)):
         raise Damaged(path, f"it was written as {os.fsdecode(place)}")
     if not path.is_file() or path.suffix == ".parquet":
         return
@@ -290,11 +290,11 @@ def read_metadata(path: str | Path) -> Metadata:
 
 def _metadata(file: pq.ParquetFile, path: str | Path) -> Metadata:
     """Metadata of a table; `Damaged` where it is of another recording than its folder."""
-    found = json.loads((file.schema_arrow.metadata or {}).get(METADATA_KEY, b"{}"))
+    metadata = json.loads((file.schema_arrow.metadata or {}).get(METADATA_KEY, b"{}"))
     kind, name = ("", "", *Path(path).absolute().parts)[-3:-1]
-    if kind in OF_ONE and found.get("recording", name) != name:
-        raise Damaged(path, f"it is of {found['recording']}")
-    return found
+    if kind in OF_ONE and metadata.get("recording", name) != name:
+        raise Damaged(path, f"it is of {metadata['recording']}")
+    return metadata
 
 
 def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
@@ -309,9 +309,9 @@ def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
     def column(name: str) -> np.ndarray:
         import pyarrow as pa
 
-        found = read_table(path, [name])[0][name].copy()  # Arrow keeps what it has, and reuses it
+        values = read_table(path, [name])[0][name].copy()  # Arrow keeps what it has, and reuses it
         pa.default_memory_pool().release_unused()
-        return found
+        return values
 
     return LazyArrays(names, column, partial(parquet.Column, path)), metadata
 

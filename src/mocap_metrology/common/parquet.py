@@ -61,9 +61,9 @@ def writing(path: Path, schema: pa.Schema, dictionary: Sequence[str]) -> Iterato
 def _seal(path: Path) -> None:
     with path.open("r+b") as file:
         start, footer = _footer(file, path)
-        found = SEALED.search(footer)
-        assert found is not None  # written just above
-        file.seek(start + found.start(1))
+        match = SEALED.search(footer)
+        assert match is not None  # written just above
+        file.seek(start + match.start(1))
         file.write(hashlib.sha256(footer).hexdigest().encode())
 
 
@@ -86,11 +86,11 @@ def _check_footer(path: Path) -> None:
         raise Missing(path) from None
     with file:
         _, footer = _footer(file, path)
-    found = SEALED.search(footer)
-    if found is None:
+    match = SEALED.search(footer)
+    if match is None:
         raise Damaged(path, "its footer has no checksum")
-    unsealed = footer[: found.start(1)] + NOT_YET + footer[found.end(1) :]
-    if hashlib.sha256(unsealed).hexdigest().encode() != found[1]:
+    unsealed = footer[: match.start(1)] + NOT_YET + footer[match.end(1) :]
+    if hashlib.sha256(unsealed).hexdigest().encode() != match[1]:
         raise Damaged(path, "its footer differs from its checksum")
 
 
@@ -158,12 +158,12 @@ def to_arrow(values: np.ndarray | Sequence[object]) -> pa.Array:
     """An Arrow array of the values: the same numbers, or texts; NaN stays NaN."""
     import pyarrow as pa
 
-    found = np.asarray(values)
-    numbers = found.dtype.kind in "fiu" and found.dtype.isnative
-    if numbers and (found.size or values is found):
-        data = pa.py_buffer(np.ascontiguousarray(found))
-        return pa.Array.from_buffers(pa.from_numpy_dtype(found.dtype), found.size, [None, data])
-    listed = found.tolist() if found.dtype.kind == "U" else list(values)
+    array = np.asarray(values)
+    numbers = array.dtype.kind in "fiu" and array.dtype.isnative
+    if numbers and (array.size or values is array):
+        data = pa.py_buffer(np.ascontiguousarray(array))
+        return pa.Array.from_buffers(pa.from_numpy_dtype(array.dtype), array.size, [None, data])
+    listed = array.tolist() if array.dtype.kind == "U" else list(values)
     texts = [value.encode() for value in listed if isinstance(value, str)]
     if texts and len(texts) == len(listed):
         ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)

@@ -24,7 +24,7 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
-from mocap_metrology.common.faults import Loc, meant, misfits, shown, unknown
+from mocap_metrology.common.faults import Loc, closest_word, misfits, quoted, unknown
 
 WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 UNITS = {"s": "seconds", "mm": "mm", "m": "m", "hz": "Hz", "mrad": "mrad"}
@@ -128,7 +128,7 @@ def _number(value: object, whole: bool) -> object:
 
 def words_of(field: FieldInfo) -> Words | None:
     """Description of a setting."""
-    return next((own for own in field.metadata if isinstance(own, Words)), None)
+    return next((item for item in field.metadata if isinstance(item, Words)), None)
 
 
 def choices_of(kind: object) -> tuple[str, ...]:
@@ -137,7 +137,7 @@ def choices_of(kind: object) -> tuple[str, ...]:
     return tuple(map(str, get_args(inner))) if get_origin(inner) is Literal else ()
 
 
-def either(choices: Sequence[object]) -> str:
+def or_list(choices: Sequence[object]) -> str:
     """`a, b or c`."""
     *most, last = map(str, choices)
     return f"{', '.join(most)} or {last}"
@@ -169,15 +169,15 @@ def expected(name: str, field: FieldInfo) -> str:
     words = words_of(field)
     if words is not None:
         return words.expected
-    for own in field.metadata:
-        if isinstance(own, AfterValidator) and isinstance(own.func, Unique):
+    for item in field.metadata:
+        if isinstance(item, AfterValidator) and isinstance(item.func, Unique):
             choices = ", ".join(choices_of(kind))
-            among = f", {own.func.always} among them" if own.func.always else ""
+            among = f", {item.func.always} among them" if item.func.always else ""
             return f"a list of {choices}, each at most once{among}"
     if kind is bool:
         return "true or false"
     if get_origin(kind) is Literal:
-        return either(get_args(kind))
+        return or_list(get_args(kind))
     unit = UNITS.get(name.rpartition("_")[2], "") if "_" in name else ""
     noun = "a whole number" if kind is int else f"a number of {unit}" if unit else "a number"
     return f"{noun} {limits(field)}"
@@ -207,17 +207,17 @@ def _fault(
         value = value[key] if isinstance(value, Mapping) and is_there else None
         field = of.model_fields[key]
         if not is_section(field.annotation):
-            what = shown(value) if is_there else "missing"
+            what = quoted(value) if is_there else "missing"
             return f"{name}: {what}; expected {expected(key, field)}", place
         of = field.annotation
     keys = ", ".join(of.model_fields)
-    return f"{name}: {shown(value)}; expected a section with {keys}", place
+    return f"{name}: {quoted(value)}; expected a section with {keys}", place
 
 
 def _unknown_key(key: str, of: type[Section], whole: type[Section]) -> str:
-    if of is whole and meant(key, of.model_fields) is None:
+    if of is whole and closest_word(key, of.model_fields) is None:
         inner = {name.rpartition(".")[2]: name for name, _ in fields(whole)}
-        guess = meant(key, inner)
+        guess = closest_word(key, inner)
         if guess is not None:
             return f"unknown; did you mean {inner[guess]}?"
     return unknown(key, of.model_fields)

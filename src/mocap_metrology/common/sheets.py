@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mocap_metrology.common.faults import Faults, shown, unknown
+from mocap_metrology.common.faults import Faults, quoted, unknown
 from mocap_metrology.common.paths import of_windows
 
 DELIMITERS = ("\t", ";", ",")
@@ -61,8 +61,8 @@ def read(
             expected = f"{len(header)}{inside}"
             faults.append(f"{sheet}, row {number}: {len(cells)} cells; expected {expected}")
         elif any(cells):
-            found = dict(zip(header, cells, strict=False))
-            rows.append(Line(number, dict.fromkeys(columns, "") | found))
+            values = dict(zip(header, cells, strict=False))
+            rows.append(Line(number, dict.fromkeys(columns, "") | values))
     if faults:
         raise Faults(faults)
     return rows
@@ -105,11 +105,11 @@ def parts_of(text: str) -> tuple[str, ...]:
 
 def delimiter(header: str, known: Sequence[str]) -> str:
     """What separates most names of columns from each other; a tab where nothing does."""
-    found = {
+    counts = {
         one: len({part.strip(' "') for part in header.split(one)} & set(known))
         for one in DELIMITERS
     }
-    return max(DELIMITERS, key=lambda one: found[one])
+    return max(DELIMITERS, key=lambda one: counts[one])
 
 
 def _cells(number: int, line: str, delimiter: str, sheet: str, faults: list[str]) -> list[str]:
@@ -139,7 +139,7 @@ def _header_faults(
         if not column:
             faults.append(f"{sheet}: column {index + 1} has no name; expected one in its header")
         elif column not in known:
-            faults.append(f"{sheet}, column {shown(column)}: {unknown(column, known)}")
+            faults.append(f"{sheet}, column {quoted(column)}: {unknown(column, known)}")
         elif column in header[:index]:
             faults.append(f"{sheet}, column {column}: repeated; expected once")
     missing = [column for column in required if column not in header]

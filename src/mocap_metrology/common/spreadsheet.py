@@ -59,12 +59,12 @@ def rows(text: str) -> list[list[str]]:
     between = delimiter(lines[0]) if lines else ","
     try:
         read = csv.reader(lines, delimiter=between, strict=True)
-        found = [row if any(cell.strip() for cell in row) else [] for row in read]
+        filled = [row if any(cell.strip() for cell in row) else [] for row in read]
     except csv.Error as error:
         raise ValueError(error) from None
     if between == ",":
-        return found
-    return [[with_point(cell) for cell in row] for row in found]
+        return filled
+    return [[with_point(cell) for cell in row] for row in filled]
 
 
 def check_width(rows: Sequence[Sequence[str]], name: str) -> None:

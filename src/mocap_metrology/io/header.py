@@ -107,12 +107,12 @@ def other_kind(block: bytes, suffix: str) -> str | None:
     """What a file that begins with `block` is, if it is of a known kind that is not read here: by
     its contents, else by its suffix."""
     text = block.removeprefix(b"\xef\xbb\xbf").lstrip()
-    found = next((what for start, what in SIGNATURES if text.startswith(start)), None)
-    if found and text.startswith(b"PK"):
-        return OFFICE.get(suffix.lower(), found)
+    kind = next((what for start, what in SIGNATURES if text.startswith(start)), None)
+    if kind and text.startswith(b"PK"):
+        return OFFICE.get(suffix.lower(), kind)
     head = text[:4096].lower()
     inside = (what for part, what in INSIDE if part in head)
-    return found or next(inside, None) or SUFFIXES.get(suffix.lower())
+    return kind or next(inside, None) or SUFFIXES.get(suffix.lower())
 
 
 def refuse_other(path: Path, block: bytes, expected: str, read: str = READ) -> None:

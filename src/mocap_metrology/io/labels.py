@@ -11,8 +11,8 @@ from mocap_metrology.common.faults import nearest
 
 def complete_labels(labels: Sequence[str], n_points: int) -> tuple[str, ...]:
     """One label a point; a point without one is called `point_12`, counted from 1."""
-    given = [*labels[:n_points], *[""] * (n_points - len(labels))]
-    return tuple(label or f"point_{i}" for i, label in enumerate(given, start=1))
+    stated = [*labels[:n_points], *[""] * (n_points - len(labels))]
+    return tuple(label or f"point_{i}" for i, label in enumerate(stated, start=1))
 
 
 def in_words(labels: Sequence[str], most: int = 20) -> str:
@@ -31,11 +31,11 @@ def numbered(labels: Sequence[str]) -> list[str]:
     """Labels as markers are chosen by, in order: one that occurs twice is `A#1` and `A#2`."""
     stripped = [label.strip() for label in labels]
     counts: dict[str, int] = {}
-    found = []
+    unique = []
     for label in stripped:
         counts[label] = counts.get(label, 0) + 1
-        found.append(f"{label}#{counts[label]}" if stripped.count(label) > 1 else label)
-    return found
+        unique.append(f"{label}#{counts[label]}" if stripped.count(label) > 1 else label)
+    return unique
 
 
 def is_unlabelled(label: str) -> bool:
@@ -62,11 +62,11 @@ def find_points(labels: Sequence[str], markers: Sequence[str], file: str) -> lis
     """
     if not markers:
         raise Refusal(f"{file}: no marker is chosen; the file has: {in_words(labels)}")
-    found = [_find(labels, marker.strip(), file) for marker in markers]
-    for i, place in enumerate(found):
-        if place in found[:i]:
+    places = [_find(labels, marker.strip(), file) for marker in markers]
+    for i, place in enumerate(places):
+        if place in places[:i]:
             raise Refusal(f"{file}: marker {markers[i].strip()!r} is chosen twice")
-    return found
+    return places
 
 
 def _find(labels: Sequence[str], marker: str, file: str) -> int:
@@ -84,7 +84,7 @@ def _find(labels: Sequence[str], marker: str, file: str) -> int:
             return same[int(numbered[2]) - 1]
         if same:
             raise Refusal(f"{file}: no {marker!r}: points labelled {numbered[1]!r}: {len(same)}")
-    suffix = [i for i, label in enumerate(labels) if ":" in label and _bare(label) == marker]
+    suffix = [i for i, label in enumerate(labels) if ":" in label and _bare_label(label) == marker]
     if len(suffix) == 1:
         return suffix[0]
     if suffix:
@@ -100,7 +100,9 @@ def suggestion(wrong: str, labels: Sequence[str]) -> str:
     `wrong` may be several labels with another separator than `;`, a label in other letter case, or
     one misspelt; the subject's prefix (`Matt:`) may be missing.
     """
-    known = {label: label for label in labels} | {_bare(label): label for label in labels[::-1]}
+    known = {label: label for label in labels} | {
+        _bare_label(label): label for label in labels[::-1]
+    }
     between = r"\s*[,;|]\s*" if re.search("[,;|]", wrong) else r"\s+"
     parts = [part for part in re.split(between, wrong) if part]
     if len(parts) > 1 and all(part in known for part in parts):
@@ -115,7 +117,7 @@ def suggestion(wrong: str, labels: Sequence[str]) -> str:
     return f"did you mean {' or '.join(near)}?" if near else ""
 
 
-def _bare(label: str) -> str:
+def _bare_label(label: str) -> str:
     return label.split(":", 1)[-1].strip()
 
 
@@ -129,9 +131,9 @@ def pair_of(
     """`A-B` as two labels of a file; a label may itself hold a `-`. where, name: where it stands
     and what it is called, for a refusal."""
     cuts = [k for k, letter in enumerate(text) if letter == "-"]
-    found = [(text[:k].strip(), text[k + 1 :].strip()) for k in cuts]
-    found = [(a, b) for a, b in found if a != b and {a, b} <= set(labels)]
-    if len(found) != 1:
+    pairs = [(text[:k].strip(), text[k + 1 :].strip()) for k in cuts]
+    pairs = [(a, b) for a, b in pairs if a != b and {a, b} <= set(labels)]
+    if len(pairs) != 1:
         what = f'{name} is "{text}"; expected {expected} joined by "-"'
         raise Refusal(f"{where}: {what}: {in_words(labels, 60)}")
-    return found[0]
+    return pairs[0]

@@ -106,8 +106,8 @@ def read_n3d(
 
     Arguments as of `io.read.read_recording`. `n_invalid` by `missing`, `zero`, `not_finite`.
     """
-    found = [header(path, accept_truncated) for path in paths]
-    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in found]
+    headers = [header(path, accept_truncated) for path in paths]
+    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in headers]
     choice = choose(files, markers, frame_rate_hz)
     readers = [
         SegmentReader(
@@ -137,8 +137,8 @@ def _read_segment(file: N3d, choice: Choice, out: Array) -> Contents:
         missing = (target < MISSING_BELOW).any(axis=0)
         zero = (target == 0).all(axis=0)
         infinite = ~np.isfinite(target).all(axis=0) & ~missing
-        found = (int(mask.sum()) for mask in (missing, zero, infinite))
-        counts.append(dict(zip(REASONS, found, strict=True)))
+        sums = (int(mask.sum()) for mask in (missing, zero, infinite))
+        counts.append(dict(zip(REASONS, sums, strict=True)))
         target[:, missing | zero | infinite] = np.nan
         target *= file.unit.mm
     return Contents(counts, float_resolution(out, file.unit.mm), "not asked (N3D)", notes)

@@ -162,8 +162,8 @@ def read_recording(
     suffixes = list(dict.fromkeys(path.suffix.lower() for path in files))
     formats = {format_of(path) for path in files}
     if len(formats) > 1 and not columns:
-        given = ", ".join(suffixes)
-        raise Refusal(f"{files[0].name}: segments of one take differ in format: {given}")
+        endings = ", ".join(suffixes)
+        raise Refusal(f"{files[0].name}: segments of one take differ in format: {endings}")
     read = format_of(files[0], columns).read if files else C3D.read
     how = frame_rate_hz, second_opinion, accept_truncated, unit
     if files and not markers:
@@ -201,12 +201,12 @@ def points_by_kind(
     computed = computed_labels(header.labels)
     if isinstance(header, Structure):
         computed |= computed_points(header)
-    found: dict[Kind, list[str]] = {"marker": [], "unlabelled": [], "body": [], "computed": []}
+    by_kind: dict[Kind, list[str]] = {"marker": [], "unlabelled": [], "body": [], "computed": []}
     for k, label in enumerate(numbered(header.labels)):
         kind: Kind = "unlabelled" if is_unlabelled(label) else "marker"
         kind = "body" if k in header.bodies else "computed" if k in computed else kind
-        found[kind].append(label)
-    return {kind: tuple(labels) for kind, labels in found.items() if labels}
+        by_kind[kind].append(label)
+    return {kind: tuple(labels) for kind, labels in by_kind.items() if labels}
 
 
 def bodies_of(

@@ -162,20 +162,20 @@ def check_alike(files: Sequence[Header]) -> None:
             )
 
 
-def frame_rate(first: Header, given: float | None) -> float:
-    """Frame rate in Hz: `given`, which may differ from the file's by 0.1 %, else the file's."""
-    if given is not None and not (math.isfinite(given) and given > 0):
-        raise Refusal(f"{first.name}: frame_rate_hz is {given}, expected a positive number")
-    if given is None:
+def frame_rate(first: Header, stated_hz: float | None) -> float:
+    """Frame rate in Hz: `stated_hz`, which may differ from the file's by 0.1 %, else the file's."""
+    if stated_hz is not None and not (math.isfinite(stated_hz) and stated_hz > 0):
+        raise Refusal(f"{first.name}: frame_rate_hz is {stated_hz}, expected a positive number")
+    if stated_hz is None:
         if first.frame_rate_hz == 0:
             raise Refusal(f"{first.name}: has no frame rate; {GIVE_RATE}")
         return first.frame_rate_hz
-    if first.frame_rate_hz and not math.isclose(given, first.frame_rate_hz, rel_tol=1e-3):
+    if first.frame_rate_hz and not math.isclose(stated_hz, first.frame_rate_hz, rel_tol=1e-3):
         raise Refusal(
-            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, {given:g} Hz is stated;"
-            " they may differ by 0.1 %"
+            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, {stated_hz:g} Hz is"
+            " stated; they may differ by 0.1 %"
         )
-    return float(given)
+    return float(stated_hz)
 
 
 class Numbered(Protocol):
@@ -262,10 +262,10 @@ def assemble(readers: Sequence[SegmentReader], plan: Plan, choice: Choice, file:
         position[:, :, start - gap : start] = np.nan
         contents.append(reader.read(position[:, :, start:end]))
         reader.unit.check_size(position[:, :, start:end], reader.path.name)
-    n_invalid = _sum_counts([found.n_invalid for found in contents])
+    n_invalid = _sum_counts([content.n_invalid for content in contents])
     n_measured = sum(reader.n_measured for reader in readers)
     check_seen(choice.labels, n_measured, n_invalid, file)
-    resolution = coarsest([found.resolution for found in contents])
+    resolution = coarsest([content.resolution for content in contents])
     return Recording(
         labels=choice.labels,
         position_mm=position,
@@ -285,11 +285,11 @@ def assemble(readers: Sequence[SegmentReader], plan: Plan, choice: Choice, file:
                 n_frames=reader.n_frames,
                 frame_count_source=reader.frame_count_source,
                 gap_before=gap,
-                second_opinion=found.second_opinion,
+                second_opinion=content.second_opinion,
             )
-            for reader, gap, found in zip(readers, plan.gaps, contents, strict=True)
+            for reader, gap, content in zip(readers, plan.gaps, contents, strict=True)
         ),
-        notes=(*plan.notes, *(note for found in contents for note in found.notes)),
+        notes=(*plan.notes, *(note for content in contents for note in content.notes)),
     )
 
 
@@ -305,11 +305,11 @@ def exclude_sentinels(
     measured = ~alike[:, None]
     ends = (end(position, where=measured, initial=0) for end in (np.nanmin, np.nanmax))
     least, notes = FAR_OFF * float(max(map(abs, ends))), []
-    for label, own, at, count in zip(labels, position, alike, counts, strict=True):
-        far = at & (np.abs(own[0]) > least) & (least > 0)
+    for label, xyz, at, count in zip(labels, position, alike, counts, strict=True):
+        far = at & (np.abs(xyz[0]) > least) & (least > 0)
         if n := int(np.count_nonzero(far)):
-            value = float(own[0, far][0]) / mm_per_unit
-            own[:, far] = np.nan
+            value = float(xyz[0, far][0]) / mm_per_unit
+            xyz[:, far] = np.nan
             count["sentinel"] = n
             said = f"x = y = z = {value:.7g} in {n} frames, taken as missing"
             notes.append(f"{file}: {label}: {said}")
@@ -336,6 +336,6 @@ def check_seen(
         for label, by_reason in zip(labels, counts, strict=True)
         if sum(by_reason.values()) == n_frames
     }
-    for label, found in unseen.items():
-        why = f"marker {label!r} is valid in no frame of {n_frames} ({', '.join(found)})"
+    for label, reasons in unseen.items():
+        why = f"marker {label!r} is valid in no frame of {n_frames} ({', '.join(reasons)})"
         raise Unseen(f"{file}: {why}", list(unseen))

@@ -26,10 +26,10 @@ class Resolution:
     kind: str
 
 
-def coarsest(found: Sequence[Resolution]) -> Resolution:
+def coarsest(resolutions: Sequence[Resolution]) -> Resolution:
     """The largest of some steps; of equal ones the decimals are named, else the first."""
     return max(
-        found, key=lambda r: (-1.0 if math.isnan(r.step_mm) else r.step_mm, r.kind == "text")
+        resolutions, key=lambda r: (-1.0 if math.isnan(r.step_mm) else r.step_mm, r.kind == "text")
     )
 
 
@@ -98,8 +98,8 @@ def rounding_step_mm(position_mm: npt.NDArray[np.floating], mm_per_unit: float) 
     for step in STEPS_MM:
         if np.all(np.abs(distinct - step * np.round(distinct / step)) <= tolerance):
             odds = np.log10(np.minimum(1.0, 2 * chance / step)).sum()
-            found = _lattice_mm(values, mm_per_unit) or 0.0
-            return found if found > 1.5 * step else float(step) if odds < -9 else None
+            lattice = _lattice_mm(values, mm_per_unit) or 0.0
+            return lattice if lattice > 1.5 * step else float(step) if odds < -9 else None
     return _lattice_mm(values, mm_per_unit)
 
 
@@ -107,7 +107,7 @@ def _lattice_mm(values: Sequence[npt.NDArray[np.float64]], mm_per_unit: float) -
     """The least difference of the different, sorted values of each coordinate, if all differences
     are multiples of it, to within the spacing of float32 for each, and chance is ruled out, as
     above; the largest of coordinates that show two. None if any coordinate has no such step."""
-    found, chance = [], 0.0
+    candidates, chance = [], 0.0
     for axis in values:
         steps = np.diff(axis)
         if not steps.size:
@@ -123,8 +123,8 @@ def _lattice_mm(values: Sequence[npt.NDArray[np.float64]], mm_per_unit: float) -
         odds = np.log10(np.minimum(1.0, 2 * tolerance / step))
         chance += float(odds.sum() - odds[steps.argmin()])
         if steps.size > 1:
-            found.append(float(steps.sum() / often.sum()))
-    return max(found) if chance < -9 else None
+            candidates.append(float(steps.sum() / often.sum()))
+    return max(candidates) if chance < -9 else None
 
 
 def _first_values(series: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
@@ -160,7 +160,7 @@ def _decimals_of_all(written: Sequence[set[str]]) -> int:
     decimals that it is written with, or those that the file's significant digits would give it.
     """
     significant = max((digits(cell) for cells in written for cell in cells), default=0)
-    found = []
+    counts = []
     for cells in written:
         most = max(map(decimals, cells), default=0)
         if len(cells) == 1:
@@ -169,9 +169,9 @@ def _decimals_of_all(written: Sequence[set[str]]) -> int:
                 continue
             most = max(most, significant - 1 - math.floor(math.log10(value)))
         if cells:
-            found.append(most)
+            counts.append(most)
     widest = max((decimals(cell) for cells in written for cell in cells), default=0)
-    return min(found, default=widest)
+    return min(counts, default=widest)
 
 
 def digits(cell: str) -> int:

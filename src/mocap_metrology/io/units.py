@@ -88,18 +88,20 @@ METRE = LengthUnit("m", MM["m"], written="m")
 def read_unit(texts: Sequence[str], name: str, file: str, of_points: bool = False) -> LengthUnit:
     """The unit of a file, of which the field `name` says `texts`, once or once per point
     (`of_points`); mm is assumed where it says nothing."""
-    given = list(dict.fromkeys(text.strip() for text in texts if text.strip()))
-    if not given:
+    stated = list(dict.fromkeys(text.strip() for text in texts if text.strip()))
+    if not stated:
         return LengthUnit("mm", MM["mm"], "assumed", "", f"no unit in {name}: mm is assumed")
-    for text in given:
+    for text in stated:
         if text.lower() not in MM:
             raise Refusal(f"{file}: {name} is {text[:40]!r}, expected one of {KNOWN}")
-    if len({MM[text.lower()] for text in given}) > 1:
+    if len({MM[text.lower()] for text in stated}) > 1:
         differ = (
-            f"between points ({', '.join(sorted(given))})" if of_points else f"({', '.join(given)})"
+            f"between points ({', '.join(sorted(stated))})"
+            if of_points
+            else f"({', '.join(stated)})"
         )
         raise Refusal(f"{file}: {name} differ {differ}, expected one unit")
-    return LengthUnit(given[0], MM[given[0].lower()], written=given[0])
+    return LengthUnit(stated[0], MM[stated[0].lower()], written=stated[0])
 
 
 def unknown(why: str) -> LengthUnit:

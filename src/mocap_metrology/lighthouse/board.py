@@ -105,7 +105,7 @@ def read_normals(path: str | Path) -> np.ndarray | None:
 
 
 def _numbers(rows: list[list[str]], first: int, where: str) -> np.ndarray:
-    found = []
+    points = []
     for number, row in enumerate(rows, start=2):
         if not row:
             continue
@@ -114,8 +114,8 @@ def _numbers(rows: list[list[str]], first: int, where: str) -> np.ndarray:
         except ValueError:
             said = f"{where} {number} is {','.join(row)[:80]!r}"
             raise Refusal(f"{said}; expected numbers, positions in metres") from None
-        found.append([x, y, z])
-    return np.array(found)
+        points.append([x, y, z])
+    return np.array(points)
 
 
 def digest(board: np.ndarray) -> str:

@@ -48,14 +48,14 @@ class KnownLength:
     def among(self, stations: Sequence[int]) -> KnownLength:
         """The length with its stations numbered among these; refuses others."""
 
-        def own(place: Place) -> Place:
+        def of_member(place: Place) -> Place:
             if place.station is None:
                 return place
             if place.station not in stations:
                 raise Refusal("known_length: a station that is not connected with the reference")
             return replace(place, station=list(stations).index(place.station))
 
-        return replace(self, places=tuple(map(own, self.places)))
+        return replace(self, places=tuple(map(of_member, self.places)))
 
     @classmethod
     def between(cls, first: Place, second: Place, length_m: float, sd_m: float) -> KnownLength:
@@ -82,8 +82,8 @@ def known_length(
     if (cell := POINTS.fullmatch(text)) is not None:
         if points is None:
             raise Refusal(f"known_length: {text!r}; expected a file of points (world_points)")
-        own = [(_place(label, n_diodes, names), at) for label, at in points.items()]
-        return KnownLength.of_points(own, float(cell[1] or POINTS_SD_M))
+        places = [(_parsed_place(label, n_diodes, names), at) for label, at in points.items()]
+        return KnownLength.of_points(places, float(cell[1] or POINTS_SD_M))
     cell = STATIONS.fullmatch(text) or DIODES.fullmatch(text)
     if cell is None or not 0 < float(cell["sd"]) < float(cell["length"]) <= LARGEST_M:
         raise Refusal(f"known_length: {text!r}; expected {EXPECTED}")
@@ -92,16 +92,16 @@ def known_length(
     labels = [ends.get(diode) or ends.get(station) or usual for diode, station, usual in keys]
     if cell.re is STATIONS and ends["one"] is None and len(names) > 2:
         raise Refusal(f"known_length: {text!r}; expected two of the stations {', '.join(names)}")
-    first, second = (_place(label, n_diodes, names) for label in labels)
+    first, second = (_parsed_place(label, n_diodes, names) for label in labels)
     return KnownLength.between(first, second, float(cell["length"]), float(cell["sd"]))
 
 
-def _place(label: str, n_diodes: int, names: Sequence[str]) -> Place:
+def _parsed_place(label: str, n_diodes: int, names: Sequence[str]) -> Place:
     if label in names:
         return Place(station=list(names).index(label))
-    found = PLACE.fullmatch(label)
-    if found is None and label.isdigit():
+    match = PLACE.fullmatch(label)
+    if match is None and label.isdigit():
         raise Refusal(f"known_length: {label!r}; expected one of the stations {', '.join(names)}")
-    if found is None or int(found[1]) >= n_diodes:
+    if match is None or int(match[1]) >= n_diodes:
         raise Refusal(f"known_length: {label!r}: the board has the diodes 0 to {n_diodes - 1}")
-    return Place(diode=int(found[1]), time_s=float(found[2] or 0))
+    return Place(diode=int(match[1]), time_s=float(match[2] or 0))

@@ -89,7 +89,9 @@ class Rows:
     def joined(cls, parts: Sequence[Self]) -> Self:
         """All rows of several, in order."""
         every = [vars(part) for part in parts]
-        return cls(**{name: np.concatenate([own[name] for own in every]) for name in every[0]})
+        return cls(
+            **{name: np.concatenate([columns[name] for columns in every]) for name in every[0]}
+        )
 
 
 @dataclass(frozen=True)
@@ -261,12 +263,12 @@ FORCES = ("force_x_m_s2", "force_y_m_s2", "force_z_m_s2")
 PLACES = ("place_x_m", "place_y_m", "place_z_m")  # of the sensors on the board, in every row
 
 
-def pulse_columns(given: Pulses) -> dict[str, np.ndarray]:
+def pulse_columns(pulses: Pulses) -> dict[str, np.ndarray]:
     """pulses.parquet: rising edge, length, diode."""
     return {
-        "start_s": given.start_s,
-        "length_us": (1e6 * given.length_s).astype(np.float32),
-        "diode": given.diode,
+        "start_s": pulses.start_s,
+        "length_us": (1e6 * pulses.length_s).astype(np.float32),
+        "diode": pulses.diode,
     }
 
 
@@ -277,15 +279,15 @@ def sweep_columns(hits: Hits) -> dict[str, np.ndarray]:
     return columns | {"width_us": (1e6 * width_s).astype(np.float32)}
 
 
-def inertial_columns(given: Inertial | None) -> dict[str, np.ndarray]:
+def inertial_columns(inertial: Inertial | None) -> dict[str, np.ndarray]:
     """inertial.parquet: one row a sample; no rows without such sensors."""
     none = np.zeros((0, 3))
-    own = given or Inertial(none[:, 0], none, none, none[:, 0])
-    parts = {"time_s": own.time_s}
-    for names, values in ((RATES, own.rate_rad_s), (FORCES, own.force_m_s2)):
+    series = inertial or Inertial(none[:, 0], none, none, none[:, 0])
+    parts = {"time_s": series.time_s}
+    for names, values in ((RATES, series.rate_rad_s), (FORCES, series.force_m_s2)):
         parts |= dict(zip(names, values.T, strict=True))
-    place = own.place_m if len(own) else np.zeros(3)
-    return parts | {name: np.full(len(own), x) for name, x in zip(PLACES, place, strict=True)}
+    place = series.place_m if len(series) else np.zeros(3)
+    return parts | {name: np.full(len(series), x) for name, x in zip(PLACES, place, strict=True)}
 
 
 def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
@@ -312,7 +314,7 @@ def pose_columns(paths: Mapping[tuple[str, str], tuple[Path, ...]]) -> dict[str,
         for station, path in enumerate(both):
             n = len(path)
             q = quaternions(path.R)
-            own = {
+            columns = {
                 "estimator": np.full(n, estimator, dtype=object),
                 "optics": np.full(n, optics, dtype=object),
                 "station": np.full(n, station, dtype=np.int8),
@@ -323,6 +325,6 @@ def pose_columns(paths: Mapping[tuple[str, str], tuple[Path, ...]]) -> dict[str,
                 "n_angles": np.asarray(path.n_angles, dtype=np.int32),
                 "ambiguity": path.ambiguity,
             }
-            for name, values in own.items():
+            for name, values in columns.items():
                 parts.setdefault(name, []).append(values)
     return {name: np.concatenate(values) for name, values in parts.items()}

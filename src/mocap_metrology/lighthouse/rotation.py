@@ -85,10 +85,10 @@ def mean(rotations: np.ndarray) -> np.ndarray:
     """Robust mean of rotation matrices (n, 3, 3): least sum of angles (Weiszfeld on rotations)."""
     from scipy.spatial.transform import Rotation
 
-    own = Rotation.from_matrix(rotations)
-    middle = own.mean()
+    turns = Rotation.from_matrix(rotations)
+    middle = turns.mean()
     for _ in range(10):
-        v = (own * middle.inv()).as_rotvec()
+        v = (turns * middle.inv()).as_rotvec()
         weight = 1 / np.maximum(np.linalg.norm(v, axis=1), 1e-6)
         step = weight @ v / weight.sum()
         middle = Rotation.from_rotvec(step) * middle

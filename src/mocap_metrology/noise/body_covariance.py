@@ -21,12 +21,12 @@ def body_covariance(places: np.ndarray, sigma: np.ndarray) -> np.ndarray | None:
     """
     if len(places) < 3:
         return None
-    own = places - places.mean(axis=0)
-    spread = np.linalg.svd(own, compute_uv=False)
+    centred = places - places.mean(axis=0)
+    spread = np.linalg.svd(centred, compute_uv=False)
     if not spread[1] > FLAT * spread[0]:
         return None
     scale = spread[0]  # so that both kinds of unknowns are of one size
-    x, y, z = own.T / scale
+    x, y, z = centred.T / scale
     none = np.zeros_like(x)
     cross = np.moveaxis(np.array([[none, z, -y], [-z, none, x], [y, -x, none]]), 2, 0)
     jacobian = np.concatenate([np.broadcast_to(np.eye(3), cross.shape), cross], axis=2)

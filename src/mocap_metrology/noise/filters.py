@@ -42,26 +42,26 @@ def covariances(verdict: Mapping[str, Any], places_mm: np.ndarray) -> Covariance
     """
     sigma = frame_sigma(verdict)
     known = np.isfinite(sigma).all(axis=1) & np.isfinite(places_mm).all(axis=1)
-    found = {
+    of_markers = {
         label: np.diag(np.r_[sigma[k] ** 2, [UNKNOWN_RAD2] * 3])
         for k, label in enumerate(verdict["labels"])
         if known[k]
     }
-    return found, body_covariance(1e-3 * places_mm[known], sigma[known])
+    return of_markers, body_covariance(1e-3 * places_mm[known], sigma[known])
 
 
-def ros_yaml(verdict: Mapping[str, Any], found: Covariances, what: str = OF_STILL) -> str:
+def ros_yaml(verdict: Mapping[str, Any], both: Covariances, what: str = OF_STILL) -> str:
     """noise_ros.yaml: `covariance` of geometry_msgs/PoseWithCovariance, row by row; what: the
     numbers are of, in words."""
 
     def numbers(covariance: np.ndarray) -> list[float]:
         return [float(f"{x:.6g}") for x in covariance.ravel()]
 
-    markers, body = found
+    markers, body = both
     content = {
         "recording": verdict["recording"],
         "horizon_s": round(verdict["horizon_s"], 3),
-        "markers": {label: {"covariance": numbers(own)} for label, own in markers.items()},
+        "markers": {label: {"covariance": numbers(matrix)} for label, matrix in markers.items()},
         "body": None if body is None else {"markers": list(markers), "covariance": numbers(body)},
     }
     remarks = [
@@ -74,9 +74,9 @@ def ros_yaml(verdict: Mapping[str, Any], found: Covariances, what: str = OF_STIL
     return _remarks(remarks) + yaml_text(content)
 
 
-def px4_params(verdict: Mapping[str, Any], found: Covariances) -> str:
+def px4_params(verdict: Mapping[str, Any], both: Covariances) -> str:
     """px4.params: lower bounds of the noise of external vision, as QGroundControl loads them."""
-    markers, body = found
+    markers, body = both
     poses = list(markers.values()) if body is None else [body]
     variances = np.array([np.diag(one) for one in poses]).reshape(-1, 6)
     worst = variances[:, :3].max(initial=-1), variances[:, 3:].max(initial=-1)

@@ -215,11 +215,11 @@ def by_estimator(
     rows: Iterable[Mapping[str, Any]], series: str
 ) -> dict[str, dict[str, Mapping[str, Any]]]:
     """Rows of one series of noise.csv: estimator -> parameter -> row, in their order."""
-    found: dict[str, dict[str, Mapping[str, Any]]] = {}
+    by_name: dict[str, dict[str, Mapping[str, Any]]] = {}
     for row in rows:
         if row["series"] == series:
-            found.setdefault(row["estimator"], {})[row["parameter"]] = row
-    return found
+            by_name.setdefault(row["estimator"], {})[row["parameter"]] = row
+    return by_name
 
 
 def correlation_times(values: Mapping[str, float]) -> dict[int, float]:
@@ -257,9 +257,9 @@ def pair(published: Mapping[int, float], fitted: Mapping[int, float]) -> dict[in
 def partners(published: Mapping[str, float], fitted: Mapping[str, float]) -> dict[str, str]:
     """Published parameter -> fitted parameter: Gauss-Markov terms by `pair`, others by name."""
     terms = pair(correlation_times(published), correlation_times(fitted))
-    found = {name: name for name in published if name[1:3] != "_c" and name in fitted}
+    pairs = {name: name for name in published if name[1:3] != "_c" and name in fitted}
     for number, other in terms.items():
         for name in ("q_c", "T_c"):
             if f"{name}{number}" in published and f"{name}{other}" in fitted:
-                found[f"{name}{number}"] = f"{name}{other}"
-    return found
+                pairs[f"{name}{number}"] = f"{name}{other}"
+    return pairs

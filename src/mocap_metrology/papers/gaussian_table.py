@@ -43,8 +43,8 @@ def cleaning_of(hampel: Mapping[str, Any]) -> Cleaning:
     """What the configured filter (`half_window_s`, `n_sigma`, `action`) leaves at 120 Hz."""
     half_window_s = float(hampel["half_window_s"])
     half_window = round(half_window_s * FRAME_RATE_HZ)
-    _, kept = white_level_kept(float(hampel["n_sigma"]), half_window, hampel["action"])
-    return Cleaning(kept if math.isfinite(kept) else 1.0, 0.5 / half_window_s)
+    _, left = white_level_kept(float(hampel["n_sigma"]), half_window, hampel["action"])
+    return Cleaning(left if math.isfinite(left) else 1.0, 0.5 / half_window_s)
 
 
 def realisations(
@@ -78,8 +78,8 @@ def table_4(
         bands = []  # realisations of the twin's own length, and of nine hours
         if twin := twins.get(name):
             lengths = twin.duration_s, NINE_HOURS_S
-            own = {s: replace(twin, duration_s=s) for s in lengths}
-            drawn = {s: realisations(one, repeats, cleaning) for s, one in own.items()}
+            of_length = {s: replace(twin, duration_s=s) for s in lengths}
+            drawn = {s: realisations(one, repeats, cleaning) for s, one in of_length.items()}
             bands = [drawn[s] for s in lengths]
         for quantity, number in published.items():
             value = regenerated.get(quantity)
@@ -93,15 +93,15 @@ def table_4(
 
 
 def _band(
-    quantity: str, published: float, value: float | None, own: np.ndarray, nine: np.ndarray
+    quantity: str, published: float, value: float | None, drawn: np.ndarray, nine: np.ndarray
 ) -> Row:
     """Quantiles of one quantity; means are offsets from the first frame, where a twin is at the
     published mean, and have a standard error."""
     mean = quantity.startswith("mu_")
     start = published if mean else 0.0
-    low, median, high = (start + np.quantile(own, LEVELS)).tolist()
+    low, median, high = (start + np.quantile(drawn, LEVELS)).tolist()
     long_low, long_median, long_high = (start + np.quantile(nine, LEVELS)).tolist()
-    error = float(np.sqrt(np.mean(own**2))) if mean else None
+    error = float(np.sqrt(np.mean(drawn**2))) if mean else None
     inside = None
     if value is not None:
         near = low <= value <= high
@@ -111,7 +111,7 @@ def _band(
     return dict(zip(BANDS, numbers, strict=True))
 
 
-def related(quantity: str, row: Numbers) -> float:
+def by_relation(quantity: str, row: Numbers) -> float:
     """What the other numbers of a row of Table 4 make of one of `RELATIONS` (S 2.2)."""
     s_1, s_2 = row["sigma_1_mm"], row["sigma_2_mm"]
     common = row["rho_12"] * s_1 * s_2
@@ -131,10 +131,10 @@ def _check(quantity: str, published: Numbers, regenerated: Numbers) -> Row:
     row: Row = dict.fromkeys(columns)
     if quantity in RELATIONS:
         row["check"] = RELATIONS[quantity]
-        residual = published[quantity] - related(quantity, published)
+        residual = published[quantity] - by_relation(quantity, published)
         row |= {"published_residual": residual}
         row |= {"published_consistent": abs(residual) <= ROUNDING_MM}
         if quantity in regenerated:
-            residual = regenerated[quantity] - related(quantity, regenerated)
+            residual = regenerated[quantity] - by_relation(quantity, regenerated)
             row |= {"residual": residual, "consistent": abs(residual) <= TOLERANCE_MM}
     return row

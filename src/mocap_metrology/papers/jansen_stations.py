@@ -34,15 +34,15 @@ def _errors(record: Record) -> dict[str, list[float]]:
 
 def _summed(of_setup: Sequence[Record]) -> tuple[np.ndarray, np.ndarray, int]:
     """Mean absolute error (6,), standard deviation (6,), and number of calibrations with errors."""
-    found = [errors for record in of_setup if (errors := _errors(record))]
+    errors_of = [errors for record in of_setup if (errors := _errors(record))]
     none = np.full(len(printed.QUANTITIES), np.nan)
-    if not found:
+    if not errors_of:
         return none, none, 0
-    every = np.array([values for errors in found for values in errors.values()])
-    names = {name for errors in found for name in errors}
-    by_station = [np.array([e[name] for e in found if name in e]) for name in sorted(names)]
-    sd = mean_over(own.std(axis=0, ddof=1) for own in by_station if len(own) > 1)
-    return np.abs(every).mean(axis=0), sd, len(found)
+    every = np.array([values for errors in errors_of for values in errors.values()])
+    names = {name for errors in errors_of for name in errors}
+    by_station = [np.array([e[name] for e in errors_of if name in e]) for name in sorted(names)]
+    sd = mean_over(errors.std(axis=0, ddof=1) for errors in by_station if len(errors) > 1)
+    return np.abs(every).mean(axis=0), sd, len(errors_of)
 
 
 def stations_tables(records: Sequence[Record]) -> Iterator[dict[str, Any]]:
@@ -52,9 +52,9 @@ def stations_tables(records: Sequence[Record]) -> Iterator[dict[str, Any]]:
     numbers = sorted({len(record["pose"]["stations"]) for record in records})
     for ideal in (False, True):
         for n in numbers:
-            own = [r for r in records if len(r["pose"]["stations"]) == n]
-            own = [r for r in own if (IDEAL in r["setup"]) == ideal]
-            setups = {r["setup"]: [o for o in own if o["setup"] == r["setup"]] for r in own}
+            chosen = [r for r in records if len(r["pose"]["stations"]) == n]
+            chosen = [r for r in chosen if (IDEAL in r["setup"]) == ideal]
+            setups = {r["setup"]: [o for o in chosen if o["setup"] == r["setup"]] for r in chosen}
             summed = [_summed(of_setup) for of_setup in setups.values()]
             if not summed:
                 continue
@@ -71,7 +71,7 @@ def stations_tables(records: Sequence[Record]) -> Iterator[dict[str, Any]]:
                         "regenerated": number,
                         "n_setups": len(setups),
                         "n": sum(one[2] for one in summed),
-                        "source": " and ".join(sorted({r["source"] for r in own})),
+                        "source": " and ".join(sorted({r["source"] for r in chosen})),
                     }
 
 
@@ -80,13 +80,19 @@ def cells(rows: Sequence[Mapping[str, Any]]) -> list[list[object]]:
     lines: list[list[object]] = []
     keys = dict.fromkeys((r["table"], r["row"]) for r in rows)
     for table, row in keys:
-        own = [r for r in rows if (r["table"], r["row"]) == (table, row)]
-        numbers = list(dict.fromkeys(r["stations"] for r in own))
+        of_row = [r for r in rows if (r["table"], r["row"]) == (table, row)]
+        numbers = list(dict.fromkeys(r["stations"] for r in of_row))
         lines.append(
-            [table, row, "J: 2 (V1)", *_formatted(own[: len(printed.QUANTITIES)], "published"), ""]
+            [
+                table,
+                row,
+                "J: 2 (V1)",
+                *_formatted(of_row[: len(printed.QUANTITIES)], "published"),
+                "",
+            ]
         )
         for n in numbers:
-            of_n = [r for r in own if r["stations"] == n]
+            of_n = [r for r in of_row if r["stations"] == n]
             lines.append([table, row, n, *_formatted(of_n, "regenerated"), of_n[0]["n"]])
     return lines
 

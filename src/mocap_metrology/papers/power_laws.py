@@ -56,10 +56,10 @@ def table_1(repeats: int = REPEATS, samples: int = SAMPLES) -> list[Row]:
         )
         head = {"noise": COLOURS[alpha], "alpha": alpha, "mu": int(entry["mu"])}
         head |= {"scale": entry["scale_name"], "formula": entry["scale_formula"]}
-        found = [*_slopes(alpha, integrals, simulated), *_scales(alpha, integrals, simulated)]
+        parts = [*_slopes(alpha, integrals, simulated), *_scales(alpha, integrals, simulated)]
         if alpha == 1:
-            found += _constant_of_d(integrals[F_H], simulated)
-        rows += [{**head, **row, "printed_line": entry["printed_line"]} for row in found]
+            parts += _constant_of_d(integrals[F_H], simulated)
+        rows += [{**head, **row, "printed_line": entry["printed_line"]} for row in parts]
     return rows
 
 
@@ -181,12 +181,12 @@ def white_level(model: NoiseModel) -> float:
 def white_roots() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Camera type -> numbers of cameras and root of `white_level`, mm/sqrt(Hz), geometric mean over
     the six coordinates; without Vantage's ten."""
-    found = {}
+    roots = {}
     for kind in TYPES:
         counts = sorted(n for k, n in published_keys() if k == kind and (k, n) != NOT_FITTED)
         levels = [
             [white_level(model) for s, model in published_row(kind, n).items() if s != "L"]
             for n in counts
         ]
-        found[kind] = np.array(counts), np.exp(np.mean(np.log(levels), axis=1) / 2)
-    return found
+        roots[kind] = np.array(counts), np.exp(np.mean(np.log(levels), axis=1) / 2)
+    return roots

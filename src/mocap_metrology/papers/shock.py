@@ -72,14 +72,14 @@ class ShockRecording:
     def curves(self, shock: Shock | None) -> pd.DataFrame:
         """Allan deviation of L, `y` in mm at `x` in s: as recorded, after cleaning, and after
         cleaning without the frames of the shock; `curve`: which."""
-        own = (self.allan["series"] == "L") & (self.allan["estimator"] == "oadev")
-        tau, adev = (self.allan[key][own].astype(float) for key in ("tau_s", "adev_mm"))
+        mask = (self.allan["series"] == "L") & (self.allan["estimator"] == "oadev")
+        tau, adev = (self.allan[key][mask].astype(float) for key in ("tau_s", "adev_mm"))
         cut = np.array(self.clean["L"], dtype=np.float64)
         if shock is not None:
             cut[shock.start : shock.stop] = np.nan
 
         def of(values: np.ndarray) -> np.ndarray:
-            m = self.allan["m"][own].astype(np.int64)
+            m = self.allan["m"][mask].astype(np.int64)
             return np.sqrt(allan_variance(values, m, min_coverage=self.min_coverage).variance)
 
         deviations = {RECORDED: of(self.raw["L"]), CLEANED: adev}
@@ -127,20 +127,20 @@ def shock_effect(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shoc
     random walk between the sides does not count as noise.
     """
     coordinates = {name: values for name, values in series.items() if name != "L"}
-    found = find_shock(coordinates, frame_rate_hz)
+    shock = find_shock(coordinates, frame_rate_hz)
     frames = round(SIDE_S * frame_rate_hz)
-    if found is None or min(found.start, series["L"].size - found.stop) < frames:
+    if shock is None or min(shock.start, series["L"].size - shock.stop) < frames:
         return None
     m = np.unique(np.maximum(np.round(TAUS_S * frame_rate_hz).astype(np.int64), 1))
     cut = np.array(series["L"], dtype=np.float64)
-    cut[found.start : found.stop] = np.nan
+    cut[shock.start : shock.stop] = np.nan
     with_it, without = (
         allan_variance(np.asarray(v, float), m).variance for v in (series["L"], cut)
     )
     ratio = np.sqrt(with_it / without)
     sides = {
-        name: _noise(values[found.stop : found.stop + frames], frame_rate_hz)
-        / _noise(values[found.start - frames : found.start], frame_rate_hz)
+        name: _noise(values[shock.stop : shock.stop + frames], frame_rate_hz)
+        / _noise(values[shock.start - frames : shock.start], frame_rate_hz)
         for name, values in coordinates.items()
     }
     best = int(np.nanargmax(ratio))

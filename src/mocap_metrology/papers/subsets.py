@@ -113,8 +113,8 @@ def sound_subsets(recordings: Sheet) -> dict[str, dict[int, str]]:
     return {
         kind: {
             n: name
-            for n in sorted(found)
+            for n in sorted(counts)
             if n <= TABLE_4[kind] and (name := standing_for(recordings, kind, n)) is not None
         }
-        for kind, found in numbers.items()
+        for kind, counts in numbers.items()
     }

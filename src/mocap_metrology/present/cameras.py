@@ -37,16 +37,16 @@ Pairs = Collection[tuple[str, str]]  # recordings: smaller and larger subset
 def summary(rows: Rows, laws: Rows, settings: Settings) -> Row:
     """What <group>_cameras.json holds: `words`, sentences for a reader; `short`, one a camera type;
     `apart`: whether subsets do not share their frames; `raised` and `noisy`."""
-    rises, loud = findings.raised(rows), findings.noisy(rows, settings["noisy"])
+    rises, loud = findings.raising_additions(rows), findings.noisy(rows, settings["noisy"])
     words, short = [], []
     for kind in dict.fromkeys(row["camera_type"] for row in (*rows, *laws)):
-        own, its_rises, its_loud, its_laws = (
+        its_rows, its_rises, its_loud, its_laws = (
             [r for r in of if r["camera_type"] == kind] for of in (rows, rises, loud, laws)
         )
         sentences = _law_sentence(its_laws)
-        if own:
-            sentences = [*_sentences(own, its_rises, its_loud, settings), *sentences]
-            short.append(f"{kind}: {_short(own, its_rises, its_loud)}")
+        if its_rows:
+            sentences = [*_sentences(its_rows, its_rises, its_loud, settings), *sentences]
+            short.append(f"{kind}: {_short_finding(its_rows, its_rises, its_loud)}")
         words += [f"{kind}: {sentence}" for sentence in sentences]
     columns = ("camera_type", "from", "to", "added", "marker", "tau_s")
     of_rise = (*columns, *findings.LARGEST, *findings.DIRECTION, "law_factor")
@@ -82,7 +82,7 @@ def _sentences(rows: Rows, rises: Rows, loud: Rows, settings: Settings) -> list[
     return words + [SENTENCES[name].format(**limits) for name, holds in names.items() if holds]
 
 
-def _short(rows: Rows, rises: Rows, loud: Rows) -> str:
+def _short_finding(rows: Rows, rises: Rows, loud: Rows) -> str:
     """The one thing to know of a camera type."""
     if loud:
         return _filled("short noisy", loud[0], rows)
@@ -141,10 +141,10 @@ def camera_figure(
     grid = body.subplots(blocks * n_rows, columns, **how)
     for k, (kind, of_kind) in enumerate(levels.items()):
         panels = grid[k // MOST * n_rows :, k % MOST][:n_rows]
-        own = [row for row in rows if row["camera_type"] == kind]
-        rises = {(row["from"], row["to"]) for row in findings.raised(own)}
-        loud = {row["added"] for row in findings.noisy(own, settings["noisy"])}
-        loud_steps = {(row["from"], row["to"]) for row in own if row["added"] in loud}
+        of_type = [row for row in rows if row["camera_type"] == kind]
+        rises = {(row["from"], row["to"]) for row in findings.raising_additions(of_type)}
+        loud = {row["added"] for row in findings.noisy(of_type, settings["noisy"])}
+        loud_steps = {(row["from"], row["to"]) for row in of_type if row["added"] in loud}
         _noise_panel(panels[0], of_kind, rises, limits)
         plot.panel_title(panels[0], plot.short(kind, NAME))
         below = (
@@ -206,19 +206,21 @@ def _factor_panel(
     than the points, so that short ones show; the bad ones shaded."""
     if steps.empty:
         axes.set_xticks([])
-        plot.say(axes, nothing)
+        plot.write_message(axes, nothing)
         return
     first = steps.drop_duplicates(["from", "to"])
     place = {pair: k for k, pair in enumerate(zip(first["from"], first["to"], strict=True))}
     taus = sorted(steps["tau_s"].unique())[: len(TAU_LOOKS)]
     for j, (tau, (marker, colour)) in enumerate(zip(taus, TAU_LOOKS, strict=False)):
-        own = steps[steps["tau_s"] == tau]
-        at = np.array([place[pair] for pair in zip(own["from"], own["to"], strict=True)])
-        reach = np.nan_to_num([own["value"] - own["lower"], own["upper"] - own["value"]])
+        at_tau = steps[steps["tau_s"] == tau]
+        at = np.array([place[pair] for pair in zip(at_tau["from"], at_tau["to"], strict=True)])
+        reach = np.nan_to_num(
+            [at_tau["value"] - at_tau["lower"], at_tau["upper"] - at_tau["value"]]
+        )
         how: plot.Keywords = {"ls": "", "marker": marker, "color": colour, "markersize": 2.6}
         how |= {"elinewidth": 0.9, "capsize": 3.2, "capthick": 0.7}
         how["label"] = f"{tau:.2g} s" if j else "one frame"
-        axes.errorbar(at + (j - (len(taus) - 1) / 2) * 0.24, own["value"], yerr=reach, **how)
+        axes.errorbar(at + (j - (len(taus) - 1) / 2) * 0.24, at_tau["value"], yerr=reach, **how)
     axes.axhline(1, color=plot.GREY, lw=0.8)
     axes.axhline(limit, label="limit", color=ALARM, lw=0.9, ls=(0, (4, 2)))
     for pair, at_pair in place.items():

@@ -31,7 +31,9 @@ def sentences(rows: Sequence[Row]) -> list[str]:
     pairs: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         pairs.setdefault((row["recording"], row["reference"]), []).append(row)
-    return [f"{new} compared with {old}: {_changes(own)}." for (new, old), own in pairs.items()]
+    return [
+        f"{new} compared with {old}: {_changes(of_pair)}." for (new, old), of_pair in pairs.items()
+    ]
 
 
 def _changes(rows: Sequence[Row]) -> str:
@@ -110,11 +112,11 @@ def compare_figure(
             plot.log_axis(axes, "y", limits)
             axes.axhline(1, color=plot.INK, lw=0.6, zorder=1)
             axes.axhspan(1 / (1 + margin), 1 + margin, color=MARGIN, lw=0, zorder=0)
-            for name, own in curves.groups_of(of_it[of_it["series"].isin(names)], "series"):
-                ends = (own[end].clip(limits[0] / 2, limits[1] * 2) for end in ("lower", "upper"))
-                axes.fill_between(own["tau_s"], *ends, color=looks[name].colour, **plot.BAND)
+            for name, curve in curves.groups_of(of_it[of_it["series"].isin(names)], "series"):
+                ends = (curve[end].clip(limits[0] / 2, limits[1] * 2) for end in ("lower", "upper"))
+                axes.fill_between(curve["tau_s"], *ends, color=looks[name].colour, **plot.BAND)
                 how = looks[name].line(marker="", lw=1.1, label=_label(name))
-                axes.plot(own["tau_s"], own["value"], **how)
+                axes.plot(curve["tau_s"], curve["value"], **how)
     plot.log_axis(grid[0, 0], "x", curves.log_limits([every["tau_s"]]))
     grid[0, 0].xaxis.get_major_locator().set_params(numticks=4)  # panels are narrow
     last = grid[-1, -1]
@@ -172,10 +174,10 @@ def trend_figure(
         at_tau = points[points["tau_s"] == tau]
         limits = curves.log_limits([at_tau[["adev", "lower", "upper"]]], 0.3)
         plot.log_axis(row[0], "y", limits)
-        for axes, own in zip(row, panels.values(), strict=True):
-            for order, name in enumerate(own):
+        for axes, panel in zip(row, panels.values(), strict=True):
+            for order, name in enumerate(panel):
                 one = at_tau[at_tau["series"] == name]
-                x = one["day"] + (order - (len(own) - 1) / 2) * beside
+                x = one["day"] + (order - (len(panel) - 1) / 2) * beside
                 ends = [one["adev"] - one["lower"], one["upper"] - one["adev"]]
                 how = looks[name].line(ls="", elinewidth=0.8, label=_label(name))
                 axes.errorbar(x, one["adev"], yerr=ends, **how)

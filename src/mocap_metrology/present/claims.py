@@ -100,8 +100,8 @@ def studies_markdown(rows: Sequence[Row], n: int, seconds: float, seed: int) -> 
     text = captions.STUDIES.format(n=n, seconds=seconds, seed=seed, noticeable=studies.NOTICEABLE)
     parts: list[Part] = []
     for shown in studies.SHOWN:
-        if own := [row for row in rows if row["study"] == shown.name]:
-            parts += [f"## {shown.number}. {shown.title.capitalize()}", *_tables(shown, own)]
+        if of_study := [row for row in rows if row["study"] == shown.name]:
+            parts += [f"## {shown.number}. {shown.title.capitalize()}", *_tables(shown, of_study)]
     return document("Jansen et al. 2019: claims in simulated studies", text, *parts)
 
 
@@ -151,9 +151,9 @@ def panels_of(shown: studies.StudyDisplay, rows: Sequence[Row]) -> pd.DataFrame:
         batch = table[method == ("batch", "final")].assign(line="batch")
         parts = []
         for way in WAYS:
-            own = table[method == way].assign(line=table["variant"].replace(WORDS))
+            of_method = table[method == way].assign(line=table["variant"].replace(WORDS))
             panel = ", ".join(WORDS.get(part, part) for part in way)
-            parts.append(pd.concat([own, batch]).assign(panel=panel))
+            parts.append(pd.concat([of_method, batch]).assign(panel=panel))
         return pd.concat(parts)
     if shown.name == "weights":
         return table.assign(panel=table["estimator"] + ", Kabsch", line=table["variant"])
@@ -185,9 +185,9 @@ def study_figure(shown: studies.StudyDisplay, rows: Sequence[Row], source: str) 
     x_label += f" ({shown.unit})" if shown.unit else ""
     both = [(unit, panel) for unit in UNITS for panel in panels]
     for axes, (unit, panel) in zip(grid.flat, both, strict=True):
-        own = table[table["panel"] == panel]
-        _draw_methods(axes, own, unit, looks, at)
-        _count_failures(axes, own, at)
+        of_panel = table[table["panel"] == panel]
+        _draw_methods(axes, of_panel, unit, looks, at)
+        _count_failures(axes, of_panel, at)
         where = axes.get_subplotspec()
         if where.is_first_row():
             axes.set_title(panel)
@@ -222,13 +222,13 @@ def _draw_methods(
     axes.set_xticks(at, [value if kinds else f"{value:g}" for value in at.index])
     axes.set_xticks([], minor=True)
     for name, aside in zip(names, order, strict=True):
-        own = table[table["line"] == name]
-        x = own["value"].map(at).to_numpy()
+        line = table[table["line"] == name]
+        x = line["value"].map(at).to_numpy()
         if kinds:
             x = x + ASIDE_KINDS * len(at) * aside
         else:
             x = x * (at.max() / at.min()) ** (ASIDE * aside)
-        y, low, high = (own[f"{key}_{unit}"].to_numpy() for key in ("median", "lower", "upper"))
+        y, low, high = (line[f"{key}_{unit}"].to_numpy() for key in ("median", "lower", "upper"))
         how = looks[name].line(ms=4.0, lw=0.9, elinewidth=0.9, capsize=1.6, label=name)
         how |= {"ls": ""} if kinds else {}
         axes.errorbar(x, y, yerr=np.nan_to_num([y - low, high - y]), **how)
@@ -238,8 +238,8 @@ def _count_failures(axes: fig.Axes, table: pd.DataFrame, at: pd.Series) -> None:
     """At values where recordings have no pose: how many of all, over the methods."""
     how: fig.Keywords = {"color": fig.GREY, "fontsize": fig.SMALL_PT, "rotation": 90}
     how |= {"ha": "center", "va": "top", "transform": axes.get_xaxis_transform()}
-    for value, own in table.groupby("value"):
-        failed, n = own["failed"].sum(), own["n"].sum()
+    for value, at_value in table.groupby("value"):
+        failed, n = at_value["failed"].sum(), at_value["n"].sum()
         if failed:
             text = "refused" if failed == n else f"{failed} of {n} failed"
             axes.text(at[value], 0.97, text, **how)

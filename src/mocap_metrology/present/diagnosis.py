@@ -55,14 +55,16 @@ COMPARED = {
 
 
 @figure.styled()
-def diagnosis_figure(recording: Recording, found: Diagnosis, texts: figure.Texts) -> figure.Picture:
+def diagnosis_figure(
+    recording: Recording, diagnosis: Diagnosis, texts: figure.Texts
+) -> figure.Picture:
     """The figure of `captions.DIAGNOSIS`; of a short recording, what there is of it."""
-    event = evidence.largest_event(found)
-    view = evidence.view_of(found, event)
+    event = evidence.largest_event(diagnosis)
+    view = evidence.view_of(diagnosis, event)
     seen = view.series if view else next(iter(recording.coordinates))
-    series = evidence.series_of_surest_line(found) or seen
+    series = evidence.series_of_surest_line(diagnosis) or seen
     after = event is not None and event.most_changed is not None
-    sides = event.sides if event and after else evidence.halves(found, recording.duration_s)
+    sides = event.sides if event and after else evidence.halves(diagnosis, recording.duration_s)
     sides = tuple(side for side in sides if math.isfinite(side.ratio))
     rows = {"aa": DYNAMIC_MM} if view else {}
     close = ("b" if view else "") + ("c" if sides else "")
@@ -71,14 +73,14 @@ def diagnosis_figure(recording: Recording, found: Diagnosis, texts: figure.Texts
     body = figure.new_figure(texts, 25.0 + sum(height + 12.0 for height in rows.values()))
     panels = body.subplot_mosaic("\n".join(rows), height_ratios=list(rows.values()))
     if view is not None:
-        _draw_dynamic(panels["a"], recording, found, view)
-        _draw_close(panels["b"], recording, found, event, view)
+        _draw_dynamic(panels["a"], recording, diagnosis, view)
+        _draw_close(panels["b"], recording, diagnosis, event, view)
     if sides:
         _draw_sides(panels["c"], sides, "after / before" if after else "2nd half / 1st")
-    looks = _filter_looks(found.filtered, series)
-    steps = (r for r in found.resolutions if r.series == series and r.share > evidence.SEEN)
+    looks = _filter_looks(diagnosis.filtered, series)
+    steps = (r for r in diagnosis.resolutions if r.series == series and r.share > evidence.SEEN)
     rounding = next(steps, None)
-    _draw_spectrum(panels["d"], recording, found, series, looks, rounding)
+    _draw_spectrum(panels["d"], recording, diagnosis, series, looks, rounding)
     _draw_deviations(panels["e"], recording.frame_rate_hz, series, looks, rounding)
     figure.letters(panels.values())
     for name in set(panels) - {"a"}:  # half as wide: the title a line above the remark
@@ -88,7 +90,9 @@ def diagnosis_figure(recording: Recording, found: Diagnosis, texts: figure.Texts
     return figure.Picture(body, f"{captions.DIAGNOSIS} {texts.caption} {none}")
 
 
-def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, view: View) -> None:
+def _draw_dynamic(
+    axes: figure.Axes, recording: Recording, diagnosis: Diagnosis, view: View
+) -> None:
     """Ratio of the dynamic Allan deviation to that of the noise, over time and averaging time, of
     the series that is shown close up; its most unusual window is framed."""
     import matplotlib
@@ -96,17 +100,17 @@ def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, vie
 
     axis = figure.time_axis(recording.n_frames, recording.frame_rate_hz)
     per_s = axis.per_frame * recording.frame_rate_hz
-    n, windows = len(found.events), f"{number(found.n_windows)} windows of all series"
+    n, windows = len(diagnosis.events), f"{number(diagnosis.n_windows)} windows of all series"
     remark = f"{n or 'no'} event{'s' if n > 1 else ''} in {windows}"
     if not n and recording.duration_s < LEAST_S:
         remark = "too short to decide on events"
     panel_title(axes, f"Dynamic Allan deviation of {view.series}", remark)
     colours = matplotlib.colormaps["RdBu_r"].with_extremes(bad=figure.FAINT)
     norm = LogNorm(0.25, 4.0)  # of variances: half to twice the deviation
-    dynamics = found.dynamics.get(view.series)
+    dynamics = diagnosis.dynamics.get(view.series)
     if not dynamics:
         axes.set(xticks=[], yticks=[])
-        figure.say(axes, "no windows")
+        figure.write_message(axes, "no windows")
         return
     for row, d in enumerate(dynamics):
         left = (d.window_s - d.hop_s) / 2 * per_s
@@ -118,7 +122,7 @@ def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, vie
             axes.broken_barh([span], (row - 0.5, 1.0), fc="none", ec=INK, lw=1.2, zorder=3)
     if n:
         mark: Keywords = {"marker": "v", "color": INK, "ls": "", "clip_on": False}
-        at = [event.time_s * per_s for event in found.events]
+        at = [event.time_s * per_s for event in diagnosis.events]
         axes.plot(at, [len(dynamics) - 0.5] * n, label="event", ms=4.5 if n < 20 else 2.0, **mark)
     axes.set(xlim=axis.limits, xlabel=axis.label, ylim=(-0.5, len(dynamics) - 0.5), ylabel="τ (s)")
     axes.set_yticks(range(0, len(dynamics), 2), [f"{d.tau_s:.2g}" for d in dynamics[::2]])
@@ -129,7 +133,7 @@ def _draw_dynamic(axes: figure.Axes, recording: Recording, found: Diagnosis, vie
 
 
 def _draw_close(
-    axes: figure.Axes, recording: Recording, found: Diagnosis, event: Event | None, view: View
+    axes: figure.Axes, recording: Recording, diagnosis: Diagnosis, event: Event | None, view: View
 ) -> None:
     """The coordinates of the marker that was moved most, or of that of the window, about their
     median before it."""
@@ -137,7 +141,7 @@ def _draw_close(
     span = min(max(1.6 * duration, LEAST_S_SHOWN), MOST_S_SHOWN)
     begin = round(max(view.first_s - 0.25 * min(span, 2 * LEAST_S_SHOWN), 0.0) * rate)
     end = min(begin + round(span * rate) + 1, recording.n_frames)
-    values = pd.DataFrame({k: found.quiet[k][begin:end] for k in view.names}, dtype=float)
+    values = pd.DataFrame({k: diagnosis.quiet[k][begin:end] for k in view.names}, dtype=float)
     first = max(round(view.first_s * rate) - begin, 0)
     values = (values - values.iloc[: max(first, 8)].median()).dropna(axis=1, how="all")
     values.index = values.index / rate
@@ -158,7 +162,7 @@ def _draw_close(
     if view.kind == "level":
         title = "Where the noise changes"
     elif event:
-        title = "The event" if len(found.events) == 1 else "The largest event"
+        title = "The event" if len(diagnosis.events) == 1 else "The largest event"
         size = f"{significant(event.size_mm * per_mm)} {unit}"
         unknown = event.outcome == "unknown"
         word = "too close to an end to compare" if unknown else outcome(event)
@@ -214,22 +218,22 @@ def _filter_looks(filtered: Sequence[Filtered], series: str) -> Looks:
 def _draw_spectrum(
     axes: figure.Axes,
     recording: Recording,
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     series: str,
     looks: Looks,
     rounding: Resolution | None,
 ) -> None:
     """Welch's spectrum, its lines by number, and what is left of it behind each filter."""
-    psd, rate = found.spectra.get(series), recording.frame_rate_hz
+    psd, rate = diagnosis.spectra.get(series), recording.frame_rate_hz
     if psd is None or not np.any(psd["psd_mm2_hz"] > 0):
         panel_title(axes, f"Spectrum of {series}")
         axes.set(xticks=[], yticks=[])
-        figure.say(axes, "no spectrum")
+        figure.write_message(axes, "no spectrum")
         return
     bins = log_bins(psd["f_hz"], psd["psd_mm2_hz"], BINS_PER_DECADE)
-    lines = [one.line for one in found.lines if one.series == series]
+    lines = [one.line for one in diagnosis.lines if one.series == series]
     remark = f"{len(lines) or 'no'} spectral line{'s' if len(lines) > 1 else ''}"
-    for peak in (one for one in found.resonances if one.series == series):
+    for peak in (one for one in diagnosis.resonances if one.series == series):
         remark = f"broad resonance at {peak.f_hz:.3g} Hz"
     panel_title(axes, f"Spectrum of {series}", remark)
     axes.set(xlabel="Frequency (Hz)", ylabel="PSD (mm²/Hz)")
@@ -263,7 +267,7 @@ def _draw_deviations(
     panel_title(axes, f"Allan deviation of {series}", remark if drawn else "")
     if not any(np.any(np.asarray(adev) > 0) for _, adev in curves):
         axes.set(xticks=[], yticks=[])
-        figure.say(axes, "no Allan deviation")
+        figure.write_message(axes, "no Allan deviation")
         return
     limits = log_limits([tau for tau, _ in curves]), log_limits([adev for _, adev in curves])
     figure.log_axes(axes, limits)
@@ -310,20 +314,20 @@ def write_diagnosis(
     name: str,
     source: str,
     recording: Recording,
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     findings: Sequence[Finding],
     sentences: Sequence[Sentence],
 ) -> None:
     """Write all four into `folder`; tables without rows have their header. source: `twin` or
     `measured`."""
-    none = {one.series: one for one in found.filtered if one.filter.sos is None}
+    none = {one.series: one for one in diagnosis.filtered if one.filter.sos is None}
     of_events = []
-    for k, event in enumerate(found.events, start=1):
+    for k, event in enumerate(diagnosis.events, start=1):
         names = {"series": event.series, "markers": event.markers(recording.labels)}
         computed = {key: ";".join(of) for key, of in names.items()}
         of_events.append(_row(EVENTS, event, {"event": k, "word": outcome(event), **computed}))
-    of_lines = [_row(PERIODIC, x, _of_line(x, recording.frame_rate_hz)) for x in found.lines]
-    of_filters = [filter_row(none[one.series], one) for one in found.filtered]
+    of_lines = [_row(PERIODIC, x, _of_line(x, recording.frame_rate_hz)) for x in diagnosis.lines]
+    of_filters = [filter_row(none[one.series], one) for one in diagnosis.filtered]
     tables: dict[str, tuple[list[Row], Mapping[str, object]]] = {
         "events": (of_events, EVENTS),
         "periodic": (of_lines, PERIODIC),

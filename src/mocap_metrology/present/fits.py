@@ -194,7 +194,7 @@ def _allan_panel(axes: plot.Axes, points: pd.DataFrame, fit: Fit, rate: float, b
     plot.log_axes(axes, (log_limits([points["tau_s"]]), limits))
     axes.set_ylabel("Allan deviation (mm)")
     if points.empty:
-        plot.say(axes, NOTHING)
+        plot.write_message(axes, NOTHING)
     axes.plot(points["tau_s"], adev, label="data", **DATA)
     ends = points[["adev_lower_mm", "adev_upper_mm"]].clip(limits[0] / 10, limits[1] * 10)
     axes.fill_between(points["tau_s"], *ends.to_numpy().T, label=band, **BAND)
@@ -221,7 +221,7 @@ def _psd_panel(
     continuum up to what it makes of its bin's density."""
     f, form = _density_axes(axes, spectrum, rate), fit.model.form
     if spectrum.empty:
-        plot.say(axes, NOTHING)
+        plot.write_message(axes, NOTHING)
     ends = model.density_interval(spectrum, confidence)
     axes.vlines(spectrum["f_hz"], *ends, color=plot.GREY, lw=0.5, alpha=0.6)
     for part in fit.parts:

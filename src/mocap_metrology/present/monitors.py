@@ -48,13 +48,13 @@ def document(
     if not takes:
         line = render("monitor.empty", name=name, reasons=told)
         return common | {"valid": None, "word": "", "takes": 0, "reasons": told, "line": line}
-    start, found = max(stretches.items())
+    start, judged_all = max(stretches.items())
     last = takes[-1]
     at = len(takes) - 1 - start
-    judged = [one for one in found if one.at.size and one.at[-1] == at]
+    judged = [one for one in judged_all if one.at.size and one.at[-1] == at]
     word = min((one.words[-1][0] for one in judged), key=ORDER.index, default="")
     # A series that this take says nothing about keeps what the take before said
-    wrong = {one.series.name: take for one in found if (take := failed_since(one)) is not None}
+    wrong = {one.series.name: take for one in judged_all if (take := failed_since(one)) is not None}
     dates = [takes[start + first].date for first in wrong.values()]
     m = max(int(one.chart.n_baseline[-1]) for one in judged) if judged else 0
     findings = [finding for one in judged for finding in _findings(one)]
@@ -98,12 +98,12 @@ def _findings(one: Judged) -> list[Row]:
     value = mm(last) if series.kind in ("jitter", "wander") else f"{number(last, 3)} mm"
     change = _change(sizes["take"], unit)
     size = render("changed.size", name=series.name, value=value, change=change, m=m)
-    found: list[Row] = []
+    findings: list[Row] = []
 
     def find(code: str, case: str, value: float, ends: tuple[float, float], **how: Any) -> None:
         words = render(f"changed.{case}", name=series.name, size=size, **how)
         of = {"code": code, "series": series.name, "value": value, "unit": unit}
-        found.append(of | {"lower_95": ends[0], "upper_95": ends[1], "words": words})
+        findings.append(of | {"lower_95": ends[0], "upper_95": ends[1], "words": words})
 
     interval, none = (sizes["lower"], sizes["upper"]), (np.nan, np.nan)
     if chart.beyond[-1]:
@@ -115,9 +115,9 @@ def _findings(one: Judged) -> list[Row]:
         moved = _change(sizes["shift"], unit)
         find("trend", "trend", sizes["shift"], none, change=moved, n=n)
     if not chart.capable[-1]:
-        least, asked = (_change(sizes[name], unit, False) for name in ("least", "tolerance"))
-        find("not_capable", "not_capable", sizes["least"], none, least=least, tolerance=asked)
-    return found
+        least, limit = (_change(sizes[name], unit, False) for name in ("least", "tolerance"))
+        find("not_capable", "not_capable", sizes["least"], none, least=least, tolerance=limit)
+    return findings
 
 
 def _change(size: float, unit: str, sign: bool = True) -> str:
@@ -132,12 +132,12 @@ def chart(rows: Sequence[Mapping[str, Any]], texts: plot.Texts) -> plot.Picture:
     names = list(dict.fromkeys(row["series"] for row in rows))
     body = plot.new_figure(texts, HEAD_MM + STRIP_MM * max(len(names), 1))
     if not names:
-        plot.say(body.subplots(), "no take")
+        plot.write_message(body.subplots(), "no take")
         return plot.Picture(body, render("chart.caption"))
     strips = body.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for axes, name in zip(strips, names, strict=True):
-        own = [row for row in rows if row["series"] == name]
-        columns = {key: np.array([row[key] for row in own]) for key in own[0]}
+        of_series = [row for row in rows if row["series"] == name]
+        columns = {key: np.array([row[key] for row in of_series]) for key in of_series[0]}
         columns |= {key: columns[key].astype(float) for key in NUMBERS}
         columns["day"] = np.asarray(date2num(columns["date"].astype("datetime64[s]")))
         _strip(axes, name, columns)
@@ -151,33 +151,33 @@ def chart(rows: Sequence[Mapping[str, Any]], texts: plot.Texts) -> plot.Picture:
     return plot.finished(body, strips, render("chart.caption"))
 
 
-def _strip(axes: plot.Axes, name: str, own: Columns) -> None:
+def _strip(axes: plot.Axes, name: str, takes: Columns) -> None:
     """One series. A place or length is drawn about the first mean of its baseline."""
-    starts = [0, *np.flatnonzero(own["restart"] == "yes").tolist()]
+    starts = [0, *np.flatnonzero(takes["restart"] == "yes").tolist()]
     about = 0.0
-    for start, end in zip(starts, [*starts[1:], own["day"].size], strict=True):
+    for start, end in zip(starts, [*starts[1:], takes["day"].size], strict=True):
         if name not in ("jitter", "wander"):
-            known = [*own["mean_mm"][start:end], *own["value_mm"][start:end]]
+            known = [*takes["mean_mm"][start:end], *takes["value_mm"][start:end]]
             about = float(np.round(next((v for v in known if np.isfinite(v)), 0.0), 1))
         for key in NUMBERS:
-            own[key][start:end] -= about
-    shown = np.concatenate([own["value_mm"], own["lower_mm"][-1:], own["upper_mm"][-1:]])
+            takes[key][start:end] -= about
+    shown = np.concatenate([takes["value_mm"], takes["lower_mm"][-1:], takes["upper_mm"][-1:]])
     shown = shown[np.isfinite(shown)]
     unit, per_mm = plot.length_unit([np.ptp(shown)] if shown.size else [])
-    value, mean, lower, upper = (per_mm * own[key] for key in NUMBERS)
-    day, word = own["day"], own["word"]
+    value, mean, lower, upper = (per_mm * takes[key] for key in NUMBERS)
+    day, word = takes["day"], takes["word"]
     for start, end in zip(starts, [*starts[1:], day.size], strict=True):
         at = slice(start, end)
         axes.fill_between(day[at], lower[at], upper[at], color=BAND, alpha=0.15, lw=0)
         axes.plot(day[at], mean[at], color=BAND, lw=0.9)
         for edge in (lower, upper):
-            wide = np.where(own["capable"][at] == "no", edge[at], np.nan)
+            wide = np.where(takes["capable"][at] == "no", edge[at], np.nan)
             axes.plot(day[at], wide, color=BAND, lw=0.8, ls="--")
         if start:
             axes.axvline(day[start], color=plot.INK, lw=0.8)
     size = float(np.clip(300 / np.sqrt(day.size), 3, 16))
     axes.scatter(day[word == ""], value[word == ""], s=2, color=plot.GREY)
-    learnt = own["in_baseline"] == "yes"
+    learnt = takes["in_baseline"] == "yes"
     for name_, (colour, marker) in LOOKS.items():
         for face, of in (("white", learnt), (colour, ~learnt)):
             if (chosen := (word == name_) & of).any():

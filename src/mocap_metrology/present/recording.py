@@ -66,7 +66,7 @@ def allan_figure(
     curves = of_curves.adev_curves(columns, {name: name for name in names})
     facets = of_curves.facets(curves["curve"]).items()
     return of_curves.curves_picture(
-        {title: curves[curves["curve"].isin(own)] for title, own in facets},
+        {title: curves[curves["curve"].isin(names)] for title, names in facets},
         texts._replace(caption=f"{captions.ADEV} {texts.caption}"),
         confidence,
     )
@@ -153,7 +153,7 @@ def _panels(traces: Sequence[Trace], time: TimeAxis, texts: Texts) -> plot.SubFi
         axes.yaxis.set_label_coords(LABEL_AT, 0.5)  # faster than `align_ylabels` by half a second
         if one.n_missing == one.n:
             axes.set(facecolor=GAP, yticks=[])
-            plot.say(axes, NOTHING)
+            plot.write_message(axes, NOTHING)
             continue
         draw(axes, one, time, per_mm, one.limits)
         how: plot.Keywords = {"transform": axes.transAxes, "size": plot.SMALL_PT, "va": "center"}

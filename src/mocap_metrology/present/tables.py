@@ -63,9 +63,9 @@ def _aligned(lines: Sequence[Sequence[object]]) -> str:
     """A Markdown table, the first of the lines its head, columns of equal width."""
     cells = [[_text(cell) for cell in line] for line in lines]
     width = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    made = [[c.ljust(w) for c, w in zip(line, width, strict=True)] for line in cells]
+    padded = [[c.ljust(w) for c, w in zip(line, width, strict=True)] for line in cells]
     rule = "|" + "|".join("-" * (w + 2) for w in width) + "|"
-    head, *body = (f"| {' | '.join(line)} |" for line in made)
+    head, *body = (f"| {' | '.join(line)} |" for line in padded)
     return "\n".join([head, rule, *body])
 
 

@@ -33,8 +33,8 @@ FILES = (
 def origin(name: str, pairs: Sequence[tuple[str, str]] | None = None) -> Metadata:
     """What tables of a measured recording are marked with; pairs: of labels, the first two unless
     given."""
-    own: Metadata = {"recording": name, "source": "measured", "twin": None}
-    return own | ({"pairs": pairs} if pairs else {})
+    record: Metadata = {"recording": name, "source": "measured", "twin": None}
+    return record | ({"pairs": pairs} if pairs else {})
 
 
 def analyse(

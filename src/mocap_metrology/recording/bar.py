@@ -39,17 +39,17 @@ FILES = (
 )
 
 
-def write_take(reading: Reading, asked: BarEntry, path: Path) -> None:
+def write_take(reading: Reading, bar_row: BarEntry, path: Path) -> None:
     """bar.parquet: a take frame by frame, and what else was read of it."""
-    take, pose = reading.take, asked.pose
-    kept = {**reading.origin, "date": take.date, "pair": reading.pair}
-    kept |= {"length_mm": asked.length_mm, "length_u_mm": asked.length_u_mm}
-    kept |= {"angle_bias_deg": None if math.isnan(take.angle_bias_deg) else take.angle_bias_deg}
-    kept |= {"pose_u_deg": pose.u_deg if pose else 0.0, "warnings": reading.warnings}
-    kept |= {"clusters": reading.clusters, "scale": reading.scale and asdict(reading.scale)}
+    take, pose = reading.take, bar_row.pose
+    record = {**reading.origin, "date": take.date, "pair": reading.pair}
+    record |= {"length_mm": bar_row.length_mm, "length_u_mm": bar_row.length_u_mm}
+    record |= {"angle_bias_deg": None if math.isnan(take.angle_bias_deg) else take.angle_bias_deg}
+    record |= {"pose_u_deg": pose.u_deg if pose else 0.0, "warnings": reading.warnings}
+    record |= {"clusters": reading.clusters, "scale": reading.scale and asdict(reading.scale)}
     axes = zip(COLUMNS, (take.length_mm, *take.middle_mm, *take.direction), strict=True)
     angle = {} if take.angle_deg is None else {"angle_deg": take.angle_deg}
-    files.write_table(path, dict(axes) | angle, kept)
+    files.write_table(path, dict(axes) | angle, record)
 
 
 def read_take(path: str | Path) -> tuple[Take, Mapping[str, Any]]:
@@ -106,9 +106,9 @@ def _write_filters(folder: Path, document: Row, bar: Bar) -> None:
     series = {f"{axis}{k}": {"frame_mm": rest} for axis in "xyz" for k in (1, 2)}
     of = document | {"labels": document["pair"], "series": series}
     of["horizon_s"] = document["duration_s"]
-    found = filters.covariances(of, np.array([middle.mean(axis=1)] * 2))
-    files.write_text(folder / "noise_ros.yaml", filters.ros_yaml(of, found, filters.OF_BAR))
-    files.write_text(folder / "px4.params", filters.px4_params(of, found))
+    covariances = filters.covariances(of, np.array([middle.mean(axis=1)] * 2))
+    files.write_text(folder / "noise_ros.yaml", filters.ros_yaml(of, covariances, filters.OF_BAR))
+    files.write_text(folder / "px4.params", filters.px4_params(of, covariances))
 
 
 @dataclass(frozen=True)
@@ -138,17 +138,17 @@ def passes_of(
             twice.setdefault(key, []).append(said)
             continue
         bars.setdefault(key, []).append((take, origin))
-    found = []
-    for key, own in sorted(bars.items(), key=lambda one: -len(one[1])):
-        pair, told = own[0][1]["pair"], twice.get(key, ())
-        bar = evaluate([take for take, _ in own], _certificate(own[0][1]), settings.bar)
+    groups = []
+    for key, of_pair in sorted(bars.items(), key=lambda one: -len(one[1])):
+        pair, told = of_pair[0][1]["pair"], twice.get(key, ())
+        bar = evaluate([take for take, _ in of_pair], _certificate(of_pair[0][1]), settings.bar)
         findings = findings_of(bar, still_mm=still_mm)
-        passes = "1 pass" if len(own) == 1 else f"{len(own)} passes"
+        passes = "1 pass" if len(of_pair) == 1 else f"{len(of_pair)} passes"
         named: Row = {"recording": f"{passes} of {'-'.join(pair)}"}
         document = named | present.bar_document(bar, findings, settings.bar, pair, warnings=told)
-        sources = {origin["recording"]: origin["source"] for _, origin in own}
-        found.append(BarGroup(bar, pair, sources, document))
-    return found
+        sources = {origin["recording"]: origin["source"] for _, origin in of_pair}
+        groups.append(BarGroup(bar, pair, sources, document))
+    return groups
 
 
 def write_group(

@@ -39,15 +39,15 @@ class Reading:
 
 
 def read_bar(
-    entry: Entry, asked: BarEntry, settings: Settings, named: Mapping[str, Any]
+    entry: Entry, bar_row: BarEntry, settings: Settings, named: Mapping[str, Any]
 ) -> Reading:
     """The take of a recording; named: `recording`, `source`, `twin`, `date`. Refuses what says
     nothing of a bar."""
-    pose, check = asked.pose, None
+    pose, check = bar_row.pose, None
     file = str(named["recording"]) if named.get("twin") else Path(entry.paths[0]).name
-    entry = replace(entry, markers=_markers(entry, asked.bar, file))
+    entry = replace(entry, markers=_markers(entry, bar_row.bar, file))
     opinion = settings.second_opinion and not named.get("twin")
-    recording = read(entry, opinion, only_seen=asked.bar == AUTO)
+    recording = read(entry, opinion, only_seen=bar_row.bar == AUTO)
     if not named.get("twin"):
         check = accepted(entry, recording, True, [])
     raw = trajectories(recording, {**named, "pairs": None})
@@ -60,18 +60,18 @@ def read_bar(
         return take_of(*told, position[list(ends)], origin["resolution_mm"])
 
     far, clusters = settings.bar.least_path_mm, []
-    if asked.bar == AUTO:
-        found = rigid_clusters(position, settings.bar.rigid_mm)
-        clusters = [one for one in found if of_take.way_mm(take_by(one.pair)) >= far]
+    if bar_row.bar == AUTO:
+        rigid = rigid_clusters(position, settings.bar.rigid_mm)
+        clusters = [one for one in rigid if of_take.way_mm(take_by(one.pair)) >= far]
         if not clusters:
             limit = f"(p97.5 - p2.5) / 4 below {settings.bar.rigid_mm:g} mm, bar.rigid_mm"
             what = f"has no two markers that stay at one distance ({limit}) and move {far:g} mm"
             raise Refusal(f"{file}: {what}; name a bar of the file: {in_words(labels, 60)}")
         first, second = clusters[0].pair
     else:
-        first, second = map(labels.index, pair_of(asked.bar, labels, file))
+        first, second = map(labels.index, pair_of(bar_row.bar, labels, file))
     pair, take = (labels[first], labels[second]), take_by((first, second))
-    of_take.check(replace(take, name=file), " and ".join(pair), asked.length_mm, far)
+    of_take.check(replace(take, name=file), " and ".join(pair), bar_row.length_mm, far)
     bodies = () if named.get("twin") else bodies_of(entry.paths[0], None, entry.column_names)
     if set(pair) <= set(bodies):
         take = with_angles(take, _quaternions(entry, pair), pose.quaternion if pose else None)

@@ -151,20 +151,22 @@ def simulated(twin: Twin | TakeTwin | BarTwin, seed: int, folder: Path) -> Itera
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
         path, twin = Path(part) / "twin.c3d", replace(twin, seed=seed + twin.seed)
         if isinstance(twin, TakeTwin):
-            made = simulate_take(twin)
+            simulation = simulate_take(twin)
         elif isinstance(twin, BarTwin):
-            made = simulate_bar(twin)
+            simulation = simulate_bar(twin)
         else:
-            made = simulate(twin, folder=folder)
-        n_frames, rate = made.position_mm.shape[2], made.frame_rate_hz
+            simulation = simulate(twin, folder=folder)
+        n_frames, rate = simulation.position_mm.shape[2], simulation.frame_rate_hz
         log.info("%s: %d frames at %g Hz", twin.name, n_frames, rate)
         chunks = (
-            np.moveaxis(made.position_mm[:, :, start : start + CHUNK], 2, 0).astype(np.float32)
+            np.moveaxis(simulation.position_mm[:, :, start : start + CHUNK], 2, 0).astype(
+                np.float32
+            )
             for start in range(0, n_frames, CHUNK)
         )
         write_c3d(path, twin.labels, rate, chunks, n_frames)
-        files.write_json(folder / "truth.json", made.truth)
-        del made, chunks
+        files.write_json(folder / "truth.json", simulation.truth)
+        del simulation, chunks
         yield path
 
 
@@ -212,7 +214,7 @@ def clean(
     return results
 
 
-def exchanges(found: Sequence[Exchange]) -> list[Row]:
+def exchanges(pairs: Sequence[Exchange]) -> list[Row]:
     """For the metadata: labels, frames, first and last of them."""
     return [
         {
@@ -221,7 +223,7 @@ def exchanges(found: Sequence[Exchange]) -> list[Row]:
             "first": int(np.argmax(one.frames)),
             "last": int(one.frames.size - 1 - np.argmax(one.frames[::-1])),
         }
-        for one in found
+        for one in pairs
     ]
 
 
@@ -250,8 +252,8 @@ def trajectories(recording: Recording, named: files.Metadata, over: MapFunction 
     exposure is far shorter than a frame. Changes the positions of `recording` in place.
     """
     filled = filled_frames(recording.position_mm, recording.resolution_mm, over)
-    for label, own, mask in zip(recording.labels, recording.position_mm, filled, strict=True):
-        own[:, mask] = np.nan  # no measurement
+    for label, xyz, mask in zip(recording.labels, recording.position_mm, filled, strict=True):
+        xyz[:, mask] = np.nan  # no measurement
         if mask.any():
             log.warning("%s: %d frames are gap-filled and left out", label, mask.sum())
     coordinates = recording.position_mm.reshape(-1, recording.position_mm.shape[2])
@@ -305,8 +307,8 @@ def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row
 
 
 def _clean_origin(raw: Table, settings: of.Hampel) -> files.Metadata:
-    own = {"hampel": settings.model_dump(), "window_frames": 2 * _half_window(raw, settings) + 1}
-    return raw.origin | own | {"versions": files.versions("numpy", "numba", "pyarrow")}
+    record = {"hampel": settings.model_dump(), "window_frames": 2 * _half_window(raw, settings) + 1}
+    return raw.origin | record | {"versions": files.versions("numpy", "numba", "pyarrow")}
 
 
 def _half_window(raw: Table, settings: of.Hampel) -> int:
@@ -319,7 +321,7 @@ def _filtered(
     """Name without unit and cleaned values of every series, coordinates in their own type, and the
     row of outliers.csv."""
     origin, half_window = raw.origin, _half_window(raw, settings)
-    share_of_noise, kept = white_level_kept(settings.n_sigma, half_window, settings.action)
+    share_of_noise, left = white_level_kept(settings.n_sigma, half_window, settings.action)
     if half_window < SHORT_WINDOW and settings.action != "off":
         log.warning(
             "the window holds %d frames, so the filter replaces many good samples too; "
@@ -327,8 +329,8 @@ def _filtered(
             2 * half_window + 1,
             SHORT_WINDOW / origin["frame_rate_hz"],
         )
-    given = raw.coordinates
-    kind = next(iter(given.values())).dtype
+    coordinates = raw.coordinates
+    kind = next(iter(coordinates.values())).dtype
 
     def filtered(one: Series) -> tuple[str, np.ndarray, Row]:
         name, values = one
@@ -345,10 +347,10 @@ def _filtered(
             "n_outliers": int(result.outlier.sum()),
             "share": result.share,
             "share_of_clean_gaussian_noise": share_of_noise,
-            "white_level_kept": kept,
+            "white_level_kept": left,
             "resolution_mm": origin["resolution_mm"],
             "resolution_kind": origin["resolution_kind"],
         }
-        return name, result.values.astype(kind if name in given else float), row
+        return name, result.values.astype(kind if name in coordinates else float), row
 
     return over(filtered, raw.with_distances())

@@ -72,7 +72,7 @@ def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -
     )
     source = f"Source: {source_words(origin)}."
     texts = Texts(f"{origin['recording']}: diagnosis", source, remarks)
-    picture = diagnosis_figure(diagnosis.recording, diagnosis.found, texts)
+    picture = diagnosis_figure(diagnosis.recording, diagnosis.diagnosis, texts)
     save(picture, results.folder / "diagnosis", results.png)
 
 

@@ -31,7 +31,7 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
     origin, series = clean.origin, clean.coordinates
     labels, pairs = origin["labels"], clean.pairs
     positions = {label: position(series, k) for k, label in enumerate(labels, start=1)}
-    found = numbers(
+    take_numbers = numbers(
         positions,
         {
             "-".join(labels[k - 1] for k in pair): series[pair_name(pair, pairs)].astype(float)
@@ -48,8 +48,8 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
         "sha256": sums,
         "wander_s": settings.monitor.wander_s,
         "moving": bool(results.check.get("moving")),
-        "seen": {k: float(np.isfinite(own).all(axis=0).mean()) for k, own in positions.items()},
-        "take": asdict(found),
+        "seen": {k: float(np.isfinite(xyz).all(axis=0).mean()) for k, xyz in positions.items()},
+        "take": asdict(take_numbers),
     }
     write_json(results.folder / TAKE, document)
     return read_take(results.folder)
@@ -89,9 +89,9 @@ def monitor(
             used.append(replace(row, baseline="restart") if begins else row)
             begins = False
     of = [takes[row.recording] for row in used]
-    found = stretches(used, [Take(**one["take"]) for one in of], settings.monitor)
-    rows_of_table = table(used, found)
-    document = monitors.document(name, used, found, left_out, [one["source"] for one in of])
+    judged = stretches(used, [Take(**one["take"]) for one in of], settings.monitor)
+    rows_of_table = table(used, judged)
+    document = monitors.document(name, used, judged, left_out, [one["source"] for one in of])
     folder.mkdir(parents=True, exist_ok=True)
     write_csv(folder / "monitor.csv", rows_of_table, COLUMNS)
     n, said = len(used), document["word"] or "no word"
@@ -112,12 +112,12 @@ def exchanged(before: Mapping[str, Any], take: Mapping[str, Any]) -> str:
     apart = cdist(*(np.array([*one["places_mm"].values()], float) for one in (take, before)))
     if not np.isfinite(apart).all():  # a marker that was not seen
         return ""
-    own, others = linear_sum_assignment(apart)
-    own, others = own[own != others], others[own != others]
-    if not apart[own, others].sum() < EXCHANGED * apart[own, own].sum():
+    ours, others = linear_sum_assignment(apart)
+    ours, others = ours[ours != others], others[ours != others]
+    if not apart[ours, others].sum() < EXCHANGED * apart[ours, ours].sum():
         return ""
     labels = np.array([*take["places_mm"]])
-    here, there = (", ".join(labels[at]) for at in (own, others))
+    here, there = (", ".join(labels[at]) for at in (ours, others))
     return (
         f"{here} stand where {there} stood in the take before; expected the same labels, and the "
         "object as it stood (a new baseline: restart)"

@@ -8,7 +8,7 @@ from datetime import datetime
 
 from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.common.entries import NAME
-from mocap_metrology.common.faults import Faults, shown
+from mocap_metrology.common.faults import Faults, quoted
 from mocap_metrology.common.sheets import Line, parts_of
 
 # What takes share from one restart to the next
@@ -19,7 +19,7 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
     """Takes by monitor, in order of the rows. `Faults` names rows without a date or out of order,
     of other markers, pairs or cameras than the take before, names that are no folder's or stand
     twice, and a baseline without a monitor."""
-    found: dict[str, list[Row]] = {}
+    takes: dict[str, list[Row]] = {}
     before: dict[str, Line] = {}
     names: dict[str, int] = {}
     faults = []
@@ -29,7 +29,7 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
 
         def wrong(column: str, expected: str, of: Line = line) -> str:
             where = f'{sheet}, row {of.number} (recording "{of.cells["recording"]}")'
-            return f"{where}, column {column}: {shown(of.cells.get(column))}; expected {expected}"
+            return f"{where}, column {column}: {quoted(of.cells.get(column))}; expected {expected}"
 
         if not name:
             if baseline:
@@ -57,15 +57,15 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
                 faults.append(wrong("date", f"{last.cells['date']} or later, {named}"))
             if baseline != "restart":
                 faults += [
-                    wrong(column, f"{shown(last.cells.get(column))}, {named}; or restart")
+                    wrong(column, f"{quoted(last.cells.get(column))}, {named}; or restart")
                     for column in ALIKE
                     if parts_of(cells.get(column, "")) != parts_of(last.cells.get(column, ""))
                 ]
         before[name] = line
-        found.setdefault(name, []).append(Row(cells["recording"], day, baseline))
+        takes.setdefault(name, []).append(Row(cells["recording"], day, baseline))
     if faults:
         raise Faults(faults)
-    return found
+    return takes
 
 
 def _moment(text: str) -> str | None:

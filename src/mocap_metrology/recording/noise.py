@@ -69,18 +69,18 @@ def spectra(
     def density(one: Series) -> Columns | None:
         name, values = one
         try:
-            found = welch(values, origin["frame_rate_hz"], **settings.model_dump())
+            spectrum = welch(values, origin["frame_rate_hz"], **settings.model_dump())
         except Refusal as refusal:  # the other series are whole enough
             log.warning("%s: %s", name, refusal)
             return None
-        log.info("%s: %d segments of %d frames", name, found.n_segments, found.segment)
-        count = found.f_hz.size
+        log.info("%s: %d segments of %d frames", name, spectrum.n_segments, spectrum.segment)
+        count = spectrum.f_hz.size
         return {
             "series": np.full(count, name, dtype=object),
-            "f_hz": found.f_hz,
-            "psd_mm2_hz": found.psd,
-            "n_segments": np.full(count, found.n_segments, dtype=np.int64),
-            "n_bridged": np.full(count, found.n_bridged, dtype=np.int64),
+            "f_hz": spectrum.f_hz,
+            "psd_mm2_hz": spectrum.psd,
+            "n_segments": np.full(count, spectrum.n_segments, dtype=np.int64),
+            "n_bridged": np.full(count, spectrum.n_bridged, dtype=np.int64),
         }
 
     parts = [part for part in over(density, series) if part]
@@ -105,8 +105,8 @@ def allan_deviations(
     series: Iterable[Series], origin: Metadata, settings: of.Allan, over: MapFunction
 ) -> Table:
     """Allan deviations, with intervals, of series cleaned as in S: allan.parquet."""
-    rate, given = origin["frame_rate_hz"], origin["hampel"]
-    taken = taken_at_most(given["n_sigma"], origin["window_frames"] // 2, given["action"])
+    rate, filtered = origin["frame_rate_hz"], origin["hampel"]
+    taken = taken_at_most(filtered["n_sigma"], origin["window_frames"] // 2, filtered["action"])
 
     def curves(one: Series) -> list[Columns]:
         name, values = one
@@ -120,7 +120,7 @@ def allan_deviations(
             for kind in settings.estimators
         ]
 
-    parts = [part for found in over(curves, series) for part in found]
+    parts = [part for of_series in over(curves, series) for part in of_series]
     origin = origin | {"allan": settings.model_dump()}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     return Table(tables.joined(parts, tables.ALLAN), origin)
@@ -154,27 +154,29 @@ def noise_coefficients(
     def estimated(one: Series) -> tuple[str, list[Columns], fit.SeriesNoise | str]:
         """Its curves besides the first, and the noise or why there is none."""
         name, values = one
-        own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
-        given = allan["m"][own], allan["avar_mm2"][own]
+        rows = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
+        variances = allan["m"][rows], allan["avar_mm2"][rows]
         curves = [curve(name, values, kind) for kind in how.allan.estimators if kind != "oadev"]
         seed = crc32(f"{recording} {name}".encode()) + how.seed
-        asked, among = how.components(name), outliers(name, values)
+        components, among = how.components(name), outliers(name, values)
         try:
-            found = fit.estimate_series(values, given, rate, how, asked, seed, step, among)
+            fitted = fit.estimate_series(
+                values, variances, rate, how, components, seed, step, among
+            )
         except Refusal as refusal:
             return name, [*curves, curve(name, values)], str(refusal)
-        return name, [*curves, tables.allan_columns(name, found.curve)], found
+        return name, [*curves, tables.allan_columns(name, fitted.curve)], fitted
 
     rows, curves, periodograms = [], [], []
     refused: dict[str, list[str]] = {}
-    for name, own, found in over(estimated, raw.with_distances()):
-        curves += own
-        if isinstance(found, str):
-            refused.setdefault(found, []).append(name)
-            rows += estimates.refused_rows(name, how.noise.estimators, found)
+    for name, columns, result in over(estimated, raw.with_distances()):
+        curves += columns
+        if isinstance(result, str):
+            refused.setdefault(result, []).append(name)
+            rows += estimates.refused_rows(name, how.noise.estimators, result)
             continue
-        rows += _rows(name, found)
-        periodograms.append(tables.periodogram_columns(name, found.periodogram))
+        rows += _rows(name, result)
+        periodograms.append(tables.periodogram_columns(name, result.periodogram))
     for why, names in refused.items():
         log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
     origin = origin | settings.model_dump(include={"noise", "allan", "seed"})
@@ -183,12 +185,12 @@ def noise_coefficients(
     return rows, Table(tables.joined(curves, tables.ALLAN), origin), fitted
 
 
-def _rows(name: str, found: fit.SeriesNoise) -> list[Row]:
+def _rows(name: str, fitted: fit.SeriesNoise) -> list[Row]:
     rows = []
-    for estimate in found.estimates:
+    for estimate in fitted.estimates:
         rows += estimates.rows(name, estimate)
         log.info("%s %s: cost %.6g %s", name, estimate.estimator, estimate.cost, estimate.note)
-    for estimator, why in found.refused.items():
+    for estimator, why in fitted.refused.items():
         log.warning("%s: %s: %s", name, estimator, why)
         rows += estimates.refused_rows(name, (estimator,), why)
     return rows

@@ -35,7 +35,7 @@ class RecordedPoint:
     turn: np.ndarray
 
 
-def seen(clean: str | Path, paths: Sequence[str], row: Mapping[str, Any]) -> RecordedPoint:
+def first_marker(clean: str | Path, paths: Sequence[str], row: Mapping[str, Any]) -> RecordedPoint:
     """The first marker, or body, of a recording at rest; row: columns as `clean.Entry` has them."""
     table = Table.read(clean)
     label = table.origin["labels"][0]
@@ -62,7 +62,7 @@ def read_reference(path: str | Path) -> dict[str, tuple[np.ndarray, float]]:
     if any(header.count(column) != 1 for column in COLUMNS) or header.count("u_mm") > 1:
         raise Refusal(f"{name}: columns {', '.join(header) or 'nothing'}; expected {columns}")
     spreadsheet.check_width(rows, name)
-    found: dict[str, tuple[np.ndarray, float]] = {}
+    places: dict[str, tuple[np.ndarray, float]] = {}
     for line, cells in enumerate(rows[1:], start=2):
         if not cells:
             continue
@@ -76,10 +76,10 @@ def read_reference(path: str | Path) -> dict[str, tuple[np.ndarray, float]]:
         except (KeyError, ValueError):
             said = ",".join(cells)[:80]
             raise Refusal(f"{name}, line {line}: {said}; expected numbers of mm") from None
-        if row["point"] in found:
+        if row["point"] in places:
             raise Refusal(f"{name}: point {row['point']} stands twice; expected each once")
-        found[row["point"]] = place, u
-    return found
+        places[row["point"]] = place, u
+    return places
 
 
 def write_points(

@@ -62,7 +62,7 @@ class ProgressLines(Progress, logging.Handler):
         self._write(self._what)
 
     def over(self, function: Callable[[T], R], items: Iterable[T], /) -> Iterator[R]:
-        """Results of a function of each item, in order, in threads; slow work says how far it is."""
+        """Results of a function of each item, in order, in threads; slow work reports progress."""
         futures = [self.pool.submit(function, item) for item in items]
         for number, future in enumerate(futures, start=1):
             yield future.result()

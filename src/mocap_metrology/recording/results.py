@@ -56,9 +56,9 @@ class Table:
     @property
     def coordinates(self) -> Mapping[str, np.ndarray]:
         """Series by name without unit."""
-        own = (name for name in self.columns if name != "frame")
+        names = (name for name in self.columns if name != "frame")
         return LazyArrays(
-            (name.removesuffix("_mm") for name in own),
+            (name.removesuffix("_mm") for name in names),
             lambda name: self.columns[f"{name}_mm"],
             lambda name: in_parts(self.columns, f"{name}_mm"),
         )
@@ -132,11 +132,11 @@ def masked(raw: Table, clean: Table, settings: Settings) -> Iterator[Series]:
     outliers = known_outliers(clean, settings)
     for name, values in raw.with_distances():
         among = outliers(name, values)
-        own = half_window, settings.noise.mask_sigma, "replace", max(step, own_step(values))
-        found = hampel(values, *own, among)
-        gross = found.outlier
+        options = half_window, settings.noise.mask_sigma, "replace", max(step, own_step(values))
+        filtered = hampel(values, *options, among)
+        gross = filtered.outlier
         if among is not None:
-            gross = gross & ~tail(found, values, among, settings.hampel.n_sigma, half_window)
+            gross = gross & ~tail(filtered, values, among, settings.hampel.n_sigma, half_window)
         yield name, np.where(gross, np.nan, values)
 
 
@@ -145,7 +145,7 @@ def known_outliers(
 ) -> Callable[[str, np.ndarray], np.ndarray | None]:
     """Name and values as recorded -> (n,) the samples that the filter of S changed, among which the
     grosser outliers are; None where it was another window, or a higher threshold."""
-    given, rate = settings.hampel, clean.origin["frame_rate_hz"]
-    same = round(given.half_window_s * rate) == mask_half_window(given.half_window_s, rate)
-    same &= given.action != "off" and given.n_sigma <= settings.noise.mask_sigma
+    chosen, rate = settings.hampel, clean.origin["frame_rate_hz"]
+    same = round(chosen.half_window_s * rate) == mask_half_window(chosen.half_window_s, rate)
+    same &= chosen.action != "off" and chosen.n_sigma <= settings.noise.mask_sigma
     return lambda name, values: (clean.coordinates[name] != values) if same else None

@@ -33,9 +33,9 @@ def diagnose(results: Results, settings: Settings, progress: Progress = CALM) ->
     """Disturbances of a recording: diagnosis.json, events.csv, periodic.csv, filters.csv."""
     progress.step("events, periodic disturbances, filters")
     raw, over = results.raw, progress.over
-    made = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
-    made.write(results.folder, raw.origin["recording"], raw.origin["source"])
-    return made
+    diagnosis = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
+    diagnosis.write(results.folder, raw.origin["recording"], raw.origin["source"])
+    return diagnosis
 
 
 def verdict(
@@ -70,9 +70,9 @@ def verdict(
     written: Mapping[str, Any] = read_json(path)
     means = [np.nanmean(v) if np.isfinite(v).any() else np.nan for _, v in results.clean.in_mm()]
     places = np.array(means[: 3 * len(written["labels"])]).reshape(-1, 3)
-    found = filters.covariances(written, places)
-    write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(written, found))
-    write_text(results.folder / "px4.params", filters.px4_params(written, found))
+    covariances = filters.covariances(written, places)
+    write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(written, covariances))
+    write_text(results.folder / "px4.params", filters.px4_params(written, covariances))
     return written
 
 
@@ -81,13 +81,13 @@ class Diagnosed:
     """A recording, what was found in it, as codes and numbers, and in words."""
 
     recording: Recording
-    found: Diagnosis
+    diagnosis: Diagnosis
     findings: Sequence[Finding]
     sentences: Sequence[Sentence]
 
     def write(self, folder: Path, name: str, source: str) -> None:
         """diagnosis.json, events.csv, periodic.csv, filters.csv."""
-        parts = self.recording, self.found, self.findings, self.sentences
+        parts = self.recording, self.diagnosis, self.findings, self.sentences
         write_diagnosis(folder, name, source, *parts)
 
 
@@ -118,6 +118,6 @@ def diagnosed(
         still_range_mm=settings.still.range_mm,
         horizon_s=settings.verdict.horizon_s,
     )
-    found = diagnose_series(recording, noise, psd.columns, how, psd.origin["psd"], over)
-    findings = findings_of(recording, found, noise)
-    return Diagnosed(recording, found, findings, sentences(recording, found, noise, how))
+    diagnosis = diagnose_series(recording, noise, psd.columns, how, psd.origin["psd"], over)
+    findings = findings_of(recording, diagnosis, noise)
+    return Diagnosed(recording, diagnosis, findings, sentences(recording, diagnosis, noise, how))

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationError
 
-from mocap_metrology.common.faults import Faults, shown
+from mocap_metrology.common.faults import Faults, quoted
 from mocap_metrology.common.sections import WHOLE, Section, Words, faults
 from mocap_metrology.settings.lighthouse import JansenStudies, Lighthouse, PoseEstimator
 from mocap_metrology.settings.recordings import (
@@ -139,7 +139,7 @@ def checked(config: Mapping[str, object], whole: bool = True) -> Settings:
         other = key.replace("good_", "usable_")
         if other != key and other in limits and good > limits[other]:
             most = f"{other} ({limits[other]:g})"
-            lines.append(f"config, key {key}: {shown(good)}; expected at most {most}")
+            lines.append(f"config, key {key}: {quoted(good)}; expected at most {most}")
     if lines:
         raise Faults(lines)
     return settings

@@ -21,7 +21,7 @@ from mocap_metrology.lighthouse.batch.problem import (
     start,
 )
 from mocap_metrology.lighthouse.batch.problem import layout as layout_of
-from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, through
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, trajectory_through
 from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.static import median_angles
@@ -48,7 +48,7 @@ def moving() -> Trajectory:
     """Through the motion of `of_motion`, with knots 25 ms apart, fitted by nothing."""
     motion = motion_of(MotionTwin(centre_m=(3.0, 0.0, 0.0)), np.zeros((1, 3)), 5)
     time_s = np.arange(0.0, 3.0, 0.1)
-    return through(time_s, *motion.poses(time_s), 0.1, 2.8, 0.025)
+    return trajectory_through(time_s, *motion.poses(time_s), 0.1, 2.8, 0.025)
 
 
 def values(trajectory: Trajectory) -> tuple[State, Layout]:

@@ -12,7 +12,7 @@ from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
 from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
 from mocap_metrology.lighthouse.batch.solve import estimated_noise
-from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory, trajectory_through
 from mocap_metrology.lighthouse.batch.view import Noise
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.records import Factory, Hits
@@ -55,7 +55,7 @@ def begun(priors: Priors) -> tuple[views.View, Trajectory, State, Layout]:
     node_s = np.linspace(0, 0.4, 6)
     node_R = np.array([from_angles(0.3 * k / 5, 0.1, 3.2 - 0.2 * k / 5) for k in range(6)])
     node_t = np.column_stack([3 + node_s, np.sin(5 * node_s), 0.1 * node_s])
-    trajectory = through(node_s, node_R, node_t, 0.0, 0.41)
+    trajectory = trajectory_through(node_s, node_R, node_t, 0.0, 0.41)
     trajectory = trajectory.moved(0.02 * rng.normal(size=trajectory.control.size))
     return views.view(by_sweep(some_hits()), trajectory), trajectory, state, of
 

@@ -8,7 +8,7 @@ from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.fit.board_pose import (
     MIRRORED_RAD,
     START_M,
-    apart,
+    angle_between,
     by_levenberg_marquardt,
     by_nelder_mead,
     first_guesses,
@@ -52,7 +52,7 @@ def test_poses_are_right_and_as_good_as_the_angles_allow(kind: str) -> None:
     board = BOARDS[kind]
     given, truth = poses(300, board, seed=4)
     found = by_levenberg_marquardt(given, board, IDEAL)
-    good = apart(found, truth) < MIRRORED_RAD
+    good = angle_between(found, truth) < MIRRORED_RAD
     assert good.mean() >= 0.99
     ratios = []
     H, g = np.empty((6, 6)), np.empty(6)

@@ -12,8 +12,8 @@ from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simul
 from mocap_metrology.lighthouse.track.receiver import (
     Calibrated,
     Track,
-    along,
     columns,
+    poses_along,
     track,
     triangulated,
 )
@@ -55,7 +55,7 @@ def test_errors_are_those_stated() -> None:
         own = made(seed)
         pose, joint = solved(scene(own))
         known = Calibrated(pose.R, pose.t_m, pose.covariance / np.outer(UNITS, UNITS), True)
-        found = along(joint, scene(own), known, "")
+        found = poses_along(joint, scene(own), known, "")
         square = (errors(own, found) / found.sd.total) ** 2
         squares.append(np.nanmean(square, axis=0))
         ends.append(np.nanmean(square[np.r_[:3, -3:0]], axis=0))

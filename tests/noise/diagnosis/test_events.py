@@ -12,8 +12,8 @@ from mocap_metrology.noise.diagnosis.dynamic import (
 )
 from mocap_metrology.noise.diagnosis.events import WHITE, Event
 from mocap_metrology.noise.diagnosis.levels import Sides
-from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
-from mocap_metrology.noise.diagnosis.recording import searched
+from mocap_metrology.noise.diagnosis.outliers import isolated_frames, off_frames, without
+from mocap_metrology.noise.diagnosis.recording import search_events
 from mocap_metrology.noise.diagnosis.recurring import recurrence
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
@@ -36,10 +36,10 @@ def recorded(kind, seed, duration_s=600.0, **more):
 def events_of(position, false_alarm=FALSE_ALARM):
     raw = dict(zip(NAMES, position.astype(np.float32), strict=True))
     off = {k: off_frames(v, 6.0) for k, v in raw.items()}
-    spikes = isolated(off, {k: int(k[1]) for k in raw})
+    spikes = isolated_frames(off, {k: int(k[1]) for k in raw})
     quiet = {k: without(v, spikes[k]) for k, v in raw.items()}
     series = dict(all_series(quiet, [(1, 2)]))
-    return searched(series, [(1, 2)], RATE, 0.0, false_alarm, 300.0)[0]
+    return search_events(series, [(1, 2)], RATE, 0.0, false_alarm, 300.0)[0]
 
 
 def loud_after(position, from_s, factor):

@@ -110,7 +110,7 @@ def test_algebra_of_table_4(fourth: list[dict]) -> None:
     model = vars(gaussian_model(x1, x2, x1 - x2))
     own = {names.get(k, f"{k}_mm"): v for k, v in model.items()}
     for quantity in gaussian_table.RELATIONS:
-        assert own[quantity] == pytest.approx(gaussian_table.related(quantity, own), abs=1e-12)
+        assert own[quantity] == pytest.approx(gaussian_table.by_relation(quantity, own), abs=1e-12)
     sheet = {"T": {"recording": "T", "twin": None, "camera_type": "T40", "n_cameras": 10}}
     wrong = published_gaussian("T40") | {"sigma_B_mm": 0.0325}
     (bad,) = of(gaussian_table.table_4(sheet, {"T": wrong}, {}), consistent=False)

@@ -163,10 +163,10 @@ def count_frames(
         agrees = declared.trial is not None and wide["TRIAL"] == n
         notes = _remarks(n, [*wide.items(), *narrow.items()])
         return FrameCount(n, source, base if agrees else None, notes)
-    found = None
+    count = None
     if by_size and not wide and section.ends_cleanly(high * frame_bytes):
-        found = _from_size(declared, section, frame_bytes, range(low, high + 1))
-    return found or _why_not(declared, section, low, frame_bytes)
+        count = _from_size(declared, section, frame_bytes, range(low, high + 1))
+    return count or _why_not(declared, section, low, frame_bytes)
 
 
 def _ends_after(section: Section, used: int) -> bool:
@@ -232,7 +232,7 @@ def _why_not(declared: Declared, section: Section, low: int, frame_bytes: int) -
     if not counts:
         return "no frame count is declared (POINT:FRAMES, header)"
     if high < min(counts):
-        held = _held(section, frame_bytes)
+        held = _whole_frames(section, frame_bytes)
         return f"{CUT_OFF}: frames declared: {declared.in_words()}; frames in the file: {held}"
     holds = f"{low} to {high}" if low < high else f"{high}"
     return (
@@ -241,7 +241,7 @@ def _why_not(declared: Declared, section: Section, low: int, frame_bytes: int) -
     )
 
 
-def _held(section: Section, frame_bytes: int) -> int:
+def _whole_frames(section: Section, frame_bytes: int) -> int:
     """Whole frames in the data section, those of zeros in its last block not counted."""
     high = section.available // frame_bytes
     low = -(-(section.available - len(section.tail)) // frame_bytes)
@@ -267,7 +267,7 @@ def choose_frame_size(
     good = {s: count for s, count in tried.items() if isinstance(count, FrameCount)}
     if not good:
         why = next(reason for reason in tried.values() if isinstance(reason, str))
-        held = _held(section, sizes[0])
+        held = _whole_frames(section, sizes[0])
         usable = why.startswith(CUT_OFF) and len(sizes) == 1 and held
         if not (accept_truncated and usable):
             raise (Truncated if usable else Refusal)(f"{file}: {why}")

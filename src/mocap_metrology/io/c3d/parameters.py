@@ -105,8 +105,8 @@ def _text(raw: bytes) -> str:
 class Parameters:
     """Parameters by group and name, in capitals."""
 
-    def __init__(self, found: Mapping[tuple[str, str], Parameter]):
-        self._found = found
+    def __init__(self, parameters: Mapping[tuple[str, str], Parameter]):
+        self._found = parameters
 
     def __len__(self) -> int:
         return len(self._found)
@@ -117,12 +117,12 @@ class Parameters:
 
     def names(self, group: str) -> list[str]:
         """Names of the parameters of a group."""
-        return [name for own, name in self._found if own == group]
+        return [name for its_group, name in self._found if its_group == group]
 
     def numbers(self, group: str, name: str) -> Numbers:
         """Its values, or an empty array where it is absent."""
-        found = self.get(group, name)
-        return np.array([]) if found is None else found.numbers()
+        parameter = self.get(group, name)
+        return np.array([]) if parameter is None else parameter.numbers()
 
     def number(self, group: str, name: str) -> float | None:
         """Its first value where that is finite, else None."""
@@ -131,17 +131,17 @@ class Parameters:
 
     def count(self, group: str, name: str) -> int | None:
         """Its first value as a count: integers unsigned, floats rounded."""
-        value, found = self.number(group, name), self.get(group, name)
-        if value is None or found is None:
+        value, parameter = self.number(group, name), self.get(group, name)
+        if value is None or parameter is None:
             return None
-        return int(value) & 0xFFFF if found.kind == 2 else round(value)
+        return int(value) & 0xFFFF if parameter.kind == 2 else round(value)
 
     def texts(self, group: str, name: str) -> list[str]:
         """Its strings, numbered continuations (LABELS, LABELS2, LABELS3, ...) joined."""
-        found, number, texts = self.get(group, name), 2, []
-        while found is not None:
-            texts += found.texts()
-            found, number = self.get(group, f"{name}{number}"), number + 1
+        parameter, number, texts = self.get(group, name), 2, []
+        while parameter is not None:
+            texts += parameter.texts()
+            parameter, number = self.get(group, f"{name}{number}"), number + 1
         return texts
 
 
@@ -151,7 +151,7 @@ def read_parameters(section: bytes, processor: int, file: str) -> Parameters:
     Refuses a record, array or description that reaches past its record or the section.
     """
     groups: dict[int, str] = {}
-    found: dict[tuple[int, str], Parameter] = {}
+    parameters: dict[tuple[int, str], Parameter] = {}
     at = 4
     while at + 2 <= len(section):
         length, number = (int(v) for v in np.frombuffer(section[at : at + 2], np.int8))
@@ -165,7 +165,7 @@ def read_parameters(section: bytes, processor: int, file: str) -> Parameters:
                 raise Refusal(f"{file}: damaged: the groups {both} have the number {-number}")
         elif number > 0:
             parameter = _parameter(section, body, end, name, processor, file)
-            if found.setdefault((number, name), parameter) != parameter:
+            if parameters.setdefault((number, name), parameter) != parameter:
                 raise Refusal(
                     f"{file}: damaged: parameter {name!r} stands twice in one group, with "
                     "different values; expected once"
@@ -175,13 +175,19 @@ def read_parameters(section: bytes, processor: int, file: str) -> Parameters:
         if last:
             break
         at = end
-    used = [name for number, name in groups.items() if any(own == number for own, _ in found)]
+    used = [
+        name
+        for number, name in groups.items()
+        if any(its_group == number for its_group, _ in parameters)
+    ]
     for name in used:
         if used.count(name) > 1:
             raise Refusal(
                 f"{file}: damaged: {used.count(name)} groups are named {name!r}; expected one"
             )
-    named = {(groups[number], name): p for (number, name), p in found.items() if number in groups}
+    named = {
+        (groups[number], name): p for (number, name), p in parameters.items() if number in groups
+    }
     return Parameters(named)
 
 

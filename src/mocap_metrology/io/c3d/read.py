@@ -54,8 +54,8 @@ def read_c3d(
     """
     if not paths:
         raise Refusal("no C3D file is given")
-    found = [inspect(path, accept_truncated) for path in paths]
-    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in found]
+    headers = [inspect(path, accept_truncated) for path in paths]
+    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in headers]
     choice = choose(files, markers, frame_rate_hz)
     plan = plan_segments(files)
     readers = [_segment_reader(files[i], choice, second_opinion) for i in plan.order]
@@ -218,15 +218,15 @@ def _fill(stored: npt.NDArray[Stored], factor: float, target: Array, counts: Cou
         target[axis] = stored[:, axis]
     residual = np.ascontiguousarray(stored[:, 3])
     negative = residual < 0
-    found = {"negative_residual": negative}
+    masks = {"negative_residual": negative}
     at_zero = target[0] == 0
     if at_zero.any():
-        found["zero"] = at_zero & (target[1] == 0) & (target[2] == 0) & ~negative
+        masks["zero"] = at_zero & (target[1] == 0) & (target[2] == 0) & ~negative
     with np.errstate(invalid="ignore", over="ignore"):
         sums = target.sum(axis=1)
     if not np.isfinite(sums).all():  # rarely: then the slow way
-        found["not_finite"] = ~np.isfinite(target).all(axis=0) & ~negative
-    for reason, mask in found.items():
+        masks["not_finite"] = ~np.isfinite(target).all(axis=0) & ~negative
+    for reason, mask in masks.items():
         n = int(np.count_nonzero(mask))
         if n:
             counts[reason] += n

@@ -171,26 +171,26 @@ def _differences(request: Request) -> str:
 
     file = ezc3d.c3d(request.path)
     parameters = file["parameters"]["POINT"]
-    found = file["data"]["points"]
-    if found.shape[1] != request.n_points:
-        return f"{found.shape[1]} points instead of {request.n_points}"
+    points = file["data"]["points"]
+    if points.shape[1] != request.n_points:
+        return f"{points.shape[1]} points instead of {request.n_points}"
     n = request.n_frames
     # Where ezc3d reads to the end of the file it counts the last block's padding as frames.
-    spare = found[:3, :, n:]
+    spare = points[:3, :, n:]
     padding = spare.shape[2] * request.frame_bytes <= 512 and not np.nan_to_num(spare).any()
-    if found.shape[2] < n or not padding:
-        return f"{found.shape[2]} frames instead of {n}"
-    for label, own in zip(parameters["LABELS"]["value"], request.labels, strict=False):
+    if points.shape[2] < n or not padding:
+        return f"{points.shape[2]} frames instead of {n}"
+    for label, expected in zip(parameters["LABELS"]["value"], request.labels, strict=False):
         theirs = label.split("\0")[0].strip()
-        if theirs.isascii() and own.isascii() and theirs != own.strip():
-            return f"label {theirs!r} instead of {own!r}"
+        if theirs.isascii() and expected.isascii() and theirs != expected.strip():
+            return f"label {theirs!r} instead of {expected!r}"
     ours, rate = request.frame_rate_hz, float(file["header"]["points"]["frame_rate"])
     if ours and rate and abs(rate - ours) > 1e-3 * ours:
         return f"{rate:g} Hz instead of {ours:g} Hz"
     units = [unit.strip("\0 ") for unit in parameters["UNITS"]["value"]]
     if units and units[0] and units[0] != request.units:
         return f"unit {units[0]!r} instead of {request.units!r}"
-    return _compare_positions(found[:3, request.points, :n], request)
+    return _compare_positions(points[:3, request.points, :n], request)
 
 
 def _compare_positions(theirs: npt.NDArray[np.float64], request: Request) -> str:

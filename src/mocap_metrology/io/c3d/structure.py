@@ -223,7 +223,7 @@ def _assemble(
 ) -> Structure:
     rate, rate_notes = _rate(header, parameters, path.name)
     units = parameters.texts("POINT", "UNITS")
-    given = tuple(parameters.texts("POINT", "LABELS")[: header.n_points])
+    listed = tuple(parameters.texts("POINT", "LABELS")[: header.n_points])
     count, trial, first = layout.count, layout.declared.trial, header.first
     if trial is not None and count.trial_base is not None:
         first = trial.first(count.trial_base)
@@ -231,9 +231,9 @@ def _assemble(
         trial = None
     return Structure(
         path=path,
-        labels=complete_labels(given, header.n_points),
-        given_labels=given,
-        listed=_listed(parameters),
+        labels=complete_labels(listed, header.n_points),
+        given_labels=listed,
+        listed=_label_texts(parameters),
         missing=tuple(name for name in ("SCALE", "FRAMES") if not parameters.get("POINT", name)),
         n_points=header.n_points,
         n_frames=count.n,
@@ -255,9 +255,9 @@ def _assemble(
     )
 
 
-def _listed(parameters: Parameters) -> frozenset[str]:
-    own = (n for n in parameters.names("POINT") if not n.startswith(("LABELS", "DESCRIPTIONS")))
-    return frozenset(text for name in own for text in parameters.texts("POINT", name))
+def _label_texts(parameters: Parameters) -> frozenset[str]:
+    names = (n for n in parameters.names("POINT") if not n.startswith(("LABELS", "DESCRIPTIONS")))
+    return frozenset(text for name in names for text in parameters.texts("POINT", name))
 
 
 def _number_of_points(header: _Header, parameters: Parameters, file: str) -> int:
@@ -354,10 +354,10 @@ def _analog_samples(header: _Header, parameters: Parameters) -> list[int]:
 
 def _rate(header: _Header, parameters: Parameters, file: str) -> tuple[float, tuple[str, ...]]:
     """Frame rate in Hz, the shortest decimal of its float32; 0 where there is none."""
-    given = {"POINT:RATE": parameters.number("POINT", "RATE"), "the header": header.rate}
+    sources = {"POINT:RATE": parameters.number("POINT", "RATE"), "the header": header.rate}
     rates = {
         source: float(str(np.float32(rate)))
-        for source, rate in given.items()
+        for source, rate in sources.items()
         if rate is not None and math.isfinite(rate) and rate > 0
     }
     if not rates:

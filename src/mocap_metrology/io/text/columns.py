@@ -79,8 +79,8 @@ def find_columns(names: Sequence[str], where: str) -> Columns | None:
                 time, second = place, SECONDS[unit.lower()]
         elif FRAME.fullmatch(bare):
             frame = place if frame is None else frame
-        elif (found := _axis(bare)) and (not unit or unit.lower() in MM):
-            label, axis = found
+        elif (match := _axis(bare)) and (not unit or unit.lower() in MM):
+            label, axis = match
             group = groups.setdefault(label, {})
             if axis in group:
                 raise _twice(where, group[axis], place, name)
@@ -114,21 +114,21 @@ def _twice(where: str, first: int, second: int, name: str) -> Refusal:
 
 def _unit_of(name: str) -> tuple[str, str]:
     """A name without its unit, and the unit, empty where it names none."""
-    found = BRACKETS.fullmatch(name) or LENGTH.fullmatch(name) or DURATION.fullmatch(name)
-    return (found[1].strip(), found[2]) if found else (name.strip(), "")
+    match = BRACKETS.fullmatch(name) or LENGTH.fullmatch(name) or DURATION.fullmatch(name)
+    return (match[1].strip(), match[2]) if match else (name.strip(), "")
 
 
 def _axis(name: str) -> tuple[str, str] | None:
     """Label and axis (w, x, y, z) of a column; None for any other."""
-    if found := INDEX.fullmatch(name):
-        return (found[1].strip(), "xyz"[int(found[2])]) if found[2] != "3" else None
+    if match := INDEX.fullmatch(name):
+        return (match[1].strip(), "xyz"[int(match[2])]) if match[2] != "3" else None
     if name.lower() in BARE:
         return BARE[name.lower()]
-    if found := SHORT.fullmatch(name) or LABEL_FIRST.fullmatch(name):
-        label, axis = (part for part in found.groups() if part is not None)
+    if match := SHORT.fullmatch(name) or LABEL_FIRST.fullmatch(name):
+        label, axis = (part for part in match.groups() if part is not None)
         return label.strip(), axis.lower().replace("0", "w")
-    if found := AXIS_FIRST.fullmatch(name):
-        return (found[2] or found[3]).strip(), found[1].lower()
+    if match := AXIS_FIRST.fullmatch(name):
+        return (match[2] or match[3]).strip(), match[1].lower()
     return None
 
 
@@ -158,6 +158,6 @@ def _pairs(positions: Iterable[str], turns: Iterable[str]) -> dict[str, str]:
     """Label of the quaternion of each position that has one."""
     if len(list(positions)) == 1 == len(list(turns)):
         return dict(zip(positions, turns, strict=True))
-    own = {PART.sub("", label).strip(" _./:-"): label for label in turns}
-    found = {label: own.get(PART.sub("", label).strip(" _./:-")) for label in positions}
-    return {label: turn for label, turn in found.items() if turn is not None}
+    by_label = {PART.sub("", label).strip(" _./:-"): label for label in turns}
+    pairs = {label: by_label.get(PART.sub("", label).strip(" _./:-")) for label in positions}
+    return {label: turn for label, turn in pairs.items() if turn is not None}

@@ -31,9 +31,9 @@ def read_covariate(path: str | Path) -> tuple[str, np.ndarray, np.ndarray]:
     records = [(number, cells) for number, cells in records if any(cells)]
     columns = records[0][1] if records else []
     if len(columns) != 2 or columns[0] != "time_s" or not columns[1]:
-        given = ", ".join(columns)[:80]
+        listed = ", ".join(columns)[:80]
         raise Refusal(
-            f"{path.name}: columns {given}; expected time_s and one other, with a comma or a"
+            f"{path.name}: columns {listed}; expected time_s and one other, with a comma or a"
             " semicolon between"
         )
     rows = _rows(path.name, records[1:])

@@ -27,8 +27,8 @@ def layout(path: Path) -> Layout:
     """Read the header of an export; refuses what is none or contradicts itself."""
     check_text(path, WHAT)
     fields: dict[str, str] = {}
-    found = lines(path)
-    for line in islice(found, 20):
+    every_line = lines(path)
+    for line in islice(every_line, 20):
         if line.text.startswith("Frame") and line.text[5:6] in ("\t", ",", ";"):
             break
         if told := FIELD.fullmatch(line.text):
@@ -43,7 +43,7 @@ def layout(path: Path) -> Layout:
     columns = find_columns(names, where)
     if columns is None:
         raise Refusal(f"{where} has no columns x, y, z of a marker")
-    first = next((row for row in found if row.text.strip(f"{delimiter} ")), None)
+    first = next((row for row in every_line if row.text.strip(f"{delimiter} ")), None)
     if first is None:
         raise Refusal(f"{path.name}: has no frames: nothing follows the header")
     n_frames = fields.get("Number of frames", "")

@@ -171,16 +171,16 @@ def check_text(path: Path, expected: str, read: str = READ) -> None:
 
 def rate(text: str) -> float:
     """Frame rate in Hz, 0 where the text has none."""
-    found = number(text)
-    return found if found is not None and found > 0 else 0.0
+    value = number(text)
+    return value if value is not None and value > 0 else 0.0
 
 
 def count(text: str, name: str, file: str) -> int:
     """A whole number of the header's field `name`."""
-    found = number(text)
-    if found is None or found < 0 or found != int(found):
+    value = number(text)
+    if value is None or value < 0 or value != int(value):
         raise Refusal(f"{file}: {name} is {text.strip()[:40]!r}, expected a whole number")
-    return int(found)
+    return int(value)
 
 
 def named(labels: Sequence[str]) -> tuple[str, ...]:

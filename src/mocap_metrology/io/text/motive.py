@@ -96,8 +96,8 @@ def layout(path: Path) -> Layout:
 def _delimiter(path: Path) -> str:
     """What follows the first name; a spreadsheet may have saved it with semicolons or tabs."""
     first = next((line.text for line in lines(path) if line.text.strip()), "")
-    found = re.match(rf'"?(?:{"|".join(START)})"?([,;\t])', first)
-    return found[1] if found else ","
+    match = re.match(rf'"?(?:{"|".join(START)})"?([,;\t])', first)
+    return match[1] if match else ","
 
 
 def _header(path: Path, delimiter: str) -> tuple[dict[str, str], list[list[str]], Line]:
@@ -176,10 +176,10 @@ class _Columns:
 
     def rotation(self, position: int, rotation_type: str) -> RotationColumns | None:
         """The rotation of the body whose position begins there; `rotation_type`: of the header."""
-        own = (self.types[position], self.names[position])
+        identity = (self.types[position], self.names[position])
         order = rotation_type.strip().upper()
         for i in range(len(self.axes)):
-            if (self.types[i], self.names[i]) != own:
+            if (self.types[i], self.names[i]) != identity:
                 continue
             if self.hold(i, "rotation", "XYZW"):
                 return RotationColumns(tuple(range(i, i + 4)), "quaternion")
@@ -215,10 +215,10 @@ def _positions(
             f"{file}: has no positions of markers or bodies: export it with Markers switched on"
         )
     for i in chosen:
-        own = dict.fromkeys(columns.names[i : i + 3])
-        if len(own) > 1:
+        names = dict.fromkeys(columns.names[i : i + 3])
+        if len(names) > 1:
             where = f"{file}: X, Y, Z in columns {i + 1} to {i + 3}"
-            raise Refusal(f"{where} are of {' and '.join(map(repr, own))}; expected one")
+            raise Refusal(f"{where} are of {' and '.join(map(repr, names))}; expected one")
     after = len(measured) + len(solved)
     remarks = dict.fromkeys(range(len(measured), after), SOLVED_MARKER)
     remarks |= dict.fromkeys(range(after, len(chosen)), BODY)

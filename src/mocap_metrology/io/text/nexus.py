@@ -63,8 +63,8 @@ def section(path: Path, title: str, start: int = 0) -> tuple[int, int] | None:
 
 def find_section(path: Path) -> tuple[str, tuple[int, int] | None]:
     """Title and place of the section that is read; `Trajectories` where there is none."""
-    found = ((title, section(path, title)) for title in POSITIONS)
-    return next((one for one in found if one[1]), (MARKERS, None))
+    sections = ((title, section(path, title)) for title in POSITIONS)
+    return next((one for one in sections if one[1]), (MARKERS, None))
 
 
 def refuse_old(path: Path) -> None:
@@ -109,14 +109,14 @@ def layout(path: Path) -> Layout:
         raise Refusal(f"{path.name}: line {head[3].number} has no columns {', '.join(wanted)}")
     if len(head) < 6 or not head[5].text.strip(f"{delimiter} "):
         raise Refusal(f"{path.name}: has no frames: nothing follows the head of {title}")
-    given = [units[i] for three in columns for i in three if i < len(units)]
+    listed = [units[i] for three in columns for i in three if i < len(units)]
     return Layout(
         path=path,
         encoding="Nexus text",
         labels=labels,
         columns=columns,
         frame_rate_hz=_rate(head[1], delimiter, path.name),
-        unit=read_unit(given, f"unit of {title}", path.name),
+        unit=read_unit(listed, f"unit of {title}", path.name),
         delimiter=delimiter,
         data_line=head[5].number,
         data_offset=head[5].start,

@@ -65,8 +65,8 @@ def layout(path: Path) -> Layout:
     if len(cells) != size * len(bodies):
         what = f"{len(cells)} numbers a line; expected {size} for each of {', '.join(bodies)}"
         raise Refusal(f"{path.name}: {what}")
-    found = table.FREQUENCY.search(said)
-    told = rate(found[1]) if found else 0.0
+    match = table.FREQUENCY.search(said)
+    told = rate(match[1]) if match else 0.0
     n, kind = len(bodies), "quaternion" if order else "matrix"
     x, y, z = (0, 1, 2) if order else POSITION
     turn = MATRIX if order is None else tuple(3 + order[1].index(axis) for axis in "xyzw")
@@ -89,8 +89,8 @@ def layout(path: Path) -> Layout:
 
 def _bodies(said: str, file: str) -> tuple[str, ...]:
     """Names in the comment, the usual one without such."""
-    found = BODIES.search(said)
-    names = tuple(name.strip() for name in found[1].split(";")) if found else (BODY_LABEL,)
+    match = BODIES.search(said)
+    names = tuple(name.strip() for name in match[1].split(";")) if match else (BODY_LABEL,)
     if "" in names or len(set(names)) < len(names):
         raise Refusal(f"{file}: bodies: {';'.join(names)}; expected names, none repeated")
     return names
@@ -116,26 +116,26 @@ def read_orientation(
     kinds = set()
 
     def parts(path: Path) -> Layout:
-        found = header(path)
-        place = find_points(found.labels, [marker], found.name)[0]
-        if place not in found.rotations:
-            raise Refusal(f"{found.name}: {marker!r} is a marker, which has no orientation")
-        rotation = found.rotations[place]
+        first = header(path)
+        place = find_points(first.labels, [marker], first.name)[0]
+        if place not in first.rotations:
+            raise Refusal(f"{first.name}: {marker!r} is a marker, which has no orientation")
+        rotation = first.rotations[place]
         kinds.add(rotation.kind)
-        cells = [*found.columns[place], *rotation.columns]
+        cells = [*first.columns[place], *rotation.columns]
         cells += cells[-1:] * (3 * PARTS - len(cells))
         starts = range(0, 3 * PARTS, 3)
         three = tuple((cells[i], cells[i + 1], cells[i + 2]) for i in starts)
-        return replace(found, labels=tuple(names), columns=three, unit=NO_LENGTH, remarks={})
+        return replace(first, labels=tuple(names), columns=three, unit=NO_LENGTH, remarks={})
 
     recording = read_text(parts, paths, names, frame_rate_hz, accept_truncated)
     values = recording.position_mm.reshape(3 * PARTS, -1).astype(np.float64, copy=False)
     seen = np.isfinite(values).all(axis=0)
     if not seen.any():
         raise Refusal(f"{paths[0].name}: {marker!r} has no orientation in any frame")
-    found = np.full((4, values.shape[1]), np.nan)
-    found[:, seen] = _quaternions(values[3:, seen], kinds.pop(), paths[0].name, marker)
-    return found
+    xyzw = np.full((4, values.shape[1]), np.nan)
+    xyzw[:, seen] = _quaternions(values[3:, seen], kinds.pop(), paths[0].name, marker)
+    return xyzw
 
 
 def _quaternions(values: Floats, kind: str, file: str, marker: str) -> Floats:
@@ -143,25 +143,25 @@ def _quaternions(values: Floats, kind: str, file: str, marker: str) -> Floats:
     from scipy.spatial.transform import Rotation
 
     if kind == "matrix":
-        given = values.T.reshape(-1, 3, 3)
-        off = np.abs(given @ given.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-        wrong = (off > ORTHOGONAL) | (np.linalg.det(given) < 0)
+        matrices = values.T.reshape(-1, 3, 3)
+        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        wrong = (off > ORTHOGONAL) | (np.linalg.det(matrices) < 0)
     elif kind == "quaternion":
-        given = values[:4].T
-        wrong = np.abs(np.linalg.norm(given, axis=1) - 1) > ORTHOGONAL
+        matrices = values[:4].T
+        wrong = np.abs(np.linalg.norm(matrices, axis=1) - 1) > ORTHOGONAL
     else:
-        given = values[:3].T
-        wrong = np.abs(given).max(axis=1) > 360
+        matrices = values[:3].T
+        wrong = np.abs(matrices).max(axis=1) > 360
     if wrong.any():
         what = "angles" if len(kind) == 3 else f"a {kind}"
         frame = int(np.argmax(wrong)) + 1
         raise Refusal(f"{file}: {marker!r}: {what} of no rotation, first in seen frame {frame}")
     if kind == "matrix":
-        turn = Rotation.from_matrix(given)
+        turn = Rotation.from_matrix(matrices)
     elif kind == "quaternion":
-        turn = Rotation.from_quat(given)
+        turn = Rotation.from_quat(matrices)
     else:
-        turn = Rotation.from_euler(kind, given, degrees=True)
+        turn = Rotation.from_euler(kind, matrices, degrees=True)
     return _without_jumps(turn.as_quat()).T
 
 

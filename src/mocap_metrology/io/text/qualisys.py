@@ -47,8 +47,8 @@ def layout(path: Path) -> Layout:
     fields, titles, first = _header(path)
     included = fields.get("DATA_INCLUDED", ["3D"])[0].upper()
     if included not in ("3D", "6D"):
-        given = fields["DATA_INCLUDED"][0][:40]
-        raise Refusal(f"{path.name}: DATA_INCLUDED is {given!r}, expected 3D or 6D")
+        data = fields["DATA_INCLUDED"][0][:40]
+        raise Refusal(f"{path.name}: DATA_INCLUDED is {data!r}, expected 3D or 6D")
     of_bodies = included == "6D"
     labels = _labels(fields, of_bodies, path.name)
     step = PER_BODY + 1 if of_bodies else 3

@@ -59,15 +59,15 @@ def read_text(
     Arguments as of `io.read.read_recording`. `n_invalid` by `empty`, `zero`, `not_finite`; frames
     whose numbers are missing count as `n_gap_frames`.
     """
-    found = [header(path) for path in paths]
-    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in found]
+    headers = [header(path) for path in paths]
+    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in headers]
     choice = choose(files, markers, frame_rate_hz)
     rows = [read_rows(file, choice.points, accept_truncated) for file in files]
     frames = [
-        find_frames(file, found, choice.frame_rate_hz, accept_truncated)
-        for file, found in zip(files, rows, strict=True)
+        find_frames(file, part, choice.frame_rate_hz, accept_truncated)
+        for file, part in zip(files, rows, strict=True)
     ]
-    plan = plan_by_numbers(frames, [found.first_frame for found in frames])
+    plan = plan_by_numbers(frames, [part.first_frame for part in frames])
     readers = [_segment_reader(files[i], choice, rows[i], frames[i]) for i in plan.order]
     return assemble(readers, plan, choice, readers[0].path.name)
 
@@ -202,10 +202,10 @@ def _by_time(layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float
             f"{line_of(layout, 0)}, {time[-1]:.10g} s in line {line_of(layout, rows.n - 1)}"
         )
     rounding = layout.second * 10.0 ** -_time_decimals(layout, rows)
-    found = np.diff(time) * rate
+    intervals = np.diff(time) * rate
     if rows.frame is None and rate * rounding < 0.25:
-        steps = np.maximum(np.round(found), 1).astype(np.int64)
-    off = np.abs(found - steps) > 0.5 + rate * rounding
+        steps = np.maximum(np.round(intervals), 1).astype(np.int64)
+    off = np.abs(intervals - steps) > 0.5 + rate * rounding
     mean = float(steps.sum()) / duration
     typical = np.median(steps) != 1 and rows.frame is None
     if off.mean() > 0.5 or typical:

@@ -162,19 +162,19 @@ def _cut_off(layout: Layout, last: str, above: Sequence[str]) -> str:
     cells = cells_of(last, layout.delimiter)
     if len(cells) < layout.n_columns:
         return f"ends after {len(cells)} of {layout.n_columns} cells"
-    column, own = len(cells) - 1, _digits(cells[-1])
+    column, of_cell = len(cells) - 1, _digits(cells[-1])
     rows = (cells_of(line, layout.delimiter) for line in above[:ROWS_ABOVE])
-    found = [_digits(row[column]) for row in rows if column < len(row)]
-    others = [digits for digits in found if digits]
-    if own and others and any(own[k] < min(digits[k] for digits in others) for k in (0, 1)):
+    every = [_digits(row[column]) for row in rows if column < len(row)]
+    others = [digits for digits in every if digits]
+    if of_cell and others and any(of_cell[k] < min(digits[k] for digits in others) for k in (0, 1)):
         return f"ends in {cells[-1][:30]!r}, every earlier number has more digits"
     return ""
 
 
 def _digits(cell: str) -> tuple[int, int] | None:
     """How many digits a number has behind its point and in its exponent; None if it is none."""
-    found = WRITTEN.fullmatch(cell)
-    return (len(found[1] or ""), len(found[2] or "")) if found and cell else None
+    match = WRITTEN.fullmatch(cell)
+    return (len(match[1] or ""), len(match[2] or "")) if match and cell else None
 
 
 def _decimal_point(layout: Layout, head: Sequence[str]) -> str:

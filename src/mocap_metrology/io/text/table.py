@@ -79,37 +79,37 @@ def layout(path: Path, stated: str | None = None) -> Layout:
         rows.pop()
     index = [number(row[0]) for row in rows]
     if not names[0] and None not in index:  # what a table of pandas is indexed by
-        own = "frame" if all(value == int(value or 0) for value in index) else "time"
-        names = [own if own not in names else "", *names[1:]]
+        kind = "frame" if all(value == int(value or 0) for value in index) else "time"
+        names = [kind if kind not in names else "", *names[1:]]
     told, notes = _frequency(head), []
     if told and stated is None and names == SWAPPED:
         names = MEANT
         notes.append("its header names the quaternion w j i k, its writer means w i j k")
-    found = find_columns(names, where)
-    if found is None:
+    columns = find_columns(names, where)
+    if columns is None:
         units = "; units are mm, cm, m" if any(BRACKETS.fullmatch(name) for name in names) else ""
         raise NoTable(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}{units}")
-    _expect_a_row_a_frame(path.name, found, names, rows)
-    measured = _rate(path, first, found, names, rows) if found.time is not None else 0.0
+    _expect_a_row_a_frame(path.name, columns, names, rows)
+    measured = _rate(path, first, columns, names, rows) if columns.time is not None else 0.0
     if told and not measured:
         notes.append(REQUESTED.format(told))
     return Layout(
         path=path,
-        encoding="pose text" if found.rotations else "table of markers",
-        labels=named(found.labels),
-        columns=found.positions,
+        encoding="pose text" if columns.rotations else "table of markers",
+        labels=named(columns.labels),
+        columns=columns.positions,
         frame_rate_hz=measured or told,
-        unit=METRE if told and found.unit.source == "unknown" else found.unit,
+        unit=METRE if told and columns.unit.source == "unknown" else columns.unit,
         delimiter=delimiter,
         data_line=first.number,
         data_offset=first.start,
         n_columns=len(names),
-        frame_column=found.frame,
-        time_column=found.time,
-        second=found.second,
+        frame_column=columns.frame,
+        time_column=columns.time,
+        second=columns.second,
         full_rows=delimiter == " ",
         notes=tuple(notes),
-        rotations=found.rotations,
+        rotations=columns.rotations,
     )
 
 
@@ -136,8 +136,8 @@ def _rows(path: Path, first: Line) -> Iterator[Line]:
 
 def _frequency(head: Sequence[Line]) -> float:
     """The rate in Hz that a comment of the Vive recordings names; 0 without."""
-    found = FREQUENCY.search(" ".join(line.text for line in head if line.text.startswith("#")))
-    return rate(found[1]) if found else 0.0
+    match = FREQUENCY.search(" ".join(line.text for line in head if line.text.startswith("#")))
+    return rate(match[1]) if match else 0.0
 
 
 def _names(head: Sequence[Line], delimiter: str, n_cells: int, file: str) -> tuple[list[str], int]:
@@ -194,15 +194,15 @@ def _all_in(cells: Sequence[str], known: Collection[str]) -> bool:
 
 
 def _expect_a_row_a_frame(
-    file: str, found: Columns, names: Sequence[str], rows: Sequence[Sequence[str]]
+    file: str, of_table: Columns, names: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> None:
     """Refuse a table with a row for each marker of a frame, by its first rows: there are several of
     the first frame or time, and another column has no values but their different ones."""
-    place = found.time if found.frame is None else found.frame
+    place = of_table.time if of_table.frame is None else of_table.frame
     columns = list(zip(*rows, strict=False))  # those that all rows have
-    if len(found.labels) > 1 or place is None or place >= len(columns):
+    if len(of_table.labels) > 1 or place is None or place >= len(columns):
         return
-    known = {place, *found.positions[0]}
+    known = {place, *of_table.positions[0]}
     first = [i for i, value in enumerate(columns[place]) if value == columns[place][0]]
     for k, column in enumerate(columns):
         values = {column[i] for i in first}
@@ -215,10 +215,10 @@ def _expect_a_row_a_frame(
 
 
 def _rate(
-    path: Path, first: Line, found: Columns, names: Sequence[str], rows: Sequence[Sequence[str]]
+    path: Path, first: Line, columns: Columns, names: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> float:
     """Frame rate in Hz by the times of the first rows; a longer step is one of missing frames."""
-    place = found.time or 0
+    place = columns.time or 0
     times = [number(row[place]) if place < len(row) else None for row in rows]
     if None in times:
         row = times.index(None)
@@ -226,7 +226,7 @@ def _rate(
         cell = rows[row][place][:30] if place < len(rows[row]) else ""
         where = f"{path.name}: line {line.number}, column {place + 1}"
         raise Refusal(f"{where}: {cell!r} is not a number, expected a time in s")
-    time = np.array(times, float) * found.second
+    time = np.array(times, float) * columns.second
     steps = np.diff(time)
     if not len(steps):
         return 0.0

@@ -82,8 +82,8 @@ def _fields(names: Line, values: Line, delimiter: str, file: str) -> dict[str, s
         )
         if len(keys) == len(texts) and "NumMarkers" in keys:
             return dict(zip(keys, texts, strict=True))
-    found = f"{len(values.text.split())} values for {len(names.text.split())} names"
-    raise Refusal(f"{file}: line 3 does not match line 2: {found}, NumMarkers among them")
+    counts = f"{len(values.text.split())} values for {len(names.text.split())} names"
+    raise Refusal(f"{file}: line 3 does not match line 2: {counts}, NumMarkers among them")
 
 
 def _labels(
@@ -96,20 +96,20 @@ def _labels(
     if not times or not cells[0].lower().startswith("frame"):
         raise Refusal(f"{file}: line 4 is {line.text[:30]!r}, expected Frame#, Time and labels")
     n = count(fields["NumMarkers"], "NumMarkers", file)
-    given = [cell for cell in cells[2:] if cell]
-    if n and len(given) == n and _evenly(cells):
-        return named(given), ()
-    if 0 < n < len(given) and not any(first.cells(delimiter)[2 + 3 * n :]):
-        own = cells[2 : 2 + 3 * n : 3]
-        beyond = given[n:]
-        if own == given[:n] or cells[2 : 2 + n] == given[:n]:
+    stated = [cell for cell in cells[2:] if cell]
+    if n and len(stated) == n and _evenly(cells):
+        return named(stated), ()
+    if 0 < n < len(stated) and not any(first.cells(delimiter)[2 + 3 * n :]):
+        thirds = cells[2 : 2 + 3 * n : 3]
+        beyond = stated[n:]
+        if thirds == stated[:n] or cells[2 : 2 + n] == stated[:n]:
             note = f"line 4 names {len(beyond)} markers more than NumMarkers ({beyond[0]} ...), "
-            return named(given[:n]), (note + "for which the file has no numbers: excluded",)
+            return named(stated[:n]), (note + "for which the file has no numbers: excluded",)
     width = min(n, len(cells))
     spread = [*cells[2 : 2 + 3 * n : 3], *[""] * width][:width]
     short = n > 0 and not spread[-1] and len(cells) <= 3 * n  # an empty last label has its cell
-    if width in (0, len(cells)) or short or [cell for cell in spread if cell] != given:
-        raise Refusal(f"{file}: line 4 has {len(given)} labels, NumMarkers states {n}")
+    if width in (0, len(cells)) or short or [cell for cell in spread if cell] != stated:
+        raise Refusal(f"{file}: line 4 has {len(stated)} labels, NumMarkers states {n}")
     return named(spread), ()
 
 

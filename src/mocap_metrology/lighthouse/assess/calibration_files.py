@@ -60,14 +60,14 @@ def agreement(paths: tuple[Path, Path], pose: tuple[np.ndarray, np.ndarray]) -> 
     (master, slave), (R, t) = paths, pose
     then, common = at_times(slave, master.time_s)
     _, both = at_times(master, slave.time_s)
-    own, moved = master.take(common), then.t_m @ R.T + t
-    trace = np.einsum("nij,ik,nkj->n", own.R, R, then.R)
-    first, last = (own.time_s[0], own.time_s[-1]) if len(own) else (np.inf, -np.inf)
+    path, moved = master.take(common), then.t_m @ R.T + t
+    trace = np.einsum("nij,ik,nkj->n", path.R, R, then.R)
+    first, last = (path.time_s[0], path.time_s[-1]) if len(path) else (np.inf, -np.inf)
     alone = master.time_s[~common], slave.time_s[~both]
-    apart_mm = 1e3 * np.linalg.norm(own.t_m - moved, axis=1)
+    apart_mm = 1e3 * np.linalg.norm(path.t_m - moved, axis=1)
     turned_deg = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1)))
     alone_s = tuple(t_s[(t_s > first) & (t_s < last)] for t_s in alone)
-    return Agreement(own.time_s, own.t_m, moved, apart_mm, turned_deg, alone_s)
+    return Agreement(path.time_s, path.t_m, moved, apart_mm, turned_deg, alone_s)
 
 
 def residuals_urad(path: Path) -> np.ndarray:
@@ -80,8 +80,11 @@ def seen_shares(sweeps: Columns, n_diodes: int, n: int) -> np.ndarray:
     diode saw."""
     shares = []
     for station in range(n):
-        own = np.asarray(sweeps["station"]) == station
-        cycle, diode = np.asarray(sweeps["cycle"])[own], np.asarray(sweeps["diode"])[own]
+        of_station = np.asarray(sweeps["station"]) == station
+        cycle, diode = (
+            np.asarray(sweeps["cycle"])[of_station],
+            np.asarray(sweeps["diode"])[of_station],
+        )
         pairs = np.unique(np.column_stack([cycle, diode]).astype(np.int64), axis=0)
         counts = np.bincount(pairs[:, 1], minlength=n_diodes)[:n_diodes]
         shares.append(counts / max(np.unique(cycle).size, 1))
@@ -99,12 +102,12 @@ def faint_diodes(shares: np.ndarray, board: np.ndarray, station: int) -> dict[st
     seen = shares >= UNSEEN
     thickness, _, width = np.linalg.svd(board - board.mean(axis=0), compute_uv=False)[::-1]
     dead = ~seen.any(axis=0) & (thickness < FLAT * width and seen.any())
-    own = seen[station]
-    usual = np.median(shares[station][own]) if own.any() else 0.0
+    is_seen = seen[station]
+    usual = np.median(shares[station][is_seen]) if is_seen.any() else 0.0
     return {
         "dead": np.flatnonzero(dead),
-        "not seen": np.flatnonzero(~own & ~dead),
-        "seldom": np.flatnonzero(own & (shares[station] < SELDOM * usual)),
+        "not seen": np.flatnonzero(~is_seen & ~dead),
+        "seldom": np.flatnonzero(is_seen & (shares[station] < SELDOM * usual)),
     }
 
 
@@ -116,7 +119,7 @@ def lengths(track: Columns, kind: str, unit: str) -> np.ndarray:
     return np.asarray(np.sqrt(np.sum(squares, axis=0)))
 
 
-def settled(track: Columns) -> np.ndarray:
+def settled_poses(track: Columns) -> np.ndarray:
     """Poses (n,) of no more than twice the usual noise: not at an end, nor where hits are few."""
     noise = lengths(track, "noise", "mm")
     known = np.isfinite(noise)
@@ -124,21 +127,21 @@ def settled(track: Columns) -> np.ndarray:
 
 
 def deviations_mm(track: Columns) -> np.ndarray:
-    """(n, 3) of the position from the mean of `settled` poses."""
+    """(n, 3) of the position from the mean of `settled_poses` poses."""
     place = np.column_stack([track[f"{axis}_mm"] for axis in "xyz"])
-    good = settled(track)
+    good = settled_poses(track)
     return np.asarray(place - place[good].mean(axis=0)) if good.any() else place
 
 
 def jitter(track: Columns) -> tuple[float, float]:
-    """Standard deviation of the `settled` poses about their mean: lengths in mm and deg."""
-    good = settled(track)
+    """Standard deviation of the `settled_poses` poses about their mean: lengths in mm and deg."""
+    good = settled_poses(track)
     if good.sum() < 2:
         return math.nan, math.nan
     q = np.column_stack([track[name][good] for name in ("qx", "qy", "qz", "qw")])
     R = of_quaternions(q)
     both = deviations_mm(track)[good], np.degrees(log(R @ mean(R).T))
-    mm, deg = (float(np.sqrt(own.var(axis=0, ddof=1).sum())) for own in both)
+    mm, deg = (float(np.sqrt(errors.var(axis=0, ddof=1).sum())) for errors in both)
     return mm, deg
 
 
@@ -245,8 +248,8 @@ class CalibrationFiles:
 
     def frames(self) -> dict[str, Pose]:
         """Poses of the stations that have one, by name, the reference first."""
-        own = {name: matrix_and_metres(e) for name, e in self.entries.items() if e is not None}
-        return {self.reference_name: (np.eye(3), np.zeros(3))} | own
+        by_name = {name: matrix_and_metres(e) for name, e in self.entries.items() if e is not None}
+        return {self.reference_name: (np.eye(3), np.zeros(3))} | by_name
 
     def paths(self, estimator: str, optics: str) -> Paths | None:
         """Board poses in the frames of master and slave, None without two of each. `batch` has one
@@ -254,16 +257,16 @@ class CalibrationFiles:
         trajectory."""
         if pose_file.is_network(self.pose):
             rows = np.ones(len(self.poses.get("time_s", ())), np.bool_)
-            own = _path(self.poses, rows) if rows.sum() > 1 else None
-            return None if own is None else (own, own)
+            chosen = _path(self.poses, rows) if rows.sum() > 1 else None
+            return None if chosen is None else (chosen, chosen)
         if estimator == "batch":
             estimator, optics = "paper-lm", "ideal" if optics == "estimated" else optics
         if not len(self.poses.get("time_s", ())):
             return None
         names = (np.asarray(self.poses[key]).astype(str) for key in ("estimator", "optics"))
-        own = np.logical_and(*(a == b for a, b in zip(names, (estimator, optics), strict=True)))
+        chosen = np.logical_and(*(a == b for a, b in zip(names, (estimator, optics), strict=True)))
         station = self.poses["station"]
-        master, slave = (_path(self.poses, own & (station == k)) for k in (MASTER, SLAVE))
+        master, slave = (_path(self.poses, chosen & (station == k)) for k in (MASTER, SLAVE))
         return (master, slave) if min(len(master), len(slave)) > 1 else None
 
     def shown_paths(self) -> Paths | None:
@@ -271,7 +274,7 @@ class CalibrationFiles:
         if self.chosen is not None:
             return self.paths(self.chosen["estimator"], self.chosen["optics"])
         names = (np.asarray(self.poses.get(k, ())).astype(str) for k in ("estimator", "optics"))
-        kinds = sorted(set(zip(*(own.tolist() for own in names), strict=True)))
+        kinds = sorted(set(zip(*(column.tolist() for column in names), strict=True)))
         return next((paths for kind in kinds if (paths := self.paths(*kind))), None)
 
     def agreement(self) -> Agreement | None:
@@ -318,14 +321,14 @@ def read_calibration(
 
 
 def _path(poses: Mapping[str, np.ndarray], rows: np.ndarray) -> Path:
-    own = {key: np.asarray(values)[rows] for key, values in poses.items()}
-    quaternion = np.column_stack([own[k] for k in ("qx", "qy", "qz", "qw")]).astype(np.float64)
+    table = {key: np.asarray(values)[rows] for key, values in poses.items()}
+    quaternion = np.column_stack([table[k] for k in ("qx", "qy", "qz", "qw")]).astype(np.float64)
     R = of_quaternions(quaternion) if len(quaternion) else np.zeros((0, 3, 3))
-    place = np.column_stack([own[k] for k in ("x_m", "y_m", "z_m")]).astype(np.float64)
-    rest = own["epsilon_rad2"], own["n_angles"], own["ambiguity"]
-    return Path(own["time_s"], R, place, *rest)
+    place = np.column_stack([table[k] for k in ("x_m", "y_m", "z_m")]).astype(np.float64)
+    rest = table["epsilon_rad2"], table["n_angles"], table["ambiguity"]
+    return Path(table["time_s"], R, place, *rest)
 
 
-def usual(points: np.ndarray) -> np.ndarray:
+def usual_ends(points: np.ndarray) -> np.ndarray:
     """Ends of all but the farthest hundredth in each coordinate: mirrored poses may be far off."""
     return np.percentile(points, [0.5, 99.5], axis=0) if len(points) else points

@@ -75,8 +75,8 @@ class Comparison:
             row[name] = dict(zip(("mm", "deg"), getattr(self, name), strict=True))
         row["tolerance"] = {"mm": TOLERANCE_MM, "deg": TOLERANCE_DEG}
         row |= {name: getattr(self, name) for name in ("valid", "moved")}
-        own = ("difference_mm", "difference_deg")
-        row |= {name: getattr(self, name).tolist() for name in own}
+        names = ("difference_mm", "difference_deg")
+        row |= {name: getattr(self, name).tolist() for name in names}
         return row | {name: getattr(self, name) for name in ("chi2", "p_value", "basis")}
 
 
@@ -120,16 +120,16 @@ def compare_with_earlier(
         ends = [(math.nan, math.nan)] * 2
     else:
         moved = p < SIGNIFICANT[basis] and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
-        own = slice(0, 3), slice(3, 6)
-        ends = [length_interval(off[k], covariance[k, k]) for k in own]
+        parts = slice(0, 3), slice(3, 6)
+        ends = [length_interval(off[k], covariance[k, k]) for k in parts]
     lower, upper = zip(*ends, strict=True)
     other = None if same else pose_file.kind_of(old)
     return Comparison(mm, deg, chi2, p, moved, basis, lower, upper, other, note)
 
 
-def ids_of(given: pose_file.PoseFile) -> tuple[int | None, int | None]:
+def ids_of(document: pose_file.PoseFile) -> tuple[int | None, int | None]:
     """Identifiers of master and slave; None where the file names none."""
-    master, slave = (station_id(given["stations"][role], role) for role in ROLES)
+    master, slave = (station_id(document["stations"][role], role) for role in ROLES)
     return master, slave
 
 
@@ -141,8 +141,10 @@ def _covariance(
     first, second = new.get("shared_errors"), old.get("shared_errors")
     same = new["optics"] == old["optics"]
     if same and first is not None and second is not None and None not in noise:
-        own = [np.array(one) * _scale(entry) for one, entry in zip(noise, (new, old), strict=True)]
-        return "difference", own[0] + own[1] + _left_of_shared(first, second, one_board)
+        scaled = [
+            np.array(one) * _scale(entry) for one, entry in zip(noise, (new, old), strict=True)
+        ]
+        return "difference", scaled[0] + scaled[1] + _left_of_shared(first, second, one_board)
     whole = new.get("covariance"), old.get("covariance")
     if None in whole:
         return "none", np.full((6, 6), np.nan)
@@ -177,14 +179,16 @@ def _left_of_shared(first: Record, second: Record, one_board: bool) -> np.ndarra
 def _by_variants(new: pose_file.PoseFile, old: pose_file.PoseFile) -> tuple[np.ndarray, np.ndarray]:
     """Difference that another variant of the rotor model makes, and the covariance of variants
     left open, of which each would move both poses alike but for the path of the board."""
-    both = [{one["variant"]: one for one in given.get("variants", [])} for given in (new, old)]
+    both = [
+        {one["variant"]: one for one in document.get("variants", [])} for document in (new, old)
+    ]
     taken = [next((k for k, one in of.items() if one["chosen"]), None) for of in both]
     if None in taken or taken[1] not in both[0]:
         return np.zeros(6), np.zeros((6, 6))
-    step = _apart(both[0][taken[0]], both[0][taken[1]])
+    step = _pose_steps(both[0][taken[0]], both[0][taken[1]])
     left = [{k for k, one in of.items() if one["standing"] != "worse"} for of in both]
     rows = [
-        _apart(both[0][k], both[0][taken[1]]) - _apart(both[1][k], both[1][taken[1]])
+        _pose_steps(both[0][k], both[0][taken[1]]) - _pose_steps(both[1][k], both[1][taken[1]])
         for k in both[0]
         if k != taken[1] and k in left[0] & left[1]
     ]
@@ -192,7 +196,7 @@ def _by_variants(new: pose_file.PoseFile, old: pose_file.PoseFile) -> tuple[np.n
     return step, off.T @ off / (len(off) + 1)
 
 
-def _apart(one: Record, other: Record) -> np.ndarray:
+def _pose_steps(one: Record, other: Record) -> np.ndarray:
     (R, mm), (R_other, mm_other) = (
         (np.array(way["rotation_matrix"]), np.array(way["translation_mm"])) for way in (one, other)
     )

@@ -42,13 +42,15 @@ def influence(
     a, x = np.array(log_errors, dtype=float), np.array(circumstance, dtype=float)
     cov, free = np.zeros((x.shape[1], x.shape[1])), 0
     for name in np.unique(names):
-        own = names == name
-        a[own] -= a[own].mean()
-        x[own] -= x[own].mean(axis=0)
-        x[own] *= np.ptp(x[own], axis=0) > 1e-9  # the same in the whole group, but for rounding
-        if own.sum() > 1:
-            cov += np.sum(a[own] ** 2) * (x[own].T @ x[own]) / (own.sum() - 1)
-            free += own.sum() - 1
+        members = names == name
+        a[members] -= a[members].mean()
+        x[members] -= x[members].mean(axis=0)
+        x[members] *= (
+            np.ptp(x[members], axis=0) > 1e-9
+        )  # the same in the whole group, but for rounding
+        if members.sum() > 1:
+            cov += np.sum(a[members] ** 2) * (x[members].T @ x[members]) / (members.sum() - 1)
+            free += members.sum() - 1
     rank = int(np.linalg.matrix_rank(cov))
     if not rank:
         return Influence(np.nan, np.inf)

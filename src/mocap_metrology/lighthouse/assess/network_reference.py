@@ -65,14 +65,14 @@ class NetworkReference:
     ) -> tuple[dict[str, Reference], str]:
         """Poses of stations by name in the frame of the one named `reference`, and which of them
         the file lacks, in words. Raises `Refusal` where a channel is of another station there."""
-        found = {one.role: self._of(one) for one in stations}
-        lacks = [name for name, one in found.items() if one is None]
+        placed = {one.role: self._of(one) for one in stations}
+        lacks = [name for name, one in placed.items() if one is None]
         note = f"The reference has no pose of station {', '.join(lacks)}." if lacks else ""
-        first = found.get(reference)
+        first = placed.get(reference)
         if first is None:
             return {}, note
         R_0, t_0 = first.R.T, first.t_m
-        others = {k: one for k, one in found.items() if one is not None and k != reference}
+        others = {k: one for k, one in placed.items() if one is not None and k != reference}
         source = self.source
         return {
             k: Reference(R_0 @ one.R, R_0 @ (one.t_m - t_0), (first.id, one.id), source)
@@ -121,34 +121,34 @@ def network_reference(path: str | Path) -> NetworkReference:
 
 def _of_json(path: str | Path, text: str) -> list[Placed]:
     name = Path(path).name
-    given = of_json(text, name)
-    stations = given.get("stations") if isinstance(given, Mapping) else None
+    document = of_json(text, name)
+    stations = document.get("stations") if isinstance(document, Mapping) else None
     channels = {str(k) for k in range(CHANNELS)}
     if not isinstance(stations, Mapping) or not stations or not stations.keys() <= channels:
         raise Refusal(
             f'{name}: expected stations of the second generation by channel, {{"stations": {{"3":'
             ' {"id": ..., "R": ..., "t_m": ...}, ...}}'
         )
-    if "poses" in given:
+    if "poses" in document:
         return _of_pose_json(path)
-    found = []
-    for channel, own in stations.items():
+    placed = []
+    for channel, entry in stations.items():
         where = f"{name}: station {channel}"
-        if not isinstance(own, Mapping):
-            raise Refusal(f"{where} is {own!r}; expected R and t_m")
-        R, t = rotation_in(own, where), translation_in(own, where)
-        found.append(Placed(int(channel), station_id(own, where), R, t))
-    return found
+        if not isinstance(entry, Mapping):
+            raise Refusal(f"{where} is {entry!r}; expected R and t_m")
+        R, t = rotation_in(entry, where), translation_in(entry, where)
+        placed.append(Placed(int(channel), station_id(entry, where), R, t))
+    return placed
 
 
 def _of_pose_json(path: str | Path) -> list[Placed]:
     """The chosen poses, and that of the reference."""
-    given = pose_file.read_pose_json(path)
-    own = str(given["reference"])
-    first = Placed(int(own), given["stations"][own]["id"], np.eye(3), np.zeros(3))
-    chosen = {name: pose_file.chosen_pose(one) for name, one in pose_file.pairs(given).items()}
+    document = pose_file.read_pose_json(path)
+    channel = str(document["reference"])
+    first = Placed(int(channel), document["stations"][channel]["id"], np.eye(3), np.zeros(3))
+    chosen = {name: pose_file.chosen_pose(one) for name, one in pose_file.pairs(document).items()}
     return [first] + [
-        Placed(int(name), given["stations"][name]["id"], *pose_file.matrix_and_metres(entry))
+        Placed(int(name), document["stations"][name]["id"], *pose_file.matrix_and_metres(entry))
         for name, entry in chosen.items()
         if entry is not None
     ]

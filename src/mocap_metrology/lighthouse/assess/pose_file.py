@@ -106,10 +106,10 @@ def network_json(
         "station_verdicts": dict(verdict.words),
     }
     if true:
-        kept = ("source", "translation_mm", "rotation_deg")
+        keys = ("source", "translation_mm", "rotation_deg")
         every = {name: _reference(one) for name, one in true.items()}
         document["reference_poses"] = {
-            k: {key: one[key] for key in kept} for k, one in every.items()
+            k: {key: one[key] for key in keys} for k, one in every.items()
         }
     for station in stations:
         if station.generation == 2:
@@ -117,34 +117,34 @@ def network_json(
     return document
 
 
-def is_network(given: PoseFile) -> bool:
+def is_network(document: PoseFile) -> bool:
     """Whether it is of any number of stations, named by their channels, not of a master and a
     slave."""
-    return bool(given["stations"]) and all(name.isdigit() for name in given["stations"])
+    return bool(document["stations"]) and all(name.isdigit() for name in document["stations"])
 
 
-def pairs(given: PoseFile) -> dict[str, PoseFile]:
+def pairs(document: PoseFile) -> dict[str, PoseFile]:
     """For each station but the reference, by name, its pose.json as that of a slave, with the
     reference as master; of two stations of the first generation the file itself."""
-    if not is_network(given):
-        return {ROLES[1]: given}
-    stations, taken = given["stations"], given["chosen"]
-    reference = str(given["reference"] or next(iter(stations)))
-    found: dict[str, PoseFile] = {}
+    if not is_network(document):
+        return {ROLES[1]: document}
+    stations, taken = document["stations"], document["chosen"]
+    reference = str(document["reference"] or next(iter(stations)))
+    by_name: dict[str, PoseFile] = {}
     for name in stations:
         if name == reference:
             continue
-        own = [k for k, entry in enumerate(given["poses"]) if entry.get("station") == name]
+        rows = [k for k, entry in enumerate(document["poses"]) if entry.get("station") == name]
         index = None if taken is None else taken[name]
         both = {ROLES[0]: stations[reference], ROLES[1]: stations[name]}
-        found[name] = {
-            **given,
+        by_name[name] = {
+            **document,
             "stations": both,
-            "poses": [given["poses"][k] for k in own],
-            "chosen": None if index is None else own.index(index),
+            "poses": [document["poses"][k] for k in rows],
+            "chosen": None if index is None else rows.index(index),
             "reference": None,
         }
-    return found
+    return by_name
 
 
 def check_row(check: Check) -> Row:
@@ -203,9 +203,9 @@ def _add_for_later(entry: PoseEntry, pose: PoseEstimate) -> None:
         return
     shared = pose.shared
 
-    def group(own: np.ndarray) -> Row:
-        effect = [[float(f"{value:.5g}") for value in row] for row in shared.effect[own]]
-        return {"sd": shared.sd[own].tolist(), "effect": effect}
+    def group(rows: np.ndarray) -> Row:
+        effect = [[float(f"{value:.5g}") for value in row] for row in shared.effect[rows]]
+        return {"sd": shared.sd[rows].tolist(), "effect": effect}
 
     entry["covariance_noise"] = np.asarray(pose.covariance_noise).tolist()
     entry["shared_errors"] = {
@@ -219,22 +219,22 @@ def read_pose_json(path: str | Path) -> PoseFile:
     """A pose.json as written by this project. Raises `Refusal` for anything else."""
     path = Path(path)
     try:
-        given: PoseFile = load_json(path.read_text(encoding="utf-8"))
+        document: PoseFile = load_json(path.read_text(encoding="utf-8"))
     except (OSError, *UNREADABLE) as error:
         raise Refusal(f"{path.name}: cannot be read ({error}); expected a pose.json") from None
     try:
-        names = tuple(given["stations"]) if is_network(given) else ROLES
+        names = tuple(document["stations"]) if is_network(document) else ROLES
         for role in names:
-            _ = given["stations"][role]["id"]
-        for entry in given["poses"]:
+            _ = document["stations"][role]["id"]
+        for entry in document["poses"]:
             kind_of(entry)
             matrix_and_metres(entry)
             _check_covariance(entry.get("covariance"))
             _check_covariance(entry.get("covariance_noise"))
             _check_shared(entry.get("shared_errors"))
-        for variant in given.get("variants", []):
+        for variant in document.get("variants", []):
             _check_variant(variant)
-        for one in pairs(given).values():
+        for one in pairs(document).values():
             chosen = one["chosen"]
             if chosen is not None and not (type(chosen) is int and 0 <= chosen < len(one["poses"])):
                 raise ValueError(f"chosen is {chosen!r} of {len(one['poses'])} poses")
@@ -243,7 +243,7 @@ def read_pose_json(path: str | Path) -> PoseFile:
             f"{path.name}: is no pose.json ({type(error).__name__}: {error}); expected stations,"
             " chosen and poses as this project writes them"
         ) from None
-    return given
+    return document
 
 
 def matrix_and_metres(entry: PoseEntry) -> tuple[np.ndarray, np.ndarray]:
@@ -257,27 +257,27 @@ def matrix_and_metres(entry: PoseEntry) -> tuple[np.ndarray, np.ndarray]:
     return rotation.of_quaternions(q), t
 
 
-def _check_covariance(given: object) -> None:
-    covariance = np.zeros((6, 6)) if given is None else np.array(given, dtype=np.float64)
+def _check_covariance(rows: object) -> None:
+    covariance = np.zeros((6, 6)) if rows is None else np.array(rows, dtype=np.float64)
     if covariance.shape != (6, 6) or not np.allclose(covariance, covariance.T, rtol=1e-6):
         raise ValueError("a covariance is no symmetric matrix of 6 x 6 finite numbers")
 
 
-def _check_variant(given: Record) -> None:
-    _ = given["chosen"], given["standing"], hash(given["variant"])
-    R = np.array(given["rotation_matrix"], dtype=np.float64)
-    t = np.array(given["translation_mm"], dtype=np.float64)
+def _check_variant(variant: Record) -> None:
+    _ = variant["chosen"], variant["standing"], hash(variant["variant"])
+    R = np.array(variant["rotation_matrix"], dtype=np.float64)
+    t = np.array(variant["translation_mm"], dtype=np.float64)
     if R.shape != (3, 3) or t.shape != (3,) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6):
-        raise ValueError(f"variant {given['variant']!r} has no pose")
+        raise ValueError(f"variant {variant['variant']!r} has no pose")
     if not np.isfinite(t).all():
-        raise ValueError(f"translation_mm of variant {given['variant']!r} is {t.tolist()}")
+        raise ValueError(f"translation_mm of variant {variant['variant']!r} is {t.tolist()}")
 
 
-def _check_shared(given: Record | None) -> None:
-    if given is None:
+def _check_shared(shared: Record | None) -> None:
+    if shared is None:
         return
-    _ = given["digest"]
-    for name, group in (("stations", given["stations"]), ("board", given["board"])):
+    _ = shared["digest"]
+    for name, group in (("stations", shared["stations"]), ("board", shared["board"])):
         sd = np.array(group["sd"], dtype=np.float64)
         effect = np.array(group["effect"], dtype=np.float64)
         right = sd.ndim == 1 and effect.size == 6 * sd.size and np.isfinite(effect).all()
@@ -285,13 +285,13 @@ def _check_shared(given: Record | None) -> None:
             raise ValueError(f"shared_errors: {name} is no list of errors and their effects")
 
 
-def chosen_pose(given: PoseFile) -> PoseEntry | None:
+def chosen_pose(document: PoseFile) -> PoseEntry | None:
     """The pose to use, None if there is none; of any number of stations that of the first other
     than the reference."""
-    if is_network(given):
-        entries = (chosen_pose(one) for one in pairs(given).values())
+    if is_network(document):
+        entries = (chosen_pose(one) for one in pairs(document).values())
         return next((entry for entry in entries if entry is not None), None)
-    return None if given["chosen"] is None else given["poses"][given["chosen"]]
+    return None if document["chosen"] is None else document["poses"][document["chosen"]]
 
 
 def kind_of(entry: PoseEntry) -> tuple[str, str, str]:

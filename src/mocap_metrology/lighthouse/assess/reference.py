@@ -93,7 +93,7 @@ def reconstruction_errors(
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
     from mocap_metrology.lighthouse.calibrate.reconstruction import METHODS
 
-    truth, found = Reference(true_rotation, true_position_m), {}
+    truth, by_way = Reference(true_rotation, true_position_m), {}
     for way in METHODS:
         settings = CalibrationSettings(
             ("paper-lm",), ("ideal",), reconstruction=way, lm_interpolation="linear"
@@ -104,14 +104,14 @@ def reconstruction_errors(
             continue
         last = next(e for e in estimates if e.stage in ("final", "static"))
         offset, turn = errors(last.R, last.t_m, truth)
-        found[way] = float(np.linalg.norm(offset)), float(np.linalg.norm(turn))
-    return found
+        by_way[way] = float(np.linalg.norm(offset)), float(np.linalg.norm(turn))
+    return by_way
 
 
 def check_ids(reference: Reference, stations: Sequence[Station]) -> str:
     """`check_same_ids` of a reference; stations: master first."""
-    own = (stations[0].id, stations[1].id)
-    return check_same_ids(reference.ids, own, "reference", "the recording")
+    ids = (stations[0].id, stations[1].id)
+    return check_same_ids(reference.ids, ids, "reference", "the recording")
 
 
 def pose_reference(path: str | Path) -> Reference:
@@ -124,14 +124,14 @@ def pose_reference(path: str | Path) -> Reference:
     """
     name = Path(path).name
     text = text_of(path, "a pose file")
-    given = _of_crazyflie(text, name) or _of_libsurvive(path, text) or of_json(text, name)
-    if not isinstance(given, dict):
+    document = _of_crazyflie(text, name) or _of_libsurvive(path, text) or of_json(text, name)
+    if not isinstance(document, dict):
         raise Refusal(f"{name}: expected an object with R, t_m and stations")
-    stations = given.get("stations", given)
+    stations = document.get("stations", document)
     if not isinstance(stations, dict) or not all(role in stations for role in ROLES):
         raise Refusal(f'{name}: no station ids; expected "stations": {{"master": id, "slave": id}}')
     master, slave = (station_id(stations[role], f"{name}: {role}") for role in ROLES)
-    R, t_m = rotation_in(given, name), translation_in(given, name)
+    R, t_m = rotation_in(document, name), translation_in(document, name)
     baseline = float(np.linalg.norm(t_m))
     if not SHORTEST_M <= baseline <= LONGEST_M:
         raise Refusal(
@@ -158,43 +158,46 @@ def _of_crazyflie(text: str, name: str) -> Row | None:
     if not is_crazyflie(text):
         return None
     (uid, _, t), (uid_s, _, t_s) = (geos := crazyflie_geometry(text, name, 1)).values()
-    R, R_s = (rotation_in({"R": own[1]}, f"{name}: geos.{k}.rotation") for k, own in geos.items())
+    R, R_s = (
+        rotation_in({"R": geometry[1]}, f"{name}: geos.{k}.rotation")
+        for k, geometry in geos.items()
+    )
     return {"R": R.T @ R_s, "t_m": R.T @ (t_s - t), "stations": {"master": uid, "slave": uid_s}}
 
 
 def _of_libsurvive(path: str | Path, text: str) -> Row | None:
     if not is_libsurvive(text):
         return None
-    found = read_solution(path)
-    R, t = solution_pose(found)
-    ids = {station.index: station.id for station in found}
+    solved = read_solution(path)
+    R, t = solution_pose(solved)
+    ids = {station.index: station.id for station in solved}
     return {"R": R, "t_m": t, "stations": {"master": ids[1], "slave": ids[0]}}
 
 
-def rotation_in(given: Mapping[str, object], name: str) -> np.ndarray:
+def rotation_in(entry: Mapping[str, object], name: str) -> np.ndarray:
     """Rotation (3, 3) of a pose file."""
-    if "R" in given:
-        R = finite(given["R"], (3, 3), f"{name}: R")
+    if "R" in entry:
+        R = finite(entry["R"], (3, 3), f"{name}: R")
         off = float(np.abs(R @ R.T - np.eye(3)).max())
         if off > 1e-3 or np.linalg.det(R) < 0:
             kind = "a mirror image" if off <= 1e-3 else f"{off:.2g} off at most in R R^T"
             raise Refusal(f"{name}: R is no rotation ({kind}); expected R R^T = 1, det R = 1")
         U, _, Vt = np.linalg.svd(R)
         return U @ Vt
-    if "quaternion_xyzw" not in given:
+    if "quaternion_xyzw" not in entry:
         raise Refusal(f"{name}: no rotation; expected R (3 x 3) or quaternion_xyzw")
-    q = finite(given["quaternion_xyzw"], (4,), f"{name}: quaternion_xyzw")
+    q = finite(entry["quaternion_xyzw"], (4,), f"{name}: quaternion_xyzw")
     if abs(np.linalg.norm(q) - 1) > 1e-2:
         raise Refusal(f"{name}: quaternion_xyzw has norm {np.linalg.norm(q):.4g}; expected 1")
     return rotation.of_quaternions(q)
 
 
-def translation_in(given: Mapping[str, object], name: str) -> np.ndarray:
+def translation_in(entry: Mapping[str, object], name: str) -> np.ndarray:
     """Translation (3,) of a pose file in m, by whatever name."""
-    key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
+    key = next((k for k in ("t_m", "t", "translation_mm") if k in entry), None)
     if key is None:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")
-    t = finite(given[key], (3,), f"{name}: {key}")
+    t = finite(entry[key], (3,), f"{name}: {key}")
     return t * (1e-3 if key == "translation_mm" else 1.0)
 
 
@@ -222,11 +225,11 @@ def reference_from_markers(
     moves more than 5 mm, and a residual above 5 mm rms, naming the marker.
     """
     poses, residuals = [], []
-    for role, own in zip(ROLES, (labels_master, labels_slave), strict=True):
+    for role, names in zip(ROLES, (labels_master, labels_slave), strict=True):
         where = f"reference, mount of the {role}"
-        known = _geometry(own, mount, where)
-        seen = np.array([_place(positions_mm, labels, label, where) for label in own])
-        R, t, rms = _fit(known, seen, list(own), where)
+        known = _geometry(names, mount, where)
+        seen = np.array([_marker_place(positions_mm, labels, label, where) for label in names])
+        R, t, rms = _fit(known, seen, list(names), where)
         poses.append((R, t))
         residuals.append(rms)
     (R_m, t_m), (R_s, t_s) = poses
@@ -239,24 +242,26 @@ def reference_from_markers(
     )
 
 
-def _geometry(own: Sequence[str], mount: Mapping[str, np.ndarray], where: str) -> np.ndarray:
+def _geometry(labels: Sequence[str], mount: Mapping[str, np.ndarray], where: str) -> np.ndarray:
     """Places (k, 3) in m of a housing's labels in its frame."""
-    if len(own) < 3 or len(set(own)) < len(own):
+    if len(labels) < 3 or len(set(labels)) < len(labels):
         raise Refusal(
-            f"{where}: labels are {';'.join(own)!r}; expected at least three, all different"
+            f"{where}: labels are {';'.join(labels)!r}; expected at least three, all different"
         )
-    missing = [label for label in own if label not in mount]
+    missing = [label for label in labels if label not in mount]
     if not missing:
-        return np.array([mount[label] for label in own])
-    if len(missing) == len(own) == len(mount):  # shared: its own labels, in order
+        return np.array([mount[label] for label in labels])
+    if len(missing) == len(labels) == len(mount):  # shared: its own labels, in order
         return np.array(list(mount.values()))
     raise Refusal(
         f"{where}: {missing[0]} is not in the mount's geometry ({', '.join(mount)}); expected all"
-        f" {len(own)} labels there, or as many others in the same order"
+        f" {len(labels)} labels there, or as many others in the same order"
     )
 
 
-def _place(positions_mm: np.ndarray, labels: Sequence[str], label: str, where: str) -> np.ndarray:
+def _marker_place(
+    positions_mm: np.ndarray, labels: Sequence[str], label: str, where: str
+) -> np.ndarray:
     if label not in labels:
         raise Refusal(f"{where}: marker {label} is not in the recording ({', '.join(labels)})")
     track = np.asarray(positions_mm[list(labels).index(label)], dtype=np.float64)
@@ -302,35 +307,35 @@ def _residuals(known: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndar
     return R, t, np.linalg.norm(known @ R.T + t - seen, axis=1)
 
 
-def station_id(given: object, where: str) -> int | None:
+def station_id(value: object, where: str) -> int | None:
     """Id from a number, a text of one (decimal, or hexadecimal after 0x), or an entry with `id`."""
-    if isinstance(given, Mapping):
-        given = given.get("id")
-    if given is None:
+    if isinstance(value, Mapping):
+        value = value.get("id")
+    if value is None:
         return None
     try:
-        if isinstance(given, str):
-            if not ID.fullmatch(given):
+        if isinstance(value, str):
+            if not ID.fullmatch(value):
                 raise ValueError
-            return int(given, 0)
-        if isinstance(given, (bool, float)) or not isinstance(given, SupportsInt):
+            return int(value, 0)
+        if isinstance(value, (bool, float)) or not isinstance(value, SupportsInt):
             raise ValueError
-        return int(given)
+        return int(value)
     except (TypeError, ValueError):
-        raise Refusal(f"{where}: id is {str(given)[:30]!r}; expected a whole number") from None
+        raise Refusal(f"{where}: id is {str(value)[:30]!r}; expected a whole number") from None
 
 
-def check_same_ids(theirs: Ids, own: Ids, what: str, where: str) -> str:
+def check_same_ids(theirs: Ids, ours: Ids, what: str, where: str) -> str:
     """Refuse `what` when its stations are not those of `where`, or have their roles swapped.
     Returns a sentence on the ids that are unknown and so unchecked; empty if both are known."""
-    swapped = own[::-1]
-    if None not in own and own[0] != own[1] and theirs == swapped:
+    swapped = ours[::-1]
+    if None not in ours and ours[0] != ours[1] and theirs == swapped:
         raise Refusal(
             f"{what}: master and slave are swapped: it names {theirs[0]} as master and {theirs[1]}"
-            f" as slave, {where} the other way round; expected the pose of {own[1]} in {own[0]}"
+            f" as slave, {where} the other way round; expected the pose of {ours[1]} in {ours[0]}"
             " (exchange the ids and invert the pose: R^T, -R^T t)"
         )
-    for role, its, known in zip(("master", "slave"), theirs, own, strict=True):
+    for role, its, known in zip(("master", "slave"), theirs, ours, strict=True):
         if its is not None and known is not None and its != known:
             raise Refusal(
                 f"{what}: its {role} is station {its}, that of {where} is {known};"
@@ -338,7 +343,7 @@ def check_same_ids(theirs: Ids, own: Ids, what: str, where: str) -> str:
             )
     unknown = [
         f"{role} of {source}"
-        for source, ids in ((what, theirs), (where, own))
+        for source, ids in ((what, theirs), (where, ours))
         for role, one in zip(("master", "slave"), ids, strict=True)
         if one is None
     ]

@@ -121,16 +121,16 @@ def angle_rows(named: Record, allan: Mapping[str, np.ndarray], origin: Record) -
 
 
 def _angle_cells(allan: Mapping[str, np.ndarray], series: str) -> Row:
-    own = (allan["series"] == series) & (allan["estimator"] == "oadev")
+    mask = (allan["series"] == series) & (allan["estimator"] == "oadev")
     values: Row = dict.fromkeys(OF_PART)
-    if not own.any():
+    if not mask.any():
         return values
-    tau, adev, alpha = (allan[name][own] for name in ("tau_s", "adev_rad", "alpha"))
+    tau, adev, alpha = (allan[name][mask] for name in ("tau_s", "adev_rad", "alpha"))
     best = int(adev.argmin())
     values |= {"adev_min_urad": 1e6 * float(adev[best]), "tau_min_s": float(tau[best])}
-    if allan["m"][own][0] == 1:
+    if allan["m"][mask][0] == 1:
         for end in ("", "_lower", "_upper"):
-            values[f"adev_1{end}_urad"] = 1e6 * float(allan[f"adev{end}_rad"][own][0])
+            values[f"adev_1{end}_urad"] = 1e6 * float(allan[f"adev{end}_rad"][mask][0])
         values["exponent"] = int(alpha[0])
         if alpha[0] == 0:  # AVAR = h_0 / (2 tau)
             values["h_0_urad2_hz"] = 2e12 * float(tau[0] * adev[0] ** 2)

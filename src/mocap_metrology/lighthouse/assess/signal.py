@@ -56,14 +56,14 @@ def signal_of(pulses: Columns, sweeps: Columns) -> Signal:
     code = np.asarray(sweeps["cycle"], dtype=np.int64) * 4096 + np.asarray(sweeps["diode"])
     common = np.unique(code)  # first cycle and diode of four sweeps in `ORDER`, earliest first
     for k, (station, axis) in enumerate(ORDER):
-        own = (np.asarray(sweeps["station"]) == station) & (np.asarray(sweeps["axis"]) == axis)
-        common = np.intersect1d(common, code[own] - 4096 * k)
+        mask = (np.asarray(sweeps["station"]) == station) & (np.asarray(sweeps["axis"]) == axis)
+        common = np.intersect1d(common, code[mask] - 4096 * k)
     for first in common[:MOST_TRIED]:
         hits = [int(np.flatnonzero(code == first + 4096 * k)[0]) for k in range(N_CYCLES)]
         diode = int(first % 4096)
-        own = np.asarray(pulses["diode"]) == diode
-        length = 1e-6 * np.asarray(pulses["length_us"])[own]
-        start = np.asarray(pulses["start_s"], dtype=np.float64)[own]
+        mask = np.asarray(pulses["diode"]) == diode
+        length = 1e-6 * np.asarray(pulses["length_us"])[mask]
+        start = np.asarray(pulses["start_s"], dtype=np.float64)[mask]
         signal = _read(start, length, {k: np.asarray(v)[hits] for k, v in sweeps.items()}, diode)
         if signal is not None:
             return signal
@@ -87,9 +87,9 @@ def _read(start: np.ndarray, length: np.ndarray, hits: Columns, diode: int) -> S
     flashes = list(zip(start[long].tolist(), length[long].tolist(), of_slave.tolist(), strict=True))
     sweeps = []
     for k, (station, axis) in enumerate(ORDER):
-        own = [at for at, _, by in flashes if by == station and abs(at - begin[k]) < NEAR_S]
+        begins = [at for at, _, by in flashes if by == station and abs(at - begin[k]) < NEAR_S]
         at, width = float(start[~long][k]), float(length[~long][k])
-        if len(own) != 1 or abs(at - hits["time_s"][k]) > NEAR_S:
+        if len(begins) != 1 or abs(at - hits["time_s"][k]) > NEAR_S:
             return None
-        sweeps.append(Sweep(station, axis, own[0], at, width, float(hits["angle_rad"][k])))
+        sweeps.append(Sweep(station, axis, begins[0], at, width, float(hits["angle_rad"][k])))
     return Signal(diode, flashes, sweeps)

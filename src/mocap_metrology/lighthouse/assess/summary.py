@@ -40,7 +40,7 @@ def board_rms_urad(paths: Sequence[Path]) -> float:
 
 
 def summary(
-    found: Calibration,
+    calibration: Calibration,
     stations: Sequence[Station],
     *,
     duration_s: float | None = None,
@@ -58,7 +58,7 @@ def summary(
     `truth_errors_deg`; earlier: a pose.json to compare with. Raises `Refusal` where the reference
     or the earlier pose is of other stations.
     """
-    network, note = found.network, ""
+    network, note = calibration.network, ""
     pairs, true = {ROLES[SLAVE]: stations}, dict[str, Reference]()
     if network is not None:
         first, *others = network.connected
@@ -71,18 +71,18 @@ def summary(
     taken, verdicts = dict[str, int](), dict[str, Verdict]()
     span, board_rms, places = None, None, 0.0
     for name, pair in pairs.items():
-        rows = [k for k, pose in enumerate(found.estimates) if pose.station == name]
-        poses = [found.estimates[k] for k in rows]
+        rows = [k for k, pose in enumerate(calibration.estimates) if pose.station == name]
+        poses = [calibration.estimates[k] for k in rows]
         index, best, off = chosen(poses), None, None
         if index is not None:
             taken[name], best = rows[index], poses[index]
-            if (paths := found.paths_of(best)) is not None:
+            if (paths := calibration.paths_of(best)) is not None:
                 # The diagonal of the box of the inner 98 %.
                 ends = np.percentile(paths[MASTER].t_m, [1, 99], axis=0)
                 span, board_rms = float(np.linalg.norm(ends[1] - ends[0])), board_rms_urad(paths)
-                if (known := found.joints.get(best.optics)) is not None:
+                if (known := calibration.joints.get(best.optics)) is not None:
                     # What errors of the board, as stated, make of it at the nearer station.
-                    nearest = min(np.median(np.linalg.norm(own.t_m, axis=1)) for own in paths)
+                    nearest = min(np.median(np.linalg.norm(path.t_m, axis=1)) for path in paths)
                     sd, n = known[0].priors.board_position_mm, len(known[0].board)
                     places = fit_checks.places_urad(1e-3 * sd, float(nearest), n)
             if name in true:
@@ -91,52 +91,54 @@ def summary(
             best,
             poses,
             pair,
-            n_common=(found.n_common or None) if network is None else network.common[name],
+            n_common=(calibration.n_common or None) if network is None else network.common[name],
             span_m=span,
             duration_s=duration_s,
             expected_urad=fit_checks.expected_noise_urad(resolution_s if network is None else None),
             board_rms_urad=board_rms,
             places_urad=places,
             errors=off,
-            variants=found.variants,
-            exchanged=found.exchanged,
-            why_none="; ".join(found.why),
+            variants=calibration.variants,
+            exchanged=calibration.exchanged,
+            why_none="; ".join(calibration.why),
         )
     of_path: Row = {"span_m": span, "duration_s": duration_s, "board_rms_urad": board_rms}
     if network is not None:
         of_path = {"common": dict(network.common), "duration_s": duration_s}
     diagnostics = {
-        "still": found.still,
-        "n_common": found.n_common,
+        "still": calibration.still,
+        "n_common": calibration.n_common,
         **of_path,
-        "left_out": list(found.why),
+        "left_out": list(calibration.why),
         "notes": [one for one in (*notes, note) if one],
     }
     if network is not None:
         whole = worst_of(verdicts, list(network.apart.values()))
-        given = found.estimates, stations, taken, whole, network, diagnostics, true
-        return _compared(found, pose_file.network_json(*given), whole, earlier)
+        arguments = calibration.estimates, stations, taken, whole, network, diagnostics, true
+        return _compared(calibration, pose_file.network_json(*arguments), whole, earlier)
     (whole,) = verdicts.values()
     one = taken.get(ROLES[SLAVE]), whole, diagnostics, true.get(ROLES[SLAVE])
-    result = pose_file.pose_json(found.estimates, stations, *one)
-    for entry, pose in zip(result["poses"], found.estimates if truths else (), strict=False):
+    result = pose_file.pose_json(calibration.estimates, stations, *one)
+    for entry, pose in zip(result["poses"], calibration.estimates if truths else (), strict=False):
         mm, deg = errors(pose.R, pose.t_m, (truths or {})[pose.frame])
         entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}
-    return _compared(found, result, whole, earlier)
+    return _compared(calibration, result, whole, earlier)
 
 
 def _compared(
-    found: Calibration, result: pose_file.PoseFile, whole: Verdict, earlier: str | None
+    calibration: Calibration, result: pose_file.PoseFile, whole: Verdict, earlier: str | None
 ) -> Summary:
     """The summary with the variants and the comparison with the earlier pose; of several stations
     the worst one."""
-    result["variants"] = [way.as_dict() for way in found.variants]
+    result["variants"] = [way.as_dict() for way in calibration.variants]
     if earlier is None:
         return Summary(result, whole)
-    own = {name: one for name, one in pose_file.pairs(result).items() if one["chosen"] is not None}
-    old = pose_file.pairs(pose_file.read_pose_json(earlier)) if own else {}
-    both = [(one, old[name]) for name, one in own.items() if name in old]
-    if found.network is not None:
+    with_pose = {
+        name: one for name, one in pose_file.pairs(result).items() if one["chosen"] is not None
+    }
+    old = pose_file.pairs(pose_file.read_pose_json(earlier)) if with_pose else {}
+    both = [(one, old[name]) for name, one in with_pose.items() if name in old]
+    if calibration.network is not None:
         both = [pair for pair in both if pair[1]["chosen"] is not None]
     comparisons = [compare_with_earlier(*pair) for pair in both]
     worst = max(comparisons, key=lambda one: (one.moved, not one.valid, *one.shift), default=None)
@@ -149,7 +151,7 @@ def refused(stations: Sequence[Station], why: str) -> Summary:
     return summary(Calibration(why=[why]), stations)
 
 
-def with_objects(found: Summary, others: Mapping[str, pose_file.PoseFile]) -> Summary:
+def with_objects(first: Summary, others: Mapping[str, pose_file.PoseFile]) -> Summary:
     """The summary with a check against the poses from other objects of the same recording, by name.
 
     Of m comparisons the least probability by chance p counts as min(1, m p). Below `APART_P` one
@@ -160,22 +162,22 @@ def with_objects(found: Summary, others: Mapping[str, pose_file.PoseFile]) -> Su
     compared: list[tuple[Comparison, str]] = []
     for name, other in others.items():
         with suppress(Refusal):  # without a pose, or of other stations
-            one = compare_with_earlier(found.document, other, one_board=False)
+            one = compare_with_earlier(first.document, other, one_board=False)
             if other["verdict"]["word"] != "failed" and np.isfinite(one.p_value):
                 compared.append((one, name))
     if not compared:
-        return found
+        return first
     worst, name = min(compared, key=lambda pair: pair[0].p_value)
-    p, word = min(1.0, len(compared) * worst.p_value), found.verdict.word
+    p, word = min(1.0, len(compared) * worst.p_value), first.verdict.word
     level = "good" if p >= APART_P else fit_checks.WORDS[min(fit_checks.WORDS.index(word) + 1, 2)]
     cases, (mm, deg) = (fit_checks.Case.OBJECTS, fit_checks.Case.OBJECTS_APART), worst.shift
     check = fit_checks.judged("objects agree", cases, p, "", (level, APART_P), mm=mm, deg=deg)
     check = replace(check, names=(name,))
     word = max(word, level, key=fit_checks.WORDS.index)
-    whole = replace(found.verdict, word=word, checks=(*found.verdict.checks, check))
+    whole = replace(first.verdict, word=word, checks=(*first.verdict.checks, check))
     document: pose_file.PoseFile = {
-        **found.document,
-        "verdict": found.document["verdict"] | {"word": word},
-        "checks": [*found.document["checks"], pose_file.check_row(check)],
+        **first.document,
+        "verdict": first.document["verdict"] | {"word": word},
+        "checks": [*first.document["checks"], pose_file.check_row(check)],
     }
-    return replace(found, document=document, verdict=whole)
+    return replace(first, document=document, verdict=whole)

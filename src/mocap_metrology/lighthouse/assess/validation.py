@@ -73,7 +73,7 @@ def rotor_model(chosen: PoseEstimate, variants: Sequence[VariantFit]) -> Check:
     return Check(name, Case.ROTOR_OPEN, mm, "mm", None, False, "good", {"deg": deg}, names)
 
 
-def apart(a: PoseEstimate, b: PoseEstimate) -> tuple[float, float]:
+def pose_distance(a: PoseEstimate, b: PoseEstimate) -> tuple[float, float]:
     """Distance in mm and angle in deg between two poses."""
     angle = np.linalg.norm(rotation.error(a.R, b.R))
     return 1e3 * float(np.linalg.norm(a.t_m - b.t_m)), float(np.degrees(angle))
@@ -82,19 +82,19 @@ def apart(a: PoseEstimate, b: PoseEstimate) -> tuple[float, float]:
 def agreements(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> Iterator[Check]:
     """The other stage, and the other optics, of the same estimator."""
     other = {"kabsch": "final", "final": "kabsch"}.get(chosen.stage)
-    own = [p for p in poses if p.estimator == chosen.estimator]
-    for p in own:
+    same = [p for p in poses if p.estimator == chosen.estimator]
+    for p in same:
         if (p.stage, p.optics) == (other, chosen.optics):
             yield _stages(chosen, p)
         if p.stage == chosen.stage and {p.optics, chosen.optics} == {"ideal", "factory"}:
-            mm, deg = apart(chosen, p)
+            mm, deg = pose_distance(chosen, p)
             cases, grade = (Case.OPTICS, Case.OPTICS_FAR), worst(mm, deg, 2 * (OPTICS_APART,))
             yield judged("optics agree", cases, mm, "mm", grade, deg=deg)
 
 
 def _stages(chosen: PoseEstimate, other: PoseEstimate) -> Check:
     """A difference that the covariances allow is no fault."""
-    mm, deg = apart(chosen, other)
+    mm, deg = pose_distance(chosen, other)
     word, limit = worst(mm, deg, STAGES_APART)
     case = Case.STAGES
     ok: bool | None = word == "good"
@@ -153,7 +153,7 @@ class Verdict:
     was given, if any.
 
     Of any number of stations the checks are those of the `station` with the worst word, `words`
-    that of each, and `apart` says why others have no pose.
+    that of each, and `pose_distance` says why others have no pose.
     """
 
     word: str

@@ -97,7 +97,7 @@ class Joint:
 
 
 @contextmanager
-def determined(what: str) -> Iterator[None]:
+def expect_determined(what: str) -> Iterator[None]:
     """Refuses, in the name of `what`, hits whose normal equations have no solution."""
     try:
         yield
@@ -145,8 +145,8 @@ def estimate(
     if near is not None:
         values = np.append(near.state.values, state.values[near.of.size :])
         state = near.state._replace(values=values, normals=state.normals)
-    own = [recording.recording(one, state) for one in recordings]
-    for one, its, column in zip(own, seen, of.inertial, strict=True):
+    begun = [recording.recording(one, state) for one in recordings]
+    for one, its, column in zip(begun, seen, of.inertial, strict=True):
         if its is not None:
             felt = inertial.residuals(its, one.trajectory, state, column)
             one.sensors = recording.Sensed(its, column, felt, inertial.rough_noise(felt))
@@ -155,33 +155,33 @@ def estimate(
                 one.renew(state)
     if ups is not None and by_ups and not any(there):
         state = state._replace(gravity=problem.first_gravity(state, ups))
-    search = _Search(of, state, own, sized, ups if by_ups else None)
-    found = search.run(rounds)
-    return found if sized else search.without_bias(found)
+    search = _Search(of, state, begun, sized, ups if by_ups else None)
+    joint = search.run(rounds)
+    return joint if sized else search.without_bias(joint)
 
 
-def completed(found: Joint) -> Joint:
+def completed(joint: Joint) -> Joint:
     """The estimate from there with noise and priors as large as the hits show, less its bias."""
-    search = _again(found, found.state, sized=False)
+    search = _search_from(joint, joint.state, sized=False)
     return search.without_bias(search.run())
 
 
-def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
-    """The estimate for rotors (stations, 2, 13) of another model, from that of `found` and with its
+def with_rotors(joint: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
+    """The estimate for rotors (stations, 2, 13) of another model, from that of `joint` and with its
     noise, so that the costs of several can be compared: to `SAME_COST`, or in so many steps. All
     have the freedom of the full priors, with which one can imitate another."""
-    own = rotors.copy()
-    own[..., X : Z + 1] = found.state.rotors[..., X : Z + 1]
-    search = _again(found, found.state._replace(rotors=own), sized=True)
+    changed = rotors.copy()
+    changed[..., X : Z + 1] = joint.state.rotors[..., X : Z + 1]
+    search = _search_from(joint, joint.state._replace(rotors=changed), sized=True)
     for one in search.recordings:
         one.renew(search.state)
     search.same_cost = SAME_COST
     return search.run(rounds)
 
 
-def _again(found: Joint, state: problem.State, sized: bool) -> _Search:
+def _search_from(joint: Joint, state: problem.State, sized: bool) -> _Search:
     """A search from there, with the noise of that estimate."""
-    search = _Search(found.of, state, [replace(one) for one in found.recordings], sized, found.ups)
+    search = _Search(joint.of, state, [replace(one) for one in joint.recordings], sized, joint.ups)
     search.refined, search.weighed = True, True
     return search
 
@@ -237,23 +237,23 @@ class _Search:
         how = converged, rounds, self.ups
         return Joint(*values, *how, others=self.others, begins=begins)
 
-    def without_bias(self, found: Joint) -> Joint:
+    def without_bias(self, joint: Joint) -> Joint:
         """The estimate less its bias; as it is where this is too large for the second order."""
-        if not found.converged:
-            return found
-        of, state, own = found.of, found.state, found.recordings
+        if not joint.converged:
+            return joint
+        of, state, recordings = joint.of, joint.state, joint.recordings
         parts = [
             bias_equations(one, state, of, part.factor)
-            for one, part in zip(own, self.parts, strict=True)
+            for one, part in zip(recordings, self.parts, strict=True)
         ]
-        M = found.S + np.diag(1 / found.working**2)
+        M = joint.S + np.diag(1 / joint.working**2)
         y = -solve.solved(M, np.sum([part.h for part in parts], axis=0))
         if y @ M @ y > LARGEST_BIAS**2:
-            return found
+            return joint
         state = state.moved(-y, of)
-        for one, part in zip(own, parts, strict=True):
+        for one, part in zip(recordings, parts, strict=True):
             one.move(-part.trajectory_step(y), state)
-        return replace(found, state=state)
+        return replace(joint, state=state)
 
     def _linearise(self) -> list[solve.Sums]:
         settled = True
@@ -270,8 +270,8 @@ class _Search:
 
     def _renoised(self, sums: list[solve.Sums]) -> list[solve.Sums]:
         """Estimate the noise, by sums over hits that count alike; sums at it."""
-        for one, own in zip(self.recordings, sums, strict=True):
-            one.noise = solve.estimated_noise(own, one.trajectory, one.noise)
+        for one, its_sums in zip(self.recordings, sums, strict=True):
+            one.noise = solve.estimated_noise(its_sums, one.trajectory, one.noise)
             if self.share:
                 one.shared(self.state)
         return [one.sums(self.state, self.of) for one in self.recordings] if self.share else sums
@@ -279,19 +279,21 @@ class _Search:
     def _weigh_sensors(self) -> None:
         """Noise of the sensors: by medians while the fit is coarse, then with its freedom."""
         for k, one in enumerate(self.recordings):
-            if (own := one.sensors) is None or self.weighed:
+            if (sensors := one.sensors) is None or self.weighed:
                 continue
-            near = inertial.delay(self.state, own.column)
-            if abs(near - own.near_s) > NEAR_S:
-                one.sensors = replace(own, near_s=near)
+            near = inertial.delay(self.state, sensors.column)
+            if abs(near - sensors.near_s) > NEAR_S:
+                one.sensors = replace(sensors, near_s=near)
                 one.renew(self.state)
-                own = one.sensors
+                sensors = one.sensors
             if self.refined:
                 hit, factor = one.noise.hit, self.parts[k].factor
-                noise = inertial.noise_of(own.windows, own.residual, own.noise, factor, hit)
+                noise = inertial.noise_of(
+                    sensors.windows, sensors.residual, sensors.noise, factor, hit
+                )
             else:
-                noise = inertial.rough_noise(own.residual)
-            one.sensors = replace(own, noise=noise)
+                noise = inertial.rough_noise(sensors.residual)
+            one.sensors = replace(sensors, noise=noise)
 
     def _size_of(self, S: Floats, step: Floats) -> float:
         """Size of a step in standard deviations."""
@@ -323,19 +325,21 @@ class _Search:
         before, old = self.state, [replace(one) for one in self.recordings]
         down, pull, _ = problem.gravity_equations(self.state, self.of, self.ups)
         cost, known, tries = self._cost(), 1 / self.working**2, 0
-        damping = [np.zeros_like(own) for own in self.damping]
+        damping = [np.zeros_like(of_one) for of_one in self.damping]
         plain: tuple[Floats, Floats, Floats] | None = None
         while True:
             parts = [
-                solve.reduced(own, one.trajectory, one.noise, np.repeat(its, POSE))
-                for own, one, its in zip(sums, old, damping, strict=True)
+                solve.reduced(of_one, one.trajectory, one.noise, np.repeat(its, POSE))
+                for of_one, one, its in zip(sums, old, damping, strict=True)
             ]
             more = [
                 one.by_lengths(before, self.of, part) for one, part in zip(old, parts, strict=True)
             ]
-            others = down + np.sum([own[0] for own in more], axis=0)
+            others = down + np.sum([of_one[0] for of_one in more], axis=0)
             S = others + np.sum([part.S for part in parts], axis=0)
-            h = pull + np.sum([own.h for own in parts] + [own[1] for own in more], axis=0)
+            h = pull + np.sum(
+                [of_one.h for of_one in parts] + [of_one[1] for of_one in more], axis=0
+            )
             M = S + np.diag(known)
             M[np.diag_indices(len(M))] *= 1 + min(its.min() for its in damping)
             step = -solve.solved(M, h + known * before.values)
@@ -351,7 +355,7 @@ class _Search:
                 return *plain, cost - after
             tries += 1
             every = self.share or tries > LOCAL
-            least = [np.maximum(own / 10, self.least_damping) for own in self.damping]
+            least = [np.maximum(of_one / 10, self.least_damping) for of_one in self.damping]
             damping = recording.more_damping(damping, least, old, self.recordings, every)
 
     def _size(self, S: Floats, h: Floats, values: Floats, sums: list[solve.Sums]) -> None:
@@ -364,8 +368,8 @@ class _Search:
         for one, part in zip(self.recordings, self.parts, strict=True):
             h = h + solve.by_bends(part, one.trajectory, one.noise)
         for name in SIZED:
-            own = self.of.group == problem.GROUPS.index(name)
-            if own.any():
-                best, most = solve.supported(S, h, values, self.working, own)
-                self.working[own] = best * self.of.sd[own]
-                self.believed[own] = most * self.of.sd[own]
+            members = self.of.group == problem.GROUPS.index(name)
+            if members.any():
+                best, most = solve.supported(S, h, values, self.working, members)
+                self.working[members] = best * self.of.sd[members]
+                self.believed[members] = most * self.of.sd[members]

@@ -89,9 +89,9 @@ def windows(series: Inertial | None, trajectory: Trajectory, hits_s: np.ndarray)
         whole &= trajectory.known(moment)
     if np.count_nonzero(whole) < FEWEST:
         return None
-    own = at[whole]
-    F = trajectory.reference(own.ravel()).reshape(-1, 3, 3, 3)
-    return Windows(series, interval[whole], own, F, trajectory.still)
+    instants = at[whole]
+    F = trajectory.reference(instants.ravel()).reshape(-1, 3, 3, 3)
+    return Windows(series, interval[whole], instants, F, trajectory.still)
 
 
 @dataclass(frozen=True)
@@ -117,8 +117,8 @@ def residuals(
     """At the present values; column: first of the unknowns of the sensors; near_s: a delay near the
     present one, from which that is linear, as samples that enter and leave an interval make the
     cost rough."""
-    own = state.values[column : column + OWN]
-    M, place = exp(own[TURN]), seen.series.place_m + own[PLACE]
+    unknowns = state.values[column : column + OWN]
+    M, place = exp(unknowns[TURN]), seen.series.place_m + unknowns[PLACE]
     h = (seen.time_s[0, 2] - seen.time_s[0, 0]) / 2
     weights = _weights(seen)
     near = trajectory.control[seen.interval[:, None] + np.arange(4)]
@@ -127,19 +127,19 @@ def residuals(
     R = seen.F @ exp(v).reshape(-1, 3, 3, 3)
     q = pose[..., :3] + R @ place
     y = np.einsum("nji,nj->ni", R[:, 1], np.einsum("j,nja->na", SECOND, q) / h**2 - state.gravity)
-    felt, gain = y @ M + own[BIAS_F], 1 + float(own[SCALE][0])
+    felt, gain = y @ M + unknowns[BIAS_F], 1 + float(unknowns[SCALE][0])
     back = M.T @ np.swapaxes(R[:, 0], 1, 2) @ R[:, 2] @ M
 
     def at(delay_s: float) -> tuple[Floats, Floats]:
-        turn, force = sensed(seen, own[BIAS_W], delay_s)
+        turn, force = sensed(seen, unknowns[BIAS_W], delay_s)
         rate = log(np.swapaxes(turn, 1, 2) @ back) / (2 * h)
         return np.stack([rate, gain * felt - force], axis=1), turn
 
     e, turn = at(near_s)
     by_delay = (at(near_s + STEP_S)[0] - at(near_s - STEP_S)[0]) / (2 * STEP_S)
-    e += (own[DELAY][0] - near_s) * by_delay
+    e += (unknowns[DELAY][0] - near_s) * by_delay
     by_knots = right_jacobians(v).reshape(-1, 3, 3, 3)
-    by_bias, by_turn = right_jacobians(log(turn)), right_jacobians(own[None, TURN])[0]
+    by_bias, by_turn = right_jacobians(log(turn)), right_jacobians(unknowns[None, TURN])[0]
     return Residuals(e, R, by_knots, by_bias, by_turn, by_delay, y, felt, gain, M, place)
 
 
@@ -152,9 +152,9 @@ def delay(state: State, column: int) -> float:
 def sensed(seen: Windows, bias: Floats, delay_s: float) -> tuple[Floats, Floats]:
     """W (n, 3, 3) and f (n, 3), if the sensors are late by so much."""
     turn, force = np.empty((len(seen.F), 3, 3)), np.empty((len(seen.F), 3))
-    own, at = seen.series, seen.time_s + delay_s
-    first = np.searchsorted(own.time_s, at[:, 0], "right")
-    _measured(own.time_s, own.rate_rad_s - bias, own.force_m_s2, at, first, turn, force)
+    series, at = seen.series, seen.time_s + delay_s
+    first = np.searchsorted(series.time_s, at[:, 0], "right")
+    _measured(series.time_s, series.rate_rad_s - bias, series.force_m_s2, at, first, turn, force)
     return turn, force
 
 
@@ -163,32 +163,32 @@ def _weights(seen: Windows) -> Floats:
     return np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)) if seen.still else ENDS
 
 
-def derivatives(seen: Windows, found: Residuals) -> tuple[Floats, Floats]:
+def derivatives(seen: Windows, res: Residuals) -> tuple[Floats, Floats]:
     """Derivatives of e_w and e_f by the control points of the interval (n, 6, 24), and by gravity
     and the sensors' unknowns (n, 6, 3 + OWN)."""
-    n, M, R = len(found.e), found.M, found.R
+    n, M, R = len(res.e), res.M, res.R
     h = (seen.time_s[0, 2] - seen.time_s[0, 0]) / 2
     at = np.zeros((n, 6, 3, POSE))
     back = np.swapaxes(R[:, 2], 1, 2) @ R[:, 0]
-    at[:, :3, 0, 3:] = -M.T @ back @ found.by_knots[:, 0] / (2 * h)
-    at[:, :3, 2, 3:] = M.T @ found.by_knots[:, 2] / (2 * h)
+    at[:, :3, 0, 3:] = -M.T @ back @ res.by_knots[:, 0] / (2 * h)
+    at[:, :3, 2, 3:] = M.T @ res.by_knots[:, 2] / (2 * h)
     P = M.T @ np.swapaxes(R[:, 1], 1, 2)
     for j, factor in enumerate(SECOND / h**2):
         at[:, 3:, j, :3] = factor * P
-        at[:, 3:, j, 3:] = -factor * P @ R[:, j] @ cross(found.place) @ found.by_knots[:, j]
-    at[:, 3:, 1, 3:] += M.T @ cross(found.y) @ found.by_knots[:, 1]
+        at[:, 3:, j, 3:] = -factor * P @ R[:, j] @ cross(res.place) @ res.by_knots[:, j]
+    at[:, 3:, 1, 3:] += M.T @ cross(res.y) @ res.by_knots[:, 1]
     near = np.einsum("ji,nrja->nria", _weights(seen), at).reshape(n, 6, NEAR)
     far = np.zeros((n, 6, 3 + OWN))
     far[:, 3:, :3] = -P
-    own = far[:, :, 3:]
-    own[:, :3, BIAS_W], own[:, 3:, BIAS_F] = found.by_bias, np.eye(3)
-    own[:, :3, TURN] = (np.eye(3) - M.T @ back @ M) @ found.by_turn / (2 * h)
-    own[:, 3:, TURN] = cross(found.y @ M) @ found.by_turn
-    own[:, 3:, PLACE] = P @ np.einsum("j,njab->nab", SECOND / h**2, R)
-    near[:, 3:] *= found.gain
-    far[:, 3:] *= found.gain
-    own[:, 3:, SCALE] = found.felt[..., None]
-    own[..., DELAY] = found.by_delay.reshape(n, 6, 1)
+    by_unknowns = far[:, :, 3:]
+    by_unknowns[:, :3, BIAS_W], by_unknowns[:, 3:, BIAS_F] = res.by_bias, np.eye(3)
+    by_unknowns[:, :3, TURN] = (np.eye(3) - M.T @ back @ M) @ res.by_turn / (2 * h)
+    by_unknowns[:, 3:, TURN] = cross(res.y @ M) @ res.by_turn
+    by_unknowns[:, 3:, PLACE] = P @ np.einsum("j,njab->nab", SECOND / h**2, R)
+    near[:, 3:] *= res.gain
+    far[:, 3:] *= res.gain
+    by_unknowns[:, 3:, SCALE] = res.felt[..., None]
+    by_unknowns[..., DELAY] = res.by_delay.reshape(n, 6, 1)
     return near, far
 
 
@@ -199,18 +199,18 @@ def _robust(e: Floats, noise: Floats) -> tuple[Floats, Floats]:
     return 1 / far**2, np.where(far > 1, LIMIT**2 * (1 + 2 * np.log(far)), z**2)
 
 
-def cost(found: Residuals, noise: Floats) -> float:
+def cost(res: Residuals, noise: Floats) -> float:
     """Sum of the robust costs of all windows."""
-    return float(_robust(found.e, noise)[1].sum())
+    return float(_robust(res.e, noise)[1].sum())
 
 
 def equations(
-    seen: Windows, found: Residuals, noise: Floats, of: Layout, column: int, size: int
+    seen: Windows, res: Residuals, noise: Floats, of: Layout, column: int, size: int
 ) -> Equations:
     """Normal equations; size: unknowns of the trajectory."""
-    near, far = derivatives(seen, found)
-    weight = (_robust(found.e, noise)[0] / noise[:, None] ** 2).reshape(-1, 6)
-    e = found.e.reshape(-1, 6)
+    near, far = derivatives(seen, res)
+    weight = (_robust(res.e, noise)[0] / noise[:, None] ** 2).reshape(-1, 6)
+    e = res.e.reshape(-1, 6)
     at = np.r_[of.gravity : of.gravity + 3, column : column + OWN]
     band, cross, inner, g, h = total = Equations.zeros(size, of.size)
     rows = POSE * seen.interval[:, None] + np.arange(NEAR)
@@ -225,26 +225,26 @@ def equations(
     return total
 
 
-def rough_noise(found: Residuals) -> Floats:
+def rough_noise(res: Residuals) -> Floats:
     """Standard deviations of both sensors' residuals by medians."""
-    return np.maximum(MAD_TO_SIGMA * np.median(np.abs(found.e), axis=(0, 2)), LEAST)
+    return np.maximum(MAD_TO_SIGMA * np.median(np.abs(res.e), axis=(0, 2)), LEAST)
 
 
-def noise_of(seen: Windows, found: Residuals, noise: Floats, factor: Floats, hit: float) -> Floats:
+def noise_of(seen: Windows, res: Residuals, noise: Floats, factor: Floats, hit: float) -> Floats:
     """Standard deviations of both sensors, one step of the estimate of variance components by
     Helmert (Foerstner 1979): with weights w, derivatives J and the covariance C of the trajectory,
     s^2 = sum(w e^2) / sum(w (1 - J C J' / s_before^2)).
 
     factor: of the trajectory's equations, in units of the variance of a hit.
     """
-    near, _ = derivatives(seen, found)
+    near, _ = derivatives(seen, res)
     Z, first = selected_inverse(factor), POSE * seen.interval
     i, j = np.arange(NEAR)[:, None], np.arange(NEAR)
     C = Z[np.abs(i - j), first[:, None, None] + np.minimum(i, j)]
     share = hit**2 * np.einsum("nri,nij,nrj->nr", near, C, near).reshape(-1, 2, 3)
-    weight, _ = _robust(found.e, noise)
+    weight, _ = _robust(res.e, noise)
     free = weight * np.clip(1 - weight * share / noise[:, None] ** 2, 0.0, 1.0)
-    square = (weight * found.e**2).sum(axis=(0, 2))
+    square = (weight * res.e**2).sum(axis=(0, 2))
     return np.maximum(np.sqrt(square / np.maximum(free.sum(axis=(0, 2)), 1.0)), LEAST)
 
 
@@ -260,10 +260,10 @@ def contradiction(values: np.ndarray, column: int, noise: Floats) -> str:
     return ""
 
 
-def first_gravity(seen: Windows, found: Residuals) -> Floats:
+def first_gravity(seen: Windows, res: Residuals) -> Floats:
     """Gravity (3,) in m/s^2 as the accelerometer has it on average, in the master's frame."""
-    force = found.gain * found.felt - found.e[:, 1]
-    up = np.einsum("nij,nj->i", found.R[:, 1], force)
+    force = res.gain * res.felt - res.e[:, 1]
+    up = np.einsum("nij,nj->i", res.R[:, 1], force)
     return -GRAVITY_M_S2 * up / np.linalg.norm(up)
 
 

@@ -206,23 +206,23 @@ def _globals(
     columns, scale, places, cover = rows
     board, normals = of.board, of.normals
     s, axis, d = seen.who[h, 0], seen.who[h, 1], seen.who[h, 2]
-    own, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
-    if own[0] >= 0:
+    column, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
+    if column[0] >= 0:
         for i in range(3):
-            at[n], value[n] = own[0] + i, -D[i]
+            at[n], value[n] = column[0] + i, -D[i]
             j, k = (i + 1) % 3, (i + 2) % 3
-            at[n + 3], value[n + 3] = own[0] + 3 + i, D[j] * far[k] - D[k] * far[j]
+            at[n + 3], value[n + 3] = column[0] + 3 + i, D[j] * far[k] - D[k] * far[j]
             n += 1
         n += 3
-    if own[1] >= 0:
-        at[n], value[n] = own[1], (0.5 if axis == 1 else -0.5) * work[44]
+    if column[1] >= 0:
+        at[n], value[n] = column[1], (0.5 if axis == 1 else -0.5) * work[44]
         n += 1
-    if own[2] >= 0:
-        at[n], value[n] = own[2], 1.0
+    if column[2] >= 0:
+        at[n], value[n] = column[2], 1.0
         n += 1
-    if own[3] >= 0:
+    if column[3] >= 0:
         for i in range(6 if of.rotors[s, axis, GENERATION] == 2.0 else 4):
-            at[n], value[n] = own[3 + i], work[30 + i]
+            at[n], value[n] = column[3 + i], work[30 + i]
             n += 1
     if scale >= 0:
         at[n] = scale
@@ -273,7 +273,7 @@ def accumulate(
     who, basis, inner, g_inner = seen.who, seen.basis, total.inner, total.g_inner
     row, work = np.empty(POSE), np.empty(ROOM)
     at, value = np.empty(LOCAL, np.int64), np.empty(LOCAL)
-    own = np.zeros((4 * POSE, 4 * POSE)), np.zeros((4 * POSE, g_inner.size)), np.zeros(4 * POSE)
+    block = np.zeros((4 * POSE, 4 * POSE)), np.zeros((4 * POSE, g_inner.size)), np.zeros(4 * POSE)
     wide = np.empty(4 * POSE)
     at_knot = -1
     for m in range(first.size - 1):
@@ -283,7 +283,7 @@ def accumulate(
         for h in range(first[m], first[m + 1]):
             k = who[h, 3]
             if k != at_knot:
-                _flush(at_knot, own, total)
+                _flush(at_knot, block, total)
                 at_knot = k
             _hit(h, seen, control, of, row, work, rows[0][who[h, 0], who[h, 1], 3])
             n = _globals(h, seen, of, rows, work, at, value)
@@ -295,29 +295,29 @@ def accumulate(
             for i in range(4 * POSE):
                 wx = w * wide[i]
                 sums[m, shift + i] += wx
-                own[2][i] += we * wide[i]
+                block[2][i] += we * wide[i]
                 for j in range(i + 1):
-                    own[0][i, j] += wx * wide[j]
+                    block[0][i, j] += wx * wide[j]
                 for j in range(n):
-                    own[1][i, at[j]] += wx * value[j]
+                    block[1][i, at[j]] += wx * value[j]
             for i in range(n):
                 sums_inner[m, at[i]] += w * value[i]
                 g_inner[at[i]] += we * value[i]
                 for j in range(n):
                     inner[at[i], at[j]] += w * value[i] * value[j]
-    _flush(at_knot, own, total)
+    _flush(at_knot, block, total)
 
 
 @njit
-def _flush(knot: int, own: tuple[np.ndarray, np.ndarray, np.ndarray], total: Equations) -> None:
+def _flush(knot: int, block: tuple[np.ndarray, np.ndarray, np.ndarray], total: Equations) -> None:
     """Move the sums over hits of one interval, which fit in the cache, to those of all."""
     if knot < 0:
         return
     of, band, cross, g = POSE * knot, total.band, total.cross, total.g
     for i in range(4 * POSE):
         for j in range(i + 1):
-            band[i - j, of + j] += own[0][i, j]
+            band[i - j, of + j] += block[0][i, j]
         for j in range(cross.shape[1]):
-            cross[of + i, j] += own[1][i, j]
-        g[of + i] += own[2][i]
-    own[0][:], own[1][:], own[2][:] = 0.0, 0.0, 0.0
+            cross[of + i, j] += block[1][i, j]
+        g[of + i] += block[2][i]
+    block[0][:], block[1][:], block[2][:] = 0.0, 0.0, 0.0

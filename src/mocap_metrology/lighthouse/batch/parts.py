@@ -62,37 +62,37 @@ class Piece(NamedTuple):
         return cls(*(np.sum(column, axis=0) for column in zip(*pieces, strict=True)))
 
 
-def _part(found: Joint, own: Piece, station: int) -> _Part | None:
+def _part(joint: Joint, piece: Piece, station: int) -> _Part | None:
     """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole;
     None where these do not determine the pose of the station."""
-    scale = found.of.group == GROUPS.index("scale")
-    sd = np.where(scale, NEARLY_KNOWN * found.of.sd, found.working)
-    rows = found.pose(station)
-    poses = np.flatnonzero(found.of.group == GROUPS.index("pose"))
+    scale = joint.of.group == GROUPS.index("scale")
+    sd = np.where(scale, NEARLY_KNOWN * joint.of.sd, joint.working)
+    rows = joint.pose(station)
+    poses = np.flatnonzero(joint.of.group == GROUPS.index("pose"))
     sd[np.setdiff1d(poses, rows)] = ANYWHERE  # of stations that a part does not see
     known = 1 / sd**2
     try:
-        M = np.linalg.inv(own.S + np.diag(known))
+        M = np.linalg.inv(piece.S + np.diag(known))
     except np.linalg.LinAlgError:
         return None
     variances = np.linalg.eigvalsh(M[np.ix_(rows, rows)])
     if not 0 < variances[0] <= variances[-1] < UNDETERMINED:
         return None
-    step = -M @ (own.h + known * np.where(scale, 0.0, found.state.values))
-    return _Part(step, M * known, M @ own.pull @ M)
+    step = -M @ (piece.h + known * np.where(scale, 0.0, joint.state.values))
+    return _Part(step, M * known, M @ piece.pull @ M)
 
 
-def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
+def _halves_apart(joint: Joint, a: _Part, b: _Part, single_sd: Floats, station: int) -> Halves:
     """own: standard deviations that each part has for itself."""
-    rows = found.pose(station)
-    gain = (a.gain - b.gain) * np.sqrt(np.maximum(found.sd**2 - own**2, 0.0))
-    alone = [part.noise + (part.gain * own**2) @ part.gain.T for part in (a, b)]
+    rows = joint.pose(station)
+    gain = (a.gain - b.gain) * np.sqrt(np.maximum(joint.sd**2 - single_sd**2, 0.0))
+    alone = [part.noise + (part.gain * single_sd**2) @ part.gain.T for part in (a, b)]
     covariance = (alone[0] + alone[1] + gain @ gain.T)[np.ix_(rows, rows)]
     d = (a.step - b.step)[rows]
     return Halves.of(d, float(d @ np.linalg.solve(covariance, d)))
 
 
-def pieces_of(found: Joint, one: Recording) -> list[Piece]:
+def pieces_of(joint: Joint, one: Recording) -> list[Piece]:
     """`PIECES` of a recording at the values of the estimate. Their noise is at least the spread of
     the residuals, which are larger where a station moved."""
     coarse = rough(one)
@@ -102,18 +102,18 @@ def pieces_of(found: Joint, one: Recording) -> list[Piece]:
     share = (time - time.min()) / max(float(np.ptp(time)), 1e-9)
     piece = np.minimum((PIECES * share).astype(np.int64), PIECES - 1)
     stations = one.sweeps.hits.station[one.sweeps.first[:-1]]
-    count = np.zeros((PIECES, len(found.state.R)), int)
+    count = np.zeros((PIECES, len(joint.state.R)), int)
     np.add.at(count, (piece, stations), 1)
     pieces = []
     for k in range(PIECES):
         chosen = piece == k
-        own = chosen[one.sweeps.sweep]
-        seen, path, more = sweeps_of(one.seen, chosen), one.trajectory, one.more(found.of)
+        rows = chosen[one.sweeps.sweep]
+        seen, path, more = sweeps_of(one.seen, chosen), one.trajectory, one.more(joint.of)
         if more is None and chosen.any():
             seen, path = stretch(seen, path)
-        hit, held = weight.hit[own], weight.held[chosen]
-        at = seen, path, found.state
-        sums = linearised(*at, one.residual[own], hit, found.of, more, held)
+        hit, held = weight.hit[rows], weight.held[chosen]
+        at = seen, path, joint.state
+        sums = linearised(*at, one.residual[rows], hit, joint.of, more, held)
         its = replace(one, seen=seen, trajectory=path, noise=noise)
         pieces.append(Piece.of(its, sums, count[k]))
     return pieces
@@ -125,11 +125,11 @@ def _fewest(sweeps: np.ndarray, station: int) -> int:
 
 
 def _scatter(
-    pieces: Sequence[Piece], found: Joint, station: int, step: Floats
+    pieces: Sequence[Piece], joint: Joint, station: int, step: Floats
 ) -> tuple[float, int]:
     """Squared sum of what the pieces pull at a station's pose after a step, over its variance; and
     how many directions they determine."""
-    total, freedom, rows = 0.0, 0, found.pose(station)
+    total, freedom, rows = 0.0, 0, joint.pose(station)
     for piece in pieces:
         if _fewest(piece.sweeps, station) < FEWEST_OF_PIECE:
             continue
@@ -142,28 +142,28 @@ def _scatter(
     return total, freedom
 
 
-def misfit_of(found: Joint) -> float:
+def misfit_of(joint: Joint) -> float:
     """Mean square of what pieces pull at the stations' poses, over what noise makes of it: 1 where
     that is within chance.
 
     Errors that were considered, not estimated, as those of phases, pull as well. So it is what is
     left after a step of all unknowns with the freedom of what is believed.
     """
-    n, every = len(found.state.R), [pieces_of(found, one) for one in found.recordings]
-    S, h, *_ = Piece.total([piece for own in every for piece in own])
-    known, step = 1 / found.believed**2, np.zeros(found.of.size)
+    n, every = len(joint.state.R), [pieces_of(joint, one) for one in joint.recordings]
+    S, h, *_ = Piece.total([piece for of_one in every for piece in of_one])
+    known, step = 1 / joint.believed**2, np.zeros(joint.of.size)
     with suppress(np.linalg.LinAlgError):
-        step = -solved(S + np.diag(known), h + known * found.state.values)
+        step = -solved(S + np.diag(known), h + known * joint.state.values)
     total, freedom = 0.0, -POSE * (n - 1)
     for pieces, station in product(every, range(1, n)):
-        own = _scatter(pieces, found, station, step)
-        total, freedom = total + own[0], freedom + own[1]
+        scatter = _scatter(pieces, joint, station, step)
+        total, freedom = total + scatter[0], freedom + scatter[1]
     if freedom <= 0 or total < chdtri(freedom, BY_CHANCE):
         return 1.0
     return total / freedom
 
 
-def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None) -> Halves | None:
+def halves(joint: Joint, station: int = 1, pieces: Sequence[Piece] | None = None) -> Halves | None:
     """Pose of a station from the hits before and after each of `SPLITS` of the duration: the two
     that are farthest apart by m2.
 
@@ -176,22 +176,22 @@ def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
     `stepped`: whether a step at one moment explains the difference, and pieces before and after
     agree among themselves, by an F test of the moment that explains most.
     """
-    pieces = pieces_of(found, found.recordings[0]) if pieces is None else pieces
-    same, apart, ratios = np.zeros(found.of.size), {}, []
+    pieces = pieces_of(joint, joint.recordings[0]) if pieces is None else pieces
+    same, apart, ratios = np.zeros(joint.of.size), {}, []
     for k in range(1, PIECES):
         sides = pieces[:k], pieces[k:]
-        whole = [Piece.total(own) for own in sides]
-        if min(_fewest(own.sweeps, station) for own in whole) < FEWEST_SWEEPS:
+        whole = [Piece.total(side) for side in sides]
+        if min(_fewest(side.sweeps, station) for side in whole) < FEWEST_SWEEPS:
             continue
-        a, b = (_part(found, own, station) for own in whole)
+        a, b = (_part(joint, side, station) for side in whole)
         if a is None or b is None:
             continue
-        apart[k] = _apart(found, a, b, same, station)
-        own = [
-            _scatter(side, found, station, part.step)
+        apart[k] = _halves_apart(joint, a, b, same, station)
+        per_side = [
+            _scatter(side, joint, station, part.step)
             for side, part in zip(sides, (a, b), strict=True)
         ]
-        rest, freedom = (sum(column) for column in zip(*own, strict=True))
+        rest, freedom = (sum(column) for column in zip(*per_side, strict=True))
         if freedom > 2 * POSE:
             rest = max(rest / (freedom - 2 * POSE), 1.0)
             ratios.append(float(fdtrc(POSE, freedom - 2 * POSE, apart[k].m2 / POSE / rest)))
@@ -202,39 +202,39 @@ def halves(found: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
     return replace(max(at, key=lambda pair: pair.m2), stepped=stepped)
 
 
-def predicted(found: Joint, priors: Priors) -> list[list[Halves | None]]:
+def predicted(joint: Joint, priors: Priors) -> list[list[Halves | None]]:
     """Pose of each station but the first from each of several recordings against that from all
     others, None where either does not determine it: first by station, then by recording.
 
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
-    state, of = found.state, found.of
+    state, of = joint.state, joint.of
     none = np.zeros(0)
-    parts = [Piece.of(one, one.sums(state, of), none) for one in found.recordings]
+    parts = [Piece.of(one, one.sums(state, of), none) for one in joint.recordings]
     every = Piece.total(parts)
-    zero = _of_one(found, priors)
+    zero = _of_one(joint, priors)
     apart: list[list[Halves | None]] = []
     for station in range(1, len(state.R)):
         apart.append([])
-        for own in parts:
-            rest = Piece(*(a - b for a, b in zip(every, own, strict=True)))
-            alone, others = (_part(found, its, station) for its in (own, rest))
+        for member in parts:
+            rest = Piece(*(a - b for a, b in zip(every, member, strict=True)))
+            alone, others = (_part(joint, its, station) for its in (member, rest))
             pair = None
             if alone is not None and others is not None:
-                pair = replace(_apart(found, alone, others, zero, station), recordings=True)
+                pair = replace(_halves_apart(joint, alone, others, zero, station), recordings=True)
             apart[-1].append(pair)
     return apart
 
 
-def _of_one(found: Joint, priors: Priors) -> Floats:
+def _of_one(joint: Joint, priors: Priors) -> Floats:
     """Standard deviations of all unknowns by what differs between recordings."""
-    group = np.array(GROUPS)[found.of.group]
-    own = np.where(group == "offset", min(priors.time_zero_rad, priors.offset_rad), 0.0)
-    return np.where(np.isin(group, ("gravity", "inertial")), found.of.sd, own)
+    group = np.array(GROUPS)[joint.of.group]
+    sd = np.where(group == "offset", min(priors.time_zero_rad, priors.offset_rad), 0.0)
+    return np.where(np.isin(group, ("gravity", "inertial")), joint.of.sd, sd)
 
 
 def shared_errors(
-    found: Joint, priors: Priors, units: np.ndarray, board: str, station: int
+    joint: Joint, priors: Priors, units: np.ndarray, board: str, station: int
 ) -> tuple[Floats, SharedErrors]:
     """Covariance (6, 6) of a station's pose by what differs between recordings of the same
     hardware, and the errors that do not; with these it is the whole covariance.
@@ -244,20 +244,20 @@ def shared_errors(
     With M = S + L, an error e of what has a prior moves the estimate by -M^-1 L e. Noise makes
     M^-1 S M^-1, to which the time zeros are added: flashes reach other diodes the next time.
     """
-    M, known = found.inverse
-    gain, rows = M * known, found.pose(station)
-    group, zero = np.array(GROUPS)[found.of.group], _of_one(found, priors)
-    sd = np.sqrt(np.maximum(found.sd**2 - zero**2, 0.0))
-    noise = M @ found.pull @ M + (gain * zero**2) @ gain.T
-    own = sd > 1e-6 * zero
-    effect = (gain * sd)[np.ix_(rows, own)].T * units
-    of_board = np.isin(group[own], ("scale", "place", "cover"))
+    M, known = joint.inverse
+    gain, rows = M * known, joint.pose(station)
+    group, zero = np.array(GROUPS)[joint.of.group], _of_one(joint, priors)
+    sd = np.sqrt(np.maximum(joint.sd**2 - zero**2, 0.0))
+    noise = M @ joint.pull @ M + (gain * zero**2) @ gain.T
+    relevant = sd > 1e-6 * zero
+    effect = (gain * sd)[np.ix_(rows, relevant)].T * units
+    of_board = np.isin(group[relevant], ("scale", "place", "cover"))
     by_noise = noise[np.ix_(rows, rows)] * np.outer(units, units)
     by_noise = (by_noise + by_noise.T) / 2  # apart by rounding, which differences leave much of
-    return by_noise, SharedErrors(sd[own], effect, of_board, board)
+    return by_noise, SharedErrors(sd[relevant], effect, of_board, board)
 
 
-def prior_p(found: Joint) -> float:
+def prior_p(joint: Joint) -> float:
     """Probability by chance that board and optics are estimated so far from what is known of them.
 
     With M = S + L, errors of the standard deviations B make estimates v of the covariance
@@ -266,42 +266,42 @@ def prior_p(found: Joint) -> float:
     estimates G u, so u' G' C^-1 v / sqrt(u' G' C^-1 G u) is a normal deviate, the most powerful one
     against this strain. The lowest of all n probabilities counts n times.
     """
-    own = np.isin(found.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
-    if not own.any():
+    columns = np.isin(joint.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
+    if not columns.any():
         return 1.0
-    (M, known), sd, rows = found.inverse, found.of.sd[own], np.ix_(own, own)
-    by_prior = (np.eye(sd.size) - M[rows] * known[own]) * sd / sd[:, None]
-    C = by_prior @ by_prior.T + (M @ found.pull @ M)[rows] / np.outer(sd, sd)
+    (M, known), sd, rows = joint.inverse, joint.of.sd[columns], np.ix_(columns, columns)
+    by_prior = (np.eye(sd.size) - M[rows] * known[columns]) * sd / sd[:, None]
+    C = by_prior @ by_prior.T + (M @ joint.pull @ M)[rows] / np.outer(sd, sd)
     size, axes = np.linalg.eigh((C + C.T) / 2)
     shown = np.sum((axes.T @ by_prior) ** 2, axis=1) > SHOWN
     white = axes[:, shown] / np.sqrt(size[shown])
     if not shown.any():
         return 1.0
-    off = white.T @ (found.state.values[own] / sd)
+    off = white.T @ (joint.state.values[columns] / sd)
     p = [float(chdtrc(off.size, off @ off))]
-    if found.of.places >= 0:
-        first = int(np.count_nonzero(own[: found.of.places]))
-        places = slice(first, first + found.state.board.size)
-        for strain in _strains(found.state.board):
-            made = white.T @ by_prior[:, places] @ (strain / sd[places])
-            p.append(float(chdtrc(1, (made @ off) ** 2 / (made @ made))))
+    if joint.of.places >= 0:
+        first = int(np.count_nonzero(columns[: joint.of.places]))
+        places = slice(first, first + joint.state.board.size)
+        for strain in _strains(joint.state.board):
+            shift = white.T @ by_prior[:, places] @ (strain / sd[places])
+            p.append(float(chdtrc(1, (shift @ off) ** 2 / (shift @ shift))))
     return min(1.0, len(p) * min(p))
 
 
-def of_length(found: Joint) -> dict[str, float]:
+def of_length(joint: Joint) -> dict[str, float]:
     """What a known length says of the size of the board. scale_p: probability by chance that it
     differs so much from its file, 1 without such a length; with one also board_larger: than its
     file, a share; board_sigma: this over its standard deviation, by what is known of that size, in
     the notation of `prior_p`; length_share: of what is known of the scale."""
-    at = found.of.scale
-    if at < 0 or found.working[at] < found.of.sd[at]:
+    at = joint.of.scale
+    if at < 0 or joint.working[at] < joint.of.sd[at]:
         return {"scale_p": 1.0}
-    M, known = found.inverse
-    by_prior = (np.eye(known.size)[at] - M[at] * known) * np.where(known > 0, found.believed, 0.0)
-    variance = by_prior @ by_prior + M[at] @ found.pull @ M[at]
-    larger = float(found.state.values[at])
+    M, known = joint.inverse
+    by_prior = (np.eye(known.size)[at] - M[at] * known) * np.where(known > 0, joint.believed, 0.0)
+    variance = by_prior @ by_prior + M[at] @ joint.pull @ M[at]
+    larger = float(joint.state.values[at])
     sigma = larger / float(np.sqrt(variance))
-    share = 1 - float(found.covariance[at, at] / found.believed[at] ** 2)
+    share = 1 - float(joint.covariance[at, at] / joint.believed[at] ** 2)
     by_chance = {"scale_p": float(chdtrc(1, sigma**2)), "length_share": share}
     return {"board_larger": larger, "board_sigma": sigma, **by_chance}
 
@@ -316,25 +316,25 @@ def _strains(board: np.ndarray) -> Iterator[Floats]:
         yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()
 
 
-def scale_share(found: Joint, station: int) -> float:
+def scale_share(joint: Joint, station: int) -> float:
     """Share that the scale of the board has in the variance of a position."""
-    if found.of.scale < 0:
+    if joint.of.scale < 0:
         return 0.0
-    M, known = found.inverse
-    rows, scale = found.pose(station)[:3], found.of.scale
-    effect = M[rows, scale] * known[scale] * found.believed[scale]
-    return float(effect @ effect / np.trace(found.pose_covariance(station)[:3, :3]))
+    M, known = joint.inverse
+    rows, scale = joint.pose(station)[:3], joint.of.scale
+    effect = M[rows, scale] * known[scale] * joint.believed[scale]
+    return float(effect @ effect / np.trace(joint.pose_covariance(station)[:3, :3]))
 
 
 def residual_ratios(one: Recording, names: Sequence[str]) -> dict[str, dict[str, float]]:
     """Rms residual beyond the sweep's offset over the noise of a hit: by station, axis, diode."""
     hits, z2 = one.sweeps.hits, (one.alone / one.noise.hit) ** 2
-    found: dict[str, dict[str, float]] = {}
+    ratios: dict[str, dict[str, float]] = {}
     for name, labels in {"station": names, "axis": AXES, "diode": ()}.items():
         rms = rms_by(getattr(hits, name), z2)
         seen = np.flatnonzero(np.isfinite(rms)).tolist()
-        found[name] = {labels[k] if k < len(labels) else str(k): float(rms[k]) for k in seen}
-    return found
+        ratios[name] = {labels[k] if k < len(labels) else str(k): float(rms[k]) for k in seen}
+    return ratios
 
 
 def rms_by(key: np.ndarray, squares: np.ndarray, fewest: int = 1) -> Floats:

@@ -168,8 +168,8 @@ def layout(
         columns[station, :, 0] = new("pose", np.inf, POSE)
     first, spreads = more.spreads is None, more.spreads
     if spreads is None:  # phase, tilt, curve and both parts of gibbous
-        own = priors.phase_mrad, priors.tilt_mrad, priors.curve_mrad, *2 * [priors.gib_mrad]
-        spreads = np.tile(1e-3 * np.array(own), (n_stations, 2, 1))
+        spread_mrad = priors.phase_mrad, priors.tilt_mrad, priors.curve_mrad, *2 * [priors.gib_mrad]
+        spreads = np.tile(1e-3 * np.array(spread_mrad), (n_stations, 2, 1))
     for station in range(n_stations):
         if first:
             columns[station, :, 1] = new("depth", 1e-3 * priors.laser_depth_mm)
@@ -253,9 +253,9 @@ def start(
     normals: np.ndarray = NO_NORMALS,
 ) -> State:
     """The state in which a search begins: factory rotors, board as filed, no offsets."""
-    offsets, own = np.zeros((len(R), 2)), np.array(rotors)
+    offsets, copied = np.zeros((len(R), 2)), np.array(rotors)
     known = offsets, board.copy(), np.zeros(3), np.zeros(n), np.ascontiguousarray(normals)
-    return State(np.array(R), np.array(t_m), own, *known, COVER_M.copy())
+    return State(np.array(R), np.array(t_m), copied, *known, COVER_M.copy())
 
 
 @dataclass(frozen=True)

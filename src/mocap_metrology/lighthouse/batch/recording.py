@@ -44,7 +44,7 @@ USUAL_RAD, AS_MANY_AS = 25e-6, 2.0  # tau of two boards, 16 and 36 urad; and wha
 FEWEST_HITS = 4.0  # of a cell whose mean counts
 
 
-def shares(
+def shared_by_direction(
     seen: View,
     trajectory: Trajectory,
     state: State,
@@ -68,9 +68,9 @@ def shares(
     hit.
     """
     who = seen.who
-    own = np.einsum("ni,nia->na", seen.basis, trajectory.control[who[:, 3, None] + np.arange(4)])
-    far = state.t_m[who[:, 0]] - own[:, :3]
-    turn = seen.turned @ exp(own[:, 3:])
+    pose = np.einsum("ni,nia->na", seen.basis, trajectory.control[who[:, 3, None] + np.arange(4)])
+    far = state.t_m[who[:, 0]] - pose[:, :3]
+    turn = seen.turned @ exp(pose[:, 3:])
     way = np.einsum("nji,nj->ni", turn, far / np.linalg.norm(far, axis=1, keepdims=True))
     diode = (2 * who[:, 0] + who[:, 1]) * len(state.board) + who[:, 2]
     place = np.floor(way / CELL).astype(np.int64) + PER_AXIS // 2
@@ -118,10 +118,10 @@ class BatchInput:
 
     def with_knots(self) -> BatchInput:
         """The same with the knots that its inertial sensors need."""
-        own = self.trajectory
-        if own.still or own.knot_s <= inertial.KNOT_S or self.windows() is None:
+        trajectory = self.trajectory
+        if trajectory.still or trajectory.knot_s <= inertial.KNOT_S or self.windows() is None:
             return self
-        return replace(self, trajectory=own.halved())
+        return replace(self, trajectory=trajectory.halved())
 
 
 @dataclass
@@ -139,7 +139,7 @@ class Sensed:
 @dataclass
 class Recording:
     """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad; its
-    sensors, where it has any; share, tau_rad: as `shares`."""
+    sensors, where it has any; share, tau_rad: as `shared_by_direction`."""
 
     trajectory: Trajectory
     seen: View
@@ -164,43 +164,45 @@ class Recording:
     def renew(self, state: State) -> None:
         """Residuals at these values."""
         self.residual = residuals(self.seen, self.trajectory, state)
-        if (own := self.sensors) is not None:
-            found = inertial.residuals(own.windows, self.trajectory, state, own.column, own.near_s)
-            self.sensors = replace(own, residual=found)
+        if (sensors := self.sensors) is not None:
+            residual = inertial.residuals(
+                sensors.windows, self.trajectory, state, sensors.column, sensors.near_s
+            )
+            self.sensors = replace(sensors, residual=residual)
 
     def cost(self) -> float:
         """Robust cost of the hits, of the bends of the path, and of the inertial sensors."""
         total = float(self.weights().cost.sum()) + bend_cost(self.trajectory)
-        if (own := self.sensors) is not None:
-            total += inertial.cost(own.residual, own.noise)
+        if (sensors := self.sensors) is not None:
+            total += inertial.cost(sensors.residual, sensors.noise)
         return total
 
     def more(self, of: Layout, column: int | None = None) -> Equations | None:
         """Equations of its sensors; column: first of their unknowns, in another layout."""
-        if (own := self.sensors) is None:
+        if (sensors := self.sensors) is None:
             return None
-        at, size = own.column if column is None else column, self.trajectory.control.size
-        return inertial.equations(own.windows, own.residual, own.noise, of, at, size)
+        at, size = sensors.column if column is None else column, self.trajectory.control.size
+        return inertial.equations(sensors.windows, sensors.residual, sensors.noise, of, at, size)
 
     def sums(self, state: State, of: Layout, column: int | None = None) -> Sums:
         """Normal equations of its hits and sensors."""
-        own, more = self.weights(), self.more(of, column)
+        weighed, more = self.weights(), self.more(of, column)
         at = self.seen, self.trajectory, state, self.residual
-        return linearised(*at, own.hit, of, more, own.held)
+        return linearised(*at, weighed.hit, of, more, weighed.held)
 
     def by_lengths(self, state: State, of: Layout, part: Reduced) -> tuple[Floats, Floats]:
         """S and h of its lengths, its trajectory eliminated as in `part`."""
         S, h = np.zeros((of.size, of.size)), np.zeros(of.size)
         for seen in self.lengths:
-            own = equation(seen, self.trajectory.control, state, of)
-            S_own, h_own, _ = added(own, part, self.noise)
+            of_length = equation(seen, self.trajectory.control, state, of)
+            S_own, h_own, _ = added(of_length, part, self.noise)
             S, h = S + S_own, h + h_own
         return S, h
 
     def cost_of_lengths(self, state: State, of: Layout) -> float:
         """Sum of squares of its lengths."""
-        own = [equation(seen, self.trajectory.control, state, of) for seen in self.lengths]
-        return float(sum(one.residual**2 / one.variance for one in own))
+        equations = [equation(seen, self.trajectory.control, state, of) for seen in self.lengths]
+        return float(sum(one.residual**2 / one.variance for one in equations))
 
     def weights(self) -> Weights:
         return weights(self.seen, self.residual, self.noise, self.share)
@@ -211,16 +213,16 @@ class Recording:
 
     def shared(self, state: State) -> None:
         """Let hits of a diode from one direction share their errors, as the residuals show."""
-        own = self.plain()
-        alone = self.residual - own.offset[self.sweeps.sweep]
+        plain = self.plain()
+        alone = self.residual - plain.offset[self.sweeps.sweep]
         at = self.seen, self.trajectory, state
-        self.share, self.tau_rad, hit = shares(*at, alone, own.hit, self.noise.hit)
+        self.share, self.tau_rad, hit = shared_by_direction(*at, alone, plain.hit, self.noise.hit)
         self.noise = self.noise._replace(hit=hit)
 
     def total_weight(self) -> Floats:
         """Weight of each hit, times that of its sweep."""
-        own = self.plain()
-        return own.hit * own.held[self.sweeps.sweep]
+        plain = self.plain()
+        return plain.hit * plain.held[self.sweeps.sweep]
 
     @property
     def alone(self) -> Floats:
@@ -228,14 +230,14 @@ class Recording:
         return self.residual - self.plain().offset[self.sweeps.sweep]
 
 
-def recording(given: BatchInput, state: State) -> Recording:
+def recording(inputs: BatchInput, state: State) -> Recording:
     """A recording as the state sees it, without noise that is known yet."""
-    seen = view(by_sweep(given.hits), given.trajectory)
-    off = residuals(seen, given.trajectory, state)
-    lengths = tuple(LengthView.of(known, given.trajectory) for known in given.lengths)
-    none, clocks = Noise(np.inf, np.inf), given.clocks
-    own = given.trajectory, seen, none, off
-    return Recording(*own, lengths=lengths, clocks=clocks)
+    seen = view(by_sweep(inputs.hits), inputs.trajectory)
+    off = residuals(seen, inputs.trajectory, state)
+    lengths = tuple(LengthView.of(known, inputs.trajectory) for known in inputs.lengths)
+    none, clocks = Noise(np.inf, np.inf), inputs.clocks
+    begun = inputs.trajectory, seen, none, off
+    return Recording(*begun, lengths=lengths, clocks=clocks)
 
 
 def _spread(values: np.ndarray) -> float:
@@ -264,15 +266,15 @@ def more_damping(
     the cost of the sweeps most; for all, where no stretch has, or everywhere. damping, least
     (control points,): of each recording, times the diagonal."""
     rises = [
-        np.bincount(own.seen.begin, then.weights().cost - own.weights().cost, its.size)
-        for own, then, its in zip(before, after, damping, strict=True)
+        np.bincount(old.seen.begin, then.weights().cost - old.weights().cost, its.size)
+        for old, then, its in zip(before, after, damping, strict=True)
     ]
     much = max(RISE, SHARE * max(float(rise.max()) for rise in rises))
     worse = [np.convolve(rise > much, REACH)[: rise.size] > 0 for rise in rises]
-    everywhere |= not any(own.any() for own in worse)
+    everywhere |= not any(mask.any() for mask in worse)
     return [
-        np.where(own | everywhere, np.maximum(10 * its, low), its)
-        for own, its, low in zip(worse, damping, least, strict=True)
+        np.where(mask | everywhere, np.maximum(10 * its, low), its)
+        for mask, its, low in zip(worse, damping, least, strict=True)
     ]
 
 
@@ -291,17 +293,17 @@ def pull_of_begins(one: Recording, sums: Sums, part: Reduced) -> Floats:
     open_ = 1 / (1 + (noise.sweep / noise.hit) ** 2 / sums.held * sums.weight)
     total, last = np.zeros_like(part.S), len(part.A_C) - 1
     for k, clock in enumerate(one.clocks):
-        own = np.flatnonzero(station == k)
-        if not isinstance(clock, TurnClock) or not own.size:
+        begins = np.flatnonzero(station == k)
+        if not isinstance(clock, TurnClock) or not begins.size:
             continue
-        pull, low = sums.of_sweep_inner[own], POSE * sums.begin[own]
+        pull, low = sums.of_sweep_inner[begins], POSE * sums.begin[begins]
         for j in range(SPAN):
             row = np.minimum(low + j, last)  # beyond the last, `of_sweep` is 0
-            pull = pull - sums.of_sweep[own, j, None] * part.A_C[row]
+            pull = pull - sums.of_sweep[begins, j, None] * part.A_C[row]
         rad_per_s = 2 * np.pi / clock.cycle_s
-        pull *= rad_per_s * open_[own, None] / noise.hit**2
+        pull *= rad_per_s * open_[begins, None] / noise.hit**2
         twice = min(clock.variance, (noise.sweep / rad_per_s) ** 2)
-        total += clock.error_of(pull, turn[own]) - twice * pull.T @ pull
+        total += clock.error_of(pull, turn[begins]) - twice * pull.T @ pull
     return total
 
 
@@ -338,10 +340,10 @@ def equation(seen: LengthView, control: Floats, state: State, of: Layout) -> Len
     trajectory."""
     places = seen.known.places
     n, rows = len(places), seen.first[:, None] + np.arange(4)
-    own = np.einsum("ni,nij->nj", seen.basis, control[rows])
-    J = right_jacobians(np.ascontiguousarray(own[:, 3:]))
-    R = seen.turned @ exp(own[:, 3:])
-    at, by = own[:, :3].copy(), np.zeros((n, 3, of.size))
+    ends = np.einsum("ni,nij->nj", seen.basis, control[rows])
+    J = right_jacobians(np.ascontiguousarray(ends[:, 3:]))
+    R = seen.turned @ exp(ends[:, 3:])
+    at, by = ends[:, :3].copy(), np.zeros((n, 3, of.size))
     by_pose = np.zeros((n, 3, POSE))
     for k, place in enumerate(places):
         if place.station is not None:
@@ -365,11 +367,11 @@ def equation(seen: LengthView, control: Floats, state: State, of: Layout) -> Len
     return LengthEquation(size - seen.known.size_m, variance, x.ravel(), np.einsum("ni,nig", u, by))
 
 
-def added(own: LengthEquation, part: Reduced, noise: Noise) -> tuple[Floats, Floats, float]:
+def added(of_length: LengthEquation, part: Reduced, noise: Noise) -> tuple[Floats, Floats, float]:
     """Its S and h as in `Reduced`, and its variance, that of the trajectory included."""
-    a = own.by_trajectory
+    a = of_length.by_trajectory
     A_a = linalg.cho_solve_banded((part.factor, True), a, check_finite=False)
-    variance = own.variance + noise.hit**2 * float(a @ A_a)
-    d = own.by_others - part.A_C.T @ a
-    e = own.residual - float(a @ part.A_g)
+    variance = of_length.variance + noise.hit**2 * float(a @ A_a)
+    d = of_length.by_others - part.A_C.T @ a
+    e = of_length.residual - float(a @ part.A_g)
     return np.outer(d, d) / variance, d * e / variance, variance

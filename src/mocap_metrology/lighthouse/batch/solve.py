@@ -63,14 +63,14 @@ def linearised(
 ) -> Sums:
     """Sums over all hits; more: equations of other data; held: of `Weights`, 1 without it."""
     first, control, m = seen.sweeps.first, trajectory.control, seen.sweeps.first.size - 1
-    found = Equations.zeros(control.size, of.size)
+    equations = Equations.zeros(control.size, of.size)
     by_sweep = np.zeros((m, SPAN)), np.zeros((m, of.size))
     at = seen.light, first, residual, weight, control, state, of.rows
-    kernel.accumulate(*at, found, *by_sweep)
+    kernel.accumulate(*at, equations, *by_sweep)
     low, held = first[:-1], np.ones(m) if held is None else held
     total, off = np.add.reduceat(weight, low), np.add.reduceat(weight * residual, low)
     of_all = float(weight @ residual**2), residual.size
-    return Sums(found, seen.begin, *by_sweep, total, held, off, *of_all, more)
+    return Sums(equations, seen.begin, *by_sweep, total, held, off, *of_all, more)
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ def covariance_of(
 
 
 def supported(
-    S: np.ndarray, h: np.ndarray, values: np.ndarray, working: np.ndarray, own: np.ndarray
+    S: np.ndarray, h: np.ndarray, values: np.ndarray, working: np.ndarray, group: np.ndarray
 ) -> tuple[float, float]:
     """How large a group of unknowns is as a whole, by the recording: the factors of its standard
     deviation of greatest restricted likelihood, and the largest that it does not contradict.
@@ -199,18 +199,18 @@ def supported(
     which the largest factor raises by `NOT_RULED_OUT`; both are interpolated between `FACTORS`.
     """
     at_zero = h - S @ values
-    found = []
+    costs = []
     for factor in FACTORS:
-        known = 1 / np.where(own, factor * working, working) ** 2
+        known = 1 / np.where(group, factor * working, working) ** 2
         L = linalg.cholesky(S + np.diag(known), lower=True)
         x = linalg.solve_triangular(L, at_zero, lower=True)
-        size = 2 * np.log(np.diag(L)).sum() - np.log(known[own]).sum()
-        found.append(float(size - x @ x))
-    best = int(np.argmin(found))
+        size = 2 * np.log(np.diag(L)).sum() - np.log(known[group]).sum()
+        costs.append(float(size - x @ x))
+    best = int(np.argmin(costs))
     fine = np.linspace(0, len(FACTORS) - 1, 20 * len(FACTORS))
-    curve = np.interp(fine, np.arange(len(FACTORS)), found)
-    within = fine[curve <= found[best] + NOT_RULED_OUT]
-    factors = np.interp([_lowest(found, best), within.max()], np.arange(len(FACTORS)), FACTORS)
+    curve = np.interp(fine, np.arange(len(FACTORS)), costs)
+    within = fine[curve <= costs[best] + NOT_RULED_OUT]
+    factors = np.interp([_lowest(costs, best), within.max()], np.arange(len(FACTORS)), FACTORS)
     return float(factors[0]), float(factors[1])
 
 
@@ -257,22 +257,22 @@ def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: 
 
     def at(ratio: float) -> tuple[float, float]:
         band, g = sums.hits.band + bend, sums.hits.g + bend_g
-        own = ratio / sums.held
-        factor = np.where(wrong, 1 / sums.weight, own / (1 + own * sums.weight))
+        relative = ratio / sums.held
+        factor = np.where(wrong, 1 / sums.weight, relative / (1 + relative * sums.weight))
         of_sweeps = sums.begin, factor, sums.of_sweep, nothing, sums.residual
         without_offsets(*of_sweeps, none._replace(band=band, g=g))
         L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
         x = linalg.cho_solve_banded((L, True), g, check_finite=False)
         Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)
         log_det = 2 * float(np.log(L[0]).sum())
-        rest = float(np.log1p((own * sums.weight)[~wrong]).sum())
+        rest = float(np.log1p((relative * sums.weight)[~wrong]).sum())
         return free * np.log(Q) + rest + log_det, Q / free
 
     low, high = 2 * np.log(RATIOS)
-    found = optimize.minimize_scalar(
+    best = optimize.minimize_scalar(
         lambda x: at(np.exp(x))[0], bounds=(low, high), method="bounded", options={"xatol": 0.05}
     )
-    ratio = float(np.exp(found.x))
+    ratio = float(np.exp(best.x))
     ratio = min((0.0, ratio), key=lambda r: at(r)[0])
     hit = float(np.sqrt(at(ratio)[1]))
     return Noise(hit, hit * float(np.sqrt(ratio)))

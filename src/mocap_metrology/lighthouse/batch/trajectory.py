@@ -70,7 +70,7 @@ class Trajectory:
         return first, cubic(at - first)
 
     def reference(self, time_s: np.ndarray) -> np.ndarray:
-        """Rotations (n, 3, 3) by a spline through the nodes; the knots turn the board from these."""
+        """Rotations (n, 3, 3) by a spline through the nodes; knots turn the board from these."""
         from scipy.spatial.transform import Rotation, RotationSpline
 
         if self.still:
@@ -82,8 +82,8 @@ class Trajectory:
     def poses(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """R (n, 3, 3) and p (n, 3) in m at these times."""
         first, weights = self.basis(time_s)
-        own = np.einsum("ni,nij->nj", weights, self.control[first[:, None] + np.arange(4)])
-        return self.reference(time_s) @ exp(own[:, 3:]), own[:, :3]
+        pose = np.einsum("ni,nij->nj", weights, self.control[first[:, None] + np.arange(4)])
+        return self.reference(time_s) @ exp(pose[:, 3:]), pose[:, :3]
 
     def known(self, time_s: np.ndarray) -> np.ndarray:
         """Whether poses lie near these times, bool (n,)."""
@@ -108,16 +108,16 @@ def trajectory_of(path: Path, begin_s: float, end_s: float) -> Trajectory:
     first = np.flatnonzero(np.diff(window, prepend=-1))
     node_s, node_R, node_t = [], [], []
     for low, high in zip(first, np.append(first[1:], time.size), strict=True):
-        own = R[low:high]
-        trace = np.einsum("aij,bij->ab", own, own)
+        nearby = R[low:high]
+        trace = np.einsum("aij,bij->ab", nearby, nearby)
         angle = np.arccos(np.clip((trace - 1) / 2, -1, 1))
-        node_R.append(own[angle.sum(axis=1).argmin()])
+        node_R.append(nearby[angle.sum(axis=1).argmin()])
         node_s.append(np.mean(time[low:high]))
         node_t.append(np.median(t[low:high], axis=0))
-    return through(np.array(node_s), np.array(node_R), np.array(node_t), begin_s, end_s)
+    return trajectory_through(np.array(node_s), np.array(node_R), np.array(node_t), begin_s, end_s)
 
 
-def through(
+def trajectory_through(
     node_s: np.ndarray,
     node_R: np.ndarray,
     node_t_m: np.ndarray,

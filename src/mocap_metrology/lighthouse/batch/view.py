@@ -32,7 +32,7 @@ def without_offsets(
     outer products of its sums; begin (sweeps,): its first control point."""
     band, cross, inner, g, g_inner = of_all
     G = g_inner.size
-    own = np.empty(G, np.int64)  # those that a sweep depends on
+    used = np.empty(G, np.int64)  # those that a sweep depends on
     for m in range(begin.size):
         f, of = factor[m], POSE * begin[m]
         if f == 0.0:
@@ -40,7 +40,7 @@ def without_offsets(
         n = 0
         for j in range(G):
             if sums_inner[m, j] != 0.0:
-                own[n] = j
+                used[n] = j
                 n += 1
         for i in range(min(SPAN, g.size - of)):
             x = f * sums[m, i]
@@ -49,13 +49,13 @@ def without_offsets(
             for j in range(i + 1):
                 band[i - j, of + j] -= x * sums[m, j]
             for k in range(n):
-                cross[of + i, own[k]] -= x * sums_inner[m, own[k]]
+                cross[of + i, used[k]] -= x * sums_inner[m, used[k]]
             g[of + i] -= x * sum_residual[m]
         for k in range(n):
-            i = own[k]
+            i = used[k]
             x = f * sums_inner[m, i]
             for j in range(n):
-                inner[i, own[j]] -= x * sums_inner[m, own[j]]
+                inner[i, used[j]] -= x * sums_inner[m, used[j]]
             g_inner[i] -= x * sum_residual[m]
 
 
@@ -80,8 +80,8 @@ class Weights(NamedTuple):
 def _robust(first: np.ndarray, residual: np.ndarray, noise: Noise, share: np.ndarray) -> Weights:
     sigma, common = noise
     n = first.size - 1
-    found = Weights(np.empty(residual.size), np.empty(n), np.empty(n), np.empty(n))
-    weight = found.hit
+    robust = Weights(np.empty(residual.size), np.empty(n), np.empty(n), np.empty(n))
+    weight = robust.hit
     for m in range(n):
         low, high = first[m], first[m + 1]
         b, v = 0.0, 1.0
@@ -98,12 +98,12 @@ def _robust(first: np.ndarray, residual: np.ndarray, noise: Noise, share: np.nda
                 down += weight[h]
             if common > 0:
                 b = up / down
-        found.offset[m], found.held[m] = b, v
+        robust.offset[m], robust.held[m] = b, v
         total = _loss(b / common) if common > 0 else 0.0
         for h in range(low, high):
             total += share[h] * _loss((residual[h] - b) / sigma)
-        found.cost[m] = total
-    return found
+        robust.cost[m] = total
+    return robust
 
 
 @njit(inline="always")
@@ -176,16 +176,16 @@ def sweeps_of(seen: View, chosen: np.ndarray) -> View:
     """The hits of chosen sweeps, a mask of all sweeps."""
     hit = chosen[seen.sweeps.sweep]
     first = np.append(0, np.cumsum(np.diff(seen.sweeps.first)[chosen]))
-    own = Sweeps(seen.sweeps.hits.take(hit), first)
-    return View(own, seen.who[hit], seen.basis[hit], seen.turned[hit])
+    part = Sweeps(seen.sweeps.hits.take(hit), first)
+    return View(part, seen.who[hit], seen.basis[hit], seen.turned[hit])
 
 
 def stretch(seen: View, trajectory: Trajectory) -> tuple[View, Trajectory]:
     """Likewise through the control points alone that the hits touch: the others go straight on at
     no cost."""
     low, high = seen.who[:, 3].min(), seen.who[:, 3].max() + 4
-    own = replace(trajectory, control=trajectory.control[low:high])
-    return replace(seen, who=seen.who - np.array([0, 0, 0, low])), own
+    part = replace(trajectory, control=trajectory.control[low:high])
+    return replace(seen, who=seen.who - np.array([0, 0, 0, low])), part
 
 
 def view(sweeps: Sweeps, trajectory: Trajectory) -> View:

@@ -123,25 +123,29 @@ def _distance(turn: np.ndarray, spread: np.ndarray) -> np.ndarray:
     return np.minimum(np.einsum("...i,...i->...", v, np.linalg.solve(S, v[..., None])[..., 0]), CAP)
 
 
-def _disagreement(own: Minima, other: Minima, R: np.ndarray) -> np.ndarray:
-    """For each measurement of `own` and each of its minima the least cost over those of `other` at
-    the same moment, (2, n); R: rotation of the frame of `other` in that of `own`."""
-    near, same = _nearest(own.paths[0].time_s, other.paths[0].time_s)
+def _disagreement(first: Minima, other: Minima, R: np.ndarray) -> np.ndarray:
+    """For each measurement of `first` and each of its minima the least cost over those of `other`
+    at the same moment, (2, n); R: rotation of the frame of `other` in that of `first`."""
+    near, same = _nearest(first.paths[0].time_s, other.paths[0].time_s)
     cost = np.zeros((2, near.size))
     theirs = R @ other.R[:, near[same]]
     spread = R @ other.spread[:, near[same]] @ R.T
-    turn = np.einsum("anij,bnkj->abnik", own.R[:, same], theirs)
-    apart = _distance(turn, own.spread[:, None, same] + spread[None])
+    turn = np.einsum("anij,bnkj->abnik", first.R[:, same], theirs)
+    apart = _distance(turn, first.spread[:, None, same] + spread[None])
     cost[:, same] = (apart + np.minimum(other.excess, CAP)[None, :, near[same]]).min(axis=1)
     return cost
 
 
-def _smooth(own: Minima, cost: np.ndarray) -> np.ndarray:
+def _smooth(minima_of: Minima, cost: np.ndarray) -> np.ndarray:
     """The minima (n,) of least total cost (2, n) and jumps along the path, by Viterbi."""
-    R = own.R
+    R = minima_of.R
     turn = np.einsum("anij,bnkj->abnik", R[:, 1:], R[:, :-1])
-    moved = np.square(RATE_RAD_S * np.diff(own.paths[0].time_s))
-    spread = own.spread[:, None, 1:] + own.spread[None, :, :-1] + moved[:, None, None] * np.eye(3)
+    moved = np.square(RATE_RAD_S * np.diff(minima_of.paths[0].time_s))
+    spread = (
+        minima_of.spread[:, None, 1:]
+        + minima_of.spread[None, :, :-1]
+        + moved[:, None, None] * np.eye(3)
+    )
     jump = _distance(turn, spread)
     return _viterbi(np.ascontiguousarray(cost), np.ascontiguousarray(jump))
 
@@ -186,26 +190,26 @@ def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
     variance = np.trace(spread, axis1=3, axis2=4).transpose(2, 0, 1).reshape(-1, 4) / 3
     proposed = np.arange(0, len(pairs), max(len(pairs) // PROPOSERS, 1))
     candidates = pairs[proposed].reshape(-1, 3, 3)[excess[proposed].ravel() < IMPOSSIBLE]
-    found: list[np.ndarray] = []
+    rotations: list[np.ndarray] = []
     if len(candidates):
         angle = _angles(candidates, pairs.reshape(-1, 3, 3)).reshape(-1, *excess.shape)
         cost = np.minimum(angle**2 / (variance + FLOOR_RAD**2), CAP) + np.minimum(excess, CAP)
         of_it, best = cost.argmin(axis=2), cost.min(axis=2)
         total = best.sum(axis=1)
         free = np.ones(len(candidates), dtype=bool)
-        while free.any() and len(found) < HYPOTHESES:
+        while free.any() and len(rotations) < HYPOTHESES:
             k = int(np.flatnonzero(free)[total[free].argmin()])
             voting = best[k] < CAP
-            own = pairs[np.arange(len(pairs)), of_it[k]]
-            found.append(mean(own[voting]) if voting.sum() > 2 else candidates[k])
+            here = pairs[np.arange(len(pairs)), of_it[k]]
+            rotations.append(mean(here[voting]) if voting.sum() > 2 else candidates[k])
             free &= _angles(candidates[k : k + 1], candidates)[0] > ALIKE_RAD
     possible = (master.excess[0, moments] < IMPOSSIBLE) & (
         slave.excess[0, near[moments]] < IMPOSSIBLE
     )
     if possible.sum() > 3:
-        own, there = master.paths[0].t_m[moments], slave.paths[0].t_m[near[moments]]
-        found.append(kabsch(there[possible], own[possible])[0])
-    return found
+        here, there = master.paths[0].t_m[moments], slave.paths[0].t_m[near[moments]]
+        rotations.append(kabsch(there[possible], here[possible])[0])
+    return rotations
 
 
 def _angles(a: Floats, b: Floats) -> Floats:
@@ -234,7 +238,7 @@ def agree(
         if roughly and ways:
             return _roughly(master, slave, ways[0])
         ways = ways[:1]
-    starts = (_tried(R, master, slave, order) for R in ways)
+    starts = (_pose_from(R, master, slave, order) for R in ways)
     tried = [one for one in starts if one is not None]
     if not tried:
         return Agreed((master.paths[0], slave.paths[0]), None, None)
@@ -248,24 +252,24 @@ def agree(
         if before is not None and all((a == b).all() for a, b in zip(which, before, strict=True)):
             break
         before = which
-        found = _tried(R, master, slave, order, which)
-        if found is None:
+        result = _pose_from(R, master, slave, order, which)
+        if result is None:
             break
-        R, t, *_ = found
+        R, t, *_ = result
     return Agreed((master.chosen(which[0]), slave.chosen(which[1])), R, t)
 
 
 def _roughly(master: Minima, slave: Minima, R: np.ndarray) -> Agreed:
     """The minima of lower K_1, R of the slave, and the median of its positions."""
-    own, other = master.paths[0], slave.paths[0]
-    near, same = _nearest(own.time_s, other.time_s)
+    here, other = master.paths[0], slave.paths[0]
+    near, same = _nearest(here.time_s, other.time_s)
     if same.sum() < 3:
-        return Agreed((own, other), None, None)
-    t = np.median(own.t_m[same] - other.t_m[near[same]] @ R.T, axis=0)
-    return Agreed((own, other), R, t)
+        return Agreed((here, other), None, None)
+    t = np.median(here.t_m[same] - other.t_m[near[same]] @ R.T, axis=0)
+    return Agreed((here, other), R, t)
 
 
-def _tried(
+def _pose_from(
     R: np.ndarray,
     master: Minima,
     slave: Minima,
@@ -276,26 +280,28 @@ def _tried(
     minima of both stations exceed the lower ones on average; None where there are too few."""
     which = choose(master, slave, R) if which is None else which
     paths = master.chosen(which[0]), slave.chosen(which[1])
-    then, kept = at_times(paths[0], slave.measurements.time_s, order)
+    then, inside = at_times(paths[0], slave.measurements.time_s, order)
     rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
-    some = slave.measurements.take(kept).take(rows)
+    some = slave.measurements.take(inside).take(rows)
     both = master.rotors, slave.rotors
-    given = evidence(then.take(rows), some, master.measurements, master.board, both)
+    known = evidence(then.take(rows), some, master.measurements, master.board, both)
     near, same = _nearest(paths[0].time_s, paths[1].time_s)
-    if len(given.path) < 3 or same.sum() < 3:
+    if len(known.path) < 3 or same.sum() < 3:
         return None
     t = np.median(paths[0].t_m[same] - paths[1].t_m[near[same]] @ R.T, axis=0)
-    R, t, _ = by_gauss_newton(R, t, given)
-    found = residuals(R, t, given)
-    chosen = (np.choose(w, own.excess) for w, own in zip(which, (master, slave), strict=True))
+    R, t, _ = by_gauss_newton(R, t, known)
+    residual = residuals(R, t, known)
+    chosen = (
+        np.choose(w, minimum.excess) for w, minimum in zip(which, (master, slave), strict=True)
+    )
     excess = sum(float(np.minimum(one, CAP).mean()) for one in chosen)
-    return R, t, found.cost[found.count > 0], excess
+    return R, t, residual.cost[residual.count > 0], excess
 
 
 def agreed_paths(optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None) -> Agreed:
     """Board poses in the frames of both stations, the mirror decided by both; see `agree`."""
     master, slave = (
-        minima(own, board, rotors)
-        for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
+        minima(measured, board, rotors)
+        for measured, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
     return agree(master, slave, order, near)

@@ -21,7 +21,7 @@ from itertools import product
 import numpy as np
 
 from mocap_metrology.lighthouse.batch import inertial, parts
-from mocap_metrology.lighthouse.batch.estimate import Joint, determined
+from mocap_metrology.lighthouse.batch.estimate import Joint, expect_determined
 from mocap_metrology.lighthouse.batch.parts import rms_by
 from mocap_metrology.lighthouse.batch.problem import GROUPS, State
 from mocap_metrology.lighthouse.batch.recording import (
@@ -60,8 +60,8 @@ def solved(
     known: tuple[Joint, str] | None = None,
 ) -> tuple[PoseEstimate, Joint]:
     """The slave's pose, as `all_solved`."""
-    (pose, *_), found = all_solved(scene, still, known)
-    return pose, found
+    (pose, *_), solution = all_solved(scene, still, known)
+    return pose, solution
 
 
 def all_solved(
@@ -73,44 +73,44 @@ def all_solved(
     angles of a board that keeps its place; known: what `joint` returns, where it was called before.
     Raises `Refusal` where no start is found or the search does not converge."""
     began = time.perf_counter()
-    found, note = known or joint(scene, still)
-    one, stage = found.recordings[0], "final" if still is None else "static"
-    with determined(scene.title):
-        pieces = parts.pieces_of(found, one) if still is None else []
-        residuals = residual_rows(found, scene.hits, scene.names)
+    solution, note = known or joint(scene, still)
+    one, stage = solution.recordings[0], "final" if still is None else "static"
+    with expect_determined(scene.title):
+        pieces = parts.pieces_of(solution, one) if still is None else []
+        residuals = residual_rows(solution, scene.hits, scene.names)
         path = _path(one.trajectory, one.sweeps.hits.time_s)
-        details = {**details_of(scene, found), "residuals": residuals}
+        details = {**details_of(scene, solution), "residuals": residuals}
         poses = []
         for k in range(1, len(scene.names)):
-            pose = pose_of(scene, found, stage, details, k)
-            halves = parts.halves(found, k, pieces) if still is None else None
+            pose = pose_of(scene, solution, stage, details, k)
+            halves = parts.halves(solution, k, pieces) if still is None else None
             seconds = time.perf_counter() - began
             poses.append(replace(pose, halves=halves, path=path, note=note, seconds=seconds))
-    return poses, found
+    return poses, solution
 
 
 def pose_of(
-    scene: Scene, found: Joint, stage: str, details: Mapping[str, object], station: int = SLAVE
+    scene: Scene, solution: Joint, stage: str, details: Mapping[str, object], station: int = SLAVE
 ) -> PoseEstimate:
     """A station's pose out of a joint estimate; details: of all stations, to which the share of the
     scale of the board in the variance of its position is added."""
     units = COVARIANCE_UNITS
     board = digest(scene.board)
-    noise, shared = parts.shared_errors(found, scene.used_priors, units, board, station)
-    residual = np.concatenate([one.residual for one in found.recordings])
+    noise, shared = parts.shared_errors(solution, scene.used_priors, units, board, station)
+    residual = np.concatenate([one.residual for one in solution.recordings])
     return PoseEstimate(
         estimator=NAME,
         stage=stage,
         optics=scene.optics,
-        R=found.state.R[station],
-        t_m=found.state.t_m[station],
+        R=solution.state.R[station],
+        t_m=solution.state.t_m[station],
         frame="optical" if scene.lasers_m is None else "housing",
-        covariance=found.pose_covariance(station) * np.outer(units, units),
+        covariance=solution.pose_covariance(station) * np.outer(units, units),
         covariance_noise=noise,
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
-        details={**details, "scale_share": parts.scale_share(found, station)},
+        details={**details, "scale_share": parts.scale_share(solution, station)},
         station=scene.names[station],
     )
 
@@ -124,20 +124,20 @@ def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
     return Path(at, R, t_m, none, np.zeros(at.size, dtype=np.int64), none)
 
 
-def details_of(scene: Scene, found: Joint) -> dict[str, object]:
+def details_of(scene: Scene, solution: Joint) -> dict[str, object]:
     """Of a joint estimate: noise of a hit and of a sweep, offsets of the axes, depths between
     lasers, size of the errors of diodes' places that the recording does not contradict; rms
     residual over the noise of a hit by station, axis and diode; the sensors of the board; rms
     residual of hits as they are weighed; lost share of the weight of all hits on diodes that light
     can reach, at times at which the board's place is sought; misfit of pieces as in `Joint`;
     probabilities by chance that estimates are so far from their priors; `of_length`."""
-    one, of, state = found.recordings[0], found.of, found.state
+    one, of, state = solution.recordings[0], solution.of, solution.state
     depth = of.columns[:, 0, 1]
     place = of.group == GROUPS.index("place")
-    residual = np.concatenate([part.residual for part in found.recordings])
-    weight = np.concatenate([part.total_weight() for part in found.recordings])
+    residual = np.concatenate([part.residual for part in solution.recordings])
+    weight = np.concatenate([part.total_weight() for part in solution.recordings])
     total = residual.size
-    if len(found.recordings) == 1:
+    if len(solution.recordings) == 1:
         used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode)) & placed(scene)
         if (normals := scene.sensors.normals) is not None:
             used &= ~fits.grazing(scene.hits, one.trajectory, state, normals)
@@ -147,29 +147,29 @@ def details_of(scene: Scene, found: Joint) -> dict[str, object]:
         "noise_sweep_urad": 1e6 * one.noise.sweep,
         "offset_urad": (1e6 * state.offsets).tolist(),
         "laser_depth_mm": (1e3 * state.values[depth]).tolist() if (depth >= 0).all() else None,
-        "board_position_mm": 1e3 * float(found.believed[place].max()) if place.any() else None,
+        "board_position_mm": 1e3 * float(solution.believed[place].max()) if place.any() else None,
         "residual_ratios": parts.residual_ratios(one, scene.names),
         "inertial": _of_sensors(one.sensors, state),
-        "steps": found.rounds,
+        "steps": solution.rounds,
         **({"cover_mm": (1e3 * state.cover).tolist()} if of.cover >= 0 else {}),
         "weighted_rms_urad": 1e6 * float(np.sqrt(weight @ residual**2 / weight.sum())),
         "weight_lost": 1 - float(weight.sum()) / total,
-        "misfit": found.misfit,
-        "prior_p": parts.prior_p(found),
-        **parts.of_length(found),
+        "misfit": solution.misfit,
+        "prior_p": parts.prior_p(solution),
+        **parts.of_length(solution),
     }
 
 
-def _of_sensors(own: Sensed | None, state: State) -> dict[str, object] | None:
+def _of_sensors(sensors: Sensed | None, state: State) -> dict[str, object] | None:
     """Gravity in the frame of the master, and what was estimated of gyroscope and accelerometer;
     noise: of means over 25 ms, with what the trajectory cannot follow. None without them."""
-    if own is None:
+    if sensors is None:
         return None
-    values = state.values[own.column : own.column + inertial.OWN]
+    values = state.values[sensors.column : sensors.column + inertial.OWN]
     return {
         "gravity_m_s2": state.gravity.tolist(),
-        "gyro_noise_rad_s": float(own.noise[0]),
-        "accel_noise_m_s2": float(own.noise[1]),
+        "gyro_noise_rad_s": float(sensors.noise[0]),
+        "accel_noise_m_s2": float(sensors.noise[1]),
         "gyro_bias_rad_s": values[inertial.BIAS_W].tolist(),
         "accel_bias_m_s2": values[inertial.BIAS_F].tolist(),
         "accel_scale": 1 + float(values[inertial.SCALE][0]),
@@ -187,34 +187,34 @@ def joint(
 ) -> tuple[Joint, str]:
     """The joint estimate, and a note on what was left out; raises as `all_solved`. near: where it
     starts; first: what `fits.explored` returned from there."""
-    with determined(scene.title):
+    with expect_determined(scene.title):
         if still is None:
             near = near or start(scene)
             if scene.generation == 1 and first is None:
-                near = fits.facing(scene, *near)
-            found, note = fits.well_fitted(scene, *near, first)
+                near = fits.without_hidden_hits(scene, *near)
+            solution, note = fits.well_fitted(scene, *near, first)
         else:
             hits, trajectory, poses, note = still_start(scene, still)
-            hits, trajectory, poses = fits.facing(scene, hits, trajectory, poses)
-            found, _, why = fits.if_they_agree(
-                scene, lambda own: fits.fitted(own, hits, trajectory, poses)
+            hits, trajectory, poses = fits.without_hidden_hits(scene, hits, trajectory, poses)
+            solution, _, why = fits.if_they_agree(
+                scene, lambda one: fits.fitted(one, hits, trajectory, poses)
             )
             note = "; ".join(filter(None, (note, why)))
-        found = found.sure(scene.title)
+        solution = solution.sure(scene.title)
         if not scene.known_pose:
-            found = replace(found, misfit=parts.misfit_of(found))
-    return found, "; ".join(filter(None, (note, less_certain(found))))
+            solution = replace(solution, misfit=parts.misfit_of(solution))
+    return solution, "; ".join(filter(None, (note, less_certain(solution))))
 
 
-def less_certain(found: Joint) -> str:
+def less_certain(solution: Joint) -> str:
     """A note on known lengths to which the board's path at their moments, as where no hits show it,
     adds more than their own standard deviation."""
     notes = []
-    for one in (one for one in found.recordings if one.lengths):
-        part = reduced(one.sums(found.state, found.of), one.trajectory, one.noise)
+    for one in (one for one in solution.recordings if one.lengths):
+        part = reduced(one.sums(solution.state, solution.of), one.trajectory, one.noise)
         for seen in one.lengths:
-            own = equation(seen, one.trajectory.control, found.state, found.of)
-            times = np.sqrt(added(own, part, one.noise)[2] / own.variance)
+            of_length = equation(seen, one.trajectory.control, solution.state, solution.of)
+            times = np.sqrt(added(of_length, part, one.noise)[2] / of_length.variance)
             if times > 2:
                 at = ", ".join(f"{p.time_s:g} s" for p in seen.known.places if p.station is None)
                 why = f"{times:.0f} times less certain, as the place of the board is at {at}"
@@ -222,7 +222,7 @@ def less_certain(found: Joint) -> str:
     return "; ".join(notes)
 
 
-def residual_rows(found: Joint, hits: Hits, names: Sequence[str]) -> dict[str, Rows]:
+def residual_rows(solution: Joint, hits: Hits, names: Sequence[str]) -> dict[str, Rows]:
     """Binned residuals of the first recording; hits: of the recording, also of excluded diodes;
     names: of the stations.
 
@@ -231,10 +231,12 @@ def residual_rows(found: Joint, hits: Hits, names: Sequence[str]) -> dict[str, R
     `sd_urad`, the standard deviation of the mean by noise; `by_diode`, for each station: `diode`,
     `rms_urad` of the residuals without the offsets of sweeps, `n`, and those `excluded`.
     """
-    one = every = found.recordings[0]
+    one = every = solution.recordings[0]
     known = hits.take(one.trajectory.known(hits.time_s))
     if len(known) != one.residual.size:  # with those of excluded diodes, along the same trajectory
-        every = replace(recording(BatchInput(known, one.trajectory), found.state), noise=one.noise)
+        every = replace(
+            recording(BatchInput(known, one.trajectory), solution.state), noise=one.noise
+        )
     return {"against": _against(one, names), "by_diode": _by_diode(one, every, names)}
 
 
@@ -245,10 +247,10 @@ def _against(one: Recording, names: Sequence[str]) -> Rows:
     scales = {"angle_deg": np.degrees(hits.angle_rad + one.residual), "time_s": hits.time_s}
     every = product(scales, enumerate(names), enumerate(AXES))
     for name, (station, role), (axis, label) in every:
-        own = np.flatnonzero((hits.station == station) & (hits.axis == axis))
-        if own.size:
-            residual, weight, sweep = (values[own] for values in of_hits)
-            at, mean, sd = binned_means(scales[name][own], residual, weight, sweep, one.noise)
+        chosen = np.flatnonzero((hits.station == station) & (hits.axis == axis))
+        if chosen.size:
+            residual, weight, sweep = (values[chosen] for values in of_hits)
+            at, mean, sd = binned_means(scales[name][chosen], residual, weight, sweep, one.noise)
             row: dict[str, object] = {"against": name, "station": role, "axis": label}
             row |= {"at": np.round(at, 3).tolist()}
             row |= {"mean_urad": np.round(1e6 * mean, DIGITS).tolist()}
@@ -288,9 +290,9 @@ def _by_diode(one: Recording, every: Recording, names: Sequence[str]) -> Rows:
     rows: Rows = []
     hits, square = every.sweeps.hits, every.alone**2
     for station, role in enumerate(names):
-        own = hits.station == station
-        rms = rms_by(hits.diode[own], square[own])
-        count = np.bincount(hits.diode[own], minlength=rms.size)
+        of_station = hits.station == station
+        rms = rms_by(hits.diode[of_station], square[of_station])
+        count = np.bincount(hits.diode[of_station], minlength=rms.size)
         of_one = one.sweeps.hits.station == station
         used = np.bincount(one.sweeps.hits.diode[of_one], minlength=rms.size)
         seen = np.flatnonzero(count)

@@ -31,7 +31,7 @@ from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.parts import misfit_of, rms_by
 from mocap_metrology.lighthouse.batch.problem import State
 from mocap_metrology.lighthouse.batch.recording import BatchInput, Recording, recording
-from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory, through
+from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory, trajectory_through
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.records import Hits
@@ -72,24 +72,24 @@ def fitted(
     """One estimate from there, whatever fits badly; sized, near, rounds: as in `estimate`."""
     R, t = zip(*poses_of(near) if near else poses, strict=True)
     its = scene.sensors
-    given = [BatchInput(hits, trajectory, its.inertial, its.lengths, its.clocks)]
+    inputs = [BatchInput(hits, trajectory, its.inertial, its.lengths, its.clocks)]
     how = scene.rotors, scene.board, scene.used_priors, scene.known_pose
-    return estimate(given, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
+    return estimate(inputs, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 
 
 def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
     """The estimate by priors as they are, with its bias: `bridged`, and without diodes whose hits
     the others contradict."""
     for _ in range(RENEWALS + 1):
-        found = bridged(scene, fitted(scene, hits, trajectory, poses, sized=True), hits)
-        worst = bad_diodes(found)[:1]
+        joint = bridged(scene, fitted(scene, hits, trajectory, poses, sized=True), hits)
+        worst = bad_diodes(joint)[:1]
         if not worst.size:
             break
         hits = hits.take(hits.diode != worst)
-    return found
+    return joint
 
 
-def noted(out: Sequence[int], why: str) -> str:
+def exclusion_note(out: Sequence[int], why: str) -> str:
     """Note of excluded diodes and of what else was done, or an empty text."""
     named = ", ".join(map(str, sorted(out)))
     note = f"diode {named} excluded: the others contradict it" if out else ""
@@ -99,36 +99,36 @@ def noted(out: Sequence[int], why: str) -> str:
 def if_they_agree(scene: Scene, estimate_of: Callable[[Scene], Joint]) -> tuple[Joint, Scene, str]:
     """The estimate, what it is of, and why that is without the board's sensors where these
     contradict the light."""
-    found = estimate_of(scene)
-    own = found.recordings[0].sensors
-    if own is None:
-        return found, scene, ""
-    why = inertial.contradiction(found.state.values, own.column, own.noise)
-    if not found.converged:
-        why = f"no convergence in {found.rounds} steps with them"
+    joint = estimate_of(scene)
+    sensors = joint.recordings[0].sensors
+    if sensors is None:
+        return joint, scene, ""
+    why = inertial.contradiction(joint.state.values, sensors.column, sensors.noise)
+    if not joint.converged:
+        why = f"no convergence in {joint.rounds} steps with them"
     if not why:
-        return found, scene, ""
+        return joint, scene, ""
     without = replace(scene, sensors=replace(scene.sensors, inertial=None))
     return estimate_of(without), without, f"gyroscope and accelerometer not used: {why}"
 
 
-def refitted(scene: Scene, found: Joint) -> Joint:
+def refitted(scene: Scene, joint: Joint) -> Joint:
     """The estimate of a scene that differs little, from one of the same hits."""
-    one = found.recordings[0]
-    then = fitted(scene, one.sweeps.hits, one.trajectory, poses_of(found)).sure(scene.title)
+    one = joint.recordings[0]
+    then = fitted(scene, one.sweeps.hits, one.trajectory, poses_of(joint)).sure(scene.title)
     return replace(then, misfit=misfit_of(then))
 
 
-def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
+def bad_diodes(joint: Joint, times: float = BAD_DIODE) -> np.ndarray:
     """Diodes that fit far worse than the others, and at least half as badly as the worst, which is
     the first: by their residual, so many `times` the median of all, or by how far from their place
     in the board file they would have to be. One where few would remain, none of four."""
-    one = found.recordings[0]
+    one = joint.recordings[0]
     z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
     excess = z / (times * max(np.nanmedian(z), one.tau_rad / one.noise.hit))
-    if found.of.places >= 0:
-        own = slice(found.of.places, found.of.places + 3 * len(found.state.board))
-        moved = (found.state.values[own] / found.of.sd[own]).reshape(-1, 3)[: z.size]
+    if joint.of.places >= 0:
+        columns = slice(joint.of.places, joint.of.places + 3 * len(joint.state.board))
+        moved = (joint.state.values[columns] / joint.of.sd[columns]).reshape(-1, 3)[: z.size]
         excess = np.fmax(excess, np.linalg.norm(moved, axis=1) / FAR_DIODE)
     excess = np.nan_to_num(excess)
     order = np.argsort(-excess, kind="stable")
@@ -138,37 +138,37 @@ def bad_diodes(found: Joint, times: float = BAD_DIODE) -> np.ndarray:
     return worst[:most]
 
 
-def bridged(scene: Scene, found: Joint, hits: Hits | None = None) -> Joint:
+def bridged(scene: Scene, joint: Joint, hits: Hits | None = None) -> Joint:
     """Stretches of an estimate that fit badly begin anew from their neighbours while that helps,
     and sweeps of those that remain far worse than others are left out; by priors as they are."""
-    hits = found.recordings[0].sweeps.hits if hits is None else hits
+    hits = joint.recordings[0].sweeps.hits if hits is None else hits
     few_wrong = scene.generation == 2
     for _ in range(RENEWALS):
-        again = bridged_trajectory(found.recordings[0], few_wrong)
+        again = bridged_trajectory(joint.recordings[0], few_wrong)
         if again is None:
             break
-        then = fitted(scene, hits, again, poses_of(found), sized=True)
-        if not then.converged or _misfit(then) >= _misfit(found):
+        then = fitted(scene, hits, again, poses_of(joint), sized=True)
+        if not then.converged or _misfit(then) >= _misfit(joint):
             break
-        found = then
-    one = found.recordings[0]
+        joint = then
+    one = joint.recordings[0]
     sweep, squares = one.sweeps.sweep, np.minimum(one.alone**2, LARGEST_RAD**2)
     bad = _bad_stretches(one, few_wrong, LOST_STRETCH)[one.seen.who[:, 3]]
     bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
     if not bad.any():
-        return found
-    then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, poses_of(found), sized=True)
-    return then if then.converged else found
+        return joint
+    then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, poses_of(joint), sized=True)
+    return then if then.converged else joint
 
 
-def poses_of(found: Joint) -> list[Pose]:
+def poses_of(joint: Joint) -> list[Pose]:
     """Poses of all stations in the frame of the first."""
-    return list(zip(found.state.R, found.state.t_m, strict=True))
+    return list(zip(joint.state.R, joint.state.t_m, strict=True))
 
 
-def _misfit(found: Joint) -> float:
+def _misfit(joint: Joint) -> float:
     """Mean square residual in rad^2, of hits that fit by 1 mrad at most."""
-    return float(np.mean(np.minimum(found.recordings[0].residual ** 2, 1e-6)))
+    return float(np.mean(np.minimum(joint.recordings[0].residual ** 2, 1e-6)))
 
 
 def _bad_stretches(one: Recording, few_wrong: bool, times: float) -> np.ndarray:
@@ -206,10 +206,10 @@ def bridged_trajectory(one: Recording, few_wrong: bool) -> Trajectory | None:
     at = middle[good]
     R, t = trajectory.poses(at)
     end = trajectory.begin_s + trajectory.knot_s * (len(trajectory.control) - 3)
-    return through(at, R, t, trajectory.begin_s, end, trajectory.knot_s)
+    return trajectory_through(at, R, t, trajectory.begin_s, end, trajectory.knot_s)
 
 
-def facing(
+def without_hidden_hits(
     scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
 ) -> tuple[Hits, Trajectory, list[Pose]]:
     """Without hits of diodes that light cannot reach, or grazes, where their normals are known:
@@ -218,10 +218,10 @@ def facing(
         return hits, trajectory, list(poses)
     uncovered = replace(scene, sensors=replace(scene.sensors, normals=None))
     for _ in range(2):
-        found = fitted(uncovered, hits, trajectory, poses, sized=True)
-        one, poses = found.recordings[0], poses_of(found)
+        joint = fitted(uncovered, hits, trajectory, poses, sized=True)
+        one, poses = joint.recordings[0], poses_of(joint)
         hits, trajectory = one.sweeps.hits, one.trajectory
-        hits = hits.take(~grazing(hits, trajectory, found.state, normals))
+        hits = hits.take(~grazing(hits, trajectory, joint.state, normals))
     return hits, trajectory, list(poses)
 
 
@@ -246,38 +246,38 @@ def well_fitted(
     stations of the first generation, where it was called before."""
     if scene.generation != 2:
 
-        def estimate_of(own: Scene) -> Joint:
-            known = first if own is scene else None
-            return completed(known or explored(own, hits, trajectory, poses))
+        def estimate_of(one: Scene) -> Joint:
+            known = first if one is scene else None
+            return completed(known or explored(one, hits, trajectory, poses))
 
-        found, _, why = if_they_agree(scene, estimate_of)
-        out = np.setdiff1d(hits.diode, found.recordings[0].sweeps.hits.diode).tolist()
-        return found, noted(out, why)
+        joint, _, why = if_they_agree(scene, estimate_of)
+        out = np.setdiff1d(hits.diode, joint.recordings[0].sweeps.hits.diode).tolist()
+        return joint, exclusion_note(out, why)
     scene = replace(scene, covered=False)
-    found, scene, why = if_they_agree(
-        scene, lambda own: bridged(own, _first(own, hits, trajectory, poses))
+    joint, scene, why = if_they_agree(
+        scene, lambda one: bridged(one, _first_estimate(one, hits, trajectory, poses))
     )
-    found, out = _without_bad(scene, hits, found)
-    finer = _followed(scene, hits, found)
-    if finer is not found:  # where the board was not followed, good diodes can look bad
-        found, out = _without_bad(scene, hits, finer)
-    good, scene = _gated(scene, hits, found, FINE_RAD, out), replace(scene, covered=True)
-    path, rounds = found.recordings[0].trajectory, 2 * ROUNDS  # as the cover is new to the search
-    return fitted(scene, good, path, near=found, rounds=rounds), noted(out, why)
+    joint, out = _without_bad(scene, hits, joint)
+    finer = _followed(scene, hits, joint)
+    if finer is not joint:  # where the board was not followed, good diodes can look bad
+        joint, out = _without_bad(scene, hits, finer)
+    good, scene = _gated(scene, hits, joint, FINE_RAD, out), replace(scene, covered=True)
+    path, rounds = joint.recordings[0].trajectory, 2 * ROUNDS  # as the cover is new to the search
+    return fitted(scene, good, path, near=joint, rounds=rounds), exclusion_note(out, why)
 
 
-def _without_bad(scene: Scene, hits: Hits, found: Joint) -> tuple[Joint, list[int]]:
+def _without_bad(scene: Scene, hits: Hits, joint: Joint) -> tuple[Joint, list[int]]:
     """An estimate without diodes that the others contradict, and these."""
     out: list[int] = []
     for _ in range(RENEWALS + 1):
-        near = found.recordings[0].trajectory
-        good = _gated(scene, _thinned(hits, near), found, FINE_RAD, out)
-        found = fitted(scene, good, near, near=found, sized=True)
-        worst = bad_diodes(found, BAD_OF_MANY)
+        near = joint.recordings[0].trajectory
+        good = _gated(scene, _thinned(hits, near), joint, FINE_RAD, out)
+        joint = fitted(scene, good, near, near=joint, sized=True)
+        worst = bad_diodes(joint, BAD_OF_MANY)
         if not worst.size:
             break
         out += worst.tolist()
-    return found, out
+    return joint, out
 
 
 def _thinned(hits: Hits, trajectory: Trajectory) -> Hits:
@@ -287,38 +287,40 @@ def _thinned(hits: Hits, trajectory: Trajectory) -> Hits:
     return hits if each == 1 else hits.take(hits.cycle % each == 0)
 
 
-def _first(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
+def _first_estimate(
+    scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]
+) -> Joint:
     """A first estimate, without what is far off."""
     bare = replace(scene, sensors=replace(scene.sensors, normals=None))
     few = _thinned(hits, trajectory)
-    found = fitted(bare, few, trajectory, poses, sized=True, rounds=ROUGH)
-    if (again := bridged_trajectory(found.recordings[0], True)) is not None:
-        found = fitted(bare, few, again, poses_of(found), sized=True, rounds=ROUGH)
-    good, trajectory = _gated(scene, few, found, COARSE_RAD), found.recordings[0].trajectory
-    return fitted(scene, good, trajectory, poses_of(found), sized=True)
+    joint = fitted(bare, few, trajectory, poses, sized=True, rounds=ROUGH)
+    if (again := bridged_trajectory(joint.recordings[0], True)) is not None:
+        joint = fitted(bare, few, again, poses_of(joint), sized=True, rounds=ROUGH)
+    good, trajectory = _gated(scene, few, joint, COARSE_RAD), joint.recordings[0].trajectory
+    return fitted(scene, good, trajectory, poses_of(joint), sized=True)
 
 
-def _followed(scene: Scene, hits: Hits, found: Joint) -> Joint:
+def _followed(scene: Scene, hits: Hits, joint: Joint) -> Joint:
     """An estimate by knots that follow the board; itself where its own do. With all diodes: finer
     knots need many hits."""
-    trajectory = found.recordings[0].trajectory
+    trajectory = joint.recordings[0].trajectory
     while trajectory.knot_s > 2 * FINEST_S and not trajectory.still:
-        trajectory = found.recordings[0].trajectory.halved()
-        good = _gated(scene, _thinned(hits, trajectory), found, COARSE_RAD)
+        trajectory = joint.recordings[0].trajectory.halved()
+        good = _gated(scene, _thinned(hits, trajectory), joint, COARSE_RAD)
         if len(good) < FEWEST_OF_FINER * POSE * len(trajectory.control):
             break
-        then = fitted(scene, good, trajectory, near=found, sized=True)
-        less = np.array(_left(then)) / _left(found)
+        then = fitted(scene, good, trajectory, near=joint, sized=True)
+        less = np.array(_free_residual(then)) / _free_residual(joint)
         if not then.converged or (less > FOLLOWED).all():
             break
-        found = then
-    return found
+        joint = then
+    return joint
 
 
-def _left(found: Joint) -> tuple[float, float]:
+def _free_residual(joint: Joint) -> tuple[float, float]:
     """Mean square residual in rad^2 for each hit that determines nothing: by the noise, which wrong
     hits do not touch, and of all, with stretches that are not followed."""
-    one = found.recordings[0]
+    one = joint.recordings[0]
     time_s = one.sweeps.hits.time_s
     stretch = ((time_s - time_s.min()) / KNOT_S).astype(np.int64)
     square = bounded(one.residual, stretch) ** 2
@@ -327,18 +329,18 @@ def _left(found: Joint) -> tuple[float, float]:
 
 
 def _gated(
-    scene: Scene, hits: Hits, found: Joint, least_rad: float, out: Sequence[int] = ()
+    scene: Scene, hits: Hits, joint: Joint, least_rad: float, out: Sequence[int] = ()
 ) -> Hits:
     """Without hits of diodes that are out, and those that an estimate shows to be reflections:
     farther off than least_rad and `GATE` times what is usual, of all and of the station at that
     time, or on diodes that light cannot reach. Where most hits of a station are off, it is the
     board that is not there; by a better estimate, the station may see a reflection of it."""
     hits = hits.take(~np.isin(hits.diode, out)) if len(out) else hits
-    one = recording(BatchInput(hits, found.recordings[0].trajectory), found.state)
-    off, own = np.abs(one.residual), one.sweeps.hits
-    when = ((own.time_s - own.time_s.min()) / TOGETHER_S).astype(np.int64)
+    one = recording(BatchInput(hits, joint.recordings[0].trajectory), joint.state)
+    off, its_hits = np.abs(one.residual), one.sweeps.hits
+    when = ((its_hits.time_s - its_hits.time_s.min()) / TOGETHER_S).astype(np.int64)
     shape = len(scene.names), when.max() + 1
-    group = own.station * shape[1] + when
+    group = its_hits.station * shape[1] + when
     of_group = ndimage.median(off, group, np.arange(shape[0] * shape[1]))
     usual = np.maximum(of_group[group], np.median(off))
     wrong = off > np.maximum(least_rad, GATE * MAD_TO_SIGMA * usual)
@@ -349,5 +351,5 @@ def _gated(
         alone = lost.any(axis=0) & ((seen & ~lost).sum(axis=0) < 2)
         wrong |= (lost | alone).ravel()[group]
     if (normals := scene.sensors.normals) is not None:
-        wrong |= grazing(own, one.trajectory, found.state, normals)
+        wrong |= grazing(its_hits, one.trajectory, joint.state, normals)
     return one.sweeps.hits.take(~wrong)

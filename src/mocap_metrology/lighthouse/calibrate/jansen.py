@@ -105,100 +105,103 @@ def calibrate(
         how = settings.lasers_m, variants.FALLBACK if auto else settings.variant, settings.priors
         scene = Scene(hits, board, name, factories, *how, sensors=sensors or Sensors())
         try:
-            own, found = Seen(scene, measured, smooth), Calibration()
-            own.scene, why = faced(scene, map(sightings, measured[smooth], own.agreed.paths))
+            seen, calibration = Seen(scene, measured, smooth), Calibration()
+            seen.scene, why = faced(scene, map(sightings, measured[smooth], seen.agreed.paths))
             if why:
-                found.why.append(f"{scene.title}: {why}")
+                calibration.why.append(f"{scene.title}: {why}")
             if auto:
-                own, found.variants = _best(own, BATCH in settings.estimators)
-            _by_optics(found, own, settings, report)
-            return found
+                seen, calibration.variants = _best_variant(seen, BATCH in settings.estimators)
+            _by_optics(calibration, seen, settings, report)
+            return calibration
         except np.linalg.LinAlgError as error:
             return Calibration(why=[f"{name} optics: the hits do not determine a pose ({error})"])
 
-    found = Calibration()
+    calibration = Calibration()
     for one in over(by_optics, settings.optics):
-        found.estimates += one.estimates
-        found.paths |= one.paths
-        found.still |= one.still
-        found.n_common = max(found.n_common, one.n_common)
-        found.why += one.why
-        found.variants += one.variants
-        found.joints |= one.joints
-    known = found.joints.get("factory")
-    found.exchanged = exchanged(*known, stations) if known and stations else ()
-    for k, pose in enumerate(found.estimates):
+        calibration.estimates += one.estimates
+        calibration.paths |= one.paths
+        calibration.still |= one.still
+        calibration.n_common = max(calibration.n_common, one.n_common)
+        calibration.why += one.why
+        calibration.variants += one.variants
+        calibration.joints |= one.joints
+    known = calibration.joints.get("factory")
+    calibration.exchanged = exchanged(*known, stations) if known and stations else ()
+    for k, pose in enumerate(calibration.estimates):
         if pose.optics == "factory":
-            found.estimates[k] = variants.widened(pose, found.variants)
-    return found
+            calibration.estimates[k] = variants.widened(pose, calibration.variants)
+    return calibration
 
 
-def _best(own: Seen, by_batch: bool) -> tuple[Seen, list[variants.VariantFit]]:
+def _best_variant(seen: Seen, by_batch: bool) -> tuple[Seen, list[variants.VariantFit]]:
     """The optics with the best variant of the rotor model, and all variants; by_batch: the board
     moves."""
-    scene, joint, begun = own.scene, None, time.perf_counter()
+    scene, joint, begun = seen.scene, None, time.perf_counter()
     ways: list[variants.VariantFit] = []
     if variants.all_one(scene.factories):
-        return own, []
-    if by_batch and not own.still:
+        return seen, []
+    if by_batch and not seen.still:
         try:
             ways, joint = best_joint(scene)
         except Refusal:  # where `batch` fails, its own estimate will say why
             joint = None
     if joint is None:
-        measured, middle = own.measured[own.smooth], _middle(scene.hits, len(scene.board))
-        ways = variants.best_variant(scene, measured, middle, own.smooth)
+        measured, middle = seen.measured[seen.smooth], _middle(scene.hits, len(scene.board))
+        ways = variants.best_variant(scene, measured, middle, seen.smooth)
     best = next((way for way in ways if way.standing == "chosen"), None)
     seconds = time.perf_counter() - begun
     if best is not None and best.variant != scene.variant:
         scene = replace(scene, variant=best.variant)
-        own = Seen(scene, own.measured, own.smooth, best.R)
-    own.joint, own.seconds = joint, seconds if joint else 0.0
-    return own, ways
+        seen = Seen(scene, seen.measured, seen.smooth, best.R)
+    seen.joint, seen.seconds = joint, seconds if joint else 0.0
+    return seen, ways
 
 
 def _by_optics(
-    found: Calibration, own: Seen, settings: CalibrationSettings, report: Callable[[str], None]
+    calibration: Calibration,
+    seen: Seen,
+    settings: CalibrationSettings,
+    report: Callable[[str], None],
 ) -> None:
     """The calibration with the estimates of all estimators for these optics."""
-    scene, name = own.scene, own.scene.optics
-    if own.still:
-        found.still, middle = True, _middle(scene.hits, len(scene.board))
+    scene, name = seen.scene, seen.scene.optics
+    if seen.still:
+        calibration.still, middle = True, _middle(scene.hits, len(scene.board))
         if name != ESTIMATED:
-            _static(found, middle, scene)
-            found.paths["paper-lm", name] = own.agreed.paths
+            _static(calibration, middle, scene)
+            calibration.paths["paper-lm", name] = seen.agreed.paths
         if BATCH in settings.estimators:
-            _with_batch(found, own, report, middle)
+            _with_batch(calibration, seen, report, middle)
         return
     for estimator in settings.estimators:
         if estimator == BATCH:
-            _with_batch(found, own, report)
+            _with_batch(calibration, seen, report)
         elif name == ESTIMATED or (estimator in SIMPLEX and name not in settings.simplex_optics):
             continue
         elif estimator in PEERS and settings.lasers_m is not None:
             why = "omitted, it does not model the positions of the lasers"
-            found.why.append(f"{estimator}, {name}: {why}")
+            calibration.why.append(f"{estimator}, {name}: {why}")
         else:
-            both_stages(found, estimator, own, settings, report)
+            both_stages(calibration, estimator, seen, settings, report)
 
 
 def _with_batch(
-    found: Calibration,
-    own: Seen,
+    calibration: Calibration,
+    seen: Seen,
     report: Callable[[str], None],
     still: tuple[records.Measurements, records.Measurements] | None = None,
 ) -> None:
     """The estimate by `batch`, or why there is none."""
     try:
-        pose, joint = solved(own.scene, still, own.joint)
+        pose, joint = solved(seen.scene, still, seen.joint)
     except Refusal as refusal:
         report(str(refusal))
-        found.why.append(str(refusal))
+        calibration.why.append(str(refusal))
         return
-    pose = replace(pose, seconds=pose.seconds + own.seconds)
-    report(f"{BATCH}, {own.scene.optics}: {pose.seconds:.2f} s")
-    found.joints[own.scene.optics] = own.scene, joint
-    found.estimates.append(pose)
+    pose = replace(pose, seconds=pose.seconds + seen.seconds)
+    report(f"{BATCH}, {seen.scene.optics}: {pose.seconds:.2f} s")
+    calibration.joints[seen.scene.optics] = seen.scene, joint
+    calibration.estimates.append(pose)
 
 
 def _middle(hits: records.Hits, n_diodes: int) -> tuple[records.Measurements, records.Measurements]:
@@ -208,7 +211,7 @@ def _middle(hits: records.Hits, n_diodes: int) -> tuple[records.Measurements, re
 
 
 def _static(
-    found: Calibration,
+    calibration: Calibration,
     middle: tuple[records.Measurements, records.Measurements],
     scene: Scene,
 ) -> None:
@@ -216,7 +219,7 @@ def _static(
     still = scene.seen(middle)
     pose = static_pose(list(still.measurements), scene.board, list(still.rotors))
     if pose is not None:
-        found.estimates.append(
+        calibration.estimates.append(
             records.PoseEstimate(
                 estimator="paper-lm",
                 stage="static",
@@ -244,10 +247,10 @@ def chosen(estimates: Sequence[records.PoseEstimate]) -> int | None:
     final = {(e.optics, e.estimator): e.halves for e in estimates if e.stage == "final"}
 
     def failed(e: records.PoseEstimate) -> bool:
-        own, other = e.halves, final.get((e.optics, "paper-lm"))
-        if e.estimator != BATCH or own is None or other is None or own.m2 < FAILED_M2:
+        halves, other = e.halves, final.get((e.optics, "paper-lm"))
+        if e.estimator != BATCH or halves is None or other is None or halves.m2 < FAILED_M2:
             return False
-        return max(other.mm / own.mm, other.deg / own.deg) < FAILED_RATIO
+        return max(other.mm / halves.mm, other.deg / halves.deg) < FAILED_RATIO
 
     ranked = [
         (OPTICS[::-1].index(e.optics), failed(e), order.index((e.estimator, e.stage)), index)

@@ -48,8 +48,8 @@ def moments(hits: Hits, n_diodes: int, n_stations: int = 2) -> list[Measurements
     angles = np.full((n_stations, count, n_diodes, 2), np.nan)
     key = (hits.station * 2 + hits.axis).astype(np.int64) * n_diodes + hits.diode
     order = np.lexsort((hits.time_s, key))
-    own, first = np.unique(key[order], return_index=True)
-    for k, rows in zip(own, np.split(order, first[1:]), strict=True):
+    keys, first = np.unique(key[order], return_index=True)
+    for k, rows in zip(keys, np.split(order, first[1:]), strict=True):
         at, angle = hits.time_s[rows], hits.angle_rad[rows]
         if at.size < 4:
             continue
@@ -77,54 +77,60 @@ class Network:
 def look(scene: Scene, views: Sequence[Measurements] | None = None) -> list[Minima | None]:
     """Both minima of the board poses of each station; None of one that sees four diodes at less
     than `FEWEST_MOMENTS` moments."""
-    optics, found = scene.seen(_views(scene) if views is None else views), list[Minima | None]()
-    for own, rotors in zip(optics.measurements, optics.rotors, strict=True):
-        own = _without_wrong(own, scene.board, rotors) if scene.generation == 2 else own
-        found.append(None if len(own) < FEWEST_MOMENTS else minima(own, scene.board, rotors))
-    return found
+    optics, every = scene.seen(_views(scene) if views is None else views), list[Minima | None]()
+    for measured, rotors in zip(optics.measurements, optics.rotors, strict=True):
+        measured = (
+            _without_wrong(measured, scene.board, rotors) if scene.generation == 2 else measured
+        )
+        every.append(
+            None if len(measured) < FEWEST_MOMENTS else minima(measured, scene.board, rotors)
+        )
+    return every
 
 
-def _without_wrong(own: Measurements, board: np.ndarray, rotors: np.ndarray) -> Measurements:
+def _without_wrong(measured: Measurements, board: np.ndarray, rotors: np.ndarray) -> Measurements:
     """Without the diodes of a moment that the others contradict, as reflections are, each time the
     one whose absence lowers K_1 most; and without moments that still have such, if enough remain.
     """
     for left in reversed(range(MOST_WRONG + 1)):
-        pose = both_minima(own, board, rotors)[0]
+        pose = both_minima(measured, board, rotors)[0]
         wrong = pose.epsilon > WRONG_RAD**2 * np.maximum(pose.n_angles - 6, 1)
-        more = np.flatnonzero(wrong & (own.seen.sum(axis=1) > FEWEST_DIODES + 1))
+        more = np.flatnonzero(wrong & (measured.seen.sum(axis=1) > FEWEST_DIODES + 1))
         if not (left and more.size):
             break
-        row, diode = np.nonzero(own.seen[more])
-        without = own.take(more[row])
+        row, diode = np.nonzero(measured.seen[more])
+        without = measured.take(more[row])
         without.angles_rad[np.arange(row.size), diode] = np.nan
         order = np.lexsort((both_minima(without, board, rotors)[0].epsilon, row))
         best = order[np.unique(row[order], return_index=True)[1]]
-        angles = own.angles_rad.copy()
+        angles = measured.angles_rad.copy()
         angles[more, diode[best]] = np.nan
-        own = well_posed(Measurements(own.time_s, angles), board)
-    return own if (~wrong).sum() < FEWEST_MOMENTS else own.take(~wrong)
+        measured = well_posed(Measurements(measured.time_s, angles), board)
+    return measured if (~wrong).sum() < FEWEST_MOMENTS else measured.take(~wrong)
 
 
 def _views(scene: Scene) -> list[Measurements]:
     """Moments at which a station sees four diodes that span a surface, of each."""
-    found = []
-    for own in moments(scene.hits, len(scene.board), len(scene.factories)):
-        seen = own.seen.sum(axis=1) >= FEWEST_DIODES
-        found.append(well_posed(own.take(seen), scene.board))
-    return found
+    views = []
+    for measured in moments(scene.hits, len(scene.board), len(scene.factories)):
+        seen = measured.seen.sum(axis=1) >= FEWEST_DIODES
+        views.append(well_posed(measured.take(seen), scene.board))
+    return views
 
 
 def placed(scene: Scene) -> np.ndarray:
     """Whether a station sees four diodes near the time of each hit, without which the place of the
     board is not sought; bool (hits,)."""
-    seen_s = np.sort(np.concatenate([own.time_s for own in _views(scene)]))
+    seen_s = np.sort(np.concatenate([view.time_s for view in _views(scene)]))
     near = np.searchsorted(seen_s, scene.hits.time_s[:, None] + [-FARTHEST_S, FARTHEST_S])
     return near[:, 0] < near[:, 1]
 
 
 def shared_moments(seen: Sequence[Minima | None]) -> np.ndarray:
     """At how many moments each two stations have a board pose, (n, n), 0 below `FEWEST_MOMENTS`."""
-    time_s = [np.zeros(0) if own is None else own.measurements.time_s for own in seen]
+    time_s = [
+        np.zeros(0) if of_station is None else of_station.measurements.time_s for of_station in seen
+    ]
     both = np.array([[np.isin(a, b).sum() for b in time_s] for a in time_s])
     return np.where(both >= FEWEST_MOMENTS, both, 0)
 
@@ -138,19 +144,21 @@ def islands(shared: np.ndarray) -> list[list[int]]:
 def network_of(names: Sequence[str], shared: np.ndarray) -> tuple[list[int], Network]:
     """The stations that are connected with the reference (or, if none is, most stations)."""
     parts = islands(shared)
-    own = parts[0] if len(parts[0]) > 1 else max(parts, key=len)
+    members = parts[0] if len(parts[0]) > 1 else max(parts, key=len)
     moments = (shared - np.diag(np.diag(shared))).max(axis=1)
-    apart = {names[k]: _unconnected(k, names, parts, own) for p in parts if p != own for k in p}
+    apart = {
+        names[k]: _unconnected(k, names, parts, members) for p in parts if p != members for k in p
+    }
     common = dict(zip(names, moments.tolist(), strict=True))
-    return own, Network([names[k] for k in own], apart, common)
+    return members, Network([names[k] for k in members], apart, common)
 
 
 def _unconnected(
-    k: int, names: Sequence[str], parts: Sequence[Sequence[int]], own: Sequence[int]
+    k: int, names: Sequence[str], parts: Sequence[Sequence[int]], members: Sequence[int]
 ) -> str:
     """Why a station has no pose, and what would change that."""
     with_it = [names[j] for part in parts if k in part for j in part if j != k]
-    connected = ", ".join(names[j] for j in own)
+    connected = ", ".join(names[j] for j in members)
     beside = f" (connected with {', '.join(with_it)} only)" if with_it else ""
     join = " or ".join([names[k], *with_it])
     return (
@@ -164,7 +172,7 @@ def start(scene: Scene, seen: Sequence[Minima | None] | None = None) -> Start:
     seen: what `look` returns. Raises `Refusal` where the stations are not connected."""
     if seen is None:
         views = _views(scene)
-        counts = [len(own) for own in views]
+        counts = [len(view) for view in views]
         if len(counts) == 2 and min(counts) < FEWEST_MOMENTS:
             raise Refusal(
                 f"{scene.title}: {counts[0]} and {counts[1]} moments at which a station sees"
@@ -173,9 +181,9 @@ def start(scene: Scene, seen: Sequence[Minima | None] | None = None) -> Start:
         seen = look(scene, views)
     poses, paths = [HERE] * len(seen), list[Path]()
     for known, new in _tree(shared_moments(seen)):
-        own, other = seen[known], seen[new]
-        assert own is not None and other is not None
-        agreed = agree(own, other, ORDER, roughly=True)
+        first, other = seen[known], seen[new]
+        assert first is not None and other is not None
+        agreed = agree(first, other, ORDER, roughly=True)
         if agreed.R is None or agreed.t_m is None:
             raise Refusal(f"{scene.title}: the stations never see the board at once")
         R, t = poses[known]
@@ -183,7 +191,7 @@ def start(scene: Scene, seen: Sequence[Minima | None] | None = None) -> Start:
         master, slave = agreed.paths
         both = [slave.seen_from(agreed.R, agreed.t_m)]
         both = both if paths else [master, *both]
-        paths += both if known == MASTER else [own.seen_from(R, t) for own in both]
+        paths += both if known == MASTER else [path.seen_from(R, t) for path in both]
     path = Path.joined(paths)
     time_s = scene.hits.time_s
     trajectory = trajectory_of(path, time_s.min(), time_s.max())

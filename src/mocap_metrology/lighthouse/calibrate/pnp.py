@@ -120,14 +120,14 @@ def _solve_all(
         seen = np.isfinite(measured).all(axis=1)
         if seen.sum() < FEWEST_DIODES:
             continue
-        own = np.where(seen[:, None], measured, np.nan)
-        found = []
+        angles = np.where(seen[:, None], measured, np.nan)
+        candidates = []
         for R_local, t_local in _solve(local[seen], -np.tan(measured[seen]), method):
             Ri = R_local @ axes
             ti = t_local - Ri @ centre
-            found.append((angle_cost(Ri, ti, own, board), Ri, ti))
-        found = sorted((f for f in found if np.isfinite(f[0])), key=lambda f: f[0])
-        for k, (c, Ri, ti) in enumerate(found[:n_kept]):
+            candidates.append((angle_cost(Ri, ti, angles, board), Ri, ti))
+        candidates = sorted((f for f in candidates if np.isfinite(f[0])), key=lambda f: f[0])
+        for k, (c, Ri, ti) in enumerate(candidates[:n_kept]):
             cost[i, k], R[i, k], t[i, k] = c, Ri, ti
     return R, t, cost
 
@@ -151,11 +151,11 @@ def _solve(
         )
     except cv2.error:  # a degenerate view: no pose
         return []
-    found = [
+    poses = [
         (CAMERA.T @ rotation.exp(np.ravel(turn)), CAMERA.T @ np.ravel(shift))
         for turn, shift in zip(turns, shifts, strict=True)
     ]
-    return [(R, t) for R, t in found if np.isfinite(R).all() and np.isfinite(t).all()]
+    return [(R, t) for R, t in poses if np.isfinite(R).all() and np.isfinite(t).all()]
 
 
 def geometric_poses(
@@ -172,13 +172,13 @@ def geometric_poses(
             continue
         rays = np.column_stack([np.ones(seen.sum()), np.tan(measured[seen])])
         rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        own, wanted = board[seen], np.ascontiguousarray(squared[np.ix_(seen, seen)])
-        for start in first_ranges(rays, own):
+        points, wanted = board[seen], np.ascontiguousarray(squared[np.ix_(seen, seen)])
+        for start in first_ranges(rays, points):
             ranges = solve_ranges(rays, wanted, start)
             if not (ranges > 0).all():
                 continue
-            Ri, ti = kabsch(own, ranges[:, None] * rays)
-            ci = angle_cost(Ri, ti, measured[seen], own)
+            Ri, ti = kabsch(points, ranges[:, None] * rays)
+            ci = angle_cost(Ri, ti, measured[seen], points)
             if ci < LARGEST_COST and not ci >= cost[i]:
                 R[i], t[i], cost[i] = Ri, ti, ci
     return R, t, cost

@@ -28,13 +28,13 @@ class _Sweeps:
 
 
 def _sweeps(hits: Hits, station: int, axis: int, n_diodes: int) -> _Sweeps:
-    own = hits.take((hits.station == station) & (hits.axis == axis))
-    cycles, row = np.unique(own.cycle, return_inverse=True)
+    of_axis = hits.take((hits.station == station) & (hits.axis == axis))
+    cycles, row = np.unique(of_axis.cycle, return_inverse=True)
     time = np.full((cycles.size, n_diodes), np.nan)
     angle = np.full((cycles.size, n_diodes), np.nan)
-    time[row, own.diode], angle[row, own.diode] = own.time_s, own.angle_rad
+    time[row, of_axis.diode], angle[row, of_axis.diode] = of_axis.time_s, of_axis.angle_rad
     counts = np.bincount(row, minlength=cycles.size)
-    middle = np.bincount(row, own.time_s, minlength=cycles.size) / np.maximum(counts, 1)
+    middle = np.bincount(row, of_axis.time_s, minlength=cycles.size) / np.maximum(counts, 1)
     return _Sweeps(middle, time, angle)
 
 
@@ -69,29 +69,29 @@ def reconstruct(
 
 def _interpolated(sweeps: list[_Sweeps], axis: int, order: int) -> tuple[np.ndarray, np.ndarray]:
     """Measurements at the sweeps of `axis`, the other angle interpolated to each diode's time."""
-    own, other = sweeps[axis], sweeps[1 - axis]
-    if order == 3 and own.middle_s.size > 2:
-        own = _at_middle(own)
-    angles = np.full((*own.angle_rad.shape, 2), np.nan)
+    sweep, other = sweeps[axis], sweeps[1 - axis]
+    if order == 3 and sweep.middle_s.size > 2:
+        sweep = _at_middle(sweep)
+    angles = np.full((*sweep.angle_rad.shape, 2), np.nan)
     count = other.middle_s.size
     if count < 2:
-        return own.middle_s, angles
-    after = np.searchsorted(other.middle_s, own.middle_s)
+        return sweep.middle_s, angles
+    after = np.searchsorted(other.middle_s, sweep.middle_s)
     inside = np.flatnonzero((after > 0) & (after < count))
     near = other.middle_s[after[inside]] - other.middle_s[after[inside] - 1] <= LONGEST_GAP_S
     inside = inside[near]
     a, b = after[inside] - 1, after[inside]
-    time = own.time_s[inside]
-    found = _polynomial(other, np.stack([a, b]), time)
+    time = sweep.time_s[inside]
+    values = _polynomial(other, np.stack([a, b]), time)
     if order == 3:
         four = np.clip(np.stack([a - 1, a, b, b + 1]), 0, count - 1)
         whole = (a > 0) & (b < count - 1)
         whole &= np.ptp(other.middle_s[four], axis=0) <= 3 * LONGEST_GAP_S
         cubic = _polynomial(other, four[:, whole], time[whole])
-        found[whole] = np.where(np.isfinite(cubic), cubic, found[whole])
-    angles[inside, :, axis] = own.angle_rad[inside]
-    angles[inside, :, 1 - axis] = found
-    return own.middle_s, angles
+        values[whole] = np.where(np.isfinite(cubic), cubic, values[whole])
+    angles[inside, :, axis] = sweep.angle_rad[inside]
+    angles[inside, :, 1 - axis] = values
+    return sweep.middle_s, angles
 
 
 def _at_middle(sweeps: _Sweeps) -> _Sweeps:

@@ -39,11 +39,11 @@ UNKNOWN_SD = np.stack(
 )
 
 
-def optics_for(asked: Sequence[str], factories: Sequence[records.Factory | None]) -> str:
+def optics_for(kinds: Sequence[str], factories: Sequence[records.Factory | None]) -> str:
     """The best of the optics asked for, by what is known of all stations."""
-    if "factory" in asked and None not in factories:
+    if "factory" in kinds and None not in factories:
         return "factory"
-    return ESTIMATED if ESTIMATED in asked else "ideal"
+    return ESTIMATED if ESTIMATED in kinds else "ideal"
 
 
 @dataclass(frozen=True)
@@ -89,14 +89,19 @@ class Scene:
         """Parameters of all rotors, (stations, 2, 13), as the optics has them: of known factory
         values by the variant that is asked for, of unknown planes those of real ones on average."""
         second, known = self.generation == 2, self.optics == "factory"
-        factories = [own if known else None for own in self.factories]
+        factories = [factory if known else None for factory in self.factories]
         if second:
             ideal = self.optics == "ideal"
-            factories = [IDEAL_PLANES if ideal else own or MEAN_PLANES for own in self.factories]
+            factories = [
+                IDEAL_PLANES if ideal else factory or MEAN_PLANES for factory in self.factories
+            ]
         lasers = [None] * len(factories) if self.lasers_m is None else self.lasers_m
         model = VARIANTS[self.variant if known else "libsurvive" if second else "crazyflie"]
         return np.array(
-            [rotor_parameters(f, own, model) for f, own in zip(factories, lasers, strict=True)]
+            [
+                rotor_parameters(f, factory, model)
+                for f, factory in zip(factories, lasers, strict=True)
+            ]
         )
 
     @property
@@ -109,7 +114,7 @@ class Scene:
         if self.optics == "ideal":
             return np.array([known] * len(self.factories))
         known[1, 0] = 1e-3 * self.priors.phase_mrad
-        return np.array([UNKNOWN_SD if own is None else known for own in self.factories])
+        return np.array([UNKNOWN_SD if factory is None else known for factory in self.factories])
 
     @property
     def more(self) -> SideInformation:
@@ -134,7 +139,7 @@ class Scene:
             sensors=replace(
                 self.sensors,
                 ups=None if ups is None else ups[list(members)],
-                lengths=tuple(own.among(members) for own in self.sensors.lengths),
+                lengths=tuple(length.among(members) for length in self.sensors.lengths),
                 clocks=tuple(self.sensors.clocks[k] for k in members if self.sensors.clocks),
             ),
             names=[self.names[k] for k in members],
@@ -166,16 +171,16 @@ class Scene:
             frame = "housing" if housing else "optical"
             return Optics(name, tuple(measured), rotors, frame)
         seen = tuple(
-            replace(own, angles_rad=directions(own.angles_rad, rotor))
-            for own, rotor in zip(measured, rotors, strict=True)
+            replace(angles, angles_rad=directions(angles.angles_rad, rotor))
+            for angles, rotor in zip(measured, rotors, strict=True)
         )
         return Optics(name, seen, (rotor_parameters(),) * len(seen), "optical")
 
 
-def sightings(own: records.Measurements, path: records.Path) -> tuple[np.ndarray, ...]:
+def sightings(measured: records.Measurements, path: records.Path) -> tuple[np.ndarray, ...]:
     """R (n, 3, 3) and t (n, 3) of the board in a frame whose origin is the station, and the diode
     (n,), of each that is seen where the board's pose is known."""
-    row, diode = np.nonzero(own.seen[np.isin(own.time_s, path.time_s)])
+    row, diode = np.nonzero(measured.seen[np.isin(measured.time_s, path.time_s)])
     return path.R[row], path.t_m[row], diode
 
 

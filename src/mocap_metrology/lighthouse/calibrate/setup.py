@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
+from mocap_metrology.lighthouse.batch.estimate import Joint, estimate, expect_determined
 from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
 from mocap_metrology.lighthouse.batch.recording import BatchInput
 from mocap_metrology.lighthouse.calibrate import network as networks
@@ -87,28 +87,28 @@ def calibrate_stations(
     began = time.perf_counter()
     seen = networks.look(every)
     shared = networks.shared_moments(seen)
-    own, network = networks.network_of(names, shared)
-    if len(own) < 2:
+    members, network = networks.network_of(names, shared)
+    if len(members) < 2:
         raise Refusal(
             f"no two of the stations {', '.join(names)} see four diodes at"
             f" {networks.FEWEST_MOMENTS} common moments; expected a board that at least two"
             " stations see at a time"
         )
-    scene = every.of(own)
+    scene = every.of(members)
     scene = replace(scene, optics=optics_for(settings.optics, scene.factories))
-    views = [seen[k] for k in own]
+    views = [seen[k] for k in members]
     scene, why = faced(scene, (sightings(one.measurements, one.paths[0]) for one in views if one))
     still = None
     if all(view is not None and is_still(view.paths[0]) for view in views) or (
         generation == 2 and is_constant(scene.hits, len(board))
     ):
-        still = [median_angles(scene.hits, k, len(board)) for k in range(len(own))]
+        still = [median_angles(scene.hits, k, len(board)) for k in range(len(members))]
     near = networks.start(scene, views) if still is None else None
-    given = joint(scene, still, near)
-    scene, given, ways = _best(scene, given, settings, near is not None)
-    poses, found = all_solved(scene, still, given)
+    begun = joint(scene, still, near)
+    scene, begun, ways = _best_stations(scene, begun, settings, near is not None)
+    poses, solution = all_solved(scene, still, begun)
     seconds = time.perf_counter() - began
-    report(f"{NAME}, {scene.optics}, {len(own)} stations: {seconds:.2f} s")
+    report(f"{NAME}, {scene.optics}, {len(members)} stations: {seconds:.2f} s")
     open_ways = ways or [[] for _ in poses]
     return Calibration(
         estimates=[widened(pose, way) for pose, way in zip(poses, open_ways, strict=True)],
@@ -117,40 +117,40 @@ def calibrate_stations(
         n_common=min(network.common[name] for name in network.connected),
         why=[*network.apart.values(), *filter(None, [why])],
         variants=ways[0] if ways else [],
-        joints={scene.optics: (scene, found)},
-        network=replace(network, covariance=covariance_of_all(found, open_ways)),
-        exchanged=exchanged(scene, found, stations),
+        joints={scene.optics: (scene, solution)},
+        network=replace(network, covariance=covariance_of_all(solution, open_ways)),
+        exchanged=exchanged(scene, solution, stations),
     )
 
 
-def _best(
-    scene: Scene, given: tuple[Joint, str], settings: CalibrationSettings, moved: bool
+def _best_stations(
+    scene: Scene, begun: tuple[Joint, str], settings: CalibrationSettings, moved: bool
 ) -> tuple[Scene, tuple[Joint, str], list[list[VariantFit]]]:
     """The estimate by the variant of the rotor model that the recording prefers, and all of each
     station."""
     auto = scene.optics == "factory" and settings.variant == AUTO and scene.generation == 2
     if not auto or not moved or all_one(scene.factories):
-        return scene, given, []
+        return scene, begun, []
     of = {name: replace(scene, variant=name) for name in OF_PLANES}
     try:
-        ways = weighed_stations(of, dict.fromkeys(of, given[0]))
+        ways = weighed_stations(of, dict.fromkeys(of, begun[0]))
         best = next(way.variant for way in ways[0] if way.standing == "chosen")
         if best != scene.variant:
-            given = refitted(of[best], given[0]), given[1]
-            ways = weighed_stations(of, dict.fromkeys(of, given[0]))
+            begun = refitted(of[best], begun[0]), begun[1]
+            ways = weighed_stations(of, dict.fromkeys(of, begun[0]))
     except Refusal:  # the other variant fits no better than not at all
-        return scene, given, []
-    return of[best], given, ways
+        return scene, begun, []
+    return of[best], begun, ways
 
 
-def covariance_of_all(found: Joint, ways: Sequence[Sequence[VariantFit]]) -> np.ndarray:
+def covariance_of_all(solution: Joint, ways: Sequence[Sequence[VariantFit]]) -> np.ndarray:
     """Covariance of all poses in mm and deg, with the variants that are left open."""
     n = len(ways)
-    rows = np.concatenate([found.pose(k) for k in range(1, n + 1)])
+    rows = np.concatenate([solution.pose(k) for k in range(1, n + 1)])
     units = np.tile(COVARIANCE_UNITS, n)
-    own = found.covariance[np.ix_(rows, rows)] * np.outer(units, units)
+    covariance = solution.covariance[np.ix_(rows, rows)] * np.outer(units, units)
     off = np.hstack([steps(way) for way in ways])
-    return own + off.T @ off / (len(off) + 1)
+    return covariance + off.T @ off / (len(off) + 1)
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ class _Piece:
     title: str
     members: list[int]
     shared: np.ndarray
-    found: Joint
+    joint: Joint
     first: int
 
 
@@ -199,8 +199,8 @@ def by_setup(
     scene, firsts = _of_all_boards(scenes, objects or {})
     pieces = [
         piece
-        for (name, own), first in zip(scenes.items(), firsts, strict=True)
-        for piece in _alone(name, own, (still or {}).get(name), first, why)
+        for (name, one), first in zip(scenes.items(), firsts, strict=True)
+        for piece in _single_estimates(name, one, (still or {}).get(name), first, why)
     ]
     scene, pieces, network = _connected(scene, pieces, why)
     if len(used := {piece.recording for piece in pieces}) < FEWEST:
@@ -208,20 +208,20 @@ def by_setup(
             f"{len(used)} recordings of the setup can be used; expected at least {FEWEST}"
             + "".join(f"; {reason}" for reason in why)
         )
-    found, scene, ways = _by_variant(scene, scenes, pieces)
-    with determined(scene.title):
-        apart = predicted(found, scene.used_priors)
-        details = details_of(scene, found)
+    solution, scene, ways = _by_variant(scene, scenes, pieces)
+    with expect_determined(scene.title):
+        apart = predicted(solution, scene.used_priors)
+        details = details_of(scene, solution)
         poses, by_station = [], {}
         for k, name in enumerate(scene.names[1:], start=1):
             pairs = zip(pieces, apart[k - 1], strict=True)
             by_name = {piece.title: pair for piece, pair in pairs if pair is not None}
             worst = max(by_name.values(), key=lambda pair: pair.m2, default=None)
-            pose = replace(pose_of(scene, found, "final", details, k), halves=worst)
+            pose = replace(pose_of(scene, solution, "final", details, k), halves=worst)
             pose = widened(pose, ways[k - 1])
             poses.append(replace(pose, seconds=time.perf_counter() - begun))
             by_station[name] = by_name
-    network = network and replace(network, covariance=covariance_of_all(found, ways))
+    network = network and replace(network, covariance=covariance_of_all(solution, ways))
     return Setup(poses, by_station, ways[0], why, network)
 
 
@@ -229,28 +229,28 @@ def _of_all_boards(
     scenes: Mapping[str, Scene], objects: Mapping[str, str]
 ) -> tuple[Scene, list[int]]:
     """A scene with the diodes of all boards, and the first of them that each recording sees."""
-    keys = [objects.get(name, own.board.tobytes()) for name, own in scenes.items()]
+    keys = [objects.get(name, one.board.tobytes()) for name, one in scenes.items()]
     of = dict(zip(keys, scenes.values(), strict=True))
     scene, every = next(iter(scenes.values())), list(of.values())
     if len(of) == 1:
         return scene, [0] * len(scenes)
-    ends = np.cumsum([len(own.board) for own in every]).tolist()
-    first = {key: end - len(own.board) for (key, own), end in zip(of.items(), ends, strict=True)}
-    normals = [own.sensors.normals for own in every]
+    ends = np.cumsum([len(one.board) for one in every]).tolist()
+    first = {key: end - len(one.board) for (key, one), end in zip(of.items(), ends, strict=True)}
+    normals = [one.sensors.normals for one in every]
     known = any(one is not None for one in normals)
-    none = [np.zeros_like(own.board) for own in every]  # a diode without a normal has no cover
-    given = [a if b is None else b for a, b in zip(none, normals, strict=True)]
-    scale = max(own.priors.of_board(own.board).board_scale for own in every)
+    none = [np.zeros_like(one.board) for one in every]  # a diode without a normal has no cover
+    filled = [a if b is None else b for a, b in zip(none, normals, strict=True)]
+    scale = max(one.priors.of_board(one.board).board_scale for one in every)
     scene = replace(
         scene,
-        board=np.concatenate([own.board for own in every]),
+        board=np.concatenate([one.board for one in every]),
         priors=replace(scene.priors, board_scale=scale),
-        sensors=replace(scene.sensors, normals=np.concatenate(given) if known else None),
+        sensors=replace(scene.sensors, normals=np.concatenate(filled) if known else None),
     )
     return scene, [first[key] for key in keys]
 
 
-def _alone(
+def _single_estimates(
     name: str, scene: Scene, still: Sequence[Measurements] | None, first: int, why: list[str]
 ) -> Iterator[_Piece]:
     """Estimates of one recording, or why there is none."""
@@ -260,25 +260,25 @@ def _alone(
     if scene.generation == 2:
         seen = networks.look(scene)
         shared = networks.shared_moments(seen)
-        parts = [own for own in networks.islands(shared) if len(own) > 1]
+        parts = [island for island in networks.islands(shared) if len(island) > 1]
         if not parts:
             why.append(
                 f"{name}: no two stations see four diodes at {networks.FEWEST_MOMENTS}"
                 " common moments"
             )
-    for own in parts:
-        of = scene.of(own) if seen else scene
-        stations = ", ".join(scene.names[k] for k in own)
+    for island in parts:
+        of = scene.of(island) if seen else scene
+        stations = ", ".join(scene.names[k] for k in island)
         title = name if len(parts) == 1 else f"{name} (stations {stations})"
         try:
-            middle = still and [still[k] for k in own]
-            near = networks.start(of, [seen[k] for k in own]) if seen and not middle else None
-            found, note = joint(of, middle, near)
+            middle = still and [still[k] for k in island]
+            near = networks.start(of, [seen[k] for k in island]) if seen and not middle else None
+            solution, note = joint(of, middle, near)
         except Refusal as refusal:
             why.append(f"{title}: {refusal}")
             continue
         why += [f"{title}: {note}"] if note else []
-        yield _Piece(name, title, own, shared, found, first)
+        yield _Piece(name, title, island, shared, solution, first)
 
 
 def _connected(
@@ -293,15 +293,15 @@ def _connected(
     for piece in pieces:
         both = np.ix_(piece.members, piece.members)
         shared[both] += piece.shared[both]
-    own, network = networks.network_of(names, shared)
-    kept = []
+    members, network = networks.network_of(names, shared)
+    connected = []
     for piece in pieces:
-        if piece.members[0] in own:
-            kept.append(replace(piece, members=[own.index(k) for k in piece.members]))
+        if piece.members[0] in members:
+            connected.append(replace(piece, members=[members.index(k) for k in piece.members]))
         else:
             why.append(f"{piece.title}: no station that is connected with {network.connected[0]}")
     why += network.apart.values()
-    return scene.of(own), kept, network
+    return scene.of(members), connected, network
 
 
 def _by_variant(
@@ -313,61 +313,61 @@ def _by_variant(
     auto = scene.optics == "factory" and scene.variant == AUTO and not all_one(scene.factories)
     names = every if auto else (NAMES[0] if scene.variant == AUTO else scene.variant,)
     of = {name: replace(scene, variant=name) for name in names}
-    found: dict[str, Joint] = {}
+    solutions: dict[str, Joint] = {}
     ways: list[list[VariantFit]] = [[] for _ in scene.names[1:]]
     best = names[0]
-    while best not in found:
-        found[best] = _together(of[best], scenes, pieces)
+    while best not in solutions:
+        solutions[best] = _joint_estimate(of[best], scenes, pieces)
         if len(names) > 1:
-            ways = weighed_stations(of, dict.fromkeys(of, found[best]))
+            ways = weighed_stations(of, dict.fromkeys(of, solutions[best]))
             best = next(way.variant for way in ways[0] if way.standing == "chosen")
-    joined = found[best]
+    joined = solutions[best]
     if scene.generation == 2:
         joined = replace(joined, misfit=misfit_of(joined))
     return joined, of[best], ways
 
 
-def _together(scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[_Piece]) -> Joint:
+def _joint_estimate(scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[_Piece]) -> Joint:
     """From the estimates of the single recordings, beginning at the most certain poses."""
     poses, frames = _placed(pieces)
-    given = []
+    inputs = []
     for piece, frame in zip(pieces, frames, strict=True):
-        one, members = piece.found.recordings[0], np.array(piece.members)
-        own = one.sweeps.hits
+        one, members = piece.joint.recordings[0], np.array(piece.members)
+        its_hits = one.sweeps.hits
         hits = replace(
-            own,
-            station=members.astype(own.station.dtype)[own.station],
-            diode=own.diode + own.diode.dtype.type(piece.first),
+            its_hits,
+            station=members.astype(its_hits.station.dtype)[its_hits.station],
+            diode=its_hits.diode + its_hits.diode.dtype.type(piece.first),
         )
         series = None if one.sensors is None else one.sensors.windows.series
         lengths = tuple(length.known for length in one.lengths)
         clocks = dict(zip(piece.members, one.clocks, strict=False))
         of_all = tuple(clocks.get(k) for k in range(len(scene.names)))
-        given.append(BatchInput(hits, one.trajectory.seen_from(*frame), series, lengths, of_all))
+        inputs.append(BatchInput(hits, one.trajectory.seen_from(*frame), series, lengths, of_all))
     R, t = zip(*(poses[k] for k in range(len(scene.names))), strict=True)
-    with determined(scene.title):
+    with expect_determined(scene.title):
         how = scene.rotors, scene.board, scene.used_priors
-        found = estimate(given, R, t, *how, more=scene.more)
-    return found.sure(scene.title)
+        solution = estimate(inputs, R, t, *how, more=scene.more)
+    return solution.sure(scene.title)
 
 
 def _placed(pieces: Sequence[_Piece]) -> tuple[dict[int, Pose], list[Pose]]:
     """Poses of the stations in the frame of the first, and of the frame of each piece in it."""
 
     def variance(piece: _Piece) -> float:
-        own = range(1, len(piece.members))
-        return float(np.mean([np.trace(piece.found.pose_covariance(k)[:3, :3]) for k in own]))
+        stations = range(1, len(piece.members))
+        return float(np.mean([np.trace(piece.joint.pose_covariance(k)[:3, :3]) for k in stations]))
 
     left = sorted(range(len(pieces)), key=lambda k: variance(pieces[k]))
     poses, frames = {0: networks.HERE}, dict[int, Pose]()
     while left:
         k = next(k for k in left if poses.keys() & set(pieces[k].members))
         left.remove(k)
-        own = dict(zip(pieces[k].members, poses_of(pieces[k].found), strict=True))
-        anchor = next(member for member in own if member in poses)
-        (R_0, t_0), (R, t) = poses[anchor], own[anchor]
+        piece_poses = dict(zip(pieces[k].members, poses_of(pieces[k].joint), strict=True))
+        anchor = next(member for member in piece_poses if member in poses)
+        (R_0, t_0), (R, t) = poses[anchor], piece_poses[anchor]
         turn = R_0 @ R.T
         frames[k] = turn, t_0 - turn @ t
-        for member, (R, t) in own.items():
+        for member, (R, t) in piece_poses.items():
             poses.setdefault(member, (turn @ R, turn @ t + frames[k][1]))
     return poses, [frames[k] for k in range(len(pieces))]

@@ -20,7 +20,7 @@ from mocap_metrology.lighthouse.calibrate.static import is_still
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, VariantFit
 from mocap_metrology.lighthouse.fit import board_pose
-from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
+from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, angle_between
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
 from mocap_metrology.lighthouse.records import (
     COVARIANCE_UNITS,
@@ -115,7 +115,7 @@ class Seen:
 
 def _path(
     estimator: str,
-    own: Measurements,
+    measured: Measurements,
     rotors: np.ndarray,
     board: np.ndarray,
     settings: CalibrationSettings,
@@ -125,18 +125,18 @@ def _path(
     if estimator in JANSEN:
         tight = estimator == "paper-tight"
         how = TIGHT if tight else MATLAB, tight, settings.start_distance_m
-        return board_pose.by_nelder_mead(own, board, rotors, *how)
+        return board_pose.by_nelder_mead(measured, board, rotors, *how)
     if estimator == "pnp":
-        R, t, cost = pnp.board_poses(own.angles_rad, board, settings.pnp_method)
+        R, t, cost = pnp.board_poses(measured.angles_rad, board, settings.pnp_method)
     else:
-        R, t, cost = pnp.geometric_poses(own.angles_rad, board)
-    n_angles = 2 * own.seen.sum(axis=1)
-    path = Path(own.time_s, R, t, cost, n_angles, np.full(len(own), np.nan))
+        R, t, cost = pnp.geometric_poses(measured.angles_rad, board)
+    n_angles = 2 * measured.seen.sum(axis=1)
+    path = Path(measured.time_s, R, t, cost, n_angles, np.full(len(measured), np.nan))
     return path.take(np.isfinite(cost) & np.isfinite(t).all(axis=1))
 
 
 def both_stages(
-    found: Calibration,
+    calibration: Calibration,
     estimator: str,
     seen: Seen,
     settings: CalibrationSettings,
@@ -151,22 +151,22 @@ def both_stages(
         master, slave = (_path(estimator, *one, board, settings) for one in both)
         paths = master, slave
     master, slave = paths
-    slave_then, kept = at_times(slave, master.time_s, order)
-    master_then = master.take(kept)
-    found.paths[estimator, optics.name] = paths
+    slave_then, inside = at_times(slave, master.time_s, order)
+    master_then = master.take(inside)
+    calibration.paths[estimator, optics.name] = paths
     if len(master_then) < FEWEST_POSES:
-        found.why.append(
+        calibration.why.append(
             f"{estimator}, {optics.name}: the board is seen by both stations at"
             f" {len(master_then)} moments; expected at least {FEWEST_POSES}"
         )
         return
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
-    given = weighted_station.seen_on_path(paths, optics, board, order)
+    evidence = weighted_station.seen_on_path(paths, optics, board, order)
     share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
-        there = weighted_station.residuals(R, t, given) if estimator == "paper-lm" else None
+        there = weighted_station.residuals(R, t, evidence) if estimator == "paper-lm" else None
         return PoseEstimate(
             estimator=estimator,
             stage=stage,
@@ -175,31 +175,31 @@ def both_stages(
             t_m=t,
             frame=optics.frame,
             covariance=None if cov is None else cov * MM_DEG,
-            residual_rms_urad=1e6 * weighted_station.residual_rms(R, t, given),
-            n_angles=2 * len(given.plain.points),
+            residual_rms_urad=1e6 * weighted_station.residual_rms(R, t, evidence),
+            n_angles=2 * len(evidence.plain.points),
             mirrored_share=share,
             weighted_rms_urad=math.nan if there is None else there.rms_urad(),
             noise_gain=math.nan if there is None else there.noise_gain(),
             seconds=time.perf_counter() - start,
         )
 
-    found.estimates.append(estimate("kabsch", R, t, spread))
+    calibration.estimates.append(estimate("kabsch", R, t, spread))
     if estimator == "paper-lm":
         moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
         # On a straight path positions leave the turn about it open, the board's rotations do not.
         starts = [(R, t), (turned, moved)]
         if agreed.R is not None and agreed.t_m is not None:
             starts.append((agreed.R, agreed.t_m))
-        R, t, spread = weighted_station.last_step(starts, given, settings.lm_weights)
-        parts = weighted_station.halves(R, t, given)
-        found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
+        R, t, spread = weighted_station.last_step(starts, evidence, settings.lm_weights)
+        parts = weighted_station.halves(R, t, evidence)
+        calibration.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
-        R, t, _ = weighted_station.by_nelder_mead(R, t, given, tolerances)
-        spread = weighted_station.covariance(R, t, given)
-        found.estimates.append(estimate("final", R, t, spread))
+        R, t, _ = weighted_station.by_nelder_mead(R, t, evidence, tolerances)
+        spread = weighted_station.covariance(R, t, evidence)
+        calibration.estimates.append(estimate("final", R, t, spread))
     report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
-    found.n_common = max(found.n_common, len(master_then))
+    calibration.n_common = max(calibration.n_common, len(master_then))
 
 
 def _mirrored_share(
@@ -220,10 +220,10 @@ def _mirrored_share(
     else:
         both = [
             (
-                own.take(np.isin(own.time_s, best.time_s)),
-                best.take(np.isin(best.time_s, own.time_s)),
+                path.take(np.isin(path.time_s, best.time_s)),
+                best.take(np.isin(best.time_s, path.time_s)),
             )
-            for own, best in zip(paths, steady, strict=True)
+            for path, best in zip(paths, steady, strict=True)
         ]
-        off = np.concatenate([apart(own, best) for own, best in both])
+        off = np.concatenate([angle_between(path, best) for path, best in both])
     return float((off > MIRRORED_RAD).mean()), turned

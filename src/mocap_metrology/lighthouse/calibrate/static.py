@@ -105,14 +105,16 @@ def is_constant(hits: Hits, n_diodes: int) -> bool:
 def median_angles(hits: Hits, station: int, n_diodes: int) -> Measurements:
     """One measurement: the median of each diode's angle in each axis over the recording."""
     middle = np.full((1, n_diodes, 2), np.nan)
-    own = hits.station == station
+    of_station = hits.station == station
     for axis in (0, 1):
         for diode in range(n_diodes):
-            values = hits.angle_rad[own & (hits.axis == axis) & (hits.diode == diode)]
+            values = hits.angle_rad[of_station & (hits.axis == axis) & (hits.diode == diode)]
             if values.size >= FEWEST_HITS:
                 middle[0, diode, axis] = np.median(values)
     middle[~np.isfinite(middle).all(axis=2)] = np.nan
-    return Measurements(np.array([np.mean(hits.time_s[own])]) if own.any() else np.zeros(1), middle)
+    return Measurements(
+        np.array([np.mean(hits.time_s[of_station])]) if of_station.any() else np.zeros(1), middle
+    )
 
 
 def static_pose(
@@ -128,7 +130,7 @@ def static_pose(
     if any(m.seen.sum() < FEWEST_DIODES for m in measurements):
         return None
     cleaned = [without_bad(m, board, r) for m, r in zip(measurements, rotors, strict=True)]
-    measurements = [given for given, _ in cleaned]
+    measurements = [measured for measured, _ in cleaned]
     paths = [by_levenberg_marquardt(m, board, r) for m, r in zip(measurements, rotors, strict=True)]
     master, slave = paths
     R = master.R[0] @ slave.R[0].T
@@ -140,8 +142,8 @@ def static_pose(
         np.block([[np.eye(3), arm], [np.zeros((3, 3)), np.eye(3)]]),
         np.block([[-R, -arm @ R], [np.zeros((3, 3)), -R]]),
     )
-    for path, given, rotor, jacobian in zip(paths, measurements, rotors, jacobians, strict=True):
-        covariance += jacobian @ _covariance(path, given, board, rotor) @ jacobian.T
+    for path, measured, rotor, jacobian in zip(paths, measurements, rotors, jacobians, strict=True):
+        covariance += jacobian @ _covariance(path, measured, board, rotor) @ jacobian.T
     n_angles = int(master.n_angles[0] + slave.n_angles[0])
     rms = float(np.sqrt((master.epsilon[0] + slave.epsilon[0]) / n_angles))
     ambiguity = float(min(master.ambiguity[0], slave.ambiguity[0]))
@@ -150,7 +152,7 @@ def static_pose(
 
 
 def without_bad(
-    given: Measurements, board: np.ndarray, rotors: np.ndarray
+    measured: Measurements, board: np.ndarray, rotors: np.ndarray
 ) -> tuple[Measurements, tuple[int, ...]]:
     """One measurement without the diodes, at most a quarter of them, that decide it against all
     others; and which. Of one diode in its wrong place, or seen at a grazing angle, K_1 makes a pose
@@ -160,13 +162,13 @@ def without_bad(
     exceeds what one in 100 measurements without a bad diode would, among all choices of k from n.
     """
     out: list[int] = []
-    for _ in range(max(int(given.seen.sum()) // 4, 1)):
-        seen = np.flatnonzero(given.seen[0])
-        cost = _cost(given.angles_rad, board, rotors)[0]
+    for _ in range(max(int(measured.seen.sum()) // 4, 1)):
+        seen = np.flatnonzero(measured.seen[0])
+        cost = _cost(measured.angles_rad, board, rotors)[0]
         most = max((seen.size + len(out)) // 4, 1) - len(out)
         for k in range(1, min(2, most, seen.size - FEWEST_LEFT) + 1):
             choices = list(combinations(seen.tolist(), k))
-            trial = np.repeat(given.angles_rad, len(choices), axis=0)
+            trial = np.repeat(measured.angles_rad, len(choices), axis=0)
             trial[np.arange(len(choices))[:, None], np.array(choices)] = np.nan
             rest = _cost(trial, board, rotors)
             best = int(np.argmin(rest))
@@ -174,37 +176,37 @@ def without_bad(
             ratio = (cost - rest[best]) / (2 * k) / max(rest[best] / freedom, NO_NOISE)
             if fdtrc(2 * k, freedom, ratio) * len(choices) < BY_CHANCE:
                 out += choices[best]
-                given = Measurements(given.time_s, trial[best : best + 1])
+                measured = Measurements(measured.time_s, trial[best : best + 1])
                 break
         else:
             break
-    return given, tuple(sorted(out))
+    return measured, tuple(sorted(out))
 
 
 def _cost(angles: np.ndarray, board: np.ndarray, rotors: np.ndarray) -> np.ndarray:
-    given = Measurements(np.arange(len(angles), dtype=float), angles)
-    return by_levenberg_marquardt(given, board, rotors).epsilon
+    measured = Measurements(np.arange(len(angles), dtype=float), angles)
+    return by_levenberg_marquardt(measured, board, rotors).epsilon
 
 
 def residuals_by_diode(
     measurements: list[Measurements], board: np.ndarray, rotors: list[np.ndarray]
 ) -> np.ndarray:
     """Mean square residual in rad^2 of each diode that a station sees, master's first."""
-    found = []
-    for own, rotor in zip(measurements, rotors, strict=True):
-        path, seen = by_levenberg_marquardt(own, board, rotor), own.seen[0]
+    squares = []
+    for measured, rotor in zip(measurements, rotors, strict=True):
+        path, seen = by_levenberg_marquardt(measured, board, rotor), measured.seen[0]
         points = np.ascontiguousarray(board[seen] @ path.R[0].T + path.t_m[0])
-        found.append(((angles(points, rotor) - own.angles_rad[0, seen]) ** 2).mean(axis=1))
-    return np.concatenate(found)
+        squares.append(((angles(points, rotor) - measured.angles_rad[0, seen]) ** 2).mean(axis=1))
+    return np.concatenate(squares)
 
 
 def _covariance(
-    path: Path, given: Measurements, board: np.ndarray, rotors: np.ndarray
+    path: Path, measured: Measurements, board: np.ndarray, rotors: np.ndarray
 ) -> np.ndarray:
     """sigma^2 (J^T J)^-1 of a board pose, sigma^2 = K_1 / (angles - 6); m and rad."""
-    seen = given.seen[0]
+    seen = measured.seen[0]
     H, g = np.empty((6, 6)), np.empty(6)
-    own = PoseProblem(BOARD, board[seen], given.angles_rad[0, seen], rotors)
-    normal_equations(path.R[0], path.t_m[0], own, H, g)
+    problem = PoseProblem(BOARD, board[seen], measured.angles_rad[0, seen], rotors)
+    normal_equations(path.R[0], path.t_m[0], problem, H, g)
     freedom = max(int(path.n_angles[0]) - 6, 1)
     return path.epsilon[0] / freedom * np.linalg.inv(H)

@@ -26,11 +26,11 @@ def at_times(path: Path, time_s: np.ndarray, order: int = 1) -> tuple[Path, np.n
     before = after - 1
     span = path.time_s[after] - path.time_s[before]
     inside = (time_s >= path.time_s[before]) & (time_s <= path.time_s[after])
-    kept = inside & (span <= LONGEST_GAP_S)
-    if not kept.any():
-        return path.take(np.zeros(0, dtype=int)), kept
-    a, b, time = before[kept], after[kept], time_s[kept]
-    share = (time - path.time_s[a]) / span[kept]
+    near = inside & (span <= LONGEST_GAP_S)
+    if not near.any():
+        return path.take(np.zeros(0, dtype=int)), near
+    a, b, time = before[near], after[near], time_s[near]
+    share = (time - path.time_s[a]) / span[near]
     R, t = _interpolated(path, np.stack([a, b]), time)
     if order == 3:
         four = np.clip(np.stack([a - 1, a, b, b + 1]), 0, len(path) - 1)
@@ -39,7 +39,7 @@ def at_times(path: Path, time_s: np.ndarray, order: int = 1) -> tuple[Path, np.n
         R[whole], t[whole] = _interpolated(path, four[:, whole], time[whole])
     epsilon = path.epsilon[a] + share * (path.epsilon[b] - path.epsilon[a])
     n_angles = np.minimum(path.n_angles[a], path.n_angles[b])
-    return Path(time, R, t, epsilon, n_angles, path.ambiguity[a]), kept
+    return Path(time, R, t, epsilon, n_angles, path.ambiguity[a]), near
 
 
 def nearest(time_s: np.ndarray, other_s: np.ndarray) -> np.ndarray:
@@ -70,8 +70,8 @@ def _interpolated(
     first = Rotation.from_matrix(path.R[nodes[middle]])
     turn = np.zeros_like(t)
     for k in (k for k in range(len(nodes)) if k != middle):
-        own = first.inv() * Rotation.from_matrix(path.R[nodes[k]])
-        turn += weights[k][:, None] * own.as_rotvec()
+        relative = first.inv() * Rotation.from_matrix(path.R[nodes[k]])
+        turn += weights[k][:, None] * relative.as_rotvec()
     return (first * Rotation.from_rotvec(turn)).as_matrix(), t
 
 
@@ -125,7 +125,7 @@ def superpose(
         return R, t, None
     without = []
     for b in range(count):
-        kept = block != b
-        Rb, tb = kabsch(slave[kept], master[kept], weight[kept])
+        rest = block != b
+        Rb, tb = kabsch(slave[rest], master[rest], weight[rest])
         without.append(np.r_[tb - t, log(Rb @ R.T)])
     return R, t, jackknife(np.array(without))

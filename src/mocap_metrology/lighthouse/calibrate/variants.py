@@ -35,11 +35,16 @@ from scipy.special import stdtrit
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
+from mocap_metrology.lighthouse.batch.estimate import Joint, expect_determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
 from mocap_metrology.lighthouse.calibrate.batch import joint
-from mocap_metrology.lighthouse.calibrate.fits import explored, facing, fitted, poses_of
+from mocap_metrology.lighthouse.calibrate.fits import (
+    explored,
+    fitted,
+    poses_of,
+    without_hidden_hits,
+)
 from mocap_metrology.lighthouse.calibrate.network import start
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.scene import Scene
@@ -106,10 +111,10 @@ class VariantFit:
     t_m: np.ndarray
 
     def as_dict(self) -> dict[str, object]:
-        own = {"variant": self.variant, "chosen": self.standing == "chosen"}
-        own |= {name: getattr(self, name) for name in ("standing", "residual_rms_urad", "t")}
+        values = {"variant": self.variant, "chosen": self.standing == "chosen"}
+        values |= {name: getattr(self, name) for name in ("standing", "residual_rms_urad", "t")}
         pose = {"translation_mm": (1e3 * self.t_m).tolist(), "rotation_matrix": self.R.tolist()}
-        return own | pose
+        return values | pose
 
 
 def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
@@ -121,16 +126,16 @@ def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
 def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
     """The fits in their order, the best of them chosen; they are of the same parts."""
     limit = OUTLIER * min(float(np.median(fit.loss)) for fit in fits)
-    kept = np.all([fit.loss <= limit for fit in fits], axis=0)
-    if not kept.any():
-        kept[:] = True
-    units, row = np.unique(fits[0].unit[kept], return_inverse=True)
-    angles = fits[0].angles[kept]
-    sums = np.array([np.bincount(row, (fit.loss[kept] * angles)) for fit in fits])
+    typical = np.all([fit.loss <= limit for fit in fits], axis=0)
+    if not typical.any():
+        typical[:] = True
+    units, row = np.unique(fits[0].unit[typical], return_inverse=True)
+    angles = fits[0].angles[typical]
+    sums = np.array([np.bincount(row, (fit.loss[typical] * angles)) for fit in fits])
     total = sums.sum(axis=1)
     best = int(total.argmin())
-    beyond_noise = max(total[best] - float(angles @ fits[best].noise[kept]), 0.0)
-    found = []
+    beyond_noise = max(total[best] - float(angles @ fits[best].noise[typical]), 0.0)
+    weighed = []
     for k, fit in enumerate(fits):
         gap, value = sums[k] - sums[best], 0.0
         sure = False
@@ -139,8 +144,8 @@ def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
             sure = value > stdtrit(units.size - 1, RULED_OUT) and gap.sum() > beyond_noise
         standing = "chosen" if k == best else "worse" if sure else "open"
         rms = 1e6 * float(np.sqrt(total[k] / angles.sum()))
-        found.append(VariantFit(fit.variant, standing, rms, value, fit.R, fit.t_m))
-    return found
+        weighed.append(VariantFit(fit.variant, standing, rms, value, fit.R, fit.t_m))
+    return weighed
 
 
 def steps(weighed: Sequence[VariantFit]) -> np.ndarray:
@@ -181,12 +186,12 @@ def best_variant(
     """
     fits, near = [], None
     for name in NAMES:
-        own = replace(scene, variant=name)
-        optics, board = own.seen(measured), scene.board
+        variant = replace(scene, variant=name)
+        optics, board = variant.seen(measured), scene.board
         agreed = agreed_paths(optics, board, order, near)
         near = agreed.R
         if all(is_still(path) for path in agreed.paths):
-            fit = _at_rest(name, own.seen(middle), board)
+            fit = _at_rest(name, variant.seen(middle), board)
         else:
             fit = _moving(name, optics, agreed, board, order)
         if fit is None:
@@ -199,12 +204,12 @@ def best_variant(
 
 def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:
     """K_1 of the master's board poses and the weighted K_2 of the slave's angles, by stretches."""
-    given = seen_on_path(agreed.paths, optics, board, order)
-    if agreed.R is None or agreed.t_m is None or len(given.path) < FEWEST_MOMENTS:
+    evidence = seen_on_path(agreed.paths, optics, board, order)
+    if agreed.R is None or agreed.t_m is None or len(evidence.path) < FEWEST_MOMENTS:
         return None
-    R, t, _ = last_step([(agreed.R, agreed.t_m)], given)
-    left, master = residuals(R, t, given), agreed.paths[MASTER]
-    time = np.concatenate([master.time_s, given.path.time_s])
+    R, t, _ = last_step([(agreed.R, agreed.t_m)], evidence)
+    left, master = residuals(R, t, evidence), agreed.paths[MASTER]
+    time = np.concatenate([master.time_s, evidence.path.time_s])
     angles = np.concatenate([master.n_angles, left.count])
     loss = np.concatenate([master.epsilon / np.maximum(master.n_angles, 1), left.cost])
     # K_1 / (angles - 6) in all is the variance of an angle beyond its sweep, up to `HIT_RAD`.
@@ -234,58 +239,63 @@ def best_joint(scene: Scene) -> tuple[list[VariantFit], tuple[Joint, str]]:
     Raises `Refusal` where an estimate does not converge.
     """
     of = {name: replace(scene, variant=name) for name in NAMES}
-    with determined(scene.title):
-        near = facing(of[FALLBACK], *start(of[FALLBACK]))
+    with expect_determined(scene.title):
+        near = without_hidden_hits(of[FALLBACK], *start(of[FALLBACK]))
         first = explored(of[FALLBACK], *near)
         others = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES[1:]}
     begun = {FALLBACK: first} | others
     best = min(NAMES, key=lambda name: float(_cost(begun[name]).sum()))
-    found: dict[str, tuple[Joint, str]] = {}
-    while best not in found:
-        found[best] = joint(of[best], near=near, first=begun[best])
-        known = begun if best == FALLBACK else dict.fromkeys(of, found[best][0])
+    joints: dict[str, tuple[Joint, str]] = {}
+    while best not in joints:
+        joints[best] = joint(of[best], near=near, first=begun[best])
+        known = begun if best == FALLBACK else dict.fromkeys(of, joints[best][0])
         weighed = weighed_stations(of, known)[0]
         best = next(one.variant for one in weighed if one.standing == "chosen")
-    return weighed, found[best]
+    return weighed, joints[best]
 
 
-def weighed_stations(of: Mapping[str, Scene], found: Mapping[str, Joint]) -> list[list[VariantFit]]:
+def weighed_stations(
+    of: Mapping[str, Scene], joints: Mapping[str, Joint]
+) -> list[list[VariantFit]]:
     """All variants as the pose of each station but the first has them, each from an estimate with
     the noise of the same fit; raises as `best_joint`."""
-    fits: list[list[Fit]] = [[] for _ in next(iter(found.values())).state.R[1:]]
+    fits: list[list[Fit]] = [[] for _ in next(iter(joints.values())).state.R[1:]]
     for name, scene in of.items():
         what = f"{scene.title}, variant {name}"
-        with determined(what):
-            by_it = with_rotors(found[name], scene.rotors)
-        for k, own in enumerate(fits, start=1):
-            own.append(_fit(name, by_it.sure(what), k))
-    return [weigh(own) for own in fits]
+        with expect_determined(what):
+            by_it = with_rotors(joints[name], scene.rotors)
+        for k, of_station in enumerate(fits, start=1):
+            of_station.append(_fit(name, by_it.sure(what), k))
+    return [weigh(of_station) for of_station in fits]
 
 
-def _cost(found: Joint) -> Floats:
+def _cost(solution: Joint) -> Floats:
     """Cost of each sweep; that of the priors is spread over all."""
-    own = np.concatenate([one.plain().cost for one in found.recordings])
-    bends = sum(bend_cost(one.trajectory) for one in found.recordings)
-    return own + (float(np.sum((found.state.values / found.working) ** 2)) + bends) / own.size
+    costs = np.concatenate([one.plain().cost for one in solution.recordings])
+    bends = sum(bend_cost(one.trajectory) for one in solution.recordings)
+    return (
+        costs
+        + (float(np.sum((solution.state.values / solution.working) ** 2)) + bends) / costs.size
+    )
 
 
-def _fit(name: str, found: Joint, station: int) -> Fit:
+def _fit(name: str, solution: Joint, station: int) -> Fit:
     """A unit is a stretch of time of a recording. Noise makes no more than `HIT_RAD` of a hit: a
     larger one is of other errors."""
     angles, unit, hit = [], [], []
-    for k, one in enumerate(found.recordings):
+    for k, one in enumerate(solution.recordings):
         count, time = np.diff(one.sweeps.first), one.sweeps.hits.time_s[one.sweeps.first[:-1]]
         angles.append(count)
         unit.append(units_of(time, time.min(), time.max()) + k * BLOCKS)
         hit.append(np.full(count.size, one.noise.hit))
     n, noise = np.concatenate(angles), np.concatenate(hit)
-    loss = noise**2 * _cost(found) / n
+    loss = noise**2 * _cost(solution) / n
     expected = loss * np.minimum(1.0, (HIT_RAD / noise) ** 2)
-    state = found.state
+    state = solution.state
     return Fit(name, state.R[station], state.t_m[station], loss, n, np.concatenate(unit), expected)
 
 
-def exchanged(scene: Scene, found: Joint, stations: Sequence[Station]) -> tuple[str, ...]:
+def exchanged(scene: Scene, solution: Joint, stations: Sequence[Station]) -> tuple[str, ...]:
     """Names of two stations whose factory values a file states for the wrong ones, if any.
 
     A pose from exchanged values is wrong by decimetres at a residual little above noise. Where
@@ -293,7 +303,7 @@ def exchanged(scene: Scene, found: Joint, stations: Sequence[Station]) -> tuple[
     the recording are fitted with them exchanged; the values as stated are wrong where the test of
     `variants` finds them worse than that.
     """
-    if scene.optics != "factory" or found.misfit <= 1 or found.recordings[0].trajectory.still:
+    if scene.optics != "factory" or solution.misfit <= 1 or solution.recordings[0].trajectory.still:
         return ()
     told = {station.role for station in stations if station.frames_found}
     filed = [k for k, name in enumerate(scene.names) if name not in told]
@@ -301,23 +311,23 @@ def exchanged(scene: Scene, found: Joint, stations: Sequence[Station]) -> tuple[
         factories = list(scene.factories)
         factories[pair[0]], factories[pair[1]] = factories[pair[1]], factories[pair[0]]
         other = replace(scene, factories=factories)
-        if not np.array_equal(other.rotors, scene.rotors) and _worse(scene, found, other):
+        if not np.array_equal(other.rotors, scene.rotors) and _fits_worse(scene, solution, other):
             return tuple(scene.names[k] for k in pair)
     return ()
 
 
-def _worse(scene: Scene, found: Joint, other: Scene) -> bool:
-    """Whether a scene, of which `found` is, fits worse than another of the same hits."""
+def _fits_worse(scene: Scene, solution: Joint, other: Scene) -> bool:
+    """Whether a scene, of which `solution` is, fits worse than another of the same hits."""
     try:
         of = {"stated": scene, "exchanged": other}
-        first = {"stated": found, "exchanged": joint(other)[0]}
-        paths = {name: own.recordings[0].trajectory for name, own in first.items()}
-        hits = found.recordings[0].sweeps.hits
+        first = {"stated": solution, "exchanged": joint(other)[0]}
+        paths = {name: one.recordings[0].trajectory for name, one in first.items()}
+        hits = solution.recordings[0].sweeps.hits
         for path in paths.values():
             hits = hits.take(path.known(hits.time_s))
         fits = {
-            name: fitted(own, hits, paths[name], poses_of(first[name]), sized=True)
-            for name, own in of.items()
+            name: fitted(one, hits, paths[name], poses_of(first[name]), sized=True)
+            for name, one in of.items()
         }
         parts = [fit.recordings[0] for fit in fits.values()]
         best = min(parts, key=lambda one: one.noise.hit**2 + one.noise.sweep**2)

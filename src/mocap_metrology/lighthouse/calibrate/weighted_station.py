@@ -86,24 +86,24 @@ def seen_on_path(
     paths: tuple[Path, Path], optics: Optics, board: np.ndarray, order: int
 ) -> Evidence:
     """The slave's measurements that have the master's path on both sides, and the path then."""
-    master, own = optics.measurements
-    then, kept = at_times(paths[MASTER], own.time_s, order)
-    return evidence(then, own.take(kept), master, board, optics.rotors)
+    master, slave = optics.measurements
+    then, inside = at_times(paths[MASTER], slave.time_s, order)
+    return evidence(then, slave.take(inside), master, board, optics.rotors)
 
 
 def evidence(
     path: Path,
-    own: Measurements,
+    measured: Measurements,
     master: Measurements,
     board: np.ndarray,
     rotors: Sequence[np.ndarray],
 ) -> Evidence:
-    """Evidence of a path at the times of `own`; its information is that of the nearest of the
+    """Evidence of a path at the times of `measured`; its information is that of the nearest of the
     master's measurements. rotors: of master and slave."""
     seen = master.seen[nearest(path.time_s, master.time_s)]
     board = np.ascontiguousarray(board)
     known = _information(path.R, path.t_m, seen, board, rotors[MASTER])
-    return Evidence(path, own.angles_rad, known, board, rotors[SLAVE])
+    return Evidence(path, measured.angles_rad, known, board, rotors[SLAVE])
 
 
 @njit
@@ -114,8 +114,8 @@ def _information(
     out, g = np.empty((n, 6, 6)), np.empty(6)
     nothing = np.zeros((board.shape[0], 2))
     for i in range(n):
-        own = board[seen[i]]
-        normal_equations(R[i], t[i], PoseProblem(BOARD, own, nothing, rotors), out[i], g)
+        points = board[seen[i]]
+        normal_equations(R[i], t[i], PoseProblem(BOARD, points, nothing, rotors), out[i], g)
     return out
 
 
@@ -205,12 +205,12 @@ class Residuals:
         return float(np.sum(np.minimum(self.cost, limit) * self.count))
 
 
-def residuals(R: np.ndarray, t: np.ndarray, given: Evidence) -> Residuals:
+def residuals(R: np.ndarray, t: np.ndarray, data: Evidence) -> Residuals:
     """Residuals of a slave's pose R, t (m), without what the path's uncertainty explains."""
-    seen = given.path.R, given.path.t_m, given.board, given.angles, given.rotors
+    seen = data.path.R, data.path.t_m, data.board, data.angles, data.rotors
     H, g, square, count = _blocks(np.ascontiguousarray(R), t, *seen)
     # The ridge is far below the information of a diode; it only makes a lost board pose soluble.
-    A = given.information + H[:, 6:, 6:] + RIDGE * np.eye(6)
+    A = data.information + H[:, 6:, 6:] + RIDGE * np.eye(6)
     right = np.concatenate([H[:, 6:, :6], g[:, 6:, None]], axis=2)
     solved = np.linalg.solve(A, right)
     cross = H[:, :6, 6:]
@@ -218,20 +218,20 @@ def residuals(R: np.ndarray, t: np.ndarray, given: Evidence) -> Residuals:
     g_L = g[:, :6] - (cross @ solved[:, :, 6:])[:, :, 0]
     cost = (square - np.einsum("ni,ni->n", g[:, 6:], solved[:, :, 6])) / np.maximum(count, 1)
     cost = np.where(np.isfinite(cost), cost, np.inf)
-    return Residuals(cost, count, H_L, g_L, H[:, 6:, 6:], given.information)
+    return Residuals(cost, count, H_L, g_L, H[:, 6:, 6:], data.information)
 
 
 def _descend(
-    R: np.ndarray, t: np.ndarray, given: Evidence, limit: float
+    R: np.ndarray, t: np.ndarray, data: Evidence, limit: float
 ) -> tuple[np.ndarray, np.ndarray, Residuals]:
     """Levenberg-Marquardt on `Residuals.total`: a step is accepted only if it falls."""
-    at, damping = residuals(R, t, given), 0.0
+    at, damping = residuals(R, t, data), 0.0
     for _ in range(STEPS):
-        kept = (at.count > 0) & (at.cost <= limit)
-        step = damped_step(at.H[kept].sum(axis=0), at.g[kept].sum(axis=0), damping)
+        near = (at.count > 0) & (at.cost <= limit)
+        step = damped_step(at.H[near].sum(axis=0), at.g[near].sum(axis=0), damping)
         if np.isfinite(step).all():
             R2, t2 = turn(step[3:], np.ascontiguousarray(R)), t + step[:3]
-            then = residuals(R2, t2, given)
+            then = residuals(R2, t2, data)
             small = np.abs(step).max() < SMALLEST_STEP
             if then.total(limit) <= at.total(limit):
                 R, t, at, damping = R2, t2, then, damping / 10
@@ -247,19 +247,19 @@ def _descend(
 
 
 def by_gauss_newton(
-    R: np.ndarray, t: np.ndarray, given: Evidence
+    R: np.ndarray, t: np.ndarray, data: Evidence
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Slave pose R, t (m) of the least weighted K_2, from a pose near it, never worse than that;
     and its covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over
     blocks of time; None with fewer than three."""
     for _ in range(ROUNDS):
-        limit = residuals(R, t, given).limit()
-        R, t, at = _descend(R, t, given, limit)
+        limit = residuals(R, t, data).limit()
+        R, t, at = _descend(R, t, data, limit)
         if at.limit() >= limit / 2:
             break
-    kept = (at.count > 0) & (at.cost <= at.limit())
-    block = blocks_of(given.path.time_s[kept])
-    H, g = at.H[kept], at.g[kept]
+    near = (at.count > 0) & (at.cost <= at.limit())
+    block = blocks_of(data.path.time_s[near])
+    H, g = at.H[near], at.g[near]
     parts = [(H[block == b].sum(axis=0), g[block == b].sum(axis=0)) for b in np.unique(block)]
     return R, t, jackknife_of_steps(parts)
 
@@ -270,83 +270,83 @@ def jackknife_of_steps(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.nda
     -(H - H_b)^-1 (g - g_b). parts: H_b, g_b. None with fewer than three."""
     if len(parts) < 3:
         return None
-    H, g = (np.sum(own, axis=0) for own in zip(*parts, strict=True))
+    H, g = (np.sum(sums, axis=0) for sums in zip(*parts, strict=True))
     steps = np.array([damped_step(H - H_b, g - g_b, 0.0) for H_b, g_b in parts])
     return jackknife(steps) if np.isfinite(steps).all() else None
 
 
-def halves(R: np.ndarray, t: np.ndarray, given: Evidence) -> Halves | None:
+def halves(R: np.ndarray, t: np.ndarray, data: Evidence) -> Halves | None:
     """Poses of the slave from the measurements before and after each of `SPLITS`: the two that are
     farthest apart by m2; None where no part tells its uncertainty."""
-    time = given.path.time_s
-    found = []
+    time = data.path.time_s
+    both = []
     for split in SPLITS:
         early = time < time.min() + split * np.ptp(time)
         parts = []
-        for own in (early, ~early):
-            known, angles_rad = given.information[own], given.angles[own]
-            part = replace(given, path=given.path.take(own), angles=angles_rad, information=known)
+        for half in (early, ~early):
+            known, angles_rad = data.information[half], data.angles[half]
+            part = replace(data, path=data.path.take(half), angles=angles_rad, information=known)
             parts.append(by_gauss_newton(R, t, part))
         (R_a, t_a, C_a), (R_b, t_b, C_b) = parts
         if C_a is not None and C_b is not None:
             d = np.r_[t_a - t_b, rotation.error(R_a, R_b)]
             m2 = float(d @ np.linalg.pinv(C_a + C_b, rcond=1e-12) @ d)
-            found.append(Halves.of(d, m2))
-    return max(found, key=lambda one: one.m2, default=None)
+            both.append(Halves.of(d, m2))
+    return max(both, key=lambda one: one.m2, default=None)
 
 
 def by_nelder_mead(
-    R: np.ndarray, t: np.ndarray, given: Evidence, settings: SimplexSettings
+    R: np.ndarray, t: np.ndarray, data: Evidence, settings: SimplexSettings
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """J Eq. 5 from the first estimate (R, t): R, t (m), K_2 in rad^2."""
     x0 = np.r_[t, rotation.to_angles(R)]
-    x, cost, _ = nelder_mead(x0, seen_at(*given.plain), settings)
+    x, cost, _ = nelder_mead(x0, seen_at(*data.plain), settings)
     return rotation.from_angles(*x[3:]), x[:3], cost
 
 
 def by_levenberg_marquardt(
-    R: np.ndarray, t: np.ndarray, given: Evidence
+    R: np.ndarray, t: np.ndarray, data: Evidence
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """J Eq. 5 by Levenberg-Marquardt from (R, t): R, t (m), K_2 in rad^2."""
-    return minimise(np.ascontiguousarray(R), t, given.plain)[:3]
+    return minimise(np.ascontiguousarray(R), t, data.plain)[:3]
 
 
-def covariance(R: np.ndarray, t: np.ndarray, given: Evidence) -> np.ndarray | None:
+def covariance(R: np.ndarray, t: np.ndarray, data: Evidence) -> np.ndarray | None:
     """`jackknife_of_steps` of K_2, which assumes the board's path to be exact, so that the inverse
     of its second derivative would promise too much."""
-    plain, parts = given.plain, []
-    block = blocks_of(given.path.time_s[np.nonzero(given.seen)[0]])
-    for own in (block == b for b in np.unique(block)):
-        seen = plain._replace(points=plain.points[own], measured=plain.measured[own])
+    plain, parts = data.plain, []
+    block = blocks_of(data.path.time_s[np.nonzero(data.seen)[0]])
+    for rows in (block == b for b in np.unique(block)):
+        seen = plain._replace(points=plain.points[rows], measured=plain.measured[rows])
         parts.append((np.empty((6, 6)), np.empty(6)))
         normal_equations(np.ascontiguousarray(R), t, seen, *parts[-1])
     return jackknife_of_steps(parts)
 
 
-def residual_rms(R: np.ndarray, t: np.ndarray, given: Evidence) -> float:
+def residual_rms(R: np.ndarray, t: np.ndarray, data: Evidence) -> float:
     """Root mean square of C - M in rad at a slave pose."""
-    _, points, measured, rotors = given.plain
-    own = np.ascontiguousarray((points - t) @ R)
-    return float(np.sqrt(np.mean((angles(own, rotors) - measured) ** 2)))
+    _, points, measured, rotors = data.plain
+    local = np.ascontiguousarray((points - t) @ R)
+    return float(np.sqrt(np.mean((angles(local, rotors) - measured) ** 2)))
 
 
 def last_step(
-    starts: list[Pose], given: Evidence, weights: str = "path"
+    starts: list[Pose], data: Evidence, weights: str = "path"
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """From the start of the least cost: R, t (m), covariance (6, 6) in m and rad.
 
     The weighted K_2 is taken down from there. If that makes the plain residual rise by more than
     weights can, it has run away: then the least plain K_2 stays. weights `none` stops at that, too.
     """
-    plain = min(starts, key=lambda pose: residual_rms(pose[0], pose[1], given))
-    R, t, _ = by_levenberg_marquardt(*plain, given)
+    plain = min(starts, key=lambda pose: residual_rms(pose[0], pose[1], data))
+    R, t, _ = by_levenberg_marquardt(*plain, data)
     if weights == "path":
         starts = [*starts, (R, t)]
-        found = [residuals(*start, given) for start in starts]
-        limit = min(one.limit() for one in found)
-        best = min(range(len(starts)), key=lambda k: found[k].total(limit))
-        R2, t2, spread = by_gauss_newton(*starts[best], given)
-        before = residual_rms(R, t, given)
-        if residual_rms(R2, t2, given) <= RISE * before:
+        tried = [residuals(*start, data) for start in starts]
+        limit = min(one.limit() for one in tried)
+        best = min(range(len(starts)), key=lambda k: tried[k].total(limit))
+        R2, t2, spread = by_gauss_newton(*starts[best], data)
+        before = residual_rms(R, t, data)
+        if residual_rms(R2, t2, data) <= RISE * before:
             return R2, t2, spread
-    return R, t, covariance(R, t, given)
+    return R, t, covariance(R, t, data)

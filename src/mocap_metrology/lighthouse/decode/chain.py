@@ -94,11 +94,11 @@ def decode(
     name, cleaning = Path(path).name, cleaning or Cleaning()
     pulses: Pulses | None = None
     clocks, report, resolution_rad = list[Clock](), dict[str, list[int]](), RESOLUTION_RAD
-    given = factory, cleaning, name
+    options = factory, cleaning, name
     normals = None if kind == "libsurvive-rec" else read_normals(board)
     if kind in OF_LIGHT:
         places = read_board(board)
-        return decode_light(replace(OF_LIGHT[kind](path), normals=normals), places, *given)
+        return decode_light(replace(OF_LIGHT[kind](path), normals=normals), places, *options)
     if kind in OF_ANGLES:
         places, (hits, channels) = read_board(board), OF_ANGLES[kind](path)
         last, why = int(hits.diode.max(initial=-1)), "a file of angles contains no "
@@ -106,14 +106,14 @@ def decode(
         if channels:
             check_count(places, n_diodes, last, name)
             of_file = [(unknown_station(k, why + "calibration frames"), None) for k in channels]
-            found = _of_turns(hits, of_file, _How(places, *given), RESOLUTION_RAD, [])
-            return replace(found, normals=normals)
+            decoded = _of_turns(hits, of_file, _How(places, *options), RESOLUTION_RAD, [])
+            return replace(decoded, normals=normals)
         stations = [Station(role, why=why + "flashes") for role in ROLES]
     else:
         if kind == "libsurvive-rec":
             read, places = read_libsurvive(path, str(board))
             if isinstance(read, Light):
-                return decode_light(read, places, *given)
+                return decode_light(read, places, *options)
             pulses, flashes = within_flashes(read, find_flashes(read))
             normals = pulses.normals
         else:
@@ -140,8 +140,8 @@ def decode(
     stations, notes = _with_factory(stations, factory)
     notes = [*(pulses.notes if pulses else ()), *notes, *_doubts(dropped)]
     duration_s = pulses.duration_s if pulses else float(np.ptp(hits.time_s))
-    found = Decoded(pulses, stations, clocks, hits, places, duration_s, report | dropped, notes)
-    return replace(found, normals=normals)
+    decoded = Decoded(pulses, stations, clocks, hits, places, duration_s, report | dropped, notes)
+    return replace(decoded, normals=normals)
 
 
 def _flashes_of_dump(pulses: Pulses, name: str) -> list[Flashes]:
@@ -169,21 +169,21 @@ def decode_light(
     resolution_rad = 2 * np.pi * light.resolution_s / float(PERIOD_S.min())
     stations = [(decode_turns(one), one.clock) for one in turns]
     how = _How(places, factory, cleaning, name)
-    found = _of_turns(hits, stations, how, resolution_rad, [*light.notes, *notes])
+    decoded = _of_turns(hits, stations, how, resolution_rad, [*light.notes, *notes])
     pulses = Pulses(
-        start_s=found.hits.time_s,
-        length_s=np.full(len(found.hits), np.nan),
-        diode=found.hits.diode,
+        start_s=decoded.hits.time_s,
+        length_s=np.full(len(decoded.hits), np.nan),
+        diode=decoded.hits.diode,
         n_diodes=light.n_diodes,
         duration_s=light.duration_s,
         resolution_s=light.resolution_s,
         inertial=light.inertial,
     )
     return replace(
-        found,
+        decoded,
         pulses=pulses,
         duration_s=light.duration_s,
-        report=report | found.report,
+        report=report | decoded.report,
         normals=light.normals,
         host_s=None if np.isnan(light.host_s) else light.host_s,
     )
@@ -218,16 +218,16 @@ def _of_turns(
     chosen, filed = _with_factory([stations[k][0] for k in used], how.factory)
     clocks = [clock for k in used if (clock := stations[k][1]) is not None]
     told = [*notes, *few, *filed, *_doubts(dropped)]
-    own = hits, how.places, float(np.ptp(hits.time_s)), dropped, told
-    return Decoded(None, chosen, clocks, *own, generation=2)
+    fields = hits, how.places, float(np.ptp(hits.time_s)), dropped, told
+    return Decoded(None, chosen, clocks, *fields, generation=2)
 
 
 def _doubts(dropped: Mapping[str, Sequence[int]]) -> list[str]:
     """A note on diodes that lose more hits than they keep, being seen as often as others: one that
     faces away has reflections alone."""
-    lost, kept = np.array(dropped["sweep"]), np.array(dropped["kept"])
-    often = lost + kept >= np.median(lost + kept) / 2
-    odd = np.flatnonzero((lost > kept) & often)
+    lost, left = np.array(dropped["sweep"]), np.array(dropped["kept"])
+    often = lost + left >= np.median(lost + left) / 2
+    odd = np.flatnonzero((lost > left) & often)
     if not odd.size:
         return []
     on = ", ".join(map(str, odd))
@@ -249,11 +249,11 @@ def _with_factory(
         return list(stations), []
     name, result, notes = Path(path).name, [], []
     filed = read_factory(path)
-    theirs, own = filed[0].generation, stations[0].generation
-    if theirs != own:
+    theirs, ours = filed[0].generation, stations[0].generation
+    if theirs != ours:
         raise Refusal(
             f"{name}: factory values of stations of generation {theirs}; the recording is of"
-            f" generation {own}"
+            f" generation {ours}"
         )
     for station in stations:
         key = "role" if station.id is None else "id"

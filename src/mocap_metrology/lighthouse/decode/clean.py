@@ -56,9 +56,9 @@ def _passed(
     """Those not `wrong` that pass the test over time, and the report."""
     passed = hits.take(~wrong)
     late = still_outliers(passed, cleaning, resolution_rad)
-    kept = passed.take(~late)
-    parts = {"sweep": hits.diode[wrong], "still": passed.diode[late], "kept": kept.diode}
-    return kept, {k: np.bincount(d, minlength=len(board)).tolist() for k, d in parts.items()}
+    clean = passed.take(~late)
+    parts = {"sweep": hits.diode[wrong], "still": passed.diode[late], "kept": clean.diode}
+    return clean, {k: np.bincount(d, minlength=len(board)).tolist() for k, d in parts.items()}
 
 
 def clean_turn_hits(
@@ -157,9 +157,9 @@ def still_outliers(hits: Hits, cleaning: Cleaning, resolution_rad: float) -> np.
             still = _still(table, half_window) <= STILL_RAD
             for diode in np.flatnonzero(np.isfinite(table).any(axis=0)):
                 series = np.where(still, table[:, diode], np.nan)
-                found = hampel(series, half_window, cleaning.n_sigma, "mask", resolution_rad)
-                own = hits.diode[chosen] == diode
-                wrong[chosen[own]] = found.outlier[row[own]]
+                filtered = hampel(series, half_window, cleaning.n_sigma, "mask", resolution_rad)
+                of_diode = hits.diode[chosen] == diode
+                wrong[chosen[of_diode]] = filtered.outlier[row[of_diode]]
     return wrong
 
 
@@ -216,8 +216,8 @@ def pose_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.ndarr
 
 def _moments(hits: Hits, station: int, n_diodes: int, few: int) -> tuple[np.ndarray, np.ndarray]:
     """Both angles at each moment, (n, diodes, 2), NaN where either is missing; rows of the hits."""
-    own = np.flatnonzero(hits.station == station)
-    sweeps = [own[hits.axis[own] == axis] for axis in (0, 1)]
+    of_station = np.flatnonzero(hits.station == station)
+    sweeps = [of_station[hits.axis[of_station] == axis] for axis in (0, 1)]
     first = np.intersect1d(hits.cycle[sweeps[0]], hits.cycle[sweeps[1]] - 1)
     table = np.full((first.size, n_diodes, 2), np.nan)
     rows = np.zeros(table.shape, np.int64)
@@ -229,8 +229,8 @@ def _moments(hits: Hits, station: int, n_diodes: int, few: int) -> tuple[np.ndar
     count = np.isfinite(table).sum(axis=1).min(axis=1)
     table[~np.isfinite(table).all(axis=2)] = np.nan
     both = np.isfinite(table[:, :, 0]).sum(axis=1)
-    kept = (both >= FEWEST_DIODES) & (count < few)
-    return table[kept], rows[kept]
+    enough = (both >= FEWEST_DIODES) & (count < few)
+    return table[enough], rows[enough]
 
 
 def _predicted(table: Floats, board: Floats) -> Floats:

@@ -141,13 +141,13 @@ def drift(cycle: np.ndarray, residual: np.ndarray, at: np.ndarray) -> np.ndarray
     """Running median of the residuals of each rotor, between its flashes a straight line; (at,)."""
     result = np.zeros(at.size)
     for rotor in (0, 1):
-        own, wanted = cycle % 2 == rotor, at % 2 == rotor
-        n = np.count_nonzero(own)
+        of_rotor, wanted = cycle % 2 == rotor, at % 2 == rotor
+        n = np.count_nonzero(of_rotor)
         if n >= MEDIAN_OF:
             half = MEDIAN_OF // 2
-            padded = np.pad(residual[own], half, mode="symmetric")
+            padded = np.pad(residual[of_rotor], half, mode="symmetric")
             windows = np.lib.stride_tricks.sliding_window_view(padded, MEDIAN_OF)
-            result[wanted] = np.interp(at[wanted], cycle[own], np.median(windows, axis=1))
+            result[wanted] = np.interp(at[wanted], cycle[of_rotor], np.median(windows, axis=1))
     return result
 
 
@@ -166,12 +166,12 @@ def begin_of_cycles(
     begin = clock.start(cycle)
     passed = (time_s - clock.epoch_s) / clock.cycle_s
     for rotor in (0, 1):
-        own = flashes.cycle % 2 == rotor
+        of_rotor = flashes.cycle % 2 == rotor
         wanted = cycle % 2 == rotor
-        if np.count_nonzero(own) < FEWEST_FLASHES or not wanted.any():
+        if np.count_nonzero(of_rotor) < FEWEST_FLASHES or not wanted.any():
             continue
-        residual = flashes.time_s[own] - clock.start(flashes.cycle[own])
-        late, _ = wander(flashes.cycle[own] // 2, residual, resolution_s)
+        residual = flashes.time_s[of_rotor] - clock.start(flashes.cycle[of_rotor])
+        late, _ = wander(flashes.cycle[of_rotor] // 2, residual, resolution_s)
         begin[wanted] += late((passed[wanted] - rotor) / 2)
     return begin
 

@@ -53,13 +53,13 @@ def read_factory(path: str | Path) -> list[Station]:
     if '"lighthouse' in text:
         return _of_libsurvive(path, text)
     try:
-        given = load_json(text)
+        document = load_json(text)
     except UNREADABLE as error:
         raise Refusal(
             f"{name}: no JSON ({error}); expected stations.json, libsurvive's companion file"
             " or a Crazyflie's system configuration"
         ) from None
-    every = stations_from_json(given, name)
+    every = stations_from_json(document, name)
     stations = [station for station in every if station.factory is not None]
     if not stations:
         raise Refusal(f"{name}: no station has factory values; expected phase, tilt, curve...")
@@ -75,9 +75,9 @@ def _of_libsurvive(path: str | Path, text: str) -> list[Station]:
         _check(solved.factory, Path(path).name)
         uid = None if generation == 2 and solved.id == libsurvive_solution.CLIPPED_ID else solved.id
         role = str(solved.channel) if generation == 2 else ROLES[1 - solved.index]
-        own = Station(role, id=uid, mode=solved.mode, factory=solved.factory)
-        stations.append(replace(own, generation=generation, channel=solved.channel))
-    return sorted(stations, key=lambda own: (own.channel or 0, own.role))
+        station = Station(role, id=uid, mode=solved.mode, factory=solved.factory)
+        stations.append(replace(station, generation=generation, channel=solved.channel))
+    return sorted(stations, key=lambda one: (one.channel or 0, one.role))
 
 
 def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
@@ -92,9 +92,9 @@ def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
         if station.generation == 2:
             entry |= {"generation": 2, "channel": station.channel}
         entry |= {"id": station.id, "mode": station.mode, "factory": None, "gravity": None}
-        if (own := station.factory) is not None:
+        if (factory := station.factory) is not None:
             names = NAMES_OF[station.generation]
-            entry["factory"] = {k: [float(v) for v in getattr(own, k)] for k in names}
+            entry["factory"] = {k: [float(v) for v in getattr(factory, k)] for k in names}
         if station.gravity is not None:
             entry["gravity"] = [float(v) for v in station.gravity]
         entry |= {name: getattr(station, name) for name in OPTIONAL}
@@ -176,22 +176,22 @@ def is_crazyflie(text: str) -> bool:
 def _crazyflie(text: str, name: str, generations: tuple[int, ...]) -> Mapping[str, Any]:
     """The system configuration of stations of these generations in a text."""
     try:
-        given = load_yaml(text)
+        document = load_yaml(text)
     except UNREADABLE as error:
         raise Refusal(f"{name}: no YAML ({error}); expected {CRAZYFLIE_TYPE}") from None
-    if not isinstance(given, Mapping) or given.get("type") != CRAZYFLIE_TYPE:
+    if not isinstance(document, Mapping) or document.get("type") != CRAZYFLIE_TYPE:
         raise Refusal(
             f"{name}: no {CRAZYFLIE_TYPE}; expected its type, version, systemType and calibs"
         )
-    if str(given.get("version")) not in CRAZYFLIE_VERSIONS:
-        raise Refusal(f"{name}: version is {given.get('version')!r}; expected 1")
-    if given.get("systemType", 2) not in generations:
+    if str(document.get("version")) not in CRAZYFLIE_VERSIONS:
+        raise Refusal(f"{name}: version is {document.get('version')!r}; expected 1")
+    if document.get("systemType", 2) not in generations:
         expected = " or ".join(map(str, generations))
         raise Refusal(
-            f"{name}: systemType is {given.get('systemType')!r}, second-generation (V2) base"
+            f"{name}: systemType is {document.get('systemType')!r}, second-generation (V2) base"
             f" stations; expected {expected}"
         )
-    return given
+    return document
 
 
 Geometry = tuple[int | None, np.ndarray, np.ndarray]  # id, None where unknown; R, t in m
@@ -200,15 +200,15 @@ Geometry = tuple[int | None, np.ndarray, np.ndarray]  # id, None where unknown; 
 def crazyflie_geometry(text: str, name: str, generation: int) -> dict[int, Geometry]:
     """Poses of the stations in the room by key: 0 the master and 1 the slave, which must be there,
     or channels. Raises `Refusal` naming file and field; whether R is a rotation is not checked."""
-    given = _crazyflie(text, name, (generation,))
-    geos, keys = given.get("geos"), [*range(len(ROLES))]
+    document = _crazyflie(text, name, (generation,))
+    geos, keys = document.get("geos"), [*range(len(ROLES))]
     if generation == 2:
         keys = sorted(set(geos) & set(range(CHANNELS))) if isinstance(geos, Mapping) else []
-    return {key: _geometry(given, key, name) for key in keys}
+    return {key: _geometry(document, key, name) for key in keys}
 
 
-def _geometry(given: Mapping[str, Any], key: int, name: str) -> Geometry:
-    geos, calibs = given.get("geos"), given.get("calibs")
+def _geometry(document: Mapping[str, Any], key: int, name: str) -> Geometry:
+    geos, calibs = document.get("geos"), document.get("calibs")
     geo = geos.get(key) if isinstance(geos, Mapping) else None
     if not isinstance(geo, Mapping):
         raise Refusal(f"{name}: no geos.{key}; expected origin and rotation of two stations")
@@ -222,8 +222,8 @@ def _geometry(given: Mapping[str, Any], key: int, name: str) -> Geometry:
 def _of_crazyflie(text: str, name: str) -> list[Station]:
     """Stations with factory values, by rising key: master first. Raises `Refusal` naming file and
     field."""
-    given = _crazyflie(text, name, (1, 2))
-    generation, calibs = given.get("systemType", 2), given.get("calibs")
+    document = _crazyflie(text, name, (1, 2))
+    generation, calibs = document.get("systemType", 2), document.get("calibs")
     most = len(ROLES) if generation == 1 else CHANNELS
     if not isinstance(calibs, Mapping) or not calibs:
         raise Refusal(f"{name}: no calibs; expected factory values of stations 0 and 1")
@@ -237,7 +237,7 @@ def _of_crazyflie(text: str, name: str) -> list[Station]:
         int(key): _crazyflie_station(key, calibs[key], f"{name}: calibs.{key}", generation)
         for key in sorted(calibs)
     }
-    ups = _ups(given.get("geos"))
+    ups = _ups(document.get("geos"))
     if generation == 2 or len(ups) == len(ROLES):
         stations = {k: replace(one, up_by_geometry=ups.get(k)) for k, one in stations.items()}
     return list(stations.values())
@@ -254,11 +254,11 @@ def _ups(geos: object) -> dict[int, np.ndarray]:
     return ups
 
 
-def _crazyflie_station(key: int, given: object, where: str, generation: int) -> Station:
+def _crazyflie_station(key: int, entry: object, where: str, generation: int) -> Station:
     """One entry of `calibs`."""
-    if not isinstance(given, Mapping):
-        raise Refusal(f"{where} is {given!r}; expected uid and sweeps")
-    uid, sweeps = given.get("uid"), given.get("sweeps")
+    if not isinstance(entry, Mapping):
+        raise Refusal(f"{where} is {entry!r}; expected uid and sweeps")
+    uid, sweeps = entry.get("uid"), entry.get("sweeps")
     if type(uid) is not int or not 0 <= uid < 1 << 32:
         raise Refusal(f"{where}.uid is {uid!r}; expected a whole number of 32 bits")
     if not isinstance(sweeps, list) or len(sweeps) != 2:
@@ -273,16 +273,16 @@ def _crazyflie_station(key: int, given: object, where: str, generation: int) -> 
 
 
 def _pair(sweeps: list[object], value: str, where: str) -> np.ndarray:
-    found = [_value(sweep.get(value)) if isinstance(sweep, Mapping) else None for sweep in sweeps]
-    for axis, one in enumerate(found):
+    values = [_value(sweep.get(value)) if isinstance(sweep, Mapping) else None for sweep in sweeps]
+    for axis, one in enumerate(values):
         whole = isinstance(one, int) and not isinstance(one, bool)
         if not whole and not (isinstance(one, float) and np.isfinite(one)):
             raise Refusal(f"{where}.sweeps[{axis}].{value} is {one!r}; expected a number")
-    return finite(found, (2,), f"{where}.sweeps.{value}")
+    return finite(values, (2,), f"{where}.sweeps.{value}")
 
 
-def _value(given: object) -> object:
+def _value(cell: object) -> object:
     """A number, also one of YAML 1.2 that PyYAML leaves as text: -.5, 1e-3."""
     with suppress(ValueError):
-        return number(given) if isinstance(given, str) else given
-    return given
+        return number(cell) if isinstance(cell, str) else cell
+    return cell

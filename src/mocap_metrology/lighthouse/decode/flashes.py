@@ -79,12 +79,12 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
     patterns, biases = find_pattern(
         [comb.cycle for comb in combs], [comb.over_diodes() for comb in combs]
     )
-    found = list[Flashes]()
+    flashes = list[Flashes]()
     for comb, pattern, bias in zip(combs, patterns, biases, strict=True):
         length_s, cycle = _lengths(comb, pattern, bias), comb.cycle.astype(np.int32)
         codes = codes_of(comb.cycle, length_s, pattern)
-        found.append(Flashes(len(found), comb.clock, cycle, comb.time, length_s, codes))
-    return found
+        flashes.append(Flashes(len(flashes), comb.clock, cycle, comb.time, length_s, codes))
+    return flashes
 
 
 def _long(pulses: Pulses) -> np.ndarray:
@@ -124,8 +124,8 @@ def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list
         return pulses, flashes
     begin = max(min(run[0] for run in runs) - CYCLE_S, 0.0)
     end = max(run[-1] for run in runs) + CYCLE_S
-    kept = (pulses.start_s >= begin) & (pulses.start_s <= end)
-    n_out = int(np.count_nonzero(~kept))
+    within = (pulses.start_s >= begin) & (pulses.start_s <= end)
+    n_out = int(np.count_nonzero(~within))
     told: tuple[str, ...] = ()
     if n_out:
         told = (
@@ -137,9 +137,9 @@ def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list
     inside = replace(
         pulses,
         inertial=sensors and replace(sensors, time_s=sensors.time_s - begin),
-        start_s=pulses.start_s[kept] - begin,
-        length_s=pulses.length_s[kept],
-        diode=pulses.diode[kept],
+        start_s=pulses.start_s[within] - begin,
+        length_s=pulses.length_s[within],
+        diode=pulses.diode[within],
         duration_s=min(end, pulses.duration_s) - begin,
         notes=(*pulses.notes, *told),
     )
@@ -226,11 +226,11 @@ def _number(combs: list[_Comb]) -> list[_Comb]:
     master, last = combs[0].clock, combs[-1].clock
     behind = last.epoch_s - master.epoch_s
     shift = int(np.ceil((-behind - 10e-6 * (len(combs) - 1) - master.epoch_s) / master.cycle_s))
-    found = []
+    numbered = []
     for comb in combs:
         clock = replace(comb.clock, epoch_s=float(comb.clock.start(shift)))
-        found.append(replace(comb, cycle=comb.cycle - shift, clock=clock))
-    return found
+        numbered.append(replace(comb, cycle=comb.cycle - shift, clock=clock))
+    return numbered
 
 
 def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
@@ -252,9 +252,9 @@ def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
     ways = [by_clock, ends - np.minimum.reduceat(comb.after, comb.first)[comb.flash]]
     length = min(ways, key=lambda way: np.quantile(np.abs(off(way)), 0.9))
     for diode in np.unique(comb.diode):
-        own = comb.diode == diode
-        if np.count_nonzero(own) >= FEWEST_FLASHES:
-            length[own] -= np.median(off(length)[own])
+        of_diode = comb.diode == diode
+        if np.count_nonzero(of_diode) >= FEWEST_FLASHES:
+            length[of_diode] -= np.median(off(length)[of_diode])
     good = np.abs(off(length)) <= DECIDED_STEPS * CODE_STEP_S
     good |= ~np.logical_or.reduceat(good, comb.first)[comb.flash]
     first = np.flatnonzero(np.diff(comb.flash[good], prepend=-1))
@@ -311,8 +311,8 @@ def _sweeps_of(pulses: Pulses, middle: np.ndarray, flashes: Flashes, fate: np.nd
     begin = begin_of_cycles(flashes, cycle, middle, pulses.resolution_s)
     angle_rad = np.pi * (middle - begin) / clock.cycle_s - 0.5 * np.pi
     whole = np.full(chosen.size, flashes.station), axis_of(code), cycle, pulses.diode[chosen]
-    found = Hits.of(*whole, time_s=middle, angle_rad=angle_rad)
-    return replace(found, width_s=pulses.length_s[chosen])
+    hits = Hits.of(*whole, time_s=middle, angle_rad=angle_rad)
+    return replace(hits, width_s=pulses.length_s[chosen])
 
 
 def _longest_of_each(

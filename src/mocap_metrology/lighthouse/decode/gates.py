@@ -116,7 +116,7 @@ def _gate_sweep(
 def gate_sweeps(
     tangent: np.ndarray, where: np.ndarray, first: np.ndarray, gate: Cleaning, perspective: float
 ) -> np.ndarray:
-    """Mask of hits that do not fit the other hits of their sweep; `first`: where each sweep begins."""
+    """Mask of hits that do not fit the others of their sweep; `first`: where each sweep begins."""
     wrong = np.zeros(tangent.size, np.bool_)
     for sweep in range(first.size - 1):
         low, high = first[sweep], first[sweep + 1]
@@ -145,7 +145,7 @@ def gate_turns(
             begin -= 1
         while end < cycle.size and laser[end] == laser[sweep] and cycle[end] - cycle[sweep] <= NEAR:
             end += 1
-        own = low - first[begin]
+        first_row = low - first[begin]
         near = slice(first[begin], first[end])
         middle = np.median(angle[near])
         tangent = np.tan(np.clip(angle[near] - middle, -FARTHEST_RAD, FARTHEST_RAD))
@@ -159,7 +159,7 @@ def gate_turns(
             design[rows, n + 1] = turns
             design[rows, n + 2] = turns * turns
         residual, predicted = _least_absolute(design, tangent, n + 3, np.ones(tangent.size))
-        here = slice(own, own + high - low)
+        here = slice(first_row, first_row + high - low)
         span = np.max(predicted[here]) - np.min(predicted[here])
         limit = max(gate.gate_rad + span * span, gate.gate_mad * np.median(np.abs(residual)))
         wrong[low:high] = np.abs(residual[here]) > limit

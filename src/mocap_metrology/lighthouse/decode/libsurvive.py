@@ -83,9 +83,9 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
     """
     name = Path(path).name
     seen = _scan(path, tracked_object.encode())
-    own = _named(seen, tracked_object)
-    second = _check(seen, own, tracked_object, name)
-    text = seen.configs[own]
+    chosen = _object_name(seen, tracked_object)
+    second = _check(seen, chosen, tracked_object, name)
+    text = seen.configs[chosen]
     board, channels = _description(text, f"{name}, {tracked_object}")
     config, sensors = json.loads(text), np.concatenate(seen.inertial)
     read: Pulses | Light
@@ -109,7 +109,7 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
     return replace(read, notes=tuple(notes)), board
 
 
-def _named(seen: RecordingPass, wanted: str) -> str:
+def _object_name(seen: RecordingPass, wanted: str) -> str:
     """Name in the recording of the object of that name, or else of that serial number."""
     if wanted in seen.configs or wanted.encode() in seen.raw | seen.second:
         return wanted
@@ -134,7 +134,7 @@ def _scan(path: str | Path, wanted: bytes) -> RecordingPass:
         if b" CONFIG " in block:
             for name, text in CONFIG.findall(block):
                 seen.configs.setdefault(name.decode("utf-8", "replace"), text)
-            wanted = _named(seen, wanted.decode()).encode()
+            wanted = _object_name(seen, wanted.decode()).encode()
         if b" C " in block:
             lines = b"\n".join(line for line in block.split(b"\n") if b" C " in line)
             raw = RAW.findall(lines)
@@ -144,9 +144,9 @@ def _scan(path: str | Path, wanted: bytes) -> RecordingPass:
             seen.pulses.append(np.array(mine, np.int64).reshape(-1, 3))
             seen.n_pulses += len(mine)
         seen.second.update(Counter(SECOND_GENERATION.findall(block)))
-        for own, rows in ((seen.inertial, sensor_rows), (seen.light, light_rows)):
-            found, n_damaged = rows(block, wanted)
-            own.append(found)
+        for parts, rows in ((seen.inertial, sensor_rows), (seen.light, light_rows)):
+            block_rows, n_damaged = rows(block, wanted)
+            parts.append(block_rows)
             seen.unreadable += n_damaged
         n_pulses = seen.n_pulses + seen.second[wanted]
         n_objects = max(len(seen.raw), len(seen.second), len(seen.configs))
@@ -193,9 +193,9 @@ def blocks(path: str | Path, seen: RecordingPass) -> Iterator[bytes]:
         raise Refusal(f"{name}: cannot be read ({reason}); expected a recording") from None
 
 
-def _check(seen: RecordingPass, own: str, wanted: str, name: str) -> bool:
+def _check(seen: RecordingPass, chosen: str, wanted: str, name: str) -> bool:
     """Whether the light is of second-generation stations; refuses a recording without raw pulses
-    and description of the object. own: its name, wanted: as the user names it."""
+    and description of the object. chosen: its name, wanted: as the user names it."""
     n_first, n_second = sum(seen.raw.values()), sum(seen.second.values())
     if min(n_first, n_second) > FEW:
         raise Refusal(
@@ -215,11 +215,11 @@ def _check(seen: RecordingPass, own: str, wanted: str, name: str) -> bool:
             f"{name}: {only}; expected raw pulses (C lines, or W and Y lines): record with a"
             " libsurvive that writes them"
         )
-    if own.encode() not in there:
+    if chosen.encode() not in there:
         objects = ", ".join(sorted(name.decode("utf-8", "replace") for name in there))
         raise Refusal(f"{name}: no pulses of an object {wanted!r}; expected one of {objects}")
-    if own not in seen.configs:
-        raise Refusal(f"{name}: no CONFIG line of {own}; expected its geometry there")
+    if chosen not in seen.configs:
+        raise Refusal(f"{name}: no CONFIG line of {chosen}; expected its geometry there")
     return second
 
 

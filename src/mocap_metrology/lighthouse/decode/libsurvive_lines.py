@@ -54,11 +54,11 @@ def sensor_rows(block: bytes, wanted: bytes) -> tuple[np.ndarray, int]:
     if b" I " not in block:
         return np.zeros((0, 7)), 0
     begin = rb"^[\d.]+ +" + re.escape(wanted) + rb" +I"
-    found = re.findall(
+    matches = re.findall(
         begin + rb" +\d{1,6} +(\d{1,10})" + 6 * (rb" +" + NUMBER) + rb"(?:\s|$)", block, re.M
     )
     n_lines = len(re.findall(begin + rb"(?=\s)", block, re.M))
-    values = np.array(found, dtype="S32").astype(np.float64).reshape(-1, 7)
+    values = np.array(matches, dtype="S32").astype(np.float64).reshape(-1, 7)
     fits = (np.abs(values[:, 1:]) <= LARGEST).all(axis=1) & (values[:, 0] < WRAP)
     return values[fits], n_lines - int(fits.sum())
 
@@ -72,7 +72,7 @@ def unrolled(counter: np.ndarray, begin: int) -> np.ndarray:
 def sensors_in(values: np.ndarray, config: Mapping[str, object], begin: int) -> Inertial | None:
     """The sensors in axes of the object, from where the counter of the pulses is `begin` on; None
     without rows, or where the object does not describe them."""
-    placed = _place(config)
+    placed = _sensor_pose(config)
     if placed is None or not len(values):
         return None
     R, place = placed
@@ -82,7 +82,7 @@ def sensors_in(values: np.ndarray, config: Mapping[str, object], begin: int) -> 
     return Inertial(time[order], values[order, 4:] @ R.T, G_M_S2 * values[order, 1:4] @ R.T, place)
 
 
-def _place(config: Mapping[str, object]) -> tuple[np.ndarray, np.ndarray] | None:
+def _sensor_pose(config: Mapping[str, object]) -> tuple[np.ndarray, np.ndarray] | None:
     """Rotation of the sensors' axes into the object's, and their place in m."""
     try:
         if "trackref_from_imu" in config:
@@ -91,9 +91,9 @@ def _place(config: Mapping[str, object]) -> tuple[np.ndarray, np.ndarray] | None
                 return None
             R, place = of_quaternions(both[:4]), both[4:]
         else:
-            own = config["imu"]
+            sensor = config["imu"]
             x, z, place = (
-                np.array(own[name], dtype=np.float64)  # type: ignore[index]
+                np.array(sensor[name], dtype=np.float64)  # type: ignore[index]
                 for name in ("plus_x", "plus_z", "position")
             )
             off = np.array([np.linalg.norm(x) - 1, np.linalg.norm(z) - 1, x @ z])
@@ -116,9 +116,9 @@ def light_rows(block: bytes, wanted: bytes) -> tuple[np.ndarray, int]:
         return np.zeros((0, 6)), 0
     hits = b"W" if b" W " in block else b"B"
     begin = rb"^(\d+\.?\d*) +" + re.escape(wanted) + rb" +([Y" + hits + rb"])"
-    found = re.findall(begin + 4 * rb" +(\d{1,10})" + rb"(?: +\S+)?\r*$", block, re.M)
+    matches = re.findall(begin + 4 * rb" +(\d{1,10})" + rb"(?: +\S+)?\r*$", block, re.M)
     n_lines = len(re.findall(begin + rb"(?=\s)", block, re.M))
-    words = b" ".join(chain.from_iterable(found))
+    words = b" ".join(chain.from_iterable(matches))
     for name, number in OPERATIONS.items():
         words = words.replace(name, b"%d" % number)
     values = np.fromstring(words, sep=" ").reshape(-1, 6)
@@ -136,18 +136,18 @@ def light_of(
     values = values[(values[:, 1] == Y) | (values[:, 1] == (B if of_b else W))]
     begins = values[:, 1] == Y
     counter = np.where(begins, values[:, 3], values[:, 4])
-    ticks, kept, lag = _ticks(counter, values[:, 0])
-    kept &= _of_one_count(ticks, kept & begins, values[:, 2])
+    ticks, valid, lag = _ticks(counter, values[:, 0])
+    valid &= _of_one_count(ticks, valid & begins, values[:, 2])
     notes = []
-    if not kept.all():
+    if not valid.all():
         notes.append(
-            f"{int((~kept).sum())} of {kept.size} lines are of another count of the object's clock"
-            " and are left out"
+            f"{int((~valid).sum())} of {valid.size} lines are of another count of the object's"
+            " clock and are left out"
         )
     if of_b:
         notes.append("no W lines: hits are taken from B lines, without half ticks")
-    known = kept & (begins | (values[:, 3] < n_diodes))
-    if (strange := int((kept & ~known).sum())) > 0:
+    known = valid & (begins | (values[:, 3] < n_diodes))
+    if (strange := int((valid & ~known).sum())) > 0:
         notes.append(f"{strange} hits are on none of the {n_diodes} sensors and are left out")
     values, ticks, begins = values[known], ticks[known], begins[known]
     if begins.all():
@@ -184,27 +184,27 @@ def _ticks(counter: Floats, host_s: Floats) -> tuple[Floats, np.ndarray, float]:
     first = int(np.argmax(inside))
     usual = float(np.median(whole[first : first + inside[first]]))
     off = np.mod(lag - usual + period / 2, period) - period / 2
-    kept = np.abs(off) <= FARTHEST_S
-    local = np.flatnonzero(kept)
+    near = np.abs(off) <= FARTHEST_S
+    local = np.flatnonzero(near)
     for some in np.array_split(local, max(1, local.size // MOMENT)):
-        kept[some] = np.abs(off[some] - np.median(off[some])) <= STRAY_S
+        near[some] = np.abs(off[some] - np.median(off[some])) <= STRAY_S
     wraps = np.round((host_s - usual - counter / TICKS_PER_S) / period)
-    return counter + WRAP * wraps, kept, usual
+    return counter + WRAP * wraps, near, usual
 
 
 def _of_one_count(ticks: Floats, begins: np.ndarray, channel: Floats) -> np.ndarray:
     """The longest part of the lines, in their order, between jumps of the counter: there begins of
     the turns of a station are no longer whole periods after those before."""
     ends = {0, ticks.size}
-    for own in (np.flatnonzero(begins & (channel == one)) for one in np.unique(channel[begins])):
-        turns = np.diff(ticks[own]) / (TICKS_PER_S * PERIOD_S[int(channel[own[0]])])
+    for rows in (np.flatnonzero(begins & (channel == one)) for one in np.unique(channel[begins])):
+        turns = np.diff(ticks[rows]) / (TICKS_PER_S * PERIOD_S[int(channel[rows[0]])])
         off = turns - np.round(turns)
         near = (np.round(turns) == 1) & (np.abs(off) < JUMP)
         if np.count_nonzero(near) <= FEW:
             continue
         phase = np.cumsum(off - np.round(turns) * off[near].mean())
         step = np.diff(ndimage.median_filter(phase, FEW, mode="nearest"))
-        ends |= set(own[2:][np.abs(step) > JUMP].tolist())
+        ends |= set(rows[2:][np.abs(step) > JUMP].tolist())
     at = np.sort(list(ends))
     k = int(np.argmax(np.diff(at)))
     return np.isin(np.arange(ticks.size), np.arange(at[k], at[k + 1]))

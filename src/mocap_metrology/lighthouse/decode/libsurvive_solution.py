@@ -63,13 +63,13 @@ def read_solution(path: str | Path, generation: int = 1) -> list[SolvedStation]:
         words = ["first-generation", "second-generation (V2)"]
         raise Refusal(f"{name}: of {words[second]} stations; expected {words[not second]} ones")
     try:
-        found = [_solved(int(i), block, generation) for i, block in BLOCK.findall(text)]
+        solved = [_solved(int(i), block, generation) for i, block in BLOCK.findall(text)]
     except UNREADABLE as error:
         raise Refusal(
             f"{name}: a lighthouse block has a missing or invalid entry ({error}); expected id, "
             "mode, pose, fcal*"
         ) from None
-    stations = [station for station in found if station is not None]
+    stations = [station for station in solved if station is not None]
     if not stations:
         raise Refusal(f"{name}: no calibrated station; expected blocks lighthouse0, lighthouse1")
     return stations

@@ -146,7 +146,7 @@ def voted_frame(bits: np.ndarray, why: str, payload: Payload) -> tuple[list[byte
             np.bincount(np.arange(bits.size) % fixed.size, bits == bit, minlength=fixed.size)
             for bit in (1, 0)
         )
-        start, agree = _begin(ones, zeros, fixed, value)
+        start, agree = _frame_begin(ones, zeros, fixed, value)
         if agree < FIXED_AGREE:
             continue
         margin = np.roll(ones - zeros, -start)
@@ -160,7 +160,7 @@ def voted_frame(bits: np.ndarray, why: str, payload: Payload) -> tuple[list[byte
     return [], why
 
 
-def _begin(
+def _frame_begin(
     ones: np.ndarray, zeros: np.ndarray, fixed: np.ndarray, value: np.ndarray
 ) -> tuple[int, float]:
     """Where the frame begins, and the share of votes that agree there."""
@@ -256,11 +256,11 @@ def unpack(data: bytes) -> Station:
     mode = data[31] if len(data) == 33 else None
     if mode is not None and mode >= len(MODES):
         raise Refusal(f"mode {mode}; expected 0, 1 or 2")
-    station = told(v, "", (2, 4, 8, 13, 15), GIB_LIMITS)
+    station = station_of_payload(v, "", (2, 4, 8, 13, 15), GIB_LIMITS)
     return replace(station, mode=None if mode is None else MODES[mode])
 
 
-def told(
+def station_of_payload(
     v: tuple[Any, ...],
     role: str,
     pairs: Sequence[int],
@@ -269,8 +269,8 @@ def told(
 ) -> Station:
     """A station by the values of its payload, which begins alike in both generations; pairs: where
     those of its factory calibration are. Raises `Refusal` for values that no station has."""
-    found = (np.array(v[i : i + 2]) for i in pairs)
-    factory = Factory(*found, generation=generation)
+    planes = (np.array(v[i : i + 2]) for i in pairs)
+    factory = Factory(*planes, generation=generation)
     rotor_parameters(factory, variant=LIBSURVIVE)
     check_within(factory, limits, "")
     up = up_of(v[10:13])
@@ -321,7 +321,7 @@ def values(
 
 
 def frame_of(data: bytes) -> np.ndarray:
-    """Bits of an OOTX frame: preamble, length, payload, CRC-32, a one after each word of 16 bits."""
+    """Bits of an OOTX frame: preamble, length, payload, CRC-32; a one after each 16 bits."""
     padded = data + bytes(len(data) % 2)
     body = struct.pack("<H", len(data)) + padded + struct.pack("<I", zlib.crc32(data))
     words = np.unpackbits(np.frombuffer(body, np.uint8)).reshape(-1, 16)

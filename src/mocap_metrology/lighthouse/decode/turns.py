@@ -99,22 +99,22 @@ class Turns:
 
 def find_turns(light: Light) -> tuple[list[Turns], list[str]]:
     """Turns of all stations by rising channel, and why light of a channel was ignored."""
-    found, notes = [], []
+    combs, notes = [], []
     for channel in np.unique(np.r_[light.begin_channel, light.hit_channel]):
-        own = np.flatnonzero(light.begin_channel == channel)
-        own = own[np.argsort(light.begin_s[own], kind="stable")]
+        rows = np.flatnonzero(light.begin_channel == channel)
+        rows = rows[np.argsort(light.begin_s[rows], kind="stable")]
         turns = None
-        if own.size >= FEWEST_BEGINS:
-            turns = _turns(channel, light.begin_s[own], light.begin_bit[own], light.resolution_s)
+        if rows.size >= FEWEST_BEGINS:
+            turns = _turns(channel, light.begin_s[rows], light.begin_bit[rows], light.resolution_s)
         if turns is not None:
-            found.append(turns)
+            combs.append(turns)
         else:
             n = int((light.hit_channel == channel).sum())
             why = "too few"
-            if own.size >= FEWEST_BEGINS:
+            if rows.size >= FEWEST_BEGINS:
                 why = f"not {1e3 * PERIOD_S[channel]:.3f} ms apart, as turns of such a station are"
-            notes.append(f"channel {channel}: {own.size} begins of turns, {why}; {n} hits ignored")
-    return found, notes
+            notes.append(f"channel {channel}: {rows.size} begins of turns, {why}; {n} hits ignored")
+    return combs, notes
 
 
 def _turns(channel: int, begin_s: Floats, bit: np.ndarray, resolution_s: float) -> Turns | None:
@@ -151,15 +151,15 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
     station, plane = np.empty((2, fate.size), np.int8)
     turn, angle = np.empty(fate.size, np.int64), np.empty(fate.size)
     for index, one in enumerate(turns):
-        own = np.flatnonzero(light.hit_channel == one.channel)
-        time_s = light.hit_s[own]
-        turn[own], rotor = one.place(time_s)
-        plane[own], good = _plane(rotor, time_s)
-        angle[own] = rotor - PLANE_RAD[plane[own]]
-        own = own[good & (np.abs(angle[own]) <= LARGEST_RAD)]
-        station[own], fate[own] = index, HIT
+        rows = np.flatnonzero(light.hit_channel == one.channel)
+        time_s = light.hit_s[rows]
+        turn[rows], rotor = one.place(time_s)
+        plane[rows], good = _plane(rotor, time_s)
+        angle[rows] = rotor - PLANE_RAD[plane[rows]]
+        rows = rows[good & (np.abs(angle[rows]) <= LARGEST_RAD)]
+        station[rows], fate[rows] = index, HIT
     chosen = np.flatnonzero(fate == HIT)
-    whole = (own[chosen] for own in (station, plane, turn, light.hit_diode))
+    whole = (column[chosen] for column in (station, plane, turn, light.hit_diode))
     hits = Hits.of(*whole, time_s=light.hit_s[chosen], angle_rad=angle[chosen])
     off = np.abs(hits.angle_rad - sweep_medians(hits))
     order = np.lexsort((off, hits.diode, hits.axis, hits.station, hits.cycle))
@@ -235,7 +235,9 @@ def unpack(data: bytes, channel: int | None = None) -> Station:
     named = v[17] - CHANNEL
     if not 0 <= named < 16 or channel not in (None, named):
         raise Refusal(f"channel {v[17]:#x} in a frame of channel {channel}")
-    station = ootx.told(v, str(named), (2, 4, 8, 13, 15, 19, 21), PHASE_LIMITS, generation=2)
+    station = ootx.station_of_payload(
+        v, str(named), (2, 4, 8, 13, 15, 19, 21), PHASE_LIMITS, generation=2
+    )
     return replace(station, channel=named)
 
 

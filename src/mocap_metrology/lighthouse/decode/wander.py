@@ -125,23 +125,23 @@ def wander(turn: np.ndarray, residual_s: Floats, resolution_s: float) -> tuple[D
     it; not at all where that is below the resolution, or no likelier than the line."""
     every = np.arange(turn[0] - BEYOND, turn[-1] + BEYOND + 1)
     spread = MAD_TO_SIGMA * float(np.median(np.abs(residual_s)))
-    found, z = Wander(), np.zeros(every.size)
+    best, z = Wander(), np.zeros(every.size)
     if spread < 0.5 * resolution_s:
-        return Delay(int(every[0]), z), found
+        return Delay(int(every[0]), z), best
     y, good = residual_s / spread, np.ones(turn.size, np.bool_)
     for _ in range(2):
         at = turn[good]
         likeliest = _likeliest(at[:MOST], y[good][:MOST])
         if likeliest is None:
             return Delay(int(every[0]), 0 * z), Wander()
-        found = likeliest
+        best = likeliest
         seen = np.arange(at[0] - BEYOND, at[-1] + BEYOND + 1)
-        z = np.interp(every, seen, found.curve(at, y[good], BEYOND)[0])
+        z = np.interp(every, seen, best.curve(at, y[good], BEYOND)[0])
         off = np.abs(y - z[turn - every[0]])
         good = off <= OUTLIER * MAD_TO_SIGMA * float(np.median(off))
         if good.all():
             break
-    return Delay(int(every[0]), spread * z), replace(found, begin_s=spread * found.begin_s)
+    return Delay(int(every[0]), spread * z), replace(best, begin_s=spread * best.begin_s)
 
 
 def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:
@@ -158,7 +158,7 @@ def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:
         except linalg.LinAlgError:  # rounding is more than begins far apart determine
             return np.inf
 
-    found = min(
+    best = min(
         (
             optimize.minimize(cost, start, method="Nelder-Mead", bounds=BOUNDS, options=SETTLED)
             for start in STARTS
@@ -166,8 +166,8 @@ def _likeliest(turn: np.ndarray, y: Floats) -> Wander | None:
         key=lambda tried: tried.fun,
     )
     off_line = y - np.polyval(np.polyfit(turn, y, 1), turn)
-    if not found.fun < free * np.log(off_line @ off_line) - LIKELIER:
+    if not best.fun < free * np.log(off_line @ off_line) - LIKELIER:
         return None
-    model = one(found.x)
+    model = one(best.x)
     square = float(y @ (y - model.curve(turn, y)[0][turn - turn[0]]))
     return replace(model, begin_s=float(np.sqrt(square / free)))

@@ -163,8 +163,8 @@ def ros2_launch(export: Export) -> str:
     for station, pose in export.placed:
         if pose is not None:
             R, t = pose
-            own = station.role if station.id is None else f"{station.id:08x}"
-            name, values = f"lighthouse_{own}", zip(AXES, [*t, *quaternions(R)], strict=True)
+            label = station.role if station.id is None else f"{station.id:08x}"
+            name, values = f"lighthouse_{label}", zip(AXES, [*t, *quaternions(R)], strict=True)
             args = " ".join(f"--{axis} {number(v)}" for axis, v in values)
             args += f" --frame-id $(var frame) --child-frame-id {name}"
             lines += [

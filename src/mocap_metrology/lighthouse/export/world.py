@@ -98,7 +98,7 @@ def frame_words(name: str, stations: Sequence[Station]) -> str:
     return WORDS[name].replace("the master", f"station {first.role}", 2 * (first.generation - 1))
 
 
-def world_of(name: str, found: Calibrated, points: str | None = None) -> World:
+def world_of(name: str, calibrated: Calibrated, points: str | None = None) -> World:
     """The frame `name`, one of `WORDS`; with `points`, a CSV file, always theirs.
 
     A label of a point is the role of a station (its origin), `diode 3` (where this diode of the
@@ -110,43 +110,43 @@ def world_of(name: str, found: Calibrated, points: str | None = None) -> World:
     `Refusal` for points that determine no frame.
     """
     if points is not None:
-        return _of_points(points, found)
+        return _of_points(points, calibrated)
     why = ""
     if name == POINTS:
         why, name = "no points were given (column world_points); ", GRAVITY
     if name == BOARD_START:
-        if found.path is not None and len(found.path):
-            R, t = board_pose(found.path, None)
+        if calibrated.path is not None and len(calibrated.path):
+            R, t = board_pose(calibrated.path, None)
             return World(BOARD_START, R.T, -R.T @ t)
         why, name = "the path of the board is not known; ", GRAVITY
     if name == GRAVITY:
-        world = _of_gravity(found)
+        world = _of_gravity(calibrated)
         return World(world.name, world.R, why=(why + world.why).removesuffix("; "))
     return World(MASTER)
 
 
-def _ups(found: Calibrated, name: str) -> list[tuple[Station, np.ndarray]]:
+def _ups(calibrated: Calibrated, name: str) -> list[tuple[Station, np.ndarray]]:
     """Stations that have a way up of this name, and it in the master's frame."""
-    ups = [getattr(station, name) for station in found.stations]
+    ups = [getattr(station, name) for station in calibrated.stations]
     return [
         (station, R @ (up / np.linalg.norm(up)))
-        for station, up, (R, _) in zip(found.stations, ups, found.poses, strict=True)
+        for station, up, (R, _) in zip(calibrated.stations, ups, calibrated.poses, strict=True)
         if up is not None and np.linalg.norm(up) > 0
     ]
 
 
-def _of_gravity(found: Calibrated) -> World:
-    known = _ups(found, "gravity")
+def _of_gravity(calibrated: Calibrated) -> World:
+    known = _ups(calibrated, "gravity")
     up = np.sum([direction for _, direction in known], axis=0)
-    few = 0 < len(known) < len(found.stations)
+    few = 0 < len(known) < len(calibrated.stations)
     alone = f"gravity of the {known[0][0].role} alone" if few else ""
-    if found.up is not None:
-        alone, up = "", found.up
+    if calibrated.up is not None:
+        alone, up = "", calibrated.up
     elif not known or np.linalg.norm(up) < LEAST_HORIZONTAL:
         alone = "no station states the direction of gravity"
-        filed = _ups(found, "up_by_geometry")
-        if not filed and found.path is not None and len(found.path):
-            R, t = board_pose(found.path, None)
+        filed = _ups(calibrated, "up_by_geometry")
+        if not filed and calibrated.path is not None and len(calibrated.path):
+            R, t = board_pose(calibrated.path, None)
             return World(BOARD_START, R.T, -R.T @ t, why=alone)
         if not filed:
             return World(MASTER, why=alone)
@@ -160,10 +160,10 @@ def _of_gravity(found: Calibrated) -> World:
     return World(GRAVITY, np.stack([x, np.cross(z, x), z]), why=alone)
 
 
-def _of_points(path: str, found: Calibrated) -> World:
+def _of_points(path: str, calibrated: Calibrated) -> World:
     name, points = PurePath(path).name, read_points(path)
     room = np.array(list(points.values()))
-    seen = np.array([_place(label, found, name) for label in points])
+    seen = np.array([_point_m(label, calibrated, name) for label in points])
     _check_spread(seen, f"{name}, as calibrated")
     R, t = kabsch(seen, room)
     off = np.linalg.norm(seen @ R.T + t - room, axis=1)
@@ -177,37 +177,37 @@ def _of_points(path: str, found: Calibrated) -> World:
     return World(POINTS, R, t, residuals_m=dict(zip(points, off.tolist(), strict=True)))
 
 
-def _place(label: str, found: Calibrated, name: str) -> np.ndarray:
+def _point_m(label: str, calibrated: Calibrated, name: str) -> np.ndarray:
     """A point in the master's frame, (3,) in m."""
-    for station, (_, t) in zip(found.stations, found.poses, strict=True):
+    for station, (_, t) in zip(calibrated.stations, calibrated.poses, strict=True):
         if station.role == label:
             return t
     known = PLACE.fullmatch(label)
     if known is None:
         raise Refusal(f"{name}: label {label!r}; expected {EXPECTED}")
     diode = int(known[1])
-    if diode >= len(found.board):
-        last = len(found.board) - 1
+    if diode >= len(calibrated.board):
+        last = len(calibrated.board) - 1
         raise Refusal(f"{name}: {label}: the board has the diodes 0 to {last}")
-    if found.path is None or not len(found.path):
+    if calibrated.path is None or not len(calibrated.path):
         raise Refusal(f"{name}: {label}: the path of the board is not known; expected stations")
     time_s = None if known[2] is None else float(known[2])
     try:
-        R, t = board_pose(found.path, time_s)
+        R, t = board_pose(calibrated.path, time_s)
     except ValueError as error:
         raise Refusal(f"{name}: {label}: {error}") from None
-    return R @ found.board[diode] + t
+    return R @ calibrated.board[diode] + t
 
 
 def board_pose(path: Path, time_s: float | None) -> Pose:
     """Mean pose of the board over 0.2 s around a moment, or of its first 0.2 s. ValueError where it
     was not seen."""
     begin = path.time_s.min() if time_s is None else time_s - STILL_S / 2
-    own = path.take((path.time_s >= begin) & (path.time_s <= begin + STILL_S))
-    if not len(own):
+    still = path.take((path.time_s >= begin) & (path.time_s <= begin + STILL_S))
+    if not len(still):
         seen = f"{path.time_s.min():.2f} to {path.time_s.max():.2f} s"
         raise ValueError(f"the board is not known then; its path is known at moments from {seen}")
-    return rotation.mean(own.R), own.t_m.mean(axis=0)
+    return rotation.mean(still.R), still.t_m.mean(axis=0)
 
 
 def _check_spread(places: np.ndarray, name: str) -> None:

@@ -37,8 +37,8 @@ def well_posed(measurements: Measurements, board: np.ndarray) -> Measurements:
     total = np.maximum(seen.sum(axis=1), 1)
     offset = (board - (seen @ board / total[:, None])[:, None]) * seen[:, :, None]
     spread = np.linalg.eigvalsh(np.einsum("ndi,ndj->nij", offset, offset) / total[:, None, None])
-    own = np.linalg.eigvalsh(np.cov(board.T, bias=True))
-    wide = spread[:, 1] >= NARROW**2 * own[1]
+    board_spread = np.linalg.eigvalsh(np.cov(board.T, bias=True))
+    wide = spread[:, 1] >= NARROW**2 * board_spread[1]
     return measurements.take(wide)
 
 
@@ -78,9 +78,9 @@ def first_guesses(
     costs = np.zeros(len(frames))
     for i in range(0, len(measurements), max(len(measurements) // 8, 1)):
         known = measurements.seen[i]
-        given = seen_at(BOARD, board[known], measurements.angles_rad[i, known], ideal)
+        seen = seen_at(BOARD, board[known], measurements.angles_rad[i, known], ideal)
         costs += [
-            evaluate(np.r_[t[i], rotation.to_angles(back[i] @ frame)], given) for frame in frames
+            evaluate(np.r_[t[i], rotation.to_angles(back[i] @ frame)], seen) for frame in frames
         ]
     best = 0 if costs[0] <= 2 * costs.min() else int(np.argmin(costs))
     return back @ frames[best], t
@@ -101,16 +101,24 @@ def _search_all(
     n = seen.shape[0]
     poses, epsilon = np.empty((n, 6)), np.empty(n)
     for i in range(n):
-        own = np.flatnonzero(seen[i])
-        points, m, cs = np.empty((3, own.size)), np.empty((2, own.size)), np.empty((4, own.size))
-        for k in range(own.size):
-            points[:, k], m[:, k], cs[:, k] = board[own[k]], angles[i, own[k]], trig[:, i, own[k]]
-        x0, given = starts[i], SimplexData(BOARD, points, m, cs, rotors)
+        diodes = np.flatnonzero(seen[i])
+        points, m, cs = (
+            np.empty((3, diodes.size)),
+            np.empty((2, diodes.size)),
+            np.empty((4, diodes.size)),
+        )
+        for k in range(diodes.size):
+            points[:, k], m[:, k], cs[:, k] = (
+                board[diodes[k]],
+                angles[i, diodes[k]],
+                trig[:, i, diodes[k]],
+            )
+        x0, data = starts[i], SimplexData(BOARD, points, m, cs, rotors)
         if warm and i > 0:  # unless the search before was lost
-            R, room = np.empty((3, 3)), np.empty((4, own.size))
-            if cost(poses[i - 1], given, R, room) < cost(x0, given, R, room):
+            R, room = np.empty((3, 3)), np.empty((4, diodes.size))
+            if cost(poses[i - 1], data, R, room) < cost(x0, data, R, room):
                 x0 = poses[i - 1]
-        poses[i], epsilon[i], _ = nelder_mead(x0, given, end)
+        poses[i], epsilon[i], _ = nelder_mead(x0, data, end)
     return poses, epsilon
 
 
@@ -128,8 +136,8 @@ def by_nelder_mead(
     R, t = first_guesses(measurements, board, distance_m)
     starts = np.column_stack([t, rotation.to_angles(R)])
     trig = trig_of(np.moveaxis(angles, 2, 0))
-    own = np.ascontiguousarray(board)
-    poses, epsilon = _search_all(starts, warm, seen, own, angles, trig, rotors, settings)
+    points = np.ascontiguousarray(board)
+    poses, epsilon = _search_all(starts, warm, seen, points, angles, trig, rotors, settings)
     R = rotation.from_angles(*poses[:, 3:].T)
     unknown = np.full(len(measurements), np.nan)
     return Path(measurements.time_s, R, poses[:, :3], epsilon, 2 * seen.sum(axis=1), unknown)
@@ -190,8 +198,8 @@ def _affine_starts(measurements: Measurements, board: np.ndarray) -> _Starts:
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
     F = np.zeros((len(measurements), 3, 2))
     solid = (total >= SOLID_DIODES) & (size[:, 0] > SOLID_DEPTH**2 * size[:, 2])
-    for own, k in ((solid, 3), (~solid, 2)):
-        F[own, :k] = _affine_fit(offset[own], axes[own, :k], image[own], seen[own])
+    for which, k in ((solid, 3), (~solid, 2)):
+        F[which, :k] = _affine_fit(offset[which], axes[which, :k], image[which], seen[which])
     scale, rows = _rows(F, solid)
     R = view.transpose(0, 2, 1) @ rows @ axes
     t = view[:, 0] / scale[:, None] - np.einsum("nij,nj->ni", R, centre)
@@ -252,10 +260,10 @@ def _minimise_all(
             if seen[i, j]:
                 points[k], m[k] = board[j], angles[i, j]
                 k += 1
-        given = PoseProblem(BOARD, points[:k], m[:k], rotors)
-        R, t, f, _ = minimise(Rs[i], ts[i], given)
+        problem = PoseProblem(BOARD, points[:k], m[:k], rotors)
+        R, t, f, _ = minimise(Rs[i], ts[i], problem)
         R2, t2 = _mirrored(R, t, centre[i], normal[i])
-        R2, t2, f2, _ = minimise(R2, t2, given)
+        R2, t2, f2, _ = minimise(R2, t2, problem)
         trace = 0.0
         for j in range(3):
             for k in range(3):
@@ -277,8 +285,8 @@ def both_minima(
     one; where both end in one pose, the paths share it and `ambiguity` is infinite.
     """
     seen, start = measurements.seen, _affine_starts(measurements, board)
-    own, angles = np.ascontiguousarray(board), measurements.angles_rad
-    R, t, epsilon, ambiguity = _minimise_all(seen, own, angles, rotors, start)
+    points, angles = np.ascontiguousarray(board), measurements.angles_rad
+    R, t, epsilon, ambiguity = _minimise_all(seen, points, angles, rotors, start)
     count = 2 * seen.sum(axis=1)
     first, second = (
         Path(measurements.time_s, R[k], t[k], epsilon[k], count, ambiguity) for k in (0, 1)
@@ -293,7 +301,7 @@ def by_levenberg_marquardt(
     return both_minima(measurements, board, rotors)[0]
 
 
-def apart(path: Path, other: Path) -> np.ndarray:
+def angle_between(path: Path, other: Path) -> np.ndarray:
     """Angle in rad between the rotations of two paths."""
     trace = np.einsum("nij,nij->n", path.R, other.R)
     return np.arccos(np.clip((trace - 1) / 2, -1, 1))

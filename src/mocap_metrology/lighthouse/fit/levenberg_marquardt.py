@@ -52,11 +52,11 @@ def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
 
 @njit
 def normal_equations(
-    R: np.ndarray, t: np.ndarray, given: PoseProblem, H: np.ndarray, g: np.ndarray
+    R: np.ndarray, t: np.ndarray, problem: PoseProblem, H: np.ndarray, g: np.ndarray
 ) -> float:
     """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, by position in m and left rotation
     vector in rad, written in place; returns the cost."""
-    unknown, points, measured, rotors = given
+    unknown, points, measured, rotors = problem
     H[:], g[:] = 0.0, 0.0
     row, none = np.empty(N), np.empty(0)
     total = 0.0
@@ -98,13 +98,13 @@ def damped_step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
 
 @njit
 def minimise(
-    R: np.ndarray, t: np.ndarray, given: PoseProblem
+    R: np.ndarray, t: np.ndarray, problem: PoseProblem
 ) -> tuple[np.ndarray, np.ndarray, float, bool]:
     """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged: a
     step below 1e-10 (m, rad) or a gain below 1e-10 of the cost."""
     H, g = np.empty((N, N)), np.empty(N)
     H2, g2 = np.empty((N, N)), np.empty(N)
-    f = normal_equations(R, t, given, H, g)
+    f = normal_equations(R, t, problem, H, g)
     damping = 1e-3
     for _ in range(ITERATIONS):
         d = damped_step(H, g, damping)
@@ -114,7 +114,7 @@ def minimise(
                 return R, t, f, False
             continue
         R2, t2 = turn(d[3:], R), t + d[:3]
-        f2 = normal_equations(R2, t2, given, H2, g2)
+        f2 = normal_equations(R2, t2, problem, H2, g2)
         largest = np.abs(d).max()
         if f2 <= f:
             gained = f - f2

@@ -63,7 +63,7 @@ def matrix(x: np.ndarray, R: np.ndarray) -> None:
 
 
 @njit
-def _turns(room: np.ndarray, axis: int, given: SimplexData) -> float:
+def _turns(room: np.ndarray, axis: int, data: SimplexData) -> float:
     """Sum of squares of atan2(side, ahead) about a laser, less the measured angle m.
 
     Points are in room[:3], room[3] is written over. Differences are in (-pi, pi], and need no
@@ -71,7 +71,7 @@ def _turns(room: np.ndarray, axis: int, given: SimplexData) -> float:
     of the difference, below 0.1 the series of atan q, cut after q^13, is exact to 1e-16. Loops
     without a branch, so that several elements are computed at a time.
     """
-    measured, trig, laser = given.measured, given.trig, given.rotors[axis]
+    measured, trig, laser = data.measured, data.trig, data.rotors[axis]
     side_0, ahead_0 = laser[Y + axis], laser[X]
     n, k, c = measured.shape[1], 1 + axis, 2 * axis
     for i in range(n):
@@ -111,11 +111,11 @@ def _sum_of_squares(room: np.ndarray) -> float:
 
 
 @njit
-def cost(x: np.ndarray, given: SimplexData, R: np.ndarray, room: np.ndarray) -> float:
+def cost(x: np.ndarray, data: SimplexData, R: np.ndarray, room: np.ndarray) -> float:
     """K_1 or K_2 in rad^2; R (3, 3) and room (4, n) to work in."""
-    rotors, points = given.rotors, given.points
+    rotors, points = data.rotors, data.points
     matrix(x, R)
-    if given.unknown == STATION:  # p = R^T (w - t)
+    if data.unknown == STATION:  # p = R^T (w - t)
         R = R.T
         tx, ty, tz = turned(R, -x[0], -x[1], -x[2])
     else:
@@ -127,14 +127,14 @@ def cost(x: np.ndarray, given: SimplexData, R: np.ndarray, room: np.ndarray) -> 
     total = 0.0
     if rotors[0, IMPERFECT] == 0.0 and rotors[1, IMPERFECT] == 0.0:
         for axis in range(2):
-            total += _turns(room, axis, given)
+            total += _turns(room, axis, data)
         return total
     none = np.empty(0)
     for i in range(points.shape[1]):
         a, b, c = room[0, i], room[1, i], room[2, i]
         for axis in range(2):
-            found = angle_gradient(axis, a, b, c, rotors[axis], none)[0]
-            e = found - given.measured[axis, i]
+            angle = angle_gradient(axis, a, b, c, rotors[axis], none)[0]
+            e = angle - data.measured[axis, i]
             total += e * e
     return total
 
@@ -153,9 +153,9 @@ def seen_at(
     return SimplexData(unknown, places, angles, trig_of(angles), rotors)
 
 
-def evaluate(x: np.ndarray, given: SimplexData) -> float:
+def evaluate(x: np.ndarray, data: SimplexData) -> float:
     """The cost that `nelder_mead` minimises, at one point."""
-    return cost(np.asarray(x, float), given, np.empty((3, 3)), np.empty((4, given.points.shape[1])))
+    return cost(np.asarray(x, float), data, np.empty((3, 3)), np.empty((4, data.points.shape[1])))
 
 
 @njit
@@ -171,14 +171,14 @@ def _sort(simplex: np.ndarray, f: np.ndarray) -> None:
 
 
 @njit
-def _along(middle: np.ndarray, simplex: np.ndarray, share: float, x: np.ndarray) -> None:
+def _on_line(middle: np.ndarray, simplex: np.ndarray, share: float, x: np.ndarray) -> None:
     """x = middle + share (middle - worst point)."""
     for j in range(N):
         x[j] = (1.0 + share) * middle[j] - share * simplex[N, j]
 
 
 @njit
-def _small(simplex: np.ndarray, f: np.ndarray, end: SimplexSettings) -> bool:
+def _is_small(simplex: np.ndarray, f: np.ndarray, end: SimplexSettings) -> bool:
     for i in range(1, N + 1):
         if abs(f[i] - f[0]) > end.tol_fun:
             return False
@@ -190,48 +190,48 @@ def _small(simplex: np.ndarray, f: np.ndarray, end: SimplexSettings) -> bool:
 
 @njit
 def nelder_mead(
-    x0: np.ndarray, given: SimplexData, end: SimplexSettings
+    x0: np.ndarray, data: SimplexData, end: SimplexSettings
 ) -> tuple[np.ndarray, float, int]:
     """Minimise K_1 or K_2 (see `cost`) from x0: the pose (6,), its cost in rad^2, evaluations."""
-    R, room = np.empty((3, 3)), np.empty((4, given.points.shape[1]))
+    R, room = np.empty((3, 3)), np.empty((4, data.points.shape[1]))
     simplex, f = np.empty((N + 1, N)), np.empty(N + 1)
     middle, x, y = np.empty(N), np.empty(N), np.empty(N)
     for i in range(N + 1):
         simplex[i] = x0
         if i > 0:
             simplex[i, i - 1] = 1.05 * x0[i - 1] if x0[i - 1] != 0.0 else 0.00025
-        f[i] = cost(simplex[i], given, R, room)
+        f[i] = cost(simplex[i], data, R, room)
     used = N + 1
     _sort(simplex, f)
-    while used < end.evaluations and not _small(simplex, f, end):
+    while used < end.evaluations and not _is_small(simplex, f, end):
         for j in range(N):
             total = 0.0
             for i in range(N):
                 total += simplex[i, j]
             middle[j] = total / N
-        _along(middle, simplex, 1.0, x)
-        fx = cost(x, given, R, room)
+        _on_line(middle, simplex, 1.0, x)
+        fx = cost(x, data, R, room)
         used += 1
         if f[0] <= fx < f[N - 1]:
             simplex[N], f[N] = x, fx
         elif fx < f[0]:
-            _along(middle, simplex, 2.0, y)
-            fy = cost(y, given, R, room)
+            _on_line(middle, simplex, 2.0, y)
+            fy = cost(y, data, R, room)
             used += 1
             if fy < fx:
                 simplex[N], f[N] = y, fy
             else:
                 simplex[N], f[N] = x, fx
         else:
-            _along(middle, simplex, 0.5 if fx < f[N] else -0.5, y)
-            fy = cost(y, given, R, room)
+            _on_line(middle, simplex, 0.5 if fx < f[N] else -0.5, y)
+            fy = cost(y, data, R, room)
             used += 1
             if (fx < f[N] and fy <= fx) or (fx >= f[N] and fy < f[N]):
                 simplex[N], f[N] = y, fy
             else:
                 for i in range(1, N + 1):
                     simplex[i] = simplex[0] + 0.5 * (simplex[i] - simplex[0])
-                    f[i] = cost(simplex[i], given, R, room)
+                    f[i] = cost(simplex[i], data, R, room)
                 used += N
         _sort(simplex, f)
     return simplex[0].copy(), f[0], used

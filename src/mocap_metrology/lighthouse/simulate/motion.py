@@ -83,7 +83,7 @@ def _path(
     arc, radius = np.zeros(10), twin.extent_m / 2
     start, omega = rng.uniform(0, 2 * np.pi), twin.speed_m_s / radius
     if twin.pattern == "hand":
-        return _hand(twin, rng), arc
+        return _hand_motion(twin, rng), arc
     if twin.pattern == "arc":
         swing = np.pi / 2
         arc[:] = radius, swing, omega / swing, start, *axes[:, 0], *axes[:, 1]
@@ -94,7 +94,7 @@ def _path(
     return sines, arc
 
 
-def _hand(twin: MotionTwin, rng: np.random.Generator) -> list[Sine]:
+def _hand_motion(twin: MotionTwin, rng: np.random.Generator) -> list[Sine]:
     """Three sines a coordinate, scaled until speed and extent are the twin's."""
     amplitude = rng.uniform(0.3, 1.0, (3, SINES)) * twin.extent_m / 2
     omega = rng.uniform(0.3, 1.0, (3, SINES)) * 2 * twin.speed_m_s / twin.extent_m
@@ -204,11 +204,11 @@ def swept_board(
                 a, b, c = turned(R, board[d, 0], board[d, 1], board[d, 2])
                 a, b, c = a + p[0] - ts[s, 0], b + p[1] - ts[s, 1], c + p[2] - ts[s, 2]
                 x, y, z = turned(Rs[s].T, a, b, c)
-                found = angle_gradient(k, x, y, z, laser, none)[0]
-                before, t = t, start_s[i] + (found + math.pi / 2) * per_rad
+                angle = angle_gradient(k, x, y, z, laser, none)[0]
+                before, t = t, start_s[i] + (angle + math.pi / 2) * per_rad
                 if abs(t - before) < CONVERGED_S:
                     break
-            time[i, d], theta[i, d] = t, found
+            time[i, d], theta[i, d] = t, angle
             x, y, z = x - laser[X], y - laser[Y], z - laser[Z]
             distance[i, d] = math.sqrt(x * x + y * y + z * z)
             toward = 0.0  # board's x axis in the station's frame, times the way to the laser

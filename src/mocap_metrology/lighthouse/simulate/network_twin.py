@@ -77,13 +77,15 @@ class NetworkTwin(Entry):
         """Stations, object and motion; seed: added to both seeds."""
         from mocap_metrology.lighthouse.simulate.turns import TurnsTwin, stations_around
 
-        room, own = seed + self.room_seed, seed + self.seed
+        room, recording_seed = seed + self.room_seed, seed + self.seed
         R, t, middle, up = stations_around(self.stations, np.random.default_rng(room))
-        centre = middle + self.places_m * np.random.default_rng([own, PLACES]).standard_normal(3)
+        centre = middle + self.places_m * np.random.default_rng(
+            [recording_seed, PLACES]
+        ).standard_normal(3)
         motion = MotionTwin(centre_m=tuple(centre), **self.model_dump(include=OF_MOTION))
         return TurnsTwin(
             seed=room,
-            take=1 + own,
+            take=1 + recording_seed,
             R=R,
             t=t,
             channels=tuple(range(self.stations)),
@@ -94,9 +96,9 @@ class NetworkTwin(Entry):
         )
 
 
-def truth_json(made: MadeTurns) -> dict[str, object]:
+def truth_json(simulation: MadeTurns) -> dict[str, object]:
     """Poses of the stations in the frame of the first, as a file of references."""
-    twin = made.twin
-    rows = zip(twin.channels, made.ids, twin.R, twin.t, strict=True)
+    twin = simulation.twin
+    rows = zip(twin.channels, simulation.ids, twin.R, twin.t, strict=True)
     stations = {str(c): {"id": k, "R": R.tolist(), "t_m": t.tolist()} for c, k, R, t in rows}
     return {"stations": stations}

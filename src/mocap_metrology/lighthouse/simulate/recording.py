@@ -113,11 +113,11 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> SimulatedSweeps:
     return SimulatedSweeps(twin, pulses, noisy, _truth(scene, exact))
 
 
-def truth_json(made: SimulatedSweeps) -> dict[str, object]:
+def truth_json(simulation: SimulatedSweeps) -> dict[str, object]:
     """What an estimator should find, as a pose file: R and t_m of the slave's housing in the
     master's; t_optical_m between the origins of the optics; lasers_m (station, axis, 3) in the
     housings."""
-    truth, twin = made.truth, made.twin
+    truth, twin = simulation.truth, simulation.twin
     keys = twin.model_dump()  # factory values as its stations state them
     for role, station in zip(records.ROLES, twin.stations, strict=False):
         keys[role]["factory"] = vars(station.optics) if station.optics else None
@@ -182,12 +182,12 @@ def _sweeps(
     every, lit = _lit_sweeps(scene)
     off = twin.common_urad * noise.standard_normal((len(lit), 1))
     off = 1e-6 * (off + twin.independent_urad * noise.standard_normal(lit.shape))
-    kept = faults.random(lit.shape) >= twin.dropout
+    received = faults.random(lit.shape) >= twin.dropout
     exact, off = every.take(lit.ravel()), off[lit]
     time_s = exact.time_s + off * twin.cycle_s / np.pi
     noisy = replace(exact, time_s=time_s, angle_rad=exact.angle_rad + off)
     middle, length, diode = reflections(twin, time_s, noisy.width_s, noisy.diode, faults)
-    rows = np.flatnonzero(kept[lit])
+    rows = np.flatnonzero(received[lit])
     rows = rows[np.argsort(exact.time_s[rows], kind="stable")]
     return exact.take(rows), noisy.take(rows), (middle - length / 2, length, diode)
 

@@ -140,10 +140,10 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
     ids = tuple(int(x) for x in rng.integers(1, 1 << 32, len(twin.channels)))
     again = [twin.take] if twin.take else []
     motion = motion_of(twin.motion, twin.t, twin.seed + 1000 * twin.take)
-    own = np.random.default_rng([twin.seed, RECEIVER, twin.receiver])
-    places = twin.board + 1e-3 * twin.place_mm * own.standard_normal(twin.board.shape)
+    receiver_rng = np.random.default_rng([twin.seed, RECEIVER, twin.receiver])
+    places = twin.board + 1e-3 * twin.place_mm * receiver_rng.standard_normal(twin.board.shape)
     noise = np.random.default_rng([twin.seed, NOISE, twin.receiver, *again])
-    scale = 1 + 1e-6 * (twin.clock_ppm + own.standard_normal())
+    scale = 1 + 1e-6 * (twin.clock_ppm + receiver_rng.standard_normal())
     begins, hits = [], []
     for s, channel in enumerate(twin.channels):
         begin_s, period_s = _begins(channel, twin.duration_s, rng)
@@ -151,16 +151,16 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
         told = begin_s + late + 1e-9 * twin.begin_ns * noise.standard_normal(late.size)
         frame = encode_frame2(factories[s], ids[s], channel, accel_of(twin.R[s].T @ twin.up))
         bit = frame[(np.arange(late.size) + rng.integers(frame.size)) % frame.size]
-        kept = noise.random(late.size) >= twin.lost_begins
-        begins.append([np.full(kept.sum(), s), told[kept], bit[kept]])
+        received = noise.random(late.size) >= twin.lost_begins
+        begins.append([np.full(received.sum(), s), told[received], bit[received]])
         rotor = Rotor(begin_s[0], period_s, CubicSpline(np.arange(late.size), late), late.size)
         hits.append(_hits(twin, s, rotor, factories[s], motion, places, noise))
     station, diode, time_s, wrong = (np.concatenate(column) for column in zip(*hits, strict=True))
     if twin.collisions:
         faults = np.random.default_rng([twin.seed, FAULTS, twin.receiver, *again])
-        station, kept, mixed = _collide(station, time_s, faults)
-        wrong = (wrong | mixed)[kept]
-        station, diode, time_s = station[kept], diode[kept], time_s[kept]
+        station, received, mixed = _collide(station, time_s, faults)
+        wrong = (wrong | mixed)[received]
+        station, diode, time_s = station[received], diode[received], time_s[received]
     order = np.argsort(time_s)
     channels = np.array(twin.channels, np.int8)
     begin_station, begin_s, bit = (np.concatenate(column) for column in zip(*begins, strict=True))
@@ -205,9 +205,9 @@ class Rotor:
 
     def time(self, turn: np.ndarray, angle: Floats) -> Floats:
         """When the rotor points to an angle in a turn, in s, its wander included."""
-        made = turn + angle / (2 * np.pi)
-        late = self.late(np.clip(made, 0, self.turns - 1))
-        return self.begin_s + made * self.period_s + late
+        turned = turn + angle / (2 * np.pi)
+        late = self.late(np.clip(turned, 0, self.turns - 1))
+        return self.begin_s + turned * self.period_s + late
 
 
 def _hits(
@@ -244,9 +244,9 @@ def _hits(
     reflected = grazing & (rng.random(plane.size) < share)
     shift = rng.uniform(*REFLECTION_RAD, plane.size) * rng.choice([-1.0, 1.0], plane.size)
     off = off + np.where(reflected, shift, 0.0)
-    kept = (direct & (rng.random(plane.size) >= twin.dropout)) | reflected
+    received = (direct & (rng.random(plane.size) >= twin.dropout)) | reflected
     time_s = time_s + rotor.period_s * off / (2 * np.pi)
-    return np.full(kept.sum(), s), diode[kept], time_s[kept], reflected[kept]
+    return np.full(received.sum(), s), diode[received], time_s[received], reflected[received]
 
 
 def _seen_at(
@@ -288,16 +288,20 @@ def _collide(
     np.maximum.at(of_group, group, other)
     draw = rng.random(s.size)
     mixed = (of_group[group] >= 0) & (draw >= LOST) & (draw < LOST + MIXED)
-    kept = ~((of_group[group] >= 0) & (draw < LOST))
-    given = np.argsort(order)
-    return np.where(mixed, of_group[group], s)[given], kept[given], mixed[given]
+    received = ~((of_group[group] >= 0) & (draw < LOST))
+    unsorted = np.argsort(order)
+    return np.where(mixed, of_group[group], s)[unsorted], received[unsorted], mixed[unsorted]
 
 
 def write_rec(
-    path: str | Path, made: MadeTurns, name: str = "T20", serial: str = "LHR-TWIN", begin: int = 0
+    path: str | Path,
+    simulation: MadeTurns,
+    name: str = "T20",
+    serial: str = "LHR-TWIN",
+    begin: int = 0,
 ) -> None:
     """A recording of libsurvive, packed, whole or not at all; begin: of the 32-bit counter."""
-    twin, light = made.twin, made.light
+    twin, light = simulation.twin, simulation.light
     lights = {"modelPoints": twin.board.tolist(), "modelNormals": twin.normals.tolist()}
     config = json.dumps({"device_serial_number": serial, "lighthouse_config": lights})
     half = np.round(2 * TICKS_PER_S * light.hit_s).astype(np.int64)

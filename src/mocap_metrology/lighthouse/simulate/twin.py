@@ -42,13 +42,13 @@ def _blocked(value: object) -> object:
         isinstance(one, list | tuple) and len(one) == 3 for one in value
     ):
         raise Unfit("a list of [station, from_s, to_s]", value)
-    found = []
+    blocked = []
     for station, *times in value:
         start, end = map(Time.read, times)
         if end <= start:
             raise ValueError(f"{start:g} to {end:g} s, expected an end after the start")
-        found.append((Whole(0, 1).read(station), start, end))
-    return tuple(found)
+        blocked.append((Whole(0, 1).read(station), start, end))
+    return tuple(blocked)
 
 
 Blocked = Annotated[tuple[tuple[int, float, float], ...], BeforeValidator(_blocked)]
@@ -70,11 +70,11 @@ class FactoryValues(Entry):
 
     def made(self) -> Factory:
         """The values as the station itself can state them: half floats."""
-        given: dict[str, Any] = {
+        values: dict[str, Any] = {
             name: np.array(pair, dtype=np.float16).astype(np.float64)
             for name, pair in self.model_dump(exclude_none=True).items()
         }
-        return Factory(**given)
+        return Factory(**values)
 
     @model_validator(mode="after")
     def _of_first_generation(self) -> FactoryValues:

@@ -59,26 +59,26 @@ def heads(a: Object, b: Object) -> BarEnds:
     pairs, expected = list(zip(*index, strict=True)), a.host_s - b.host_s
     clock = clock_map(a.scene.hits, b.scene.hits, pairs, expected)
     inside = b.scene.hits.time_s.min(), b.scene.hits.time_s.max()
-    own = a.scene.hits.time_s
+    hit_s = a.scene.hits.time_s
     begin, end = (np.array(inside) - clock.offset_s) / clock.rate
-    begin, end = max(begin, own.min()), min(end, own.max())
+    begin, end = max(begin, hit_s.min()), min(end, hit_s.max())
     if not end - begin > STEP_S:
         raise Refusal("bar: the objects are not seen at the same time; expected one recording")
     time_s = begin + STEP_S * np.arange(int((end - begin) / STEP_S))
-    found = track(a.scene, a.known, time_s), track(b.scene, b.known, clock(time_s))
-    turn = np.stack([one.R @ it.head[0] for one, it in zip(found, (a, b), strict=True)])
-    lever = np.stack([one.R @ it.head[1] for one, it in zip(found, (a, b), strict=True)])
-    place = np.stack([one.t_m for one in found]) + lever
+    tracks = track(a.scene, a.known, time_s), track(b.scene, b.known, clock(time_s))
+    turn = np.stack([one.R @ it.head[0] for one, it in zip(tracks, (a, b), strict=True)])
+    lever = np.stack([one.R @ it.head[1] for one, it in zip(tracks, (a, b), strict=True)])
+    place = np.stack([one.t_m for one in tracks]) + lever
     unseen = np.any(
-        [(one.hits >= FEWEST_HITS).sum(axis=1) < FEWEST_STATIONS for one in found], axis=0
+        [(one.hits >= FEWEST_HITS).sum(axis=1) < FEWEST_STATIONS for one in tracks], axis=0
     )
     place[:, unseen] = np.nan
-    sd = _sd(found, place, lever, a.known, index)
+    sd = _sd(tracks, place, lever, a.known, index)
     return BarEnds(time_s, np.moveaxis(place, 2, 1), turn, sd, clock)
 
 
 def _sd(
-    found: Sequence[Track],
+    tracks: Sequence[Track],
     place: Floats,
     lever: Floats,
     known: Calibrated,
@@ -89,20 +89,20 @@ def _sd(
     way = place[1] - place[0]
     u = way / np.linalg.norm(way, axis=1, keepdims=True)
     gain = [s * np.hstack([u, np.cross(w, u)]) for s, w in zip((-1, 1), lever, strict=True)]
-    own = sum(
+    alone = sum(
         np.einsum("na,nab,nb->n", g, one.sd.covariance, g)
-        for g, one in zip(gain, found, strict=True)
+        for g, one in zip(gain, tracks, strict=True)
     )
     # Rows of these stations among those of all but the first, the reference.
     first = [POSE * (np.array([k for k in members if k > 0]) - 1) for members in index]
-    at = [(own[:, None] + np.arange(POSE)).ravel() for own in first]
+    at = [(begin[:, None] + np.arange(POSE)).ravel() for begin in first]
     by = [
         np.einsum("na,nab->nb", g, one.sd.by_slave)[:, rows]
-        for g, one, rows in zip(gain, found, at, strict=True)
+        for g, one, rows in zip(gain, tracks, at, strict=True)
     ]
     shared = known.covariance[np.ix_(at[0], at[0])]
     both = np.einsum("na,ab,nb->n", by[0], shared, by[1])
-    return np.asarray(np.sqrt(np.maximum(own + 2 * both, 0.0)))
+    return np.asarray(np.sqrt(np.maximum(alone + 2 * both, 0.0)))
 
 
 @dataclass(frozen=True)
@@ -151,9 +151,9 @@ def clock_map(a: Hits, b: Hits, stations: Sequence[tuple[int, int]], expected_s:
     """
     both = []
     for i, j in stations:
-        own = [h.take(h.station == s) for h, s in ((a, i), (b, j))]
-        if min(np.unique(h.cycle).size for h in own) >= FEWEST_TURNS:
-            both.append((_begins(own[0]), _begins(own[1])))
+        shared = [h.take(h.station == s) for h, s in ((a, i), (b, j))]
+        if min(np.unique(h.cycle).size for h in shared) >= FEWEST_TURNS:
+            both.append((_begins(shared[0]), _begins(shared[1])))
     if len(both) < 2:
         raise Refusal(
             f"bar: the objects see {len(both)} stations in common; expected two, whose turns tell"
@@ -170,14 +170,14 @@ def clock_map(a: Hits, b: Hits, stations: Sequence[tuple[int, int]], expected_s:
     offset = off[0] + period[0] * (first + np.round((about - off[0]) / period[0]))
     number = np.round((offset[:, None] - off) / period)
     apart = np.ptp(off + number * period, axis=1)
-    if (found := np.flatnonzero(apart <= AGREE_S)).size != 1:
+    if (agreeing := np.flatnonzero(apart <= AGREE_S)).size != 1:
         raise Refusal(
-            f"bar: {found.size} differences of the clocks let the turns of {len(both)} stations"
+            f"bar: {agreeing.size} differences of the clocks let the turns of {len(both)} stations"
             f" agree within {1e6 * AGREE_S:g} us, up to {within:g} s from {about:.3f} s; expected"
             " one, of objects in one recording"
         )
     pairs = []  # begins of the turns that both saw
-    for (x, y), k in zip(both, number[found[0]], strict=True):
+    for (x, y), k in zip(both, number[agreeing[0]], strict=True):
         rows = np.intersect1d(x.turn + int(k), y.turn, assume_unique=True, return_indices=True)
         pairs.append((x.begin_s[rows[1]], y.begin_s[rows[2]]))
     t_a, t_b = (np.concatenate(times) for times in zip(*pairs, strict=True))

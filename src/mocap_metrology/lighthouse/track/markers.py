@@ -43,14 +43,14 @@ class Markers:
         """Without the origin, and without stretches that are straight to the last digit."""
         place = np.where((self.place_m == 0).all(axis=1, keepdims=True), np.nan, self.place_m)
         least = max(math.ceil(FILLED_S * self.rate_hz), 3)
-        for own in place:
-            bend = np.full(own.shape[1], np.inf)
-            bend[1:-1] = np.abs(own[:, 2:] - 2 * own[:, 1:-1] + own[:, :-2]).max(axis=0)
+        for xyz in place:
+            bend = np.full(xyz.shape[1], np.inf)
+            bend[1:-1] = np.abs(xyz[:, 2:] - 2 * xyz[:, 1:-1] + xyz[:, :-2]).max(axis=0)
             straight = bend < STRAIGHT_M
             begins = np.flatnonzero(np.diff(straight, prepend=~straight[:1]))
             length = np.diff(np.append(begins, straight.size))
             straight &= np.repeat(length >= least, length)
-            own[:, np.convolve(straight, np.ones(3), mode="same") > 0] = np.nan  # with its ends
+            xyz[:, np.convolve(straight, np.ones(3), mode="same") > 0] = np.nan  # with its ends
         return replace(self, place_m=place)
 
     def _rigid(self) -> Markers:
@@ -83,7 +83,7 @@ class Markers:
             inner = 4 * (place[..., 1:-3] + place[..., 3:-1]) - place[..., :-4] - place[..., 4:]
             off[:, 2:-2] = np.linalg.norm(place[..., 2:-2] - inner / 6, axis=1)
             off = np.nan_to_num(off)
-            usual = np.array([np.median(own[own > 0]) if own.any() else 0.0 for own in off])
+            usual = np.array([np.median(row[row > 0]) if row.any() else 0.0 for row in off])
             limit = np.maximum(CLEAN_TIMES * usual, CLEAN_M)[:, None]
             peak = (off >= np.roll(off, 1, axis=1)) & (off >= np.roll(off, -1, axis=1))
             wrong = peak & (off > limit)

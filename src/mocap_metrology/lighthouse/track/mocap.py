@@ -80,17 +80,17 @@ def match(track: Tracked, seen: Markers) -> Match:
             f"receiver: the track and motion capture have no {LEAST_S:g} s in common; expected one"
             " motion, recorded by both"
         )
-    fit, free = fits[0], _Fit(track, seen, known, fits[0].found, free_scale=True)
+    fit, free = fits[0], _Fit(track, seen, known, fits[0].alignment, free_scale=True)
     _check(fit, fits[1:])
     others = []
     for block in np.array_split(np.flatnonzero(fit.kept), BLOCKS):
         rest = fit.kept.copy()
         rest[block] = False
-        others.append(_Fit(track, seen, rest, free.found, free_scale=True).found.values())
+        others.append(_Fit(track, seen, rest, free.alignment, free_scale=True).alignment.values())
     sd = np.sqrt(np.diag(jackknife(np.array(others))))
-    kept = fit.kept
-    off = track.time_s[kept], fit.residual[kept], _turns(fit)
-    return Match(fit.found, free.found, sd, *off)
+    used = fit.kept
+    off = track.time_s[used], fit.residual[used], _turns(fit)
+    return Match(fit.alignment, free.alignment, sd, *off)
 
 
 def _fits(track: Tracked, seen: Markers, known: np.ndarray) -> list[_Fit]:
@@ -108,9 +108,9 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
             f" across; expected {LEAST_MM:g} mm or more in two"
         )
     if fit.rms > WORST_FIT * whole:
-        free = [_sized(one) for one in (fit, *others)]
-        best = min(free, key=lambda one: one.rms / max(one.found.scale, 1e-9))
-        scale = best.found.scale
+        free = [_scaled_start(one) for one in (fit, *others)]
+        best = min(free, key=lambda one: one.rms / max(one.alignment.scale, 1e-9))
+        scale = best.alignment.scale
         if abs(scale - 1) > LARGEST_SCALE and _of_one_motion(best, scale * whole):
             raise Refusal(
                 f"receiver: the path by motion capture is {scale:.3g} times as large as that of the"
@@ -129,7 +129,7 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
             " one motion, recorded by both"
         )
     for other in others:
-        apart = abs(other.found.offset_s - fit.found.offset_s)
+        apart = abs(other.alignment.offset_s - fit.alignment.offset_s)
         long = other.common_s > fit.common_s / 2
         if long and apart > APART_S and other.rms < AMBIGUOUS * fit.rms:
             raise Refusal(
@@ -147,12 +147,12 @@ def _of_one_motion(fit: _Fit, whole: float) -> bool:
     for third in np.array_split(np.flatnonzero(fit.kept), 3):
         others = fit.kept.copy()
         others[third] = False
-        found = _Fit(fit.track, fit.seen, others, fit.found, fit.free_scale).residual[third]
-        squares.append(np.sum(found**2, axis=2))
+        residual = _Fit(fit.track, fit.seen, others, fit.alignment, fit.free_scale).residual[third]
+        squares.append(np.sum(residual**2, axis=2))
     return bool(np.nanmean(np.concatenate(squares)) < (WORST_HELD_OUT * whole) ** 2)
 
 
-def _sized(fit: _Fit) -> _Fit:
+def _scaled_start(fit: _Fit) -> _Fit:
     """From where a fit began, with the size that motion capture has of the path."""
     places, _ = fit.seen.at(fit.near.time(fit.track.time_s))
     both = fit.known & np.isfinite(places).all(axis=(1, 2))
@@ -171,7 +171,7 @@ class _Fit:
         free_scale: bool = False,
     ):
         self.track, self.seen, self.known, self.free_scale = track, seen, known, free_scale
-        self.found = self.near = near
+        self.alignment = self.near = near
         for _ in range(ROUNDS):
             if self._step() < SMALL:
                 break
@@ -179,11 +179,11 @@ class _Fit:
 
     def _renew(self) -> None:
         """Residuals (n, markers, 3) at the present values, and which moments count."""
-        found = self.found
-        places, self.velocity = self.seen.at(found.time(self.track.time_s))
-        arm = np.einsum("nij,mj->nmi", self.track.R, found.lever_m)
-        self.own = (self.track.t_m[:, None] + arm) @ found.A.T
-        self.residual = places - found.scale * self.own - found.b_m
+        alignment = self.alignment
+        places, self.velocity = self.seen.at(alignment.time(self.track.time_s))
+        arm = np.einsum("nij,mj->nmi", self.track.R, alignment.lever_m)
+        self.tracked_m = (self.track.t_m[:, None] + arm) @ alignment.A.T
+        self.residual = places - alignment.scale * self.tracked_m - alignment.b_m
         self.kept = self.known & np.isfinite(self.residual).all(axis=(1, 2))
         off = np.linalg.norm(self.residual[self.kept], axis=2)
         noise = np.hypot(self.track.noise_m[self.kept], FLOOR_M)
@@ -195,34 +195,34 @@ class _Fit:
     def _step(self) -> float:
         """One step of Gauss and Newton; its size over the noise of the unknowns."""
         self._renew()
-        found, n = self.found, len(self.seen.labels)
+        alignment, n = self.alignment, len(self.seen.labels)
         k = self.kept
         if not k.any():
             return 0.0
-        t = self.track.time_s[k] - found.middle_s
+        t = self.track.time_s[k] - alignment.middle_s
         J = np.zeros((k.sum(), n, 3, 8 + 3 * n + self.free_scale))
-        J[..., :3] = found.scale * np.cross(self.own[k][..., None, :], -np.eye(3))
+        J[..., :3] = alignment.scale * np.cross(self.tracked_m[k][..., None, :], -np.eye(3))
         J[..., 3:6] = -np.eye(3)
         J[..., 6] = self.velocity[k]
         J[..., 7] = self.velocity[k] * t[:, None, None]
         for m in range(n):
-            J[:, m, :, 8 + 3 * m : 11 + 3 * m] = -found.scale * found.A @ self.track.R[k]
+            J[:, m, :, 8 + 3 * m : 11 + 3 * m] = -alignment.scale * alignment.A @ self.track.R[k]
         if self.free_scale:
-            J[..., -1] = -self.own[k]
+            J[..., -1] = -self.tracked_m[k]
         w = np.broadcast_to(self.weight[..., None], J.shape[:3]).ravel()
         flat, r = J.reshape(w.size, -1), self.residual[k].ravel()
         known = np.zeros(flat.shape[1])
         known[7], known[8 : 8 + 3 * n] = RATE_SD**-2, LEVER_SD_M**-2
-        at = np.r_[np.zeros(7), found.rate, found.lever_m.ravel(), [0.0] * self.free_scale]
+        at = np.r_[np.zeros(7), alignment.rate, alignment.lever_m.ravel(), [0.0] * self.free_scale]
         step_s = float(np.median(np.diff(self.track.time_s)))
         variance = self.sigma**2 * max(1.0, CORRELATED_S / step_s)
         M = (flat * w[:, None]).T @ flat / variance + np.diag(known)
         step = -np.linalg.solve(M, flat.T @ (w * r) / variance + known * at)
-        A, b_m = exp(step[:3]) @ found.A, found.b_m + step[3:6]
-        clock = found.offset_s + float(step[6]), found.rate + float(step[7])
-        lever_m = found.lever_m + step[8 : 8 + 3 * n].reshape(n, 3)
-        scale = found.scale + (float(step[-1]) if self.free_scale else 0.0)
-        self.found = Alignment(A, b_m, *clock, lever_m, found.middle_s, scale)
+        A, b_m = exp(step[:3]) @ alignment.A, alignment.b_m + step[3:6]
+        clock = alignment.offset_s + float(step[6]), alignment.rate + float(step[7])
+        lever_m = alignment.lever_m + step[8 : 8 + 3 * n].reshape(n, 3)
+        scale = alignment.scale + (float(step[-1]) if self.free_scale else 0.0)
+        self.alignment = Alignment(A, b_m, *clock, lever_m, alignment.middle_s, scale)
         return float(np.sqrt(step @ M @ step / step.size))
 
     @property
@@ -238,7 +238,7 @@ class _Fit:
     @property
     def spread(self) -> Floats:
         """Variances of the path along its main directions in m^2, the largest first."""
-        place = self.own[self.kept].mean(axis=1)
+        place = self.tracked_m[self.kept].mean(axis=1)
         return np.linalg.svd(place - place.mean(axis=0), compute_uv=False) ** 2 / len(place)
 
     @property
@@ -253,14 +253,14 @@ class _Fit:
 def _turns(fit: _Fit) -> Floats | None:
     """Rotation vectors (n, 3) from the tracked attitude to that by the markers, in axes of motion
     capture; None of fewer than three markers, or of markers on a line."""
-    lever = fit.found.lever_m
+    lever = fit.alignment.lever_m
     if len(lever) < 3:
         return None
     if np.linalg.svd(lever - lever.mean(axis=0), compute_uv=False)[1] < NARROWEST_M:
         return None
-    own, seen = fit.own[fit.kept], (fit.residual + fit.own)[fit.kept]
-    own, seen = (x - x.mean(axis=1, keepdims=True) for x in (own, seen))
-    U, _, Vt = np.linalg.svd(np.einsum("nmi,nmj->nij", seen, own))
+    ours, seen = fit.tracked_m[fit.kept], (fit.residual + fit.tracked_m)[fit.kept]
+    ours, seen = (x - x.mean(axis=1, keepdims=True) for x in (ours, seen))
+    U, _, Vt = np.linalg.svd(np.einsum("nmi,nmj->nij", seen, ours))
     U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
     return log(U @ Vt)
 
@@ -273,14 +273,14 @@ def offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]
     grid = step * np.arange(int(seen.duration_s / step) + 1, dtype=np.float64)
     places, _ = seen.at(grid)
     its, n = speed(places.mean(axis=1), step), track.time_s.size
-    own = [track.t_m + track.R @ lever for lever in LEVERS_M]
+    paths = [track.t_m + track.R @ lever for lever in LEVERS_M]
     likely = []
-    for place in own:
+    for place in paths:
         r, count = _correlation(speed(place, step), its)
         z = np.arctanh(np.clip(r, -0.999, 0.999)) * np.sqrt(count)
         likely.append(np.where(count * step >= LEAST_S, z, -np.inf))
     lever, score = np.argmax(likely, axis=0), np.max(likely, axis=0)
-    found: list[Alignment] = []
+    alignments: list[Alignment] = []
     middle = float(np.median(track.time_s))
     for _ in range(CANDIDATES):
         best = int(np.argmax(score))
@@ -294,10 +294,10 @@ def offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]
         both = known & np.isfinite(places).all(axis=(1, 2))
         if both.sum() * step < LEAST_S:
             continue
-        A, b = kabsch(own[which][both], places[both].mean(axis=1))
+        A, b = kabsch(paths[which][both], places[both].mean(axis=1))
         levers = np.tile(LEVERS_M[which], (len(seen.labels), 1))
-        found.append(Alignment(A, b, offset, 0.0, levers, middle))
-    return found
+        alignments.append(Alignment(A, b, offset, 0.0, levers, middle))
+    return alignments
 
 
 def speed(place: Floats, step_s: float) -> Floats:

@@ -15,7 +15,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.estimate import Joint, determined
+from mocap_metrology.lighthouse.batch.estimate import Joint, expect_determined
 from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobians
 from mocap_metrology.lighthouse.batch.problem import layout
 from mocap_metrology.lighthouse.batch.recording import Recording
@@ -51,8 +51,8 @@ def first_trajectory(
     frame of the first. Points are those of a station and of the two before it.
     """
     seen = [
-        Measurements(own.time_s, directions(own.angles_rad, rotors[station]))
-        for station, own in enumerate(moments(hits, len(board), len(stations)))
+        Measurements(measured.time_s, directions(measured.angles_rad, rotors[station]))
+        for station, measured in enumerate(moments(hits, len(board), len(stations)))
     ]
     parts = []
     for j in range(1, len(seen)):
@@ -61,10 +61,10 @@ def first_trajectory(
             both = triangulated([seen[i], seen[j]], board, R.T @ R_j, R.T @ (t_j - t_m))
             parts.append(both.seen_from(R, t_m))
     alone = ~np.isin(seen[0].time_s, np.concatenate([part.time_s for part in parts]))
-    for own, pose in zip(seen, stations, strict=True):
-        rows = alone & (own.seen.sum(axis=1) >= FEWEST_DIODES)
-        if len(given := well_posed(own.take(rows), board)):
-            by_one = by_levenberg_marquardt(given, board, rotor_parameters())
+    for measured, pose in zip(seen, stations, strict=True):
+        rows = alone & (measured.seen.sum(axis=1) >= FEWEST_DIODES)
+        if len(posed := well_posed(measured.take(rows), board)):
+            by_one = by_levenberg_marquardt(posed, board, rotor_parameters())
             parts.append(by_one.seen_from(*pose))
     every = Path.joined(parts)
     if not len(every):
@@ -78,8 +78,8 @@ def triangulated(
 ) -> Path:
     """Poses at the moments at which both stations see three diodes that span a surface; seen: ideal
     angles of both at the same moments."""
-    tangents = [np.moveaxis(np.tan(own.angles_rad), 2, 0) for own in seen]
-    a, b = (np.stack([np.ones_like(own[0]), *own], -1) for own in tangents)
+    tangents = [np.moveaxis(np.tan(measured.angles_rad), 2, 0) for measured in seen]
+    a, b = (np.stack([np.ones_like(tangent[0]), *tangent], -1) for tangent in tangents)
     b = b @ R.T
     aa, ab, bb = (np.einsum("ndi,ndi->nd", *pair) for pair in ((a, a), (a, b), (b, b)))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -102,12 +102,12 @@ def _superposed(
     """R (n, 3, 3), p (n, 3) that bring the board to the known of the points (n, diodes, 3)."""
     w = known / known.sum(axis=1, keepdims=True)
     points = np.where(known[..., None], points, 0.0)
-    centre, own = np.einsum("nd,ndi->ni", w, points), w @ board
-    H = np.einsum("nd,ndi,ndj->nij", w, points - centre[:, None], board - own[:, None])
+    centre, board_centre = np.einsum("nd,ndi->ni", w, points), w @ board
+    H = np.einsum("nd,ndi,ndj->nij", w, points - centre[:, None], board - board_centre[:, None])
     U, _, Vt = np.linalg.svd(H)
     U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
     R = U @ Vt
-    return R, centre - np.einsum("nij,nj->ni", R, own)
+    return R, centre - np.einsum("nij,nj->ni", R, board_centre)
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Spread:
 
 
 def spread(
-    found: Joint, scene: Scene, covariance: np.ndarray, own: bool, time_s: np.ndarray
+    joint: Joint, scene: Scene, covariance: np.ndarray, is_own: bool, time_s: np.ndarray
 ) -> Spread:
     """Standard deviations of the poses of one recording at these times.
 
@@ -133,24 +133,24 @@ def spread(
     so with K = (I, dq/dp) the slave's pose moves the control points by -A^-1 C K dp. A pose at a
     moment depends on four control points, whose blocks of A^-1 lie within its band.
 
-    found: an estimate, the slave's pose among the unknowns or held; scene: that it is of;
-    covariance (6, 6) of the slave's pose in m and rad, of more stations that of all poses; own: the
-    pose comes from this very recording, so that errors of board and optics in both are the same.
+    joint: an estimate, the slave's pose among the unknowns or held; scene: that it is of;
+    covariance (6, 6) of the slave's pose in m and rad, of more stations that of all poses; is_own:
+    the pose comes from this recording, so that errors of board and optics are the same in both.
     """
-    one, state = found.recordings[0], found.state
-    there = [column >= 0 for column in found.of.inertial]
-    gravity = found.of.gravity >= 0
+    one, state = joint.recordings[0], joint.state
+    there = [column >= 0 for column in joint.of.inertial]
+    gravity = joint.of.gravity >= 0
     n, board, priors = len(state.R), len(state.board), scene.used_priors
     of = layout(n, board, priors, inertial=there, gravity=gravity, more=scene.more)
     poses = len(covariance)
-    free = np.full(of.size - found.of.size, np.inf)  # the slave's pose, where it was held
-    working, believed = np.r_[free, found.working], np.r_[free, found.believed]
+    free = np.full(of.size - joint.of.size, np.inf)  # the slave's pose, where it was held
+    working, believed = np.r_[free, joint.working], np.r_[free, joint.believed]
     parts = reduced(one.sums(state, of, of.inertial[0]), one.trajectory, one.noise)
     S, p, q = parts.S + one.by_lengths(state, of, parts)[0], slice(0, poses), slice(poses, None)
     M = np.linalg.inv(S[q, q] + np.diag(1 / working[q] ** 2))
     K = np.vstack([np.eye(poses), -M @ S[q, p]])
     every = np.zeros_like(S)
-    if own:
+    if is_own:
         every = covariance_of(S, working, believed)
     else:
         every[q, q] = covariance_of(S[q, q], working[q], believed[q])
@@ -198,7 +198,7 @@ class Calibrated:
     R: np.ndarray
     t_m: np.ndarray
     covariance: np.ndarray
-    own: bool
+    is_own: bool
 
     @property
     def poses(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -242,23 +242,23 @@ def track(scene: Scene, known: Calibrated, time_s: Floats | None = None) -> Trac
     R, t_m = trajectory.poses(hits.time_s)
     from_station = t_m - np.array([t for _, t in known.poses])[hits.station]
     scene, why = faced(scene, [(R, from_station, hits.diode)])
-    with determined("receiver"):
-        found, note = well_fitted(scene, hits, trajectory, known.poses)
+    with expect_determined("receiver"):
+        joint, note = well_fitted(scene, hits, trajectory, known.poses)
     note = "; ".join(filter(None, (why, note)))
-    return along(found.sure("receiver"), scene, known, note, time_s)
+    return poses_along(joint.sure("receiver"), scene, known, note, time_s)
 
 
-def along(
-    found: Joint, scene: Scene, known: Calibrated, note: str, time_s: Floats | None = None
+def poses_along(
+    joint: Joint, scene: Scene, known: Calibrated, note: str, time_s: Floats | None = None
 ) -> Track:
     """Poses of an estimate from the hits of `scene`, the slave's pose among its unknowns or not."""
-    one, own_s = found.recordings[0], scene.hits.time_s
+    one, own_s = joint.recordings[0], scene.hits.time_s
     if time_s is None:
         time_s = own_s.min() + STEP_S * np.arange(int(np.ptp(own_s) / STEP_S) + 1)
     hits = one.sweeps.hits
-    count, residual = _near(time_s, hits, one.alone, len(scene.names))
-    with determined("receiver"):
-        sd = spread(found, scene, known.covariance, known.own, time_s)
+    count, residual = _hits_near(time_s, hits, one.alone, len(scene.names))
+    with expect_determined("receiver"):
+        sd = spread(joint, scene, known.covariance, known.is_own, time_s)
     R, t = one.trajectory.poses(time_s)
     unseen = count.sum(axis=1) == 0
     for values in (R, t, residual, sd.noise, sd.calibration, sd.total, sd.by_slave):
@@ -266,27 +266,27 @@ def along(
     return Track(time_s, R, t, count, residual, sd, note, scene.names)
 
 
-def columns(found: Track | None) -> dict[str, np.ndarray]:
+def columns(tracked: Track | None) -> dict[str, np.ndarray]:
     """track.parquet: one row a moment; no rows without a track."""
-    if found is None:
+    if tracked is None:
         nothing = np.zeros((0, 6))
         sd = Spread(nothing, nothing, nothing, *2 * [np.zeros((0, 6, 6))])
         R, count = np.zeros((0, 3, 3)), np.zeros((0, 2), np.int32)
-        found = Track(nothing[:, 0], R, nothing[:, :3], count, nothing[:, 0], sd, "")
-    q, seen = np.full((found.time_s.size, 4), np.nan), found.hits.any(axis=1)
+        tracked = Track(nothing[:, 0], R, nothing[:, :3], count, nothing[:, 0], sd, "")
+    q, seen = np.full((tracked.time_s.size, 4), np.nan), tracked.hits.any(axis=1)
     if seen.any():
-        q[seen] = quaternions(found.R[seen])
-    parts = {"time_s": found.time_s}
-    parts |= dict(zip(("x_mm", "y_mm", "z_mm"), 1e3 * found.t_m.T, strict=True))
+        q[seen] = quaternions(tracked.R[seen])
+    parts = {"time_s": tracked.time_s}
+    parts |= dict(zip(("x_mm", "y_mm", "z_mm"), 1e3 * tracked.t_m.T, strict=True))
     parts |= dict(zip(("qx", "qy", "qz", "qw"), q.T, strict=True))
-    hits = (f"n_hits_{name}" for name in found.names)
-    parts |= dict(zip(hits, found.hits.T, strict=True))
-    parts["residual_urad"] = 1e6 * found.residual_rad
-    kinds = {"noise": found.sd.noise, "calibration": found.sd.calibration, "": found.sd.total}
+    hits = (f"n_hits_{name}" for name in tracked.names)
+    parts |= dict(zip(hits, tracked.hits.T, strict=True))
+    parts["residual_urad"] = 1e6 * tracked.residual_rad
+    kinds = {"noise": tracked.sd.noise, "calibration": tracked.sd.calibration, "": tracked.sd.total}
     for kind, values in kinds.items():
         names = (f"sd_{kind}_{axis}".replace("__", "_") for axis in AXES_OF_POSE)
         parts |= dict(zip(names, (values * COVARIANCE_UNITS).T, strict=True))
-    by = found.sd.by_slave[:, :3]
+    by = tracked.sd.by_slave[:, :3]
     by = by.reshape(len(by), 3, by.shape[2] // POSE, POSE)
     parts["gain_mm_per_mm"] = np.sqrt((by[..., :3] ** 2).sum(axis=(1, 2, 3)) / 3)
     per_rad = np.sqrt((by[..., 3:] ** 2).sum(axis=(1, 2, 3)) / 3)
@@ -294,13 +294,13 @@ def columns(found: Track | None) -> dict[str, np.ndarray]:
     return parts
 
 
-def _near(time_s: Floats, hits: Hits, off: Floats, n: int) -> tuple[np.ndarray, Floats]:
+def _hits_near(time_s: Floats, hits: Hits, off: Floats, n: int) -> tuple[np.ndarray, Floats]:
     """Hits (times, n) of each station within `NEAR_S` of each time, and rms of their residuals."""
     order = np.argsort(hits.time_s, kind="stable")
     ends = np.searchsorted(hits.time_s[order], [time_s - NEAR_S, time_s + NEAR_S])
     of = [hits.station[order] == k for k in range(n)]
-    sums = [np.cumsum(np.r_[0.0, own]) for own in (*of, off[order] ** 2)]
-    *counts, squares = (own[ends[1]] - own[ends[0]] for own in sums)
+    sums = [np.cumsum(np.r_[0.0, values]) for values in (*of, off[order] ** 2)]
+    *counts, squares = (total[ends[1]] - total[ends[0]] for total in sums)
     with np.errstate(invalid="ignore"):
         rms = np.sqrt(np.maximum(squares, 0.0) / np.sum(counts, axis=0))
     return np.stack(counts, axis=1).astype(np.int32), rms

@@ -21,7 +21,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.estimate import determined
+from mocap_metrology.lighthouse.batch.estimate import expect_determined
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.solve import solved
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
@@ -82,20 +82,20 @@ def resected(
 ) -> Resected:
     """Poses that do not depend on those of the calibration, `known`, with which `tracked` was found
     and aligned. Raises `Refusal` as `resect` and `track`."""
-    with determined("receiver"):
+    with expect_determined("receiver"):
         placed = resect(scene, known.poses, tracked, seen, alignment)
     if len(placed.members) < len(known.poses):
         scene = scene.of(placed.members)
     for _ in range(AGAIN):
-        R, t = (np.stack(own) for own in zip(*placed.relative, strict=True))
+        R, t = (np.stack(parts) for parts in zip(*placed.relative, strict=True))
         none = np.zeros_like(placed.covariance)
         now = Calibrated(np.squeeze(R), np.squeeze(t), none, False)
-        own = as_tracked(track(scene, now))
-        with determined("receiver"):
-            then = resect(scene, now.poses, own, seen, match(own, seen).free)
+        ours = as_tracked(track(scene, now))
+        with expect_determined("receiver"):
+            then = resect(scene, now.poses, ours, seen, match(ours, seen).free)
         if len(then.members) < len(placed.members):
             break  # as good as before
-        moved = _between(placed.relative, then.relative)
+        moved = _pose_steps(placed.relative, then.relative)
         placed = replace(then, members=placed.members)
         if np.abs(moved / np.sqrt(np.diag(placed.covariance))).max() < SETTLED:
             break
@@ -113,8 +113,8 @@ def resect(
     reference or all others have fewer.
     """
     every = [_light(scene, k, track, seen, known) for k in range(len(stations))]
-    counts = [np.bincount(own.block, minlength=BLOCKS) for own in every]
-    members = [k for k, own in enumerate(counts) if (own >= FEWEST_HITS).sum() >= FEWEST_BLOCKS]
+    counts = [np.bincount(one.block, minlength=BLOCKS) for one in every]
+    members = [k for k, one in enumerate(counts) if (one >= FEWEST_HITS).sum() >= FEWEST_BLOCKS]
     if members[:1] != [0] or len(members) < 2:
         raise Refusal(
             f"motion capture saw the receiver at too few hits of station {scene.names[0]} or of"
@@ -124,8 +124,11 @@ def resect(
     start = [(known.A @ R, known.A @ t + known.b_m) for R, t in (stations[k] for k in members)]
     rotors, fit = scene.rotors[members], _Fit(start, np.zeros(COMMON))
     for _ in range(ROUNDS):
-        found = [_normal(own, k, fit, rotors[k]) for k, own in enumerate(light)]
-        H, g = np.sum([one[0] for one in found], axis=0), np.sum([one[1] for one in found], axis=0)
+        normals = [_normal(one, k, fit, rotors[k]) for k, one in enumerate(light)]
+        H, g = (
+            np.sum([one[0] for one in normals], axis=0),
+            np.sum([one[1] for one in normals], axis=0),
+        )
         M, pull = H.sum(axis=0) + fit.prior, g.sum(axis=0) + fit.prior @ fit.at
         step = solved(M, -pull)
         fit = fit.moved(step)
@@ -133,7 +136,7 @@ def resect(
             break
     others = [fit.moved(solved(M - H[b], g[b] - pull)) for b in range(BLOCKS)]
     covariance = _covariance(fit, others, H.sum(axis=0), M)
-    hits, rms = [own.angle_rad.size for own in light], [one[2] for one in found]
+    hits, rms = [one.angle_rad.size for one in light], [one[2] for one in normals]
     return Resected(members, fit.poses, covariance, hits, rms)
 
 
@@ -155,15 +158,15 @@ class _Fit:
         return np.diag(np.r_[np.zeros(POSE * len(self.poses)), sd**-2])
 
     def moved(self, step: Floats) -> _Fit:
-        own = step[: POSE * len(self.poses)].reshape(-1, POSE)
-        poses = [(exp(s[3:]) @ R, t + s[:3]) for s, (R, t) in zip(own, self.poses, strict=True)]
+        steps = step[: POSE * len(self.poses)].reshape(-1, POSE)
+        poses = [(exp(s[3:]) @ R, t + s[:3]) for s, (R, t) in zip(steps, self.poses, strict=True)]
         return _Fit(poses, self.common + step[-COMMON:])
 
 
-def as_tracked(found: Track) -> Tracked:
+def as_tracked(result: Track) -> Tracked:
     """A track with the standard deviation of its places, as motion capture is matched with it."""
-    noise = np.sqrt(np.mean(found.sd.noise[:, :3] ** 2, axis=1))
-    return Tracked(found.time_s, found.R, found.t_m, noise)
+    noise = np.sqrt(np.mean(result.sd.noise[:, :3] ** 2, axis=1))
+    return Tracked(result.time_s, result.R, result.t_m, noise)
 
 
 def _light(scene: Scene, k: int, track: Tracked, seen: Markers, known: Alignment) -> _Light:
@@ -177,28 +180,28 @@ def _light(scene: Scene, k: int, track: Tracked, seen: Markers, known: Alignment
     after = np.clip(np.searchsorted(at, hits.time_s), 1, at.size - 1)
     step = float(np.median(np.diff(track.time_s)))
     place, velocity = seen.at(known.time(hits.time_s))
-    kept = (hits.time_s >= at[after - 1]) & (hits.time_s <= at[after])
-    kept &= (at[after] - at[after - 1] <= NEAR_STEPS * step) & np.isfinite(place).all(axis=(1, 2))
-    hits = hits.take(kept)
+    used = (hits.time_s >= at[after - 1]) & (hits.time_s <= at[after])
+    used &= (at[after] - at[after - 1] <= NEAR_STEPS * step) & np.isfinite(place).all(axis=(1, 2))
+    hits = hits.take(used)
     turns = Slerp(at, Rotation.from_matrix(track.R[tracked]))
     Q = known.A @ turns(hits.time_s).as_matrix()
     share = (hits.time_s - track.time_s[0]) / max(float(np.ptp(track.time_s)), 1e-9)
     block = np.clip((BLOCKS * share).astype(int), 0, BLOCKS - 1)
     arm = scene.board[hits.diode] - known.lever_m.mean(axis=0)
-    mean = place[kept].mean(axis=1), velocity[kept].mean(axis=1)
+    mean = place[used].mean(axis=1), velocity[used].mean(axis=1)
     return _Light(*mean, Q, arm, hits.axis, hits.angle_rad, block)
 
 
-def _normal(own: _Light, k: int, fit: _Fit, rotors: Floats) -> tuple[Floats, Floats, float]:
+def _normal(light: _Light, k: int, fit: _Fit, rotors: Floats) -> tuple[Floats, Floats, float]:
     """Normal equations H (blocks, u, u), g (blocks, u) of a station's hits, over the variance of
     their residuals; and the rms of these."""
     (R, t), n = fit.poses[k], len(fit.poses)
     lever, turn, offset = fit.common[:3], fit.common[3:6], fit.common[6]
-    arm = own.diode_m @ exp(turn).T - lever
-    far = own.place_m + offset * own.velocity + np.einsum("nij,nj->ni", own.Q, arm) - t
+    arm = light.diode_m @ exp(turn).T - lever
+    far = light.place_m + offset * light.velocity + np.einsum("nij,nj->ni", light.Q, arm) - t
     point = np.ascontiguousarray(far @ R)
-    rows = np.arange(len(point)), own.axis
-    r = angles(point, rotors)[rows] - own.angle_rad
+    rows = np.arange(len(point)), light.axis
+    r = angles(point, rotors)[rows] - light.angle_rad
     down = np.empty_like(point)  # of the angle by the point in the station's frame
     for i in range(3):
         d = DIFFERENCE_M * np.eye(3)[i]
@@ -209,16 +212,16 @@ def _normal(own: _Light, k: int, fit: _Fit, rotors: Floats) -> tuple[Floats, Flo
     J = np.zeros((len(point), POSE * n + COMMON))
     J[:, POSE * k : POSE * k + 3] = -down
     J[:, POSE * k + 3 : POSE * k + 6] = np.cross(down, far)
-    body = np.einsum("nij,ni->nj", own.Q, down)
-    J[:, -7:-4], J[:, -4:-1] = -body, np.cross(own.diode_m, body)
-    J[:, -1] = np.einsum("ni,ni->n", down, own.velocity)
+    body = np.einsum("nij,ni->nj", light.Q, down)
+    J[:, -7:-4], J[:, -4:-1] = -body, np.cross(light.diode_m, body)
+    J[:, -1] = np.einsum("ni,ni->n", down, light.velocity)
     sigma = max(MAD_TO_SIGMA * float(np.median(np.abs(r))), 1e-9)
     size = np.abs(r) / sigma
     w = np.where(size < GROSS, 1 / np.maximum(size / HUBER, 1.0), 0.0)
     rms = float(np.sqrt(w @ r**2 / w.sum()))
     H, g = np.zeros((BLOCKS, J.shape[1], J.shape[1])), np.zeros((BLOCKS, J.shape[1]))
     for b in range(BLOCKS):
-        at = own.block == b
+        at = light.block == b
         weighed = J[at] * w[at, None] / rms**2
         H[b], g[b] = weighed.T @ J[at], weighed.T @ r[at]
     return H, g, rms
@@ -229,7 +232,7 @@ def _covariance(fit: _Fit, others: list[_Fit], H: Floats, M: Floats) -> Floats:
     of the jackknife where this is larger, plus that of the priors."""
     inverse = np.linalg.inv(M)
     size = POSE * len(fit.poses)
-    steps = np.array([_between(fit.poses, other.poses) for other in others])
+    steps = np.array([_pose_steps(fit.poses, other.poses) for other in others])
     noise = inverse @ H @ inverse
     more = np.trace(np.linalg.solve(noise[:size, :size], jackknife(steps))) / size
     every = max(float(more), 1.0) * noise + inverse @ fit.prior @ inverse
@@ -243,15 +246,15 @@ def relative_by_poses(poses: Sequence[Pose]) -> Floats:
     (R_0, t_0), *others = poses
     D = np.zeros((POSE * len(others), POSE * len(poses)))
     for k, (_, t) in enumerate(others, start=1):
-        own = D[POSE * (k - 1) : POSE * k]
+        rows = D[POSE * (k - 1) : POSE * k]
         arm = np.cross(np.eye(3), t - t_0)  # d(R_0' far) = R_0' (far x turn)
-        own[:3, POSE * k : POSE * k + 3], own[:3, :3] = R_0.T, -R_0.T
-        own[:3, 3:6] = R_0.T @ arm
-        own[3:, POSE * k + 3 : POSE * k + 6], own[3:, 3:6] = R_0.T, -R_0.T
+        rows[:3, POSE * k : POSE * k + 3], rows[:3, :3] = R_0.T, -R_0.T
+        rows[:3, 3:6] = R_0.T @ arm
+        rows[3:, POSE * k + 3 : POSE * k + 6], rows[3:, 3:6] = R_0.T, -R_0.T
     return D
 
 
-def _between(a: Sequence[Pose], b: Sequence[Pose]) -> Floats:
+def _pose_steps(a: Sequence[Pose], b: Sequence[Pose]) -> Floats:
     """Steps from poses to others."""
     pairs = zip(a, b, strict=True)
     return np.concatenate([np.r_[t_b - t_a, error(R_b, R_a)] for (R_a, t_a), (R_b, t_b) in pairs])

@@ -171,7 +171,7 @@ def excess_scatter(series: np.ndarray, m: np.ndarray, edf: np.ndarray) -> Floats
     if not m.size:
         return np.ones(0)
     at: list[float] = []
-    found: list[float] = []
+    excesses: list[float] = []
     first = max((series.size // MOST_CELLS).bit_length() - 1, 0)  # what comes and goes is in all
     cells = np.asarray(series, dtype=float)
     cells = cells[: cells.size >> first << first].reshape(-1, 1 << first).mean(axis=1)
@@ -195,8 +195,8 @@ def excess_scatter(series: np.ndarray, m: np.ndarray, edf: np.ndarray) -> Floats
         excess = scatter * of_edf / 2
         at.append(octave * math.log(2))
         beyond = excess > max(chdtri(count - 1, CHANCE) / (count - 1), 1.0)
-        found.append(math.log(excess) if beyond else 0.0)
-    return np.exp(np.interp(np.log(m), at, found)) if at else np.ones(m.size)
+        excesses.append(math.log(excess) if beyond else 0.0)
+    return np.exp(np.interp(np.log(m), at, excesses)) if at else np.ones(m.size)
 
 
 def allan_curve(
@@ -213,12 +213,12 @@ def allan_curve(
     to the terms they cost, and by the square of what is left of the variance when that of the gaps
     is subtracted: the scatter stays and the mean shrinks.
     """
-    found = allan_variance(series, m, estimator, min_coverage)
-    keep = np.isfinite(found.variance)
-    m, variance, n_terms = found.m[keep], found.variance[keep], found.n_terms[keep]
+    allan = allan_variance(series, m, estimator, min_coverage)
+    keep = np.isfinite(allan.variance)
+    m, variance, n_terms = allan.m[keep], allan.variance[keep], allan.n_terms[keep]
     alpha = noise_exponents(series, m, estimator)
     pairs = zip(alpha.tolist(), m.tolist(), strict=True)
     dof = np.array([equivalent_dof(a, k, series.size, estimator) for a, k in pairs])
-    edf = np.maximum(dof * n_terms / found.n_full[keep] * found.kept[keep] ** 2, 1.0)
+    edf = np.maximum(dof * n_terms / allan.n_full[keep] * allan.kept[keep] ** 2, 1.0)
     lower, upper = interval(variance, edf, confidence)
     return AllanCurve(m, m / frame_rate_hz, variance, n_terms, alpha, edf, lower, upper)

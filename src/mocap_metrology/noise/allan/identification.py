@@ -95,7 +95,7 @@ def _moments(sums: Floats, counts: Floats, m: int, most: int) -> Floats:
     """
     n = (sums.size - 1) // m
     x, known = np.empty(BLOCK + most + 1), np.empty(BLOCK + most + 1)
-    found = np.zeros((most + 1, 6))
+    moments = np.zeros((most + 1, 6))
     slope = _slope(sums, counts, m, n)
     for start in range(0, n, BLOCK):
         size = min(BLOCK + most + 1, n - start)
@@ -103,11 +103,11 @@ def _moments(sums: Floats, counts: Floats, m: int, most: int) -> Floats:
         for order in range(most + 1):
             if order > 0:
                 _difference(x, known, size - order, slope if order == 1 else 0.0)
-            own = min(BLOCK, size - order)
+            length = min(BLOCK, size - order)
             paired = min(BLOCK, size - order - 1)
-            if own > 0:
-                _add(x, known, own, max(paired, 0), found[order])
-    return found
+            if length > 0:
+                _add(x, known, length, max(paired, 0), moments[order])
+    return moments
 
 
 @njit
@@ -152,8 +152,8 @@ def _difference(x: Floats, known: Floats, size: int, centre: float) -> None:
 
 
 @njit(fastmath=REORDER)
-def _add(x: Floats, known: Floats, size: int, paired: int, found: Floats) -> None:
-    """To `found` (6,) the sums of `_moments` over the values that begin here."""
+def _add(x: Floats, known: Floats, size: int, paired: int, sums: Floats) -> None:
+    """To `sums` (6,) the sums of `_moments` over the values that begin here."""
     count, first, squares = 0.0, 0.0, 0.0
     for i in range(size):
         count += known[i]
@@ -165,7 +165,7 @@ def _add(x: Floats, known: Floats, size: int, paired: int, found: Floats) -> Non
         pairs += pair
         products += x[i] * x[i + 1]
         both += pair * (x[i] + x[i + 1])
-    found += np.array([count, pairs, first, squares, products, both])
+    sums += np.array([count, pairs, first, squares, products, both])
 
 
 def warm_up() -> None:

@@ -24,7 +24,9 @@ def running_sum(series: np.ndarray) -> np.ndarray:
     return sums
 
 
-def full(series: np.ndarray, m: np.ndarray, n_full: np.ndarray, estimator: str) -> np.ndarray:
+def sums_without_gaps(
+    series: np.ndarray, m: np.ndarray, n_full: np.ndarray, estimator: str
+) -> np.ndarray:
     """(k,) sums of the squared terms of a series (n,) of mean 0 without gaps, over the averaging
     factors m (k,), of which n_full (k,) terms there are; as `variance` scales them."""
     sums, total = running_sum(series), np.zeros(m.size)

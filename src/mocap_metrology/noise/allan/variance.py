@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan.sums import full, gapped
+from mocap_metrology.noise.allan.sums import gapped, sums_without_gaps
 
 ESTIMATORS = ("oadev", "mdev", "hdev")
 ORDER = {"oadev": 2, "mdev": 3, "hdev": 3}  # windows side by side that one term spans
@@ -83,7 +83,7 @@ def allan_variance(
     valid = np.isfinite(series)
     n_valid = np.count_nonzero(valid)
     if n_valid == series.size:
-        total = full(series - series.mean(), m, n_full, estimator)
+        total = sums_without_gaps(series - series.mean(), m, n_full, estimator)
         n_terms, excess = n_full, np.zeros(m.size)
     else:
         mean = series[valid].mean() if n_valid else 0.0
@@ -92,9 +92,9 @@ def allan_variance(
         )
     with np.errstate(invalid="ignore", divide="ignore"):
         variance = SCALE[estimator] * (total / n_terms - excess)
-        kept = np.where(total > 0, 1 - excess * n_terms / total, 1.0)
-    usable = (n_terms > 0) & (kept > 0)
-    return AllanVariance(m, np.where(usable, variance, np.nan), n_terms, n_full, kept)
+        left = np.where(total > 0, 1 - excess * n_terms / total, 1.0)
+    usable = (n_terms > 0) & (left > 0)
+    return AllanVariance(m, np.where(usable, variance, np.nan), n_terms, n_full, left)
 
 
 def warm_up() -> None:

@@ -149,7 +149,7 @@ def length(facts: Facts) -> Check:
     )
 
 
-def measured(coordinates: Series, facts: Facts) -> Series:
+def measured_coordinates(coordinates: Series, facts: Facts) -> Series:
     """Coordinates whose numbers are of a measurement: without those that lie within one step of
     the file all the time, where others pass from step to step."""
     coarse = facts.values_of("resolution_limited")
@@ -246,8 +246,8 @@ def processed(coordinates: Series, facts: Facts) -> Check:
     for code in PROCESSED:
         names = {k: v for k, v in _processed_by(code, facts).items() if k in coordinates}
         if names:
-            own, name = _unless_all(names, coordinates), next(iter(names))
-            return Check(Code.PROCESSED, "usable", code, "", series=name, names=own)
+            of_all, name = _unless_all(names, coordinates), next(iter(names))
+            return Check(Code.PROCESSED, "usable", code, "", series=name, names=of_all)
     return Check(Code.PROCESSED, "good", "", "")
 
 
@@ -315,18 +315,18 @@ def drift(coordinates: Series, facts: Facts, limits: Limits) -> Check:
 
 def model(coordinates: Series, limits: Limits) -> Check:
     """Whether the noise has a model that describes it."""
-    found = {k: v for k, v in coordinates.items() if v.status not in ("ok", "constant")}
+    misfits = {k: v for k, v in coordinates.items() if v.status not in ("ok", "constant")}
     return ModelCheck(
         Code.MISFIT,
-        limits.misfit if found else "good",
-        ", ".join(dict.fromkeys(v.status for v in found.values())) or "ok",
+        limits.misfit if misfits else "good",
+        ", ".join(dict.fromkeys(v.status for v in misfits.values())) or "ok",
         "ok",
         threshold="verdict.misfit",
-        series=",".join(found),
+        series=",".join(misfits),
         n_coordinates=len(coordinates),
         unmodelled={
             k: Unmodelled(Reason.MISFIT) if v.status == "misfit" else v.unmodelled
-            for k, v in found.items()
+            for k, v in misfits.items()
         },
     )
 

@@ -62,9 +62,9 @@ def mean_of_all(
     n = int(np.isfinite(series).sum())
     duration = n / frame_rate_hz
     if model is None:
-        found = _by_batches(series)
+        by_batches = _by_batches(series)
         variance = float(np.nanvar(series, ddof=1)) if n > 1 else math.nan
-        low, high = found.interval(0.95)
+        low, high = by_batches.interval(0.95)
     elif not part.empty or _has_no_mean(model, n, frame_rate_hz):
         return MeanOfAll(duration)
     else:
@@ -73,10 +73,10 @@ def mean_of_all(
         mean = expected_spread(model, n, FAR * n, *recorded, confidence=0.95)
         variance, low, high = one.value**2, mean.lower, mean.upper
         error = math.log(high / mean.value) / 1.96 if mean.value > 0 else math.nan
-        found = Measured(mean.value**2, 1 / (2 * error**2) if error > 0 else math.inf)
-    if not found.variance > 0 or not low > 0:
+        by_batches = Measured(mean.value**2, 1 / (2 * error**2) if error > 0 else math.inf)
+    if not by_batches.variance > 0 or not low > 0:
         return MeanOfAll(duration)
-    return _stated(duration, variance, found, (low, high), wanted_mm)
+    return _stated(duration, variance, by_batches, (low, high), wanted_mm)
 
 
 def _stated(
@@ -98,8 +98,8 @@ def _has_no_mean(model: NoiseModel, n: int, frame_rate_hz: float) -> bool:
     if not slow:
         return False
     every = expected_spread(model, n, 10 * n, frame_rate_hz, n).value
-    own = expected_spread(NoiseModel(slow, model.form), n, 10 * n, frame_rate_hz, n).value
-    return own**2 > LEAST * every**2
+    of_slow = expected_spread(NoiseModel(slow, model.form), n, 10 * n, frame_rate_hz, n).value
+    return of_slow**2 > LEAST * every**2
 
 
 def _by_batches(series: np.ndarray) -> Measured:

@@ -124,7 +124,7 @@ def assess_recording(inputs: Inputs, span: Span, limits: Limits, over: MapFuncti
         return name, assess_series(values, rows, _curve(inputs.allan, name), span), values.size
 
     every = list(over(assessed, inputs.series))
-    numbers = {name: found for name, found, _ in every}
+    numbers = {name: of_series for name, of_series, _ in every}
     n_frames = every[-1][2] if every else 0
     duration = n_frames / span.frame_rate_hz
     facts = Facts(
@@ -169,16 +169,16 @@ def verdict(series: Series, facts: Facts, limits: Limits) -> Verdict:
     leaves nothing to judge by: a recording that is too short, or gaps.
     """
     coordinates = {k: v for k, v in series.items() if COORDINATE.fullmatch(k)}
-    main = checks.uncertainty(checks.measured(coordinates, facts), facts, limits)
-    found = _checks(series, coordinates, facts, limits, main)
-    word = max((c.word for c in found), key=WORDS.index)
-    decided = next(c for c in found if c.word == word)
-    caps = tuple(c for c in found if c.word != "good" and c not in (main, decided))
+    main = checks.uncertainty(checks.measured_coordinates(coordinates, facts), facts, limits)
+    judged = _checks(series, coordinates, facts, limits, main)
+    word = max((c.word for c in judged), key=WORDS.index)
+    decided = next(c for c in judged if c.word == word)
+    caps = tuple(c for c in judged if c.word != "good" and c not in (main, decided))
     if isinstance(decided, MovementCheck) and not decided.still:
         caps = tuple(c for c in caps if c.code in OF_MOVING)
-    moves = any(c.code is Code.MOVES and c.word == "bad" for c in found)
+    moves = any(c.code is Code.MOVES and c.word == "bad" for c in judged)
     steps = facts.values_of("resolution_limited")
-    told = main in found and main is not decided and main.code is Code.FRAME and not moves
+    told = main in judged and main is not decided and main.code is Code.FRAME and not moves
     told = told and main.series not in steps
     surely = math.nan
     if word != "bad" and not facts.values_of("low_pass"):
@@ -218,9 +218,9 @@ def _checks(
 
 
 def _curve(allan: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
-    own = (np.asarray(allan["series"]) == name) & (np.asarray(allan["estimator"]) == "oadev")
+    rows = (np.asarray(allan["series"]) == name) & (np.asarray(allan["estimator"]) == "oadev")
     columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")
-    return {k: np.asarray(allan[k])[own] for k in columns}
+    return {k: np.asarray(allan[k])[rows] for k in columns}
 
 
 def excess_outliers(rows: Sequence[OutlierRow]) -> dict[str, float]:

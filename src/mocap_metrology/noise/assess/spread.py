@@ -127,8 +127,8 @@ class Share:
     def name(self) -> str:
         """`white`, `correlated (T_c 1380 s)`, `periodic (14.4 Hz)`: what a reader calls it."""
         if self.kind == "correlated":
-            return f"correlated (T_c {_three(self.T_c_s)} s)"
-        return f"periodic ({_three(self.f_hz)} Hz)" if self.kind == "periodic" else self.kind
+            return f"correlated (T_c {_three_digits(self.T_c_s)} s)"
+        return f"periodic ({_three_digits(self.f_hz)} Hz)" if self.kind == "periodic" else self.kind
 
 
 def joined(shares: Iterable[Share]) -> tuple[Share, ...]:
@@ -155,7 +155,7 @@ def _share(component: Component, frame_rate_hz: float, share: float) -> Share:
     return Share("white", share) if white else Share("correlated", share, T_c_s=component.T_c)
 
 
-def _three(value: float) -> str:
+def _three_digits(value: float) -> str:
     """Three digits: 0.225, 1380."""
     return f"{float(f'{value:.3g}'):.10g}"
 
@@ -210,8 +210,8 @@ def expected_spread(
     if not total > 0:
         return Spread(0.0, 0.0, 0.0, ())
     shares = [Share(part.name, still / total)] if still else []
-    for component, own in zip(model.components, parts, strict=True):
-        shares.append(_share(component, frame_rate_hz, own / total))
+    for component, variance in zip(model.components, parts, strict=True):
+        shares.append(_share(component, frame_rate_hz, variance / total))
     error = (
         math.sqrt(_variance(model, n, N, frame_rate_hz, recorded, A_error)) / total / 2
     )  # of ln u

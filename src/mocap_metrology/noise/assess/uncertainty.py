@@ -157,7 +157,7 @@ def assess_series(
     the series itself, where there is no model, or it is a misfit, or the series disagrees with it
     (wander it does not hold, as drift). Where frames scatter less than half a step of the file, the
     step's s/sqrt(12) is added in squares: means are no better, as nothing dithers it. Intervals:
-    `_widened`. adev_min: `lowest`.
+    `_widened_spread`. adev_min: `lowest`.
     """
     valid = int(np.isfinite(series).sum())
     if valid < 2:
@@ -203,10 +203,10 @@ def assess_series(
 
 def _status(rows: Sequence[NoiseRow]) -> str:
     """`ok`, `misfit`, `refused`, or `no coefficients`."""
-    found = {row["status"] for row in rows}
-    if not found:
+    statuses = {row["status"] for row in rows}
+    if not statuses:
         return "no coefficients"
-    return next((s for s in ("refused", "misfit") if s in found), "ok")
+    return next((s for s in ("refused", "misfit") if s in statuses), "ok")
 
 
 def _refused(rows: Sequence[NoiseRow], valid: int, recorded: int) -> Unmodelled | None:
@@ -232,7 +232,7 @@ def _unmodelled(
     tau0 = 1 / rate
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1:
-        expected = math.sqrt(_within(model, n, rate))
+        expected = math.sqrt(_variance_within(model, n, rate))
         low, high = near.interval(1 - UNLIKELY)
         sure = not low <= expected <= high and not 1 / SURELY < near.value / expected < SURELY
         if sure or not 1 / NEAR < near.value / expected < NEAR:
@@ -242,13 +242,13 @@ def _unmodelled(
     wander = measured_spread(series, n, N)
     still = part.variance_of_means(n * tau0, N * tau0, series.size * tau0)
     expected = math.sqrt(sum(spread(c, n, N, rate, model.form) for c in model.components) + still)
-    if _apart(wander, expected, model, (n, N), rate, series.size):
+    if _contradict(wander, expected, model, (n, N), rate, series.size):
         return Unmodelled(Reason.MEANS_DISAGREE, wander.value, expected, span.window_s)
     return None
 
 
-def _apart(
-    found: Measured,
+def _contradict(
+    measured: Measured,
     expected: float,
     model: NoiseModel,
     frames: tuple[int, int],
@@ -264,7 +264,7 @@ def _apart(
 
     tau0 = 1 / frame_rate_hz
     n, N = frames
-    if not (found.variance > 0 and expected > 0) or 1 / NEAR < found.value / expected < NEAR:
+    if not (measured.variance > 0 and expected > 0) or 1 / NEAR < measured.value / expected < NEAR:
         return False
     f = np.arange(1, max(N // n, 2)) / (2 * N * tau0)
     x = np.pi * f * tau0
@@ -272,11 +272,11 @@ def _apart(
     if not power.sum() > 0:
         return True
     dof = power.sum() ** 2 / np.sum(power**2) * max(recorded / N, 1.0)
-    above = float(chdtrc(dof, dof * found.variance / expected**2))
+    above = float(chdtrc(dof, dof * measured.variance / expected**2))
     return min(above, 1 - above) < UNLIKELY / 2
 
 
-def _within(model: NoiseModel, n: int, frame_rate_hz: float) -> float:
+def _variance_within(model: NoiseModel, n: int, frame_rate_hz: float) -> float:
     """Expected variance (n - 1) of n successive frames."""
     return sum(spread(c, 1, n, frame_rate_hz, model.form) for c in model.components) * n / (n - 1)
 
@@ -289,11 +289,11 @@ def _sigma_frame(
     n = min(span.frames(span.window_s), recorded)
     if model is None or n < 2:
         return near.value, *near.interval(span.confidence)
-    found = expected_spread(
+    of_frame = expected_spread(
         model, 1, n, span.frame_rate_hz, recorded, span.confidence, A_error=A_error
     )
     unbiased = math.sqrt(n / (n - 1))
-    return found.value * unbiased, found.lower * unbiased, found.upper * unbiased
+    return of_frame.value * unbiased, of_frame.lower * unbiased, of_frame.upper * unbiased
 
 
 def _uncertainty(
@@ -305,23 +305,23 @@ def _uncertainty(
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1 and 2 * n > N:
         return Uncertainty()
-    found = measured_spread(series, n, N)
+    measured = measured_spread(series, n, N)
     if model is None:
-        low, high = found.interval(span.confidence) if found.variance > 0 else (0.0, 0.0)
-        of_noise = Spread(found.value, low, high, ())
+        low, high = measured.interval(span.confidence) if measured.variance > 0 else (0.0, 0.0)
+        of_noise = Spread(measured.value, low, high, ())
     else:
         recorded = int(np.isfinite(series).sum())
         of_noise = expected_spread(
             model, n, N, span.frame_rate_hz, recorded, span.confidence, part, A_error
         )
-        of_noise = _widened(of_noise, found, span.confidence)
+        of_noise = _widened_spread(of_noise, measured, span.confidence)
     value, low, high = (
         math.hypot(v, floor) for v in (of_noise.value, of_noise.lower, of_noise.upper)
     )
-    return Uncertainty(value, low, high, found.value, of_noise.kinds)
+    return Uncertainty(value, low, high, measured.value, of_noise.kinds)
 
 
-def _widened(of_noise: Spread, found: Measured, confidence: float) -> Spread:
+def _widened_spread(of_noise: Spread, measured: Measured, confidence: float) -> Spread:
     """Expected of a model, its interval widened to hold the measured one as well.
 
     The model's interval is of the coefficients of the components that BIC chose: wander it did not
@@ -331,9 +331,9 @@ def _widened(of_noise: Spread, found: Measured, confidence: float) -> Spread:
     in 10 min), these in 63 to 96 %; 95 % ones in 0 to 95 % and in 88 to 100 % (eight kinds of
     noise, 200 or 60 recordings each; tests/noise/assess/test_coverage.py has some of them).
     """
-    if not found.variance > 0:
+    if not measured.variance > 0:
         return of_noise
-    low, high = found.interval(confidence)
+    low, high = measured.interval(confidence)
     return replace(of_noise, lower=min(of_noise.lower, low), upper=max(of_noise.upper, high))
 
 

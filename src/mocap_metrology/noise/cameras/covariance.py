@@ -57,7 +57,7 @@ def block_sums(
     A window counts with half of its frames in which all series are there; those are its mean.
     """
     k, n = len(series), len(series[0])
-    found = {m: (np.zeros((n_blocks, k, k)), np.zeros(n_blocks)) for m in chosen}
+    by_scale = {m: (np.zeros((n_blocks, k, k)), np.zeros(n_blocks)) for m in chosen}
     edges = {m: np.linspace(0, max(n - 2 * m + 1, 0), n_blocks + 1).astype(int) for m in chosen}
     for block in range(n_blocks):
         first, last = (
@@ -66,12 +66,12 @@ def block_sums(
         for start in range(first, last, CHUNK):
             part = [one[start : start + CHUNK + 2 * max(chosen) - 1] for one in series]
             sums, counts = _running(np.array(part, dtype=np.float64))
-            for m, (total, number) in found.items():
+            for m, (total, number) in by_scale.items():
                 begin, stop = np.clip(edges[m][block : block + 2], start, start + CHUNK) - start
                 terms = _differences(sums, counts, m, begin, stop)
                 total[block] += terms @ terms.T / 2
                 number[block] += terms.shape[1]
-    return found
+    return by_scale
 
 
 def _running(series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -148,8 +148,8 @@ def _pairs(
         for j in range(i, len(values)):
             markers = (0, 0) if whole else (i // 3, j // 3)
             if markers not in known:
-                own = values if whole else [values[3 * k + c] for k in markers for c in range(3)]
-                known[markers] = block_sums(own, chosen, 1)
+                series = values if whole else [values[3 * k + c] for k in markers for c in range(3)]
+                known[markers] = block_sums(series, chosen, 1)
             at = (0, i, j) if whole else (0, i % 3, 3 + j % 3)
             of = known[markers].items()
             yield i, j, {m: (float(sums[at] / max(n[0], 1)), int(n[0])) for m, (sums, n) in of}
@@ -158,7 +158,7 @@ def _pairs(
 def matrix(rows: Sequence[CovarianceRow], marker: int, m: int) -> np.ndarray:
     """(3, 3) covariance of one marker (numbered from 1) out of rows of covariance.csv."""
     names = [f"{axis}{marker}" for axis in "xyz"]
-    found = {
+    by_pair = {
         (row["series_1"], row["series_2"]): row["covariance_mm2"] for row in rows if row["m"] == m
     }
-    return np.array([[found[min(i, j), max(i, j)] for j in names] for i in names])
+    return np.array([[by_pair[min(i, j), max(i, j)] for j in names] for i in names])

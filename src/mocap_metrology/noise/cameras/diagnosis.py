@@ -44,14 +44,14 @@ def additions(camera_ids: Mapping[str, Sequence[int | str]]) -> list[Addition]:
     """Every pair of recordings of which one has all cameras of the other and more, with none in
     between; camera_ids: ids by recording."""
     sets = {name: frozenset(ids) for name, ids in camera_ids.items()}
-    found = []
+    pairs = []
     for smaller, few in sets.items():
         for larger, many in sets.items():
             if few and few < many and not any(few < s < many for s in sets.values()):
                 added = tuple(i for i in camera_ids[larger] if i not in few)
-                found.append(Addition(smaller, larger, added))
-    found.sort(key=lambda a: (len(sets[a.smaller]), len(sets[a.larger])))
-    return found
+                pairs.append(Addition(smaller, larger, added))
+    pairs.sort(key=lambda a: (len(sets[a.smaller]), len(sets[a.larger])))
+    return pairs
 
 
 @dataclass(frozen=True)
@@ -123,12 +123,12 @@ class Diagnosis:
 
 
 def diagnose(
-    moments: Moments, found: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]]
+    moments: Moments, pairs: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]]
 ) -> Diagnosis:
-    """All results from the subsets of one take; `found`: the additions in the order of moments."""
+    """All results from the subsets of one take; `pairs`: the additions in the order of moments."""
     whole = moments.covariances()
     together = coherence(whole[:, 0]).min(axis=0) > SAME_FRAMES
-    chains = _chains(found, camera_ids, together)
+    chains = _chains(pairs, camera_ids, together)
     names = list(camera_ids)
     firsts = [names[f] for _, chain in chains for f in chain.firsts]
 
@@ -179,27 +179,27 @@ def _jackknife(moments: Moments, numbers: Callable[[np.ndarray], np.ndarray]) ->
 
 
 def _chains(
-    found: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]], together: np.ndarray
+    pairs: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]], together: np.ndarray
 ) -> list[tuple[np.ndarray, Chain]]:
     """Additions of the same frames, by what hangs together: their places, and as a `Chain`."""
     names = list(camera_ids)
     part = {name: name for name in names}
-    for addition, same in zip(found, together, strict=True):
+    for addition, same in zip(pairs, together, strict=True):
         if same:
             old, new = part[addition.larger], part[addition.smaller]
-            part = {name: new if own == old else own for name, own in part.items()}
+            part = {name: new if label == old else label for name, label in part.items()}
     chains = []
     for root in dict.fromkeys(part.values()):
-        places = [k for k, a in enumerate(found) if together[k] and part[a.smaller] == root]
+        places = [k for k, a in enumerate(pairs) if together[k] and part[a.smaller] == root]
         if not places:
             continue
-        own = [found[k] for k in places]
-        steps = [Step(names.index(a.smaller), names.index(a.larger), len(a.added)) for a in own]
-        told = {i for a in own for i in a.added}
-        larger = {a.larger for a in own}
+        members = [pairs[k] for k in places]
+        steps = [Step(names.index(a.smaller), names.index(a.larger), len(a.added)) for a in members]
+        told = {i for a in members for i in a.added}
+        larger = {a.larger for a in members}
         firsts = [
             names.index(name)
-            for name in dict.fromkeys(a.smaller for a in own)
+            for name in dict.fromkeys(a.smaller for a in members)
             if name not in larger and not set(camera_ids[name]) <= told
         ]
         sizes = tuple(len(ids) for ids in camera_ids.values())
@@ -208,7 +208,7 @@ def _chains(
 
 
 def moments(
-    found: Sequence[Addition],
+    pairs: Sequence[Addition],
     read: Read,
     n_markers: int,
     frame_rate_hz: float,
@@ -225,10 +225,10 @@ def moments(
     chosen = factors(frame_rate_hz, n_frames, N_BLOCKS)
     if not chosen:
         raise Refusal(f"cameras: recordings of {n_frames} frames; expected {3 * N_BLOCKS} at least")
-    sums = np.zeros((n_markers, len(chosen), len(found), N_BLOCKS, 6, 6))
+    sums = np.zeros((n_markers, len(chosen), len(pairs), N_BLOCKS, 6, 6))
     counts = np.zeros(sums.shape[:4])
     for marker in range(n_markers):
-        for k, addition in enumerate(found):
+        for k, addition in enumerate(pairs):
             names = addition.smaller, addition.larger
             parts = [read(name, marker + 1) for name in names]
             both = np.concatenate([part[:, :n_frames] for part in parts])
@@ -242,14 +242,14 @@ def moments(
     if not markers:
         raise Refusal(
             "cameras: no marker with noise in every direction and enough frames in all of "
-            f"{', '.join(dict.fromkeys(n for a in found for n in (a.smaller, a.larger)))}"
+            f"{', '.join(dict.fromkeys(n for a in pairs for n in (a.smaller, a.larger)))}"
         )
     enough = [
         t for t in range(len(chosen)) if all(_usable(sums[k, t], counts[k, t]) for k in markers)
     ]
-    kept = np.ix_(markers, enough)
+    cells = np.ix_(markers, enough)
     taus = tuple(chosen[t] / frame_rate_hz for t in enough)
-    return Moments(taus, sums[kept], counts[kept], tuple(markers))
+    return Moments(taus, sums[cells], counts[cells], tuple(markers))
 
 
 def _usable(sums: np.ndarray, counts: np.ndarray) -> bool:

@@ -110,7 +110,7 @@ def law_rows(
     return rows
 
 
-def raised(rows: Sequence[Row]) -> list[Row]:
+def raising_additions(rows: Sequence[Row]) -> list[Row]:
     """Additions that raised the noise up to 1 s, each by its greatest rise, greatest first."""
     rises = [r for r in rows if r["word"] == "raises" and r["tau_s"] <= NAMING_S * 1.01]
     greatest: dict[tuple[str, str], Row] = {}

@@ -105,15 +105,15 @@ def camera_noise(joint: np.ndarray, chain: Chain) -> tuple[np.ndarray, np.ndarra
         before = np.array([known[step.smaller] for step in chain.steps])
         firsts = np.array([_of_first(shortest, known, chain, f) for f in chain.firsts])
         firsts = firsts.reshape(-1, 2)
-    after = _even(transfer @ before)
-    added = _even(after - transfer @ after)
-    found = np.array([_of_added(c, transfer, added, chain) for c in joint])
+    after = _symmetric_part(transfer @ before)
+    added = _symmetric_part(after - transfer @ after)
+    variances = np.array([_of_added(c, transfer, added, chain) for c in joint])
     if known is None:
-        return np.sqrt(found), firsts
+        return np.sqrt(variances), firsts
     with np.errstate(invalid="ignore"):
-        typical = [np.nanmedian(row) for row in found]
-        typical[0] = np.nanmedian([*found[0], *firsts.ravel()])
-        return np.sqrt(found / np.array(typical)[:, None]), np.sqrt(
+        typical = [np.nanmedian(row) for row in variances]
+        typical[0] = np.nanmedian([*variances[0], *firsts.ravel()])
+        return np.sqrt(variances / np.array(typical)[:, None]), np.sqrt(
             firsts.max(axis=1, initial=0.0) / typical[0]
         )
 
@@ -123,19 +123,19 @@ def _of_added(
 ) -> list[float]:
     """s^2 of the noisiest added camera of each step, in the unit of the geometry."""
     a, b, x = joint[:, :3, :3], joint[:, 3:, 3:], joint[:, 3:, :3]
-    own = _even(a + b - x - _turned(x) + (x - a) @ (np.eye(3) - _turned(transfer)))
+    increase = _symmetric_part(a + b - x - _turned(x) + (x - a) @ (np.eye(3) - _turned(transfer)))
     root = np.linalg.inv(np.linalg.cholesky(b))
-    noise, information = root @ own @ _turned(root), root @ added @ _turned(root)
+    noise, information = root @ increase @ _turned(root), root @ added @ _turned(root)
     values = []
     for q, p, step in zip(noise, information, chain.steps, strict=True):
         weights, vectors = np.linalg.eigh(p)
-        kept = vectors[:, weights > KEPT * weights[-1]] if weights[-1] > 0 else vectors[:, :0]
-        if not kept.shape[1]:
+        main = vectors[:, weights > KEPT * weights[-1]] if weights[-1] > 0 else vectors[:, :0]
+        if not main.shape[1]:
             values.append(np.nan)
         elif step.n_added == 1:
-            values.append(np.trace(kept.T @ q @ kept) / np.trace(kept.T @ p @ kept))
+            values.append(np.trace(main.T @ q @ main) / np.trace(main.T @ p @ main))
         else:
-            scaled = kept / np.sqrt(weights[weights > KEPT * weights[-1]])
+            scaled = main / np.sqrt(weights[weights > KEPT * weights[-1]])
             values.append(np.linalg.eigvalsh(scaled.T @ q @ scaled)[-1])
     return [max(value, 1e-12) if value == value else value for value in values]
 
@@ -166,12 +166,12 @@ def _geometry(joint: np.ndarray, transfer: np.ndarray, chain: Chain) -> list[np.
         parts = [scale @ path @ e @ scale.T for e in basis]
         equations.append([(part - part.T)[[0, 0, 1], [1, 2, 2]] for part in parts])
     shape = np.linalg.svd(np.concatenate(equations, axis=1).T)[2][-1]
-    found = np.tensordot(shape, basis, 1)
-    if np.trace(found) < 0:
-        found = -found
+    geometry = np.tensordot(shape, basis, 1)
+    if np.trace(geometry) < 0:
+        geometry = -geometry
     known: list[np.ndarray] = [np.full((3, 3), np.nan)] * len(chain.n_cameras)
     for subset, path in paths.items():
-        known[subset] = _even(path @ found)
+        known[subset] = _symmetric_part(path @ geometry)
         if np.linalg.eigvalsh(known[subset])[0] <= 0:
             return None
     return known
@@ -211,5 +211,5 @@ def _turned(matrix: Floats) -> Floats:
     return np.swapaxes(matrix, -1, -2)
 
 
-def _even(matrix: Floats) -> Floats:
+def _symmetric_part(matrix: Floats) -> Floats:
     return (matrix + _turned(matrix)) / 2

@@ -69,18 +69,18 @@ def take_rows(
         log.warning("%s: frame rate or markers differ from those of %s; excluded", name, names[0])
     ids = {name: camera_ids[name] for name in names}
     rows: list[Row] = []
-    if found := additions(ids):
+    if pairs := additions(ids):
         origin = take.origins[names[0]]
         labels, rate = origin["labels"], origin["frame_rate_hz"]
         n_frames = min(take.n_frames(name) for name in names)
         steps = {name: take.origins[name]["resolution_mm"] for name in names}
         try:
-            sums = moments(found, take.read, len(labels), rate, n_frames, steps)
+            sums = moments(pairs, take.read, len(labels), rate, n_frames, steps)
         except Refusal as refusal:  # the law needs no shared frames
             log.warning("%s: %s", camera_type, refusal)
         else:
             labels = [labels[k] for k in sums.markers]
-            rows = addition_rows(camera_type, found, ids, labels, diagnose(sums, found, ids), rise)
+            rows = addition_rows(camera_type, pairs, ids, labels, diagnose(sums, pairs, ids), rise)
     h_0 = {
         name: {
             row["series"]: row["value"]
@@ -94,8 +94,10 @@ def take_rows(
 
 def one_frame(covariance: pd.DataFrame) -> dict[str, float]:
     """Allan deviation at one frame in mm by coordinate, out of covariance.csv."""
-    own = covariance[(covariance["m"] == 1) & (covariance["series_1"] == covariance["series_2"])]
-    return dict(zip(own["series_1"], own["covariance_mm2"] ** 0.5, strict=True))
+    diagonal = covariance[
+        (covariance["m"] == 1) & (covariance["series_1"] == covariance["series_2"])
+    ]
+    return dict(zip(diagonal["series_1"], diagonal["covariance_mm2"] ** 0.5, strict=True))
 
 
 def levels_of(camera_ids: Ids, sigma_mm: Deviations) -> dict[str, Row]:

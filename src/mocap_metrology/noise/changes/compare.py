@@ -39,16 +39,16 @@ class Curve:
 
     def at(self, tau_s: np.ndarray) -> Curve:
         """Interpolated in logarithms; NaN outside of what was computed (1 % tolerance)."""
-        given = np.asarray(tau_s, dtype=float)
+        at_s = np.asarray(tau_s, dtype=float)
         if not self.tau_s.size:
-            return Curve(given, *(np.full(given.size, np.nan) for _ in range(2)))
-        x, inside = np.log(self.tau_s), np.log(given)
+            return Curve(at_s, *(np.full(at_s.size, np.nan) for _ in range(2)))
+        x, inside = np.log(self.tau_s), np.log(at_s)
         inside = np.where((inside > x[0] - 0.01) & (inside < x[-1] + 0.01), inside, np.nan)
         adev, edf = (
             np.where(np.isnan(inside), np.nan, np.exp(np.interp(inside, x, np.log(v))))
             for v in (self.adev, self.edf)  # of a single tau np.interp makes a number of NaN, too
         )
-        return Curve(given, adev, edf)
+        return Curve(at_s, adev, edf)
 
 
 @dataclass(frozen=True)
@@ -106,16 +106,16 @@ def ratios_to_mean(curves: Sequence[Curve], tau_s: np.ndarray) -> list[Ratio]:
     known = np.isfinite(adev) & np.isfinite(edf)
     count = np.maximum(known.sum(axis=0), 1)
     mean = np.exp(np.log(np.where(known, adev, 1.0)).sum(axis=0) / count)
-    found = []
+    ratios = []
     for i, one in enumerate(at):
-        own = np.arange(len(at)) == i
-        others = [_mean_curve(adev[k & ~own, j], edf[k & ~own, j]) for j, k in enumerate(known.T)]
+        this = np.arange(len(at)) == i
+        others = [_mean_curve(adev[k & ~this, j], edf[k & ~this, j]) for j, k in enumerate(known.T)]
         ratio = _fishers(one, Curve(one.tau_s, *np.array(others).T), 0.95)
         power = 1 - 1 / np.maximum(count, 2)  # of one alone the ratio is NaN
         bounds = (ratio.lower**power, ratio.upper**power)
         value = np.where(np.isfinite(bounds[0]), one.adev / mean, np.nan)
-        found.append(Ratio(one.tau_s, value, *bounds, ratio.p))
-    return found
+        ratios.append(Ratio(one.tau_s, value, *bounds, ratio.p))
+    return ratios
 
 
 def _mean_curve(adev: np.ndarray, edf: np.ndarray) -> tuple[float, float]:

@@ -69,24 +69,24 @@ def coherence_row(
             f"covariate: the series never changes ({seen[0]:g} mm): it cannot correlate with "
             "anything"
         )
-    beside = _between(covariate, edges)
+    beside = _interval_means(covariate, edges)
     swing = float(np.ptp(beside))
     if swing == 0:
         raise Refusal(
             f"covariate: {covariate.name} stays at {beside[0]:g}: nothing can correlate with it"
         )
     unit = (beside - beside[0]) / swing  # or the squares of very large values overflow
-    found = coherence(_filled(means), unit, length / frame_rate_hz, alpha)
-    best = int((found.squared - found.threshold).argmax())
-    clear = bool(found.squared[best] > found.threshold[best])
+    estimate = coherence(_filled(means), unit, length / frame_rate_hz, alpha)
+    best = int((estimate.squared - estimate.threshold).argmax())
+    clear = bool(estimate.squared[best] > estimate.threshold[best])
     row: Row = {
         "covariate": covariate.name,
         "word": "goes with it" if clear else "unrelated",
-        "coherence": float(found.squared[best]),
-        "threshold": float(found.threshold[best]),
-        "period_s": 1 / float(found.f_hz[best]),
-        "gain_mm_per_unit": float(found.gain[best]) / swing if clear else math.nan,
-        "lag_s": float(found.phase_rad[best] / (2 * np.pi * found.f_hz[best]))
+        "coherence": float(estimate.squared[best]),
+        "threshold": float(estimate.threshold[best]),
+        "period_s": 1 / float(estimate.f_hz[best]),
+        "gain_mm_per_unit": float(estimate.gain[best]) / swing if clear else math.nan,
+        "lag_s": float(estimate.phase_rad[best] / (2 * np.pi * estimate.f_hz[best]))
         if clear
         else math.nan,
         "from_s": first,
@@ -136,7 +136,7 @@ def _bridged(covariate: Covariate, holes: np.ndarray) -> str:
     )
 
 
-def _between(covariate: Covariate, edges_s: np.ndarray) -> np.ndarray:
+def _interval_means(covariate: Covariate, edges_s: np.ndarray) -> np.ndarray:
     """(n,) means between (n + 1,) edges of straight lines through the samples: what is faster than
     a block, noise of the sensor above all, averages out as it does in the series."""
     at = np.union1d(covariate.time_s, edges_s)

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.noise.allan.sums import running_sum
-from mocap_metrology.noise.diagnosis.outliers import spread
+from mocap_metrology.noise.diagnosis.outliers import mad_spread
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 LONGEST_S = 0.5  # longest averaging time: slower events hide in slow noise
@@ -78,13 +78,13 @@ class Dynamic:
 
 def scales(rate_hz: float) -> list[Scale]:
     """m = 1, 2, 4, ... frames up to `LONGEST_S`."""
-    found, m = [], 1
+    windows, m = [], 1
     while m == 1 or m <= LONGEST_S * rate_hz:
         step = max(m // STEPS, 1)
         frames = max(WINDOW_S * rate_hz, WINDOW_TAUS * m, WINDOW_FRAMES)
-        found.append(Scale(m, step, 2 * math.ceil(frames / (2 * step))))
+        windows.append(Scale(m, step, 2 * math.ceil(frames / (2 * step))))
         m *= 2
-    return found
+    return windows
 
 
 def dynamic_allan(
@@ -106,7 +106,7 @@ def dynamic_allan(
     whole = bool(valid.all())
     sums = running_sum(bridged(series) - series[valid].mean(dtype=np.float64))
     gone = None if whole else running_sum(~valid)
-    found = []
+    curves = []
     for scale in scales(rate_hz):
         differences, known = _differences(sums, gone, scale)
         rows = _rows(differences, known, scale)
@@ -123,19 +123,19 @@ def dynamic_allan(
         baseline = baseline / max(1 - 2 / (9 * edf), 0.5) ** 3  # a chi-squared's median and mean
         baseline = np.maximum(baseline, resolution**2 / 12 / scale.m)
         x = _surprise(avar, baseline, share, edf, kappa)
-        x = x / max(tail(x), 1.0)
+        x = x / max(tail_factor(x), 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):  # of a constant series
             ratio = avar / baseline
-        found.append(
+        curves.append(
             Dynamic(
                 scale, scale.m / rate_hz, hop_s,
                 (scale.window + 2 * scale.m - scale.step) / rate_hz, n_tests, ratio, x,
             )
         )  # fmt: skip
-    return found
+    return curves
 
 
-def tail(x: np.ndarray) -> float:
+def tail_factor(x: np.ndarray) -> float:
     """How much larger x (k,) is than it should be: the median of the greatest of 24 parts over
     that of exponential variables; 1 where a few windows are far beyond all others, which are
     bursts, however many parts have one."""
@@ -143,9 +143,9 @@ def tail(x: np.ndarray) -> float:
     if size < 2:
         return 1.0
     greatest = x[: size * PARTS].reshape(PARTS, size).max(axis=1)
-    found = float(np.median(greatest)) / (math.log(size) + MEDIAN_OF_GREATEST)
+    ratio = float(np.median(greatest)) / (math.log(size) + MEDIAN_OF_GREATEST)
     few = np.mean(x > FAR * math.log(x.size)) < RARE
-    return 1.0 if found > FAR and few else found
+    return 1.0 if ratio > FAR and few else ratio
 
 
 def _differences(
@@ -231,7 +231,7 @@ def _surprise(
     from scipy.special import log_ndtr
 
     ratio = avar / np.maximum(baseline, np.finfo(float).tiny)
-    scatter = spread(np.log(np.maximum(ratio, 1e-6)))
+    scatter = mad_spread(np.log(np.maximum(ratio, 1e-6)))
     seen = 2 / scatter**2 if scatter > 0 else edf
     most = np.inf
     if seen < VOLATILE * edf:

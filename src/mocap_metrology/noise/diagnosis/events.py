@@ -11,7 +11,7 @@ import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.levels import Blocks, Sides, changes, compare
-from mocap_metrology.noise.diagnosis.outliers import spread
+from mocap_metrology.noise.diagnosis.outliers import mad_spread
 
 JOIN_S = 1.0  # alarms so close are one event
 REST_S = 0.5  # between excursions, at least
@@ -123,22 +123,22 @@ def alarms(
     dynamics: Mapping[str, Sequence[Dynamic]], false_alarm: float
 ) -> tuple[list[Alarm], float]:
     """Windows less likely than false_alarm over the number of all, as `Alarm`s, and that number."""
-    n_tests = sum(d.n_tests for own in dynamics.values() for d in own)
+    n_tests = sum(d.n_tests for of_series in dynamics.values() for d in of_series)
     limit = math.log(max(n_tests, 1) / false_alarm)
-    found = [
+    raised = [
         Alarm(k * d.hop_s, k * d.hop_s + d.window_s, name, d.tau_s, d.x[k], d.ratio[k])
-        for name, own in dynamics.items()
-        for d in own
+        for name, of_series in dynamics.items()
+        for d in of_series
         for k in np.flatnonzero(d.x > limit)
     ]  # fmt: skip
-    return found, n_tests
+    return raised, n_tests
 
 
-def merged(found: Iterable[Alarm]) -> list[list[Alarm]]:
+def merged(raised: Iterable[Alarm]) -> list[list[Alarm]]:
     """Alarms of all series that overlap or nearly so, in order of time."""
     groups: list[list[Alarm]] = []
     reached = -math.inf
-    for alarm in sorted(found, key=lambda a: a.start_s):
+    for alarm in sorted(raised, key=lambda a: a.start_s):
         if alarm.start_s > reached + JOIN_S:
             groups.append([])
         groups[-1].append(alarm)
@@ -146,7 +146,7 @@ def merged(found: Iterable[Alarm]) -> list[list[Alarm]]:
     return groups
 
 
-def measured(
+def measured_events(
     groups: Sequence[list[Alarm]], series: Mapping[str, np.ndarray], rate_hz: float, n_tests: float
 ) -> list[Event]:
     """The events of groups of alarms: when each moved what how far.
@@ -157,14 +157,14 @@ def measured(
     """
     moved: list[dict[str, _Excursion]] = [{} for _ in groups]
     for name in series:
-        own = [k for k, group in enumerate(groups) if any(a.series == name for a in group)]
-        values = series[name] if own else np.empty(0)
-        for k in own:
+        numbers = [k for k, group in enumerate(groups) if any(a.series == name for a in group)]
+        values = series[name] if numbers else np.empty(0)
+        for k in numbers:
             moved[k][name] = _excursion(values, groups[k], rate_hz)
     return [
-        _event(group, own, n_tests)
-        for group, own in zip(groups, moved, strict=True)
-        if any(one.loud or one.white < WHITE for one in own.values())
+        _event(group, parts, n_tests)
+        for group, parts in zip(groups, moved, strict=True)
+        if any(one.loud or one.white < WHITE for one in parts.values())
     ]
 
 
@@ -213,11 +213,11 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
     usual = np.median([_power(part) for part in alone if part.size > 1] or [np.zeros(2)], axis=0)
-    own, beside = _power(within), max(before.size + after.size, 1)
+    of_event, beside = _power(within), max(before.size + after.size, 1)
     scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
-    white = float(own[1] * usual[0] / max(usual[1] * own[0], 1e-300))  # of that beside it
+    white = float(of_event[1] * usual[0] / max(usual[1] * of_event[0], 1e-300))  # of that beside it
     moved = white < min(LIKE_NOISE, 1 - SURE / math.sqrt(max(within.size, 1)))
-    loud = bool(np.any(own > (1 + SURE * scatter) * usual))
+    loud = bool(np.any(of_event > (1 + SURE * scatter) * usual))
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
@@ -227,7 +227,7 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     few = round(CONTEXT_S / 5 * rate_hz)
     levels = [np.median(s) if s.size else np.nan for s in (sides[0][-few:], sides[1][:few])]
     inside = near[first:last] - levels[0]
-    noise = min((spread(s) for s in sides if s.size), default=0.0)
+    noise = min((mad_spread(s) for s in sides if s.size), default=0.0)
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
@@ -247,10 +247,10 @@ def _power(values: np.ndarray) -> np.ndarray:
     return np.array([np.var(known), np.var(np.diff(known)) / 2]) if known.size > 1 else np.zeros(2)
 
 
-def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:
+def inside_events(events: Sequence[Event], n: int, length_s: float) -> np.ndarray:
     """(n,) of consecutive pieces of length_s: whether they lie in a burst or within a second."""
     flags = np.zeros(n, bool)
-    for event in found:
+    for event in events:
         if event.kind == "burst":
             first = max(math.floor((event.time_s - CLEAR_S) / length_s), 0)
             flags[first : math.ceil((event.stop_s + CLEAR_S) / length_s)] = True
@@ -259,14 +259,14 @@ def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray
 
 def with_sides(
     event: Event,
-    found: Mapping[str, Blocks],
+    levels: Mapping[str, Blocks],
     out_of: np.ndarray,
     side_s: float,
     levels_s: Sequence[float],
 ) -> Event:
     """The event with every series compared before and after, at most side_s on each side and up to
     the next of `levels_s`, times at which the level changes."""
-    tail = SIDES_MISS / max(len(found), 1)
+    tail = SIDES_MISS / max(len(levels), 1)
     start, stop = event.time_s - CLEAR_S, event.stop_s + CLEAR_S
     first = max([start - side_s, *(t for t in levels_s if t < start)])
     last = min([stop + side_s, *(t for t in levels_s if t > stop)])
@@ -277,7 +277,7 @@ def with_sides(
             one.between(stop, last, out_of),
             tail,
         )
-        for name, one in found.items()
+        for name, one in levels.items()
     )
     return replace(event, sides=sides)
 
@@ -297,17 +297,17 @@ def find_events(
     raised, n_tests = alarms(dynamics, false_alarm / 2)
     groups = merged(raised)
     groups = sorted(groups, key=lambda g: -max(a.x for a in g))[:MOST]
-    found = measured(groups, series, rate_hz, n_tests)
-    found = [replace(event, of=len(found)) for event in found]
+    events = measured_events(groups, series, rate_hz, n_tests)
+    events = [replace(event, of=len(events)) for event in events]
     length = next(iter(levels.values())) if levels else None
     n = max((b.mean.size for b in levels.values()), default=0)
-    out_of = inside_events(found, n, length.length_s if length else 1.0)
+    out_of = inside_events(events, n, length.length_s if length else 1.0)
     for change in changes(dict(levels), out_of, side_s, false_alarm / 2):
         near = 3 * side_s / 10
-        if not any(e.time_s - near <= change.time_s <= e.stop_s + near for e in found):
+        if not any(e.time_s - near <= change.time_s <= e.stop_s + near for e in events):
             name, nan = change.series, math.nan
             level = (change.time_s, 0.0, "level", (name,), name, nan, nan, change.p, nan, nan)
-            found.append(Event(*level))
-    levels_s = [event.time_s for event in found if event.kind == "level"]
-    found = [with_sides(event, levels, out_of, side_s, levels_s) for event in found]
-    return sorted(found, key=lambda e: e.time_s)
+            events.append(Event(*level))
+    levels_s = [event.time_s for event in events if event.kind == "level"]
+    events = [with_sides(event, levels, out_of, side_s, levels_s) for event in events]
+    return sorted(events, key=lambda e: e.time_s)

@@ -37,15 +37,15 @@ class View:
         return [f"{axis}{self.series[1:]}" for axis in AXES] if coordinate else [self.series]
 
 
-def largest_event(found: Diagnosis) -> Event | None:
+def largest_event(diagnosis: Diagnosis) -> Event | None:
     """The largest burst, or else the surest change of level."""
-    bursts = [e for e in found.events if e.kind == "burst"]
+    bursts = [e for e in diagnosis.events if e.kind == "burst"]
     if bursts:
         return max(bursts, key=lambda e: e.size_mm)
-    return min(found.events, key=lambda e: e.p, default=None)
+    return min(diagnosis.events, key=lambda e: e.p, default=None)
 
 
-def view_of(found: Diagnosis, event: Event | None) -> View | None:
+def view_of(diagnosis: Diagnosis, event: Event | None) -> View | None:
     """The part of the recording to draw: the event, or else the most unusual window, if there is
     one."""
     if event and event.kind == "burst":
@@ -53,25 +53,27 @@ def view_of(found: Diagnosis, event: Event | None) -> View | None:
     if event:
         first_s, last_s = event.time_s - ROUND_LEVEL_S, event.time_s + ROUND_LEVEL_S
         return View("level", event.largest, first_s, last_s)
-    windows = [(float(d.x.max()), name, d) for name, every in found.dynamics.items() for d in every]
+    windows = [
+        (float(d.x.max()), name, d) for name, every in diagnosis.dynamics.items() for d in every
+    ]
     if not windows:
         return None
     x, name, d = max(windows, key=lambda window: window[0])
     start = int(np.argmax(d.x)) * d.hop_s
-    chance = min(found.n_windows * math.exp(-x), 1.0)
+    chance = min(diagnosis.n_windows * math.exp(-x), 1.0)
     return View("window", name, start, start + d.window_s, d.tau_s, chance)
 
 
-def series_of_surest_line(found: Diagnosis) -> str | None:
+def series_of_surest_line(diagnosis: Diagnosis) -> str | None:
     """The series with the surest line; lines that show in the Allan deviation come first."""
-    most = max(found.lines, key=lambda x: (bool(x.in_adev), x.line.gain), default=None)
+    most = max(diagnosis.lines, key=lambda x: (bool(x.in_adev), x.line.gain), default=None)
     return most.series if most else None
 
 
-def halves(found: Diagnosis, duration_s: float) -> tuple[Sides, ...]:
+def halves(diagnosis: Diagnosis, duration_s: float) -> tuple[Sides, ...]:
     """Noise of the second half of every series compared with the first."""
-    tail, middle = HALVES_MISS / max(len(found.levels), 1), duration_s / 2
+    tail, middle = HALVES_MISS / max(len(diagnosis.levels), 1), duration_s / 2
     return tuple(
         compare(name, one.between(0.0, middle), one.between(middle, duration_s), tail)
-        for name, one in found.levels.items()
+        for name, one in diagnosis.levels.items()
     )

@@ -192,33 +192,35 @@ def _inside(f: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def low_pass(
-    name: str, found: Bands | None, rate_hz: float, step_mm: float = 0.0
+    name: str, spectrum: Bands | None, rate_hz: float, step_mm: float = 0.0
 ) -> LowPass | None:
     """The low-pass filter that a spectrum shows, or None; step_mm: resolution of the file."""
-    if found is None or not found.psd.min() > 0:
+    if spectrum is None or not spectrum.psd.min() > 0:
         return None
-    steps = 4 * np.sin(np.pi * found.f_hz / rate_hz) ** 2
-    w = found.psd * steps
+    steps = 4 * np.sin(np.pi * spectrum.f_hz / rate_hz) ** 2
+    w = spectrum.psd * steps
     below = np.array([np.median(w[max(k - OCTAVE, 0) : k]) for k in range(OCTAVE, w.size)])
-    level = np.array([np.median(found.psd[k - OCTAVE : k]) for k in range(OCTAVE, w.size)])
+    level = np.array([np.median(spectrum.psd[k - OCTAVE : k]) for k in range(OCTAVE, w.size)])
     high = int(np.argmax(below))
     after = w[high + OCTAVE + 1 :]
     if after.size < 2:
         return None
     after = np.maximum(after[:-1], after[1:])  # of two neighbours: no notch
     lowest = float(after.min())
-    ratio = found.top / float(level[high])
+    ratio = spectrum.top / float(level[high])
     if lowest > FALLS_SHARE * below[high] or ratio > QUIET_SHARE:
         return None
     rounding = 2 * step_mm**2 / 12 / rate_hz * math.log(2)
-    levelled = FLAT_RATIO < found.middle / found.top < 1 / FLAT_RATIO
-    levelled &= found.least > FLAT_RATIO / 2 * found.top  # a stop band has nulls between its lobes
-    if levelled and found.top > ROUNDED_LEVELS * rounding:
+    levelled = FLAT_RATIO < spectrum.middle / spectrum.top < 1 / FLAT_RATIO
+    levelled &= (
+        spectrum.least > FLAT_RATIO / 2 * spectrum.top
+    )  # a stop band has nulls between its lobes
+    if levelled and spectrum.top > ROUNDED_LEVELS * rounding:
         return None
     fallen = high + OCTAVE + 1 + int(np.argmin(after))
     peak = int(np.argmax(level[max(high - OCTAVE, 0) :])) + max(high - OCTAVE, 0)
     peaked = level[peak] > PEAKED * level[max(peak - 3 * OCTAVE, 0) : peak + 1].min()
-    return LowPass(name, _cutoff(found, steps, fallen, rounding), ratio, bool(peaked))
+    return LowPass(name, _cutoff(spectrum, steps, fallen, rounding), ratio, bool(peaked))
 
 
 def low_passes(
@@ -227,11 +229,11 @@ def low_passes(
     """The low-pass filters of still series where most coordinates show one, since an export filters
     all of them, and most of these no peak; else none."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
-    found = {name: low_pass(name, one, rate_hz, step) for name, one in spectra.items()}
-    coordinates = [v is not None for k, v in found.items() if not k.startswith("L")]
-    peaked = sum(v.peaked for k, v in found.items() if v and not k.startswith("L"))
+    by_series = {name: low_pass(name, one, rate_hz, step) for name, one in spectra.items()}
+    coordinates = [v is not None for k, v in by_series.items() if not k.startswith("L")]
+    peaked = sum(v.peaked for k, v in by_series.items() if v and not k.startswith("L"))
     agree = 2 * sum(coordinates) >= len(coordinates) and 2 * peaked <= sum(coordinates)
-    return [v for v in found.values() if v is not None] if agree else []
+    return [v for v in by_series.values() if v is not None] if agree else []
 
 
 def wander(means: np.ndarray, of: int = 10) -> float:
@@ -243,19 +245,19 @@ def wander(means: np.ndarray, of: int = 10) -> float:
     return float(np.median(np.ptp(rows, axis=1)))
 
 
-def _cutoff(found: Bands, steps: np.ndarray, fallen: int, rounding: float) -> float:
+def _cutoff(spectrum: Bands, steps: np.ndarray, fallen: int, rounding: float) -> float:
     """The cutoff, Hz, of the best fit of (a + b / f + c / f^2) |H|^2 + d around the edge: from
     three octaves below it to where W is least, or a hundredth of its greatest; least squares of
     logarithms."""
-    w = found.psd * steps
+    w = spectrum.psd * steps
     greatest = w[:fallen].max()
     edge = int(np.flatnonzero(w[:fallen] >= greatest / 2)[-1])
-    if rounding > COARSE_SHARE * found.psd[edge]:
+    if rounding > COARSE_SHARE * spectrum.psd[edge]:
         return math.nan
     low = np.flatnonzero(w[edge:] < FOLLOWED * greatest)
     last = min(edge + int(low[0]) if low.size else w.size, fallen + 2)
     near = slice(max(edge - 3 * OCTAVE, 0), last)
-    f, psd, steps = found.f_hz[near], found.psd[near], steps[near]
+    f, psd, steps = spectrum.f_hz[near], spectrum.psd[near], steps[near]
     best = (math.inf, math.nan)
     for cutoff in np.geomspace(f[0], f[-1], 100):
         for order in FILTER_ORDERS:

@@ -66,27 +66,27 @@ def innovation(series: np.ndarray) -> float:
 
 
 def _scale(values: np.ndarray) -> float:
-    found = math.nan
+    smallest = math.nan
     for order in range(1, 9):
         values = np.diff(values)
         known = np.abs(values[np.isfinite(values)])
         if known.size < 16:
-            return found
+            return smallest
         scale = MAD_TO_SIGMA * float(np.median(known)) / math.sqrt(math.comb(2 * order, order))
-        found = scale if math.isnan(found) else min(found, scale)
-    return found
+        smallest = scale if math.isnan(smallest) else min(smallest, scale)
+    return smallest
 
 
 def rules(innovation_mm: float, resolution_mm: float) -> list[Rule]:
     """The orders that can be detected in a file of these steps."""
-    found = []
+    orders = []
     for order in DIFFERENCES if innovation_mm > 0 else ():
         # Each of the 2^order parts of a difference is rounded by half a step at most
         rounding = 1.05 * 2 ** (order - 1) * resolution_mm
         delta = max(NARROW, rounding / innovation_mm)
         if delta <= WIDEST:
-            found.append(Rule(order, delta * innovation_mm, 0.8 * DENSER * delta))
-    return found
+            orders.append(Rule(order, delta * innovation_mm, 0.8 * DENSER * delta))
+    return orders
 
 
 def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
@@ -182,5 +182,5 @@ def filled_frames(
     """(markers, n) of (markers, 3, n): where any coordinate of a marker was filled, all were. over:
     how coordinates are worked on."""
     axes = (axis for marker in position_mm for axis in marker)
-    found = np.array(list(over(lambda axis: filled(axis, resolution_mm), axes)))
-    return np.any(found.reshape(position_mm.shape), axis=1)
+    mask = np.array(list(over(lambda axis: filled(axis, resolution_mm), axes)))
+    return np.any(mask.reshape(position_mm.shape), axis=1)

@@ -59,8 +59,8 @@ class Filter:
         out = np.full(series.size, np.nan)
         for part in stretches(series, 0, max(round(SHORTEST_S * rate_hz), 32)):
             mean = series[part].mean()
-            own = np.pad(series[part] - mean, EDGE, "reflect", reflect_type="odd")
-            there = _one_way(self.sos, own)
+            padded = np.pad(series[part] - mean, EDGE, "reflect", reflect_type="odd")
+            there = _one_way(self.sos, padded)
             out[part] = _one_way(self.sos, there[::-1])[::-1][EDGE:-EDGE] + mean
         return out
 
@@ -103,8 +103,8 @@ def filters(
 ) -> list[Filter]:
     """None, the low-passes below Nyquist, and a notch at each line that has room for one."""
     nyquist = rate_hz / 2
-    found = [Filter("none", None)]
-    found += [
+    every = [Filter("none", None)]
+    every += [
         Filter(f"Butterworth {f:g} Hz", butterworth(f, rate_hz))
         for f in cutoffs_hz
         if f < 0.95 * nyquist
@@ -112,8 +112,8 @@ def filters(
     for f in lines_hz:
         width = min(notch_width_hz, f)
         if f + width / 2 < nyquist:
-            found.append(Filter(f"notch {f:.4g} Hz", notch(f, width, rate_hz)))
-    return found
+            every.append(Filter(f"notch {f:.4g} Hz", notch(f, width, rate_hz)))
+    return every
 
 
 def butterworth(cutoff_hz: float, rate_hz: float) -> np.ndarray:
@@ -173,7 +173,7 @@ def predicted(
         x = math.pi * line.f_0 / rate_hz
         mean = (math.sin(size * x) / (size * math.sin(x))) ** 2 if abs(math.sin(x)) > 1e-9 else 1.0
         variance += (gain * line.A_s) ** 2 / 2 * (1 - mean) * size / (size - 1)
-    return _left(math.sqrt(variance), avar, m, rate_hz)
+    return _residual_noise(math.sqrt(variance), avar, m, rate_hz)
 
 
 def filtered_avar(density: Density, one: Filter, m: np.ndarray, rate_hz: float) -> np.ndarray:
@@ -207,12 +207,12 @@ def _grids(m: Sequence[int], rate_hz: float) -> tuple[Grid, Grid]:
     fast, weight = _log_grid(CYCLES / (m[-1] * tau0), nyquist)
     edges = np.minimum(CYCLES / (np.asarray(m) * tau0), nyquist)
     for size, edge in zip(m, edges.tolist(), strict=True):
-        slow, own = _log_grid(1e-4 / (size * tau0), min(0.5 / (size * tau0), edge))
+        slow, width = _log_grid(1e-4 / (size * tau0), min(0.5 / (size * tau0), edge))
         cycles = (edge - slow[-1]) * size * tau0
         linear = np.linspace(slow[-1], edge, max(math.ceil(cycles * POINTS), 2) + 1)
-        f, own = np.append(slow, linear), np.append(own, _trapezoid(linear))
+        f, width = np.append(slow, linear), np.append(width, _trapezoid(linear))
         kernel = np.sin(np.pi * f * size * tau0) ** 4 / np.sin(np.pi * f * tau0) ** 2
-        parts.append((f, 2 * own * kernel))
+        parts.append((f, 2 * width * kernel))
     first = np.cumsum([0, *(f.size for f, _ in parts[:-1])])
     joined = (np.concatenate(every) for every in zip(*parts, strict=True))
     grid = Grid(next(joined), next(joined), first, np.zeros(first.size))
@@ -270,10 +270,10 @@ def measured(
     if not np.isfinite(out).any():
         return None
     sigma = math.sqrt(float(rows.var(axis=1, ddof=1).mean())) if len(rows) else math.nan
-    return _left(sigma, allan_variance(out, m).variance, m, rate_hz)
+    return _residual_noise(sigma, allan_variance(out, m).variance, m, rate_hz)
 
 
-def _left(sigma: float, avar: np.ndarray, m: np.ndarray, rate_hz: float) -> ResidualNoise:
+def _residual_noise(sigma: float, avar: np.ndarray, m: np.ndarray, rate_hz: float) -> ResidualNoise:
     adev = np.sqrt(avar)
     wanted = [1, *(round(t * rate_hz) for t in CHOSEN_S)]
     known = np.isfinite(adev)

@@ -104,48 +104,50 @@ class Finding:
         return cls(row["code"], row["series"], *(math.nan if v is None else v for v in numbers))
 
 
-def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow]) -> list[Finding]:
+def findings_of(
+    recording: Recording, diagnosis: Diagnosis, noise: Sequence[NoiseRow]
+) -> list[Finding]:
     """All findings in the order of `CODES`, by series within a code.
 
     noise: rows of noise.csv. Every part is a function of these that returns `Finding`s.
     """
     parts = [
-        model_findings(noise, found.wanders),
-        _wanders(found),
+        model_findings(noise, diagnosis.wanders),
+        _wanders(diagnosis),
         [
             Finding("moves", name, one.size_mm, one.lower_95, one.upper_95)
-            for name, one in found.movements.items()
+            for name, one in diagnosis.movements.items()
             if one.moves
         ],
-        [Finding("low_pass", one.series, one.cutoff_hz) for one in found.low_pass],
-        _frames(recording, found),
-        [Finding(one.code, one.series, one.value) for one in found.processed],
-        [Finding("solved", name, ratio) for name, ratio in found.solved.items()],
+        [Finding("low_pass", one.series, one.cutoff_hz) for one in diagnosis.low_pass],
+        _frames(recording, diagnosis),
+        [Finding(one.code, one.series, one.value) for one in diagnosis.processed],
+        [Finding("solved", name, ratio) for name, ratio in diagnosis.solved.items()],
         [  # series whose noise the file's steps decide
             Finding("resolution_limited", one.series, one.step_mm)
-            for one in found.resolutions
-            if one.word == DOMINATES and one.series not in found.solved
+            for one in diagnosis.resolutions
+            if one.word == DOMINATES and one.series not in diagnosis.solved
         ],
-        [Finding("heavy_tails", x.series, x.excess, x.lower, x.upper) for x in found.tails],
-        _level_changes(found),
-        _lines(found),
-        [Finding("resonance", one.series, one.f_hz) for one in found.resonances],
-        _events(found),
+        [Finding("heavy_tails", x.series, x.excess, x.lower, x.upper) for x in diagnosis.tails],
+        _level_changes(diagnosis),
+        _lines(diagnosis),
+        [Finding("resonance", one.series, one.f_hz) for one in diagnosis.resonances],
+        _events(diagnosis),
     ]
     order = list(CODES)
     return sorted((one for part in parts for one in part), key=lambda one: order.index(one.code))
 
 
-def _frames(recording: Recording, found: Diagnosis) -> list[Finding]:
+def _frames(recording: Recording, diagnosis: Diagnosis) -> list[Finding]:
     """Shares of filled (none where frames are smooth), repeated and exchanged frames, for all
     coordinates of a marker, which share them."""
     n = recording.n_frames
     shares = [
         ("gap_filled", label, recording.n_filled[label] / n)
         for label in recording.labels
-        if recording.n_filled.get(label) and not found.smooth
+        if recording.n_filled.get(label) and not diagnosis.smooth
     ]
-    shares += [("repeated", one.label, one.share) for one in found.repeats]
+    shares += [("repeated", one.label, one.share) for one in diagnosis.repeats]
     every = recording.exchanged
     shares += [("exchanged", k, one["n_frames"] / n) for one in every for k in one["labels"]]
     return [
@@ -155,16 +157,16 @@ def _frames(recording: Recording, found: Diagnosis) -> list[Finding]:
     ]
 
 
-def _level_changes(found: Diagnosis) -> list[Finding]:
+def _level_changes(diagnosis: Diagnosis) -> list[Finding]:
     """Slow ones from the start to the end, and those at once from before to after, whose interval
     holds for all series together."""
     slow = [
         Finding("level_changes", one.series, one.change, one.lower, one.upper)
-        for one in found.trends
+        for one in diagnosis.trends
     ]
     at_once = [
         Finding("level_changes", side.series, side.ratio - 1, side.lower - 1, side.upper - 1)
-        for event in found.events
+        for event in diagnosis.events
         if event.kind == "level"
         for side in event.sides
         if side.changed
@@ -172,26 +174,26 @@ def _level_changes(found: Diagnosis) -> list[Finding]:
     return [*slow, *at_once]
 
 
-def _lines(found: Diagnosis) -> list[Finding]:
+def _lines(diagnosis: Diagnosis) -> list[Finding]:
     """Frequency of every line of every series."""
     return [
         Finding(
             "line", one.series, one.line.f_0,
             one.line.f_0 - Z_95 * one.f_error, one.line.f_0 + Z_95 * one.f_error,
         )
-        for one in found.lines
+        for one in diagnosis.lines
     ]  # fmt: skip
 
 
-def _events(found: Diagnosis) -> list[Finding]:
+def _events(diagnosis: Diagnosis) -> list[Finding]:
     """One an event, in the series that moved most, and the period of those that recur."""
-    regular = [Finding("recurring", name, period) for name, period in found.recurring.items()]
+    regular = [Finding("recurring", name, period) for name, period in diagnosis.recurring.items()]
     return regular + [
-        Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in found.events
+        Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in diagnosis.events
     ]
 
 
-def _wanders(found: Diagnosis) -> list[Finding]:
+def _wanders(diagnosis: Diagnosis) -> list[Finding]:
     """Kinds of slow wander that the noise model has no coefficient of, or not beside others, and
     what is undecided. Beside several steps no rival of a straight line is in the library."""
 
@@ -207,10 +209,12 @@ def _wanders(found: Diagnosis) -> list[Finding]:
 
     return [
         Finding(kind, name, *numbers(kind, one))
-        for name, one in found.wanders.items()
+        for name, one in diagnosis.wanders.items()
         for kind in one.kinds
         if kind not in CODE_OF.values() or one.own(kind)
-    ] + [Finding("wander", k, one.range_mm) for k, one in found.wanders.items() if one.undecided]
+    ] + [
+        Finding("wander", k, one.range_mm) for k, one in diagnosis.wanders.items() if one.undecided
+    ]
 
 
 def _named(row: NoiseRow, wanders: Mapping[str, Wander]) -> bool:
@@ -258,7 +262,7 @@ def deterministic_parts(
 ) -> dict[str, Deterministic]:
     """The deterministic part of every series that has one, less what may be nothing, or of another
     kind by its signature."""
-    own = [
+    rows = [
         r
         for r in noise_rows
         if r["estimator"] == DEFAULT_ESTIMATOR
@@ -266,20 +270,20 @@ def deterministic_parts(
         and not _may_be_nothing(r)
         and (r["parameter"] not in ("drift", "A_w") or _named(r, wanders))
     ]
-    names = dict.fromkeys(r["series"] for r in own)
-    parts = {name: deterministic_of([r for r in own if r["series"] == name]) for name in names}
+    names = dict.fromkeys(r["series"] for r in rows)
+    parts = {name: deterministic_of([r for r in rows if r["series"] == name]) for name in names}
     return {name: part for name, part in parts.items() if not part.empty}
 
 
 def other_wanders(
-    recording: Recording, found: Diagnosis, parts: Mapping[str, Deterministic]
+    recording: Recording, diagnosis: Diagnosis, parts: Mapping[str, Deterministic]
 ) -> dict[str, tuple[str, dict[str, float]]]:
     """Kind of slow wander (`undecided` too) -> the coordinate that has most of it, and its size in
     each series, mm. Not those that `parts` (`deterministic_parts`) state, nor steps that are an
     event."""
     stated = {"warm_up"} if any(part.A_w for part in parts.values()) else set()
     sizes: dict[str, dict[str, float]] = {}
-    for name, one in found.wanders.items():
+    for name, one in diagnosis.wanders.items():
         for kind in ("undecided",) if one.undecided else one.kinds:
             if kind == "drift" and not one.own(kind):
                 continue  # of the noise model, or not sure
@@ -292,15 +296,15 @@ def other_wanders(
     return {
         kind: (largest[kind], of)
         for kind, of in sizes.items()
-        if kind not in stated and not _is_event(kind, found.wanders[largest[kind]], found)
+        if kind not in stated and not _is_event(kind, diagnosis.wanders[largest[kind]], diagnosis)
     }
 
 
-def _is_event(kind: str, wander: Wander, found: Diagnosis) -> bool:
+def _is_event(kind: str, wander: Wander, diagnosis: Diagnosis) -> bool:
     """Whether a single step or shift is one of the bursts."""
     return kind in ("step", "shift") and any(
         one.time_s - NEAR_S <= wander.jumps[0][0] <= one.stop_s + NEAR_S
-        for one in found.events
+        for one in diagnosis.events
         if one.kind == "burst" and (len(wander.jumps) == 1 or kind == "shift")
     )
 

@@ -188,7 +188,7 @@ class Trend:
 
 
 def changes(
-    found: Mapping[str, Blocks], out_of: np.ndarray, side_s: float, false_alarm: float
+    levels: Mapping[str, Blocks], out_of: np.ndarray, side_s: float, false_alarm: float
 ) -> list[Change]:
     """Lasting changes of level at once in any series, the surest first, none within two minutes of
     another.
@@ -197,8 +197,8 @@ def changes(
     their differences from one to the next (Student's t, Bonferroni over points and series); where
     they differ, `abrupt` decides. out_of (k,): blocks in events.
     """
-    points = {name: log_levels(one.variance, out_of) for name, one in found.items()}
-    length = next(iter(found.values())).length_s * JOINED_BLOCKS if found else 1.0
+    points = {name: log_levels(one.variance, out_of) for name, one in levels.items()}
+    length = next(iter(levels.values())).length_s * JOINED_BLOCKS if levels else 1.0
     reach = max(round(side_s / length), LEAST_POINTS)
     candidates = []
     n_tests = sum(max(g.size - 2 * LEAST_POINTS + 1, 0) for g in points.values())
@@ -215,11 +215,11 @@ def changes(
             if p * n_tests < false_alarm
         ]
     apart = min(2 * LEAST_POINTS * length, side_s)
-    kept: list[Change] = []
+    chosen: list[Change] = []
     for one in sorted(candidates, key=lambda c: c.p):
-        if all(abs(one.time_s - other.time_s) >= apart for other in kept):
-            kept.append(one)
-    return kept
+        if all(abs(one.time_s - other.time_s) >= apart for other in chosen):
+            chosen.append(one)
+    return chosen
 
 
 def abrupt(g: np.ndarray, place: int, reach: int) -> float:
@@ -259,16 +259,16 @@ def _fit(x: np.ndarray, y: np.ndarray, scale: float) -> tuple[float, np.ndarray,
 
 
 def trends(
-    found: Mapping[str, Blocks], out_of: np.ndarray, steps_s: Sequence[float]
+    levels: Mapping[str, Blocks], out_of: np.ndarray, steps_s: Sequence[float]
 ) -> list[Trend]:
     """Slow changes of level in any series. out_of (k,): blocks in events; steps_s: times of changes
     at once, which are fitted too: they alone are no trend, but beside one they are in its numbers.
     """
     told = []
-    for name, one in found.items():
+    for name, one in levels.items():
         g = log_levels(one.variance, out_of)
         places = [round(s / one.length_s / JOINED_BLOCKS) for s in steps_s]
-        trend = _trend(name, g, places, TREND_CHANCE / max(len(found), 1), one.length_s)
+        trend = _trend(name, g, places, TREND_CHANCE / max(len(levels), 1), one.length_s)
         if trend and max(abs(trend.least), abs(trend.greatest)) >= LEAST_CHANGE:
             told.append(trend)
     return told

@@ -91,10 +91,10 @@ class Examiner:
         steps = np.diff(blank)
         steps = steps[np.isfinite(steps)]
         avar_1 = float(np.mean(steps**2)) / 2 if steps.size else math.nan
-        own = max(self.step_mm, 0.0 if name.startswith("L") else multiples_of(blank))
-        kind = self.resolution_kind if own <= 2 * self.step_mm else "rounded"
+        least_step = max(self.step_mm, 0.0 if name.startswith("L") else multiples_of(blank))
+        kind = self.resolution_kind if least_step <= 2 * self.step_mm else "rounded"
         how = kind, avar_1, rate, name.startswith("L")
-        step = resolution(name, own, *how)
+        step = resolution(name, least_step, *how)
         at_hz = [one.line.f_0 for one in lines if not one.wanders]
         broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None
         return Examined(name, spectrum, lines, filtered, step, wander, broad)
@@ -102,13 +102,13 @@ class Examiner:
     def _lines_and_filters(
         self, name: str, series: np.ndarray, density: Density | None, spectrum: Columns | None
     ) -> tuple[list[SpectralLine], list[Filtered]]:
-        own, rate = self.settings, self.rate_hz
-        found, duration = series_lines(series, rate, own.max_lines, density, self.n_series)
-        notches = [line.f_0 for line in found[:NOTCHES]]
-        among = filters(rate, own.cutoffs_hz, notches, own.notch_width_hz)
-        sinusoids = [Sinusoid(line.A_s, line.f_0) for line in found]
+        settings, rate = self.settings, self.rate_hz
+        lines, duration = series_lines(series, rate, settings.max_lines, density, self.n_series)
+        notches = [line.f_0 for line in lines[:NOTCHES]]
+        among = filters(rate, settings.cutoffs_hz, notches, settings.notch_width_hz)
+        sinusoids = [Sinusoid(line.A_s, line.f_0) for line in lines]
         return (
-            described(name, found, duration, rate, series, spectrum),
+            described(name, lines, duration, rate, series, spectrum),
             tried(name, series, rate, among, density, sinusoids),
         )
 
@@ -144,8 +144,8 @@ def _likelihood_rows(noise: Sequence[NoiseRow], series: str) -> list[NoiseRow]:
 
 def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
     """The likelihood's model of a series, or None without one."""
-    own = _likelihood_rows(noise, series)
-    model = model_of(own) if any(r["status"] != "refused" for r in own) else None
+    rows = _likelihood_rows(noise, series)
+    model = model_of(rows) if any(r["status"] != "refused" for r in rows) else None
     return model if model and model.broadband else None
 
 
@@ -178,23 +178,23 @@ def _bounded(slowest: Sequence[np.ndarray]) -> bool:
     pi f T_c. Series that share a movement count for as few as their correlation leaves."""
     if not slowest:
         return True
-    own, share = np.stack(slowest, axis=1)
-    x = np.pi * BOUNDED * np.arange(1, own.shape[1] + 1)
+    amplitudes, share = np.stack(slowest, axis=1)
+    x = np.pi * BOUNDED * np.arange(1, amplitudes.shape[1] + 1)
     left = 1 - share / (1 + x**2)
-    odds = np.sum(own**2 * (1 / left - 1) + np.log(left), axis=1) / 2
-    alike = float(np.sum(np.corrcoef(own) ** 2))
+    odds = np.sum(amplitudes**2 * (1 / left - 1) + np.log(left), axis=1) / 2
+    alike = float(np.sum(np.corrcoef(amplitudes) ** 2))
     return float(odds.sum()) * len(slowest) / alike < -math.log(WALK)
 
 
 def _welch(
-    series: np.ndarray, rate_hz: float, asked: Mapping[str, float]
+    series: np.ndarray, rate_hz: float, settings: Mapping[str, float]
 ) -> dict[str, np.ndarray] | None:
     try:
-        found = welch(series, rate_hz, **asked)
+        spectrum = welch(series, rate_hz, **settings)
     except Refusal:
         return None
-    n = np.full(found.f_hz.size, found.n_segments)
-    return {"f_hz": found.f_hz, "psd_mm2_hz": found.psd, "n_segments": n}
+    n = np.full(spectrum.f_hz.size, spectrum.n_segments)
+    return {"f_hz": spectrum.f_hz, "psd_mm2_hz": spectrum.psd, "n_segments": n}
 
 
 def _gapless(
@@ -207,7 +207,7 @@ def _gapless(
     return filled(inside, density, rate_hz, np.random.default_rng(0))
 
 
-def _widened(away: np.ndarray) -> np.ndarray:
+def _with_long_gaps(away: np.ndarray) -> np.ndarray:
     """The mask `away` with gaps so long that the likelihood parts the series there and fills
     nothing."""
     wide = away.copy()
@@ -221,11 +221,11 @@ def _refitted(
     blank: np.ndarray, series: np.ndarray, rate_hz: float, before: NoiseModel | None
 ) -> NoiseModel | None:
     """The model of a series of which `blank` has left frames out; else the one before."""
-    wide = _widened(np.isnan(blank) & ~np.isnan(series))
+    wide = _with_long_gaps(np.isnan(blank) & ~np.isnan(series))
     form: Form = before.form if before else "sampled"
-    kept = np.round(without_frames(middle(blank), middle(wide)), PICOMETRES)
+    cleaned = np.round(without_frames(middle(blank), middle(wide)), PICOMETRES)
     try:
-        model = likelihood(kept, rate_hz, None, LikelihoodSettings(form=form)).estimate.model
+        model = likelihood(cleaned, rate_hz, None, LikelihoodSettings(form=form)).estimate.model
     except Refusal:
         return before
     return model if model.broadband else before

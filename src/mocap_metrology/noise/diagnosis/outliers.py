@@ -48,8 +48,8 @@ def heavy_tails(
     over: how the series are shared among threads."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
     chance = CHANCE / max(len(series), 1)
-    found = over(lambda one: _tails(*one, step, chance), series.items())
-    return [one for one in found if one]
+    tails = over(lambda one: _tails(*one, step, chance), series.items())
+    return [one for one in tails if one]
 
 
 def _tails(name: str, series: np.ndarray, step: float, chance: float) -> Tails | None:
@@ -79,7 +79,7 @@ def _tails(name: str, series: np.ndarray, step: float, chance: float) -> Tails |
     return Tails(name, mean, mean - reach, mean + reach)
 
 
-def spread(values: np.ndarray) -> float:
+def mad_spread(values: np.ndarray) -> float:
     """1.4826 MAD of (n,) values, of every k-th of long ones; NaN left out."""
     known = values[:: max(values.size // SAMPLED, 1)]
     known = known[np.isfinite(known)]
@@ -93,20 +93,20 @@ def medians_of_five(series: np.ndarray) -> np.ndarray:
         from scipy.ndimage import median_filter
 
         return np.asarray(median_filter(series, 5))
-    found = np.empty_like(series)
-    _medians_of_five(np.pad(series, 2, mode="symmetric"), found)
-    return found
+    medians = np.empty_like(series)
+    _medians_of_five(np.pad(series, 2, mode="symmetric"), medians)
+    return medians
 
 
 @njit
-def _medians_of_five(series: np.ndarray, found: np.ndarray) -> None:
+def _medians_of_five(series: np.ndarray, medians: np.ndarray) -> None:
     """The median of a, b, c, d, e is that of e, the greater of the lesser of two pairs of the
     others, and the lesser of the greater."""
-    for i in range(found.size):
+    for i in range(medians.size):
         a, b, c, d, e = series[i], series[i + 1], series[i + 2], series[i + 3], series[i + 4]
         low = max(min(a, b), min(c, d))
         high = min(max(a, b), max(c, d))
-        found[i] = max(min(e, low), min(max(e, low), high))
+        medians[i] = max(min(e, low), min(max(e, low), high))
 
 
 def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> np.ndarray:
@@ -115,30 +115,34 @@ def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> n
     is more (smoothed tracks lie on their medians), half a step of the values at least; as
     many times that as the distances of `BLOCK` frames are louder, there or beside."""
     distance = series - medians_of_five(series)
-    usual = spread(distance)
-    scale = max(usual, spread(np.diff(series)) / np.sqrt(2), resolution / 2, own_step(series) / 2)
+    usual = mad_spread(distance)
+    scale = max(
+        usual, mad_spread(np.diff(series)) / np.sqrt(2), resolution / 2, own_step(series) / 2
+    )
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
     blocks = np.add.outer(off // BLOCK, (-1, 0, 1)).clip(0, max(series.size // BLOCK - 1, 0))
-    level = {k: spread(distance[k * BLOCK : (k + 1) * BLOCK]) for k in np.unique(blocks)}
+    level = {k: mad_spread(distance[k * BLOCK : (k + 1) * BLOCK]) for k in np.unique(blocks)}
     louder = np.array([max(level[k] for k in near) for near in blocks]) / (usual or math.inf)
     return off[np.abs(distance[off]) > n_sigma * scale * np.where(louder > LOUDER, louder, 1.0)]
 
 
-def isolated(off: Mapping[str, np.ndarray], markers: Mapping[str, int]) -> dict[str, np.ndarray]:
+def isolated_frames(
+    off: Mapping[str, np.ndarray], markers: Mapping[str, int]
+) -> dict[str, np.ndarray]:
     """Those of the `off_frames` of every coordinate that are spikes: one or two frames long while
     no other marker was off within two frames.
 
     off: coordinate -> frames, ascending; markers: coordinate -> number of its marker.
     """
-    found = {}
+    by_series = {}
     for name, frames in off.items():
         others = [off[k] for k in off if markers[k] != markers[name]]
         elsewhere = np.unique(np.concatenate(others)) if others else np.empty(0, int)
         groups = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
-        kept = [g for g in groups if 0 < g.size <= LONGEST_FRAMES and not _near(g, elsewhere)]
-        found[name] = np.concatenate(kept) if kept else np.empty(0, int)
-    return found
+        alone = [g for g in groups if 0 < g.size <= LONGEST_FRAMES and not _near(g, elsewhere)]
+        by_series[name] = np.concatenate(alone) if alone else np.empty(0, int)
+    return by_series
 
 
 def _near(group: np.ndarray, frames: np.ndarray) -> bool:
@@ -173,23 +177,23 @@ def drawn_in(
     all coordinates among one, three or nine frames, than so many would be by chance, something
     happened, and all stays. over: how coordinates are worked on.
     """
-    found = over(lambda values: _beyond(values, max(resolution, 0.0)), series.values())
-    beyond = dict(zip(series, found, strict=True))
+    pieces = over(lambda values: _far_frames(values, max(resolution, 0.0)), series.values())
+    beyond = dict(zip(series, pieces, strict=True))
     off = np.zeros(len(next(iter(series.values()))), np.int16)
     for frames, _ in beyond.values():
         off[frames] += 1
-    alone = ~_together(off, len(series))
+    alone = ~_dense_frames(off, len(series))
 
     def drawn(name: str) -> np.ndarray:
         frames, excess = beyond[name]
-        own, values = alone[frames], series[name].copy()
-        values[frames[own]] -= excess[own]
+        mask, values = alone[frames], series[name].copy()
+        values[frames[mask]] -= excess[mask]
         return values
 
     return kept_if_small(LazyArrays(series, drawn), off.size)
 
 
-def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray]:
+def _far_frames(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray]:
     """Frames that are farther from the median of five than three scales of these distances, and by
     how much; of fifteen where many are, as three of five may be then."""
     from scipy.ndimage import median_filter
@@ -197,7 +201,7 @@ def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarr
     with np.errstate(invalid="ignore"):
         distance = series - medians_of_five(series)
     for again in (True, False):
-        reach = DRAWN_IN_SCALES * max(spread(distance), resolution / 2)
+        reach = DRAWN_IN_SCALES * max(mad_spread(distance), resolution / 2)
         if not reach > 0:
             return np.empty(0, int), np.empty(0)
         distance[~np.isfinite(distance)] = 0.0
@@ -207,18 +211,18 @@ def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarr
         known = np.isfinite(series)  # a gap would spoil medians far from it, too
         distance = np.full(series.size, np.nan)
         distance[known] = series[known] - median_filter(series[known], 15)
-    own = distance[frames]
-    return frames, own - np.clip(own, -reach, reach)
+    off = distance[frames]
+    return frames, off - np.clip(off, -reach, reach)
 
 
-def _together(off: np.ndarray, n_series: int) -> np.ndarray:
+def _dense_frames(off: np.ndarray, n_series: int) -> np.ndarray:
     """Frames around which more values are off than chance explains, (n,). off: (n,) number of
     series that are off."""
     from scipy.ndimage import binary_dilation
     from scipy.special import bdtrc
 
     share = float(off.mean()) / n_series
-    found = np.zeros(off.size, bool)
+    mask = np.zeros(off.size, bool)
     for frames in TOGETHER_FRAMES:
         many = np.arange(1, frames * n_series + 1)
         chance = bdtrc(many - 1, frames * n_series, share) * off.size
@@ -226,8 +230,8 @@ def _together(off: np.ndarray, n_series: int) -> np.ndarray:
         if enough.size:
             near = np.convolve(off, np.ones(frames, off.dtype))[frames // 2 :][: off.size]
             dense = near >= enough[0]
-            found |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense
-    return found
+            mask |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense
+    return mask
 
 
 def warm_up() -> None:

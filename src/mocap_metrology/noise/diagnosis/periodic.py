@@ -98,26 +98,26 @@ def disturbances(lines: Sequence[SpectralLine], duration_s: float) -> list[Distu
     """Lines of one frequency together, within 1/T, three standard errors and their width; the
     largest first."""
     left = sorted(lines, key=lambda x: -x.line.A_s)
-    found = []
+    groups = []
     while left:
         first = left[0]
         near = 1 / duration_s + 3 * first.f_error + first.line.width_f
         same = [x for x in left if abs(x.line.f_0 - first.line.f_0) <= near + 3 * x.f_error]
         left = [x for x in left if x not in same]
         by_series = {x.series: x for x in reversed(same)}  # of two of a series the larger
-        found.append(Disturbance(tuple(reversed(by_series.values()))))
-    return found
+        groups.append(Disturbance(tuple(reversed(by_series.values()))))
+    return groups
 
 
-def comb(found: Sequence[Disturbance], duration_s: float) -> tuple[float, list[Disturbance]]:
+def comb(lines: Sequence[Disturbance], duration_s: float) -> tuple[float, list[Disturbance]]:
     """Frequency in Hz of which the most disturbances are multiples, to within 1/2T, and these; none
     where they are fewer than `FEWEST_TEETH`, or chance may do that."""
     from scipy.special import bdtrc
 
-    f = np.sort([one.first.line.f_0 for one in found])
+    f = np.sort([one.first.line.f_0 for one in lines])
     apart = np.concatenate([np.diff(f), *(f / k for k in (1, 2, 3))]) if f.size else f
     tries = apart[apart > MULTIPLES_APART / duration_s]
-    best, members = math.nan, np.zeros(len(found), bool)
+    best, members = math.nan, np.zeros(len(lines), bool)
     for f_1 in np.sort(tries)[::-1]:  # a half has as many multiples
         n, f_n = 0.0, 0.0
         for one in f:
@@ -125,12 +125,12 @@ def comb(found: Sequence[Disturbance], duration_s: float) -> tuple[float, list[D
             if number and abs(one - number * f_1) < 0.5 / duration_s:
                 n, f_n = n + number**2, f_n + number * one
                 f_1 = f_n / n  # by least squares
-        every = np.array([one.first.line.f_0 for one in found]) / f_1
-        own = np.abs(every - np.round(every)) * f_1 < 0.5 / duration_s
-        chance = tries.size * bdtrc(own.sum() - 2, f.size - 1, 1 / duration_s / f_1)
-        if own.sum() > max(members.sum(), FEWEST_TEETH - 1) and chance < COMB_P:
-            best, members = float(f_1), own
-    return best, [one for one, own in zip(found, members, strict=True) if own]
+        every = np.array([one.first.line.f_0 for one in lines]) / f_1
+        near = np.abs(every - np.round(every)) * f_1 < 0.5 / duration_s
+        chance = tries.size * bdtrc(near.sum() - 2, f.size - 1, 1 / duration_s / f_1)
+        if near.sum() > max(members.sum(), FEWEST_TEETH - 1) and chance < COMB_P:
+            best, members = float(f_1), near
+    return best, [one for one, line in zip(lines, members, strict=True) if line]
 
 
 def series_lines(
@@ -152,29 +152,29 @@ def series_lines(
     if not parts:
         return [], 0.0
     longest = max(parts, key=lambda p: p.stop - p.start)
-    own = series[longest]
-    measured = float(np.isfinite(own).mean())
+    measurable = series[longest]
+    measured = float(np.isfinite(measurable).mean())
 
     def whole(values: np.ndarray) -> np.ndarray:
         if density:
             return filled(values, density, frame_rate_hz, np.random.default_rng(0))
         return bridged(values)
 
-    full = whole(own)
-    found = find_lines(full, frame_rate_hz, at_most)
-    if found and measured < 1:  # a line that is missing in gaps is less, and has sidebands
-        found = [line_again(full, frame_rate_hz, replace(x, band_hz=None)) for x in found]
-        found = [replace(x, A_s=x.A_s / measured) for x in found]
-        lines = waves(found, own.size, frame_rate_hz)
-        full = whole(own - lines) + lines
-        found = find_lines(full, frame_rate_hz, at_most)
+    full = whole(measurable)
+    sinusoids = find_lines(full, frame_rate_hz, at_most)
+    if sinusoids and measured < 1:  # a line that is missing in gaps is less, and has sidebands
+        sinusoids = [line_again(full, frame_rate_hz, replace(x, band_hz=None)) for x in sinusoids]
+        sinusoids = [replace(x, A_s=x.A_s / measured) for x in sinusoids]
+        lines = waves(sinusoids, measurable.size, frame_rate_hz)
+        full = whole(measurable - lines) + lines
+        sinusoids = find_lines(full, frame_rate_hz, at_most)
     if density:
-        bare = waves(found, full.size, frame_rate_hz)
+        bare = waves(sinusoids, full.size, frame_rate_hz)
         np.subtract(full, bare, out=bare)
-        found += find_slow_lines(bare, frame_rate_hz, density, at_most)
+        sinusoids += find_slow_lines(bare, frame_rate_hz, density, at_most)
     least = threshold(full.size) + 2 * math.log(n_series)
-    found = [line for line in found if line.gain > least]
-    return sorted(found, key=lambda line: -line.gain)[:at_most], full.size * tau0
+    sinusoids = [line for line in sinusoids if line.gain > least]
+    return sorted(sinusoids, key=lambda line: -line.gain)[:at_most], full.size * tau0
 
 
 def described(
@@ -191,13 +191,13 @@ def described(
     """
     m = np.array([first_maximum(line.f_0, rate_hz) for line in lines], np.int64)
     avar = allan_variance(values, m).variance if len(lines) else m
-    found = []
+    rows = []
     for line, size, total in zip(lines, m, avar, strict=True):
         a_error, f_error = line.errors(duration_s)
         snr, in_psd = _in_psd(line, psd)
-        own = float(Sinusoid(line.A_s, line.f_0).avar(size, rate_hz))
-        share = own / total if total > 0 else math.nan
-        found.append(
+        variance = float(Sinusoid(line.A_s, line.f_0).avar(size, rate_hz))
+        share = variance / total if total > 0 else math.nan
+        rows.append(
             SpectralLine(
                 series, line, max(line.A_s - 1.96 * a_error, 0.0), line.A_s + 1.96 * a_error,
                 f_error, _harmonic(line, lines, duration_s), mains_of(line.f_0, rate_hz, f_error),
@@ -205,7 +205,7 @@ def described(
                 _amplitudes(values, line, rate_hz) if line.wide else None,
             )
         )  # fmt: skip
-    return found
+    return rows
 
 
 def _amplitudes(values: np.ndarray, line: Line, rate_hz: float) -> tuple[float, float] | None:

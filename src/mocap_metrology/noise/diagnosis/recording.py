@@ -18,7 +18,7 @@ from mocap_metrology.noise.diagnosis.one_series import Examiner, decided, withou
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
     heavy_tails,
-    isolated,
+    isolated_frames,
     off_frames,
     without,
 )
@@ -28,7 +28,7 @@ from mocap_metrology.noise.diagnosis.records import (
     Recording,
     explained,
 )
-from mocap_metrology.noise.diagnosis.recurring import bout, pulses, recurrence
+from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence, recurring_bout
 from mocap_metrology.noise.diagnosis.repeats import repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import processed, running_median
@@ -59,10 +59,10 @@ def diagnose(
     """
     settings = settings or DiagnosisSettings()
     rate, step = recording.frame_rate_hz, recording.step_mm
-    spikes, coordinates, quiet = _quiet(recording, settings, step, over)
+    spikes, coordinates, quiet = _without_spikes(recording, settings, step, over)
     series = all_series(coordinates, recording.pairs)
     drifts = dict(over(lambda one: (one[0], drift(one[1], rate)), series))
-    events, dynamics, levels = searched(
+    events, dynamics, levels = search_events(
         quiet, recording.pairs, rate, step, settings.false_alarm, settings.side_s, over
     )
     away = inside_events(events, recording.n_frames, 1 / rate)
@@ -85,8 +85,8 @@ def diagnose(
     wanders |= _of_distances(wanders, recording.pairs)
     recurring, bouts = _recurring(events, quiet, levels, rate, settings.false_alarm, over)
     still = _still(recording, blanked, levels, settings)
-    own = over(lambda name: bands(still[name], rate), still)
-    still_spectra = dict(zip(still, own, strict=True))
+    of_still = over(lambda name: bands(still[name], rate), still)
+    still_spectra = dict(zip(still, of_still, strict=True))
     processing = processed(still, still_spectra, rate, step, over)
     repeated = []
     for k, label in enumerate(recording.labels, start=1):
@@ -95,8 +95,8 @@ def diagnose(
         repeated.append(repeats(label, list(axes.values()), step))
     low = low_passes(still_spectra, rate, recording.resolution_mm)
     trends_of = _trends(levels, events)
-    n_windows = sum(d.n_tests for own in dynamics.values() for d in own)
-    found = Diagnosis(
+    n_windows = sum(d.n_tests for of_series in dynamics.values() for d in of_series)
+    diagnosis = Diagnosis(
         events, lines, [left for one in every for left in one.filtered],
         [one.step for one in every], spikes, _missing(recording), drifts, moves, dynamics, levels,
         n_windows, quiet, spectra, low, trends_of,
@@ -104,7 +104,7 @@ def diagnose(
         solved_pairs(quiet, at_rest), processing, recurring,
         [one.resonance for one in every if one.resonance], bouts,
     )  # fmt: skip
-    return explained(found, recording.duration_s, settings.still_range_mm)
+    return explained(diagnosis, recording.duration_s, settings.still_range_mm)
 
 
 def _of_distances(
@@ -112,18 +112,18 @@ def _of_distances(
 ) -> dict[str, Wander]:
     """Undecided, where a distance has a kind that none of its coordinates has, and one of these has
     any or is undecided: it shows a part of the same movement, or a sum of several."""
-    found = {}
+    distances = {}
     for pair in pairs:
         name = pair_name(pair, pairs)
-        own = [one for k in pair for axis in AXES if (one := wanders.get(f"{axis}{k}"))]
-        known = {kind for one in own for kind in one.kinds}
+        of_ends = [one for k in pair for axis in AXES if (one := wanders.get(f"{axis}{k}"))]
+        known = {kind for one in of_ends for kind in one.kinds}
         one = wanders.get(name)
-        if one and not known.issuperset(one.kinds) and (known or any(x.undecided for x in own)):
-            found[name] = replace(one, kinds=(), possible=one.kinds, jumps=())
-    return found
+        if one and not known.issuperset(one.kinds) and (known or any(x.undecided for x in of_ends)):
+            distances[name] = replace(one, kinds=(), possible=one.kinds, jumps=())
+    return distances
 
 
-def searched(
+def search_events(
     quiet: Mapping[str, np.ndarray],
     pairs: Sequence[tuple[int, int]],
     rate_hz: float,
@@ -137,9 +137,11 @@ def searched(
     drawn = drawn_in(coordinates, step, over)
 
     def level(one: tuple[str, np.ndarray]) -> tuple[str, Blocks]:
-        found = blocks(one[1], rate_hz)
+        blocks_of = blocks(one[1], rate_hz)
         hidden = hiding_step(one[1], step, one[0].startswith("L")) > 0  # levels are of the steps
-        return one[0], replace(found, variance=found.variance + np.nan) if hidden else found
+        return one[0], replace(
+            blocks_of, variance=blocks_of.variance + np.nan
+        ) if hidden else blocks_of
 
     series = all_series(drawn, pairs)
     dynamics = dict(over(lambda one: (one[0], dynamic_allan(one[1], rate_hz, step)), series))
@@ -165,12 +167,12 @@ def _recurring(
     def of(one: tuple[str, np.ndarray]) -> tuple[str, float, float, float]:
         name, values = one[0], one[1].astype(np.float64)
         whole = pulses(values, rate_hz, chance)
-        part = bout(values, rate_hz, chance, levels[name])
+        part = recurring_bout(values, rate_hz, chance, levels[name])
         return (name, whole, 0.0, math.inf) if math.isfinite(whole) else (name, *part)
 
-    found = [one for one in over(of, quiet.items()) if math.isfinite(one[1])]
-    periods = {name: period for name, period, _, _ in found}
-    return periods, {name: (begin, end) for name, _, begin, end in found if math.isfinite(end)}
+    recurring = [one for one in over(of, quiet.items()) if math.isfinite(one[1])]
+    periods = {name: period for name, period, _, _ in recurring}
+    return periods, {name: (begin, end) for name, _, begin, end in recurring if math.isfinite(end)}
 
 
 def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend]:
@@ -183,15 +185,15 @@ def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend
     return trends(levels, out_of, steps)
 
 
-def _quiet(
+def _without_spikes(
     recording: Recording, settings: DiagnosisSettings, step: float, over: MapFunction
 ) -> tuple[dict[str, np.ndarray], Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
     """Isolated frames of every coordinate; the coordinates without them; and these with the
     distances, float32."""
     raw = recording.coordinates
-    found = over(lambda values: off_frames(values, settings.spike_sigma, step), raw.values())
-    off = dict(zip(raw, found, strict=True))
-    spikes = isolated(off, {k: int(k[1:]) for k in raw})
+    frames = over(lambda values: off_frames(values, settings.spike_sigma, step), raw.values())
+    off = dict(zip(raw, frames, strict=True))
+    spikes = isolated_frames(off, {k: int(k[1:]) for k in raw})
     coordinates = LazyArrays(raw, lambda name: without(raw[name], spikes[name]))
     small = kept_if_small(coordinates, recording.n_frames)
     every = every_series(small, recording.pairs)
@@ -216,11 +218,11 @@ def _movements(
 ) -> dict[str, Movement]:
     """Movement of every coordinate as recorded, and of every distance."""
     rate, step = recording.frame_rate_hz, recording.step_mm
-    given = rate, settings.still_range_mm, settings.horizon_s, step
+    limits = rate, settings.still_range_mm, settings.horizon_s, step
 
     def of(one: tuple[str, np.ndarray]) -> tuple[str, Movement]:
         name, values = one
-        return name, recording.movements.get(name) or movement(values, *given)
+        return name, recording.movements.get(name) or movement(values, *limits)
 
     return dict(over(of, all_series(recording.coordinates, recording.pairs)))
 

@@ -135,22 +135,22 @@ def _in_band(line: SpectralLine, one: Resonance) -> bool:
     return line.series == one.series and abs(line.line.f_0 / one.f_hz - 1) <= 2 * one.damping
 
 
-def explained(found: Diagnosis, duration_s: float, still_range_mm: float = 2.0) -> Diagnosis:
+def explained(diagnosis: Diagnosis, duration_s: float, still_range_mm: float = 2.0) -> Diagnosis:
     """The diagnosis without what something else in it explains: events, movements and changes of
     level that are switches between positions, a line that comes and goes, or, where nothing moved,
     heavy tails; cycles that are multiples of recurring bursts; weak lines in a resonance; isolated
     and repeated frames, broad peaks, bands above the cutoff of a filter (its lobes) and bursts at
     its ends by software."""
-    cutoffs = {one.series: one.cutoff_hz for one in found.low_pass if one.cutoff_hz > 0}
+    cutoffs = {one.series: one.cutoff_hz for one in diagnosis.low_pass if one.cutoff_hz > 0}
     end_s = 1 / min(cutoffs.values(), default=math.inf)
-    switching = {name: one for name, one in found.wanders.items() if "levels" in one.of}
-    changing = {one.series for one in found.lines if one.amplitude}
-    tails = {one.series for one in found.tails}
+    switching = {name: one for name, one in diagnosis.wanders.items() if "levels" in one.of}
+    changing = {one.series for one in diagnosis.lines if one.amplitude}
+    tails = {one.series for one in diagnosis.tails}
 
     def stands(name: str, one: Movement) -> Movement:
-        own = found.wanders.get(name)
-        may_switch = own and own.undecided and MAY_SWITCH.intersection(own.possible)
-        switches = own and name in switching and own.jump_near(one.time_s, one.time_s)
+        wander = diagnosis.wanders.get(name)
+        may_switch = wander and wander.undecided and MAY_SWITCH.intersection(wander.possible)
+        switches = wander and name in switching and wander.jump_near(one.time_s, one.time_s)
         return STILL if switches or (may_switch and one.size_mm < still_range_mm) else one
 
     def is_explained(event: Event) -> bool:
@@ -160,44 +160,48 @@ def explained(found: Diagnosis, duration_s: float, still_range_mm: float = 2.0) 
             return True
         if (not event.moved or event.white > WHITE) and set(event.series) <= tails:
             return True
-        own = switching.get(event.largest)  # perhaps to a position that it hardly stays at
-        near = own is not None and event.size_mm < WITHIN * abs(own.size_mm)
+        switch = switching.get(event.largest)  # perhaps to a position that it hardly stays at
+        near = switch is not None and event.size_mm < WITHIN * abs(switch.size_mm)
         return near or any(x.jump_near(event.time_s, event.stop_s) for x in switching.values())
 
     def other_than_bursts(name: str, one: Wander) -> bool:
-        periods = found.recurring.get(name, math.nan) / np.arange(1, MULTIPLES + 1)
+        periods = diagnosis.recurring.get(name, math.nan) / np.arange(1, MULTIPLES + 1)
         near = np.abs(one.at_s[-1] / periods - 1) < 0.02 if "cycle" in one.kinds else [False]
         return not np.any(near)
 
     def other_than_lines(one: Resonance) -> bool:
-        own = [x for x in found.lines if _in_band(x, one) and not x.wanders]
-        return not any(x.line.A_s > one.rms_mm for x in own)
+        inside = [x for x in diagnosis.lines if _in_band(x, one) and not x.wanders]
+        return not any(x.line.A_s > one.rms_mm for x in inside)
 
     def stands_alone(one: SpectralLine) -> bool:
         below = one.line.f_0 <= cutoffs.get(one.series, math.inf)
         is_lobe = not (below or (one.in_adev and not one.line.wide))
         return not (is_lobe or any(_in_band(one, x) for x in resonances))
 
-    if found.repeats or "repeated" in found.software:  # which no interpolation makes
-        found = replace(found, processed=[x for x in found.processed if x.code != "resampled"])
-    held = any(one.share > MANY_REPEATS for one in found.repeats)
+    if diagnosis.repeats or "repeated" in diagnosis.software:  # which no interpolation makes
+        diagnosis = replace(
+            diagnosis, processed=[x for x in diagnosis.processed if x.code != "resampled"]
+        )
+    held = any(one.share > MANY_REPEATS for one in diagnosis.repeats)
     if held:  # which have few fast changes
-        found = replace(found, low_pass=[])
-    codes = found.software
-    if codes - {"smoothed"} or found.low_pass:  # which smooth
-        found = replace(found, processed=[x for x in found.processed if x.code != "smoothed"])
-    software = bool(codes or found.low_pass or held)
+        diagnosis = replace(diagnosis, low_pass=[])
+    codes = diagnosis.software
+    if codes - {"smoothed"} or diagnosis.low_pass:  # which smooth
+        diagnosis = replace(
+            diagnosis, processed=[x for x in diagnosis.processed if x.code != "smoothed"]
+        )
+    software = bool(codes or diagnosis.low_pass or held)
     none = np.empty(0, int)
-    resonances = [one for one in found.resonances if not software and other_than_lines(one)]
+    resonances = [one for one in diagnosis.resonances if not software and other_than_lines(one)]
     return replace(
-        found,
-        events=[one for one in found.events if not is_explained(one)],
-        lines=list(filter(stands_alone, found.lines)),
-        recurring={k: period for k, period in found.recurring.items() if k not in switching},
-        trends=[one for one in found.trends if one.series not in changing],
-        movements={name: stands(name, one) for name, one in found.movements.items()},
-        wanders={k: one for k, one in found.wanders.items() if other_than_bursts(k, one)},
-        spikes={k: none if "running_median" in codes else v for k, v in found.spikes.items()},
-        repeats=[] if codes & {"running_median", "repeated"} else found.repeats,
+        diagnosis,
+        events=[one for one in diagnosis.events if not is_explained(one)],
+        lines=list(filter(stands_alone, diagnosis.lines)),
+        recurring={k: period for k, period in diagnosis.recurring.items() if k not in switching},
+        trends=[one for one in diagnosis.trends if one.series not in changing],
+        movements={name: stands(name, one) for name, one in diagnosis.movements.items()},
+        wanders={k: one for k, one in diagnosis.wanders.items() if other_than_bursts(k, one)},
+        spikes={k: none if "running_median" in codes else v for k, v in diagnosis.spikes.items()},
+        repeats=[] if codes & {"running_median", "repeated"} else diagnosis.repeats,
         resonances=resonances,
     )

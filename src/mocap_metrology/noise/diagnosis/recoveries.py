@@ -12,7 +12,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.diagnosis.shape import PLACE, Shape, refined, time_of
+from mocap_metrology.noise.diagnosis.shape import PLACE, Shape, refined_place, time_of
 
 FADINGS, MOST_FADING = 5, 16  # time constants of shifts that fade alike; such shifts, at most
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
@@ -25,8 +25,8 @@ def recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     """Shifts at once that fade, wholly or in part."""
     n = z.size
     t = np.arange(n)
-    own = z - np.median(z)
-    gains = [_fading_at(own, constant) for constant in np.geomspace(3, n / 5, 10)]
+    centred = z - np.median(z)
+    gains = [_fading_at(centred, constant) for constant in np.geomspace(3, n / 5, 10)]
     start, jump = max(gains)[1], int(np.argmax(np.abs(np.diff(z))))
     among = {start - 1, start, start + 1, jump, jump + 1} & set(range(1, n - 1))
     for best in sorted(among):
@@ -37,7 +37,7 @@ def recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         first = (t == best).astype(float)[None]  # a block that the shift begins within
         grid = np.geomspace(1, n / 5, 16)
         for kind, beside in (("shift", first), ("step", np.vstack([t >= best, first]))):
-            constant = refined(z, time_of(k), fading, grid, line=False, beside=beside)
+            constant = refined_place(z, time_of(k), fading, grid, line=False, beside=beside)
             places = (float(best), min(best + 3 * constant, n - 1.0))[: 3 - len(beside)]
             columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
             shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
@@ -49,12 +49,12 @@ def recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
                 yield shape
 
 
-def _fading_at(own: Floats, constant: float) -> tuple[float, int]:
+def _fading_at(z: Floats, constant: float) -> tuple[float, int]:
     """What an exponential that begins at once takes of the squares of (n,) values, at most, and at
     which block: a matched filter."""
     decay = math.exp(-1 / constant)
-    energy = (1 - decay ** (2 * np.arange(own.size, 0, -1))) / (1 - decay**2)
-    gain = _faded_sums(own, decay) ** 2 / energy
+    energy = (1 - decay ** (2 * np.arange(z.size, 0, -1))) / (1 - decay**2)
+    gain = _faded_sums(z, decay) ** 2 / energy
     return float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1
 
 
@@ -74,9 +74,9 @@ def several_recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     for constant, parts in product(np.geomspace(1, n / 10, FADINGS), (1, 2)):
         columns, fits = np.ones((1, n)), []
         for count in range(MOST_FADING // parts + 1):
-            own = z - columns.T @ np.linalg.lstsq(columns.T, z, rcond=None)[0]
-            fits.append(n * math.log(float(own @ own)) + (parts + PLACE) * count * math.log(n))
-            since = k - k[_fading_at(own, constant)[1]]
+            rest = z - columns.T @ np.linalg.lstsq(columns.T, z, rcond=None)[0]
+            fits.append(n * math.log(float(rest @ rest)) + (parts + PLACE) * count * math.log(n))
+            since = k - k[_fading_at(rest, constant)[1]]
             fading = np.exp(-np.maximum(since, 0) / constant) * (since >= 0)
             columns = np.vstack([columns, *(fading, since >= 0)[:parts]])
         if (best := int(np.argmin(fits))) > 1:  # one is a shift

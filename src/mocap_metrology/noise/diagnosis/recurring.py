@@ -21,11 +21,11 @@ SWINGS = 30.0  # times the median power around, of a line
 LOUD = 4.0  # standard errors that a minute is louder than usual
 
 
-def recurrence(found: Sequence[Event]) -> float:
+def recurrence(events: Sequence[Event]) -> float:
     """Period in s at which events recur, NaN where they do not: the median distance, of which all
     distances are whole multiples within REGULAR, as some may not be seen. Of six events at random
     times that is so in 0.03 %."""
-    times = np.array([event.time_s for event in found if event.kind == "burst"])
+    times = np.array([event.time_s for event in events if event.kind == "burst"])
     if times.size < RECURRING:
         return math.nan
     apart = np.diff(np.sort(times))
@@ -90,7 +90,7 @@ def _swings(values: np.ndarray, cycles: int) -> bool:
     return bool(near.max() > SWINGS * np.median(around))
 
 
-def bout(
+def recurring_bout(
     series: np.ndarray, rate_hz: float, chance: float, levels: Blocks
 ) -> tuple[float, float, float]:
     """Period, begin and end in s of bursts that recur in a part of the recording, NaN where there
@@ -101,17 +101,17 @@ def bout(
     starts = range(0, series.size - frames + 1, frames // 4)
     loud = []
     for start in starts:
-        own = levels.between(start / rate_hz, (start + frames) / rate_hz).variance
-        above = own.mean() - usual if own.size > 1 else 0.0
-        if above > 0 and above > LOUD * math.sqrt(mean_variance(own)):
+        level = levels.between(start / rate_hz, (start + frames) / rate_hz).variance
+        above = level.mean() - usual if level.size > 1 else 0.0
+        if above > 0 and above > LOUD * math.sqrt(mean_variance(level)):
             loud.append(start)
     chance /= max(len(loud), 1)
-    found = {s: pulses(series[s : s + frames], rate_hz, chance) for s in loud}
-    found = {start: period for start, period in found.items() if math.isfinite(period)}
-    if not found:
+    periods = {s: pulses(series[s : s + frames], rate_hz, chance) for s in loud}
+    periods = {start: period for start, period in periods.items() if math.isfinite(period)}
+    if not periods:
         return math.nan, math.nan, math.nan
-    ends = min(found) / rate_hz, (max(found) + frames) / rate_hz
-    return float(np.median(list(found.values()))), *ends
+    ends = min(periods) / rate_hz, (max(periods) + frames) / rate_hz
+    return float(np.median(list(periods.values()))), *ends
 
 
 def _decimated(values: np.ndarray, length: int) -> np.ndarray:

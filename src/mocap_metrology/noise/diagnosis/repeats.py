@@ -85,8 +85,8 @@ def _leaving(
         changes = _changes(axis)
         before = np.where(runs[:, 0] > 0, changes[runs[:, 0] - 1], np.nan)
         after = np.where(runs[:, 1] < changes.size, changes[runs[:, 1] % changes.size], np.nan)
-        own = np.fmin(before, after)
-        known, steps = own[np.isfinite(own)], changes[moved & (changes > 0)]
+        nearest = np.fmin(before, after)
+        known, steps = nearest[np.isfinite(nearest)], changes[moved & (changes > 0)]
         change = float(np.median(known)) if known.size else 0.0
         if change > 0 and steps.size:
             step = max(step_mm, float(np.quantile(steps, HIDDEN)))
@@ -104,7 +104,7 @@ def solved_pairs(
     Ends that are measured by themselves have independent noise, so the ratio is 1. Markers at rest
     only: a body that moves keeps its distances, however they are measured.
     """
-    found = {}
+    ratios = {}
     near = {name: middle(v) for name, v in coordinates.items() if not name.startswith("L")}
     for first, second in pairs:
         a, b = position(near, first), position(near, second)
@@ -117,5 +117,5 @@ def solved_pairs(
         ends = sum(float(np.nanvar(np.diff(along @ one / size))) for one in (a, b))
         ratio = float(np.nanvar(steps)) / ends if ends > 0 else 1.0
         if ratio < SOLVED:
-            found[pair_name((first, second), pairs)] = ratio
-    return found
+            ratios[pair_name((first, second), pairs)] = ratio
+    return ratios

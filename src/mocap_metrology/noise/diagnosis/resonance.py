@@ -76,7 +76,9 @@ def resonance(
     laws = np.stack([f ** float(p) for p in POWERS])
     alone, size = _deviance(laws, psd, weight)
     best = alone, math.nan, math.nan, np.zeros(0)
-    for f_0, damping in _likely(f, psd, laws[size > 0], weight, size[size > 0], bin_hz, nyquist):
+    for f_0, damping in _candidates(
+        f, psd, laws[size > 0], weight, size[size > 0], bin_hz, nyquist
+    ):
         best = min(best, _fit(f, psd, laws, weight, f_0, damping), key=lambda one: one[0])
     if not alone - best[0] > LEAST:
         return None
@@ -114,7 +116,7 @@ def _falling(f: Floats, nyquist: float) -> Iterator[Floats]:
             yield 1 / (1 + w ** (2 * order)) ** 2
 
 
-def _likely(
+def _candidates(
     f: Floats,
     psd: Floats,
     laws: Floats,

@@ -82,14 +82,14 @@ class Shape:
         if "fades" in self.kinds or (self.placed and len(self.at) == 1):  # beside a curve, too
             return [(int(self.at[0]), self.size(solved))]
         steps = np.diff(self.curve(solved))
-        found: list[tuple[int, float]] = []
+        places: list[tuple[int, float]] = []
         for place in np.flatnonzero(np.abs(steps) > 1e-9 * np.abs(steps).max(initial=0)).tolist():
-            if found and place - found[-1][0] <= 2:  # within the blocks that it takes
-                found[-1] = place, found[-1][1] + float(steps[place])
+            if places and place - places[-1][0] <= 2:  # within the blocks that it takes
+                places[-1] = place, places[-1][1] + float(steps[place])
             else:
-                found.append((place, float(steps[place])))
-        least = max((abs(size) for _, size in found), default=0.0) / 10
-        return [(place + 1, size) for place, size in found if abs(size) > least]
+                places.append((place, float(steps[place])))
+        least = max((abs(size) for _, size in places), default=0.0) / 10
+        return [(place + 1, size) for place, size in places if abs(size) > least]
 
 
 def on_line(shape: Shape, k: np.ndarray) -> Shape | None:
@@ -125,7 +125,7 @@ def time_of(k: np.ndarray) -> Floats:
     return np.asarray((k - k[0]) / (k[-1] - k[0]) - 0.5)
 
 
-def refined(
+def refined_place(
     z: Floats,
     t: Floats,
     columns: Columns,
@@ -139,12 +139,12 @@ def refined(
 
     fixed = np.vander(t, 2 if line else 1)
     basis, _ = np.linalg.qr(fixed if beside is None else np.hstack([fixed, beside.T]))
-    own = z - basis @ (basis.T @ z)
+    left = z - basis @ (basis.T @ z)
 
     def rest(place: float) -> float:
         X = np.atleast_2d(columns(place))
         X = X - (X @ basis) @ basis.T
-        b = X @ own
+        b = X @ left
         if len(X) == 1:
             return -float(b[0] ** 2 / max(float(X[0] @ X[0]), 1e-300))
         return -float(b @ np.linalg.lstsq(X @ X.T, b, rcond=1e-9)[0])  # of the sum of squares
@@ -153,7 +153,7 @@ def refined(
     if X.size == grid.size * z.size:  # one column a place: all at once
         X = X.reshape(grid.size, z.size)
         X = X - (X @ basis) @ basis.T
-        best = int(np.argmax((X @ own) ** 2 / np.maximum((X * X).sum(axis=1), 1e-300)))
+        best = int(np.argmax((X @ left) ** 2 / np.maximum((X * X).sum(axis=1), 1e-300)))
     else:
         best = int(np.argmin([rest(place) for place in grid]))
     bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])

@@ -14,7 +14,7 @@ from mocap_metrology.noise.diagnosis.recoveries import (
     recurring_levels,
     several_recoveries,
 )
-from mocap_metrology.noise.diagnosis.shape import PLACE, Shape, pace, refined, time_of
+from mocap_metrology.noise.diagnosis.shape import PLACE, Shape, pace, refined_place, time_of
 
 CONSTANTS = np.geomspace(0.005, 0.7, 20)  # of a warm-up, over the recording
 POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a straight line
@@ -50,7 +50,7 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         kinds -= {"slowing"} if kind == "accelerating" else set()
         for line in (False,) if kind in NAMELESS else (False, True):  # that it is searched on
             among = POWERS if kind == "power" else CONSTANTS
-            constant = refined(z, t, partial(curve, since), among, line)
+            constant = refined_place(z, t, partial(curve, since), among, line)
             yield Shape(frozenset(kinds), curve(since, constant)[None], 1)
     yield from _two_approaches(z, t)
     yield from _curves_and_steps(z, t)
@@ -85,14 +85,14 @@ def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
 
     def faster(slow: float) -> float:
         among = CONSTANTS[: max(np.count_nonzero(slow / 2 > CONSTANTS), 2)]
-        return refined(z, t, fall, among, False, fall(slow)[None])
+        return refined_place(z, t, fall, among, False, fall(slow)[None])
 
     both = [(slow, faster(slow)) for slow in SLOW]
-    slow = 2 * refined(z, t, fall, CONSTANTS, False)
+    slow = 2 * refined_place(z, t, fall, CONSTANTS, False)
     for _ in range(4):
         fast = faster(slow)
         among = CONSTANTS[min(np.count_nonzero(2 * fast > CONSTANTS), CONSTANTS.size - 2) :]
-        slow = refined(z, t, fall, among, False, fall(fast)[None])
+        slow = refined_place(z, t, fall, among, False, fall(fast)[None])
     for constants in (*both, (slow, fast)):
         columns = np.array([fall(constant) for constant in constants])
         shape = Shape(frozenset({"warm_up"}), columns, 2)
@@ -105,11 +105,11 @@ def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:
     for kind in ("warm_up", "creep"):
         curve, step = partial(CURVES[kind], t + 0.5), None
         for _ in range(4):
-            constant = refined(z, t, curve, CONSTANTS, False, step)
+            constant = refined_place(z, t, curve, CONSTANTS, False, step)
             beside = np.array([np.ones(z.size), curve(constant)])
-            found = next(_several_steps(z, beside, frozenset({kind})))
-            step = found.columns[-1:]
-        yield replace(found, searched=1 + PLACE, line=0)
+            stepped = next(_several_steps(z, beside, frozenset({kind})))
+            step = stepped.columns[-1:]
+        yield replace(stepped, searched=1 + PLACE, line=0)
 
 
 def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
@@ -124,8 +124,8 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     def wave(place: float) -> Floats:
         return np.array([np.sin(2 * np.pi * place * time), np.cos(2 * np.pi * place * time)])
 
-    def near(own: Floats) -> Floats:
-        every = np.interp(np.arange(n), k - k[0], own)
+    def near(values: Floats) -> Floats:
+        every = np.interp(np.arange(n), k - k[0], values)
         power = np.abs(rfft(every, FINER * n)[:n]) ** 2
         best = int(np.argmax(np.where(among, power, 0.0)))
         return places[max(best - 1, 0) : best + 2]
@@ -133,8 +133,8 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     powers = np.vstack([t ** np.arange(1, 4)[:, None], _waves(BESIDE, t)])
     for beside in (powers[:0], powers[:1], powers[:2], powers[:3], powers):
         X = np.vstack([np.ones(z.size), beside]).T
-        own = z - X @ np.linalg.lstsq(X, z, rcond=None)[0]
-        place = refined(z, t, wave, near(own), beside=beside[1:])
+        left = z - X @ np.linalg.lstsq(X, z, rcond=None)[0]
+        place = refined_place(z, t, wave, near(left), beside=beside[1:])
         curve = beside if len(beside) > 1 else powers[:0]  # a line is put beside others, too
         kinds = {"cycle", "smooth"} if len(curve) else {"cycle"}
         for count in (1, HARMONICS) if place >= PERIODS else (1,):
@@ -143,12 +143,12 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             straight = pace(shape.solved(z)[: len(curve)] @ curve) & {"drift"}
             yield replace(shape, kinds=shape.kinds | straight)
     fall = partial(CURVES["warm_up"], time)
-    constant = refined(z, t, fall, CONSTANTS)
+    constant = refined_place(z, t, fall, CONSTANTS)
     for _ in range(4):  # in turn, each beside the other
         X = np.array([np.ones(z.size), time, fall(constant)]).T
         rest = z - X @ np.linalg.lstsq(X, z, rcond=None)[0]
-        place = refined(z, t, wave, near(rest), beside=fall(constant)[None])
-        constant = refined(z, t, fall, CONSTANTS, beside=wave(place))
+        place = refined_place(z, t, wave, near(rest), beside=fall(constant)[None])
+        constant = refined_place(z, t, fall, CONSTANTS, beside=wave(place))
     both = np.vstack([fall(constant), wave(place)])
     yield Shape(frozenset({"warm_up", "cycle"}), both, 2, (n / place,))
 
@@ -160,11 +160,11 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
     t = np.arange(n)
     apart = np.maximum(t - t[:, None], 1)
     either = 1 / apart + 1 / (n - apart)  # of blocks inside and outside
-    for own in (z - z.mean(), z - np.polyval(np.polyfit(time, z, 1), time)):
-        total = np.concatenate([[0.0], np.cumsum(own)])
+    for left in (z - z.mean(), z - np.polyval(np.polyfit(time, z, 1), time)):
+        total = np.concatenate([[0.0], np.cumsum(left)])
         at = np.arange(2, n - 1)
         gain = total[at] ** 2 * (1 / at + 1 / (n - at))
-        for begun in (at[np.argmax(gain)], 2 + np.argmax(np.abs(np.diff(own)[1:-1]))):
+        for begun in (at[np.argmax(gain)], 2 + np.argmax(np.abs(np.diff(left)[1:-1]))):
             for parts in ([t >= begun], [t == begun - 1, t >= begun], [t == begun, t > begun]):
                 columns = np.array(parts, float)  # two: of a block that it comes within
                 shape = Shape(frozenset({"step"}), columns, PLACE, (float(begun),))
@@ -191,8 +191,8 @@ def _ramps(z: Floats, t: Floats) -> Iterator[Shape]:
     mean of the steps within it."""
     n, at = z.size, np.arange(z.size)
     for line in (np.zeros((0, n)), t[None]):
-        own = z - np.polyval(np.polyfit(t, z, len(line)), t)
-        later = np.cumsum(own[::-1])[::-1]  # what a step at a place has of it
+        rest = z - np.polyval(np.polyfit(t, z, len(line)), t)
+        later = np.cumsum(rest[::-1])[::-1]  # what a step at a place has of it
         best: tuple[float, Floats] = -1.0, z
         for width in np.geomspace(RAMPS[0], n * RAMPS[1], RAMP_WIDTHS).astype(int).tolist():
             first = at[1 : n - width]
@@ -217,8 +217,8 @@ def _bends(z: Floats, t: Floats) -> Iterator[Shape]:
             best = 0.0
             for among in (places, finer):
                 hinges = np.maximum(t - (best + among)[:, None], 0.0)
-                own = hinges - (hinges @ basis) @ basis.T
-                gain = (own @ z) ** 2 / np.maximum((own**2).sum(axis=1), 1e-9)
+                bent = hinges - (hinges @ basis) @ basis.T
+                gain = (bent @ z) ** 2 / np.maximum((bent**2).sum(axis=1), 1e-9)
                 best, columns[place] = best + among[np.argmax(gain)], hinges[np.argmax(gain)]
         yield _smooth(columns[1:], z, count)
 
@@ -229,10 +229,10 @@ def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator
     at = np.arange(2, n - 1)
     columns = beside
     for count in range(1, MOST_STEPS + 1):
-        own = z - columns.T @ np.linalg.lstsq(columns.T, z, rcond=None)[0]
+        rest = z - columns.T @ np.linalg.lstsq(columns.T, z, rcond=None)[0]
         stairs = columns[fixed:].sum(axis=0) if count > 1 else np.zeros(n)
         ends = np.append(np.flatnonzero(np.diff(stairs)) + 1, n)
-        total = np.cumsum(own)[at - 1]  # within a part its residuals add up to zero
+        total = np.cumsum(rest)[at - 1]  # within a part its residuals add up to zero
         part = np.searchsorted(ends, at, "right")
         first, last = np.append(0, ends)[part], ends[part]
         inside = (at > first) & (at < last)

@@ -174,14 +174,14 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     best, shape, fitted = _fits(z, k)
     white, gaussian, solved = fitted.white, fitted.gaussian, fitted.solved
     excluded = min(best.values()) - 2 * math.log(LEVEL) + rarer
-    none = _nothing(best, rarer)
+    none = _may_be_noise(best, rarer)
     if not none and loud > OFTEN:  # normal scores, among which a few extreme values are not far off
-        none = _nothing(_fits(ndtri((z.argsort().argsort() + 1) / (z.size + 1)), k)[0], rarer)
+        none = _may_be_noise(_fits(ndtri((z.argsort().argsort() + 1) / (z.size + 1)), k)[0], rarer)
     near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
-    noises = {own: v for (kinds, own), v in best.items() if kinds == sure & {"drift"}}
-    noise = min(noises, key=lambda own: noises[own])
+    noises = {kind: v for (kinds, kind), v in best.items() if kinds == sure & {"drift"}}
+    noise = min(noises, key=lambda kind: noises[kind])
     slow = all(noise not in FAST for _, noise in near)
     slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
     straight = any("drift" in kinds and not kinds & OTHER for kinds, _ in near)
@@ -235,8 +235,8 @@ def _slowest(z: Floats) -> Floats:
     y = dst(np.diff(z), type=1, norm="ortho")
     white, walks = _noises(y.size)["white"], _noises(y.size)["random_walk"]
     best = walks[np.argmin(_bic(y, y[:0, None], 1 / walks, np.log(walks).sum(axis=1)))]
-    own = y / np.sqrt(best * np.mean(y**2 / best))
-    return np.array([own, 1 - white[0] / best])[:, :SLOWEST]
+    whitened = y / np.sqrt(best * np.mean(y**2 / best))
+    return np.array([whitened, 1 - white[0] / best])[:, :SLOWEST]
 
 
 def block_length(size: int, frame_rate_hz: float) -> int:
@@ -282,14 +282,14 @@ def _fits(
 
     n = z.size - 1
     y = dst(np.diff(z), type=1, norm="ortho")
-    kept = {}
+    likely = {}
     for noise, spectra in _noises(n).items():  # a shape leaves less to the noise
         alone = _bic(y, np.zeros((0, n)), 1 / spectra, np.log(spectra).sum(axis=1))
-        kept[noise] = spectra[: int(np.argmin(alone)) + 2]
+        likely[noise] = spectra[: int(np.argmin(alone)) + 2]
     every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
-    found: dict[tuple[frozenset[str], str], float] = {}
+    fits: dict[tuple[frozenset[str], str], float] = {}
     best = math.inf, every[0], y[None], y
-    stacked, ends = np.concatenate(list(kept.values())), np.cumsum([*map(len, kept.values())])
+    stacked, ends = np.concatenate(list(likely.values())), np.cumsum([*map(len, likely.values())])
     inverse, logs = 1 / stacked, np.log(stacked).sum(axis=1)
     logs[ends[0] :] += math.log(n)  # another parameter than that of white noise
     for shape in every:
@@ -297,19 +297,21 @@ def _fits(
         last = -1 if shape.kinds else None  # steep noise hides the misfit of any curve
         values = _bic(y, columns, inverse[: ends[-2]] if last else inverse, logs)
         values += (len(columns) + shape.searched) * math.log(n)
-        for noise, end in list(zip(kept, ends, strict=True))[:last]:
-            at = end - len(kept[noise]) + int(np.argmin(values[end - len(kept[noise]) : end]))
+        for noise, end in list(zip(likely, ends, strict=True))[:last]:
+            at = end - len(likely[noise]) + int(np.argmin(values[end - len(likely[noise]) : end]))
             value, key = float(values[at]), (shape.kinds, noise)
             best = min(best, (value, shape, columns, stacked[at]), key=lambda one: one[0])
-            found[key] = min(value, found.get(key, math.inf))
+            fits[key] = min(value, fits.get(key, math.inf))
     _, shape, columns, spectrum = best
     if shape.separate:
         blocks, rows = _at_changes(z, k, shape)
-        y, columns = (dst(np.diff(own), type=1, norm="ortho") for own in (blocks, rows))
-        own = np.concatenate([*_noises(y.size).values()][:-1])
-        slow = math.log(n) * (np.arange(len(own)) > 0)
-        spectrum = own[np.argmin(_bic(y, columns, 1 / own, np.log(own).sum(axis=1) + slow))]
-    return found, shape, _fitted(y, columns, spectrum, len(shape.columns))
+        y, columns = (dst(np.diff(values), type=1, norm="ortho") for values in (blocks, rows))
+        noises = np.concatenate([*_noises(y.size).values()][:-1])
+        slow = math.log(n) * (np.arange(len(noises)) > 0)
+        spectrum = noises[
+            np.argmin(_bic(y, columns, 1 / noises, np.log(noises).sum(axis=1) + slow))
+        ]
+    return fits, shape, _fitted(y, columns, spectrum, len(shape.columns))
 
 
 def _at_changes(z: Floats, k: np.ndarray, shape: Shape) -> tuple[Floats, Floats]:
@@ -333,7 +335,7 @@ class Fitted(NamedTuple):
     gaussian: bool
 
 
-def _fitted(y: Floats, X: Floats, spectrum: Floats, own: int) -> Fitted:
+def _fitted(y: Floats, X: Floats, spectrum: Floats, n_own: int) -> Fitted:
     from scipy.fft import dst
 
     root, n = np.sqrt(spectrum), y.size
@@ -345,11 +347,11 @@ def _fitted(y: Floats, X: Floats, spectrum: Floats, own: int) -> Fitted:
     white = np.abs(grown - np.arange(1, n + 1) / n).max() * math.sqrt(n / 2) < WHITE
     values = dst(rest, type=1, norm="ortho")
     excess = (np.mean(values**4) / np.mean(values**2) ** 2 - 3) * math.sqrt(n / 24)
-    values, errors = solved[:own].astype(float), np.sqrt(np.diag(covariance))[:own]
+    values, errors = solved[:n_own].astype(float), np.sqrt(np.diag(covariance))[:n_own]
     return Fitted(values, errors, bool(white), bool(white and excess < GAUSSIAN))
 
 
-def _nothing(best: Mapping[tuple[frozenset[str], str], float], rarer: float) -> bool:
+def _may_be_noise(best: Mapping[tuple[frozenset[str], str], float], rarer: float) -> bool:
     """Whether noise that is none of slow wander may be all."""
     fast = min(best[frozenset(), noise] for noise in FAST)
     return fast < min(best.values()) - 2 * math.log(NOTHING) + rarer
@@ -363,8 +365,8 @@ def _noises(n: int) -> Mapping[str, Floats]:
     share = np.sinc(f) ** 2
 
     def folded(psd: Floats) -> Floats:
-        own = weight * (psd * share).sum(axis=1)
-        return 4 * own / own.max()  # as white noise has it
+        density = weight * (psd * share).sum(axis=1)
+        return 4 * density / density.max()  # as white noise has it
 
     walk = weight + RATIOS[:, None] * (1 - weight / 6)
     flicker = weight + RATIOS[:, None] * folded(1 / np.abs(f))

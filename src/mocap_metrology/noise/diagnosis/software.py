@@ -61,28 +61,34 @@ def processed(
 ) -> list[Processed]:
     """What software did to the frames of still coordinates (n,) in mm, NaN in gaps, where most of
     them agree."""
-    own = {name: None for name in series if not name.startswith("L")}
-    chance = CHANCE / max(len(own), 1)
+    coordinates = {name: None for name in series if not name.startswith("L")}
+    chance = CHANCE / max(len(coordinates), 1)
 
     def looked_at(name: str) -> tuple[float, float]:
-        found = spectra[name]
-        white = math.nan if found is None else white_share(found, rate_hz, step_mm)
+        spectrum = spectra[name]
+        white = math.nan if spectrum is None else white_share(spectrum, rate_hz, step_mm)
         return white, variance_cycle(np.asarray(series[name], float), rate_hz, chance)
 
-    found = dict(zip(own, over(looked_at, own), strict=True))
-    smooth = {k: white for k, (white, _) in found.items() if white < NO_WHITE}
-    cyclic = {k: f for k, (_, f) in found.items() if f > 0}
-    told = [Processed("smoothed", *one) for one in smooth.items() if 2 * len(smooth) >= len(own)]
-    told += [Processed("resampled", *one) for one in cyclic.items() if 2 * len(cyclic) >= len(own)]
+    looked = dict(zip(coordinates, over(looked_at, coordinates), strict=True))
+    smooth = {k: white for k, (white, _) in looked.items() if white < NO_WHITE}
+    cyclic = {k: f for k, (_, f) in looked.items() if f > 0}
+    told = [
+        Processed("smoothed", *one) for one in smooth.items() if 2 * len(smooth) >= len(coordinates)
+    ]
+    told += [
+        Processed("resampled", *one)
+        for one in cyclic.items()
+        if 2 * len(cyclic) >= len(coordinates)
+    ]
     return told
 
 
-def white_share(found: Bands, rate_hz: float, step_mm: float) -> float:
+def white_share(spectrum: Bands, rate_hz: float, step_mm: float) -> float:
     """b over a / W + b at the end of the spectrum, less the rounding of the file; by non-negative
     least squares of relative errors."""
-    if found.f_hz.size < OCTAVES or not found.psd.min() > 0:
+    if spectrum.f_hz.size < OCTAVES or not spectrum.psd.min() > 0:
         return math.nan
-    f, psd = found.f_hz[-OCTAVES:], found.psd[-OCTAVES:]
+    f, psd = spectrum.f_hz[-OCTAVES:], spectrum.psd[-OCTAVES:]
     steps = 4 * np.sin(np.pi * f / rate_hz) ** 2
     terms = np.stack([1 / steps, np.ones_like(f)], axis=1) / psd[:, None]
     a, b = non_negative(terms, np.ones(f.size))

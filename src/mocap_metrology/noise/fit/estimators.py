@@ -143,7 +143,7 @@ def estimate_series(
         how = spectral.LikelihoodSettings(*order, form=frames, either=settings.frames is None)
         run = spectral.likelihood(masked, frame_rate_hz, None, how, seed)
         periodograms.append(run.periodogram)
-        return _coarse(run.estimate, masked, resolution)
+        return _coarse_step_note(run.estimate, masked, resolution)
 
     def by_annealing(search: Annealing) -> Estimate:
         return annealing.annealing_run(*fit, search, seed, noise.form, duration).estimate
@@ -166,7 +166,7 @@ def estimate_series(
     return SeriesNoise(tuple(estimates), curve, next(iter(periodograms), None), refused)
 
 
-def _coarse(estimate: Estimate, series: np.ndarray, resolution: float) -> Estimate:
+def _coarse_step_note(estimate: Estimate, series: np.ndarray, resolution: float) -> Estimate:
     """A note where the stored step is twice the noise or more: the steps then set the numbers."""
     steps = np.diff(series)
     noise = float(np.sqrt(np.mean(steps[np.isfinite(steps)] ** 2) / 2))

@@ -83,7 +83,7 @@ def expected_moments(twin: Twin) -> dict[str, float]:
 
     With a model of L: sums over the spectra, so right as far as no coherence is clipped.
     """
-    found: dict[str, float] = {}
+    moments: dict[str, float] = {}
     a, b = (twin.scale.get(s, 1.0) for s in ("x1", "x2"))
     for names, of in (
         (("sigma_1", "sigma_2", "sigma_L"), expected_variance),
@@ -94,9 +94,9 @@ def expected_moments(twin: Twin) -> dict[str, float]:
         )
         common = (v_1 + v_2 - rest[0]) / 2 * twin.coherence_factor if rest else 0.0
         v_1, v_2, v_12 = a * a * v_1, b * b * v_2, a * b * common
-        found |= dict(zip(names, map(math.sqrt, (v_1, v_2, v_1 + v_2 - 2 * v_12)), strict=True))
-        found.setdefault("sigma_12", v_12)
-    return found
+        moments |= dict(zip(names, map(math.sqrt, (v_1, v_2, v_1 + v_2 - 2 * v_12)), strict=True))
+        moments.setdefault("sigma_12", v_12)
+    return moments
 
 
 @dataclass(frozen=True)
@@ -150,16 +150,16 @@ def pair_moments(
     spread = np.linalg.cholesky(fast + tiny * np.eye(3))
     along = direction(twin)[0]
     weights = np.array([along, -along, 1.0])  # of L = along (x1 - x2) + what y and z add
-    lost, lost_L = _lost(twin, cleaning or Cleaning(), along)
-    found = np.empty((repeats, 7))
+    lost, lost_L = _filtered_covariance(twin, cleaning or Cleaning(), along)
+    rows = np.empty((repeats, 7))
     for k in range(repeats):
         x = _draw(slow, rng)
         covariance = (np.cov(x) + fast) * np.outer(scale, scale)
         means = scale * (x.mean(axis=1) - x[:, 0] - spread @ rng.standard_normal(3))
         v_1, v_12, v_2 = (covariance[:2, :2] - lost)[[0, 0, 1], [0, 1, 1]]
         v_L = weights @ covariance @ weights - lost_L
-        found[k] = *means[:2], v_1, v_2, v_12, weights @ means, v_L
-    return _quantities(found, math.copysign(1.0, along))
+        rows[k] = *means[:2], v_1, v_2, v_12, weights @ means, v_L
+    return _quantities(rows, math.copysign(1.0, along))
 
 
 def direction(twin: Twin) -> np.ndarray:
@@ -168,10 +168,10 @@ def direction(twin: Twin) -> np.ndarray:
     return line / np.linalg.norm(line)
 
 
-def _quantities(found: np.ndarray, sign: float) -> dict[str, np.ndarray]:
+def _quantities(rows: np.ndarray, sign: float) -> dict[str, np.ndarray]:
     """The columns of S Table 4 (`gaussian.gaussian_model`) out of (repeats, 7) means, variances and
     covariance; `sign` of x1 - x2, as mu_e is never negative."""
-    mu_1, mu_2, v_1, v_2, v_12, mu_L, v_L = found.T
+    mu_1, mu_2, v_1, v_2, v_12, mu_L, v_L = rows.T
     sigma_c = np.sqrt(np.maximum(v_1 + v_2 - 2 * v_12, 0.0))
     root_2 = math.sqrt(2)
     s_1, s_2, mu_e = np.sqrt(v_1), np.sqrt(v_2), sign * (mu_1 - mu_2)
@@ -201,13 +201,13 @@ def _slow(twin: Twin, slow_samples: int) -> _Slow:
     spectra = np.array([of_differences(series) for series in _names(twin)])
     rise = (np.exp(2j * np.pi * np.arange(bins) / length) - 1) * step
     rise[0] = 1.0
-    drawn = np.array([*spectra[:2], _across(twin, of_differences)])
+    drawn = np.array([*spectra[:2], _transverse_spectrum(twin, of_differences)])
     amplitude = np.sqrt(drawn * (length / (2 * tau0))) / rise
     fast = _fast_covariance(twin, (bins - 0.5) / (length * tau0))
     return _Slow(amplitude, _coherence(twin, spectra), fast, short, n_slow)
 
 
-def _across(twin: Twin, spectrum: Callable[[str], np.ndarray]) -> np.ndarray:
+def _transverse_spectrum(twin: Twin, spectrum: Callable[[str], np.ndarray]) -> np.ndarray:
     """Spectrum of what y and z add to the distance, given one of any of their series."""
     total: np.ndarray = np.zeros(())
     for letter, part in zip("yz", direction(twin)[1:], strict=True):
@@ -242,12 +242,12 @@ def _fast_covariance(twin: Twin, edge_hz: float) -> np.ndarray:
 
     spectra = np.array([density(series) for series in _names(twin)])
     common = _coherence(twin, spectra) * np.sqrt(spectra[0] * spectra[1])
-    parts = (*spectra[:2], common, _across(twin, density))
+    parts = (*spectra[:2], common, _transverse_spectrum(twin, density))
     v_1, v_2, v_12, across = (np.trapezoid(s * f, log_f) for s in parts)
     return np.array([[v_1, v_12, 0.0], [v_12, v_2, 0.0], [0.0, 0.0, across]])
 
 
-def _lost(twin: Twin, cleaning: Cleaning, along: float) -> tuple[np.ndarray, float]:
+def _filtered_covariance(twin: Twin, cleaning: Cleaning, along: float) -> tuple[np.ndarray, float]:
     """(2, 2) of x1 and x2, and of L, that the filter takes away."""
     if cleaning.kept == 1.0 or cleaning.above_hz >= twin.frame_rate_hz / 2:
         return np.zeros((2, 2)), 0.0

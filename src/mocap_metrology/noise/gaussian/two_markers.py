@@ -145,10 +145,10 @@ def along_pair(
     start, end = ([np.nanmean(np.asarray(row, float)) for row in m] for m in (first, second))
     line = np.subtract(end, start)
     line = line / np.linalg.norm(line)
-    return _along(line, first), _along(line, second)
+    return _component_along(line, first), _component_along(line, second)
 
 
-def _along(line: np.ndarray, marker: Sequence[np.ndarray]) -> np.ndarray:
+def _component_along(line: np.ndarray, marker: Sequence[np.ndarray]) -> np.ndarray:
     """(n,) component along a unit vector, a part of the frames at a time."""
     out = np.empty(len(marker[0]))
     for start in range(0, out.size, BLOCK):

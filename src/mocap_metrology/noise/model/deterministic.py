@@ -75,10 +75,10 @@ class Deterministic:
         count = int(horizon_s / mean_s * (1 + 1e-9)) if mean_s > 0 else 0
         if self.empty or count < 2:
             return 0.0
-        own = np.floor(MIDDLES * count) if count > MIDDLES.size else np.arange(count)
+        which = np.floor(MIDDLES * count) if count > MIDDLES.size else np.arange(count)
         places = MIDDLES[::HORIZONS] if duration_s > horizon_s else np.zeros(1)
         first = (places * (duration_s - horizon_s))[:, None]
-        means = self.means(first + own * mean_s, mean_s)
+        means = self.means(first + which * mean_s, mean_s)
         return float(np.mean((means - means.mean(axis=1, keepdims=True)) ** 2))
 
 

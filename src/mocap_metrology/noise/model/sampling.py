@@ -65,11 +65,11 @@ def _block(alpha: int, m: np.ndarray) -> np.ndarray:
     total: np.ndarray = np.where(inside, u**alpha / np.sin(np.pi * u) ** 2, 0.0) @ weight / m
     far = m > PANELS
     if far.any():
-        total[far] += _rest(alpha, m[far])
+        total[far] += _tail_integral(alpha, m[far])
     return total
 
 
-def _rest(alpha: int, m: np.ndarray) -> np.ndarray:
+def _tail_integral(alpha: int, m: np.ndarray) -> np.ndarray:
     """The part of `band_limited` from U = PANELS / (2m) to 1/2, m > PANELS."""
     x, w = REST
     start = PANELS / (2 * m)

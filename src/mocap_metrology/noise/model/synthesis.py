@@ -182,12 +182,12 @@ def draw_pair(
     del amplitude
     amplitude = circle_normals(length, again)
     amplitude[: slow_first.size] = slow_first
-    for part, own in _normals(length, rng):
+    for part, normals in _normals(length, rng):
         common = slow_own[part]
-        own[: common.size] = common
-        own *= np.sqrt(1 - c[part] * c[part])
-        own += amplitude[part] * c[part]
-        amplitude[part] = own * np.sqrt(both[0][part])
+        normals[: common.size] = common
+        normals *= np.sqrt(1 - c[part] * c[part])
+        normals += amplitude[part] * c[part]
+        amplitude[part] = normals * np.sqrt(both[0][part])
     del c, both
     return one, _series(amplitude, n, length, frame_rate_hz)
 

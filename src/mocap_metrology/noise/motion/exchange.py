@@ -33,32 +33,37 @@ def put_right(labels: Sequence[str], position_mm: np.ndarray) -> list[Exchange]:
     some = position_mm[:, :, :: max(position_mm.shape[2] // SAMPLED, 1)].astype(float)
     known = np.isfinite(some).all(axis=1)
     place = np.full((len(labels), 3), np.nan)
-    for k, own in enumerate(known):
-        if own.any():
-            place[k] = np.median(some[k][:, own], axis=1)
+    for k, mask in enumerate(known):
+        if mask.any():
+            place[k] = np.median(some[k][:, mask], axis=1)
     apart = np.linalg.norm(place[:, None] - place[None], axis=2)
     np.fill_diagonal(apart, np.nan)
-    farthest = [np.nanmax(_off(*one), initial=0.0) for one in zip(position_mm, place, strict=True)]
+    farthest = [
+        np.nanmax(_distance_from(*one), initial=0.0) for one in zip(position_mm, place, strict=True)
+    ]
     nearest = np.min(apart, axis=1, initial=np.inf, where=np.isfinite(apart))
     suspects = np.flatnonzero(farthest > (1 - NEAR) * nearest).tolist()
-    found = []
+    exchanges = []
     for at, a in enumerate(suspects):
         for b in suspects[at + 1 :]:
             near = NEAR * apart[a, b]
-            frames = _off(position_mm[a], place[b]) < near
-            frames &= _off(position_mm[b], place[a]) < near
-            away = [(~frames & (_off(position_mm[k], place[k]) >= near)).mean() for k in (a, b)]
+            frames = _distance_from(position_mm[a], place[b]) < near
+            frames &= _distance_from(position_mm[b], place[a]) < near
+            away = [
+                (~frames & (_distance_from(position_mm[k], place[k]) >= near)).mean()
+                for k in (a, b)
+            ]
             if not frames.any() or max(away) > 0.01:
                 continue
             position_mm[a][:, frames], position_mm[b][:, frames] = (
                 position_mm[b][:, frames],
                 position_mm[a][:, frames],
             )
-            found.append(Exchange((labels[a], labels[b]), frames))
-    return found
+            exchanges.append(Exchange((labels[a], labels[b]), frames))
+    return exchanges
 
 
-def _off(position_mm: np.ndarray, place: np.ndarray) -> np.ndarray:
+def _distance_from(position_mm: np.ndarray, place: np.ndarray) -> np.ndarray:
     """(n,) distance from a place, mm."""
     total = np.zeros(position_mm.shape[1])
     for axis, at in zip(position_mm, place, strict=True):

@@ -71,30 +71,30 @@ def movements(
 ) -> dict[str, dict[str, Movement]]:
     """Label -> axis -> `movement` of markers, label -> (3, n). over: how coordinates are worked
     on."""
-    given = frame_rate_hz, range_mm, horizon_s, step_mm
+    limits = frame_rate_hz, range_mm, horizon_s, step_mm
     every = (values for marker in positions.values() for values in marker)
-    found = iter(over(lambda values: movement(values, *given), every))
-    return {label: {axis: next(found) for axis in AXES} for label in positions}
+    in_order = iter(over(lambda values: movement(values, *limits), every))
+    return {label: {axis: next(in_order) for axis in AXES} for label in positions}
 
 
-def most_moving(found: Mapping[str, Mapping[str, Movement]]) -> dict[str, tuple[str, Movement]]:
+def most_moving(by_marker: Mapping[str, Mapping[str, Movement]]) -> dict[str, tuple[str, Movement]]:
     """The markers that move more than their noise can, each with the axis along which it moves most
-    and the movement there. found: label -> axis -> movement. The Allan variance takes every change
-    for noise, so it supposes markers that do not move."""
+    and the movement there. by_marker: label -> axis -> movement. The Allan variance takes every
+    change for noise, so it supposes markers that do not move."""
     moving = {}
-    for label, axes in found.items():
+    for label, axes in by_marker.items():
         axis, most = max(axes.items(), key=lambda item: np.nan_to_num(item[1].size_mm))
         if most.moves:
             moving[label] = axis, most
     return moving
 
 
-def all_keep_moving(found: Mapping[str, Mapping[str, Movement]]) -> bool:
+def all_keep_moving(by_marker: Mapping[str, Mapping[str, Movement]]) -> bool:
     """Whether every marker, label -> axis -> movement, moves other than by one jump with rest
     before and after it."""
     return all(
         any(one.moves and math.isnan(one.time_s) for one in axes.values())
-        for axes in found.values()
+        for axes in by_marker.values()
     )
 
 
@@ -121,13 +121,13 @@ def movement(
     within = max(round(horizon_s / block_s), LEAST_BLOCKS)
     least = JUMP_SIGMAS * math.hypot(sigma, step_mm if math.isfinite(step_mm) else 0.0)
     least = max(least, range_mm / 1000)  # of what has no noise at all
-    found = _jump(_straightened(blocks), block_s, within, least)
+    jump = _jump(_straightened(blocks), block_s, within, least)
     span, farthest = _range(blocks, within)
-    if span > range_mm and span > MOST_OF_IT * found.size_mm:
+    if span > range_mm and span > MOST_OF_IT * jump.size_mm:
         far = _comes_far(blocks[farthest], span)
         if far or _goes_on(values, range_mm / PART):
             return Movement(span)
-    return found
+    return jump
 
 
 def _blocks(values: np.ndarray, length: int) -> tuple[np.ndarray, float]:
@@ -178,7 +178,7 @@ def _approach(t: np.ndarray, constant: float) -> np.ndarray:
 
 def _jump(blocks: np.ndarray, block_s: float, within: int, least: float) -> Movement:
     """The largest jump of at least `least` beyond chance, over blocks of 1, 2, 4, ..."""
-    found = STILL
+    largest = STILL
     for level, doubling in _levels(blocks, within):
         middles = _sliding_medians(level)
         steps = middles[SIDE + BETWEEN :] - middles[: -(SIDE + BETWEEN)]
@@ -194,17 +194,17 @@ def _jump(blocks: np.ndarray, block_s: float, within: int, least: float) -> Move
         for _ in range(MOST_TRIED):
             at = int(np.argmax(np.abs(steps)))
             size = float(abs(steps[at]))
-            if size <= max(least_here, found.size_mm):
+            if size <= max(least_here, largest.size_mm):
                 break
             start, end = at + SIDE, at + SIDE + BETWEEN
             before, after = level[max(start - lasting, 0) : start], level[end : end + lasting]
             left = np.sign(steps[at]) * (np.nanmedian(after) - np.nanmedian(before))
             if left > size / 2:  # a shake returns
                 time = (at + SIDE + BETWEEN / 2) * doubling * block_s
-                found = Movement(size, size - 1.96 * scale, size + 1.96 * scale, time)
+                largest = Movement(size, size - 1.96 * scale, size + 1.96 * scale, time)
                 break
             steps[max(at - lasting, 0) : at + lasting + 1] = 0.0
-    return found
+    return largest
 
 
 def _levels(blocks: np.ndarray, within: int) -> Iterator[tuple[np.ndarray, int]]:
@@ -230,8 +230,8 @@ def _range(blocks: np.ndarray, within: int) -> tuple[float, slice]:
     starts = range(0, max(blocks.size - within, 0) + 1, max(within // 2, 1))
     stretches = [slice(s, s + within) for s in starts]
     stretches += [slice(max(blocks.size - within, 0), blocks.size)]
-    spans = [float(np.ptp(own[np.isfinite(own)])) if np.isfinite(own).any() else 0.0
-             for own in (blocks[s] for s in stretches)]  # fmt: skip
+    spans = [float(np.ptp(block[np.isfinite(block)])) if np.isfinite(block).any() else 0.0
+             for block in (blocks[s] for s in stretches)]  # fmt: skip
     most = int(np.argmax(spans))
     return spans[most], stretches[most]
 

@@ -78,8 +78,8 @@ def of_cluster(points_mm: Sequence[Sequence[Sliced]]) -> Orientation:
     residual = np.full(n, np.nan)
 
     def rotations(part: slice) -> np.ndarray:
-        found, residual[part] = _turned(_some(points_mm, part), shape)
-        return found
+        turns, residual[part] = _turned(_chosen_frames(points_mm, part), shape)
+        return turns
 
     return Orientation(_vectors(rotations, n), residual, float(np.sqrt((shape**2).sum() / k)))
 
@@ -100,10 +100,10 @@ def of_poses(xyzw: np.ndarray) -> Orientation:
     n = xyzw.shape[1]
 
     def rotations(part: slice) -> np.ndarray:
-        own, found = known[part], np.full((known[part].size, 3, 3), np.nan)
-        if own.any():
-            found[own] = Rotation.from_quat(xyzw[:, part][:, own].T).as_matrix()
-        return found
+        seen, turns = known[part], np.full((known[part].size, 3, 3), np.nan)
+        if seen.any():
+            turns[seen] = Rotation.from_quat(xyzw[:, part][:, seen].T).as_matrix()
+        return turns
 
     return Orientation(_vectors(rotations, n), np.full(n, np.nan), float("nan"))
 
@@ -112,7 +112,7 @@ def _chunks(n: int) -> list[slice]:
     return [slice(start, start + CHUNK) for start in range(0, n, CHUNK)]
 
 
-def _some(points: Sequence[Sequence[Sliced]], frames: slice | np.ndarray) -> np.ndarray:
+def _chosen_frames(points: Sequence[Sequence[Sliced]], frames: slice | np.ndarray) -> np.ndarray:
     """(k, 3, ...) of some frames, float64."""
     return np.array([[x[frames] for x in marker] for marker in points], dtype=np.float64)
 
@@ -120,7 +120,7 @@ def _some(points: Sequence[Sequence[Sliced]], frames: slice | np.ndarray) -> np.
 def _shape(points: Sequence[Sequence[Sliced]], whole: np.ndarray) -> np.ndarray:
     """(k, 3) mean shape about its centre, by turning up to SHAPE_FRAMES frames onto each other."""
     chosen = whole[np.linspace(0, whole.size - 1, min(whole.size, SHAPE_FRAMES)).astype(int)]
-    by_frame = np.moveaxis(_some(points, chosen), 2, 0).copy()
+    by_frame = np.moveaxis(_chosen_frames(points, chosen), 2, 0).copy()
     some = np.moveaxis(by_frame, 0, 2)  # the order of the sums over frames decides last digits
     some = some - some.mean(axis=0)
     shape: np.ndarray = some[:, :, 0]
@@ -162,18 +162,18 @@ def _vectors(rotations: Callable[[slice], np.ndarray], n: int) -> np.ndarray:
     parts = _chunks(n)
     total, count = np.empty((0, 3, 3)), 0
     for part in parts:
-        found = rotations(part)
-        found = found[np.isfinite(found).all(axis=(1, 2))]
-        total = np.concatenate([total, found]).sum(axis=0, keepdims=True)
-        count += len(found)
+        turns = rotations(part)
+        turns = turns[np.isfinite(turns).all(axis=(1, 2))]
+        total = np.concatenate([total, turns]).sum(axis=0, keepdims=True)
+        count += len(turns)
     u, _, vt = np.linalg.svd(total[0] / count)
     u[:, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))
     mean = u @ vt
     vectors = np.full((3, n), np.nan)
     for part in parts:
-        found = rotations(part)
-        known = np.isfinite(found).all(axis=(1, 2))
-        turned = Rotation.from_matrix(found[known] @ mean.T).as_rotvec().T
+        turns = rotations(part)
+        known = np.isfinite(turns).all(axis=(1, 2))
+        turned = Rotation.from_matrix(turns[known] @ mean.T).as_rotvec().T
         vectors[:, part][:, known] = turned
     return vectors
 

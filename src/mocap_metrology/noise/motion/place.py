@@ -56,13 +56,13 @@ def by_place(
     frames, pairs = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
     mean, squares = np.zeros(n_cells), np.zeros(n_cells)
     for start in range(0, known.size, BLOCK):
-        own, part = number[start : start + BLOCK + 1], distance_mm[start : start + BLOCK + 1]
-        at = np.flatnonzero(own[:BLOCK] >= 0)
-        frames += np.bincount(own[at], minlength=n_cells)
-        np.add.at(mean, own[at], part[at])
-        at = np.flatnonzero((own[:-1] >= 0) & (own[1:] == own[:-1]))
-        pairs += np.bincount(own[at], minlength=n_cells)
-        np.add.at(squares, own[at], (part[at + 1] - part[at]) ** 2)
+        cell, part = number[start : start + BLOCK + 1], distance_mm[start : start + BLOCK + 1]
+        at = np.flatnonzero(cell[:BLOCK] >= 0)
+        frames += np.bincount(cell[at], minlength=n_cells)
+        np.add.at(mean, cell[at], part[at])
+        at = np.flatnonzero((cell[:-1] >= 0) & (cell[1:] == cell[:-1]))
+        pairs += np.bincount(cell[at], minlength=n_cells)
+        np.add.at(squares, cell[at], (part[at + 1] - part[at]) ** 2)
     mean /= frames
     overall, each = float(distance_mm[known].mean()), freedom(np.where(known, distance_mm, np.nan))
     rows: list[PlaceRow] = []
@@ -100,13 +100,13 @@ def _cells(
             middle = np.array([row[part] for row in middle_mm])
             known = np.isfinite(distance_mm[part]) & np.isfinite(middle).all(axis=0)
             cell = np.floor(middle[:, known] / cell_mm).astype(np.int64)
-            own, index = np.unique(cell, axis=1, return_inverse=True)
+            new, index = np.unique(cell, axis=1, return_inverse=True)
             if seek:
                 places = {tuple(one): k for k, one in enumerate(cells.T.tolist())}
-                into = np.array([places[tuple(one)] for one in own.T.tolist()], dtype=np.int64)
+                into = np.array([places[tuple(one)] for one in new.T.tolist()], dtype=np.int64)
                 number[part][known] = into[index.ravel()]
             else:
-                cells = np.unique(np.concatenate([cells, own], axis=1), axis=1)
+                cells = np.unique(np.concatenate([cells, new], axis=1), axis=1)
     return cells, number
 
 

@@ -74,7 +74,7 @@ def random_facility(rng: np.random.Generator, n: int, camera_type: str = "Vantag
     forward = middle - origins
     forward /= np.linalg.norm(forward, axis=1)[:, None]
     forward += np.tan(np.radians(5)) * rng.uniform(-1, 1, (n, 3))
-    rotations = np.array([_looking(direction) for direction in forward])
+    rotations = np.array([_camera_rotation(direction) for direction in forward])
     focal = np.full(n, FOCAL_PX[camera_type])
     return Facility(origins, rotations, focal, np.array([middle - half, middle + half]))
 
@@ -89,7 +89,7 @@ def _on_scaffold(place: np.ndarray, height: np.ndarray) -> np.ndarray:
     return np.stack([x, y, height], axis=1)
 
 
-def _looking(direction: np.ndarray) -> np.ndarray:
+def _camera_rotation(direction: np.ndarray) -> np.ndarray:
     """Rotation of an upright camera that looks along `direction`."""
     forward = direction / np.linalg.norm(direction)
     right = np.cross(forward, [0.0, 0.0, 1.0])
@@ -126,9 +126,9 @@ def gain_matrices(facility: Facility, marker: int, subsets: Sequence[Sequence[in
     jacobian = jacobians(facility, marker)
     gains = np.zeros((len(subsets), 3, 2, facility.n))
     for gain, subset in zip(gains, subsets, strict=True):
-        own = jacobian[list(subset)]
-        inverse = np.linalg.inv(np.einsum("nki,nkj->ij", own, own))
-        gain[:, :, list(subset)] = np.einsum("ij,nkj->ikn", inverse, own)
+        rows = jacobian[list(subset)]
+        inverse = np.linalg.inv(np.einsum("nki,nkj->ij", rows, rows))
+        gain[:, :, list(subset)] = np.einsum("ij,nkj->ikn", inverse, rows)
     return gains
 
 
@@ -222,12 +222,14 @@ class TakeTwin:
 
 def facility(take: Take) -> tuple[Facility, np.ndarray]:
     """The cameras, and the standard deviation of the centroids of each in pixels."""
-    found = random_facility(np.random.default_rng(take.layout_seed), take.cameras, take.camera_type)
+    layout = random_facility(
+        np.random.default_rng(take.layout_seed), take.cameras, take.camera_type
+    )
     rng = stream("take", take.layout_seed, "spread")
     noise = take.centroid_px * np.exp(take.spread * rng.standard_normal(take.cameras))
     if take.failing:
         noise[take.failing.camera - 1] = take.failing.times * take.centroid_px
-    return found, noise
+    return layout, noise
 
 
 def centroid_errors(take: Take, seed: int, camera: int, n_frames: int) -> Iterator[Floats]:
@@ -265,8 +267,8 @@ def simulate_take(twin: TakeTwin) -> SimulatedRecording:
     position = motion(twin.take, twin.labels, twin.seed, twin.frame_rate_hz, n)
     for index in subset:
         errors = centroid_errors(twin.take, twin.seed, index + 1, n)
-        for marker, (gain, own) in enumerate(zip(gains, errors, strict=True)):
-            position[marker] += gain[:, :, index] @ own
+        for marker, (gain, error) in enumerate(zip(gains, errors, strict=True)):
+            position[marker] += gain[:, :, index] @ error
     position += hall.markers_mm[:, :, None]
     truth = _truth(twin, n, hall, noise)
     return SimulatedRecording(twin.frame_rate_hz, position, truth)

@@ -321,7 +321,9 @@ def of_coefficients(table: Mapping[str, Mapping[str, float]]) -> Origin:
     """Coefficients by series; `all`: those of the six coordinates that are not named."""
     values = {name: table.get(name, table.get("all", {})) for name in COORDINATES}
     values |= {"L": table["L"]} if "L" in table else {}
-    return Origin({name: NoiseModel.from_coefficients(own) for name, own in values.items()})
+    return Origin(
+        {name: NoiseModel.from_coefficients(coefficients) for name, coefficients in values.items()}
+    )
 
 
 def leave_out(origin: Origin, names: Sequence[str], T_c_below_s: float) -> Origin:

@@ -46,7 +46,7 @@ def _exponent(n: Numbers, v: Numbers) -> tuple[float, float]:
     return -fit.exponent, fit.exponent_error
 
 
-def _half(n: int, *laws: tuple[float, float]) -> str:
+def _are_half(n: int, *laws: tuple[float, float]) -> str:
     """Whether every exponent (b, standard error) of n levels is 1/2: it is not if Student's 95 %
     interval excludes 1/2; it is only if the error is small enough to decide."""
     from scipy.special import stdtrit
@@ -66,7 +66,7 @@ def _standard_error(study: Study, kind: str) -> Answer:
         for n in ns
     ]
     b, error = _exponent(ns, levels)
-    return f"exponent {b:.2f} ± {error:.2f}", _half(len(ns), (b, error))
+    return f"exponent {b:.2f} ± {error:.2f}", _are_half(len(ns), (b, error))
 
 
 @decides("S-4.2-sigma-{0}")
@@ -75,7 +75,7 @@ def _sigma(study: Study, kind: str) -> Answer:
     rows = [study.gaussian((kind, n)) for n in TYPES[kind]]
     laws = [_exponent(TYPES[kind], [r[f"sigma_{k}_mm"] for r in rows]) for k in (1, 2)]
     text = ", ".join(f"x{k}: {b:.2f} ± {error:.2f}" for k, (b, error) in enumerate(laws, 1))
-    return text, _half(len(rows), *laws)
+    return text, _are_half(len(rows), *laws)
 
 
 @decides("S-4.2-covariance")
@@ -108,7 +108,7 @@ def _gradual(study: Study, least: float) -> Answer:
 
 
 @decides("S-4.3-drop-{0}")
-def _drop(study: Study, kind: str, n_drop: int, most: float) -> Answer:
+def _fall_beyond_scaling(study: Study, kind: str, n_drop: int, most: float) -> Answer:
     """Fall of ADEV at each addition beyond that of Eq. 3, geometric mean over tau and series; one
     range of tau is enough."""
     ns = np.array(TYPES[kind])

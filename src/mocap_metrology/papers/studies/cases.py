@@ -55,10 +55,10 @@ class Drawn:
 
 def draw(case: Case, duration_s: float, rng: np.random.Generator) -> Drawn:
     """A recording of these circumstances."""
-    made = simulate(twin_of(case, duration_s, rng))
-    truth, stations = made.truth, made.twin.stations
+    simulation = simulate(twin_of(case, duration_s, rng))
+    truth, stations = simulation.truth, simulation.twin.stations
     assert truth.R is not None and truth.t_optical_m is not None
-    hits, board = of_diodes(made.hits, truth.board, spread_out(truth.board, case.n_diodes))
+    hits, board = of_diodes(simulation.hits, truth.board, spread_out(truth.board, case.n_diodes))
     return Drawn(
         hits,
         board,
@@ -137,6 +137,6 @@ def of_diodes(hits: Hits, board: Floats, chosen: np.ndarray) -> tuple[Hits, Floa
     """Hits and places of some diodes, numbered anew."""
     number = np.full(len(board), -1, dtype=hits.diode.dtype)
     number[chosen] = np.arange(len(chosen))
-    kept = hits.take(number[hits.diode] >= 0)
-    kept.diode[:] = number[kept.diode]
-    return kept, board[chosen]
+    seen = hits.take(number[hits.diode] >= 0)
+    seen.diode[:] = number[seen.diode]
+    return seen, board[chosen]

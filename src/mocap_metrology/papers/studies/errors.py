@@ -67,40 +67,40 @@ def errors_of(approach: Approach, drawn: Drawn) -> list[Error]:
     factories = (Factory(), Factory()) if estimated else (None, None)
     why = ""
     try:
-        found = calibrate(drawn.hits, drawn.board, factories, settings)
+        calibration = calibrate(drawn.hits, drawn.board, factories, settings)
     except Refusal as refusal:
-        found, why = Calibration(), str(refusal)
-    why = why or "; ".join(found.why) or "no pose"
-    made = []
+        calibration, why = Calibration(), str(refusal)
+    why = why or "; ".join(calibration.why) or "no pose"
+    errors = []
     for estimator in approach.estimators:
         for stage in STAGES.get(estimator, BOTH):
             kind = estimator, stage
-            pose = next((e for e in found.estimates if (e.estimator, e.stage) == kind), None)
+            pose = next((e for e in calibration.estimates if (e.estimator, e.stage) == kind), None)
             name = *kind, approach.variant
             if pose is None or not np.isfinite(pose.t_m).all():
-                made.append(Error(*name, why=why))
+                errors.append(Error(*name, why=why))
                 continue
             size = _sizes(pose.R, pose.t_m, pose.frame, drawn)
-            made.append(Error(*name, *size, mirrored=pose.mirrored_share))
-    return made + (_unweighted(approach, found, drawn) if approach.unweighted else [])
+            errors.append(Error(*name, *size, mirrored=pose.mirrored_share))
+    return errors + (_unweighted(approach, calibration, drawn) if approach.unweighted else [])
 
 
-def _unweighted(approach: Approach, found: Calibration, drawn: Drawn) -> list[Error]:
+def _unweighted(approach: Approach, calibration: Calibration, drawn: Drawn) -> list[Error]:
     """Stage `kabsch` of the same paths with equal weights."""
-    made = []
+    errors = []
     for estimator in approach.estimators:
-        paths = found.paths.get((estimator, "ideal"))
+        paths = calibration.paths.get((estimator, "ideal"))
         if estimator == "batch":
             continue
         if paths is None:
-            made.append(Error(estimator, "kabsch", UNWEIGHTED, why="no paths"))
+            errors.append(Error(estimator, "kabsch", UNWEIGHTED, why="no paths"))
             continue
         master, slave = paths
         order = INTERPOLATIONS[approach.interpolation] if estimator == "paper-lm" else 1
-        then, kept = at_times(slave, master.time_s, order)
-        R, t_m = kabsch(then.t_m, master.take(kept).t_m)
-        made.append(Error(estimator, "kabsch", UNWEIGHTED, *_sizes(R, t_m, "optical", drawn)))
-    return made
+        then, inside = at_times(slave, master.time_s, order)
+        R, t_m = kabsch(then.t_m, master.take(inside).t_m)
+        errors.append(Error(estimator, "kabsch", UNWEIGHTED, *_sizes(R, t_m, "optical", drawn)))
+    return errors
 
 
 def _sizes(R: Floats, t_m: Floats, frame: str, drawn: Drawn) -> tuple[float, float]:

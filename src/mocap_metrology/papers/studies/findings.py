@@ -154,18 +154,22 @@ def rows_of(shown: StudyDisplay, recordings: pd.DataFrame) -> list[Row]:
     boards = table.groupby("distance_m", sort=False) if shown.name == "lasers" else [("nan", table)]
     rows: list[Row] = []
     for board_m, part in boards:
-        for method, own in part.groupby(METHOD, sort=False):
+        for method, by_method in part.groupby(METHOD, sort=False):
             name = dict(zip(METHOD, map(str, method), strict=True))
-            ratio = _ratio(shown, part, own, name)
+            ratio = _ratio(shown, part, by_method, name)
             of_method = (
-                None if isinstance(own["value"].iloc[0], str) else _overall(shown, own, ratio)
+                None
+                if isinstance(by_method["value"].iloc[0], str)
+                else _overall(shown, by_method, ratio)
             )
-            for value, point in own.groupby("value", sort=False):
+            for value, point in by_method.groupby("value", sort=False):
                 row: Row = {"study": shown.name, "parameter": shown.parameter, "unit": shown.unit}
                 row |= {"board_m": float(str(board_m)), **name, "value": value} | _point(point)
                 row |= _cells("ratio", median_interval(ratio[point.index].dropna().to_numpy()))
                 if of_method is None:  # one kind against all others
-                    r = _correlations(own, (own["value"] == value).to_numpy(dtype=float))
+                    r = _correlations(
+                        by_method, (by_method["value"] == value).to_numpy(dtype=float)
+                    )
                     row |= _judged(*r, NONE, shown.claim, influence_word(r[0]))
                 rows.append(row | (of_method or {}))
     return rows
@@ -181,16 +185,18 @@ def _selected(shown: StudyDisplay, table: pd.DataFrame) -> pd.DataFrame:
     return table.replace({"variant": {WEIGHTED: ""}})
 
 
-def _ratio(shown: StudyDisplay, part: pd.DataFrame, own: pd.DataFrame, name: Row) -> pd.Series:
+def _ratio(
+    shown: StudyDisplay, part: pd.DataFrame, of_method: pd.DataFrame, name: Row
+) -> pd.Series:
     """Error in mm over that of the reference in the same recording, NaN without one or where
     neither has a pose."""
     same = (part["estimator"] == name["estimator"]) & (part["stage"] == name["stage"])
     reference = part[same & part["variant"].isin(shown.reference)]
     if reference.empty or name["variant"] in shown.reference:
-        return own["error_mm"] * math.nan
+        return of_method["error_mm"] * math.nan
     keys = ["value", "recording"]
-    beside = own[keys].merge(reference[[*keys, "error_mm"]], on=keys, how="left")["error_mm"]
-    return own["error_mm"] / beside.to_numpy()
+    beside = of_method[keys].merge(reference[[*keys, "error_mm"]], on=keys, how="left")["error_mm"]
+    return of_method["error_mm"] / beside.to_numpy()
 
 
 def _point(point: pd.DataFrame) -> Row:
@@ -212,10 +218,10 @@ def _cells(name: str, interval: Interval, first: str = "") -> Row:
     return {key: value if math.isfinite(value) else math.nan for key, value in cells}
 
 
-def _overall(shown: StudyDisplay, own: pd.DataFrame, ratio: pd.Series) -> Row:
+def _overall(shown: StudyDisplay, of_method: pd.DataFrame, ratio: pd.Series) -> Row:
     """Correlations and finding of a method from all its recordings, without values at which none
     has a pose."""
-    some = own[own.groupby("value")["error_mm"].transform("min") < math.inf]
+    some = of_method[of_method.groupby("value")["error_mm"].transform("min") < math.inf]
     x = some["value"].to_numpy(dtype=float)
     mm, deg = _correlations(some, x) if len(some) else (NONE, NONE)
     overall = median_interval(ratio.dropna().to_numpy())
@@ -234,9 +240,9 @@ def _overall(shown: StudyDisplay, own: pd.DataFrame, ratio: pd.Series) -> Row:
     return _judged(mm, deg, overall, claim, finding)
 
 
-def _correlations(own: pd.DataFrame, x: np.ndarray) -> tuple[Interval, Interval]:
+def _correlations(of_method: pd.DataFrame, x: np.ndarray) -> tuple[Interval, Interval]:
     """Rank correlations of the errors in mm and in degrees with x."""
-    mm, deg = (own[name].to_numpy(dtype=float) for name in ("error_mm", "error_deg"))
+    mm, deg = (of_method[name].to_numpy(dtype=float) for name in ("error_mm", "error_deg"))
     return rank_correlation(x, mm), rank_correlation(x, deg)
 
 

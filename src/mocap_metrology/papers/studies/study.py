@@ -95,8 +95,8 @@ def recordings_of(
     for j, case in enumerate(study.cases(settings)):
         for k in range(settings["recordings"]):
             drawn = draw(case, settings["duration_s"], np.random.default_rng([seed, number, j, k]))
-            found = [error for approach in approaches for error in errors_of(approach, drawn)]
+            errors = [error for approach in approaches for error in errors_of(approach, drawn)]
             of = {"value": getattr(case, study.field), "distance_m": case.distance_m}
-            rows += [{**of, "recording": k + 1, **vars(error)} for error in found]
+            rows += [{**of, "recording": k + 1, **vars(error)} for error in errors]
         report(f"{name}: {study.field} {getattr(case, study.field)}, {case.distance_m:g} m")
     return rows

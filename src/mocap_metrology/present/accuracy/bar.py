@@ -107,19 +107,19 @@ def _maps(parent: plot.SubFigure, bar: Bar, cell_mm: float) -> list[plot.Axes]:
     cell = max(cell_mm, float(extent.max()) / CELLS)
     rows = place_rows(bar, cell, LEAST_FRAMES)
     shown = {one.name: [r for r in rows if r["class"] == one.name] for one in bar.classes}
-    shown = dict([(name, own) for name, own in shown.items() if own][:MAPS])
+    shown = dict([(name, cells) for name, cells in shown.items() if cells][:MAPS])
     if not shown:
         axes = parent.subplots()
         axes.axis("off")
-        plot.say(axes, "too few frames in any cube for a map")
+        plot.write_message(axes, "too few frames in any cube for a map")
         return [axes]
     flat = _columns(len(shown), float(extent[across] / max(extent[up], cell)))
-    ends = [((own.min() - cell) / 1000, (own.max() + cell) / 1000) for own in known]
+    ends = [((cells.min() - cell) / 1000, (cells.max() + cell) / 1000) for cells in known]
     panels = parent.subplots(-(-len(shown) // flat), flat, squeeze=False)
     errors = np.array([row["error_mm"] for row in rows], dtype=np.float64)
     reach = float(np.abs(errors).max()) or 1.0
-    for axes, (name, own) in zip(panels.flat, shown.items(), strict=False):
-        x, y, values = _squares(own, f"{'xyz'[across]}_mm", f"{'xyz'[up]}_mm", cell)
+    for axes, (name, cells) in zip(panels.flat, shown.items(), strict=False):
+        x, y, values = _squares(cells, f"{'xyz'[across]}_mm", f"{'xyz'[up]}_mm", cell)
         how: plot.Keywords = {"cmap": "coolwarm", "vmin": -reach, "vmax": reach}
         drawn = axes.pcolormesh(x / 1000, y / 1000, values, edgecolor="white", lw=0.5, **how)
         axes.set(aspect="equal", xlim=ends[across], ylim=ends[up])
@@ -137,8 +137,8 @@ def _columns(n: int, wide: float) -> int:
 
     def width(columns: int) -> float:
         rows = -(-n // columns)
-        own = [ROOM_MM[0] / columns - AROUND_MM[0], ROOM_MM[1] / rows - AROUND_MM[1]]
-        return min(own[0], wide * own[1])
+        room = [ROOM_MM[0] / columns - AROUND_MM[0], ROOM_MM[1] / rows - AROUND_MM[1]]
+        return min(room[0], wide * room[1])
 
     return max((1, 2), key=width)
 
@@ -187,10 +187,10 @@ def bar_document(
     settings: Settings,
     pair: Sequence[str],
     warnings: Sequence[str] = (),
-    **found: Any,
+    **parts: Any,
 ) -> Row:
     """Contents of bar.json: its numbers (`bar_numbers`, as `found`) and words."""
-    document = bar_numbers(bar, findings, settings, pair, **found)
+    document = bar_numbers(bar, findings, settings, pair, **parts)
     document["reason"] = reason(document)
     document["sentences"] = sentences(document)
     little = [render("bar.seen", seen=bar.seen)] if bar.seen < LEAST_SEEN else []
@@ -251,12 +251,12 @@ def bar_lines(document: Record) -> list[str]:
     pair = " and ".join(document["pair"])
     length = f"{against}, {document['reference_mm']:.6g} mm"
     head = f"Error of the length of {pair} against its {length}, in mm:"
-    found = [render("bar.cluster", **one) for one in document["clusters"]]
+    clusters = [render("bar.cluster", **one) for one in document["clusters"]]
     return [
         f"{document['recording']}: {document['word']}",
         document["reason"],
         *document["sentences"],
-        *found,
+        *clusters,
         "",
         head,
         *in_columns(rows),

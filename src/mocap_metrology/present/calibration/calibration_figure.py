@@ -15,7 +15,14 @@ from mocap_metrology.present.calibration import pose_text, stations
 from mocap_metrology.present.calibration.stations import ALL_COLOURS, ALL_MARKS, thinned
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
-from mocap_metrology.present.plot.figure import GREY, INK, Keywords, Picture, panel_title, say
+from mocap_metrology.present.plot.figure import (
+    GREY,
+    INK,
+    Keywords,
+    Picture,
+    panel_title,
+    write_message,
+)
 from mocap_metrology.present.tables import origin_words
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm, significant
@@ -52,7 +59,7 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     reason = wrap(figure.wrapped(files.pose["verdict"]["reason"]), REASON)
     head_mm = LINE_MM * max(len(reason), 2)
     heights = [head_mm, RESULT_MM, ROW_MM * len(places) + LEGEND_MM]
-    whose = stations.called(files.reference_name)
+    whose = stations.station_words(files.reference_name)
     source = f"Source: {origin_words(files.twin)}. All positions are in the frame of {whose}."
     texts = figure.Texts(f"{files.name}: calibration", source)
     page = figure.new_figure(texts, sum(heights))
@@ -74,7 +81,7 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     seen_from = stations.draw_path(axes["path"], files, still)
     panel_title(axes["path"], f"{'At rest,' if still else 'Path'} {seen_from}".strip(" ,"))
     stations.draw_ellipses([axes["horizontal"], axes["vertical"]], files)
-    known = [name for name, own in files.entries.items() if own is not None]
+    known = [name for name, entry in files.entries.items() if entry is not None]
     slave = f"Station {known[0]}," if known and known[0].isdigit() else "Slave from"
     panel_title(axes["horizontal"], f"{slave} above")
     panel_title(axes["vertical"], f"{slave} right")
@@ -89,7 +96,7 @@ def calibration_figure(files: CalibrationFiles) -> Picture:
     for empty in (axes[name] for name in ("path", "apart", "poses") if name in axes):
         if not empty.lines:
             empty.set(xticks=[], yticks=[])
-            say(empty, fill(_why_empty(files), 22))
+            write_message(empty, fill(_why_empty(files), 22))
     remarks.append(_draw_seen(axes["seen"], files))
     figure.letters([above, *axes.values()])
     figure.legend_below(evidence, [above, *axes.values()])
@@ -203,7 +210,7 @@ def _draw_means(panels: Mapping[str, figure.Axes], residuals: Record, names: Seq
         panels[key].set_ylim(-1.12 * max(reach), 1.12 * max(reach))
 
 
-def _beside(station: int, many: int, half: float) -> float:
+def _station_offset(station: int, many: int, half: float) -> float:
     """The offset at which one of many stations is drawn, from -half to half."""
     return half * (2 * station / max(many - 1, 1) - 1)
 
@@ -220,7 +227,7 @@ def _draw_diodes(axes: figure.Axes, residuals: Record, n: int, expected: float) 
     excluded = []
     for station, row in enumerate(residuals["by_diode"]):
         diode, rms = np.array(row["diode"]), np.array(row["rms_urad"])
-        at = diode + _beside(station, len(residuals["by_diode"]), 0.16)
+        at = diode + _station_offset(station, len(residuals["by_diode"]), 0.16)
         shown = np.minimum(rms, 0.96 * top)
         axes.plot(at, shown, ALL_MARKS[station], color=ALL_COLOURS[station], ms=3.2, mew=0)
         out = np.isin(diode, row["excluded"])
@@ -243,19 +250,21 @@ def _draw_seen(axes: figure.Axes, files: CalibrationFiles) -> str:
     sentences, counts = [], {"dead": 0, "faint": 0}
     for station, name in enumerate(files.names):
         states = data.faint_diodes(shares, files.board, station)
-        at = np.arange(n) + _beside(station, many, 0.4 - 0.4 / many)
+        at = np.arange(n) + _station_offset(station, many, 0.4 - 0.4 / many)
         bars = axes.bar(at, 100 * shares[station], 0.8 / many, color=ALL_COLOURS[station])
         for k in states["seldom"]:
             bars[k].set_alpha(0.5)
         dead = states["dead"]
         if dead.size and station == MASTER:
             axes.plot(dead, np.full(dead.size, 9.0), "x", color=INK, ms=4, mew=1.1, label="dead")
-        known = {word: own for word, own in states.items() if own.size}
+        known = {word: diodes for word, diodes in states.items() if diodes.size}
         counts["dead"] = dead.size
-        counts["faint"] += sum(own.size for word, own in known.items() if word != "dead")
-        words = "; ".join(f"{word}: {', '.join(map(str, own))}" for word, own in known.items())
+        counts["faint"] += sum(diodes.size for word, diodes in known.items() if word != "dead")
+        words = "; ".join(
+            f"{word}: {', '.join(map(str, diodes))}" for word, diodes in known.items()
+        )
         words = words if shares[station].any() else "no sweep seen"
-        sentences += [f"Diodes of {stations.called(name)}, {words}."] if words else []
+        sentences += [f"Diodes of {stations.station_words(name)}, {words}."] if words else []
     axes.set(xlim=(-0.8, n - 0.2), xlabel="Diode (from 0)", ylabel="Seen (%)")
     axes.set(ylim=(0, 105), yticks=[0, 50, 100])
     axes.grid(visible=False, axis="x")

@@ -29,17 +29,17 @@ def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
     sd, errors = data.deviations(entry).tolist(), entry.get("errors_mm")
     off = [*errors, *entry["errors_deg"]] if errors else [np.nan] * 6
     rows, compared = [], []
-    for name, values, own, usual in (
+    for name, values, part, usual in (
         ("t, slave in master (mm)", entry["translation_mm"], slice(3), 1),
         ("α, β, γ (°)", angles, slice(3, 6), 2),
     ):
         at_rest = "along x, y, z (mm)" if usual == 1 else "about x, y, z (°)"
-        rows.append((name, _cells(values, _decimals([*sd[own], *off[own]], usual), sign=True)))
+        rows.append((name, _cells(values, _decimals([*sd[part], *off[part]], usual), sign=True)))
         if entry.get("covariance") is not None:
-            rows.append((f"1 σ {at_rest}", _cells(sd[own], _decimals(sd[own], usual))))
+            rows.append((f"1 σ {at_rest}", _cells(sd[part], _decimals(sd[part], usual))))
         if errors:
             label = "t − reference (mm)" if usual == 1 else "rotation from it (°)"
-            compared.append((label, _cells(off[own], _decimals(off[own], usual), sign=True)))
+            compared.append((label, _cells(off[part], _decimals(off[part], usual), sign=True)))
     return rows + compared
 
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles, Pose, usual
+from mocap_metrology.lighthouse.assess.calibration_files import CalibrationFiles, Pose, usual_ends
 from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, is_network
 from mocap_metrology.lighthouse.records import MASTER, SLAVE
 from mocap_metrology.present.plot import figure as plot
-from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, SMALL_PT, Keywords, say
+from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, SMALL_PT, Keywords, write_message
 from mocap_metrology.present.text.numbers import mm
 
 COLOURS = LOOKS["x"].colour, LOOKS["y"].colour  # of master and slave
@@ -44,7 +44,7 @@ OTHERS: tuple[Keywords, ...] = (
 REFERENCE: Keywords = {"marker": "+", "color": INK, "ms": 8.0, "mew": 1.1}
 
 
-def called(name: str) -> str:
+def station_words(name: str) -> str:
     """A station in a sentence."""
     return f"station {name}" if name.isdigit() else f"the {name}"
 
@@ -53,22 +53,22 @@ def draw_view(axes: plot.Axes, files: CalibrationFiles, view: View) -> None:
     """One view with equal scales: stations, what they can see, the board's path, lines between."""
     known, names = files.frames(), files.names
     frames = list(known.values())
-    paths, own = files.shown_paths(), list(view)
+    paths, shown = files.shown_paths(), list(view)
     reference = [] if files.reference is None else [files.reference[1]]
     board = [] if paths is None else [np.median(paths[MASTER].t_m, axis=0)]
-    ends = [] if paths is None else usual(paths[MASTER].t_m).tolist()
+    ends = [] if paths is None else usual_ends(paths[MASTER].t_m).tolist()
     every = np.vstack([*(t for _, t in frames), *reference, *ends])
     low, high = every.min(axis=0), every.max(axis=0)
     half = max(float(((high - low) * [0.86, 1.17, 1.17]).max()), LEAST_VIEW_M)  # room for names
     draw_paths(axes, files, view)
     places = [t for _, t in frames] + board
     for k, place in enumerate(places if len(frames) < 3 else ()):
-        axes.plot(*np.array([place, places[k - 1]])[:, own].T, color=GREY, lw=0.6, ls=(0, (1, 2)))
+        axes.plot(*np.array([place, places[k - 1]])[:, shown].T, color=GREY, lw=0.6, ls=(0, (1, 2)))
     for k, (name, pose) in enumerate(known.items()):
         others = np.array([place for j, place in enumerate(places) if j != k])
         _draw_station(axes, pose, name, names.index(name), view, half, others)
     for place in reference:
-        axes.plot(*place[own], ls="", zorder=5, **REFERENCE)
+        axes.plot(*place[shown], ls="", zorder=5, **REFERENCE)
     _equal(axes, view, (low + high) / 2, half, 0.68)
 
 
@@ -83,23 +83,23 @@ def _draw_station(
 ) -> None:
     """Axes x, y, z of a station, what it can see, and, from above, its name, away from other places
     (n, 3)."""
-    (R, t), colour, own = pose, ALL_COLOURS[station], list(view)
+    (R, t), colour, shown = pose, ALL_COLOURS[station], list(view)
     turn, rays = np.radians(np.linspace(-FIELD_DEG, FIELD_DEG, 25)), np.zeros((25, 3))
     rays[:, 0], rays[:, view[1]] = np.cos(turn), np.sin(turn)
-    fan = np.vstack([t, t + CONE * half * rays @ R.T])[:, own]
-    label = f"120° in view of {called(name)}"
+    fan = np.vstack([t, t + CONE * half * rays @ R.T])[:, shown]
+    label = f"120° in view of {station_words(name)}"
     axes.fill(*fan.T, color=colour, alpha=0.12, lw=0, zorder=1, label=label)
-    at = t[own]
+    at = t[shown]
     axes.plot(*at, ALL_MARKS[station], color=colour, markersize=3.2, zorder=4)
     how: Keywords = {"color": colour, "size": SMALL_PT, "ha": "center", "va": "center", "zorder": 6}
     arrow: Keywords = {"arrowstyle": "<|-,head_width=0.14,head_length=0.28", "color": colour}
     arrow |= {"shrinkA": 0, "shrinkB": 0, "lw": 0.9}
-    for letter, way in zip("xyz", R.T[:, own], strict=True):
+    for letter, way in zip("xyz", R.T[:, shown], strict=True):
         if np.linalg.norm(way) > 0.5:
             tip = at + ARROW * half * way * (1 + 0.25 / np.linalg.norm(way))
             axes.annotate(letter, tuple(at), tuple(tip), arrowprops=arrow, **how)
     if view == ABOVE:
-        away = -R[own, 0] if not len(others) else at - others[:, own].mean(axis=0) - R[own, 0]
+        away = -R[shown, 0] if not len(others) else at - others[:, shown].mean(axis=0) - R[shown, 0]
         off = away / max(float(np.linalg.norm(away)), 1e-9) * [25.0, 13.0]
         how |= {"weight": "bold", "textcoords": "offset points"}
         axes.annotate(name, tuple(at), tuple(off), **how)
@@ -107,18 +107,18 @@ def _draw_station(
 
 def draw_paths(axes: plot.Axes, files: CalibrationFiles, view: View) -> None:
     """Both paths of the board, or the master's alone where there is no other; gaps stay gaps."""
-    both, paths, own = files.agreement(), files.shown_paths(), list(view)
+    both, paths, axes_shown = files.agreement(), files.shown_paths(), list(view)
     if both is not None:
         few = thinned(len(both.time_s))
         step = np.diff(both.time_s[few], prepend=both.time_s[0])
         gap = step > max(LONGEST_GAP_S, 3 * np.median(step))
         for points, how in zip((both.master_m, both.slave_m), PATHS, strict=True):
             shown = np.where(gap[:, None], np.nan, points[few])
-            axes.plot(*shown[:, own].T, zorder=3, **how)
+            axes.plot(*shown[:, axes_shown].T, zorder=3, **how)
     elif paths is not None:
         alone = paths[MASTER].t_m[thinned(len(paths[MASTER]))]
         alone_by: Keywords = {"label": "path of the board"} if is_network(files.pose) else {}
-        axes.plot(*alone[:, own].T, zorder=3, **(PATHS[MASTER] | alone_by))
+        axes.plot(*alone[:, axes_shown].T, zorder=3, **(PATHS[MASTER] | alone_by))
 
 
 def draw_path(axes: plot.Axes, files: CalibrationFiles, still: bool) -> str:
@@ -128,10 +128,10 @@ def draw_path(axes: plot.Axes, files: CalibrationFiles, still: bool) -> str:
     path = both.master_m if both is not None else None if paths is None else paths[MASTER].t_m
     if path is None or len(path) < 2:
         return ""
-    low, high = usual(path)
+    low, high = usual_ends(path)
     inside = path[((path >= low) & (path <= high)).all(axis=1)]
     spread = np.cov((inside if len(inside) > 2 else path).T)
-    view = max(SEEN_FROM, key=lambda own: float(np.linalg.det(spread[np.ix_(own, own)])))
+    view = max(SEEN_FROM, key=lambda pair: float(np.linalg.det(spread[np.ix_(pair, pair)])))
     draw_paths(axes, files, view)
     if still:
         for line in axes.lines:
@@ -172,10 +172,10 @@ def draw_ellipses(panels: Sequence[plot.Axes], files: CalibrationFiles) -> None:
     if entry is None or not known:
         for axes in panels:
             axes.set(xticks=[], yticks=[])
-            say(axes, "No covariance")
+            write_message(axes, "No covariance")
         return
     reach = AREA * np.sqrt(max(np.diag(matrices["covariance"])[:3]))
-    others = _others(files, entry)
+    others = _other_estimates(files, entry)
     near = [r for _, off, _ in others if (r := np.abs(off).max()) < FARTHEST * reach]
     half = 1.2 * float(max([reach, *near]))
     for axes, plane in zip(panels, (ABOVE, RIGHT), strict=True):
@@ -191,7 +191,9 @@ def draw_ellipses(panels: Sequence[plot.Axes], files: CalibrationFiles) -> None:
         axes.locator_params(nbins=4, steps=[1, 2, 5, 10])
 
 
-def _others(files: CalibrationFiles, entry: PoseEntry) -> list[tuple[str, np.ndarray, Keywords]]:
+def _other_estimates(
+    files: CalibrationFiles, entry: PoseEntry
+) -> list[tuple[str, np.ndarray, Keywords]]:
     """Label, distance (3,) in mm from the chosen estimate, and look."""
     at = np.array(entry["translation_mm"])
     alike = (p for p in files.pose["poses"] if all(p[k] == entry[k] for k in ("optics", "frame")))

@@ -12,7 +12,7 @@ from mocap_metrology.lighthouse.assess.calibration_files import (
     deviations_mm,
     jitter,
     lengths,
-    settled,
+    settled_poses,
 )
 from mocap_metrology.lighthouse.records import AXES, PLANES, ROLES
 from mocap_metrology.present.calibration.stations import ALL_COLOURS, COLOURS, NAMES
@@ -80,7 +80,7 @@ def track_figure(
 def _draw_path(body: figure.SubFigure, axes: figure.Axes, track: Columns) -> None:
     """y against x on one scale, axes as in the calibration's figure; colour: total sd."""
     figure.panel_title(axes, "Path from above")
-    x, y, good = track["x_mm"] / 1e3, track["y_mm"] / 1e3, settled(track)
+    x, y, good = track["x_mm"] / 1e3, track["y_mm"] / 1e3, settled_poses(track)
     sd = lengths(track, "total" if np.isfinite(track["sd_x_mm"]).any() else "noise", "mm")
     low, high = sd[good].min(), sd[good].max()
     how: figure.Keywords = {"s": 7.0, "lw": 0, "cmap": "cividis", "rasterized": x.size > DENSE}
@@ -101,7 +101,7 @@ def _draw_distance(axes: figure.Axes, track: Columns) -> None:
         how: figure.Keywords = {"ls": "", "marker": ".", "ms": 2.0, "mew": 0, "alpha": 0.6}
         axes.plot(far, values[kind], **how, color=look["color"], rasterized=far.size > DENSE)
     figure.log_axis(axes, "y", log_limits(values.values()))
-    good = far[settled(track)]
+    good = far[settled_poses(track)]
     room = 0.05 * np.ptp(good) + 1e-4
     figure.panel_title(axes, "Position against distance")
     axes.set(xlim=(good.min() - room, good.max() + room))
@@ -125,7 +125,7 @@ def _draw_place(axes: figure.Axes, track: Columns, still: bool) -> str:
         if still:
             sd = track[f"sd_noise_{name}_mm"]
             axes.fill_between(track["time_s"], -sd, sd, color=look.colour, **figure.BAND)
-    shown = scale * off[settled(track)]
+    shown = scale * off[settled_poses(track)]
     room = 0.1 * np.ptp(shown) + 1e-6
     axes.set(ylim=(shown.min() - room, shown.max() + room), ylabel=f"Position ({unit})")
     figure.panel_title(axes, "Position", remark)
@@ -148,11 +148,11 @@ def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) ->
     shown, taus = [], []
     for role, colour in zip(noise.get("stations", ROLES), ALL_COLOURS, strict=False):
         for part, dashes in DASHES.items():
-            own = (allan["series"] == f"{role}_{axis}_{part}") & (allan["estimator"] == "oadev")
-            if not own.any():
+            mask = (allan["series"] == f"{role}_{axis}_{part}") & (allan["estimator"] == "oadev")
+            if not mask.any():
                 continue
-            tau = np.asarray(allan["tau_s"][own], dtype=np.float64)
-            ends = [allan[f"adev{end}_rad"][own] for end in ("", "_lower", "_upper")]
+            tau = np.asarray(allan["tau_s"][mask], dtype=np.float64)
+            ends = [allan[f"adev{end}_rad"][mask] for end in ("", "_lower", "_upper")]
             adev, low, high = 1e6 * np.asarray(ends, dtype=np.float64)
             title = f"station {role}" if role.isdigit() else role
             axes.plot(tau, adev, label=f"{title}, {part} part", color=colour, ls=dashes, lw=1.1)
@@ -160,7 +160,7 @@ def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) ->
             shown.append(adev)
             taus.append(tau)
     if not taus:
-        figure.say(axes, "No diode was hit in half of the sweeps")
+        figure.write_message(axes, "No diode was hit in half of the sweeps")
         return
     x = log_limits(taus, 1.0)
     steps = [1e6 * r["step_rad"] for r in noise["rotors"] if r["step_rad"]]

@@ -55,8 +55,8 @@ def ratio_picture(panels: Panels, looks: plot.Looks, texts: fig.Texts) -> Pictur
     body = fig.new_figure(texts, 24.0 + rows * ROW_MM)
     grid = body.subplots(2 * rows, COLUMNS, sharex=True, squeeze=False, height_ratios=(5, 3) * rows)
     above, below = grid[::2].ravel(), grid[1::2].ravel()
-    found = [ratios(curves) for curves in panels.values()]
-    ends = pd.concat(found)["ratio"].quantile(list(WITHIN)).fillna(1.0)
+    tables = [ratios(curves) for curves in panels.values()]
+    ends = pd.concat(tables)["ratio"].quantile(list(WITHIN)).fillna(1.0)
     low, high = min(*ends, 1.0), max(*ends, 1.0)
     room = max(high - low, LEAST_RANGE) * PAD
     for k, (title, curves) in enumerate(panels.items()):
@@ -65,9 +65,9 @@ def ratio_picture(panels: Panels, looks: plot.Looks, texts: fig.Texts) -> Pictur
         fig.panel_title(above[k], fig.short(title))
         below[k].set_ylim(max(low - room, 0.0), high + room)
         below[k].locator_params(axis="y", nbins=5)
-        for order, (name, own) in enumerate(plot.groups_of(found[k], "curve")):
-            every = plot.markers_every(len(own), order)
-            below[k].plot(own["x"], own["ratio"], **looks[name].line(markevery=every))
+        for order, (name, curve) in enumerate(plot.groups_of(tables[k], "curve")):
+            every = plot.markers_every(len(curve), order)
+            below[k].plot(curve["x"], curve["ratio"], **looks[name].line(markevery=every))
         for axes in (above[k], below[k]):
             axes.tick_params(labelleft=k % COLUMNS == 0, which="both")
         if k % COLUMNS == 0:
@@ -113,8 +113,8 @@ def family_figure(
     looks = {family.full_label(label): look for label, look in family.looks.items()}
     panels = {}
     for series in shown:
-        own = {name: label for name, label in labels.items() if series in expected[name]}
-        panels[series] = series_curves(allan, series, own, band)
+        in_panel = {name: label for name, label in labels.items() if series in expected[name]}
+        panels[series] = series_curves(allan, series, in_panel, band)
     words = f"{left_out(others)} {texts.caption}"
     if subsets:
         caption = f"{captions.ADEV} {captions.ADEV_RATIOS} {words}"
@@ -129,7 +129,7 @@ def family_figure(
     return plot.curves_picture(panels, texts, confidence, looks=looks or None)
 
 
-def compared(
+def compared_panels(
     allan: Allan, series: Sequence[str], labels: Mapping[str, str], band: bool = True
 ) -> Panels:
     """A panel a series with the curves of named recordings; labels: by recording."""
@@ -184,9 +184,11 @@ def shown_series(names: Sequence[str]) -> tuple[list[str], list[str]]:
     panels = plot.facets(names, len(names))
     markers = [of for title, of in panels.items() if title.startswith("Marker")]
     distances = [of[:MOST_DISTANCES] for title, of in panels.items() if title.startswith("Dist")]
-    own = {name for of in [*markers[:MOST_MARKERS], *distances] for name in of}
+    chosen = {name for of in [*markers[:MOST_MARKERS], *distances] for name in of}
     names = list(dict.fromkeys(names))
-    return [name for name in names if name in own], [name for name in names if name not in own]
+    return [name for name in names if name in chosen], [
+        name for name in names if name not in chosen
+    ]
 
 
 def left_out(names: Sequence[str]) -> str:
@@ -267,13 +269,13 @@ def _panel(
     axes: fig.Axes, marks: pd.DataFrame, name: str, shown: Sequence[str], family: Family
 ) -> None:
     """The panel of one coefficient (h_0, T_c, ...) on an axis of groups."""
-    own, groups = marks[marks["coefficient"] == name], list(family.labels.values())
+    rows, groups = marks[marks["coefficient"] == name], list(family.labels.values())
     slots.group_axis(axes, groups)
-    slots.floor_axis(axes, own)
-    slots.draw(axes, own, groups, shown, slots.FLOOR, coloured=True)
+    slots.floor_axis(axes, rows)
+    slots.draw(axes, rows, groups, shown, slots.FLOOR, coloured=True)
     axes.set_ylabel(f"{mathtext(name)} ({unit(name)})")
-    if own.empty:
-        fig.say(axes, "not detected in any recording")
+    if rows.empty:
+        fig.write_message(axes, "not detected in any recording")
 
 
 @fig.styled()
@@ -312,15 +314,15 @@ def _scatter(axes: fig.Axes, terms: pd.DataFrame, family: Family) -> None:
     across, (low, high) = (log_limits([terms[name]], 2.0) for name in ("T_c", "q_c"))
     fig.log_axes(axes, (across, (low / 4, high * 2)))
     slots.shade_classes(axes, across)
-    for label, own in groups_of(terms, "group"):
+    for label, rows in groups_of(terms, "group"):
         look = family.looks.get(label, ANY)
         how: Keywords = {"ls": "", "marker": look.marker, "markersize": 3.4, "mew": 0, "alpha": 0.9}
         how |= {"color": look.colour, "elinewidth": 0.4}
         how |= {"label": fig.short(family.full_label(label))} if family.looks else {}
         for name, which in (("T_c", "xerr"), ("q_c", "yerr")):
-            ends = own[f"{name}_lower"].clip(lower=own[name] / 1e3)  # zero is not on this axis
-            how |= {which: np.nan_to_num([own[name] - ends, own[f"{name}_upper"] - own[name]])}
-        axes.errorbar(own["T_c"], own["q_c"], **how)
+            ends = rows[f"{name}_lower"].clip(lower=rows[name] / 1e3)  # zero is not on this axis
+            how |= {which: np.nan_to_num([rows[name] - ends, rows[f"{name}_upper"] - rows[name]])}
+        axes.errorbar(rows["T_c"], rows["q_c"], **how)
     axes.fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
     fig.panel_title(axes, "Amplitude against correlation time", f"{len(terms)} terms")
     axes.set(xlabel="$T_c$ (s)", ylabel=f"$q_c$ ({unit('q_c')})")

@@ -54,12 +54,12 @@ def noise_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     parts: list[Part] = [f"{caption}\nEstimator: {DEFAULT_ESTIMATOR}."]
     for name in dict.fromkeys(row["recording"] for row in rows):
         every = [row for row in rows if row["recording"] == name]
-        own = [row for row in every if row["estimator"] == DEFAULT_ESTIMATOR]
+        by_default = [row for row in every if row["estimator"] == DEFAULT_ESTIMATOR]
         parts.append(f"## {name} ({every[0]['source']})")
-        parts.append("" if own else f"No coefficients by {DEFAULT_ESTIMATOR}.")
+        parts.append("" if by_default else f"No coefficients by {DEFAULT_ESTIMATOR}.")
         reasons: dict[str, list[str]] = {}
         cells: dict[str, dict[str, Row]] = {}  # by series and parameter
-        for row in own:
+        for row in by_default:
             if row["status"] == "refused":
                 reasons.setdefault(row["note"], []).append(row["series"])
             else:

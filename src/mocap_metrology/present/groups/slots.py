@@ -168,19 +168,19 @@ def draw(
     low, high = marks["lower"].clip(lower=least), marks["upper"].clip(upper=top)
     axes.vlines(x[bars], low[bars], high[bars], colors=colours[bars].tolist(), lw=0.6)
     for colour in colours.unique():
-        own = colours == colour
+        mask = colours == colour
         for which, at, sign in (
             (bars & (marks["lower"] < low), low, DOWN),
             ((bars & (marks["upper"] > top)) | over, pd.Series(top, y.index), UP),
         ):
-            if (own & which).any():  # where an empty line is, the layout would look for it
+            if (mask & which).any():  # where an empty line is, the layout would look for it
                 how: Keywords = {"ls": "", "ms": 3.4, "mew": 0, "clip_on": False}
-                axes.plot(x[own & which], at[own & which], marker=sign, color=colour, **how)
-    for (style, colour), own in marks[inside].groupby(["style", colours[inside]], sort=False):
+                axes.plot(x[mask & which], at[mask & which], marker=sign, color=colour, **how)
+    for (style, colour), mask in marks[inside].groupby(["style", colours[inside]], sort=False):
         how = {"ls": ""} | STYLES[str(style)] | {"color": colour}
         if coloured and style == VALUE:
-            how |= {"marker": looks[own["series"].iloc[0]].marker, "ms": 4.2, "mew": 0}
-        axes.plot(x[own.index], y[own.index], **how)
+            how |= {"marker": looks[mask["series"].iloc[0]].marker, "ms": 4.2, "mew": 0}
+        axes.plot(x[mask.index], y[mask.index], **how)
 
 
 def terms_of(marks: pd.DataFrame) -> pd.DataFrame:

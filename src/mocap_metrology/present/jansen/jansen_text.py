@@ -52,11 +52,15 @@ def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: 
     if number == 1:
         parts.append(gain([r for r in records if paper_setup(r["setup"])]))
         parts.append(captions.JANSEN_ANGLES if any(row["n"] for row in rows) else "")
-    by_variant = {v: own for v, own in _by_variant(rows).items() if any(row["n"] for row in own)}
-    parts += _beside(by_variant, last)
+    by_variant = {
+        v: of_variant
+        for v, of_variant in _by_variant(rows).items()
+        if any(row["n"] for row in of_variant)
+    }
+    parts += _stage_columns(by_variant, last)
     parts += ["## By setup", "Regenerated, in brackets published."]
-    for variant, own in by_variant.items():
-        cells = {(row["setup"], row["quantity"]): row for row in own}
+    for variant, of_variant in by_variant.items():
+        cells = {(row["setup"], row["quantity"]): row for row in of_variant}
         table = [["setup", *HEAD, "n"]]
         for setup in (*SETUPS, last):
             of = [cells[setup, q] for q in QUANTITIES]
@@ -69,15 +73,15 @@ def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: 
 def _simulation(rows: Sequence[Row]) -> list[Part]:
     parts: list[Part] = []
     for noise in dict.fromkeys(row["noise"] for row in rows):
-        own = [row for row in rows if row["noise"] == noise]
-        n, setups = (max((row[key] for row in own), default=0) for key in ("n", "n_setups"))
+        of_noise = [row for row in rows if row["noise"] == noise]
+        n, setups = (max((row[key] for row in of_noise), default=0) for key in ("n", "n_setups"))
         counts = f"{_counted(setups, 'setup')}, {_counted(n, 'calibration')}"
         parts.append(f"## Noise: {noise} ({counts})")
         for last in (published.MAE, published.AVERAGE_SD):
-            parts += [f"### {last}", _summary(own, last)]
+            parts += [f"### {last}", _summary(of_noise, last)]
             if last == published.AVERAGE_SD:
                 parts.append(_caution([n // setups] if setups else []))
-            parts.append(_explained(own, last, ideal_rotors=True))
+            parts.append(_explained(of_noise, last, ideal_rotors=True))
     return parts
 
 
@@ -91,11 +95,11 @@ def _by_variant(rows: Sequence[Row]) -> dict[Variant, list[Row]]:
 
 def _summary(rows: Sequence[Row], last: str) -> list[list[str]]:
     """One line a variant, the published one first; in brackets regenerated over published."""
-    own = [row for row in rows if row["setup"] == last]
-    printed = {row["quantity"]: row["published"] for row in own}
+    of_setup = [row for row in rows if row["setup"] == last]
+    printed = {row["quantity"]: row["published"] for row in of_setup}
     table = [["estimator", "stage", "optics", *HEAD, "mirrored", "n"]]
     table.append(["published", "", "", *(significant(printed.get(q)) for q in QUANTITIES), "", ""])
-    for variant, of_it in _by_variant(own).items():
+    for variant, of_it in _by_variant(of_setup).items():
         share, n = of_it[0]["mirrored_share"], of_it[0]["n"]
         percent = "" if math.isnan(share) else f"{100 * share:.2g} %"
         table.append([*vars(variant).values(), *map(_with_ratio, of_it), percent, str(n)])
@@ -122,7 +126,7 @@ def _caution(counts: Sequence[int]) -> str:
     return captions.JANSEN_CAUTION.format(n=n, of_paper=RECORDINGS, low=low, high=high)
 
 
-def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[Part]:
+def _stage_columns(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[Part]:
     """Published and the final stage of `BESIDE` in columns, a row a setup; of each estimator with
     factory values, where it has been run with these."""
     shown = {}
@@ -136,12 +140,12 @@ def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[Part
     columns = [("published", next(iter(shown.values())))]
     columns += [("regenerated", cells) for cells in shown.values()]
     parts: list[Part] = ["## Estimators side by side", SIDE_BY_SIDE]
-    for own in (slice(3), slice(3, 6)):
-        title = " / ".join(one.split()[0] for one in HEAD[own]) + f" {HEAD[own][0].split()[1]}"
+    for part in (slice(3), slice(3, 6)):
+        title = " / ".join(one.split()[0] for one in HEAD[part]) + f" {HEAD[part][0].split()[1]}"
         table = [[title, "published", *(f"{v.estimator}, {v.optics}" for v in shown)]]
         for setup in (*SETUPS, last):
             if any(np.isfinite(c[setup, "x_mm"]["regenerated"]) for c in shown.values()):
-                values = [[c[setup, q][key] for q in QUANTITIES[own]] for key, c in columns]
+                values = [[c[setup, q][key] for q in QUANTITIES[part]] for key, c in columns]
                 table.append([setup, *(" / ".join(map(significant, v)) for v in values)])
         parts.append(table)
     return parts
@@ -151,13 +155,15 @@ def _explained(rows: Sequence[Row], last: str, ideal_rotors: bool = False) -> st
     """A line for the variants with the same values beyond the factor: which, and why."""
     larger: dict[str, list[str]] = {}
     smaller = []
-    for variant, own in _by_variant([r for r in rows if r["setup"] == last]).items():
-        which = [HEAD[QUANTITIES.index(r["quantity"])][0] for r in own if r["ratio"] > FACTOR]
+    for variant, of_variant in _by_variant([r for r in rows if r["setup"] == last]).items():
+        which = [
+            HEAD[QUANTITIES.index(r["quantity"])][0] for r in of_variant if r["ratio"] > FACTOR
+        ]
         if which:
-            why = reason(variant, own[0]["mirrored_share"], ideal_rotors)
+            why = reason(variant, of_variant[0]["mirrored_share"], ideal_rotors)
             text = f"{', '.join(which)} above {FACTOR:g} times the published value: {why}."
             larger.setdefault(text, []).append(str(variant))
-        if any(r["ratio"] < 1 / FACTOR for r in own):
+        if any(r["ratio"] < 1 / FACTOR for r in of_variant):
             smaller.append(str(variant))
     lines = [f"- {'; '.join(variants)}: {text}" for text, variants in larger.items()]
     for cause, meaning in MEANINGS.items():

@@ -135,18 +135,18 @@ def superposition_figure(shown: Superposed) -> Picture:
     points = np.vstack([data.usual_points(p) for p in (master, slave, moved, after)])
     view = space.widest(points)
     space.show(axes["a"], points, view, WHOLE)
-    own = master, "path from the master", OWN
+    of_master = master, "path from the master", OWN
     shifted = moved, "path from the slave, shifted", BETWEEN
     turned = after, "and turned by R", AFTER
-    for path in ((slave, "path from the slave", BEFORE), shifted, own, turned):
+    for path in ((slave, "path from the slave", BEFORE), shifted, of_master, turned):
         _dots(axes["a"], *path)
     core, outside = np.vstack([p[data.on_the_path(p)] for p in (master, moved, after)]), []
     headings = {"b": "(b) Shifted", "c": "(c) And turned by R"}
     for (place, heading), other in zip(headings.items(), (shifted, turned), strict=True):
         limits = space.show(axes[place], core, view, NEAR, 4)
         axes[place].set_title(heading, loc="left")
-        outside.append(_n_outside(limits, own[0]) + _n_outside(limits, other[0]))
-        for path in (own, other):
+        outside.append(_n_outside(limits, of_master[0]) + _n_outside(limits, other[0]))
+        for path in (of_master, other):
             _dots(axes[place], *path)
     axes["a"].set_title("(a) Shift of the centroid and rotation about it", loc="left")
     about = centre + shift

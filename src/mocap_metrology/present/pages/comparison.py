@@ -75,7 +75,7 @@ def cameras(row: Record) -> str:
 
 
 def moment(row: Record) -> str:
-    """Whether a Gaussian quantity of S agrees: the published number is inside the range of chance."""
+    """Whether a Gaussian quantity of S agrees: its published number is in the range of chance."""
     if not known(row, "regenerated"):
         return CITED
     inside = [row[name] for name in ("inside", "published_inside") if known(row, name)]

@@ -127,7 +127,7 @@ def page(
         picture=base64.b64encode(verdicts.picture).decode(),
         picture_says=verdicts.caption,
         notes=captions,
-        quick=_quick(rows),
+        quick=_shortened_twins(rows),
         refused=site.table(("name", "kind", "verdict", "why"), wrong) if wrong else None,
         own=[section for section in sections if not section["group"].startswith(OF_PAPERS)],
         others=[section for section in sections if section["group"].startswith(OF_PAPERS)],
@@ -194,7 +194,7 @@ def origin(rows: Sequence[Record]) -> str:
     return simulated if twins == 1 else f"all {simulated}"
 
 
-def _quick(rows: Sequence[Record]) -> str:
+def _shortened_twins(rows: Sequence[Record]) -> str:
     """Words on twins of recordings of nine hours that are shorter."""
     lengths = _lengths(rows)
     if not lengths or round(lengths[-1]) >= NINE_HOURS_S:

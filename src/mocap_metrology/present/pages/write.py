@@ -119,8 +119,11 @@ def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str
     for row in results.poses:
         verdict, name = row["pose"]["verdict"], row["calibration"]
         files = results.of("calibration", name, ".json")
-        found = [read_json(path) for path in files if path.name == OF_RECEIVER]
-        lines = [verdict["reason"], *(str(one.get("sentence") or one["refused"]) for one in found)]
+        documents = [read_json(path) for path in files if path.name == OF_RECEIVER]
+        lines = [
+            verdict["reason"],
+            *(str(one.get("sentence") or one["refused"]) for one in documents),
+        ]
         yield "calibration", name, [], _judged(verdict, lines, row["group"], groups)
     yield from (("group", group, [], {}) for group in groups)
     csv = [path for path in results.files if path.suffix == ".csv"]

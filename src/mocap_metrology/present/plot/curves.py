@@ -53,9 +53,9 @@ def facets(series: Iterable[str], most: int = MOST_MARKERS) -> dict[str, list[st
     distances = [name for name, place in places.items() if not place]
     panels = dict.fromkeys([f"Marker {k}" for k in sorted(markers)] if few else plot.LOOKS)
     titles = {n: f"Marker {p[1]}" if few else p[0] for n, p in places.items() if p}
-    found = {title: [n for n, of in titles.items() if of == title] for title in panels}
-    found["Distance" if len(distances) == 1 else "Distances"] = distances
-    return {title: names for title, names in found.items() if names}
+    by_title = {title: [n for n, of in titles.items() if of == title] for title in panels}
+    by_title["Distance" if len(distances) == 1 else "Distances"] = distances
+    return {title: names for title, names in by_title.items() if names}
 
 
 def groups_of(frame: pd.DataFrame, column: str) -> list[tuple[str, pd.DataFrame]]:
@@ -161,7 +161,7 @@ def draw_curves(
     """All curves of a panel, labelled for the legend; a family if they are too many to distinguish;
     words where there is nothing to draw."""
     if not (curves["y"] > 0).any():
-        plot.say(axes, "all zero" if curves["y"].notna().any() else NOTHING)
+        plot.write_message(axes, "all zero" if curves["y"].notna().any() else NOTHING)
         return
     if looks is None and curves["curve"].nunique() > MOST_SINGLE:
         _draw_family(axes, curves)

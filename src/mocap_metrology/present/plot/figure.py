@@ -74,8 +74,8 @@ class Look:
 
     def line(self, **more: Any) -> Keywords:
         """The arguments of `plot` that draw it, open markers."""
-        own = {"color": self.colour, "ls": self.dashes, "marker": self.marker}
-        return {**own, "markerfacecolor": "white", **more}
+        style = {"color": self.colour, "ls": self.dashes, "marker": self.marker}
+        return {**style, "markerfacecolor": "white", **more}
 
 
 LOOKS = {
@@ -227,7 +227,7 @@ def letters(axes: Iterable[Axes]) -> None:
         one.set_title(f"({letter}) {one.get_title(loc='left')}".rstrip())
 
 
-def say(axes: Axes, text: str) -> None:
+def write_message(axes: Axes, text: str) -> None:
     """Words in the middle of axes that have nothing to show."""
     how: Keywords = {"ha": "center", "va": "center", "color": GREY, "wrap": True}
     axes.text(0.5, 0.5, text, transform=axes.transAxes, **how)
@@ -320,8 +320,8 @@ def caption_of(image: str | Path) -> tuple[str, str]:
     """Title and caption of a saved SVG or PNG, empty where it has none."""
     if Path(image).suffix == ".svg":
         text = Path(image).read_text(encoding="utf-8").partition("</metadata>")[0]
-        found = (re.search(f"<{key}>(.*)</{key}>", text) for key in ("title", "dc:description"))
-        title, caption = (html.unescape(one[1]) if one else "" for one in found)
+        matches = (re.search(f"<{key}>(.*)</{key}>", text) for key in ("title", "dc:description"))
+        title, caption = (html.unescape(one[1]) if one else "" for one in matches)
         return title, caption
     from PIL import Image
 

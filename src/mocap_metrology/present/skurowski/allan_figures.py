@@ -12,7 +12,13 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.curves import drawn_m, total_avar
 from mocap_metrology.papers import shock as shocks
 from mocap_metrology.papers import subsets
-from mocap_metrology.present.groups.figures import Allan, Rows, compared, count_looks, series_curves
+from mocap_metrology.present.groups.figures import (
+    Allan,
+    Rows,
+    compared_panels,
+    count_looks,
+    series_curves,
+)
 from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, OTHER_LOOKS
@@ -35,7 +41,7 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
     body = fig.new_figure(texts, 34.0 + max(len(types), 1) * 56.0)
     grid = body.subplots(max(len(types), 1), 4, sharey="row", sharex="col", squeeze=False)
     if not types:
-        fig.say(grid[0, 0], "no recording of such a subset")
+        fig.write_message(grid[0, 0], "no recording of such a subset")
     counts = count_looks([n for names in types.values() for n in names])
     looks = {f"{n} cameras": look for n, look in counts.items()}
     for label, look in looks.items():  # in this order in the legend
@@ -43,7 +49,7 @@ def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str = "") -> 
     families = {}
     for kind, names in types.items():
         labels = {name: f"{n} cameras" for n, name in names.items()}
-        families[kind] = compared(allan, SERIES, labels, band=False)
+        families[kind] = compared_panels(allan, SERIES, labels, band=False)
     taus = plot.log_limits([of[series]["x"] for of in families.values() for series in SERIES])
     for row, (kind, panels) in zip(grid, families.items(), strict=False):
         limits = taus, plot.curve_limits(pd.concat(panels.values()))[1]
@@ -65,7 +71,9 @@ def _draw_slice(
 ) -> None:
     axes.set(xlim=(1.4, 10.6), xticks=range(2, 11, 2))
     for series, curves in panels.items():
-        families = [own.to_numpy().T for _, own in curves.groupby("curve", sort=False)[["x", "y"]]]
+        families = [
+            curve.to_numpy().T for _, curve in curves.groupby("curve", sort=False)[["x", "y"]]
+        ]
         at = np.array([subsets.at_tau(tau, adev, SLICE_S) for tau, adev in families])
         axes.plot(counts, at, label=series, **SLICE_LOOKS[series].line())
         if series == "x1":
@@ -87,7 +95,7 @@ def failing_figure(
     labels = {ten: "10 cameras, one failing", nine: "9 cameras, without it"}
     looks = dict(zip(labels.values(), (LOOKS["y"], LOOKS["x"]), strict=True))
     texts = captions.of_figure("skurowski", 8, source, remarks)
-    panels = compared(allan, SERIES, labels)
+    panels = compared_panels(allan, SERIES, labels)
     return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
@@ -100,7 +108,7 @@ def types_figure(
     labels = {name: f"{kind} ({subsets.TABLE_4[kind]})" for kind, name in names.items()}
     looks = {labels[name]: SETS[kind] for kind, name in names.items()}
     texts = captions.of_figure("skurowski", 13, source, _of_all(rows), remarks)
-    panels = compared(allan, SERIES, labels)
+    panels = compared_panels(allan, SERIES, labels)
     return plot.curves_picture(panels, texts, confidence, looks=looks, lettered=True)
 
 
@@ -183,7 +191,7 @@ def regression_figure(
     fig.panel_title(axes, "Allan deviation", f"model: {form}")
     axes.set_ylabel(plot.ADEV_AXES[1])
     if not tau.size:
-        fig.say(axes, plot.NOTHING)
+        fig.write_message(axes, plot.NOTHING)
     return fig.finished(body, [axes], texts.caption)
 
 
@@ -230,7 +238,7 @@ def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Pic
         whole.plot(b.centre, b.median, color=look.colour, ls=look.dashes, label=fig.short(name))
         whole.plot(b.centre, b.high, color=look.colour, lw=0.5)
         whole.fill_between(b.centre, b.median, b.high, color=look.colour, alpha=0.2, lw=0)
-        _close(axes, *spectra[name], name, look.colour)
+        _draw_close_up(axes, *spectra[name], name, look.colour)
         axes.tick_params(labelbottom=axes is close[-1])
     whole.fill([], [], color=GREY, alpha=0.25, lw=0, label="up to the maximum of a bin")
     whole.axvline(LINE_HZ, label=f"{LINE_HZ:g} Hz", **MARK)
@@ -238,12 +246,14 @@ def periodic_figure(spectra: Spectra, source: str, remarks: str = "") -> fig.Pic
     for axes in (whole, *close[-1:]):
         axes.set_xlabel("Frequency (Hz)")
     if not any(b.centre.size for b in bins.values()):
-        fig.say(whole, "no spectrum")
+        fig.write_message(whole, "no spectrum")
     fig.letters([whole, *close])
     return fig.finished(body, [whole], texts.caption)
 
 
-def _close(axes: fig.Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour: str) -> None:
+def _draw_close_up(
+    axes: fig.Axes, f_hz: np.ndarray, psd: np.ndarray, name: str, colour: str
+) -> None:
     """Linear axes within 2 Hz of the line; over them the excess of its point."""
     near = (np.abs(f_hz - LINE_HZ) <= HALF_WIDTH_HZ) & np.isfinite(psd)
     f_hz, psd = f_hz[near], psd[near]
@@ -279,8 +289,8 @@ def crump_figure(
     shock = shocks.find_shock(coordinates, shaken.frame_rate_hz)
     curves = shaken.curves(shock).assign(thin="")
     curves["curve"] = "(b) " + curves["curve"]
-    found = {shocks.RECORDED: "y", shocks.CLEANED: "x", shocks.CUT: "z"}
-    looks = {f"(b) {curve}": LOOKS[axis] for curve, axis in found.items()}
+    colours = {shocks.RECORDED: "y", shocks.CLEANED: "x", shocks.CUT: "z"}
+    looks = {f"(b) {curve}": LOOKS[axis] for curve, axis in colours.items()}
     if other is not None:
         name = f"(b) {other[0]}"
         curves = pd.concat([curves, plot.adev_curves(other[1], {"L": name}, band=False)])

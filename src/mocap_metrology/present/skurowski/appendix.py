@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from mocap_metrology.noise.fit import estimates
 from mocap_metrology.noise.twins import published as printed
 from mocap_metrology.papers import coefficient_tables
-from mocap_metrology.papers.gaussian_table import REPEATS, related
+from mocap_metrology.papers.gaussian_table import REPEATS, by_relation
 from mocap_metrology.present.tables import Part, Row, document
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_words, significant
@@ -88,14 +88,14 @@ def table_a_markdown(
 def _panel(rows: Sequence[Row]) -> list[list[str]]:
     """Lines for each number of cameras: published, then each estimator that was run."""
     cells = {(r["n_cameras"], r["parameter"]): r for r in rows if r["published"] is not None}
-    found = {parameter for _, parameter in cells}
-    names = [name for name in printed.COEFFICIENTS if name in found]
+    parameters = {parameter for _, parameter in cells}
+    names = [name for name in printed.COEFFICIENTS if name in parameters]
     lines = [["cameras", "", *(f"{name} ({estimates.unit_of(name)})" for name in names)]]
     for n_cameras in dict.fromkeys(row["n_cameras"] for row in rows):
-        own = [cells.get((n_cameras, name)) for name in names]
-        lines.append([str(n_cameras), "published", *(_published(r) if r else "" for r in own)])
+        of_row = [cells.get((n_cameras, name)) for name in names]
+        lines.append([str(n_cameras), "published", *(_published(r) if r else "" for r in of_row)])
         for column in ("regenerated", "plain", "likelihood"):
-            texts = [_estimated(row, column) if row else "" for row in own]
+            texts = [_estimated(row, column) if row else "" for row in of_row]
             if any(texts):
                 lines.append(["", coefficient_tables.ESTIMATORS[column], *texts])
     return lines
@@ -154,7 +154,7 @@ def note_of_table_4(row: Row) -> str:
     s_1, s_2 = published["sigma_1_mm"], published["sigma_2_mm"]
     numbers = {
         "from_covariance": math.sqrt(s_1**2 + s_2**2 - 2 * published["sigma_12_mm2"]),
-        "from_rho": related("sigma_C_mm", published),
+        "from_rho": by_relation("sigma_C_mm", published),
         "across": published["mu_L_mm"] - published["mu_e_mm"],
     }
     notes = [BY_CHANCE] if row["inside"] is False else []

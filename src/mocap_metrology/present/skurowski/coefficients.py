@@ -47,13 +47,13 @@ def marks_of(rows: Sequence[Row]) -> pd.DataFrame:
         numbers = [r[f"likelihood{end}"] for end in ("", "_lower_95", "_upper_95")]
         if r["likelihood"] is None and r["likelihood_status"] != "not_detected":
             numbers = [None, None, None]
-        own = (
+        both = (
             slots.mark(r, published, r["published"]),
             slots.mark(r, slots.S_END if ended else slots.S_VALUE, r["regenerated"]),
             slots.estimate_mark(r, numbers, kind),
         )
         of_row = {"camera_type": r["camera_type"], "group": r["n_cameras"]}
-        marks += [mark | of_row | {"source": k} for mark, k in zip(own, SOURCES, strict=True)]
+        marks += [mark | of_row | {"source": k} for mark, k in zip(both, SOURCES, strict=True)]
     return slots.frame_of(marks)
 
 
@@ -81,23 +81,23 @@ def _coefficients(
         of_it = marks[marks["coefficient"] == name]
         for kind, axes in zip(TYPES, row, strict=True):
             groups = sorted(marks.loc[marks["camera_type"] == kind, "group"].unique())
-            own = of_it[of_it["camera_type"] == kind]
+            of_kind = of_it[of_it["camera_type"] == kind]
             slots.group_axis(axes, groups)
             axes.tick_params(axis="both", labelsize=SMALL_PT)
             if logarithmic:
                 slots.floor_axis(axes, of_it, floor)
             else:
                 # From zero up to nine tenths of the positive numbers, in units of a power of ten
-                numbers = own.loc[own["style"].isin(NUMBERS), "value"]
+                numbers = of_kind.loc[of_kind["style"].isin(NUMBERS), "value"]
                 greatest = numbers[numbers > 0].quantile(HELD) * 1.12
                 top = float(greatest) if greatest > 0 else 1.0
                 axes.set_ylim(-0.08 * top, top)
                 axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
                 axes.yaxis.get_offset_text().set(fontsize=SMALL_PT - 0.5, color=GREY)
                 axes.locator_params(axis="y", nbins=4)
-            slots.draw(axes, own, groups, SERIES, floor if logarithmic else -np.inf)
-            if own.empty:
-                fig.say(axes, "no numbers")
+            slots.draw(axes, of_kind, groups, SERIES, floor if logarithmic else -np.inf)
+            if of_kind.empty:
+                fig.write_message(axes, "no numbers")
         row[0].set_ylabel(f"{mathtext(name)} ({unit(name)})")
     for letter, kind, top, bottom in zip("abc", TYPES, grid[0], grid[-1], strict=True):
         top.set_title(f"({letter}) {kind}", pad=3.5 if logarithmic else 12.0)
@@ -124,13 +124,13 @@ def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Pi
         fig.log_axes(axes, (across, (low / 30, high * 30)))  # room for the words
         axes.tick_params(labelsize=SMALL_PT)
         slots.shade_classes(axes, across)
-        own = terms[terms["source"] == name]
-        _scatter(axes, own, hollow=name == "published")
-        at_end = int((own["T_c_style"] == slots.S_END).sum())
+        of_source = terms[terms["source"] == name]
+        _scatter(axes, of_source, hollow=name == "published")
+        at_end = int((of_source["T_c_style"] == slots.S_END).sum())
         for end in ends if at_end else ():
             axes.axvline(end, 0.07, 0.91, **END)
         how: Keywords = {"transform": axes.transAxes, "ha": "right", "va": "top", "size": SMALL_PT}
-        text = f"{len(own)} terms" + (f", {at_end} at an end" if at_end else "")
+        text = f"{len(of_source)} terms" + (f", {at_end} at an end" if at_end else "")
         axes.text(0.98, 0.98, text, color=GREY, **how)
         axes.set(title=f"({letter}) {name}", xlabel="$T_c$ (s)")
     grid[2, 0].set_ylabel(f"$q_c$ ({unit('q_c')})")
@@ -146,8 +146,8 @@ def _scatter(axes: fig.Axes, terms: pd.DataFrame, *, hollow: bool) -> None:
     """q_c against T_c: open where they are published, pale where one of both is below its least
     standard error."""
     pale = (terms["T_c_style"] == slots.PALE) | (terms["q_c_style"] == slots.PALE)
-    for (kind, faint), own in terms.groupby(["camera_type", pale], sort=False):
+    for (kind, faint), of_kind in terms.groupby(["camera_type", pale], sort=False):
         look = SETS[str(kind)]
         how: Keywords = {"mfc": "none", "mew": 0.7, "ms": 3.6} if hollow else {"mew": 0, "ms": 3.0}
         how |= {"alpha": PALE if faint else 1.0, "color": look.colour, "marker": look.marker}
-        axes.plot(own["T_c"], own["q_c"], ls="", **how)
+        axes.plot(of_kind["T_c"], of_kind["q_c"], ls="", **how)

@@ -98,7 +98,7 @@ def _means(axes: fig.Axes, means: pd.DataFrame) -> None:
     """A point a subset, a group a type; an arrow with a number where a mean is farther from the
     median than `FAR` of what is usual: one alone would flatten all others."""
     if means.empty:
-        fig.say(axes, "no recordings")
+        fig.write_message(axes, "no recordings")
         return
     off = (means["value"] - means["value"].median()).abs()
     near = means[off <= FAR * (off.median() or math.inf)]
@@ -109,9 +109,9 @@ def _means(axes: fig.Axes, means: pd.DataFrame) -> None:
     low, high = min(ends) - 0.08 * room, max(ends) + 0.18 * room
     x, ticks = 0, {}
     small: fig.Keywords = {"size": SMALL_PT, "va": "center"}
-    for kind, own in groups_of(means.sort_values("n_cameras", kind="stable"), "camera_type"):
+    for kind, of_kind in groups_of(means.sort_values("n_cameras", kind="stable"), "camera_type"):
         look, left = SETS.get(kind, OTHER_LOOKS[1]), x
-        for at, n, value, error in own[["n_cameras", "value", "error"]].itertuples():
+        for at, n, value, error in of_kind[["n_cameras", "value", "error"]].itertuples():
             ticks[x] = n
             if at in near.index:
                 how: fig.Keywords = {"color": look.colour, "marker": look.marker, "lw": 0.9}
@@ -126,7 +126,7 @@ def _means(axes: fig.Axes, means: pd.DataFrame) -> None:
         how = {"color": look.colour, "ha": "center", "transform": axes.get_xaxis_transform()}
         axes.text((left + x - 1) / 2, 0.95, fig.short(kind) or "cameras", **how, **small)
         line: fig.Keywords = {"color": look.colour, "lw": 0.8, "alpha": 0.6}
-        axes.hlines(own["published"].iloc[:1], left - 0.6, x - 0.4, **line)
+        axes.hlines(of_kind["published"].iloc[:1], left - 0.6, x - 0.4, **line)
         axes.axvline(x, color=fig.FAINT, lw=0.8)
         x += 1
     axes.set(xlim=(-1, max(x - 1, 1)), ylim=(low, high))
@@ -158,9 +158,9 @@ EXTRA: dict[str, tuple[str, fig.Keywords]] = {
 
 def fits(spreads: pd.DataFrame) -> dict[str, Scaling | None]:
     """The law fitted to every series of one camera type."""
-    own = spreads[spreads["fitted"] & (spreads["kind"] == "row")]
+    rows = spreads[spreads["fitted"] & (spreads["kind"] == "row")]
     return {
-        quantity: fit_scaling(*own.loc[own["quantity"] == quantity, ["n", "value"]].to_numpy().T)
+        quantity: fit_scaling(*rows.loc[rows["quantity"] == quantity, ["n", "value"]].to_numpy().T)
         for quantity in SERIES
     }
 
@@ -184,11 +184,11 @@ def scaling_figure(
     unit, per_mm2 = ("mm²", 1.0) if large else ("µm²", 1e6)
     limits = log_limits([spreads.loc[spreads["quantity"] != SIGMA_12, "value"] ** power])
     for kind, upper, lower in zip(kinds, above, below, strict=False):
-        own = spreads[spreads["camera_type"] == kind]
+        of_type = spreads[spreads["camera_type"] == kind]
         fig.log_axis(upper, "y", limits)
-        _deviations(upper, own, power)
+        _deviations(upper, of_type, power)
         _covariance_axis(lower, covariances["value"] * per_mm2)
-        for of_kind, points in groups_of(own[own["quantity"] == SIGMA_12], "kind"):
+        for of_kind, points in groups_of(of_type[of_type["quantity"] == SIGMA_12], "kind"):
             how = {"color": INK, **EXTRA[of_kind][1]} if of_kind in EXTRA else COVARIANCE
             lower.plot(points["n"], points["value"] * per_mm2, ls="", **how)
         for letter, axes in (("a", upper), ("b", lower)):

@@ -88,9 +88,9 @@ def filter_sentence(origin: Record) -> str:
     n_sigma, action = hampel["n_sigma"], hampel["action"]
     if action == "off":
         return ""
-    kept = white_level_kept(n_sigma, max(half, SHORT_WINDOW), action)[1]
+    left = white_level_kept(n_sigma, max(half, SHORT_WINDOW), action)[1]
     most = 100 * taken_at_most(n_sigma, half, action)
-    return captions.FILTER.format(n_sigma=n_sigma, percent=100 * (1 - kept**0.5), most=most)
+    return captions.FILTER.format(n_sigma=n_sigma, percent=100 * (1 - left**0.5), most=most)
 
 
 def _spread_sentence(twin: Twin | None) -> str:
@@ -171,13 +171,19 @@ def _regression(of: Recordings) -> Picture:
     columns, origin = read_table(of.file(name, "allan.parquet"))
     pick = (columns["series"] == SERIES) & (columns["estimator"] == "oadev")
     pick &= columns["avar_mm2"] > 0
-    own = {key: columns[key][pick] for key in ("m", "avar_mm2", "tau_s", "adev_mm")}
+    picked = {key: columns[key][pick] for key in ("m", "avar_mm2", "tau_s", "adev_mm")}
     rate, row = origin["frame_rate_hz"], of.rows[name]
     how = NoiseSettings.of(of.settings, rate, subset=(row["camera_type"], row["n_cameras"]))
-    run, ordinary = regression(own["m"], own["avar_mm2"], rate, how, SERIES)
+    run, ordinary = regression(picked["m"], picked["avar_mm2"], rate, how, SERIES)
     remark = f"Series {SERIES} of recording {name}. {filter_sentence(origin)}"
     return allan_figures.regression_figure(
-        *((own["tau_s"], own["adev_mm"]), run.starts, ordinary.model, run.estimate.model, rate),
+        *(
+            (picked["tau_s"], picked["adev_mm"]),
+            run.starts,
+            ordinary.model,
+            run.estimate.model,
+            rate,
+        ),
         of.sources([name], remark),
         form=how.noise.form,
     )

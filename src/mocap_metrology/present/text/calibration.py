@@ -22,18 +22,18 @@ OF_PARTS = (  # cases of poses by parts of a recording, or by several
 SAME = captions.texts("CALIBRATION_SAME")  # where poses differ by less than their resolution
 
 
-def pose_document(found: Summary) -> Row:
+def pose_document(summary: Summary) -> Row:
     """Contents of pose.json, with its sentences."""
-    document, checks = found.document, found.verdict.checks
+    document, checks = summary.document, summary.verdict.checks
     told: Row = {
-        "verdict": document["verdict"] | {"reason": reason(found.verdict)},
+        "verdict": document["verdict"] | {"reason": reason(summary.verdict)},
         "checks": [
-            row | {"sentence": sentence(check, found.verdict.station)}
+            row | {"sentence": sentence(check, summary.verdict.station)}
             for row, check in zip(document["checks"], checks, strict=True)
         ],
     }
     if "check_against" in document:
-        words = comparison_words(found.comparison)
+        words = comparison_words(summary.comparison)
         told["check_against"] = document["check_against"] | {"sentence": words}
     return {**document, **told}
 
@@ -78,8 +78,10 @@ def _capital(line: str) -> str:
 
 def sentence(check: Check, station: str = "") -> str:
     """A check in words, with its numbers; station: of several the one that it is of."""
-    made = check.numbers.get("made_by_poses")
-    small = f" (errors of the board's poses alone make {made:.0f} µrad of it)" if made else ""
+    by_poses = check.numbers.get("made_by_poses")
+    small = (
+        f" (errors of the board's poses alone make {by_poses:.0f} µrad of it)" if by_poses else ""
+    )
     why = "; ".join(f"{role}: {reason or 'none found'}" for role, reason in check.why.items())
     distance = _pose_distance(check)
     both = f"station {station} and the reference" if station else "both stations"
@@ -124,23 +126,25 @@ def _pose_distance(check: Check) -> tuple[float, float]:
     return mm if isinstance(mm, float) else math.nan, deg
 
 
-def comparison_words(found: comparison.Comparison | None) -> str:
+def comparison_words(compared: comparison.Comparison | None) -> str:
     """Whether a station has moved since an earlier calibration, by how much, and whether that one
     is still valid; None: there is no pose."""
-    if found is None:
+    if compared is None:
         return "No pose to compare with the earlier one."
-    said = "A station has moved" if found.moved else "No sign that a station moved"
-    how = f"probability by chance: {_chance(found.p_value)}"
-    if math.isnan(found.p_value):
+    said = "A station has moved" if compared.moved else "No sign that a station moved"
+    how = f"probability by chance: {_chance(compared.p_value)}"
+    if math.isnan(compared.p_value):
         far = f"{comparison.LARGE_MM:g} mm or {comparison.LARGE_DEG:g}°"
         how = f"no covariance; a station counts as moved beyond {far}"
-    other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
-    first = f"{said}: {apart(*found.shift)} from the earlier pose ({how})."
-    (mm, deg), (to_mm, to_deg) = found.lower_95, found.upper_95
+    other = (
+        f"Compared with another estimate ({', '.join(compared.other)})." if compared.other else ""
+    )
+    first = f"{said}: {apart(*compared.shift)} from the earlier pose ({how})."
+    (mm, deg), (to_mm, to_deg) = compared.lower_95, compared.upper_95
     spans = f"95 % intervals: {mm:.2g} to {to_mm:.2g} mm, {deg:.2g} to {to_deg:.2g}°."
     limit = f"{comparison.TOLERANCE_MM:g} mm or {comparison.TOLERANCE_DEG:g}°"
     valid = f"The difference exceeds {limit}, so the earlier calibration is not confirmed."
-    if found.valid or found.moved:
-        valid = f"The earlier calibration is {'still' if found.valid else 'no longer'} valid."
-    parts = (first, "" if math.isnan(to_mm) else spans, valid, found.note, other)
+    if compared.valid or compared.moved:
+        valid = f"The earlier calibration is {'still' if compared.valid else 'no longer'} valid."
+    parts = (first, "" if math.isnan(to_mm) else spans, valid, compared.note, other)
     return " ".join(part for part in parts if part)

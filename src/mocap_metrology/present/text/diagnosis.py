@@ -29,63 +29,66 @@ LONGER = 4  # times the length: of cycles four, of a warm-up its end
 
 
 def sentences(
-    recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow], settings: DiagnosisSettings
+    recording: Recording,
+    diagnosis: Diagnosis,
+    noise: Sequence[NoiseRow],
+    settings: DiagnosisSettings,
 ) -> list[Sentence]:
     """All sentences on a recording: movement first, then warnings, then the others.
 
     If every marker keeps moving, noise is not reported, because movement masks it.
     """
     by_marker = {
-        label: {axis: found.movements[f"{axis}{k}"] for axis in AXES}
+        label: {axis: diagnosis.movements[f"{axis}{k}"] for axis in AXES}
         for k, label in enumerate(recording.labels, start=1)
     }
-    sizes = {name: one.size_mm for name, one in found.movements.items() if one.moves}
+    sizes = {name: one.size_mm for name, one in diagnosis.movements.items() if one.moves}
     within_s = min(recording.duration_s, settings.horizon_s)
     moving = [
         sentence("moving.markers", True, sizes, {"size_mm": sizes}, line=line)
         for line in movement_words(most_moving(by_marker), within_s)
     ]
-    parts: list[Iterable[Sentence]] = [_samples(found, recording)]
+    parts: list[Iterable[Sentence]] = [_samples(diagnosis, recording)]
     if not all_keep_moving(by_marker):
         parts = [
-            _events(found, recording, settings),
-            _periodic(found.lines, recording),
-            _resonances(found, recording),
-            _misfit(noise, found),
-            _wanders(found, noise, recording),
-            _shape_of_noise(found, recording.frame_rate_hz),
+            _events(diagnosis, recording, settings),
+            _periodic(diagnosis.lines, recording),
+            _resonances(diagnosis, recording),
+            _misfit(noise, diagnosis),
+            _wanders(diagnosis, noise, recording),
+            _shape_of_noise(diagnosis, recording.frame_rate_hz),
             *parts,
-            _outliers(found, recording, settings.spike_sigma),
-            _resolution(found),
-            _filters(found.filtered),
-            _slow_movement(found, recording),
+            _outliers(diagnosis, recording, settings.spike_sigma),
+            _resolution(diagnosis),
+            _filters(diagnosis.filtered),
+            _slow_movement(diagnosis, recording),
         ]
     told = [one for part in parts for one in part]
     return [*moving, *sorted(told, key=lambda one: one.severity != "warning")]
 
 
 def _events(
-    found: Diagnosis, recording: Recording, settings: DiagnosisSettings
+    diagnosis: Diagnosis, recording: Recording, settings: DiagnosisSettings
 ) -> Iterator[Sentence]:
     seconds, shown = recording.duration_s, NAMED
-    if found.recurring:
+    if diagnosis.recurring:
         shown = RECURRING_SHOWN
-        period = {"period_s": dict(found.recurring)}
-        within = next(iter(found.bouts.values()), None)
-        yield sentence("recurring.bursts", True, found.recurring, period, within=within)
-    elif len(found.events) > NAMED:
-        matter = sum(event.matters for event in found.events) >= NAMED
-        numbers = {"n_events": len(found.events)}
+        period = {"period_s": dict(diagnosis.recurring)}
+        within = next(iter(diagnosis.bouts.values()), None)
+        yield sentence("recurring.bursts", True, diagnosis.recurring, period, within=within)
+    elif len(diagnosis.events) > NAMED:
+        matter = sum(event.matters for event in diagnosis.events) >= NAMED
+        numbers = {"n_events": len(diagnosis.events)}
         yield sentence("event.many", matter, (), numbers, seconds=seconds, named=NAMED)
-    if not found.events:
+    if not diagnosis.events:
         case = "none" if seconds >= LEAST_S else "short"
-        case = case if found.n_windows else "undetectable"
-        none = {"n_events": 0 if case == "none" else None, "n_windows": found.n_windows}
+        case = case if diagnosis.n_windows else "undetectable"
+        none = {"n_events": 0 if case == "none" else None, "n_windows": diagnosis.n_windows}
         limits = {"least_s": LEAST_S, "levels_s": LEVELS_S, "false_alarm": settings.false_alarm}
         yield sentence(f"event.{case}", False, (), none, seconds=seconds, **limits)
-    order = sorted(found.events, key=lambda e: (not e.matters, -np.nan_to_num(e.size_mm)))
+    order = sorted(diagnosis.events, key=lambda e: (not e.matters, -np.nan_to_num(e.size_mm)))
     for event in order[:shown]:
-        yield _event(event, recording, found.wanders)
+        yield _event(event, recording, diagnosis.wanders)
 
 
 def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) -> Sentence:
@@ -111,26 +114,26 @@ def outcome(event: Event) -> str:
 
 def _periodic(lines: Sequence[SpectralLine], recording: Recording) -> Iterator[Sentence]:
     """One a frequency, with all series that show it, and one for all multiples of one."""
-    found = sorted(disturbances(lines, recording.duration_s), key=lambda one: not one.matters)
-    f_hz, teeth = comb(found, recording.duration_s)
+    groups = sorted(disturbances(lines, recording.duration_s), key=lambda one: not one.matters)
+    f_hz, teeth = comb(groups, recording.duration_s)
     if teeth:
-        own = [line for one in teeth for line in one.lines]
+        of_comb = [line for one in teeth for line in one.lines]
         rms = {
-            name: math.sqrt(sum(x.line.A_s**2 for x in own if x.series == name) / 2)
-            for name in dict.fromkeys(x.series for x in own)
+            name: math.sqrt(sum(x.line.A_s**2 for x in of_comb if x.series == name) / 2)
+            for name in dict.fromkeys(x.series for x in of_comb)
         }
-        highest = max(x.line.f_0 for x in own)
+        highest = max(x.line.f_0 for x in of_comb)
         numbers = {"f_hz": f_hz, "n_lines": len(teeth), "highest_hz": highest, "rms_mm": rms}
         mains = mains_of(f_hz, recording.frame_rate_hz, 1 / recording.duration_s)
         matter = any(one.matters for one in teeth)
         yield sentence("periodic.comb", matter, rms, numbers, mains=mains)
-        found = [one for one in found if one not in teeth]
+        groups = [one for one in groups if one not in teeth]
     if not lines:
         yield sentence("periodic.none", False, (), {"n_lines": 0})
-    if len(found) > NAMED:
-        matter = all(one.matters for one in found[:NAMED])
-        yield sentence("periodic.many", matter, (), {"n_lines": len(found)}, named=NAMED)
-    for one in found[:NAMED]:
+    if len(groups) > NAMED:
+        matter = all(one.matters for one in groups[:NAMED])
+        yield sentence("periodic.many", matter, (), {"n_lines": len(groups)}, named=NAMED)
+    for one in groups[:NAMED]:
         first = one.first
         numbers = {
             "f_hz": first.line.f_0,
@@ -145,9 +148,9 @@ def _periodic(lines: Sequence[SpectralLine], recording: Recording) -> Iterator[S
         yield sentence("periodic.one", one.matters, names, numbers, first=first, seen=seen)
 
 
-def _resonances(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
+def _resonances(diagnosis: Diagnosis, recording: Recording) -> Iterator[Sentence]:
     """One a frequency, with all series that show it, the largest first."""
-    left = sorted(found.resonances, key=lambda one: -one.rms_mm)
+    left = sorted(diagnosis.resonances, key=lambda one: -one.rms_mm)
     while left:
         first = left[0]
         same = [one for one in left if abs(one.f_hz / first.f_hz - 1) < 0.05]
@@ -164,22 +167,22 @@ def line_words(line: SpectralLine) -> str:
     return render("periodic.seen", x=line)
 
 
-def _misfit(noise: Sequence[NoiseRow], found: Diagnosis) -> Iterator[Sentence]:
+def _misfit(noise: Sequence[NoiseRow], diagnosis: Diagnosis) -> Iterator[Sentence]:
     for status in ("misfit", "refused"):
         rows = [r for r in noise if (r["estimator"], r["status"]) == (DEFAULT_ESTIMATOR, status)]
         if rows:
             names = dict.fromkeys(r["series"] for r in rows)
             note = rows[0]["note"]
-            yield sentence(f"misfit.{status}", True, names, events=found.events, note=note)
+            yield sentence(f"misfit.{status}", True, names, events=diagnosis.events, note=note)
 
 
 def _wanders(
-    found: Diagnosis, noise: Sequence[NoiseRow], recording: Recording
+    diagnosis: Diagnosis, noise: Sequence[NoiseRow], recording: Recording
 ) -> Iterator[Sentence]:
     """Warm-up and straight line of the noise model, and each other kind of slow wander; of the
     coordinate that has most of it."""
     seconds = recording.duration_s
-    parts = findings.deterministic_parts(noise, found.wanders)
+    parts = findings.deterministic_parts(noise, diagnosis.wanders)
     numbers = {
         name: {"drift_mm_per_h": part.drift, "A_w_mm": part.A_w, "T_w_s": part.T_w}
         for name, part in parts.items()
@@ -194,51 +197,56 @@ def _wanders(
         name = max(drift, key=lambda k: abs(drift[k]))
         values = {"name": name, "per_hour": drift[name], "seconds": seconds}
         yield sentence("drift.model", False, drift, {k: numbers[k] for k in drift}, **values)
-    for kind, (name, sizes) in findings.other_wanders(recording, found, parts).items():
-        values = {"name": name, "one": found.wanders[name], "seconds": seconds, "longer": LONGER}
+    for kind, (name, sizes) in findings.other_wanders(recording, diagnosis, parts).items():
+        values = {
+            "name": name,
+            "one": diagnosis.wanders[name],
+            "seconds": seconds,
+            "longer": LONGER,
+        }
         yield sentence(f"wander.{kind}", kind != "drift", sizes, {f"{kind}_mm": sizes}, **values)
 
 
-def _slow_movement(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
+def _slow_movement(diagnosis: Diagnosis, recording: Recording) -> Iterator[Sentence]:
     """Range and slope of the means of short blocks, of the series that wanders most."""
-    known = {k: d for k, d in found.drifts.items() if math.isfinite(d.per_hour)}
+    known = {k: d for k, d in diagnosis.drifts.items() if math.isfinite(d.per_hour)}
     if known:
         name = max(known, key=lambda k: known[k].range)
         numbers = {
             "range_mm": {k: d.range for k, d in known.items()},
             "drift_mm_per_h": {k: d.per_hour for k, d in known.items()},
         }
-        values = {"drift": known[name], "one": found.wanders.get(name)}
+        values = {"drift": known[name], "one": diagnosis.wanders.get(name)}
         seconds = recording.duration_s
         yield sentence("drift.slow", False, [name], numbers, seconds=seconds, **values)
 
 
-def _shape_of_noise(found: Diagnosis, rate_hz: float) -> Iterator[Sentence]:
+def _shape_of_noise(diagnosis: Diagnosis, rate_hz: float) -> Iterator[Sentence]:
     """Noise that the export filtered or made, whose level changes, or that is not Gaussian."""
-    if found.low_pass:
-        cutoffs = {one.series: one.cutoff_hz for one in found.low_pass}
-        ratios = {one.series: one.ratio for one in found.low_pass}
+    if diagnosis.low_pass:
+        cutoffs = {one.series: one.cutoff_hz for one in diagnosis.low_pass}
+        ratios = {one.series: one.ratio for one in diagnosis.low_pass}
         known = [f for f in cutoffs.values() if math.isfinite(f)]
         middle = float(np.median(known)) if known else math.nan
         numbers = {"cutoff_hz": cutoffs, "top_to_pass_band": ratios}
         yield sentence("low_pass.filtered", True, cutoffs, numbers, middle_hz=middle)
-    for code in dict.fromkeys(one.code for one in found.processed):
-        of = {one.series: one.value for one in found.processed if one.code == code}
+    for code in dict.fromkeys(one.code for one in diagnosis.processed):
+        of = {one.series: one.value for one in diagnosis.processed if one.code == code}
         f_hz = next(iter(of.values()))
         yield sentence(f"{code}.frames", True, of, {"value": of}, f_hz=f_hz, rate_hz=rate_hz)
     for direction in ("falls", "rises", "changes"):
-        trends = [t for t in found.trends if t.direction == direction]
+        trends = [t for t in diagnosis.trends if t.direction == direction]
         if trends:
             worst = max(trends, key=lambda t: t.extent)
             change = {t.series: t.change for t in trends}
             yield sentence("level.noise", worst.matters, change, {"change": change}, worst=worst)
-    if found.tails:
-        excess = {one.series: one.excess for one in found.tails}
+    if diagnosis.tails:
+        excess = {one.series: one.excess for one in diagnosis.tails}
         name = max(excess, key=lambda k: excess[k])
         yield sentence("tails.heavy", False, excess, {"excess": excess}, name=name)
 
 
-def _samples(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
+def _samples(diagnosis: Diagnosis, recording: Recording) -> Iterator[Sentence]:
     """Frames that were filled, repeated, solved, exchanged, or are missing."""
     rate = recording.frame_rate_hz
     coordinates = {
@@ -247,25 +255,27 @@ def _samples(found: Diagnosis, recording: Recording) -> Iterator[Sentence]:
     for label, names in coordinates.items():
         share = recording.n_filled.get(label, 0) / recording.n_frames
         if share:
-            case = "filled.smooth" if found.smooth else "filled.marker"
+            case = "filled.smooth" if diagnosis.smooth else "filled.marker"
             yield sentence(case, share > MANY_FILLED, names, {"share": share}, label=label)
-    for one in found.repeats:
+    for one in diagnosis.repeats:
         longest_s = one.longest / rate
         numbers = {"share": one.share, "longest_s": longest_s, "change_mm": one.change_mm}
         names = coordinates[one.label]
         yield sentence("repeated.marker", True, names, numbers, label=one.label)
-    if found.solved:
-        yield sentence("solved.distances", True, found.solved, {"ratio": dict(found.solved)})
+    if diagnosis.solved:
+        yield sentence(
+            "solved.distances", True, diagnosis.solved, {"ratio": dict(diagnosis.solved)}
+        )
     for pair in recording.exchanged:
         names = [name for label in pair["labels"] for name in coordinates[label]]
         yield sentence("exchanged.pair", True, names, dict(pair), rate_hz=rate)
-    label = max(found.missing, key=lambda k: found.missing[k])
-    many = found.missing[label] > MANY_GAPS
-    yield sentence("gaps.marker", many, (), {"share": found.missing}, label=label)
+    label = max(diagnosis.missing, key=lambda k: diagnosis.missing[k])
+    many = diagnosis.missing[label] > MANY_GAPS
+    yield sentence("gaps.marker", many, (), {"share": diagnosis.missing}, label=label)
 
 
-def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> Iterator[Sentence]:
-    n = {k: int(v.size) for k, v in found.spikes.items()}
+def _outliers(diagnosis: Diagnosis, recording: Recording, n_sigma: float) -> Iterator[Sentence]:
+    n = {k: int(v.size) for k, v in diagnosis.spikes.items()}
     name, hours = max(n, key=lambda k: n[k]), recording.duration_s / 3600
     share = n[name] / max(recording.n_frames, 1)
     numbers = {"n": n, "per_hour": sum(n.values()) / hours, "share": share}
@@ -274,11 +284,11 @@ def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> Iterato
     yield sentence("outliers.count", share > MANY_OUTLIERS, names, numbers, **values)
 
 
-def _resolution(found: Diagnosis) -> Iterator[Sentence]:
+def _resolution(diagnosis: Diagnosis) -> Iterator[Sentence]:
     known = {
         r.series: r
-        for r in found.resolutions
-        if r.series not in found.solved and math.isfinite(r.share)
+        for r in diagnosis.resolutions
+        if r.series not in diagnosis.solved and math.isfinite(r.share)
     }
     if known:
         worst = max(known.values(), key=lambda r: r.share)
@@ -298,12 +308,12 @@ def _filters(filtered: Sequence[Filtered]) -> Iterator[Sentence]:
     """One a low-pass over all series, one a notch."""
     before = {f.series: f.measured for f in filtered if f.filter.sos is None and f.measured}
     for name in dict.fromkeys(f.filter.name for f in filtered if f.filter.sos is not None):
-        own = {f.series: f for f in filtered if f.filter.name == name}
-        after = {k: f.measured for k, f in own.items() if f.measured and k in before}
+        by_series = {f.series: f for f in filtered if f.filter.name == name}
+        after = {k: f.measured for k, f in by_series.items() if f.measured and k in before}
         after = {k: left for k, left in after.items() if before[k].sigma > 0}
         if not after:
             continue
-        predicted = {k: own[k].predicted for k in after}
+        predicted = {k: by_series[k].predicted for k in after}
         numbers = {
             "filter": name,
             "share_left": {k: left.variance_share(before[k]) for k, left in after.items()},

@@ -125,8 +125,10 @@ def verdict_lines(verdict: Record) -> list[str]:
 def shown_series(verdict: Record) -> list[str]:
     """The series that there is room for, in their order: the one that decided, and those with the
     largest uncertainty of one frame."""
-    series, own = verdict["series"], verdict["decided_by"].get("series")
-    largest = sorted(series, key=lambda name: (name != own, -(series[name]["frame_mm"] or 0.0)))
+    series, deciding = verdict["series"], verdict["decided_by"].get("series")
+    largest = sorted(
+        series, key=lambda name: (name != deciding, -(series[name]["frame_mm"] or 0.0))
+    )
     return [name for name in series if name in largest[:MOST_ROWS]]
 
 

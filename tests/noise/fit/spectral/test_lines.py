@@ -13,7 +13,7 @@ from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
-from mocap_metrology.noise.fit.spectral.line import around
+from mocap_metrology.noise.fit.spectral.line import density_around
 from mocap_metrology.noise.fit.spectral.lines import find_lines, line_errors
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
@@ -154,7 +154,7 @@ def test_noise_beside_a_line_is_the_geometric_mean_of_both_sides(low, high, expe
     there is; medians are ln 2 of means."""
     power = np.log(2) * np.repeat([9.0, 4.0, 100.0, 1.0], [1, 19, 10, 10])
     power[low : high + 1] = 100.0
-    assert around(power, low, high, 10) == pytest.approx(expected)
+    assert density_around(power, low, high, 10) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.25, 0.5])

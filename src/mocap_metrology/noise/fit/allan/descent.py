@@ -152,10 +152,10 @@ def cost_at(x: np.ndarray, problem: Problem) -> float:
 @njit
 def costs_at(points: np.ndarray, problem: Problem) -> np.ndarray:
     """Sums of squared residuals at points (n, parameters)."""
-    found = np.empty(points.shape[0])
-    for i in range(found.size):
-        found[i] = cost_at(points[i], problem)
-    return found
+    costs = np.empty(points.shape[0])
+    for i in range(costs.size):
+        costs[i] = cost_at(points[i], problem)
+    return costs
 
 
 @njit
@@ -189,14 +189,14 @@ def descend(
             step = gradient.copy()
             solve(damped, step, 0.0, SINGULAR, np.inf)
             trial = np.minimum(np.maximum(x - step, lower), upper)
-            found = residual(trial, problem, none)
-            if np.dot(found, found) < cost:
+            then = residual(trial, problem, none)
+            if np.dot(then, then) < cost:
                 better = True
                 break
             damping *= 4
         if not better:
             break
-        gain = cost - np.dot(found, found)
+        gain = cost - np.dot(then, then)
         x, damping = trial, max(damping / 8, 1e-12)
         r = residual(x, problem, jacobian)
         stalled = stalled + 1 if gain < 1e-9 * cost else 0

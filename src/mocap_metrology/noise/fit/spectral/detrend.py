@@ -181,7 +181,9 @@ def slow_weight(data: Periodogram, density: np.ndarray) -> np.ndarray:
     return slow.share / density[slow.bin]
 
 
-def _left(data: Periodogram, designs: Designs, part: Part, restored: bool) -> Periodogram:
+def _periodogram_without(
+    data: Periodogram, designs: Designs, part: Part, restored: bool
+) -> Periodogram:
     """The periodogram without the part; restored: with the power that its estimate removed (X V
     X')."""
     slow = slow_of(data)
@@ -204,14 +206,14 @@ def _mixture_density(data: Periodogram) -> np.ndarray:
     return likelihood.density(dictionary(likelihood, ALPHAS))
 
 
-def _quick(data: Periodogram, designs: Designs, kind: str) -> tuple[Periodogram, float]:
+def _quick_fit(data: Periodogram, designs: Designs, kind: str) -> tuple[Periodogram, float]:
     """What is left, and -2 ln L, with a mixture of every noise: no order is chosen."""
     left = data
     for step in range(ROUNDS):
         part = designs.part(kind, slow_weight(data, _mixture_density(left)))
-        left = _left(data, designs, part, restored=step > 0)
+        left = _periodogram_without(data, designs, part, restored=step > 0)
     density = _mixture_density(left)
-    return left, _minus_two_log(_left(data, designs, part, restored=False), density)
+    return left, _minus_two_log(_periodogram_without(data, designs, part, restored=False), density)
 
 
 def without_part(data: Periodogram, fit: Fit, cost: Callable[[int], float]) -> Alternative:
@@ -242,7 +244,7 @@ def alternatives(
     designs = Designs(data)
     bare = _minus_two_log(data, _mixture_density(data))
     for kind in list(KINDS)[1:]:
-        left, value = _quick(data, designs, kind)
+        left, value = _quick_fit(data, designs, kind)
         price = UNLIKELY * len({"drift", "A_w"} & {*KINDS[kind]})
         if value + price + cost(len(KINDS[kind])) > bare + PROMISING:
             continue
@@ -250,7 +252,7 @@ def alternatives(
         for _ in range(ROUNDS):  # least squares with the fit's weights, the fit of what it leaves
             density = Likelihood(left).density(fit.spectrum)
             part = designs.part(kind, slow_weight(data, density))
-            left = _left(data, designs, part, restored=True)
+            left = _periodogram_without(data, designs, part, restored=True)
             fit = Likelihood(left).fit(fit.spectrum)
         compared.append(_alternative(part, left, fit, cost, price))
     return sorted(compared, key=lambda one: one.score)

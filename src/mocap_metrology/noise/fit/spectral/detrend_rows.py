@@ -59,8 +59,8 @@ def deterministic_rows(alternatives: Sequence[Alternative]) -> tuple[Coefficient
     for one in alternatives:
         share = math.exp((best.score - one.score) / 2)
         if share > LEAST_WEIGHT:
-            own = noises if one is best else _weights_of(one)
-            mixture.append((share, one.part.names, list(_distributions(one, own, designs))))
+            weights = noises if one is best else _weights_of(one)
+            mixture.append((share, one.part.names, list(_distributions(one, weights, designs))))
     limits = {"drift": _drift_limit, "A_w": _warm_up_limit}
     rows = []
     for name in PARAMETERS:

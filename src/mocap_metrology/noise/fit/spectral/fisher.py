@@ -64,10 +64,10 @@ def crlb(model: NoiseModel, n: int, frame_rate_hz: float) -> dict[str, float]:
     bins = bins_of(n, frame_rate_hz, form=model.form)
     weight = bins.n.astype(float)
     likelihood = Likelihood(Periodogram(bins, np.ones(weight.size), weight), (tau0 / 2, n * tau0))
-    found = standard_errors(likelihood.information(spectrum), spectrum)
+    errors = standard_errors(likelihood.information(spectrum), spectrum)
     for line in model.lines:
         psd = float(model.psd(np.array([min(line.f_0, 0.5 / tau0)]), frame_rate_hz)[0])
         high = line.recorded(frame_rate_hz, model.form)
-        found["A_s"], found["f_0"] = line_errors(high, psd, n * tau0)
-        found["A_s"] *= line.A_s / high if high > 0 else 1.0
-    return found
+        errors["A_s"], errors["f_0"] = line_errors(high, psd, n * tau0)
+        errors["A_s"] *= line.A_s / high if high > 0 else 1.0
+    return errors

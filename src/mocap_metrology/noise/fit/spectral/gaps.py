@@ -141,7 +141,7 @@ def _fill(
             if contiguous and have_lone:
                 _draw(x, place, known, total, lone, draws[used : used + 1])
             else:
-                _root(place, total, covariance, root)
+                _cholesky_root(place, total, covariance, root)
                 if contiguous:
                     lone[:] = root
                     have_lone = True
@@ -151,7 +151,7 @@ def _fill(
 
 
 @njit
-def _root(place: Integers, total: int, covariance: Floats, out: Floats) -> None:
+def _cholesky_root(place: Integers, total: int, covariance: Floats, out: Floats) -> None:
     """Cholesky factor of the covariance of the samples at `place`."""
     for i in range(total):
         for j in range(i + 1):

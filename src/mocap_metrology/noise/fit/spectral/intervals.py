@@ -114,10 +114,10 @@ def _one_step(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> tuple[flo
     root = np.sqrt(likelihood.weight / 2)
     used = columns[:, np.abs(columns).max(axis=0) > 0] / density[:, None] * root[:, None]
     basis, _ = np.linalg.qr(used)
-    own = column / density * root
-    left = own - basis @ (basis.T @ own)
+    whitened = column / density * root
+    left = whitened - basis @ (basis.T @ whitened)
     information = left @ left
-    if information < 1e-12 * (own @ own):
+    if information < 1e-12 * (whitened @ whitened):
         return 0.0, math.inf
     rest = root * (likelihood.psd / density - 1)
     return max(left @ rest / information, 0.0), 1 / math.sqrt(information)
@@ -147,10 +147,10 @@ def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray, price: flo
     best = min((fit.deviance, 0.0), (deviance(estimate), estimate))
     high = estimate + math.sqrt(most) * error
     for _ in range(DOUBLINGS):
-        found = deviance(high)
-        if found > best[0] + most:
+        reached = deviance(high)
+        if reached > best[0] + most:
             break
-        best, high = min(best, (found, high)), 2 * high
+        best, high = min(best, (reached, high)), 2 * high
     else:
         return math.inf  # something else gives way to it: the spectrum does not limit it
     fall = best[0] + most

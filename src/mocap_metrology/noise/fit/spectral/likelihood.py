@@ -200,7 +200,7 @@ class _Search:
         data, series = self._filled(bare, lines)
         for _ in range(_rounds(parts[at], LINES_TO) if lines else 0):
             # The first search saw nothing of the lines in the gaps
-            lines = _again(series[at], lines, rate)
+            lines = _lines_again(series[at], lines, rate)
             del bare, series  # of long recordings each is 300 MB
             bare = self._without(parts, lines, at)
             data, series = self._filled(bare, lines)
@@ -273,7 +273,7 @@ class _Search:
         return partial(model.psd, frame_rate_hz=self.frame_rate_hz)
 
 
-def _again(series: Floats, lines: list[Line], frame_rate_hz: float) -> list[Line]:
+def _lines_again(series: Floats, lines: list[Line], frame_rate_hz: float) -> list[Line]:
     """The lines that were taken out of a complete series, each measured anew without the others."""
     whole = periodic.waves(lines, series.size, frame_rate_hz)
     whole += series

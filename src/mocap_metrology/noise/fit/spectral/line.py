@@ -98,8 +98,8 @@ class Line:
 
     def errors(self, duration_s: float, psd: float | None = None) -> tuple[float, float]:
         """Standard errors of A_s and f_0 in noise of density `psd` (default: its own)."""
-        own = line_errors(self.A_s, self.psd if psd is None else psd, duration_s)
-        return max(own[0], self.A_error), max(own[1], self.f_error)
+        bound = line_errors(self.A_s, self.psd if psd is None else psd, duration_s)
+        return max(bound[0], self.A_error), max(bound[1], self.f_error)
 
 
 def line_errors(A_s: float, psd: float, duration_s: float) -> tuple[float, float]:
@@ -110,7 +110,7 @@ def line_errors(A_s: float, psd: float, duration_s: float) -> tuple[float, float
     return (math.sqrt(psd / duration_s), math.sqrt(3 * psd / (math.pi**2 * A_s**2 * duration_s**3)))
 
 
-def level(power: Floats, k: Integers) -> Floats:
+def noise_density(power: Floats, k: Integers) -> Floats:
     """Noise density at coefficients k (ascending, without holes): medians of bands a quarter octave
     wide, interpolated in log-log."""
     bands = max(round(math.log2(k[-1] / k[0]) * 4), 2)
@@ -134,13 +134,13 @@ def beside(power: np.ndarray, k: np.ndarray) -> np.ndarray:
         del edge[-2]
     width = np.diff(edge)
     sure = np.exp(-SIDE_STANDARD_ERRORS / (math.log(2) * np.sqrt(np.minimum(width, MEDIAN_OF))))
-    own = _medians(power, np.array(edge)) * sure
-    left, right = np.roll(own, 1), np.roll(own, -1)
+    floor = _medians(power, np.array(edge)) * sure
+    left, right = np.roll(floor, 1), np.roll(floor, -1)
     left[0], right[-1] = right[0], left[-1]
-    return np.repeat(np.maximum(np.maximum(left, right), own), width)
+    return np.repeat(np.maximum(np.maximum(left, right), floor), width)
 
 
-def around(power: np.ndarray, low: int, high: int, width: int) -> float:
+def density_around(power: np.ndarray, low: int, high: int, width: int) -> float:
     """Density between `width` coefficients on each side of low ... high: geometric mean of the
     sides, of those that there are."""
     sides = power[max(low - width, 1) : low], power[high + 1 : high + 1 + width]
@@ -151,8 +151,8 @@ def around(power: np.ndarray, low: int, high: int, width: int) -> float:
 
 
 def _medians(power: np.ndarray, edge: np.ndarray) -> Floats:
-    found = [np.median(power[a : b : (b - a) // MEDIAN_OF + 1]) for a, b in pairwise(edge)]
-    return np.maximum(np.array(found) / math.log(2), TINY)
+    medians = [np.median(power[a : b : (b - a) // MEDIAN_OF + 1]) for a, b in pairwise(edge)]
+    return np.maximum(np.array(medians) / math.log(2), TINY)
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,7 @@ class Transform:
         away, side = min(size, low // 8), max(LEAST_SIDE, min(max(MOST_SIDE, 2 * size), low // 8))
         if psd is None:
             power = self.power(slice(high + 1 + away + side))
-            psd = around(power, low - away, high + away, side)
+            psd = density_around(power, low - away, high + away, side)
         band = self.coefficients[low : high + 1].copy()
         A_s, f_0, width = self._moments(band, low, psd)
         gain = A_s**2 * duration / psd
@@ -301,8 +301,8 @@ class Transform:
         wave = ifft(band)
         of, left = np.arange(wave.size) * blocks // wave.size, []
         for block in range(blocks):
-            kept = of != block
-            left.append(self._moments(fft(np.where(kept, wave, 0)), low, psd, kept.mean()))
+            rest = of != block
+            left.append(self._moments(fft(np.where(rest, wave, 0)), low, psd, rest.mean()))
         scatter = np.std(left, axis=0) * math.sqrt(blocks - 1)
         return [float(student * s) for s in scatter]
 

@@ -23,8 +23,8 @@ from mocap_metrology.noise.fit.spectral.line import (
     Transform,
     beside,
     grown,
-    level,
     line_errors,
+    noise_density,
 )
 
 __all__ = ["Line", "bands_of", "find_lines", "find_slow_lines", "line_again", "line_errors"]
@@ -69,7 +69,7 @@ def find_lines(series: np.ndarray, frame_rate_hz: float, at_most: int = 40) -> l
     transform = Transform.of(series, 1 / frame_rate_hz)
     k = np.arange(MEDIAN_FROM, last + 1)
     power = transform.power()
-    noise = level(power, k)
+    noise = noise_density(power, k)
     floor = np.maximum(noise, beside(power, k))
     del k  # of a long recording 160 MB
     search = _Search(transform, power, noise, floor, MEDIAN_FROM, False, threshold(series.size))
@@ -134,7 +134,7 @@ class _Search:
         return self.transform.duration_s
 
     def at(self, place: float) -> int:
-        """Index into `level` of a place in units of 1/T."""
+        """Index into `noise_density` of a place in units of 1/T."""
         return min(max(round(place) - self.first, 0), self.level.size - 1)
 
     def ratio(self) -> Floats:

@@ -85,8 +85,8 @@ def _pruned(likelihood: Likelihood, fit: Fit, cost: Callable[[int], float]) -> F
 
 
 def _without(likelihood: Likelihood, fit: Fit, alpha: int) -> Fit:
-    kept = {a: h for a, h in fit.spectrum.h.items() if a != alpha}
-    return likelihood.fit(replace(fit.spectrum, h=kept))
+    others = {a: h for a, h in fit.spectrum.h.items() if a != alpha}
+    return likelihood.fit(replace(fit.spectrum, h=others))
 
 
 def extended(likelihood: Likelihood, now: Spectrum, alphas: Sequence[int]) -> list[Spectrum]:

@@ -179,14 +179,14 @@ def _slow(c: np.ndarray, bins: Bins, stretch: Stretch, first: int) -> Slow:
     edge = edges(c.size)
     whole = int(np.searchsorted(edge[1:], SLOWEST, side="right"))
     k = np.arange(1, edge[whole])
-    left = _outside(k, c.size, bins.frame_rate_hz, stretch.bands)
-    k, own = k[left], (np.repeat(np.arange(whole), bins.n[:whole]) + first)[left]
+    left = _outside_bands(k, c.size, bins.frame_rate_hz, stretch.bands)
+    k, bin_of = k[left], (np.repeat(np.arange(whole), bins.n[:whole]) + first)[left]
     tau0 = 1 / bins.frame_rate_hz
     share, n, start_s = (np.full(k.size, v) for v in (stretch.share, c.size, stretch.start * tau0))
-    return Slow(np.sqrt(2 * tau0) * c[k], k, own, share, n, start_s)
+    return Slow(np.sqrt(2 * tau0) * c[k], k, bin_of, share, n, start_s)
 
 
-def _outside(
+def _outside_bands(
     k: np.ndarray, n: int, frame_rate_hz: float, bands: Sequence[tuple[float, float]]
 ) -> np.ndarray:
     """Which coefficients of n samples lie in none of the bands."""
@@ -201,7 +201,7 @@ def _binned(c: np.ndarray, bins: Bins, stretch: Stretch) -> Periodogram:
     to none (and what their neighbours hold) where nothing is."""
     tau0, first, weight = 1 / bins.frame_rate_hz, edges(c.size)[:-1], bins.n * stretch.share
     if stretch.bands:
-        left = _outside(np.arange(c.size), c.size, bins.frame_rate_hz, stretch.bands)
+        left = _outside_bands(np.arange(c.size), c.size, bins.frame_rate_hz, stretch.bands)
         count = np.add.reduceat(left.astype(np.int64), first)
         known = np.flatnonzero(count)
         if known.size:

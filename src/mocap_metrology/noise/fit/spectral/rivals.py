@@ -73,7 +73,7 @@ def judged(
             break
         likelihood = Likelihood(one.data)
         fits = _explored(likelihood, one.fit, alphas, most)
-        price = _price(likelihood)
+        price = _penalised_deviance(likelihood)
         priced += [(price(fit) + one.offset, fit) for fit in fits]
         if one is parts[0]:
             chosen = min(fits, key=lambda fit: fit.deviance + cost(fit.spectrum.size))
@@ -84,7 +84,7 @@ def judged(
 
 def _explored(likelihood: Likelihood, chosen: Fit, alphas: Sequence[int], most: int) -> list[Fit]:
     """The chosen model, its neighbours, and the neighbours of those that fit as well."""
-    price = _price(likelihood)
+    price = _penalised_deviance(likelihood)
     fits = {_key(chosen.spectrum): chosen}
     waiting, tried = [chosen], set()
     while waiting and len(fits) < MOST_MODELS:
@@ -106,7 +106,7 @@ def _explored(likelihood: Likelihood, chosen: Fit, alphas: Sequence[int], most: 
     return [*fits.values()]
 
 
-def _price(likelihood: Likelihood) -> Callable[[Fit], float]:
+def _penalised_deviance(likelihood: Likelihood) -> Callable[[Fit], float]:
     """Deviance of a fit with the price of its parameters."""
     tau0 = 1 / likelihood.bins.frame_rate_hz
     fast = FAST_FRAMES * tau0
@@ -156,27 +156,29 @@ def widened(
     chosen model with one more component, the other side is that component's end at zero. slowest:
     the longest T_c that was searched, s.
     """
-    columns = [_of(rival.fit, chosen.spectrum, slowest) for rival in near]
+    columns = [_values_of_rival(rival.fit, chosen.spectrum, slowest) for rival in near]
     out = []
     for row in rows:
         for z, level in ((Z_68, 68), (Z_95, 95)) if row.detected and row.value < math.inf else ():
             lower, upper = getattr(row, f"lower_{level}"), getattr(row, f"upper_{level}")
             for rival, column in zip(near, columns, strict=True):
                 if rival.excess < z**2 and rival.fit is not chosen:
-                    own, errors = column.get(row.parameter), math.sqrt(z**2 - rival.excess)
-                    low, high = _reach(row, own, errors)
+                    effect, errors = column.get(row.parameter), math.sqrt(z**2 - rival.excess)
+                    low, high = _ends_by_rival(row, effect, errors)
                     lower, upper = min(lower, low), max(upper, high)
             row = replace(row, **{f"lower_{level}": lower, f"upper_{level}": upper})
         out.append(row)
     return tuple(out)
 
 
-def _reach(row: Coefficient, own: tuple[float, float] | None, errors: float) -> tuple[float, float]:
+def _ends_by_rival(
+    row: Coefficient, effect: tuple[float, float] | None, errors: float
+) -> tuple[float, float]:
     """Ends that a rival adds to an interval: (value, standard error), or None where it has no such
     component."""
-    if own is None:  # without the component there is no T_c
+    if effect is None:  # without the component there is no T_c
         return (math.inf if row.parameter[0] == "T" else 0.0), -math.inf
-    value, error = own
+    value, error = effect
     spread = math.exp(min(errors * error / value, 700.0))
     if value >= row.value:
         return math.inf, value * spread
@@ -184,7 +186,7 @@ def _reach(row: Coefficient, own: tuple[float, float] | None, errors: float) -> 
     return max(value - errors * error, 0.0) if normal else value / spread, -math.inf
 
 
-def _of(fit: Fit, chosen: Spectrum, slowest: float) -> dict[str, tuple[float, float]]:
+def _values_of_rival(fit: Fit, chosen: Spectrum, slowest: float) -> dict[str, tuple[float, float]]:
     """(value, standard error) by the parameter names of the chosen model; its terms are paired with
     those of the fit by T_c (see `widened`)."""
     from scipy.optimize import linear_sum_assignment

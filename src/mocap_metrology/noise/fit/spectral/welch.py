@@ -73,7 +73,7 @@ def _periodograms(segments: np.ndarray, window: np.ndarray) -> np.ndarray:
     `scipy.signal.periodogram`, whose import takes longer than this."""
     from scipy.fft import rfft
 
-    found = rfft((segments - segments.mean(axis=-1, keepdims=True)) * window)
-    density = found.real**2 + found.imag**2
+    spectrum = rfft((segments - segments.mean(axis=-1, keepdims=True)) * window)
+    density = spectrum.real**2 + spectrum.imag**2
     density[:, 1 : -1 if segments.shape[1] % 2 == 0 else None] *= 2
     return density

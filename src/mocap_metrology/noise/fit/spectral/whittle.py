@@ -199,14 +199,14 @@ def ascend(
         while True:
             trial = _trial(p, n_h, gradient, information, damping, bounds)
             density_at(trial, model, density)
-            found = deviance_of(psd, weight, density)
-            if found <= deviance or damping > MOST_DAMPING:
+            then = deviance_of(psd, weight, density)
+            if then <= deviance or damping > MOST_DAMPING:
                 break
             damping *= DAMPING_FACTOR
-        if not found <= deviance:
+        if not then <= deviance:
             return p, deviance, True  # no direction leads up any further
-        idle = idle + 1 if deviance - found < tolerance else 0
-        p, deviance = trial, found
+        idle = idle + 1 if deviance - then < tolerance else 0
+        p, deviance = trial, then
         if idle == 2:
             return p, deviance, True
         spectra(p, model, density, columns)

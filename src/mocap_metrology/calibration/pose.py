@@ -1,6 +1,6 @@
 """Second step of a calibration: pose of the slave, tracked board, files of other programs.
 
-`given`: paths as in `sweeps`.
+`inputs`: paths as in `sweeps`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """First step of a calibration: a recording, measured or simulated, checked and decoded.
 
-`given`: paths of what a user names, called dump, board, factory, reference, mount, earlier,
+`inputs`: paths of what a user names, called dump, board, factory, reference, mount, earlier,
 tracked_with, points; of a twin also truth. Results have the names of `TABLES` in a folder.
 """
 

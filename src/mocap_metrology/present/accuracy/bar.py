@@ -189,7 +189,7 @@ def bar_document(
     warnings: Sequence[str] = (),
     **parts: Any,
 ) -> Row:
-    """Contents of bar.json: its numbers (`bar_numbers`, as `found`) and words."""
+    """Contents of bar.json: its numbers (`bar_numbers`, as `parts`) and words."""
     document = bar_numbers(bar, findings, settings, pair, **parts)
     document["reason"] = reason(document)
     document["sentences"] = sentences(document)

@@ -307,10 +307,8 @@ def _fits(
         blocks, rows = _at_changes(z, k, shape)
         y, columns = (dst(np.diff(values), type=1, norm="ortho") for values in (blocks, rows))
         noises = np.concatenate([*_noises(y.size).values()][:-1])
-        slow = math.log(n) * (np.arange(len(noises)) > 0)
-        spectrum = noises[
-            np.argmin(_bic(y, columns, 1 / noises, np.log(noises).sum(axis=1) + slow))
-        ]
+        logs = np.log(noises).sum(axis=1) + math.log(n) * (np.arange(len(noises)) > 0)
+        spectrum = noises[np.argmin(_bic(y, columns, 1 / noises, logs))]
     return fits, shape, _fitted(y, columns, spectrum, len(shape.columns))
 
 

@@ -44,7 +44,7 @@ def write_track(
     """Track the board of a recording and write its poses; where that cannot be, no rows, and the
     reason in the metadata.
 
-    own: pose.json of this recording, `calibration` its estimates; earlier: that of another, whose
+    pose: pose.json of this recording, `calibration` its estimates; earlier: that of another, whose
     stations are used where the row names it.
     """
     more: Metadata = {"still": calibration.still, "tracked_with": entry.tracked_with}

@@ -127,14 +127,14 @@ def settled_poses(track: Columns) -> np.ndarray:
 
 
 def deviations_mm(track: Columns) -> np.ndarray:
-    """(n, 3) of the position from the mean of `settled_poses` poses."""
+    """(n, 3) of the position from the mean of the `settled_poses`."""
     place = np.column_stack([track[f"{axis}_mm"] for axis in "xyz"])
     good = settled_poses(track)
     return np.asarray(place - place[good].mean(axis=0)) if good.any() else place
 
 
 def jitter(track: Columns) -> tuple[float, float]:
-    """Standard deviation of the `settled_poses` poses about their mean: lengths in mm and deg."""
+    """Standard deviation of the `settled_poses` about their mean: lengths in mm and deg."""
     good = settled_poses(track)
     if good.sum() < 2:
         return math.nan, math.nan

@@ -153,7 +153,7 @@ class Verdict:
     was given, if any.
 
     Of any number of stations the checks are those of the `station` with the worst word, `words`
-    that of each, and `pose_distance` says why others have no pose.
+    that of each, and `apart` says why others have no pose.
     """
 
     word: str

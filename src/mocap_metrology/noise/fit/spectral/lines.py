@@ -134,7 +134,7 @@ class _Search:
         return self.transform.duration_s
 
     def at(self, place: float) -> int:
-        """Index into `noise_density` of a place in units of 1/T."""
+        """Index into `level` of a place in units of 1/T."""
         return min(max(round(place) - self.first, 0), self.level.size - 1)
 
     def ratio(self) -> Floats:

@@ -17,7 +17,7 @@ from running import command, environment
 from snakemake.persistence.file import FilePersistence
 
 from mocap_metrology.common.faults import Faults
-from mocap_metrology.common.files import part_prefix
+from mocap_metrology.common.files import part_prefix, scratch
 
 PLAIN = command()[3:]
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,16 +37,18 @@ def sleeper() -> Iterator[subprocess.Popen]:
 
 
 @pytest.fixture
-def left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, dict[str, Path]]:
+def left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Folder of results, by a link, in which a run of another folder was killed; files by name."""
-    monkeypatch.setenv(runs.MARK, "")
+    monkeypatch.setenv(runs.MARK, OWN)
     killed, results = tmp_path / "killed", tmp_path / "disk/results"
     (results / "recordings").mkdir(parents=True)
     (killed / "results").parent.mkdir()
     (killed / "results").symlink_to(results)
     marks = FilePersistence(path=killed / ".snakemake")
     write(results)
+    unnamed = scratch(results / "recordings")
     files = {
+        "scratch": Path(unnamed.name) / "twin.c3d",
         "part": results / f"recordings/{part_prefix(OWN)}0-allan.parquet",
         "long": results / ("recordings/" + "a long name " * 18 + ".csv"),
         "unfinished": results / "recordings/a.csv",
@@ -62,7 +64,9 @@ def left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, dict[st
     marks._mark_incomplete(str(files["outside"]), None)
     (results / "fit").mkdir()
     marks._mark_incomplete("results/fit", None)
-    return killed / "results", files
+    monkeypatch.setenv(runs.MARK, "")
+    with unnamed:
+        yield killed / "results", files
 
 
 def write(results: Path, **other: object) -> None:
@@ -84,7 +88,7 @@ def test_what_the_record_of_a_killed_run_names_is_cleared_and_nothing_else(
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
     assert runs.claim(Path("../disk/results"))
-    assert there(files) == files.keys() - {"part", "long", "unfinished"}
+    assert there(files) == files.keys() - {"scratch", "part", "long", "unfinished"}
     assert not (results / "fit").exists() and sleeper.poll() is not None
     assert "cleared what a killed run" in capsys.readouterr().err
     own = runs.read(results / runs.CLAIM)
@@ -111,7 +115,7 @@ def test_results_of_another_run_are_not_touched(left, sleeper: subprocess.Popen,
     assert sleeper.poll() is None
     if of == "elsewhere":  # the user states that it was killed
         assert runs.claim(results, unlocks=True)
-        assert there(files) == files.keys() - {"part", "long", "unfinished"}
+        assert there(files) == files.keys() - {"scratch", "part", "long", "unfinished"}
         runs.ended(results / runs.CLAIM)
 
 

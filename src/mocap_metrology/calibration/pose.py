@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import logging
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -87,7 +86,7 @@ def simulate(
         sweeps.write_decoded(entry, decoded, settings, sweeps.paths_in(DECODED, folder))
         truth = {"reference": outputs["truth"]}
         return pose(entry, truth | dict(inputs), settings, allan, folder)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
+    with files.scratch(folder) as part:
         dump = str(Path(part) / "twin.dump")
         sweeps.write_twin(twin, seed, outputs | {"dump": dump})
         board = {"dump": dump, "board": outputs["twin_board"]}

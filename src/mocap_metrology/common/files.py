@@ -48,8 +48,7 @@ def whole(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    prefix = part_prefix(os.environ.get(RUN, ""))
-    part = path.with_name(f"{prefix}{uuid.uuid4().hex[:12]}-{path.name}")
+    part = path.with_name(f"{_own_prefix()}{uuid.uuid4().hex[:12]}-{path.name}")
     try:
         yield part
         _sign(part, path)
@@ -62,6 +61,16 @@ def whole(path: str | Path) -> Iterator[Path]:
 def part_prefix(run: str) -> str:
     """The prefix of the names of unfinished files of a run."""
     return f".part-{run[:12]}-" if run else ".part-"
+
+
+def _own_prefix() -> str:
+    return part_prefix(os.environ.get(RUN, ""))
+
+
+def scratch(folder: str | Path) -> tempfile.TemporaryDirectory[str]:
+    """A folder in `folder` for what is no result, removed in the end; if this process is killed,
+    the next run removes it, as it removes what `whole` leaves."""
+    return tempfile.TemporaryDirectory(dir=folder, prefix=_own_prefix())
 
 
 @contextmanager

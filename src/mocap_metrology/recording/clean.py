@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -148,7 +147,7 @@ def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
 @contextmanager
 def simulated(twin: Twin | TakeTwin | BarTwin, seed: int, folder: Path) -> Iterator[Path]:
     """Path of the C3D file of a twin, which is removed in the end; truth.json in `folder`."""
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as part:
+    with files.scratch(folder) as part:
         path, twin = Path(part) / "twin.c3d", replace(twin, seed=seed + twin.seed)
         if isinstance(twin, TakeTwin):
             simulation = simulate_take(twin)

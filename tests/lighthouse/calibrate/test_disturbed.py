@@ -100,7 +100,8 @@ def test_hits_that_determine_nothing_are_a_reason_and_no_crash(
 
 
 @pytest.mark.parametrize(
-    ("sway", "begin", "still"), [(0, 0, True), (1, 0, True), (5, 0, False), (100, 320, False)]
+    ("sway", "begin", "still"),
+    [(0, 0, True), (1, 0, True), (5, 0, False), (100, 320, False), (100, 392, False)],
 )
 def test_a_board_whose_angles_are_white_noise_is_at_rest(
     sway: float, begin: int, still: bool

@@ -25,6 +25,7 @@ STILL_M = 0.005  # spread of the board's position (one standard deviation) below
 STILL_RAD = np.radians(0.3)
 STRETCH, MOVED, PART = 15, 4.0, 0.1  # poses; how many times as far; of the stretches
 CONSTANT = 1.5  # spread of angles over that from hit to hit; of a board at rest 1.1
+STRETCHES = 50  # of the time, each of which may show that it moved
 FEWEST_LEFT = 5  # diodes; with four, nearly any pose fits
 BY_CHANCE = 0.01  # probability that a diode is left out of a measurement without a bad one
 NO_NOISE = 1e-14  # rad^2: angles computed, not measured
@@ -89,17 +90,21 @@ def is_still(path: Path) -> bool:
 
 
 def is_constant(hits: Hits, n_diodes: int) -> bool:
-    """Whether all angles of most diodes but `PART` spread no more than from hit to hit: so they do
-    on a board at rest, be it so small or far that its single poses scatter."""
+    """Whether the angles of most diodes spread no more than from hit to hit, but for a `PART` of
+    all, and are far off in no stretch of the time: so they do on a board at rest, be it so small or
+    far away that its single poses scatter."""
     series = (2 * hits.station.astype(np.int64) + hits.axis) * n_diodes + hits.diode
     times = []
     for one in np.unique(series):
         angle = hits.angle_rad[series == one]
         if angle.size >= FEWEST_HITS:
             step = MAD_TO_SIGMA * np.median(np.abs(np.diff(angle))) / np.sqrt(2)
-            spread = np.quantile(np.abs(angle - np.median(angle)), 1 - PART) / ndtri(1 - PART / 2)
-            times.append(spread / max(step, NO_NOISE))
-    return bool(times) and float(np.median(times)) < CONSTANT
+            off = angle - np.median(angle)
+            spread = np.quantile(np.abs(off), 1 - PART) / ndtri(1 - PART / 2)
+            stretches = np.array_split(off, min(angle.size // FEWEST_HITS, STRETCHES))
+            moved = max(abs(np.median(stretch)) for stretch in stretches)
+            times.append(max(spread / CONSTANT, moved / MOVED) / max(step, NO_NOISE))
+    return bool(times) and float(np.median(times)) < 1
 
 
 def median_angles(hits: Hits, station: int, n_diodes: int) -> Measurements:

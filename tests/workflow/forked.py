@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import gc
 import importlib
-import json
 import os
 import runpy
-import select
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
+
+# By itself, as Snakemake is to import the package of the workflow that it runs.
+sys.path.insert(0, str(Path(__file__).parents[2] / "workflow/mocap_workflow"))
+import forks
+
+sys.path.pop(0)
 
 LOADED = ("numba", "pandas", "psutil", "pyarrow.parquet", "snakemake.cli", "sqlmodel")
 
@@ -35,56 +38,34 @@ def run(
     address: str, folder: Path, arguments: tuple[str, ...], environment: dict[str, str]
 ) -> subprocess.CompletedProcess[str]:
     """As `python -m snakemake` in a folder with this environment; both outputs as `stdout`."""
-    told = json.dumps([str(folder), arguments, environment]).encode()
     reading, writing = os.pipe()
-    with socket.socket(socket.AF_UNIX) as link, os.fdopen(reading, encoding="utf-8") as stream:
-        link.connect(address)
-        socket.send_fds(link, [len(told).to_bytes(4)], [writing])
+    with (
+        socket.socket(socket.AF_UNIX) as link,
+        os.fdopen(reading, encoding="utf-8") as stream,
+        Path(os.devnull).open() as nothing,
+    ):
+        files = nothing.fileno(), writing, writing
+        forks.send_request(link, address, arguments, folder, environment, files)
         os.close(writing)
-        link.sendall(told)
         said = stream.read()
         return subprocess.CompletedProcess(arguments, int(link.recv(9)), said)
 
 
 def work(link: socket.socket) -> None:
     """In a fork: another one runs Snakemake, whose status this one hands back."""
-    size, (output,), *_ = socket.recv_fds(link, 4, 1)
-    told = link.recv(int.from_bytes(size), socket.MSG_WAITALL)
-    folder, arguments, environment = json.loads(told)
+    arguments = forks.receive_request(link)
     if pid := os.fork():
-        os.close(output)
+        os.closerange(0, 3)
         link.send(str(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])).encode())
         os._exit(0)
-    for number, file in enumerate((os.open(os.devnull, os.O_RDONLY), output, output)):
-        os.dup2(file, number)
-    os.close(output)
-    os.chdir(folder)
-    os.environ.clear()
-    os.environ.update(environment)
-    paths = environment.get("PYTHONPATH")
-    sys.path[:1] = [folder, *(paths.split(os.pathsep) if paths else [])]
+    paths = os.environ.get("PYTHONPATH")
+    sys.path[:1] = [str(Path.cwd()), *(paths.split(os.pathsep) if paths else [])]
     sys.argv = ["snakemake", *arguments]
     runpy.run_module("snakemake", run_name="__main__", alter_sys=True)
 
 
-def main(address: str) -> None:
+if __name__ == "__main__":
     for name in LOADED:
         importlib.import_module(name)
-    gc.freeze()
-    with socket.socket(socket.AF_UNIX) as listener:
-        listener.bind(address)
-        listener.listen()
-        while sys.stdin not in select.select([listener, sys.stdin], [], [])[0]:
-            link, _ = listener.accept()
-            if os.fork() == 0:
-                listener.close()
-                return work(link)
-            link.close()
-    with suppress(ChildProcessError):  # whose time then counts as this process's
-        while os.wait():
-            pass
-    return None
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])
+    if link := forks.fork_for_each(sys.argv[1]):
+        work(link)

@@ -24,7 +24,9 @@ import sys
 import tempfile
 import threading
 import traceback
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 ADDRESS = "MOCAP_METROLOGY_FORKS"  # in the environment of jobs
 LEAST_JOBS = 8  # of a run, from which it pays
@@ -58,18 +60,42 @@ def refuse() -> None:
 
 def hand_over(address: str) -> None:
     """Have a fork run the script of this process and end as it does; returns where none can."""
-    link = socket.socket(socket.AF_UNIX)
-    told = json.dumps([sys.argv[0], str(Path.cwd()), dict(os.environ)]).encode()
-    begun = b""
+    link, begun = socket.socket(socket.AF_UNIX), b""
     with contextlib.suppress(OSError):
-        link.connect(address)
-        socket.send_fds(link, [len(told).to_bytes(4)], [0, 1, 2])
-        link.sendall(told)
+        send_request(link, address, sys.argv[0], Path.cwd(), os.environ)
         begun = link.recv(1)
     if begun:
         if status := link.recv(1):
             os._exit(status[0])
         os.kill(os.getpid(), signal.SIGKILL)  # as the fork was, so that the run names this reason
+
+
+def send_request(
+    link: socket.socket,
+    address: str,
+    what: Any,
+    folder: Path,
+    environment: Mapping[str, str],
+    files: Sequence[int] = (0, 1, 2),
+) -> None:
+    """Have a fork do `what`, in this folder and environment and with these standard files."""
+    told = json.dumps([what, str(folder), dict(environment)]).encode()
+    link.connect(address)
+    socket.send_fds(link, [len(told).to_bytes(4)], files)
+    link.sendall(told)
+
+
+def receive_request(link: socket.socket) -> Any:
+    """What `send_request` asks for; this process is then in its folder, with its environment and files."""
+    size, files, *_ = socket.recv_fds(link, 4, 3)
+    for number, file in enumerate(files):
+        os.dup2(file, number)
+        os.close(file)
+    what, folder, environment = json.loads(link.recv(int.from_bytes(size), socket.MSG_WAITALL))
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
+    return what
 
 
 def main(address: str) -> None:
@@ -84,22 +110,31 @@ def main(address: str) -> None:
 
     compiled.warm()  # which imports every module
     import_matplotlib()
+    Path(address).parent.mkdir(mode=0o700)  # of this user alone
+    process = os.getpid()
+    try:
+        if link := fork_for_each(address):
+            _work(link)
+    finally:
+        if os.getpid() != process:
+            os._exit(1)  # and nothing of what ends the process that forked
+
+
+def fork_for_each(address: str) -> socket.socket | None:
+    """In a fork for each process that asks at the address: the link to it. In this process, when
+    its standard input ends: None."""
     gc.freeze()
-    with contextlib.closing(socket.socket(socket.AF_UNIX)) as listener:
-        Path(address).parent.mkdir(mode=0o700)  # of this user alone
+    with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(address)
         listener.listen(64)
         while sys.stdin not in (ready := select.select([listener, sys.stdin], [], [], 1.0)[0]):
             if ready:
                 link, _ = listener.accept()
                 if os.fork() == 0:
-                    try:
-                        listener.close()
-                        _work(link)
-                    finally:
-                        os._exit(1)  # and nothing of what ends the process that forked
+                    return link
                 link.close()
             _reap()
+    return None
 
 
 def _reap() -> None:
@@ -112,15 +147,7 @@ def _reap() -> None:
 def _work(link: socket.socket) -> None:
     """Run the script that is told of through the link, as in its own process."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    size, files, *_ = socket.recv_fds(link, 4, 3)
-    for number, file in enumerate(files):
-        os.dup2(file, number)
-        os.close(file)
-    told = link.recv(int.from_bytes(size), socket.MSG_WAITALL)
-    script, folder, environment = json.loads(told)
-    os.chdir(folder)
-    os.environ.clear()
-    os.environ.update(environment)
+    script = receive_request(link)
     threading.Thread(target=_ends_with, args=[link], daemon=True).start()
     link.send(b"b")  # begun
     sys.argv, status = [script], 0

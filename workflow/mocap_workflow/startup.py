@@ -24,7 +24,7 @@ from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 
-OF_THE_SHELL = re.compile(r"[\s&;|<>()$`\"'\\*?\[\]{}#~!]")
+OF_THE_SHELL = re.compile(r"[\s&;|<>()$`\"'\\]")
 
 
 def located(value: str | None, root: Path) -> str | None:

@@ -17,7 +17,7 @@ from running import command, environment
 from snakemake.persistence.file import FilePersistence
 
 from mocap_metrology.common.faults import Faults
-from mocap_metrology.common.files import part_prefix, scratch
+from mocap_metrology.common.files import part_prefix, temporary_folder
 
 PLAIN = command()[3:]
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,9 +46,9 @@ def left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (killed / "results").symlink_to(results)
     marks = FilePersistence(path=killed / ".snakemake")
     write(results)
-    unnamed = scratch(results / "recordings")
+    unnamed = temporary_folder(results / "recordings")
     files = {
-        "scratch": Path(unnamed.name) / "twin.c3d",
+        "temporary": Path(unnamed.name) / "twin.c3d",
         "part": results / f"recordings/{part_prefix(OWN)}0-allan.parquet",
         "long": results / ("recordings/" + "a long name " * 18 + ".csv"),
         "unfinished": results / "recordings/a.csv",
@@ -88,7 +88,7 @@ def test_what_the_record_of_a_killed_run_names_is_cleared_and_nothing_else(
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
     assert runs.claim(Path("../disk/results"))
-    assert there(files) == files.keys() - {"scratch", "part", "long", "unfinished"}
+    assert there(files) == files.keys() - {"temporary", "part", "long", "unfinished"}
     assert not (results / "fit").exists() and sleeper.poll() is not None
     assert "cleared what a killed run" in capsys.readouterr().err
     own = runs.read(results / runs.CLAIM)
@@ -115,7 +115,7 @@ def test_results_of_another_run_are_not_touched(left, sleeper: subprocess.Popen,
     assert sleeper.poll() is None
     if of == "elsewhere":  # the user states that it was killed
         assert runs.claim(results, unlocks=True)
-        assert there(files) == files.keys() - {"scratch", "part", "long", "unfinished"}
+        assert there(files) == files.keys() - {"temporary", "part", "long", "unfinished"}
         runs.ended(results / runs.CLAIM)
 
 

@@ -86,7 +86,7 @@ def simulate(
         sweeps.write_decoded(entry, decoded, settings, sweeps.paths_in(DECODED, folder))
         truth = {"reference": outputs["truth"]}
         return pose(entry, truth | dict(inputs), settings, allan, folder)
-    with files.scratch(folder) as part:
+    with files.temporary_folder(folder) as part:
         dump = str(Path(part) / "twin.dump")
         sweeps.write_twin(twin, seed, outputs | {"dump": dump})
         board = {"dump": dump, "board": outputs["twin_board"]}

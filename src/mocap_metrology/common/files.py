@@ -67,7 +67,7 @@ def _own_prefix() -> str:
     return part_prefix(os.environ.get(RUN, ""))
 
 
-def scratch(folder: str | Path) -> tempfile.TemporaryDirectory[str]:
+def temporary_folder(folder: str | Path) -> tempfile.TemporaryDirectory[str]:
     """A folder in `folder` for what is no result, removed in the end; if this process is killed,
     the next run removes it, as it removes what `whole` leaves."""
     return tempfile.TemporaryDirectory(dir=folder, prefix=_own_prefix())

@@ -147,7 +147,7 @@ def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
 @contextmanager
 def simulated(twin: Twin | TakeTwin | BarTwin, seed: int, folder: Path) -> Iterator[Path]:
     """Path of the C3D file of a twin, which is removed in the end; truth.json in `folder`."""
-    with files.scratch(folder) as part:
+    with files.temporary_folder(folder) as part:
         path, twin = Path(part) / "twin.c3d", replace(twin, seed=seed + twin.seed)
         if isinstance(twin, TakeTwin):
             simulation = simulate_take(twin)

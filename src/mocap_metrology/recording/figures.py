@@ -60,7 +60,7 @@ def draw_trajectory(results: Results) -> None:
     save(picture, results.folder / "trajectory", results.png)
 
 
-def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -> None:
+def draw_diagnosis(diagnosed: Diagnosed, results: Results, settings: Settings) -> None:
     """What shows that something is wrong with a recording."""
     origin = results.raw.origin
     remarks = (
@@ -72,7 +72,7 @@ def draw_diagnosis(diagnosis: Diagnosed, results: Results, settings: Settings) -
     )
     source = f"Source: {source_words(origin)}."
     texts = Texts(f"{origin['recording']}: diagnosis", source, remarks)
-    picture = diagnosis_figure(diagnosis.recording, diagnosis.diagnosis, texts)
+    picture = diagnosis_figure(diagnosed.recording, diagnosed.diagnosis, texts)
     save(picture, results.folder / "diagnosis", results.png)
 
 

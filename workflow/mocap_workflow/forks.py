@@ -86,7 +86,8 @@ def send_request(
 
 
 def receive_request(link: socket.socket) -> Any:
-    """What `send_request` asks for; this process is then in its folder, with its environment and files."""
+    """What `send_request` asks for; this process then has its folder, environment and standard
+    files."""
     size, files, *_ = socket.recv_fds(link, 4, 3)
     for number, file in enumerate(files):
         os.dup2(file, number)

@@ -22,7 +22,7 @@ from mocap_metrology.lighthouse.calibrate import jansen
 from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import PoseEstimate
-from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.confidence import ScatteredCurve, allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.changes.compare import Curve, adev_ratio
 from mocap_metrology.noise.coefficients import coefficients as noise
@@ -72,17 +72,21 @@ def clean(values: np.ndarray, rate_hz: float, n_sigma: float = 3.0) -> np.ndarra
 def allan(values: np.ndarray, rate_hz: float) -> pd.DataFrame:
     """Overlapping Allan deviations of a series: `tau_s`, `adev_mm`, with 68.3 % intervals
     `adev_lower_mm` and `adev_upper_mm`, and equivalent degrees of freedom `edf`."""
-    samples = np.asarray(values, float)
-    curve = allan_curve(samples, rate_hz, averaging_factors(len(values))).as_scattered(samples)
+    curve = _scattered(values, rate_hz)
     columns = {"tau_s": curve.tau_s, "adev_mm": curve.deviation, "edf": curve.edf}
     return pd.DataFrame(columns | {"adev_lower_mm": curve.lower, "adev_upper_mm": curve.upper})
 
 
+def _scattered(values: np.ndarray, rate_hz: float) -> ScatteredCurve:
+    samples = np.asarray(values, float)
+    return allan_curve(samples, rate_hz, averaging_factors(len(values))).as_scattered(samples)
+
+
 def compare(new: np.ndarray, old: np.ndarray, rate_hz: float) -> pd.DataFrame:
     """Allan deviations of two series at the averaging times of both: `tau_s`, `ratio` of new to
-    old, its 95 % interval by Fisher's F, `lower_95`, `upper_95`, and `p` of no change."""
-    columns = ["tau_s", "adev_mm", "edf"]
-    first, second = (Curve(*allan(one, rate_hz)[columns].to_numpy().T) for one in (new, old))
+    old, its 95 % interval (`adev_ratio`), `lower_95`, `upper_95`, and `p` of no change."""
+    curves = (_scattered(one, rate_hz) for one in (new, old))
+    first, second = (Curve(c.tau_s, c.deviation, c.edf, c.stretches) for c in curves)
     ratio = adev_ratio(first, second, np.intersect1d(first.tau_s, second.tau_s))
     ends = {"lower_95": ratio.lower, "upper_95": ratio.upper, "p": ratio.p}
     return pd.DataFrame({"tau_s": ratio.tau_s, "ratio": ratio.value} | ends).dropna()

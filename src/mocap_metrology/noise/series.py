@@ -21,6 +21,9 @@ ALLAN = (
     *("series", "estimator", "m", "tau_s", "avar_mm2", "adev_mm", "n_terms", "alpha", "edf"),
     *("adev_lower_mm", "adev_upper_mm"),
 )
+# Mean of the logarithms of the Allan variances of stretches, its uncertainty, and of how many
+STRETCHES = ("ln_avar", "ln_avar_u", "ln_avar_n")
+ALLAN_MASKED = ALLAN + STRETCHES
 PERIODOGRAM = ("series", "f_hz", "f_lower_hz", "f_upper_hz", "psd_mm2_hz", "dof", "stretch_s")
 
 
@@ -97,14 +100,16 @@ def pair_numbers(
 
 
 def allan_columns(series: str, curve: AllanCurve, estimator: str = "oadev") -> Columns:
-    """Columns of allan.parquet of one series and estimator."""
+    """Columns of allan.parquet of one series and estimator; of a `ScatteredCurve` those of
+    allan_masked.parquet."""
     k = curve.m.size
     values = (
         *(np.full(k, series, dtype=object), np.full(k, estimator, dtype=object)),
         *(curve.m, curve.tau_s, curve.variance, curve.deviation, curve.n_terms, curve.alpha),
         *(curve.edf, curve.lower, curve.upper),
     )
-    return dict(zip(ALLAN, values, strict=True))
+    stretches = getattr(curve, "stretches", ())
+    return dict(zip(ALLAN, values, strict=True)) | dict(zip(STRETCHES, stretches, strict=False))
 
 
 def periodogram_columns(series: str, periodogram: Periodogram | None) -> Columns:

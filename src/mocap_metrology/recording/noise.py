@@ -182,7 +182,7 @@ def noise_coefficients(
     origin = origin | settings.model_dump(include={"noise", "allan", "seed"})
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     fitted = Table(tables.joined(periodograms, tables.PERIODOGRAM), origin)
-    return rows, Table(tables.joined(curves, tables.ALLAN), origin), fitted
+    return rows, Table(tables.joined(curves, tables.ALLAN_MASKED), origin), fitted
 
 
 def _rows(name: str, fitted: fit.SeriesNoise) -> list[Row]:

@@ -52,6 +52,41 @@ def test_intervals_hold_the_true_ratio(noise) -> None:
     assert called / 300 < 0.05 + 3 * math.sqrt(0.05 * 0.95 / 300)
 
 
+def with_knocks(rng: Rng, n: int = 9000) -> np.ndarray:
+    """White noise of 1, and about three knocks of 2 s, of which none is like another."""
+    series = rng.standard_normal(n)
+    for start in rng.integers(0, n - 20, rng.poisson(3.0)):
+        series[start : start + 20] += 5.0 * math.exp(rng.normal()) * rng.standard_normal(20)
+    return series
+
+
+def with_shifts(rng: Rng, n: int = 9000) -> np.ndarray:
+    """White noise of 1, and about two shifts of 5 to 40 s."""
+    series = rng.standard_normal(n)
+    for start in rng.integers(0, n - 400, rng.poisson(2.0)):
+        series[start : start + rng.integers(50, 400)] += 3.0 * rng.normal()
+    return series
+
+
+@pytest.mark.parametrize("noise", [with_knocks, with_shifts])
+def test_what_comes_a_few_times_is_no_change(noise) -> None:
+    """15 min at 10 Hz, and of every other pair an hour beside it: chance decides on the number of
+    knocks. 60 pairs at 1 %: 3 at most (p 0.003 of more); 1.3 times all of it is found."""
+    rng, taus, called, missed = np.random.default_rng(4), np.array([0.1, 1.0, 10.0, 100.0]), 0, 0
+
+    def scattered(series: np.ndarray) -> Curve:
+        found = allan_curve(series, 10.0, averaging_factors(series.size, 40)).as_scattered(series)
+        return Curve(found.tau_s, found.deviation, found.edf, found.stretches)
+
+    for k in range(60):
+        series, other = noise(rng, 9000 * (1 + 3 * (k % 2))), scattered(noise(rng))
+        words = words_of(adev_ratio(scattered(series), other, taus), 0.05, 0.01)
+        called += bool({"better", "worse"} & set(words))
+        worse = adev_ratio(scattered(1.3 * series), other, taus)
+        missed += "worse" not in words_of(worse, 0.05, 0.01)
+    assert called <= 3 and missed <= (36 if noise is with_knocks else 0), (called, missed)
+
+
 @pytest.mark.parametrize("s", [2.0, 0.5])
 def test_ratio_is_fishers(s: float) -> None:
     """One tau, by scipy's F distribution. The mean of F does not exist below two degrees of

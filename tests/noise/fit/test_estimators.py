@@ -22,7 +22,7 @@ from mocap_metrology.noise.fit.estimates import (
 from mocap_metrology.noise.fit.estimators import NoiseSettings, estimate_series
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
-from mocap_metrology.noise.series import ALLAN, PERIODOGRAM, allan_columns, periodogram_columns
+from mocap_metrology.noise.series import ALLAN_MASKED, PERIODOGRAM, allan_columns, periodogram_columns
 from mocap_metrology.settings import Annealing, Noise
 
 RATE, N = 120.0, 1 << 17
@@ -92,7 +92,7 @@ def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleane
     expected = allan_variance(masked, run.curve.m).variance
     assert np.allclose(run.curve.variance, expected, rtol=1e-12)
     columns = allan_columns("x1", run.curve)
-    assert tuple(columns) == ALLAN
+    assert tuple(columns) == ALLAN_MASKED
     assert {len(v) for v in columns.values()} == {run.curve.m.size}
     columns = periodogram_columns("x1", run.periodogram)
     assert tuple(columns) == PERIODOGRAM

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from mocap_metrology.noise.allan.identification import DIFFERENCING, noise_expon
 from mocap_metrology.noise.allan.variance import ORDER, allan_variance
 
 PARTS, LEAST_PARTS, LEAST_PART = 16, 6, 8  # of a recording; windows of one
+STRETCH_S = 60.0  # over which a marker's noise is one level, or is not
 CHANCE, MOST_CELLS = 0.01, 1 << 18
 
 
@@ -139,12 +142,24 @@ class AllanCurve:
         least as often as it says."""
         return replace(self, upper=self.upper / (1 - taken))
 
-    def as_scattered(self, series: np.ndarray, confidence: float = 0.683) -> AllanCurve:
+    def as_scattered(self, series: np.ndarray, confidence: float = 0.683) -> ScatteredCurve:
         """The curve with the degrees of freedom that the scatter of parts of the series leaves
         (`excess_scatter`), where it is more than that of stationary Gaussian noise."""
-        edf = np.maximum(self.edf / excess_scatter(series, self.m, self.edf), 1.0)
+        terms = list(octave_terms(series, self.m))
+        edf = np.maximum(self.edf / excess_scatter(terms, self.m, self.edf), 1.0)
         lower, upper = interval(self.variance, edf, confidence)
-        return replace(self, edf=edf, lower=lower, upper=upper)
+        stretches = levels_of_stretches(terms, self.m, self.tau_s, series.size)
+        alike = {name: getattr(self, name) for name in AllanCurve.__dataclass_fields__}
+        return ScatteredCurve(
+            **alike | {"edf": edf, "lower": lower, "upper": upper}, stretches=stretches
+        )
+
+
+@dataclass(frozen=True)
+class ScatteredCurve(AllanCurve):
+    """An Allan curve, and how it varies along its series: `levels_of_stretches`, (3, k)."""
+
+    stretches: Floats
 
 
 def mean_variance(parts: np.ndarray) -> float:
@@ -157,46 +172,91 @@ def mean_variance(parts: np.ndarray) -> float:
     return power / (parts.size - 1) * (1 + 2 * r_1) / parts.size
 
 
-def excess_scatter(series: np.ndarray, m: np.ndarray, edf: np.ndarray) -> Floats:
-    """(k,) times by which the variance of an Allan variance exceeds that of stationary Gaussian
-    noise, 2 / edf: of a marker between two levels, or a gain that follows the light, much.
+class Terms(NamedTuple):
+    """Squares (z_(i+1) - z_i)^2 at m = 2^octave, (n,), `windows` of them for each m samples."""
 
-    The terms (z_(i+1) - z_i)^2 / 2 at every octave of m are averaged over K parts of the recording,
-    K <= PARTS, each of LEAST_PART or more windows, whose mean has a `mean_variance`. What K - 1
-    degrees of freedom exceed in CHANCE is 1. Between octaves the logarithm is interpolated; where
-    parts become too short the last value stands. series: (n,), NaN in gaps; m rising.
-    """
-    from scipy.special import chdtri
+    octave: int
+    windows: int
+    squares: np.ndarray
 
-    if not m.size:
-        return np.ones(0)
-    at: list[float] = []
-    excesses: list[float] = []
+    def means(self, count: int) -> np.ndarray:
+        """(count,) means of parts of equal length."""
+        size = self.squares.size // count
+        return self.squares[: size * count].reshape(count, size).mean(axis=1)
+
+
+def octave_terms(series: np.ndarray, m: np.ndarray) -> Iterator[Terms]:
+    """Terms of the Allan variance at the octaves up to the last of m, which rises; series: (n,),
+    NaN in gaps. Beyond the first they overlap by half."""
     first = max((series.size // MOST_CELLS).bit_length() - 1, 0)  # what comes and goes is in all
     cells = np.asarray(series, dtype=float)
     cells = cells[: cells.size >> first << first].reshape(-1, 1 << first).mean(axis=1)
-    for octave in range(first, int(m[-1]).bit_length()):
-        windows = 1 if octave == first else 2  # of so many cells; they overlap by half
+    for octave in range(first, int(m[-1]).bit_length() if m.size else 0):
+        windows = 1 if octave == first else 2
         if octave > first + 1:
             pairs = cells[: cells.size // 2 * 2].reshape(-1, 2)
             cells = np.where(np.isfinite(pairs).all(axis=1), pairs.sum(axis=1) / 2, np.nan)
         means = cells if windows == 1 else (cells[1:] + cells[:-1]) / 2
-        terms = (means[windows:] - means[:-windows]) ** 2
-        terms = terms[np.isfinite(terms)]
-        count = min(PARTS, terms.size // (LEAST_PART * windows))
+        squares = (means[windows:] - means[:-windows]) ** 2
+        yield Terms(octave, windows, squares[np.isfinite(squares)])
+
+
+def excess_scatter(terms: Iterable[Terms], m: np.ndarray, edf: np.ndarray) -> Floats:
+    """(k,) times by which the variance of an Allan variance exceeds that of stationary Gaussian
+    noise, 2 / edf: of a marker between two levels, or a gain that follows the light, much.
+
+    The terms at every octave of m are averaged over K parts of the recording, K <= PARTS, each of
+    LEAST_PART or more windows, whose mean has a `mean_variance`. What K - 1 degrees of freedom
+    exceed in CHANCE is 1. Between octaves the logarithm is interpolated; where parts become too
+    short the last value stands.
+    """
+    from scipy.special import chdtri
+
+    at: list[float] = []
+    excesses: list[float] = []
+    for one in terms:
+        count = min(PARTS, one.squares.size // (LEAST_PART * one.windows))
         if count < LEAST_PARTS:
             break
-        parts = terms[: terms.size // count * count].reshape(count, -1).mean(axis=1)
+        parts = one.means(count)
         scatter = mean_variance(parts)
         if not scatter > 0:
             break
         scatter /= parts.mean() ** 2
-        of_edf = np.exp(np.interp(octave * math.log(2), np.log(m), np.log(edf)))
+        of_edf = np.exp(np.interp(one.octave * math.log(2), np.log(m), np.log(edf)))
         excess = scatter * of_edf / 2
-        at.append(octave * math.log(2))
+        at.append(one.octave * math.log(2))
         beyond = excess > max(chdtri(count - 1, CHANCE) / (count - 1), 1.0)
         excesses.append(math.log(excess) if beyond else 0.0)
     return np.exp(np.interp(np.log(m), at, excesses)) if at else np.ones(m.size)
+
+
+def levels_of_stretches(terms: Iterable[Terms], m: np.ndarray, tau_s: np.ndarray, n: int) -> Floats:
+    """(3, k): mean of the logarithms of the Allan variances of stretches of a series of n samples,
+    its standard uncertainty, and of how many independent values it is the mean.
+
+    What comes a few times in a recording, a burst or a shift, decides on the Allan variance, and
+    chance on how often it comes; the mean of logarithms it moves little, and raises its
+    uncertainty. Stretches last LEAST_PART windows, at least STRETCH_S, or of a shorter recording
+    1/PARTS: those of longer ones are no longer, so that their means are alike. Up to PARTS means of
+    neighbours are the values. Interpolated between octaves in logarithms of m; NaN beyond the next
+    octave after the last of LEAST_PARTS stretches.
+    """
+    rows: list[tuple[float, ...]] = []
+    for one in terms:
+        length = max(min(STRETCH_S * m[0] / tau_s[0], n / PARTS) / (1 << one.octave), LEAST_PART)
+        count = one.squares.size // round(length * one.windows)
+        if count < LEAST_PARTS or not (means := one.means(count)).all():
+            break
+        logs = np.log(means / 2)
+        few = min(count, PARTS)
+        values = logs[: count // few * few].reshape(few, -1).mean(axis=1)
+        rows.append((one.octave, float(values.mean()), math.sqrt(mean_variance(values)), few))
+    if not rows:
+        return np.full((3, m.size), np.nan)
+    octaves, *columns = np.array(rows).T
+    at = np.log2(m)
+    return np.where(at < octaves[-1] + 1, [np.interp(at, octaves, one) for one in columns], np.nan)
 
 
 def allan_curve(

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan.confidence import PARTS
 
 LEAST_EDF = 2.0  # an Allan variance of fewer gives no ratio
 # Windows of a coherence, at least: at alpha 0.01 a common cause shows above 0.6 (60 samples) to
@@ -25,30 +26,39 @@ DAYS_A_MONTH = 30.4375
 
 @dataclass(frozen=True)
 class Curve:
-    """Allan deviation of a series: `tau_s` rising, `adev` in any unit, `edf`; each (n,)."""
+    """Allan deviation of a series: `tau_s` rising, `adev` in any unit, `edf`; each (n,).
+    `stretches`: (3, n) `levels_of_stretches`; none of noise that is known to be stationary."""
 
     tau_s: np.ndarray
     adev: np.ndarray
     edf: np.ndarray
+    stretches: np.ndarray | None = None
 
     def usable(self) -> Curve:
         """The part of the curve that has positive deviations with enough degrees of freedom."""
         with np.errstate(invalid="ignore"):
             keep = (self.adev > 0) & (self.edf >= LEAST_EDF)
-        return Curve(self.tau_s[keep], self.adev[keep], self.edf[keep])
+        stretches = None if self.stretches is None else self.stretches[:, keep]
+        return Curve(self.tau_s[keep], self.adev[keep], self.edf[keep], stretches)
 
     def at(self, tau_s: np.ndarray) -> Curve:
-        """Interpolated in logarithms; NaN outside of what was computed (1 % tolerance)."""
+        """Interpolated in logarithms of tau, of deviations, and of degrees of freedom; NaN outside
+        of what was computed (1 % tolerance)."""
         at_s = np.asarray(tau_s, dtype=float)
-        if not self.tau_s.size:
-            return Curve(at_s, *(np.full(at_s.size, np.nan) for _ in range(2)))
-        x, inside = np.log(self.tau_s), np.log(at_s)
-        inside = np.where((inside > x[0] - 0.01) & (inside < x[-1] + 0.01), inside, np.nan)
-        adev, edf = (
-            np.where(np.isnan(inside), np.nan, np.exp(np.interp(inside, x, np.log(v))))
-            for v in (self.adev, self.edf)  # of a single tau np.interp makes a number of NaN, too
-        )
-        return Curve(at_s, adev, edf)
+        rows = [
+            np.log(self.adev),
+            np.log(self.edf),
+            *(() if self.stretches is None else self.stretches),
+        ]
+        if self.tau_s.size:
+            x, inside = np.log(self.tau_s), np.log(at_s)
+            inside = np.where((inside > x[0] - 0.01) & (inside < x[-1] + 0.01), inside, np.nan)
+            # Of a single tau np.interp makes a number of NaN, too
+            rows = [np.where(np.isnan(inside), np.nan, np.interp(inside, x, row)) for row in rows]
+        else:
+            rows = [np.full(at_s.size, np.nan) for _ in rows]
+        stretches = None if self.stretches is None else np.array(rows[2:])
+        return Curve(at_s, np.exp(rows[0]), np.exp(rows[1]), stretches)
 
 
 @dataclass(frozen=True)
@@ -65,13 +75,47 @@ class Ratio:
 
 
 def adev_ratio(new: Curve, old: Curve, tau_s: np.ndarray, confidence: float = 0.95) -> Ratio:
-    """sigma_new(tau) / sigma_old(tau) with the interval of Fisher's F.
+    """sigma_new(tau) / sigma_old(tau) with the interval of Fisher's F, and of their stretches.
 
     s_new^2/s_old^2 over the true ratio ~ F(edf_new, edf_old), so that the true ratio of variances
     lies between R / F_(1 - a/2) and R / F_(a/2), a = 1 - confidence. tau_s: (n,) where to compare;
     NaN where one of both does not reach.
+
+    F does not hold of what comes a few times, more often in one recording than in the other by
+    chance: bursts, knocks, shifts. Of curves with `stretches` the interval therefore reaches as far
+    as that of the difference of their mean logarithms, too (Welch's t), and p is the larger of
+    both; where stretches are too short for the averaging time, that of the difference of the
+    variances, each with its own scatter (Wald's).
     """
-    return _fishers(new.usable().at(tau_s), old.usable().at(tau_s), confidence)
+    a, b = new.usable().at(tau_s), old.usable().at(tau_s)
+    ratio = _fishers(a, b, confidence)
+    if a.stretches is None or b.stretches is None:
+        return ratio
+    return _widened(ratio, a, b, np.stack([a.stretches, b.stretches], axis=1), confidence)
+
+
+def _widened(ratio: Ratio, a: Curve, b: Curve, stretches: np.ndarray, confidence: float) -> Ratio:
+    """A ratio of Fisher's F that allows for what comes a few times; see `adev_ratio`."""
+    from scipy.special import stdtr, stdtrit
+
+    means, u, n = stretches
+    power = np.array([a.adev, b.adev]) ** 2
+    of_power = power * np.sqrt(2 / np.array([a.edf, b.edf]))
+    known = np.isfinite(means).all(axis=0)
+    apart = np.where(known, means[0] - means[1], power[0] - power[1])
+    u = np.where(known, u, of_power)
+    squares = np.maximum(u, 1e-300) ** 2
+    dof = squares.sum(axis=0) ** 2 / (squares**2 / (np.where(known, n, PARTS) - 1)).sum(axis=0)
+    error = np.sqrt(squares.sum(axis=0))
+    p = 2 * stdtr(dof, -np.abs(apart) / error)
+    reach = np.where(known, stdtrit(dof, (1 + confidence) / 2) * error, np.nan)
+    return Ratio(
+        ratio.tau_s,
+        ratio.value,
+        np.fmin(ratio.lower, np.exp((apart - reach) / 2)),
+        np.fmax(ratio.upper, np.exp((apart + reach) / 2)),
+        np.maximum(ratio.p, p),
+    )
 
 
 def _fishers(a: Curve, b: Curve, confidence: float) -> Ratio:

@@ -21,6 +21,7 @@ from mocap_metrology.noise.changes.compare import (
     words_of,
 )
 from mocap_metrology.noise.diagnosis.export import MOST, rounding_share
+from mocap_metrology.noise.series import STRETCHES
 
 Columns = Mapping[str, np.ndarray]  # of allan_masked.parquet
 Row = dict[str, Any]  # of a table: numbers, words, gaps
@@ -33,8 +34,10 @@ N_TAUS = 60  # of a curve of ratios
 def curve_of(columns: Columns, series: str) -> Curve:
     """Overlapping Allan deviation of a series, where it is usable."""
     pick = (columns["series"] == series) & (columns["estimator"] == "oadev")
-    values = (np.asarray(columns[k][pick], float) for k in ("tau_s", "adev_mm", "edf"))
-    return Curve(*values).usable()
+    tau_s, adev, edf = (np.asarray(columns[k][pick], float) for k in ("tau_s", "adev_mm", "edf"))
+    there = STRETCHES[0] in columns
+    stretches = np.array([columns[k][pick] for k in STRETCHES]) if there else None
+    return Curve(tau_s, adev, edf, stretches).usable()
 
 
 def series_in_all(allan: Sequence[Columns]) -> list[str]:

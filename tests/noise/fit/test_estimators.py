@@ -22,7 +22,12 @@ from mocap_metrology.noise.fit.estimates import (
 from mocap_metrology.noise.fit.estimators import NoiseSettings, estimate_series
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
-from mocap_metrology.noise.series import ALLAN_MASKED, PERIODOGRAM, allan_columns, periodogram_columns
+from mocap_metrology.noise.series import (
+    ALLAN_MASKED,
+    PERIODOGRAM,
+    allan_columns,
+    periodogram_columns,
+)
 from mocap_metrology.settings import Annealing, Noise
 
 RATE, N = 120.0, 1 << 17

@@ -87,7 +87,11 @@ def adev_ratio(new: Curve, old: Curve, tau_s: np.ndarray, confidence: float = 0.
     both; where stretches are too short for the averaging time, that of the difference of the
     variances, each with its own scatter (Wald's).
     """
-    a, b = new.usable().at(tau_s), old.usable().at(tau_s)
+    return _ratio(new.usable().at(tau_s), old.usable().at(tau_s), confidence)
+
+
+def _ratio(a: Curve, b: Curve, confidence: float) -> Ratio:
+    """a over b, two independent curves at the same tau; see `adev_ratio`."""
     ratio = _fishers(a, b, confidence)
     if a.stretches is None or b.stretches is None:
         return ratio
@@ -141,9 +145,9 @@ def ratios_to_mean(curves: Sequence[Curve], tau_s: np.ndarray) -> list[Ratio]:
     s_i / mean = (s_i / m_i)^(1 - 1/K), where m_i, the geometric mean of the other curves, is
     independent of s_i. Var(ln m_i) = sum_j trigamma(edf_j/2) / (4 (K - 1)^2); the degrees of
     freedom of m_i are those of one curve of this variance, and its mean that curve's, so that
-    Fisher's F holds of (s_i / m_i)^2 (exactly for K = 2). All places weigh the same, however long
-    each was recorded: weights would make the mean one of the longest recordings. tau_s: (n,); K
-    counts what reaches a tau; NaN where fewer than two do.
+    Fisher's F holds of (s_i / m_i)^2 (exactly for K = 2); `stretches` widen it as in `adev_ratio`.
+    All places weigh the same, however long each was recorded: weights would make the mean one of
+    the longest recordings. tau_s: (n,); K counts what reaches a tau; NaN where fewer than two do.
     """
     at = [curve.usable().at(tau_s) for curve in curves]
     adev, edf = (np.array([getattr(a, k) for a in at]) for k in ("adev", "edf"))
@@ -154,12 +158,27 @@ def ratios_to_mean(curves: Sequence[Curve], tau_s: np.ndarray) -> list[Ratio]:
     for i, one in enumerate(at):
         this = np.arange(len(at)) == i
         others = [_mean_curve(adev[k & ~this, j], edf[k & ~this, j]) for j, k in enumerate(known.T)]
-        ratio = _fishers(one, Curve(one.tau_s, *np.array(others).T), 0.95)
+        adev_i, edf_i = np.array(others).T
+        stretches = _mean_stretches(at, known & ~this[:, None])
+        mean_of_others = Curve(one.tau_s, adev_i, edf_i, stretches)
+        ratio = _ratio(one, mean_of_others, 0.95)
         power = 1 - 1 / np.maximum(count, 2)  # of one alone the ratio is NaN
         bounds = (ratio.lower**power, ratio.upper**power)
         value = np.where(np.isfinite(bounds[0]), one.adev / mean, np.nan)
         ratios.append(Ratio(one.tau_s, value, *bounds, ratio.p))
     return ratios
+
+
+def _mean_stretches(curves: Sequence[Curve], chosen: np.ndarray) -> np.ndarray | None:
+    """(3, n) stretches of the geometric mean of the curves that are chosen (K, n) at each tau."""
+    each = [curve.stretches for curve in curves if curve.stretches is not None]
+    if len(each) < len(curves):
+        return None
+    means, u, n = np.where(chosen, np.swapaxes(each, 0, 1), 0.0)
+    count, squares = np.maximum(chosen.sum(axis=0), 1), u**2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        dof = squares.sum(axis=0) ** 2 / np.where(chosen, squares**2 / (n - 1), 0.0).sum(axis=0)
+    return np.array([means.sum(axis=0) / count, np.sqrt(squares.sum(axis=0)) / count, dof + 1])
 
 
 def _mean_curve(adev: np.ndarray, edf: np.ndarray) -> tuple[float, float]:

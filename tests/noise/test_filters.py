@@ -33,6 +33,11 @@ def test_ros_covariances_in_metres():
     body = np.reshape(written["body"]["covariance"], (6, 6))
     np.testing.assert_allclose(np.diag(body)[:3], 4e-6 / 3, rtol=1e-5)
     assert written["body"]["markers"] == ["A", "B", "C"] and (np.diag(body)[3:] > 1e-4).all()
+    unseen = np.where(np.arange(3)[:, None] == 1, np.nan, PLACES_MM)
+    assert list(yaml.safe_load(ros_yaml(given, covariances(given, unseen)))["markers"]) == [
+        "A",
+        "C",
+    ]
 
 
 def test_noise_above_and_below_the_floors_of_px4():

@@ -84,6 +84,8 @@ def test_other_files_are_refused(tmp_path, text):
         ("quaternion_xyzw", [0.0, 0.0, 0.0, 0.9899], "quaternion_xyzw is"),
         ("quaternion_xyzw", [0.0, 0.0, 1.0], "quaternion_xyzw is"),
         ("translation_mm", [10**400, 0, 0], "too large"),
+        ("translation_mm", [1.0, 2.0], "translation_mm is"),
+        ("translation_mm", [1.0, 2.0, float("nan")], "translation_mm is"),
     ],
 )
 def test_damaged_poses_are_refused(tmp_path, field, value, match):

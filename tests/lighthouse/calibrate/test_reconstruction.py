@@ -48,6 +48,7 @@ def test_how_many_measurements_each_method_makes() -> None:
         for method in ("full-interpolation", "dominant-axis", "pairs")
     }
     assert counts == {"full-interpolation": 198, "dominant-axis": 99, "pairs": 100}
+    assert len(reconstruct(even_hits(399), 1, DIODES, "pairs")) == 99  # the last is an azimuth
     times = reconstruct(even_hits(), 1, DIODES, "dominant-axis").time_s
     assert (np.round(times / CYCLE_S - 0.5).astype(int) % 4 == 3).all()
 

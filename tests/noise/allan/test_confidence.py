@@ -99,6 +99,9 @@ def test_noise_is_identified(alpha, estimator):
         assert found[0] == alpha
     else:
         np.testing.assert_array_equal(found, alpha)
+    if alpha < 1:
+        series[[*range(2000, 2500), *range(7000, 30_000, 97)]] = np.nan
+        np.testing.assert_array_equal(noise_exponents(series, m, estimator), alpha)
 
 
 def test_intervals_of_a_cleaned_curve_know_what_the_filter_took() -> None:

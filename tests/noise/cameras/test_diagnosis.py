@@ -92,6 +92,22 @@ def test_published_vantage_rises_most_with_the_tenth() -> None:
     assert largest[-1] > 3 and np.isnan(told.noise.factor).all()
 
 
+@pytest.mark.parametrize(("blocks", "rises"), [(3, False), (N_BLOCKS, True)])
+def test_a_shake_of_one_recording_alone_is_no_rise(blocks: int, rises: bool) -> None:
+    """Recordings one after the other: 30 times the variance in 3 of 20 blocks, or 1.7 times in all
+    (Wishart, 200 degrees of freedom): once by chance, or always so."""
+    ids = {"2": [0, 1], "3": [0, 1, 2]}
+    draws = stats.wishart(200, np.eye(3) / 200).rvs((2, N_BLOCKS), random_state=3)
+    draws[1, :blocks] *= 1.7 if rises else 30.0
+    sums = np.zeros((1, 1, 1, N_BLOCKS, 6, 6))
+    sums[0, 0, 0, :, :3, :3], sums[0, 0, 0, :, 3:, 3:] = draws
+    told = diagnose(Moments((0.01,), sums, np.ones(sums.shape[:4])), additions(ids), ids)
+    assert not told.together.any() and told.largest.factor.item() > 1.25
+    for estimate in (told.largest, told.mean):
+        assert (estimate.p_value().item() < 1e-4) == rises
+        assert rises or estimate.p_value().item() > 0.05
+
+
 def test_law_is_the_regression_of_scipy() -> None:
     """Line through ln sigma against ln n; Student's t against 1/2; no law of fewer than three
     numbers of cameras, nor within half as many again."""

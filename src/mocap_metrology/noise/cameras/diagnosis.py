@@ -93,6 +93,10 @@ class Estimate:
         reach = t.ppf((1 + share) / 2, N_BLOCKS - 1) * self.se
         return np.exp(self.ln - reach), np.exp(self.ln + reach)
 
+    def beside(self, error: np.ndarray) -> Estimate:
+        """The estimate with another error of its logarithm."""
+        return Estimate(self.ln, np.hypot(self.se, error))
+
     def p_value(self) -> np.ndarray:
         """Probability of so large a factor were the true one 1."""
         from scipy.stats import t
@@ -143,15 +147,36 @@ def diagnose(
     parts = [estimate[:, :size], estimate[:, size : 2 * size], estimate[:, 2 * size :]]
     noise, last = parts[2][:, : size // shape[0]], parts[2][:, size // shape[0] :]
     largest, mean = (Estimate(*part.reshape(2, *shape)) for part in parts[:2])
+    direction = position_factors(whole)[2]
     return Diagnosis(
         moments.tau_s,
-        largest,
-        mean,
-        position_factors(whole)[2],
+        largest.beside(_unevenness(moments, direction[..., None, :], together)),
+        mean.beside(_unevenness(moments, np.eye(3), together)),
+        direction,
         Estimate(*noise.reshape(2, *shape[1:])),
         {name: Estimate(*last[:, k]) for k, name in enumerate(firsts)},
         together,
     )
+
+
+def _unevenness(moments: Moments, directions: np.ndarray, together: np.ndarray) -> Floats:
+    """(markers, taus, additions) error of the logarithm of a factor of recordings made one after
+    the other: by how much it differs from the mean of the logarithms of the blocks. A shake or a
+    burst in one of the two alone decides on the factor, but hardly on that mean. 0 of the same
+    frames, which have it in common. directions: (..., d, 3), over which the mean is taken."""
+
+    def logs(sums: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Differences of the logarithms of variances, (..., d)."""
+        halves = sums[..., :3, :3], sums[..., 3:, 3:]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            a, b = (np.log(np.einsum("...di,...ij,...dj->...d", u, half, u)) for half in halves)
+            return np.asarray(b - a)
+
+    whole = logs(moments.sums.sum(axis=3), directions)
+    u = np.broadcast_to(directions, (*whole.shape, 3))[:, :, :, None]
+    blocks = np.where(moments.counts[..., None] > 0, logs(moments.sums, u), np.nan)
+    off = whole - np.nanmean(blocks, axis=3)
+    return np.where(together, 0.0, off.mean(axis=-1) / 2)
 
 
 def _noise(

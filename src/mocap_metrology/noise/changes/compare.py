@@ -21,6 +21,7 @@ LEAST_EDF = 2.0  # an Allan variance of fewer gives no ratio
 # 0.72 (360), down to a fifth of the recording
 WINDOWS = 8
 SLOWEST = 1.3  # by Monte Carlo: 1.2 to 1.4 from 60 to 360 samples
+SAME_PHASE = 0.01  # probability by chance
 DAYS_A_MONTH = 30.4375
 
 
@@ -267,14 +268,16 @@ def adev_trend(
 @dataclass(frozen=True)
 class Coherence:
     """What a series and a covariate have in common, over frequency `f_hz` (n,): squared coherence
-    (0 to 1), `gain` (series' unit per covariate's), `phase_rad` (series behind covariate), and the
-    `threshold` (n,) that an unrelated pair exceeds anywhere with probability alpha."""
+    (0 to 1), `gain` (series' unit per covariate's), `phase_rad` (series behind covariate), the
+    `threshold` (n,) that an unrelated pair exceeds anywhere with probability alpha, and whether the
+    windows agree on the phase (`same_phase`, n)."""
 
     f_hz: np.ndarray
     squared: np.ndarray
     gain: np.ndarray
     phase_rad: np.ndarray
     threshold: np.ndarray
+    same_phase: np.ndarray
 
 
 def coherence(
@@ -290,11 +293,15 @@ def coherence(
     line takes part, K is less by SLOWEST. The Nyquist frequency, which has no phase, is omitted.
     Over the frequencies Bonferroni's bound.
 
+    One event in each at about the same time makes a window or two of large coherent power, and
+    chance may have it so. What belongs together has the same phase in all windows: Rayleigh's test,
+    exp(-K R^2) < SAME_PHASE, R the length of the mean of the unit phasors of the windows.
+
     alpha holds of random series. Two causes that have nothing to do with each other but are both
     periodic (sinusoids of random periods: in some 8 % at alpha 0.01), or both settle, exceed the
     threshold more often: they are alike.
     """
-    from scipy.signal import csd, welch
+    from scipy.signal import csd, spectrogram, welch
 
     x, y = np.asarray(covariate, dtype=float), np.asarray(series, dtype=float)
     length = 2 * x.size // (WINDOWS + 1)
@@ -314,9 +321,11 @@ def coherence(
     count[0] -= SLOWEST
     threshold = 1 - (alpha / n_tests) ** (1 / (count - 1))
     phase = -np.angle(cross)
-    return Coherence(
-        f[keep], np.nan_to_num(squared[keep]), np.nan_to_num(gain[keep]), phase[keep], threshold
-    )
+    each = [spectrogram(one, **how, noverlap=length // 2, mode="complex")[2] for one in (x, y)]
+    phasors = np.exp(1j * np.angle(each[1] * np.conj(each[0])))
+    together = np.exp(-count * np.abs(phasors.mean(axis=1)[keep]) ** 2) < SAME_PHASE
+    squared, gain = (np.nan_to_num(value[keep]) for value in (squared, gain))
+    return Coherence(f[keep], squared, gain, phase[keep], threshold, together)
 
 
 def block_means(values: np.ndarray, length: int) -> np.ndarray:

@@ -77,8 +77,9 @@ def coherence_row(
         )
     unit = (beside - beside[0]) / swing  # or the squares of very large values overflow
     estimate = coherence(_filled(means), unit, length / frame_rate_hz, alpha)
-    best = int((estimate.squared - estimate.threshold).argmax())
-    clear = bool(estimate.squared[best] > estimate.threshold[best])
+    above = estimate.squared - estimate.threshold
+    best = int(np.where(estimate.same_phase, above, above - 1).argmax())
+    clear = bool(above[best] > 0 and estimate.same_phase[best])
     row: Row = {
         "covariate": covariate.name,
         "word": "goes with it" if clear else "unrelated",

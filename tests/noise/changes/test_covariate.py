@@ -60,17 +60,17 @@ def test_what_goes_with_temperature_is_found(sensor: str) -> None:
 
 
 def test_one_step_in_each_is_no_coherence() -> None:
-    """White noise with a step, and a door that was opened once: of 60 pairs in an hour, the windows
-    of an eighth have both (8 were coherent by their power alone)."""
-    rng, time, found = np.random.default_rng(2), np.arange(0, 3600, 10.0), 0
-    for _ in range(60):
+    """White noise with a step, and a door that was opened once: of 120 pairs in an hour, an eighth
+    have both in one window (14 were coherent by their power)."""
+    rng, time, found = np.random.default_rng(1), np.arange(0, 3600, 10.0), 0
+    for _ in range(120):
         series = 0.02 * rng.standard_normal(36_000)
         series[rng.integers(series.size) :] += 0.1
         door = (time > rng.uniform(0, 3600)) + 0.02 * rng.standard_normal(time.size)
         found += (
             coherence_row(series, 10.0, Covariate("t", time, door), 0.01)["word"] != "unrelated"
         )
-    assert found <= 3
+    assert found <= 4
 
 
 def with_hole(first: float, last: float) -> Covariate:

@@ -216,8 +216,8 @@ MAPS = {  # title and colours of each column that is drawn
     "deviation_mm": ("Mean − overall mean (µm)", "coolwarm"),
 }
 SENTENCE = (
-    "Noise of the length differs by a factor of {factor:.2g} between places: {explained} by chance "
-    "(p = {p:.2g}); its mean scatters by {bend_um:.3g} µm (SD)."
+    "Noise of the length differs by a factor of {factor:.2g} between places: {why}; its mean "
+    "scatters by {bend_um:.3g} µm (SD)."
 )
 
 
@@ -260,9 +260,10 @@ def place_sentence(even: Mapping[str, float]) -> str:
         return "The pair stayed in one place."
     if math.isinf(factor):
         return "In some cubes the length never changes: the steps of the file exceed the noise."
-    explained = "not explained" if p < 0.01 else "explained"
-    bend_um = 1000 * even["bend_mm"]
-    return SENTENCE.format(factor=factor, explained=explained, p=p, bend_um=bend_um)
+    why = f"{'not explained' if p < 0.01 else 'explained'} by chance (p = {p:.2g})"
+    if math.isnan(p):
+        why = "as no place was visited twice, it may change with time"
+    return SENTENCE.format(factor=factor, why=why, bend_um=1000 * even["bend_mm"])
 
 
 @plot.styled()

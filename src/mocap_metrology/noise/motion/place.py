@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
-from scipy.special import chdtrc, chdtri
+from scipy.special import chdtri
 
 from mocap_metrology.common.transforms import irfft, rfft
 
 LEAST_DIFFERENCES = 30  # of a cell: its sigma is then good to 16 % where noise is white
+LEAST_OF_VISIT = 10  # differences of a visit that is compared with others
 BLOCK = 1 << 18  # frames worked on at a time, so that long recordings need little memory
 LAGS = 200  # frames: noise of filters, as far as they reach at common frame rates
 
@@ -29,6 +30,7 @@ class PlaceRow(TypedDict):
     z_mm: float
     n_frames: int
     n_pairs: int
+    n_visits: int
     dof: float
     sigma_mm: float
     lower_mm: float
@@ -46,25 +48,19 @@ def by_place(
 
     middle_mm (3, n) of the pair, distance_mm (n,), float64; NaN are gaps. `sigma_mm` is the Allan
     deviation of L at one frame, from successive frames within the cell:
-    sqrt(sum (L_k+1 - L_k)^2 / (2 n)), with a 95 % chi-squared interval of `dof` = n `freedom(L)`
-    degrees of freedom. `deviation_mm` is the cell's mean L less that of all frames.
+    sqrt(sum (L_k+1 - L_k)^2 / (2 n)), with a 95 % chi-squared interval of `dof` = n `freedom(L)`/c
+    degrees of freedom, c >= 1 by how much the visits of a cell differ from each other
+    (`Visits.dispersion`); n_visits: those that were compared. `deviation_mm` is the cell's mean L
+    less that of all frames.
     """
-    cells, number = _cells(middle_mm, distance_mm, cell_mm)
-    known, n_cells = number >= 0, cells.shape[1]
-    if not n_cells:
+    cells, frames, mean, visits = _tally(middle_mm, distance_mm, cell_mm)
+    if not len(frames):
         return []
-    frames, pairs = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
-    mean, squares = np.zeros(n_cells), np.zeros(n_cells)
-    for start in range(0, known.size, BLOCK):
-        cell, part = number[start : start + BLOCK + 1], distance_mm[start : start + BLOCK + 1]
-        at = np.flatnonzero(cell[:BLOCK] >= 0)
-        frames += np.bincount(cell[at], minlength=n_cells)
-        np.add.at(mean, cell[at], part[at])
-        at = np.flatnonzero((cell[:-1] >= 0) & (cell[1:] == cell[:-1]))
-        pairs += np.bincount(cell[at], minlength=n_cells)
-        np.add.at(squares, cell[at], (part[at + 1] - part[at]) ** 2)
-    mean /= frames
+    known = np.isfinite(distance_mm) & np.isfinite(np.asarray(middle_mm)).all(axis=0)
     overall, each = float(distance_mm[known].mean()), freedom(np.where(known, distance_mm, np.nan))
+    each /= visits.dispersion(each)
+    pairs, squares = (np.bincount(visits.cell, v, len(frames)) for v in visits[1:])
+    count = np.bincount(visits.cell, visits.long, len(frames)).astype(int)
     rows: list[PlaceRow] = []
     for k in np.flatnonzero(pairs >= least):
         variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
@@ -77,6 +73,7 @@ def by_place(
                 "z_mm": float(centre[2]),
                 "n_frames": int(frames[k]),
                 "n_pairs": int(pairs[k]),
+                "n_visits": int(count[k]),
                 "dof": float(dof),
                 "sigma_mm": math.sqrt(variance),
                 "lower_mm": math.sqrt(variance * low),
@@ -85,6 +82,60 @@ def by_place(
             }
         )
     return rows
+
+
+class Visits(NamedTuple):
+    """Visits of cells, in order of time, each (v,): the cell's number, how many pairs of successive
+    frames, and the sum of their squared differences."""
+
+    cell: np.ndarray
+    pairs: np.ndarray
+    squares: np.ndarray
+
+    @property
+    def long(self) -> np.ndarray:
+        """(v,) whether a visit has enough pairs to be compared."""
+        return (self.pairs >= LEAST_OF_VISIT) & (self.squares > 0)
+
+    def dispersion(self, freedom: float) -> float:
+        """Times, at least 1, by which the variances of the visits of a cell scatter more than those
+        of Gaussian noise that is the same all the time: heavy tails, bursts, or noise that comes
+        and goes. Bartlett's statistic of the visits of each cell, sum dof_v ln(s_c^2 / s_v^2), over
+        its number of visits less 1, of all cells together. freedom: of a pair."""
+        cell, pairs, squares = (column[self.long] for column in self)
+        repeats = cell.size - np.unique(cell).size
+        if not repeats:
+            return 1.0
+        of_cell = np.bincount(cell, squares)[cell] / np.bincount(cell, pairs)[cell]
+        left = freedom * pairs * np.log(of_cell * pairs / squares)
+        return max(float(left.sum()) / repeats, 1.0)
+
+
+def visits_of(middle_mm: Sequence[np.ndarray], distance_mm: np.ndarray, cell_mm: float) -> Visits:
+    """Visits of the cells of `by_place`."""
+    return _tally(middle_mm, distance_mm, cell_mm)[-1]
+
+
+def _tally(
+    middle_mm: Sequence[np.ndarray], distance_mm: np.ndarray, cell_mm: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, Visits]:
+    """Cells (3, k), number of frames and mean distance in each, and their visits."""
+    cells, number = _cells(middle_mm, distance_mm, cell_mm)
+    n_cells = cells.shape[1]
+    visit = np.append(0, np.cumsum(number[1:] != number[:-1]))
+    of_visit = number[np.append(0, np.flatnonzero(np.diff(visit)) + 1)] if number.size else number
+    frames, mean = np.zeros(n_cells, np.int64), np.zeros(n_cells)
+    pairs, squares = np.zeros(of_visit.size, np.int64), np.zeros(of_visit.size)
+    for start in range(0, number.size, BLOCK):
+        cell, part = number[start : start + BLOCK + 1], distance_mm[start : start + BLOCK + 1]
+        at = np.flatnonzero(cell[:BLOCK] >= 0)
+        frames += np.bincount(cell[at], minlength=n_cells)
+        np.add.at(mean, cell[at], part[at])
+        at = np.flatnonzero((cell[:-1] >= 0) & (cell[1:] == cell[:-1]))
+        pairs += np.bincount(visit[start + at], minlength=pairs.size)
+        np.add.at(squares, visit[start + at], (part[at + 1] - part[at]) ** 2)
+    there = of_visit >= 0
+    return cells, frames, mean / frames, Visits(of_visit[there], pairs[there], squares[there])
 
 
 def _cells(
@@ -137,22 +188,26 @@ def freedom(series: np.ndarray) -> float:
     return min(1 / max(1 + 2 * float(np.sum(rho**2 - 1 / counts[1:][seen])), 1.0), 1.0)
 
 
-def evenness(rows: list[PlaceRow]) -> dict[str, float]:
-    """Whether the cells of `by_place` differ more than chance: `p` of Bartlett's test for equal
-    variances (degrees of freedom `dof`), `worst_over_best` sigma, and `bend_mm`, the
-    standard deviation of the cells' mean L."""
+def evenness(rows: Sequence[PlaceRow], visits: Visits) -> dict[str, float]:
+    """Whether the cells of `by_place` differ more than chance: `p` of one-way analysis of variance
+    of the logarithms of the variances of their visits, `worst_over_best` sigma, and `bend_mm`, the
+    standard deviation of the cells' mean L. p is NaN where no cell was visited twice, as place
+    cannot be told from time then. (Bartlett's test of the cells takes bursts and heavy tails for
+    differences between places.)"""
+    from scipy.special import fdtrc
+
     if len(rows) < 2:
         return {"p": math.nan, "worst_over_best": math.nan, "bend_mm": math.nan}
-    dof = np.array([row["dof"] for row in rows])
-    variance = np.array([row["sigma_mm"] ** 2 for row in rows])
+    sigma = np.array([row["sigma_mm"] for row in rows])
     bend = float(np.std([row["deviation_mm"] for row in rows], ddof=1))
-    if not (variance > 0).all():
+    if not (sigma > 0).all():
         return {"p": math.nan, "worst_over_best": math.inf, "bend_mm": bend}
-    pooled = (dof * variance).sum() / dof.sum()
-    statistic = max(dof.sum() * math.log(pooled) - (dof * np.log(variance)).sum(), 0.0)
-    shrink = 1 + ((1 / dof).sum() - 1 / dof.sum()) / (3 * (dof.size - 1))
-    return {
-        "p": float(chdtrc(dof.size - 1, statistic / shrink)),
-        "worst_over_best": math.sqrt(variance.max() / variance.min()),
-        "bend_mm": bend,
-    }
+    cell, pairs, squares = (column[visits.long] for column in visits)
+    logs, (_, cell) = np.log(squares / pairs), np.unique(cell, return_inverse=True)
+    count, p = np.bincount(cell), math.nan
+    means = np.bincount(cell, logs) / count
+    between, within = count.size - 1, cell.size - count.size
+    if between > 0 and within > 0:
+        of_cells = count @ (means - logs.mean()) ** 2 / between
+        p = float(fdtrc(between, within, of_cells * within / np.sum((logs - means[cell]) ** 2)))
+    return {"p": p, "worst_over_best": float(sigma.max() / sigma.min()), "bend_mm": bend}

@@ -232,6 +232,8 @@ def _class_effects(of_classes: Sequence[OfClass]) -> Effects | None:
     differences: their errors are those of frames, or from FEWEST passes on what is left of class
     and pass. Otherwise they are the scatter of the passes within classes, pooled.
     """
+    if of_classes and len(of_classes[0].errors) < FEWEST:
+        of_classes = [one for one in of_classes if math.isfinite(one.statistics["mean"].upper)]
     if len(of_classes) < 2:
         return None
     means = [np.array([float(np.nanmean(e)) for e in one.errors]) for one in of_classes]

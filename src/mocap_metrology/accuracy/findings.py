@@ -125,19 +125,25 @@ def _rest_of(bar: Bar, take: Take) -> np.ndarray:
 
 def _bias(bar: Bar) -> list[Finding]:
     """Beyond the uncertainties of mean and certificate together, in quadrature. Of a class of one
-    or two passes the mean is at least as uncertain as passes of the others scatter."""
+    or two passes the mean is at least as uncertain as passes of the others scatter. One of several
+    classes is a finding where it is beyond the 95 % of all of them (Bonferroni)."""
     from scipy.special import stdtrit
 
     if bar.certificate is None:
         return []
     findings, (scatter, dof) = [], pass_scatter(bar.classes)
+    every = 1 - 0.025 / len(bar.classes)
     for one in bar.classes:
         mean, k = one.statistics["mean"], len(one.passes)
         half = (mean.upper - mean.lower) / 2
+        usual, sure = stdtrit(dof or max(one.n_eff - 1, 1.0), [0.975, every]).tolist()
+        of_passes = math.sqrt(scatter / k)
         if k < FEWEST and dof:
-            half = max(half, float(stdtrit(dof, 0.975)) * math.sqrt(scatter / k))
+            half = max(half, usual * of_passes)
+        least = max(half, sure * of_passes) if dof else half * sure / usual
+        least = math.hypot(least, NORMAL * bar.certificate.u_mm)
         half = math.hypot(half, NORMAL * bar.certificate.u_mm)
-        if abs(mean.value) > half:
+        if abs(mean.value) > least:
             findings.append(
                 Finding("length_bias", one.name, mean.value, mean.value - half, mean.value + half)
             )

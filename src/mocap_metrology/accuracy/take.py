@@ -121,7 +121,8 @@ def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: fl
         raise Refusal(f"{take.name}: {what}; {hint}")
     if float(np.median(np.abs(length - median))) <= take.step_mm / 2:
         what = f"the distance of {pair} never changes by more than a step of the file"
-        hint = "it was imposed by a solved body, expected markers as measured"
+        hint = f"it was imposed by a solved body, or {take.step_mm:.2g} mm are too coarse to show "
+        hint += "how it changes; expected markers as measured"
         raise Refusal(f"{take.name}: {what}: {hint}")
     way = way_mm(take)
     if way < least_path_mm:

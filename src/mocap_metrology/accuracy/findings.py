@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import Bar, pass_scatter
+from mocap_metrology.accuracy.bar import NORMAL, Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
 from mocap_metrology.accuracy.effective import effective_number, robust_sd
@@ -31,7 +31,7 @@ LEAST_SPIKES, LEAST_SHARE = 3, 1e-4  # frames; share of frames
 LEAST_BLOCK = 50  # frames that show a deviation
 SPEEDS = 8  # bins of as many frames each
 LEAST_SPEED = 20.0  # mm/s, below it the bar stands
-NORMAL = 1.96
+CLAIMED = 1.5  # halves of its 95 % interval from which an exponent is a finding
 SURE = 0.999
 
 
@@ -191,7 +191,8 @@ def _speed(bar: Bar) -> list[Finding]:
         lower, upper = value - NORMAL * error, value + NORMAL * error
     else:
         return []
-    return [Finding("by_speed", "", value, lower, upper)] if lower > 0 else []
+    is_sure = value > CLAIMED * (value - lower)
+    return [Finding("by_speed", "", value, lower, upper)] if is_sure else []
 
 
 def _exponent(rest: np.ndarray, speed: np.ndarray) -> tuple[float, float]:

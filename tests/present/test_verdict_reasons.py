@@ -116,6 +116,7 @@ SAID = [
     ("bar.seen", {"seen": 0.7}, "70 %"),
     ("bar.reversals", {"n": 2, "pair": ("A", "B")}, "2"),
     ("bar.twice", {"name": "x2", "known": "x1"}, "x2, x1"),
+    ("bar.slip", {"pair": ("A", "B"), "change": -2.01, "at_s": 30.0}, "−2.01 mm, 30 s"),
     ("bar.loose", {"pair": ("A", "B"), "spread": 2.5, "limit": 1.5}, "2.5 mm, 1.5 mm"),
     ("bar.one_place", {"pair": ("A", "B"), "way": 20.0, "least": 500.0}, "20 mm, 500 mm"),
     ("bar.cluster", {"labels": ["A", "B", "C"], "spread_mm": 0.52, "n_frames": 2941},

@@ -15,6 +15,8 @@ STRIDE_S = 0.5  # of a way
 LEAST_STRIDE_MM = 5.0  # below it the stride is noise
 MOST_SPREAD = 0.05  # of the length of one object, (p97.5 - p2.5) / 4
 MOST_BIAS = 0.05  # of a certificate that is of this object
+SLIP_S, ABRUPT = 0.5, 0.7  # within which a marker slips, and how much of the change comes there
+CLIPPED = 3.0  # spreads of the length
 AXES = ("x", "y", "z")
 OBLIQUE = "oblique"
 REVERSED = -0.9  # cosine of the angle between frames
@@ -106,6 +108,29 @@ def spread_mm(take: Take) -> float:
     """Spread of the length, (p97.5 - p2.5) / 4."""
     low, high = np.quantile(take.length_mm[take.known], (0.025, 0.975))
     return float(high - low) / 4
+
+
+def slip(take: Take) -> tuple[float, float] | None:
+    """Moment in s and change in mm where the length differs before and after by more than it
+    scatters on both sides (the split of least squares leaves less than half of the variance), and
+    does so within SLIP_S; None where it does not. Gross errors are clipped."""
+    known = np.flatnonzero(take.known)
+    length = take.length_mm[known]
+    middle, width = np.median(length), CLIPPED * spread_mm(take)
+    length = np.clip(length - middle, -width, width)
+    n, half = length.size, max(round(SLIP_S * take.frame_rate_hz), 3)
+    count = np.arange(half, n - half)
+    if not count.size or not length.any():
+        return None
+    total = np.cumsum(length - length.mean())
+    between = total[count - 1] ** 2 * (1 / count + 1 / (n - count))
+    at = int(count[np.argmax(between)])
+    change = float(np.median(length[at:]) - np.median(length[:at]))
+    here = float(np.median(length[at : at + half]) - np.median(length[at - half : at]))
+    is_half = between.max() > n * float(length.var()) / 2
+    if not is_half or here * np.sign(change) < ABRUPT * abs(change):
+        return None
+    return float(known[at] / take.frame_rate_hz), change
 
 
 def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: float) -> None:

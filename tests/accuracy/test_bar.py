@@ -122,6 +122,16 @@ def test_a_marker_that_slips_and_noise_that_is_larger_in_one_half() -> None:
         assert "spikes" not in {f.code for f in findings_of(bar)}
 
 
+def test_round_ways_of_passes_are_one_class_and_a_long_one_its_own() -> None:
+    """Ways as long as wide have an axis by chance: three passes in a cube are one direction, a
+    fourth that goes along y is another."""
+    cube = replace(QUIET, path=BarMotion(extent_mm=(1500.0, 1500.0, 1500.0)))
+    along = replace(QUIET, path=BarMotion(extent_mm=(200.0, 3000.0, 200.0)))
+    bar = evaluate([*(taken(cube, k) for k in range(3)), taken(along, 3)], None, Settings())
+    assert sorted(len(one.passes) for one in bar.classes) == [1, 3]
+    assert [one.name for one in bar.classes if len(one.passes) == 1] == ["bar x, way y"]
+
+
 def broken(how: str) -> tuple[Take, float | None]:
     take = taken(QUIET, 1)
     gone = np.arange(take.length_mm.size) > 80

@@ -168,7 +168,7 @@ class Bar:
 
 def evaluate(takes: Sequence[Take], certificate: Certificate | None, settings: Settings) -> Bar:
     """All of some passes of one bar."""
-    named = [classes(take, settings.classes_deg) for take in takes]
+    named = classes(takes, settings.classes_deg)
     means = [np.nanmean(take.length_mm) for take in takes]
     reference = certificate.length_mm if certificate else float(np.mean(means))
     of_classes, used = [], [np.zeros(names.size, bool) for names in named]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ SLIP_S, ABRUPT = 0.5, 0.7  # within which a marker slips, and how much of the ch
 CLIPPED = 3.0  # spreads of the length
 AXES = ("x", "y", "z")
 OBLIQUE = "oblique"
+LONG = 2.0  # times as long as across it: a way with a direction of its own
 REVERSED = -0.9  # cosine of the angle between frames
 
 
@@ -160,16 +162,33 @@ def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: fl
         raise Refusal(f"{take.name}: {what}; {next(near, 'expected the length of this pair')}")
 
 
-def classes(take: Take, within_deg: float) -> np.ndarray:
-    """(n,) names such as `bar x, way y`: the axis of the file that the bar is nearest to in a
-    frame, and that of the main motion while it points so; `oblique` beyond `within_deg`; empty in
-    gaps."""
-    bar = _nearest(take.direction, within_deg)
-    names = np.full(take.length_mm.size, "", dtype="<U24")
-    for axis in np.unique(bar[take.known]):
-        along = (bar == axis) & take.known
-        names[along] = f"bar {axis}, way {_main_axis(take.middle_mm[:, along], within_deg)}"
+def classes(takes: Sequence[Take], within_deg: float) -> list[np.ndarray]:
+    """(n,) names of each take, such as `bar x, way y`: the axis of the file that the bar is nearest
+    to in a frame, and that of the main motion while it points so; `oblique` beyond `within_deg`;
+    empty in gaps. Ways that are hardly longer in one direction than across it (LONG) have the main
+    axis of all such ways of that bar, as their own is a matter of chance."""
+    bars = [np.where(take.known, _nearest(take.direction, within_deg), "") for take in takes]
+    names = [np.full(take.length_mm.size, "", dtype="<U24") for take in takes]
+    for axis in np.unique(np.concatenate(bars)):
+        if not axis:
+            continue
+        inside = [bar == axis for bar in bars]
+        ways = [_scatter(take.middle_mm[:, at]) for take, at in zip(takes, inside, strict=True)]
+        extents = [np.sqrt(np.linalg.eigvalsh(way)[::-1].clip(0)) for way in ways]
+        is_long = [size[0] > LONG * size[1] for size in extents]
+        common = np.sum([way for way, long in zip(ways, is_long, strict=True) if not long], axis=0)
+        for name, at, way, long in zip(names, inside, ways, is_long, strict=True):
+            main = np.linalg.svd(way if long else common)[0][:, :1]
+            name[at] = f"bar {axis}, way {_nearest(main, within_deg)[0]}"
     return names
+
+
+def _scatter(places: np.ndarray) -> np.ndarray:
+    """(3, 3) sums of products of places (3, n) about their mean; 0 of none."""
+    if not places.size:
+        return np.zeros((3, 3))
+    centred = places - places.mean(axis=1, keepdims=True)
+    return np.asarray(centred @ centred.T)
 
 
 def _nearest(direction: np.ndarray, within_deg: float) -> np.ndarray:
@@ -177,9 +196,3 @@ def _nearest(direction: np.ndarray, within_deg: float) -> np.ndarray:
     size = np.abs(np.nan_to_num(direction))
     near = size.max(axis=0) >= math.cos(math.radians(within_deg)) - 1e-9
     return np.where(near, np.array(AXES)[size.argmax(axis=0)], OBLIQUE)
-
-
-def _main_axis(middle_mm: np.ndarray, within_deg: float) -> str:
-    centred = middle_mm - middle_mm.mean(axis=1, keepdims=True)
-    main = np.linalg.svd(centred @ centred.T)[0][:, :1]
-    return str(_nearest(main, within_deg)[0])

@@ -11,7 +11,7 @@ import pytest
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.statement import Statement, statements
-from mocap_metrology.accuracy.take import Take, check, take_of
+from mocap_metrology.accuracy.take import Take, check, slip, take_of
 from mocap_metrology.accuracy.twin import BarErrors, BarMotion, BarTwin, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.gum import Budget, Component, coverage_factor
@@ -102,6 +102,34 @@ def test_growth_with_speed_and_spikes() -> None:
     found = {f.code: f for f in findings_of(bar)}
     assert found["by_speed"].lower_95 < 0.5 < found["by_speed"].upper_95
     assert found["spikes"].value == pytest.approx(0.003, rel=0.3)
+
+
+def test_a_marker_that_slips_and_noise_that_is_larger_in_one_half() -> None:
+    """A step of 1 mm is found at its frame, in a bent volume, too, and bending and slow noise are
+    none; noise of 1 mm where x > 0 beside 0.2 mm has no spikes."""
+    bent = replace(QUIET, surface=0.3, correlation_s=2.0)
+    for seed in range(3):
+        take = taken(bent, seed)
+        assert slip(take) is None
+        n = take.length_mm.size
+        late = np.where(np.arange(n) > 0.6 * n, 1.0, 0.0)
+        found = slip(replace(take, length_mm=take.length_mm + late))
+        assert found is not None and found[1] == pytest.approx(1.0, abs=0.3)
+        assert found[0] == pytest.approx(0.6 * n / take.frame_rate_hz, abs=0.5)
+        noise = np.where(take.middle_mm[0] > 0, 1.0, 0.2)
+        noise = noise * np.random.default_rng(seed).standard_normal(n)
+        bar = evaluate([replace(take, length_mm=500 + noise)], None, Settings())
+        assert "spikes" not in {f.code for f in findings_of(bar)}
+
+
+def test_round_ways_of_passes_are_one_class_and_a_long_one_its_own() -> None:
+    """Ways as long as wide have an axis by chance: three passes in a cube are one direction, a
+    fourth that goes along y is another."""
+    cube = replace(QUIET, path=BarMotion(extent_mm=(1500.0, 1500.0, 1500.0)))
+    along = replace(QUIET, path=BarMotion(extent_mm=(200.0, 3000.0, 200.0)))
+    bar = evaluate([*(taken(cube, k) for k in range(3)), taken(along, 3)], None, Settings())
+    assert sorted(len(one.passes) for one in bar.classes) == [1, 3]
+    assert [one.name for one in bar.classes if len(one.passes) == 1] == ["bar x, way y"]
 
 
 def broken(how: str) -> tuple[Take, float | None]:

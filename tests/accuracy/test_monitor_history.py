@@ -152,3 +152,21 @@ def test_rows_that_do_not_belong_together(cells: dict[str, str], words: str) -> 
     (said,) = faults.value.lines
     assert words in said
     assert said.startswith('s.tsv, row 3 (recording "t3"), ')
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "fits"),
+    [
+        ("2026-03-02T08:15+01:00", "2026-03-02T07:30Z", True),
+        ("2026-03-02T07:30Z", "2026-03-02T08:15+01:00", False),
+        ("2026-10-25T02:50+02:00", "2026-10-25T02:10+01:00", True),
+        ("2026-03-02T08:15+01:00", "2026-03-02", True),
+    ],
+)
+def test_moments_with_a_zone_are_in_order_of_time(first: str, second: str, fits: bool) -> None:
+    said: list[str] = []
+    try:
+        monitors("s.tsv", [line(2, date=first), line(3, date=second)])
+    except Faults as faults:
+        said = faults.lines
+    assert (not said) == fits

@@ -135,3 +135,20 @@ def test_too_few_points_and_a_line_are_refused() -> None:
     line = points.reference[0] + np.outer(np.arange(8), [1.0, 2, 3])
     with pytest.raises(Refusal, match="are on a line"):
         of.check(Points(points.places, points.turns, line), "set")
+
+
+def test_an_exchange_and_repeated_places() -> None:
+    """Two points whose names are exchanged are named, of places taken thrice each is one; what only
+    rounding leaves has no cause."""
+    points = drawn(np.random.default_rng(3), 12, noise=0.3)
+    names = [f"P{k}" for k in range(12)]
+    order = np.arange(12)
+    order[[4, 5]] = order[[5, 4]]
+    wrong = Points(points.places[order], points.turns[order], points.reference)
+    document = of.points_document(wrong, 0.3, names)[0]
+    assert document["findings"] == ["does_not_fit"] and document["exchanged"] == ["P4", "P5"]
+    assert document["exchanged_mm"] < 0.6 and document["wrong_point"] is None
+    with pytest.raises(Refusal, match="lab: 4 reference points"):
+        of.check(points.only([0, 1, 2, 3] * 3), "lab")
+    exact = drawn(np.random.default_rng(4), 12)
+    assert of.points_document(exact, 0.0, names)[0]["findings"] == []

@@ -44,6 +44,7 @@ STATISTICS: dict[str, Statistic] = {
 ALL = "all"
 PRECISE = "precise"
 LEAST_SEEN = 0.5
+NORMAL = 1.96  # 95 % of a normal distribution
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,7 @@ class Bar:
 
 def evaluate(takes: Sequence[Take], certificate: Certificate | None, settings: Settings) -> Bar:
     """All of some passes of one bar."""
-    named = [classes(take, settings.classes_deg) for take in takes]
+    named = classes(takes, settings.classes_deg)
     means = [np.nanmean(take.length_mm) for take in takes]
     reference = certificate.length_mm if certificate else float(np.mean(means))
     of_classes, used = [], [np.zeros(names.size, bool) for names in named]
@@ -230,16 +231,17 @@ def _class_effects(of_classes: Sequence[OfClass]) -> Effects | None:
 
     Where each pass is in all classes, as of a bar that turns, its own offset is in none of their
     differences: their errors are those of frames, or from FEWEST passes on what is left of class
-    and pass. Otherwise they are the scatter of the passes within classes, pooled.
+    and pass. Otherwise they are the scatter of the passes within classes, pooled. Classes of fewer
+    passes whose mean has no interval are left out: nothing shows how uncertain it is.
     """
+    are_shared = len({one.passes for one in of_classes}) == 1
+    if few := are_shared and len(of_classes[0].passes) < FEWEST:
+        of_classes = [one for one in of_classes if math.isfinite(one.statistics["mean"].upper)]
     if len(of_classes) < 2:
         return None
     means = [np.array([float(np.nanmean(e)) for e in one.errors]) for one in of_classes]
-    frames = [
-        float(np.mean([np.nanvar(e) / max(effective_number(e), 1.0) for e in one.errors]))
-        for one in of_classes
-    ]
-    if len({one.passes for one in of_classes}) == 1:
+    frames = [_frame_variance(one, few) for one in of_classes]
+    if are_shared:
         table = np.array(means)
         left = table - table.mean(axis=0) - table.mean(axis=1, keepdims=True) + table.mean()
         dof = (table.shape[0] - 1) * (table.shape[1] - 1) if table.shape[1] >= FEWEST else 0
@@ -252,3 +254,12 @@ def _class_effects(of_classes: Sequence[OfClass]) -> Effects | None:
         max(scatter, v, 1e-12) / of_class.size for v, of_class in zip(frames, means, strict=True)
     ]
     return random_effects([of_class.mean() for of_class in means], variances, dof=dof or math.inf)
+
+
+def _frame_variance(one: OfClass, few: bool) -> float:
+    """Variance of the mean of a pass by its frames; of few passes by the interval of the mean."""
+    if few:
+        mean = one.statistics["mean"]
+        return len(one.errors) * ((mean.upper - mean.lower) / 2 / NORMAL) ** 2
+    worth = [np.nanvar(e) / max(effective_number(e), 1.0) for e in one.errors]
+    return float(np.mean(worth))

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import Bar, pass_scatter
+from mocap_metrology.accuracy.bar import NORMAL, Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
 from mocap_metrology.accuracy.effective import effective_number, robust_sd
 from mocap_metrology.accuracy.parts import Parts
+from mocap_metrology.accuracy.take import Take
 from mocap_metrology.common.types import Row
 
 CODES = {  # unit of the value
@@ -25,10 +27,11 @@ CODES = {  # unit of the value
     "scale_slope": "ppm/m",
 }
 SPIKE = 6.0  # robust standard deviations of the rest
-LEAST_SPIKES = 1e-4  # share of frames
+LEAST_SPIKES, LEAST_SHARE = 3, 1e-4  # frames; share of frames
+LEAST_BLOCK = 50  # frames that show a deviation
 SPEEDS = 8  # bins of as many frames each
 LEAST_SPEED = 20.0  # mm/s, below it the bar stands
-NORMAL = 1.96
+CLAIMED = 1.5  # halves of its 95 % interval from which an exponent is a finding
 SURE = 0.999
 
 
@@ -74,31 +77,73 @@ def findings_of(
     if still_mm:
         rest = max(one.parts["rest"].value for one in bar.classes)
         findings.append(Finding("more_than_still", "", rest / still_mm))
-    for one in bar.classes:
-        beyond = [np.abs(r - np.nanmedian(r)) > SPIKE * robust_sd(r) for r in one.parts.rest]
-        share = sum(int(b.sum()) for b in beyond) / one.n_frames
-        if share > LEAST_SPIKES:
-            findings.append(Finding("spikes", one.name, share))
+    findings += _spikes(bar)
     if scale is not None and not scale.lower <= 0 <= scale.upper:
         findings.append(Finding("scale_slope", "", scale.slope, scale.lower, scale.upper))
     return findings
 
 
+def _spikes(bar: Bar) -> list[Finding]:
+    """Classes with LEAST_SPIKES frames or more whose rest is beyond SPIKE robust standard
+    deviations of the pass, and of the second around the frame and of those beside: noise that is
+    larger in some places, or at some speeds, has no spikes."""
+    beyond = {}
+    for take in bar.takes:
+        rest = _rest_of(bar, take)
+        size = max(round(take.frame_rate_hz), LEAST_BLOCK)
+        blocks = np.array_split(rest, max(rest.size // size, 1))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of seconds without a frame
+            middle = np.array([np.nanmedian(block) for block in blocks])
+            sd = np.nan_to_num([robust_sd(block) for block in blocks])
+            least = robust_sd(rest)
+        sd = np.max([sd, np.append(sd[1:], 0), np.append(0, sd[:-1])], axis=0)
+        lengths = [block.size for block in blocks]
+        off = np.minimum(np.abs(rest), np.abs(rest - np.repeat(middle, lengths)))
+        beyond[take.name] = off > SPIKE * np.repeat(np.maximum(sd, least), lengths)
+    counts = [
+        (one, sum(int(beyond[name][np.isfinite(rest)].sum())
+                  for name, rest in zip(one.passes, one.parts.rest, strict=True)))
+        for one in bar.classes
+    ]  # fmt: skip
+    return [
+        Finding("spikes", one.name, count / one.n_frames)
+        for one, count in counts
+        if count >= max(LEAST_SPIKES, LEAST_SHARE * one.n_frames)
+    ]
+
+
+def _rest_of(bar: Bar, take: Take) -> np.ndarray:
+    """(n,) rest of a pass in all classes, NaN where it is in none."""
+    whole = np.full(take.length_mm.size, math.nan)
+    for one in bar.classes:
+        for name, rest in zip(one.passes, one.parts.rest, strict=True):
+            if name == take.name:
+                whole = np.where(np.isfinite(rest), rest - np.nanmedian(rest), whole)
+    return whole
+
+
 def _bias(bar: Bar) -> list[Finding]:
     """Beyond the uncertainties of mean and certificate together, in quadrature. Of a class of one
-    or two passes the mean is at least as uncertain as passes of the others scatter."""
+    or two passes the mean is at least as uncertain as passes of the others scatter. One of several
+    classes is a finding where it is beyond the 95 % of all of them (Bonferroni)."""
     from scipy.special import stdtrit
 
     if bar.certificate is None:
         return []
     findings, (scatter, dof) = [], pass_scatter(bar.classes)
+    every = 1 - 0.025 / len(bar.classes)
     for one in bar.classes:
         mean, k = one.statistics["mean"], len(one.passes)
         half = (mean.upper - mean.lower) / 2
+        usual, sure = stdtrit(dof or max(one.n_eff - 1, 1.0), [0.975, every]).tolist()
+        of_passes = math.sqrt(scatter / k)
         if k < FEWEST and dof:
-            half = max(half, float(stdtrit(dof, 0.975)) * math.sqrt(scatter / k))
+            half = max(half, usual * of_passes)
+        least = max(half, sure * of_passes) if dof else half * sure / usual
+        least = math.hypot(least, NORMAL * bar.certificate.u_mm)
         half = math.hypot(half, NORMAL * bar.certificate.u_mm)
-        if abs(mean.value) > half:
+        if abs(mean.value) > least:
             findings.append(
                 Finding("length_bias", one.name, mean.value, mean.value - half, mean.value + half)
             )
@@ -146,7 +191,8 @@ def _speed(bar: Bar) -> list[Finding]:
         lower, upper = value - NORMAL * error, value + NORMAL * error
     else:
         return []
-    return [Finding("by_speed", "", value, lower, upper)] if lower > 0 else []
+    is_sure = value > CLAIMED * (value - lower)
+    return [Finding("by_speed", "", value, lower, upper)] if is_sure else []
 
 
 def _exponent(rest: np.ndarray, speed: np.ndarray) -> tuple[float, float]:

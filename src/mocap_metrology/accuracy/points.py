@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,9 @@ ALIKE = 1.25  # factor between the extents of places and reference
 CLAIMED, SURE = 3.0, 0.995  # standard errors from which a scale is claimed, beyond Student's t
 MISFIT = 10.0  # times the noise
 ALONE = 0.25  # of the rms of all points, which is left without a single one that is wrong
+SUSPECTS = 6  # points that are off most, of which two may be exchanged
+LIKELIER = 1.5  # times what segments leave: a single wrong point or exchange that leaves less
+ROUNDING = 1e-9  # of the largest extent
 MIRRORED = 0.25  # of the rms of a rigid fit that a mirrored one leaves
 
 
@@ -119,22 +122,41 @@ def residuals(points: Points, fitted: Fit) -> np.ndarray:
 
 
 def left_out(points: Points, lever: bool, scale: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n, 3) what each point is off by in a fit without it; (n,) rms that such a fit leaves; (4,)
-    standard errors of scale and lever by the jackknife, sqrt((n - 1)/n sum (theta_k - mean)^2)."""
-    n = len(points)
-    others = [points.only(np.arange(n) != k) for k in range(n)]
+    """(n, 3) what each point is off by in a fit without its place; (n,) rms that such a fit leaves;
+    (4,) standard errors of scale and lever by the jackknife over places, sqrt((n - 1)/n sum
+    (theta_k - mean)^2)."""
+    _, which = np.unique(points.reference, axis=0, return_inverse=True)
+    which = which.ravel()
+    n = int(which.max()) + 1  # places
+    others = [points.only(which != k) for k in range(n)]
     fits = [fit(rest, lever, scale) for rest in others]
     left = np.array([rms(residuals(*both)) for both in zip(others, fits, strict=True)])
-    off = np.concatenate([residuals(points.only([k]), one) for k, one in enumerate(fits)])
+    off = np.zeros((len(points), 3))
+    for k, one in enumerate(fits):
+        off[which == k] = residuals(points.only(which == k), one)
     values = np.array([[one.scale, *one.lever] for one in fits])
-    return off, left, np.sqrt((n - 1) * values.var(axis=0))
+    return off, left[which], np.sqrt((n - 1) * values.var(axis=0))
+
+
+def exchanged(points: Points, off_mm: np.ndarray) -> tuple[list[int], float]:
+    """The two of the points that are off most whose exchange leaves the least rms, and this rms."""
+    worst = np.argsort(-np.linalg.norm(off_mm, axis=1))[:SUSPECTS]
+    best: tuple[list[int], float] = [], math.inf
+    for i, j in combinations(sorted(worst.tolist()), 2):
+        reference = points.reference.copy()
+        reference[[i, j]] = reference[[j, i]]
+        swapped = replace(points, reference=reference)
+        left = rms(residuals(swapped, fit(swapped, points.has_lever, False)))
+        best = min(best, ([i, j], left), key=lambda one: one[1])
+    return best
 
 
 def check(points: Points, group: str) -> None:
     """Refuse points that do not determine a fit."""
     least = LEAST_WITH_LEVER if points.has_lever else LEAST_POINTS
-    if len(points) < least:
-        raise Refusal(f"{group}: {len(points)} reference points; expected at least {least}")
+    n = len(np.unique(points.reference, axis=0))
+    if n < least:
+        raise Refusal(f"{group}: {n} reference points; expected at least {least}")
     size = np.linalg.svd(points.reference - points.reference.mean(axis=0), compute_uv=False)
     if size[1] < ON_A_LINE * size[0]:
         raise Refusal(
@@ -250,7 +272,6 @@ def points_document(
     rigid, scaled = fit(points, lever, False), fit(points, lever, True)
     off, others, lever_se = left_out(points, lever, False)
     off_scaled, _, of_scale = left_out(points, lever, True)
-    changes = frame_changes(points)
     ppm, se = 1e6 * scaled.scale, 1e6 * float(of_scale[0])
     document: dict[str, Any] = {
         "n": len(points),
@@ -262,21 +283,49 @@ def points_document(
         "scale_ppm": ppm,
         "scale_se_ppm": se,
         "noise_mm": noise_mm,
+    }
+    least = max(CLAIMED, float(stdtrit(len(np.unique(points.reference, axis=0)) - 1, SURE)))
+    has_scale = abs(ppm) > least * se and abs(scaled.scale) < ALIKE - 1
+    left_mm = document["left_out_scaled_rms_mm" if has_scale else "left_out_rms_mm"]
+    document |= _misfit(points, names, off, others, left_mm, noise_mm)
+    codes = document["findings"] + ["scale"] * has_scale
+    return document | {"findings": codes}, off
+
+
+def _misfit(
+    points: Points,
+    names: Sequence[str],
+    off_mm: np.ndarray,
+    others_mm: np.ndarray,
+    left_mm: float,
+    noise_mm: float,
+) -> dict[str, Any]:
+    """Why one frame does not fit: segments, unless a single wrong point or an exchange of two
+    explains as much; nothing of what is only rounding. others_mm (n,) by `left_out`; left_mm: rms
+    of the left-out points."""
+    rounding = ROUNDING * float(np.ptp(points.reference, axis=0).max())
+    gross = max(MISFIT * noise_mm, rounding)
+    whole_mm = rms(residuals(points, fit(points, points.has_lever, False)))
+    worst, swap, swapped_mm, simple_mm = int(np.argmin(others_mm)), list[int](), math.inf, math.inf
+    if left_mm > gross:
+        swap, swapped_mm = exchanged(points, off_mm)
+        simple_mm = min(float(others_mm[worst]), swapped_mm)
+    changes = frame_changes(points)
+    if left_mm <= rounding or simple_mm < LIKELIER * changes.inside_mm:
+        changes = Segments((), whole_mm, ())
+    fits = (changes.inside_mm if changes.cuts else left_mm) <= gross
+    is_simple = not fits and simple_mm < ALONE * whole_mm
+    is_swapped = is_simple and swapped_mm == simple_mm
+    return {
         "cuts": list(changes.cuts),
         "inside_mm": changes.inside_mm,
         "jumps_mm": list(changes.jumps_mm),
+        "wrong_point": names[worst] if is_simple and not is_swapped else None,
+        "others_mm": float(others_mm[worst]),
+        "exchanged": [names[k] for k in swap] if is_swapped else None,
+        "exchanged_mm": swapped_mm if is_swapped else None,
+        "findings": ["frame_changed"] * bool(changes.cuts) + ["does_not_fit"] * (not fits),
     }
-    codes = ["frame_changed"] if changes.cuts else []
-    left_mm = changes.inside_mm if changes.cuts else document["left_out_rms_mm"]
-    if left_mm > MISFIT * noise_mm:
-        codes.append("does_not_fit")
-    worst = int(np.argmin(others))
-    alone = "does_not_fit" in codes and others[worst] < ALONE * document["fit_rms_mm"]
-    document |= {"wrong_point": names[worst] if alone else None}
-    document |= {"others_mm": float(others[worst])}
-    least = max(CLAIMED, float(stdtrit(len(points) - 1, SURE)))
-    codes += ["scale"] if abs(ppm) > least * se else []
-    return document | {"findings": codes}, off
 
 
 def point_rows(points: Points, off_mm: np.ndarray) -> list[Row]:

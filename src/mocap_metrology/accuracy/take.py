@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,8 +16,11 @@ STRIDE_S = 0.5  # of a way
 LEAST_STRIDE_MM = 5.0  # below it the stride is noise
 MOST_SPREAD = 0.05  # of the length of one object, (p97.5 - p2.5) / 4
 MOST_BIAS = 0.05  # of a certificate that is of this object
+SLIP_S, ABRUPT = 0.5, 0.7  # within which a marker slips, and how much of the change comes there
+CLIPPED = 3.0  # spreads of the length
 AXES = ("x", "y", "z")
 OBLIQUE = "oblique"
+LONG = 2.0  # times as long as across it: a way with a direction of its own
 REVERSED = -0.9  # cosine of the angle between frames
 
 
@@ -108,6 +112,29 @@ def spread_mm(take: Take) -> float:
     return float(high - low) / 4
 
 
+def slip(take: Take) -> tuple[float, float] | None:
+    """Moment in s and change in mm where the length differs before and after by more than it
+    scatters on both sides (the split of least squares leaves less than half of the variance), and
+    does so within SLIP_S; None where it does not. Gross errors are clipped."""
+    known = np.flatnonzero(take.known)
+    length = take.length_mm[known]
+    middle, width = np.median(length), CLIPPED * spread_mm(take)
+    length = np.clip(length - middle, -width, width)
+    n, half = length.size, max(round(SLIP_S * take.frame_rate_hz), 3)
+    count = np.arange(half, n - half)
+    if not count.size or not length.any():
+        return None
+    total = np.cumsum(length - length.mean())
+    between = total[count - 1] ** 2 * (1 / count + 1 / (n - count))
+    at = int(count[np.argmax(between)])
+    change = float(np.median(length[at:]) - np.median(length[:at]))
+    here = float(np.median(length[at : at + half]) - np.median(length[at - half : at]))
+    is_half = between.max() > n * float(length.var()) / 2
+    if not is_half or here * np.sign(change) < ABRUPT * abs(change):
+        return None
+    return float(known[at] / take.frame_rate_hz), change
+
+
 def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: float) -> None:
     """Refuse what says nothing of a bar; pair: its name in a message."""
     n, length = int(take.known.sum()), take.length_mm[take.known]
@@ -121,7 +148,8 @@ def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: fl
         raise Refusal(f"{take.name}: {what}; {hint}")
     if float(np.median(np.abs(length - median))) <= take.step_mm / 2:
         what = f"the distance of {pair} never changes by more than a step of the file"
-        hint = "it was imposed by a solved body, expected markers as measured"
+        hint = f"it was imposed by a solved body, or {take.step_mm:.2g} mm are too coarse to show "
+        hint += "how it changes; expected markers as measured"
         raise Refusal(f"{take.name}: {what}: {hint}")
     way = way_mm(take)
     if way < least_path_mm:
@@ -134,16 +162,33 @@ def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: fl
         raise Refusal(f"{take.name}: {what}; {next(near, 'expected the length of this pair')}")
 
 
-def classes(take: Take, within_deg: float) -> np.ndarray:
-    """(n,) names such as `bar x, way y`: the axis of the file that the bar is nearest to in a
-    frame, and that of the main motion while it points so; `oblique` beyond `within_deg`; empty in
-    gaps."""
-    bar = _nearest(take.direction, within_deg)
-    names = np.full(take.length_mm.size, "", dtype="<U24")
-    for axis in np.unique(bar[take.known]):
-        along = (bar == axis) & take.known
-        names[along] = f"bar {axis}, way {_main_axis(take.middle_mm[:, along], within_deg)}"
+def classes(takes: Sequence[Take], within_deg: float) -> list[np.ndarray]:
+    """(n,) names of each take, such as `bar x, way y`: the axis of the file that the bar is nearest
+    to in a frame, and that of the main motion while it points so; `oblique` beyond `within_deg`;
+    empty in gaps. Ways that are hardly longer in one direction than across it (LONG) have the main
+    axis of all such ways of that bar, as their own is a matter of chance."""
+    bars = [np.where(take.known, _nearest(take.direction, within_deg), "") for take in takes]
+    names = [np.full(take.length_mm.size, "", dtype="<U24") for take in takes]
+    for axis in np.unique(np.concatenate(bars)):
+        if not axis:
+            continue
+        inside = [bar == axis for bar in bars]
+        ways = [_scatter(take.middle_mm[:, at]) for take, at in zip(takes, inside, strict=True)]
+        extents = [np.sqrt(np.linalg.eigvalsh(way)[::-1].clip(0)) for way in ways]
+        is_long = [size[0] > LONG * size[1] for size in extents]
+        common = np.sum([way for way, long in zip(ways, is_long, strict=True) if not long], axis=0)
+        for name, at, way, long in zip(names, inside, ways, is_long, strict=True):
+            main = np.linalg.svd(way if long else common)[0][:, :1]
+            name[at] = f"bar {axis}, way {_nearest(main, within_deg)[0]}"
     return names
+
+
+def _scatter(places: np.ndarray) -> np.ndarray:
+    """(3, 3) sums of products of places (3, n) about their mean; 0 of none."""
+    if not places.size:
+        return np.zeros((3, 3))
+    centred = places - places.mean(axis=1, keepdims=True)
+    return np.asarray(centred @ centred.T)
 
 
 def _nearest(direction: np.ndarray, within_deg: float) -> np.ndarray:
@@ -151,9 +196,3 @@ def _nearest(direction: np.ndarray, within_deg: float) -> np.ndarray:
     size = np.abs(np.nan_to_num(direction))
     near = size.max(axis=0) >= math.cos(math.radians(within_deg)) - 1e-9
     return np.where(near, np.array(AXES)[size.argmax(axis=0)], OBLIQUE)
-
-
-def _main_axis(middle_mm: np.ndarray, within_deg: float) -> str:
-    centred = middle_mm - middle_mm.mean(axis=1, keepdims=True)
-    main = np.linalg.svd(centred @ centred.T)[0][:, :1]
-    return str(_nearest(main, within_deg)[0])

@@ -64,6 +64,7 @@ def document(
     days = len({takes[start + k].date[:10] for k in learnt})
     how = {"m": len(learnt) if word == "learning" else m, "days": days}
     how |= {"learnt": LEARNT, "settled": SETTLED}
+    how |= {"named": any(take.baseline == "yes" for take in takes[start:])}
     how |= {"trend": any(one["code"] == "trend" for one in findings)}
     beyond = any(one.chart.beyond[-1] for one in judged)
     key = "back" if word == "alert" and wrong and not beyond else word or "learning"

@@ -92,6 +92,8 @@ def _warnings(take: Take, pair: tuple[str, str], rigid_mm: float) -> list[str]:
     said = []
     if turned := of_take.reversals(take):
         said.append(render("bar.reversals", n=turned, pair=pair))
+    if slip := of_take.slip(take):
+        said.append(render("bar.slip", at_s=slip[0], change=slip[1], pair=pair))
     if (spread := of_take.spread_mm(take)) > rigid_mm:
         said.append(render("bar.loose", spread=spread, limit=rigid_mm, pair=pair))
     return said

@@ -77,7 +77,7 @@ def monitor(
     first: dict[tuple[str, ...], str] = {}
     begins = False  # a baseline, with a take that cannot be used
     for row in rows:
-        why = "the recording was refused"
+        why = "it has no results: its recording was refused, or its files are missing"
         if row.recording in takes:
             why = unfit(takes[row.recording], first)
             if used and row.baseline != "restart" and settings.monitor.frame == "fixed":

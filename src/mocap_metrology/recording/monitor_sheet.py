@@ -51,9 +51,7 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
         last = before.get(name)
         if last is not None:
             named = f"as row {last.number}, the take before of monitor {name}"
-            earlier = _moment(last.cells["date"]) or day
-            n = min(len(day), len(earlier))
-            if day[:n] < earlier[:n]:
+            if _is_before(date, last.cells["date"]):
                 faults.append(wrong("date", f"{last.cells['date']} or later, {named}"))
             if baseline != "restart":
                 faults += [
@@ -66,6 +64,17 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
     if faults:
         raise Faults(faults)
     return takes
+
+
+def _is_before(date: str, other: str) -> bool:
+    """Whether a moment is before another one: where both state a zone by the instant, else by the
+    clock, to the day where one has no time."""
+    moments = [datetime.fromisoformat(one.replace(" ", "T")) for one in (date, other)]
+    if all(one.tzinfo for one in moments):
+        return moments[0] < moments[1]
+    texts = [_moment(one) or "" for one in (date, other)]
+    n = min(map(len, texts))
+    return texts[0][:n] < texts[1][:n]
 
 
 def _moment(text: str) -> str | None:

@@ -20,7 +20,7 @@ SHOWN = 0.08  # of the largest extent is the median arrow
 def sentences(document: Mapping[str, Any]) -> list[str]:
     """What contents of <group>_points.json show."""
     codes = document["findings"]
-    said = ["headline", *codes, *([] if "scale" in codes else ["no_scale"])]
+    said = ["headline", *codes, *([] if codes else ["no_scale"])]
     return [render(f"points.{code}", **document) for code in said]
 
 

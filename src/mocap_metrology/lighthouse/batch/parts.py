@@ -210,8 +210,9 @@ def halves(
     `stepped`: whether a step at one moment explains the difference, and pieces before and after
     agree among themselves, by an F test of the moment that explains most. Where pieces differ by
     more than noise, steps there and back are tested as well, whose parts are what is between and
-    the rest. The misfit, of the likeliest step: mean square of the distance, over noise, from the
-    estimate to the pose of the part that is farther off; of a step there and back to the rest's.
+    the rest. The misfit then, of the likeliest step: mean square of the distance, over noise, from
+    the estimate to the pose of the part that is farther off; of a step there and back to the
+    rest's.
     """
     pieces = pieces_of(joint, joint.recordings[0]) if pieces is None else pieces
     steps = dict[tuple[int, int], _Step]()
@@ -230,7 +231,7 @@ def halves(
         min(steps.values(), key=lambda step: step.p),
         _part(joint, Piece.total(pieces), station),
     )
-    if likely.p >= by_chance / PIECES or whole is None:
+    if joint.misfit <= 1 or likely.p >= by_chance / PIECES or whole is None:
         return pair, 1.0
     rows = joint.pose(station)
     noise = whole.noise[np.ix_(rows, rows)]

@@ -26,7 +26,7 @@ from mocap_metrology.lighthouse.batch.kernel import HELD
 from mocap_metrology.lighthouse.batch.problem import COVER_M, COVER_SD_M, Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.scene import Scene
-from tests.lighthouse.batch.planes_scene import made, tracker
+from tests.lighthouse.batch.planes_scene import made
 
 CASES = {
     "light": {},
@@ -64,9 +64,7 @@ def study(n: int, case: str, runs: int, seconds: float) -> None:
     for seed in range(runs):
         rng, more = np.random.default_rng([17, seed]), {}
         if case == "drawn":
-            more = dict(
-                zip(("larger", "cover"), drawn(rng, Priors().of_board(tracker()[0])), strict=True)
-            )
+            more = dict(zip(("larger", "cover"), drawn(rng, Priors()), strict=True))
         given = made(n, seed, seconds, **CASES[case] | more)
         scene = with_zeros(given.scene, rng) if case == "drawn" else given.scene
         begun = time.process_time()

@@ -103,7 +103,7 @@ def _scene(twin: TurnsTwin) -> Scene:
     """Of an object that is larger than its file, under a cover, before stations whose time zeros
     err, all by what `batch` takes them for beforehand."""
     rng = np.random.default_rng([twin.seed, twin.receiver, 17])
-    larger, cover = drawn(rng, PRIORS.of_board(twin.board))
+    larger, cover = drawn(rng, PRIORS)
     a, t = (1e3 * value for value in cover)
     made = simulate_turns(replace(twin, board=(1 + larger) * twin.board, cover_mm=(a, t)))
     found, names = seen(replace(made, twin=twin)), ["0", "1"]

@@ -80,7 +80,8 @@ class Lighthouse(Section):
     board_scale_sd: float = Field(0.001, ge=0, le=0.1)
     """Relative standard deviation of the board's scale, which no angle shows: the distance of the
     stations has the same. Of boards below 0.3 m it is at least 0.3 mm over the largest distance of
-    two diodes, unless it is 0. Column `known_length` reduces it."""
+    two diodes, unless it is 0, or the cover of a deep object is estimated before V2 stations.
+    Column `known_length` reduces it."""
     laser_depth_sd_mm: float = Field(10.0, ge=0, le=100)
     """Standard deviation of the distance in depth between both lasers of a station, with `factory`
     optics and where `lasers_mm` does not name it."""

@@ -136,7 +136,7 @@ def estimate(
     ups, normals = more.ups, more.normals
     by_ups = ups is not None and bool(np.isfinite(ups).all(axis=1).any())
     there = [one is not None for one in seen]
-    sized_scale = any(one.lengths for one in recordings)
+    sized_scale = known_poses or any(one.lengths for one in recordings)
     priors = priors or problem.Priors()
     of = problem.layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale, more)
     state = problem.start(

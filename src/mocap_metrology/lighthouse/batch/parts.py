@@ -40,6 +40,15 @@ class _Part:
     noise: np.ndarray
 
 
+class _Step(NamedTuple):
+    """Probability by chance that parts differ so much, how far they are apart, and which of them
+    have a pose that may be the right one."""
+
+    p: float
+    pair: Halves
+    right: tuple[_Part, ...]
+
+
 class Piece(NamedTuple):
     """Normal equations S, h of a piece of a recording, its trajectory eliminated, the covariance
     of h, and its sweeps by station; those of several are added."""
@@ -163,9 +172,34 @@ def misfit_of(joint: Joint) -> float:
     return total / freedom
 
 
-def halves(joint: Joint, station: int = 1, pieces: Sequence[Piece] | None = None) -> Halves | None:
+def _step(
+    joint: Joint, station: int, one: Sequence[Piece], other: Sequence[Piece], both: bool
+) -> _Step | None:
+    """The step between two sides of a recording; None where a side does not determine the pose;
+    both: whether the pose of either side may be the right one, or that of the other only."""
+    sides = one, other
+    whole = [Piece.total(side) for side in sides]
+    if min(_fewest(side.sweeps, station) for side in whole) < FEWEST_SWEEPS:
+        return None
+    a, b = (_part(joint, side, station) for side in whole)
+    if a is None or b is None:
+        return None
+    pair, p = _halves_apart(joint, a, b, np.zeros(joint.of.size), station), 1.0
+    per_side = [
+        _scatter(side, joint, station, part.step) for side, part in zip(sides, (a, b), strict=True)
+    ]
+    rest, freedom = (sum(column) for column in zip(*per_side, strict=True))
+    if freedom > 2 * POSE:
+        rest = max(rest / (freedom - 2 * POSE), 1.0)
+        p = float(fdtrc(POSE, freedom - 2 * POSE, pair.m2 / POSE / rest))
+    return _Step(p, pair, (a, b) if both else (b,))
+
+
+def halves(
+    joint: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
+) -> tuple[Halves | None, float]:
     """Pose of a station from the hits before and after each of `SPLITS` of the duration: the two
-    that are farthest apart by m2.
+    that are farthest apart by m2; and the misfit by which a step has moved the estimate.
 
     Errors of board and optics are the same in both and nearly cancel: with the gains K_i, the
     difference has the covariance of both parts' noise and
@@ -174,32 +208,35 @@ def halves(joint: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
     parts have. pieces: what `pieces_of` returns, where it was called before.
 
     `stepped`: whether a step at one moment explains the difference, and pieces before and after
-    agree among themselves, by an F test of the moment that explains most.
+    agree among themselves, by an F test of the moment that explains most. Where pieces differ by
+    more than noise, steps there and back are tested as well, whose parts are what is between and
+    the rest. The misfit then, of the likeliest step: mean square of the distance, over noise, from
+    the estimate to the pose of the part that is farther off; of a step there and back to the
+    rest's.
     """
     pieces = pieces_of(joint, joint.recordings[0]) if pieces is None else pieces
-    same, apart, ratios = np.zeros(joint.of.size), {}, []
-    for k in range(1, PIECES):
-        sides = pieces[:k], pieces[k:]
-        whole = [Piece.total(side) for side in sides]
-        if min(_fewest(side.sweeps, station) for side in whole) < FEWEST_SWEEPS:
-            continue
-        a, b = (_part(joint, side, station) for side in whole)
-        if a is None or b is None:
-            continue
-        apart[k] = _halves_apart(joint, a, b, same, station)
-        per_side = [
-            _scatter(side, joint, station, part.step)
-            for side, part in zip(sides, (a, b), strict=True)
-        ]
-        rest, freedom = (sum(column) for column in zip(*per_side, strict=True))
-        if freedom > 2 * POSE:
-            rest = max(rest / (freedom - 2 * POSE), 1.0)
-            ratios.append(float(fdtrc(POSE, freedom - 2 * POSE, apart[k].m2 / POSE / rest)))
-    at = [apart[k] for k in (round(PIECES * split) for split in SPLITS) if k in apart]
+    steps = dict[tuple[int, int], _Step]()
+    for i in range(PIECES - 1 if joint.misfit > 1 else 1):
+        for k in range(i + 1, PIECES):
+            sides = pieces[i:k], [*pieces[:i], *pieces[k:]]
+            if (step := _step(joint, station, *sides, both=not i)) is not None:
+                steps[i, k] = step
+    at = [steps[0, k].pair for k in (round(PIECES * split) for split in SPLITS) if (0, k) in steps]
     if not at:
-        return None
-    stepped = min(ratios, default=1.0) < BY_CHANCE / PIECES
-    return replace(max(at, key=lambda pair: pair.m2), stepped=stepped)
+        return None, 1.0
+    by_chance = BY_CHANCE / PIECES
+    stepped = min(step.p for (i, _), step in steps.items() if not i) < by_chance
+    pair = replace(max(at, key=lambda one: one.m2), stepped=stepped)
+    likely, whole = (
+        min(steps.values(), key=lambda step: step.p),
+        _part(joint, Piece.total(pieces), station),
+    )
+    if joint.misfit <= 1 or likely.p >= by_chance / PIECES or whole is None:
+        return pair, 1.0
+    rows = joint.pose(station)
+    noise = whole.noise[np.ix_(rows, rows)]
+    off = [(part.step - whole.step)[rows] for part in likely.right]
+    return pair, max(float(d @ np.linalg.solve(noise, d)) for d in off) / POSE
 
 
 def predicted(joint: Joint, priors: Priors) -> list[list[Halves | None]]:

@@ -8,7 +8,7 @@ prior, a normal distribution about the value of the board file, the factory cali
 | time zero | station and axis | 0.15 us (57 urad): flashes rise late, by diodes differently |
 | phase | station and axis | 1 mrad: together with the time zero one offset |
 | depth between both lasers | station | 10 mm |
-| scale of the board | | 1e-3, of a small one 0.3 mm over its largest extent |
+| scale of the board | | 1e-3, of a small one 0.3 mm over its largest extent (`Scene.used_priors`) |
 | place of a diode | diode, coordinate | 0.2 mm |
 | cover of the diodes: shift at 50 deg, thickness | | 0.15, 0.8 mm about 0, 1.6 mm |
 | gravity | | none; its magnitude 0.03 m/s^2 about 9.81 |
@@ -23,8 +23,8 @@ prior, a normal distribution about the value of the board file, the factory cali
 of its turns is the offset of both planes, the phase is that of plane 1; the spread of its other
 factory values is given beside these. The cover is an unknown where normals of diodes are known.
 Scale and depth are hardly seen by the angles, so their priors go into the
-covariance of the poses nearly as they are. The last seven are unknowns only where such data are
-used.
+covariance of the poses nearly as they are; where poses are known, the scale is seen. The last seven
+are unknowns only where such data are used.
 """
 
 from __future__ import annotations

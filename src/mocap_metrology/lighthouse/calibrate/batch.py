@@ -77,15 +77,18 @@ def all_solved(
     one, stage = solution.recordings[0], "final" if still is None else "static"
     with expect_determined(scene.title):
         pieces = parts.pieces_of(solution, one) if still is None else []
+        stations, none = range(1, len(scene.names)), (None, 1.0)
+        halves = [parts.halves(solution, k, pieces) if pieces else none for k in stations]
+        misfit = max(solution.misfit, *(by_step for _, by_step in halves))
+        solution = replace(solution, misfit=misfit)
         residuals = residual_rows(solution, scene.hits, scene.names)
         path = _path(one.trajectory, one.sweeps.hits.time_s)
         details = {**details_of(scene, solution), "residuals": residuals}
         poses = []
-        for k in range(1, len(scene.names)):
+        for k, (pair, _) in zip(stations, halves, strict=True):
             pose = pose_of(scene, solution, stage, details, k)
-            halves = parts.halves(solution, k, pieces) if still is None else None
             seconds = time.perf_counter() - began
-            poses.append(replace(pose, halves=halves, path=path, note=note, seconds=seconds))
+            poses.append(replace(pose, halves=pair, path=path, note=note, seconds=seconds))
     return poses, solution
 
 

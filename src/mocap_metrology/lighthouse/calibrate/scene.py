@@ -147,10 +147,12 @@ class Scene:
 
     @property
     def used_priors(self) -> Priors:
-        """Ideal optics claim to have no phase and no depth, named lasers no depth."""
+        """Ideal optics claim to have no phase and no depth, named lasers no depth. Where the light
+        is received on a deep board shows in its cover before stations of the second generation."""
         priors = self.priors
         if self.generation == 2:
-            return priors.of_board(self.board)
+            covered = self.sensors.normals is not None and not is_flat(self.board)
+            return priors if covered else priors.of_board(self.board)
         if self.optics == ESTIMATED:
             priors = priors.of_unknown_rotors()
         if self.optics == "ideal":

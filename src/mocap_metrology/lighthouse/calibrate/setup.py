@@ -240,7 +240,7 @@ def _of_all_boards(
     known = any(one is not None for one in normals)
     none = [np.zeros_like(one.board) for one in every]  # a diode without a normal has no cover
     filled = [a if b is None else b for a, b in zip(none, normals, strict=True)]
-    scale = max(one.priors.of_board(one.board).board_scale for one in every)
+    scale = max(one.used_priors.board_scale for one in every)
     scene = replace(
         scene,
         board=np.concatenate([one.board for one in every]),

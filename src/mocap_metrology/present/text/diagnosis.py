@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -92,11 +93,13 @@ def _events(
 
 
 def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) -> Sentence:
-    markers, shift = event.markers(recording.labels), ""
-    if near := findings.shift_near(event.time_s, event.stop_s, wanders):
+    shift, near = "", findings.shift_near(event.time_s, event.stop_s, wanders)
+    if near and not abs(event.shift_mm) > 2 * abs(near[1]):  # else another coordinate moved more
+        event = replace(event, series=tuple(dict.fromkeys([*event.series, near[0]])))
         shift = render(
             "event.shift", name=near[0], size_mm=near[1], back=near[2], one=wanders[near[0]]
         )
+    markers = event.markers(recording.labels)
     numbers = {
         "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,
         "shift_mm": event.shift_mm, "false_alarm_p": event.p, "word": outcome(event),

@@ -43,13 +43,14 @@ class Alarm:
 
 @dataclass(frozen=True)
 class Event:
-    """kind: `burst` (something moved) or `level` (noise became another). series: those with alarms,
-    most significant first. size_mm: largest excursion of a coordinate, `largest`; nan for a level.
-    shift_mm: where that coordinate was after less where it was before. p: probability of anything
-    so unlikely in the whole recording, at most. ratio: of the dynamic Allan variance to that of the
-    noise, at tau_s. sides: of every series. of: number of bursts in the recording. moved: whether
-    any excursion is less white than the noise, which else was loud; white: least whiteness, of that
-    beside it. often: whether it is several excursions, at rest between them most of the time."""
+    """kind: `burst` (something moved) or `level` (noise became another). series: those with
+    alarms, most significant first. size_mm: largest excursion of a coordinate, `largest`; nan
+    for a level. shift_mm: where that coordinate was after less where it was before, NaN where
+    one is unknown. p: probability of anything so unlikely in the whole recording, at most.
+    ratio: of the dynamic Allan variance to that of the noise, at tau_s. sides: of every series.
+    of: number of bursts in the recording. moved: whether any excursion is less white than the
+    noise, which else was loud; white: least whiteness, of that beside it. often: whether it is
+    several excursions, at rest between them most of the time."""
 
     time_s: float
     duration_s: float
@@ -226,6 +227,7 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     first, last = first - start, last - start
     sides = [near[width:first], near[last:-width]]
     sides = [side[np.isfinite(side)] for side in sides]
+    both = min(side.size for side in sides) >= 16  # else nothing is known of a shift
     sides = [side if side.size >= 16 else sides[1 - k] for k, side in enumerate(sides)]
     few = round(CONTEXT_S / 5 * rate_hz)
     levels = [np.median(s) if s.size else np.nan for s in (sides[0][-few:], sides[1][:few])]
@@ -234,7 +236,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
-    return _Excursion(size, float(levels[1] - levels[0]), start + first + off, white, moved, loud)
+    shift = float(levels[1] - levels[0]) if both else math.nan
+    return _Excursion(size, shift, start + first + off, white, moved, loud)
 
 
 def _power(values: np.ndarray) -> np.ndarray:

@@ -200,7 +200,7 @@ def _wanders(
         name = max(drift, key=lambda k: abs(drift[k]))
         values = {"name": name, "per_hour": drift[name], "seconds": seconds}
         yield sentence("drift.model", False, drift, {k: numbers[k] for k in drift}, **values)
-    for kind, (name, sizes) in findings.other_wanders(recording, diagnosis, parts).items():
+    for kind, name, sizes in findings.other_wanders(recording, diagnosis, parts):
         values = {
             "name": name,
             "one": diagnosis.wanders[name],
@@ -230,9 +230,8 @@ def _shape_of_noise(diagnosis: Diagnosis, rate_hz: float) -> Iterator[Sentence]:
         cutoffs = {one.series: one.cutoff_hz for one in diagnosis.low_pass}
         ratios = {one.series: one.ratio for one in diagnosis.low_pass}
         known = [f for f in cutoffs.values() if math.isfinite(f)]
-        middle = float(np.median(known)) if known else math.nan
         numbers = {"cutoff_hz": cutoffs, "top_to_pass_band": ratios}
-        yield sentence("low_pass.filtered", True, cutoffs, numbers, middle_hz=middle)
+        yield sentence("low_pass.filtered", True, cutoffs, numbers, cutoffs_hz=known)
     for code in dict.fromkeys(one.code for one in diagnosis.processed):
         of = {one.series: one.value for one in diagnosis.processed if one.code == code}
         f_hz = next(iter(of.values()))

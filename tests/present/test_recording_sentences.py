@@ -273,6 +273,16 @@ def test_a_step_or_shift_that_is_an_event_is_said_once(at_s, event, wanders) -> 
     assert any(one.kind == "wander" for one in said) == wanders
 
 
+def test_every_step_is_said_and_once() -> None:
+    """That of an event, with its marker, and a later one, but not its part of the distance."""
+    at = {"x1": 98.0, "y2": 300.0, "L": 300.0}
+    steps = {k: wander("step", 0.05, t)["wanders"]["x1"] for k, t in at.items()}
+    said = [s.words for s in told({"events": [EVENT], "wanders": steps})]
+    assert sum("shifted by 50 µm (x1)" in words for words in said) == 1
+    assert sum("y2 shifted" in words for words in said) == 1
+    assert not any("L shifted" in words for words in said)
+
+
 def test_wander_that_the_noise_model_states_is_said_once() -> None:
     both = {name: Wander((kind,), "", (kind,), *MOVED, 0.06)
             for name, kind in (("x1", "drift"), ("y1", "warm_up"))}  # fmt: skip

@@ -52,11 +52,11 @@ class Blocks:
 
     @property
     def about_line(self) -> np.ndarray:
-        """(k,) variance less b^2 / 12 of slow movement, b^2 the product of the steps to the means
-        beside, where both go one way."""
+        """(k,) variance less b^2 / 12 of slow movement; b: mean of like steps to both sides."""
         steps = np.nan_to_num(np.diff(self.mean))
-        square = np.maximum(np.append(0.0, steps) * np.append(steps, 0.0), 0.0)
-        return np.asarray(self.variance - square / 12)
+        before, after = np.append(0.0, steps), np.append(steps, 0.0)
+        alike = 5 * before * after > before**2 + after**2
+        return np.where(alike, self.variance - (before + after) ** 2 / 48, self.variance)
 
     @property
     def sd(self) -> float:

@@ -187,7 +187,7 @@ def _event(
         start, stop - start, "burst", tuple(order), largest, sized[largest].size,
         sized[largest].shift, min(1.0, n_tests * math.exp(-min(surest.x, 700))), surest.ratio,
         surest.tau_s, moved=any(m.moved for m in moved.values()),
-        often=(stop - start) / 2 < rests[rests > REST_S].sum(),
+        often=(stop - start) / 2 < float(rests[rests > REST_S].sum()),
         white=min(m.white for m in moved.values()),
     )  # fmt: skip
 

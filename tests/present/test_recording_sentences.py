@@ -149,7 +149,7 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     (wander("two_levels", 0.03, 50.0), "wander.two_levels", True, "x1, 30 µm, 50 s"),
     (wander(""), "wander.undecided", True, "60 µm, 15 min, x1"),
     ({"low_pass": [LowPass("x1", 5.0, 0.1), LowPass("y1", 8.0, 0.1)]}, "low_pass.filtered", True,
-     "x1, y1, 6.5 Hz"),
+     "x1, y1, 5, 8 Hz"),
     ({"processed": [Processed("smoothed", "x1", 0.1)]}, "smoothed.frames", True, "x1"),
     ({"processed": [Processed("resampled", k, 20.0) for k in ("x1", "y1")]}, "resampled.frames",
      True, "x1, y1, 20 Hz, 80, 20 Hz"),
@@ -271,6 +271,16 @@ def test_a_step_or_shift_that_is_an_event_is_said_once(at_s, event, wanders) -> 
     (words,) = (one.words for one in said if one.kind == "event")
     assert words.startswith(f"At 98.5 s A, B {event}")
     assert any(one.kind == "wander" for one in said) == wanders
+
+
+def test_every_step_is_said_and_once() -> None:
+    """That of an event, with its marker, and a later one, but not its part of the distance."""
+    at = {"x1": 98.0, "y2": 300.0, "L": 300.0}
+    steps = {k: wander("step", 0.05, t)["wanders"]["x1"] for k, t in at.items()}
+    said = [s.words for s in told({"events": [EVENT], "wanders": steps})]
+    assert sum("shifted by 50 µm (x1)" in words for words in said) == 1
+    assert sum("y2 shifted" in words for words in said) == 1
+    assert not any("L shifted" in words for words in said)
 
 
 def test_wander_that_the_noise_model_states_is_said_once() -> None:

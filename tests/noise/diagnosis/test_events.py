@@ -216,6 +216,17 @@ def test_a_step_moves_and_several_knocks_are_told_apart() -> None:
     assert found and all(event.moved for event in found)
     (event,) = events_of(position)
     assert event.often and event.duration_s == pytest.approx(4.9, abs=0.1)
+    position[1, round(31.3 * RATE) : round(33.1 * RATE)] -= position[1, 3000]
+    position[1, 3756:3996] = position[1, 3000:3240]  # y1 has the first alone
+    (event,) = events_of(position)
+    assert event.often
+
+
+def test_steps_of_one_axis_are_no_events() -> None:
+    """Of 0.1 mm in noise of 0.03 mm: nine frames of ten have one value."""
+    position = np.random.default_rng(6).normal(0, 0.03, (6, 36_000))
+    position[2] = np.round(position[2], 1)
+    assert not events_of(position)
 
 
 def test_size_of_an_event_that_a_recording_begins_with() -> None:

@@ -98,6 +98,13 @@ def test_what_goes_up_and_down_does_not_rise() -> None:
             assert -0.4 < one.least <= 0 <= one.greatest < 0.67  # 0.75 / 1.25, 1.25 / 0.75
 
 
+def test_slow_movement_is_no_level() -> None:
+    """A pendulum of 10 s that comes to rest moves by 0.05 mm (sd) within a second at first."""
+    t = np.arange(N) / RATE
+    swing = 0.3 * np.exp(-t / 200) * np.sin(2 * np.pi * 0.1 * t)
+    assert not trends({k: blocks(v + swing, RATE) for k, v in made(1.0).items()}, NONE, [])
+
+
 @pytest.mark.parametrize("seconds", [15, 40])
 def test_a_level_of_two_states_neither_rises_nor_falls(seconds: float) -> None:
     """Switched between at random, as where a camera comes and goes."""

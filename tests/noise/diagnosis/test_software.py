@@ -190,3 +190,7 @@ def test_a_cycle_of_the_variance_and_none_of_a_line_at_twice_its_frequency() -> 
         assert variance_cycle(x + 3 * np.sin(2 * np.pi * f * t), AT_HZ, 1e-4) == 0.0
     x += 1.5 * (np.arange(x.size) % 4 == 0)  # two lines, at a quarter and half of the frame rate
     assert variance_cycle(x, AT_HZ, 1e-4) == 0.0
+    t = np.arange(60_000) / AT_HZ
+    for f in (2.4, 9.7, 41.0):  # louder in a tenth of each period: not interpolated
+        loud = np.random.default_rng(3).standard_normal(t.size) * (1 + 1.2 * (t * f % 1 < 0.1))
+        assert variance_cycle(loud, AT_HZ, 1e-4) == 0.0

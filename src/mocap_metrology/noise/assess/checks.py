@@ -234,11 +234,11 @@ def low_pass(coordinates: Series, facts: Facts) -> Check:
     """Check for low-pass filters: filtered data are at best usable, as the scatter of single frames
     is lost."""
     cutoffs = {k: v for k, v in facts.values_of("low_pass").items() if k in coordinates}
-    known = [v for v in facts.values_of("low_pass").values() if math.isfinite(v)]
-    value = median(known) if known else math.nan  # as the diagnosis states it
+    known = [v for v in facts.values_of("low_pass").values() if math.isfinite(v)] or [math.nan]
     word: Word = "usable" if cutoffs else "good"
     name, names = next(iter(cutoffs), ""), _unless_all(cutoffs, coordinates)
-    return Check(Code.LOW_PASS, word, value, math.nan, "Hz", series=name, names=names)
+    ends = min(known), max(known)  # as the diagnosis states them
+    return Check(Code.LOW_PASS, word, median(known), math.nan, "Hz", "", name, *ends, names=names)
 
 
 def processed(coordinates: Series, facts: Facts) -> Check:

@@ -26,6 +26,7 @@ SIDES_MISS = 0.01  # probability that some series of an event is reported as cha
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
 MOST = 200  # events that are measured; more, and the recording is no still one
+NO_FRAMES = np.empty(0, int)
 
 
 @dataclass(frozen=True)
@@ -42,13 +43,14 @@ class Alarm:
 
 @dataclass(frozen=True)
 class Event:
-    """kind: `burst` (something moved) or `level` (noise became another). series: those with alarms,
-    most significant first. size_mm: largest excursion of a coordinate, `largest`; nan for a level.
-    shift_mm: where that coordinate was after less where it was before. p: probability of anything
-    so unlikely in the whole recording, at most. ratio: of the dynamic Allan variance to that of the
-    noise, at tau_s. sides: of every series. of: number of bursts in the recording. moved: whether
-    any excursion is less white than the noise, which else was loud; white: least whiteness, of that
-    beside it. often: whether it is several excursions, at rest between them most of the time."""
+    """kind: `burst` (something moved) or `level` (noise became another). series: those with
+    alarms, most significant first. size_mm: largest excursion of a coordinate, `largest`; nan
+    for a level. shift_mm: where that coordinate was after less where it was before, NaN where
+    one is unknown. p: probability of anything so unlikely in the whole recording, at most.
+    ratio: of the dynamic Allan variance to that of the noise, at tau_s. sides: of every series.
+    of: number of bursts in the recording. moved: whether any excursion is less white than the
+    noise, which else was loud; white: least whiteness, of that beside it. often: whether it is
+    several excursions, at rest between them most of the time."""
 
     time_s: float
     duration_s: float
@@ -162,42 +164,44 @@ def measured_events(
         for k in numbers:
             moved[k][name] = _excursion(values, groups[k], rate_hz)
     return [
-        _event(group, parts, n_tests)
+        _event(group, parts, n_tests, rate_hz)
         for group, parts in zip(groups, moved, strict=True)
         if any(one.loud or one.white < WHITE for one in parts.values())
     ]
 
 
-def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) -> Event:
+def _event(
+    group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float, rate_hz: float
+) -> Event:
     surest = max(group, key=lambda a: a.x)
     order = sorted(
         {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
     )
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
-    starts = [m.first_s for m in moved.values() if m.moved and m.first_s is not None]
-    stops = [m.last_s for m in moved.values() if m.moved and m.last_s is not None]
-    start = min(starts, default=min(a.start_s for a in group))
-    stop = max(stops, default=max(a.stop_s for a in group))
+    off = np.unique(np.concatenate([m.off for m in moved.values() if m.moved] or [NO_FRAMES]))
+    start = float(off[0]) / rate_hz if off.size else min(a.start_s for a in group)
+    stop = float(off[-1] + 1) / rate_hz if off.size else max(a.stop_s for a in group)
+    rests = np.diff(off) / rate_hz
     largest = max(sized, key=lambda k: sized[k].size)
     return Event(
         start, stop - start, "burst", tuple(order), largest, sized[largest].size,
         sized[largest].shift, min(1.0, n_tests * math.exp(-min(surest.x, 700))), surest.ratio,
         surest.tau_s, moved=any(m.moved for m in moved.values()),
-        often=(stop - start) / 2 < min(m.rest_s for m in moved.values()) < math.inf,
+        often=(stop - start) / 2 < float(rests[rests > REST_S].sum()),
         white=min(m.white for m in moved.values()),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Excursion:
+    """size, shift: mm; off: frames that are off the level; others as of `Event`."""
+
     size: float
     shift: float
-    first_s: float | None
-    last_s: float | None
-    white: float = 1.0
-    moved: bool = False
-    loud: bool = False
-    rest_s: float = math.inf
+    off: np.ndarray
+    white: float
+    moved: bool
+    loud: bool
 
 
 def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excursion:
@@ -223,6 +227,7 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     first, last = first - start, last - start
     sides = [near[width:first], near[last:-width]]
     sides = [side[np.isfinite(side)] for side in sides]
+    both = min(side.size for side in sides) >= 16  # else nothing is known of a shift
     sides = [side if side.size >= 16 else sides[1 - k] for k, side in enumerate(sides)]
     few = round(CONTEXT_S / 5 * rate_hz)
     levels = [np.median(s) if s.size else np.nan for s in (sides[0][-few:], sides[1][:few])]
@@ -231,13 +236,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
-    if not off.size:
-        return _Excursion(size, levels[1] - levels[0], None, None, white, moved, loud)
-    at = (start + first + off[[0, -1]]) / rate_hz
-    ends = float(at[0]), float(at[1] + 1 / rate_hz)
-    rests = np.diff(off) / rate_hz
-    rest_s = float(rests[rests > REST_S].sum())
-    return _Excursion(size, float(levels[1] - levels[0]), *ends, white, moved, loud, rest_s)
+    shift = float(levels[1] - levels[0]) if both else math.nan
+    return _Excursion(size, shift, start + first + off, white, moved, loud)
 
 
 def _power(values: np.ndarray) -> np.ndarray:

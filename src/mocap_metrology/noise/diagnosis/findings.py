@@ -277,27 +277,37 @@ def deterministic_parts(
 
 def other_wanders(
     recording: Recording, diagnosis: Diagnosis, parts: Mapping[str, Deterministic]
-) -> dict[str, tuple[str, dict[str, float]]]:
-    """Kind of slow wander (`undecided` too) -> the coordinate that has most of it, and its size in
-    each series, mm. Not those that `parts` (`deterministic_parts`) state, nor steps that are an
-    event."""
+) -> list[tuple[str, str, dict[str, float]]]:
+    """Kind of slow wander (`undecided` too), the coordinate that has most of it, and its size in
+    each series, mm; one a kind, of single steps and shifts one a time. Not those that `parts`
+    (`deterministic_parts`) state, nor steps that are an event, nor of distances what coordinates
+    have."""
     stated = {"warm_up"} if any(part.A_w for part in parts.values()) else set()
-    sizes: dict[str, dict[str, float]] = {}
+    sizes: dict[tuple[str, float], dict[str, float]] = {}
     for name, one in diagnosis.wanders.items():
         for kind in ("undecided",) if one.undecided else one.kinds:
-            if kind == "drift" and not one.own(kind):
+            if kind in stated or (kind == "drift" and not one.own(kind)):
                 continue  # of the noise model, or not sure
             size = one.range_mm if kind == "undecided" else abs(one.size_of(kind))
-            sizes.setdefault(kind, {})[name] = size
-    largest = {
-        kind: max(of, key=lambda k: (k in recording.coordinates, of[k]))
-        for kind, of in sizes.items()
-    }
-    return {
-        kind: (largest[kind], of)
-        for kind, of in sizes.items()
-        if kind not in stated and not _is_event(kind, diagnosis.wanders[largest[kind]], diagnosis)
-    }
+            sizes.setdefault((kind, _time_of(kind, one, sizes)), {})[name] = size
+    coordinates = recording.coordinates
+    largest = {key: max(of, key=lambda k: (k in coordinates, of[k])) for key, of in sizes.items()}
+    known = {kind for (kind, _), name in largest.items() if name in coordinates}
+    return [
+        (key[0], largest[key], of)
+        for key, of in sizes.items()
+        if (largest[key] in coordinates or key[0] not in known)
+        and not _is_event(key[0], diagnosis.wanders[largest[key]], diagnosis)
+    ]
+
+
+def _time_of(kind: str, wander: Wander, known: Iterable[tuple[str, float]]) -> float:
+    """When a single step or shift was, by the first of these kinds and times that it is near; else
+    0."""
+    if kind != "shift" and not (kind == "step" and len(wander.jumps) == 1):
+        return 0.0
+    time_s = wander.jumps[0][0]
+    return next((t for one, t in known if one == kind and abs(t - time_s) <= NEAR_S), time_s)
 
 
 def _is_event(kind: str, wander: Wander, diagnosis: Diagnosis) -> bool:

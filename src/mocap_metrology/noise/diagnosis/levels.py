@@ -51,6 +51,14 @@ class Blocks:
         return Blocks(mean[keep], variance[keep], self.length_s)
 
     @property
+    def about_line(self) -> np.ndarray:
+        """(k,) variance less b^2 / 12 of slow movement; b: mean of like steps to both sides."""
+        steps = np.nan_to_num(np.diff(self.mean))
+        before, after = np.append(0.0, steps), np.append(steps, 0.0)
+        alike = 5 * before * after > before**2 + after**2
+        return np.where(alike, self.variance - (before + after) ** 2 / 48, self.variance)
+
+    @property
     def sd(self) -> float:
         """Standard deviation of all samples: within blocks and between them."""
         if self.mean.size < 2:
@@ -197,7 +205,7 @@ def changes(
     their differences from one to the next (Student's t, Bonferroni over points and series); where
     they differ, `abrupt` decides. out_of (k,): blocks in events.
     """
-    points = {name: log_levels(one.variance, out_of) for name, one in levels.items()}
+    points = {name: log_levels(one.about_line, out_of) for name, one in levels.items()}
     length = next(iter(levels.values())).length_s * JOINED_BLOCKS if levels else 1.0
     reach = max(round(side_s / length), LEAST_POINTS)
     candidates = []
@@ -266,7 +274,7 @@ def trends(
     """
     told = []
     for name, one in levels.items():
-        g = log_levels(one.variance, out_of)
+        g = log_levels(one.about_line, out_of)
         places = [round(s / one.length_s / JOINED_BLOCKS) for s in steps_s]
         trend = _trend(name, g, places, TREND_CHANCE / max(len(levels), 1), one.length_s)
         if trend and max(abs(trend.least), abs(trend.greatest)) >= LEAST_CHANGE:

@@ -173,11 +173,11 @@ def drawn_in(
     """(n,) coordinates with no frame farther than three scales from the median of the five round
     it: heavy tails made light.
 
-    The scale is that of these distances, half a step of the file at least. Where more are off, of
+    The scale is that of these distances, half a step of the values at least. Where more are off, of
     all coordinates among one, three or nine frames, than so many would be by chance, something
     happened, and all stays. over: how coordinates are worked on.
     """
-    pieces = over(lambda values: _far_frames(values, max(resolution, 0.0)), series.values())
+    pieces = over(lambda values: _far_frames(values, resolution), series.values())
     beyond = dict(zip(series, pieces, strict=True))
     off = np.zeros(len(next(iter(series.values()))), np.int16)
     for frames, _ in beyond.values():
@@ -200,8 +200,9 @@ def _far_frames(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.n
 
     with np.errstate(invalid="ignore"):
         distance = series - medians_of_five(series)
+    step = max(resolution, own_step(series))
     for again in (True, False):
-        reach = DRAWN_IN_SCALES * max(mad_spread(distance), resolution / 2)
+        reach = DRAWN_IN_SCALES * max(mad_spread(distance), step / 2)
         if not reach > 0:
             return np.empty(0, int), np.empty(0)
         distance[~np.isfinite(distance)] = 0.0

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mocap_metrology.common.hampel import own_step
 from mocap_metrology.common.large import LazyArrays, kept_if_small
 from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
@@ -144,7 +145,11 @@ def search_events(
         ) if hidden else blocks_of
 
     series = all_series(drawn, pairs)
-    dynamics = dict(over(lambda one: (one[0], dynamic_allan(one[1], rate_hz, step)), series))
+
+    def dynamic(one: tuple[str, np.ndarray]) -> tuple[str, list[Dynamic]]:
+        return one[0], dynamic_allan(one[1], rate_hz, max(step, own_step(one[1])))
+
+    dynamics = dict(over(dynamic, series))
     levels = dict(over(level, quiet.items()))
     return find_events(dynamics, levels, quiet, rate_hz, false_alarm, side_s), dynamics, levels
 

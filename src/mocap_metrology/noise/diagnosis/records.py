@@ -30,6 +30,7 @@ MANY_REPEATS = 0.1  # share of the frames, from which they may look like those o
 MAY_SWITCH = frozenset({"steps", "levels"})  # of cameras, not excluded
 WITHIN = 1.6  # times the distance of positions, that a switch between them is at most, with noise
 MULTIPLES = 6  # of the frequency at which bursts recur, that are no cycle
+SAME = 0.01  # part that frequencies of one line may differ by, in several series
 
 
 @dataclass(frozen=True)
@@ -144,7 +145,12 @@ def explained(diagnosis: Diagnosis, duration_s: float, still_range_mm: float = 2
     cutoffs = {one.series: one.cutoff_hz for one in diagnosis.low_pass if one.cutoff_hz > 0}
     end_s = 1 / min(cutoffs.values(), default=math.inf)
     switching = {name: one for name, one in diagnosis.wanders.items() if "levels" in one.of}
-    changing = {one.series for one in diagnosis.lines if one.amplitude}
+    swings = [one.line.f_0 for one in diagnosis.lines if one.amplitude]
+    changing = {
+        one.series
+        for one in diagnosis.lines
+        if any(abs(one.line.f_0 / f - 1) < SAME for f in swings)
+    }
     tails = {one.series for one in diagnosis.tails}
 
     def stands(name: str, one: Movement) -> Movement:

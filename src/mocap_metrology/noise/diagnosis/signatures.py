@@ -34,8 +34,7 @@ from mocap_metrology.noise.diagnosis.shape import AT_ONCE, Shape, on_line
 from mocap_metrology.noise.diagnosis.shapes import PERIODS, shapes
 from mocap_metrology.noise.fit.estimates import Z_95
 
-LEVEL = 0.03  # of what is excluded
-NOTHING = 1e-3  # of white noise alone
+LEVEL, NOTHING = 0.03, 1e-3  # of what is excluded; of white noise alone
 USUAL = 7  # series of a recording
 WALK = 1 / 3  # of every other noise, beside a random walk
 LOUD, SURE = 2.0, 7.0  # times the usual variance of frames; standard errors beyond it, at least
@@ -194,6 +193,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     at = tuple(block_s * (begun[int(a)] if shape.placed else a) for a in shape.at)
     if not gaussian or ("shift" in shape.kinds and at[1] - at[0] < LASTING_S):
         sure -= {"shift"}  # which a few blocks of a heavy tail may be
+    sure -= {"warm_up"} if shape.kinds == {"warm_up"} else set()  # of two that turn back
     unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
     if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
         sure -= AT_ONCE  # which what it consists of may be, if it adds up

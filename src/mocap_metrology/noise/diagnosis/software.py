@@ -7,6 +7,8 @@ correlated, without a filter, has the same spectrum.)
 
 Resampled. Interpolated frames scatter less the farther they are from a measured one, so that the
 variance of the second differences is periodic in time, with the old frame rate against the new.
+White noise that is louder at times has that, too: the squares of its values then vary by as much,
+and those of its second differences by |4 + 2 cos w| / 6 of it, w = 2 pi f tau0 of the cycle.
 
 Running median. Successive medians are often the same sample: one coordinate repeats its value
 where the others do not, far more often than the steps of the file let it, and other samples next to
@@ -35,6 +37,7 @@ CLIPPED = 9.0  # times their median square, so that events and spikes make no li
 CHANCE = 1e-4  # that any series of a sound recording is called resampled
 LINE = 30.0  # times the median power beside it, of a line
 DEEP = 0.15  # of the variance, that its cycle is at least
+DEEPER = 1.5  # times what noise that is louder at times has; interpolated frames 1.8 to 12
 SLOWEST = 0.02  # of the frame rate
 REPEATED = 0.1  # of the values, from which a median ran; of five white samples it is 0.43
 HELD = -0.4  # correlation of changes in turn: -1/3 behind a median of white noise, -1/2 if held
@@ -116,17 +119,27 @@ def variance_cycle(values: np.ndarray, rate_hz: float, chance: float) -> float:
     for part in np.array_split(spectrum, max(n // 500, 1)):  # which share memory
         power = np.abs(part) ** 2
         part[power > LINE * np.median(power)] = 0.0
-    square = np.fft.irfft(spectrum, n) ** 2
-    square = np.minimum(square, CLIPPED * np.median(square[known]))
-    mean = float(square[known].mean())
-    power = np.abs(np.fft.rfft(np.where(known, square - mean, 0.0))) ** 2
-    place = np.arange(power.size)
+    place = np.arange(spectrum.size)
     among = (place > SLOWEST * n) & (place < n / 2 - 2)
+    mean, power = _squares(spectrum, known)
     level = float(np.median(power[among])) / math.log(2)
     at = int(np.argmax(np.where(among, power, 0.0)))
     depth = 2 * math.sqrt(power[at]) / np.count_nonzero(known) / mean if mean > 0 else 0.0
-    sure = level > 0 and power[at] >= 2 * level * math.log(n / chance) and depth >= DEEP
-    return at * rate_hz / n if sure else 0.0
+    if not (level > 0 and power[at] >= 2 * level * math.log(n / chance) and depth >= DEEP):
+        return 0.0
+    differences = np.maximum(4 * np.sin(np.pi * place / n) ** 2, 1e-300)
+    mean_0, power_0 = _squares(np.where(place > SLOWEST * n, spectrum / differences, 0.0), known)
+    depth_0 = 2 * math.sqrt(power_0[at]) / np.count_nonzero(known) / mean_0
+    louder = depth_0 * (4 + 2 * math.cos(2 * math.pi * at / n)) / 6
+    return at * rate_hz / n if depth >= DEEPER * louder else 0.0
+
+
+def _squares(spectrum: np.ndarray, known: np.ndarray) -> tuple[float, np.ndarray]:
+    """Mean and power spectrum of the clipped squares of values (n,) with this spectrum."""
+    square = np.fft.irfft(spectrum, known.size) ** 2
+    square = np.minimum(square, CLIPPED * np.median(square[known]))
+    mean = float(square[known].mean())
+    return mean, np.abs(np.fft.rfft(np.where(known, square - mean, 0.0))) ** 2
 
 
 def running_median(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -92,11 +93,13 @@ def _events(
 
 
 def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) -> Sentence:
-    markers, shift = event.markers(recording.labels), ""
-    if near := findings.shift_near(event.time_s, event.stop_s, wanders):
+    shift, near = "", findings.shift_near(event.time_s, event.stop_s, wanders)
+    if near and not abs(event.shift_mm) > 2 * abs(near[1]):  # else another coordinate moved more
+        event = replace(event, series=tuple(dict.fromkeys([*event.series, near[0]])))
         shift = render(
             "event.shift", name=near[0], size_mm=near[1], back=near[2], one=wanders[near[0]]
         )
+    markers = event.markers(recording.labels)
     numbers = {
         "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,
         "shift_mm": event.shift_mm, "false_alarm_p": event.p, "word": outcome(event),
@@ -197,7 +200,7 @@ def _wanders(
         name = max(drift, key=lambda k: abs(drift[k]))
         values = {"name": name, "per_hour": drift[name], "seconds": seconds}
         yield sentence("drift.model", False, drift, {k: numbers[k] for k in drift}, **values)
-    for kind, (name, sizes) in findings.other_wanders(recording, diagnosis, parts).items():
+    for kind, name, sizes in findings.other_wanders(recording, diagnosis, parts):
         values = {
             "name": name,
             "one": diagnosis.wanders[name],
@@ -227,9 +230,8 @@ def _shape_of_noise(diagnosis: Diagnosis, rate_hz: float) -> Iterator[Sentence]:
         cutoffs = {one.series: one.cutoff_hz for one in diagnosis.low_pass}
         ratios = {one.series: one.ratio for one in diagnosis.low_pass}
         known = [f for f in cutoffs.values() if math.isfinite(f)]
-        middle = float(np.median(known)) if known else math.nan
         numbers = {"cutoff_hz": cutoffs, "top_to_pass_band": ratios}
-        yield sentence("low_pass.filtered", True, cutoffs, numbers, middle_hz=middle)
+        yield sentence("low_pass.filtered", True, cutoffs, numbers, cutoffs_hz=known)
     for code in dict.fromkeys(one.code for one in diagnosis.processed):
         of = {one.series: one.value for one in diagnosis.processed if one.code == code}
         f_hz = next(iter(of.values()))

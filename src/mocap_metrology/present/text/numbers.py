@@ -159,6 +159,11 @@ def at_most(share: float) -> str:
     return text if text.startswith("less") else f"at most {text}"
 
 
+def two_digits(value: float) -> str:
+    """`5.9`, `20`."""
+    return f"{value:.2g}"
+
+
 def span(values: Iterable[float], shown: Callable[[float], str]) -> str:
     """`3 %` or `3 % to 5 %`."""
     known = np.array(list(values), float)

@@ -212,6 +212,8 @@ def read(raw: bytes, labels: Sequence[str]) -> Values:
     values = np.vectorize(vax)(chosen) if code == "<u4" else chosen.astype(float)
     xyz = values[..., :3]
     bad = (values[..., 3] < 0) | (xyz == 0).all(axis=2) | ~np.isfinite(xyz).all(axis=2)
+    if not is_float:  # what lies beyond is stored as the limit
+        bad |= ((xyz <= -32768) | (xyz >= 32767)).any(axis=2)
     xyz = np.where(bad[..., None], np.nan, xyz) * (unit or 1.0) * (1.0 if is_float else scale)
     trial = file.trial()  # one that does not go with the data gives no number, either
     return {

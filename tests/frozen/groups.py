@@ -26,7 +26,7 @@ from mocap_metrology.noise.changes.covariate import Covariate, coherence_row
 from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows, places_rows, trend_rows
 from mocap_metrology.noise.fit.estimates import read_noise
 from mocap_metrology.noise.motion.orientation import of_cluster, of_poses
-from mocap_metrology.noise.motion.place import by_place, evenness, visits_of
+from mocap_metrology.noise.motion.place import by_place, evenness
 from mocap_metrology.recording.clean import Entry, simulated
 from mocap_metrology.settings import Settings
 
@@ -110,10 +110,10 @@ def bodies(folder: Path) -> Flat:
     of = of_cluster([[points[:, a, k] for a in range(3)] for k in range(4)])
     middle = START[:3, None] + 400 * np.sin(np.arange(n) * [[2e-3], [3e-3], [1e-3]])
     length = 500 + 0.02 * rng.standard_normal(n) + middle[0] * 1e-4
-    rows = by_place(middle, length, 250.0)
+    rows, visits = by_place(middle, length, 250.0)
     levers = body_covariance(shape, 0.02 + 0.01 * np.arange(12).reshape(4, 3))
     found = {"cluster": of, "poses": of_poses(turn.as_quat().T), "rows": rows, "levers": levers}
-    return dict(flat(found | {"evenness": evenness(rows, visits_of(middle, length, 250.0))}))
+    return dict(flat(found | {"evenness": evenness(rows, visits)}))
 
 
 def setup(folder: Path) -> Flat:

@@ -5,7 +5,7 @@ from step import step
 with step(snakemake) as log:
     import numpy as np
 
-    from mocap_metrology.noise.motion.place import by_place, evenness, visits_of
+    from mocap_metrology.noise.motion.place import by_place, evenness
     from mocap_metrology.noise.series import AXES, pair_name
     from mocap_metrology.present import recording, tables
     from mocap_metrology.present.plot.figure import Texts, save
@@ -21,10 +21,9 @@ with step(snakemake) as log:
     ]
     cell = snakemake.params.place["cell_mm"]
     name = pair_name(origin["pairs"][0], origin["pairs"])
-    rows = by_place(middle, series[name], cell)
-    even = evenness(rows, visits_of(middle, series[name], cell))
+    rows, visits = by_place(middle, series[name], cell)
     few = "" if rows else f"too few frames in any cube of {cell:g} mm; raise place.cell_mm"
-    said = few or recording.place_sentence(even)
+    said = few or recording.place_sentence(evenness(rows, visits))
     pair = " and ".join(origin["labels"][marker - 1] for marker in origin["pairs"][0])
     words = f"Pair {pair}: {said}" if few else f"Pair {pair}. {said}"
     source = tables.source_sentence({origin["recording"]: origin["source"]})

@@ -58,7 +58,7 @@ def place_rows(bar: Bar, cell_mm: float, least: int = LEAST_DIFFERENCES) -> list
         middle = [np.concatenate([part for m in one.middles for part in (m[k], gap)])
                   for k in range(3)]  # fmt: skip
         mean = float(np.nanmean(error))
-        cells = by_place(middle, error, cell_mm, least=least)
+        cells, _ = by_place(middle, error, cell_mm, least=least)
         every = ({"class": one.name, "error_mm": c["deviation_mm"] + mean, **c} for c in cells)
         rows += [{column: row[column] for column in PLACES} for row in every]
     return rows

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 from scipy.signal import butter, lfilter
 
-from mocap_metrology.noise.motion.place import Visits, by_place, evenness, freedom, visits_of
+from mocap_metrology.noise.motion.place import Visits, by_place, evenness, freedom
 
 
 def carried(rng: np.random.Generator, sigma: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
@@ -31,10 +31,9 @@ def test_even_volumes_look_even(taps: np.ndarray) -> None:
     held, alarms = [], 0
     for _ in range(150):
         middle, white = carried(rng, 0.1)
-        given = middle, np.convolve(white - 300, taps)[: white.size], 250.0
-        rows = by_place(*given)
+        rows, visits = by_place(middle, np.convolve(white - 300, taps)[: white.size], 250.0)
         held += [row["lower_mm"] < truth < row["upper_mm"] for row in rows]
-        alarms += evenness(rows, visits_of(*given))["p"] < 0.05
+        alarms += evenness(rows, visits)["p"] < 0.05
     assert 0.92 < np.mean(held) < 0.98
     assert (0.02 if len(taps) == 1 else 0) <= alarms / 150 <= 0.1
 
@@ -67,8 +66,7 @@ def test_bursts_are_no_places(kind: str, least: int, most: int) -> None:
         for start in rng.integers(0, length.size - 200, 3 * (kind == "bursts")):
             noise[start : start + 200] *= 5
         noise[middle[0] > 300] *= 2 if kind == "place" else 1
-        given = middle, 300 + noise, 500.0
-        found += evenness(by_place(*given), visits_of(*given))["p"] < 0.01
+        found += evenness(*by_place(middle, 300 + noise, 500.0))["p"] < 0.01
     assert least <= found <= most
 
 
@@ -98,7 +96,7 @@ def test_cells_their_pairs_and_their_means() -> None:
     """Of 50 mm: frames 0 to 2 and 8, 9 in the first, 3 to 6 in the second; pairs within a cell
     alone, none over a gap; deviations from the mean of all nine."""
     middle = np.array([X, 0 * X - 1, 0 * X + 120])
-    first, second = by_place(middle, LENGTHS, 50.0, least=3)
+    (first, second), visits = by_place(middle, LENGTHS, 50.0, least=3)
     assert [first[f"{axis}_mm"] for axis in "xyz"] == [25.0, -25.0, 125.0]
     assert [second[f"{axis}_mm"] for axis in "xyz"] == [75.0, -25.0, 125.0]
     assert (first["n_frames"], first["n_pairs"]) == (5, 3)
@@ -108,9 +106,7 @@ def test_cells_their_pairs_and_their_means() -> None:
     overall = np.nanmean(LENGTHS)
     assert first["deviation_mm"] == pytest.approx(17 / 5 - overall)
     assert second["deviation_mm"] == pytest.approx(23 / 4 - overall)
-    bend = evenness([first, second], visits_of(middle, LENGTHS, 50.0))[
-        "bend_mm"
-    ]  # of two values, their distance over sqrt(2)
+    bend = evenness([first, second], visits)["bend_mm"]  # their distance over sqrt(2)
     assert bend == pytest.approx((23 / 4 - 17 / 5) / np.sqrt(2))
-    assert by_place(middle, LENGTHS, 50.0, least=4) == []
-    assert by_place(middle * np.nan, LENGTHS, 50.0, least=1) == []
+    assert by_place(middle, LENGTHS, 50.0, least=4)[0] == []
+    assert by_place(middle * np.nan, LENGTHS, 50.0, least=1)[0] == []

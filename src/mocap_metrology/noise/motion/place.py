@@ -43,8 +43,9 @@ def by_place(
     distance_mm: np.ndarray,
     cell_mm: float,
     least: int = LEAST_DIFFERENCES,
-) -> list[PlaceRow]:
-    """One row a cube of `cell_mm` with at least `least` pairs of successive frames in it.
+) -> tuple[list[PlaceRow], Visits]:
+    """One row a cube of `cell_mm` with at least `least` pairs of successive frames in it; and the
+    visits of all cubes.
 
     middle_mm (3, n) of the pair, distance_mm (n,), float64; NaN are gaps. `sigma_mm` is the Allan
     deviation of L at one frame, from successive frames within the cell:
@@ -53,14 +54,15 @@ def by_place(
     (`Visits.dispersion`); n_visits: those that were compared. `deviation_mm` is the cell's mean L
     less that of all frames.
     """
-    cells, frames, mean, visits = _tally(middle_mm, distance_mm, cell_mm)
-    if not len(frames):
-        return []
-    known = np.isfinite(distance_mm) & np.isfinite(np.asarray(middle_mm)).all(axis=0)
+    cells, number = _cells(middle_mm, distance_mm, cell_mm)
+    known, n_cells = number >= 0, cells.shape[1]
+    if not n_cells:
+        return [], Visits(*np.zeros((3, 0)))
+    frames, mean, visits = _tally(number, distance_mm, n_cells)
     overall, each = float(distance_mm[known].mean()), freedom(np.where(known, distance_mm, np.nan))
     each /= visits.dispersion(each)
-    pairs, squares = (np.bincount(visits.cell, v, len(frames)) for v in visits[1:])
-    count = np.bincount(visits.cell, visits.long, len(frames)).astype(int)
+    pairs, squares = (np.bincount(visits.cell, v, n_cells) for v in visits[1:])
+    count = np.bincount(visits.cell, visits.long, n_cells).astype(int)
     rows: list[PlaceRow] = []
     for k in np.flatnonzero(pairs >= least):
         variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
@@ -81,7 +83,7 @@ def by_place(
                 "deviation_mm": float(mean[k]) - overall,
             }
         )
-    return rows
+    return rows, visits
 
 
 class Visits(NamedTuple):
@@ -111,19 +113,12 @@ class Visits(NamedTuple):
         return max(float(left.sum()) / repeats, 1.0)
 
 
-def visits_of(middle_mm: Sequence[np.ndarray], distance_mm: np.ndarray, cell_mm: float) -> Visits:
-    """Visits of the cells of `by_place`."""
-    return _tally(middle_mm, distance_mm, cell_mm)[-1]
-
-
 def _tally(
-    middle_mm: Sequence[np.ndarray], distance_mm: np.ndarray, cell_mm: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, Visits]:
-    """Cells (3, k), number of frames and mean distance in each, and their visits."""
-    cells, number = _cells(middle_mm, distance_mm, cell_mm)
-    n_cells = cells.shape[1]
+    number: np.ndarray, distance_mm: np.ndarray, n_cells: int
+) -> tuple[np.ndarray, np.ndarray, Visits]:
+    """Number of frames and mean distance of each cell, and their visits. number: `_cells`."""
     visit = np.append(0, np.cumsum(number[1:] != number[:-1]))
-    of_visit = number[np.append(0, np.flatnonzero(np.diff(visit)) + 1)] if number.size else number
+    of_visit = number[np.append(0, np.flatnonzero(np.diff(visit)) + 1)]
     frames, mean = np.zeros(n_cells, np.int64), np.zeros(n_cells)
     pairs, squares = np.zeros(of_visit.size, np.int64), np.zeros(of_visit.size)
     for start in range(0, number.size, BLOCK):
@@ -135,7 +130,7 @@ def _tally(
         pairs += np.bincount(visit[start + at], minlength=pairs.size)
         np.add.at(squares, visit[start + at], (part[at + 1] - part[at]) ** 2)
     there = of_visit >= 0
-    return cells, frames, mean / frames, Visits(of_visit[there], pairs[there], squares[there])
+    return frames, mean / frames, Visits(of_visit[there], pairs[there], squares[there])
 
 
 def _cells(

@@ -227,11 +227,11 @@ def halves(
     by_chance = BY_CHANCE / PIECES
     stepped = min(step.p for (i, _), step in steps.items() if not i) < by_chance
     pair = replace(max(at, key=lambda one: one.m2), stepped=stepped)
-    likely, whole = (
-        min(steps.values(), key=lambda step: step.p),
-        _part(joint, Piece.total(pieces), station),
-    )
-    if joint.misfit <= 1 or likely.p >= by_chance / PIECES or whole is None:
+    likely = min(steps.values(), key=lambda step: step.p)
+    if joint.misfit <= 1 or likely.p >= by_chance / PIECES:
+        return pair, 1.0
+    whole = _part(joint, Piece.total(pieces), station)
+    if whole is None:
         return pair, 1.0
     rows = joint.pose(station)
     noise = whole.noise[np.ix_(rows, rows)]

@@ -79,7 +79,7 @@ def all_solved(
         pieces = parts.pieces_of(solution, one) if still is None else []
         stations, none = range(1, len(scene.names)), (None, 1.0)
         halves = [parts.halves(solution, k, pieces) if pieces else none for k in stations]
-        misfit = max(solution.misfit, *(by_step for _, by_step in halves))
+        misfit = max([solution.misfit, *(by_step for _, by_step in halves)])
         solution = replace(solution, misfit=misfit)
         residuals = residual_rows(solution, scene.hits, scene.names)
         path = _path(one.trajectory, one.sweeps.hits.time_s)

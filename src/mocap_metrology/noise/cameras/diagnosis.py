@@ -93,7 +93,7 @@ class Estimate:
         reach = t.ppf((1 + share) / 2, N_BLOCKS - 1) * self.se
         return np.exp(self.ln - reach), np.exp(self.ln + reach)
 
-    def beside(self, error: np.ndarray) -> Estimate:
+    def with_error(self, error: np.ndarray) -> Estimate:
         """The estimate with another error of its logarithm."""
         return Estimate(self.ln, np.hypot(self.se, error))
 
@@ -150,8 +150,8 @@ def diagnose(
     direction = position_factors(whole)[2]
     return Diagnosis(
         moments.tau_s,
-        largest.beside(_unevenness(moments, direction[..., None, :], together)),
-        mean.beside(_unevenness(moments, np.eye(3), together)),
+        largest.with_error(_unevenness(moments, direction[..., None, :], together)),
+        mean.with_error(_unevenness(moments, np.eye(3), together)),
         direction,
         Estimate(*noise.reshape(2, *shape[1:])),
         {name: Estimate(*last[:, k]) for k, name in enumerate(firsts)},

@@ -38,7 +38,7 @@ rule pose:
         unpack(of_row(objects_beside)),
         **tables(DECODED),
     output:
-        figures_of_calibration(),
+        **figures_of_calibration(),
         **tables(ESTIMATED),
         allan=f"{FOLDER}/allan.parquet",
     log:
@@ -62,54 +62,70 @@ rule pose:
         "../scripts/pose.py"
 
 
-rule calibration_bar:
-    input:
-        unpack(of_row(bar_of)),
-        **tables(DECODED | {"pose": ESTIMATED["pose"]}),
-    output:
-        **tables(BAR_OF_CALIBRATION),
-    log:
-        "<logs>/calibration_bar/{calibration}.log",
-    wildcard_constraints:
-        calibration=CALIBRATIONS.pattern(source="measured"),
-    resources:
-        **cost(1500, 30),
-    params:
-        code=source("calibration_bar.py"),
-        contents=contents(selection.decoded_files),
-        row=columns(*ENTRIES),
-        bar=columns("bar", "length_mm", "length_u_mm", "bar_pose"),
-        other=of_row(other_end),
-        lighthouse=LIGHTHOUSE,
-        limits=config["bar"],
-    message:
-        "{wildcards.calibration}: errors of the length of a bar"
-    script:
-        "../scripts/calibration_bar.py"
+# What only some calibrations have; figures of a twin are made on demand, or of the first of its setup.
+FURTHER_OF_CALIBRATION = {
+    "calibration_bar": {
+        "source": "measured",
+        "input": {"pose": ESTIMATED["pose"]},
+        "files": bar_of,
+        "output": tables(BAR_OF_CALIBRATION),
+        "params": {
+            "contents": contents(selection.decoded_files),
+            "row": columns(*ENTRIES),
+            "bar": columns("bar", "length_mm", "length_u_mm", "bar_pose"),
+            "other": of_row(other_end),
+            "lighthouse": LIGHTHOUSE,
+            "limits": config["bar"],
+        },
+        "message": "errors of the length of a bar",
+    },
+    "calibration_receiver": {
+        "source": "measured",
+        "input": {name: ESTIMATED[name] for name in ("pose", "track")},
+        "files": receiver_of,
+        "output": tables(RECEIVER),
+        "params": {
+            "contents": contents(selection.seen_by),
+            "row": columns(*ENTRIES),
+            "receiver": columns("receiver_labels", "receiver_unit"),
+            "lighthouse": LIGHTHOUSE,
+        },
+        "message": "against motion capture of its receiver",
+    },
+    "calibration_figures": {
+        "source": "twin",
+        "input": ESTIMATED,
+        "files": lambda row: {},
+        "output": figures_of_calibration(),
+        "params": {"caption": captions.CALIBRATION_EITHER, "twin": cell("twin")},
+        "message": "figures",
+    },
+}
 
+for NAME, OF in FURTHER_OF_CALIBRATION.items():
 
-rule calibration_receiver:
-    input:
-        unpack(of_row(receiver_of)),
-        **tables(DECODED | {name: ESTIMATED[name] for name in ("pose", "track")}),
-    output:
-        **tables(RECEIVER),
-    log:
-        "<logs>/calibration_receiver/{calibration}.log",
-    wildcard_constraints:
-        calibration=CALIBRATIONS.pattern(source="measured"),
-    resources:
-        **cost(1000, 30),
-    params:
-        code=source("calibration_receiver.py"),
-        contents=contents(selection.seen_by),
-        row=columns(*ENTRIES),
-        receiver=columns("receiver_labels", "receiver_unit"),
-        lighthouse=LIGHTHOUSE,
-    message:
-        "{wildcards.calibration}: against motion capture of its receiver"
-    script:
-        "../scripts/calibration_receiver.py"
+    rule:
+        name:
+            NAME
+        input:
+            unpack(of_row(OF["files"])),
+            **tables(DECODED | OF["input"]),
+        output:
+            **OF["output"],
+        log:
+            f"<logs>/{NAME}/{{calibration}}.log",
+        wildcard_constraints:
+            calibration=CALIBRATIONS.pattern(source=OF["source"]),
+        resources:
+            **cost(1500, 30),
+        params:
+            **OF["params"],
+            code=source(f"{NAME}.py"),
+            script=NAME,
+        message:
+            f"{{wildcards.calibration}}: {OF['message']}"
+        script:
+            "../scripts/{params.script}.py"  # by name: NAME is the last one when a job runs
 
 
 for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), start=1):
@@ -148,28 +164,6 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             f"Setup {BATCH[0].setup}: simulating and calibrating {len(BATCH)} recordings"
         script:
             "../scripts/calibration_twins.py"
-
-
-# Of a twin on demand, or of the first of its setup.
-rule calibration_figures:
-    input:
-        **tables(DECODED | ESTIMATED),
-    output:
-        figures_of_calibration(),
-    log:
-        "<logs>/calibration_figures/{calibration}.log",
-    wildcard_constraints:
-        calibration=CALIBRATIONS.pattern(source="twin"),
-    resources:
-        **cost(1000, 10),
-    params:
-        code=source("calibration_figures.py"),
-        caption=captions.CALIBRATION_EITHER,
-        twin=cell("twin"),
-    message:
-        "{wildcards.calibration}: figures"
-    script:
-        "../scripts/calibration_figures.py"
 
 
 # All recordings of a setup in one estimate.

@@ -113,17 +113,15 @@ def tables(files):
     return {name: f"<results>/calibrations/{{calibration}}/{file}" for name, file in files.items()}
 
 
-def figure_of_calibration(name, words):
-    """SVG of the rule's calibration as output, with its label in the report."""
-    path = f"<results>/calibrations/{{calibration}}/{name}.svg"
-    return listed(path, "6 Calibrations", f"{{calibration}}: {words}")
-
-
 def figures_of_calibration():
-    """Both figures of the rule's calibration as outputs."""
+    """Both figures of the rule's calibration as outputs by name, with their labels in the report."""
     shown = {"calibration": "paths, residuals, pose, verdict", "track": "tracked receiver"}
-    png = [f"<results>/calibrations/{{calibration}}/{name}.png" for name in shown]
-    return [figure_of_calibration(name, words) for name, words in shown.items()] + png
+    found = {}
+    for name, words in shown.items():
+        stem = f"<results>/calibrations/{{calibration}}/{name}"
+        found[f"{name}_svg"] = listed(f"{stem}.svg", "6 Calibrations", f"{{calibration}}: {words}")
+        found[f"{name}_png"] = f"{stem}.png"
+    return found
 
 
 # Recordings and groups.
@@ -150,6 +148,11 @@ def of_each(file, rows, sheet=RECORDINGS):
 def tables_of_group(*names):
     """Tables of the rule's group by the end of their names, each for programs and for people."""
     return [f"<results>/tables/{{group}}_{name}.{kind}" for name in names for kind in TABLE]
+
+
+def tables_by_name(*names):
+    """Ends of the names of tables, each for programs and for people; see `outputs_of_group`."""
+    return {f"{name}_{kind}": f"{name}.{kind}" for name in names for kind in TABLE}
 
 
 def outputs_of_group(tables=None, figures=None, pages=()):

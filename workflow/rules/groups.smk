@@ -3,50 +3,6 @@
 # The figures of the paper itself are in skurowski.smk
 OTHERS = f"group != 'skurowski2019' and {ABOUT_NOISE}"
 still = partial(accepted, query=NOISE_OF_GROUP)
-
-
-rule group_tables:
-    input:
-        checks=checks(RECORDINGS, OF_GROUP),
-        verdicts=of_each("verdict.json", accepted()),
-    output:
-        tables_of_group("subsets", "summary"),
-        multiqc="<results>/tables/{group}_mqc.json",
-    log:
-        "<logs>/group_tables/{group}.log",
-    resources:
-        **cost(500, 10),
-    params:
-        code=source("group_tables.py"),
-        rows=columns(*SUBSET, "camera_ids", "comment", of=accepted()),
-    message:
-        "{wildcards.group}: tables of the group"
-    script:
-        "../scripts/group_tables.py"
-
-
-rule noise_tables:
-    input:
-        checks=checks(RECORDINGS, NOISE_OF_GROUP),
-        gaussian=of_each("gaussian.csv", still()),
-        outliers=of_each("outliers.csv", still()),
-        allan=of_each("allan_masked.parquet", still()),
-        noise=of_each("noise.csv", still()),
-    output:
-        tables_of_group("gaussian", "outliers", "allan", "noise"),
-    log:
-        "<logs>/noise_tables/{group}.log",
-    resources:
-        **cost(500, 10),
-    params:
-        code=source("noise_tables.py"),
-        rows=columns(*SUBSET, of=still()),
-    message:
-        "{wildcards.group}: tables of noise"
-    script:
-        "../scripts/noise_tables.py"
-
-
 POINT = ("column_names", "accept_truncated")
 DATED = still(selection.over_dates)
 WITH_COVARIATE = still(selection.having("covariate"))
@@ -55,9 +11,32 @@ WITH_PLACE = still(selection.with_place)
 SUBSETS = still(selection.subsets)
 BARS = accepted(query=f"{OF_GROUP} and {ABOUT_BAR}")
 
-# What the recordings of a group are compared in: for which groups, what is read, the files that are
+# What is made of the recordings of a group: for which groups, what is read, the files that are
 # written, with the labels of figures in the report, and what the script is told.
-COMPARISONS = {
+OF_GROUPS = {
+    "group_tables": {
+        "of": groups(),
+        "input": {
+            "checks": checks(RECORDINGS, OF_GROUP),
+            "verdicts": of_each("verdict.json", accepted()),
+        },
+        "output": {"tables": tables_by_name("subsets", "summary") | {"multiqc": "mqc.json"}},
+        "params": {"rows": columns(*SUBSET, "camera_ids", "comment", of=accepted())},
+        "message": "tables of the group",
+    },
+    "noise_tables": {
+        "of": groups(query=ABOUT_NOISE),
+        "input": {
+            "checks": checks(RECORDINGS, NOISE_OF_GROUP),
+            "gaussian": of_each("gaussian.csv", still()),
+            "outliers": of_each("outliers.csv", still()),
+            "allan": of_each("allan_masked.parquet", still()),
+            "noise": of_each("noise.csv", still()),
+        },
+        "output": {"tables": tables_by_name("gaussian", "outliers", "allan", "noise")},
+        "params": {"rows": columns(*SUBSET, of=still())},
+        "message": "tables of noise",
+    },
     "families": {
         "of": groups(selection.several, OTHERS),
         "input": {
@@ -236,7 +215,7 @@ COMPARISONS = {
     },
 }
 
-for NAME, OF in COMPARISONS.items():
+for NAME, OF in OF_GROUPS.items():
 
     rule:
         name:
@@ -289,11 +268,9 @@ rule monitor:
 promise(
     figures=collect_outputs(rules.monitor.output, monitor=list(MONITORS)),
     tables=together(
-        collect_outputs(rules.group_tables.output, group=groups()),
-        collect_outputs(rules.noise_tables.output, group=groups(query=ABOUT_NOISE)),
         *(
             collect_outputs(getattr(rules, name).output, group=of["of"])
-            for name, of in COMPARISONS.items()
-        ),
+            for name, of in OF_GROUPS.items()
+        )
     ),
 )

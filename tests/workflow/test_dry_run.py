@@ -46,13 +46,20 @@ def test_a_marker_that_the_file_lacks_is_refused_before_anything_runs(
     shutil.copy(root / "docs/example/kinematics_racing_static.c3d", folder / "a.c3d")
     cells = {"path": "a.c3d", "markers": "WheelchairRearR;WheelchairRaerL", "group": "g"}
     beside = {"path": "b.c3d", "markers": "A", "group": "g"}
-    sheet = write_sheet(
-        folder, ["recording", *cells], cells | {"recording": "a"}, beside | {"recording": "b"}
+    bar = {"path": "a.c3d", "bar": "WheelchairRearR-RearL", "group": "g"}
+    named = [row | {"recording": name} for row, name in ((cells, "a"), (beside, "b"), (bar, "c"))]
+    sheet = write_sheet(folder, ["recording", *cells, "bar"], *named)
+    of_marker, of_bar = faults_of(
+        startup.missing_markers, rows.load(RecordingRow, sheet, []).values()
     )
-    assert faults_of(startup.missing_markers, rows.load(RecordingRow, sheet, []).values()) == [
+    assert of_marker == (
         "recordings, recording \"a\", column markers: a.c3d: no marker 'WheelchairRaerL';"
         " did you mean WheelchairRearL?"
-    ]
+    )
+    assert of_bar.startswith(
+        'recordings, recording "c", column bar: a.c3d: bar is "WheelchairRearR-RearL"; expected'
+        ' auto, or two markers of the file joined by "-": Probe1, '
+    )
 
 
 def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:

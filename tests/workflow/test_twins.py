@@ -62,6 +62,16 @@ def test_a_bar_without_markers_is_for_its_step_to_read() -> None:
     missing_markers([row])
 
 
+def test_a_bar_that_its_twin_is_not_is_a_line() -> None:
+    document = {"twins": {"b": {"bar": {"length": 500}, "seed": 1}}, "defaults": {}}
+    row = RecordingRow.model_construct(twin="b", camera_ids=(), date=None, bar="A-B")
+    assert faults_of(used_twins, {"r": row}, document, 60.0) == [
+        'recordings, recording "r", column bar: twin b: bar is "A-B"; expected auto, or two markers'
+        ' of the file joined by "-": Wand1, Wand2'
+    ]
+    used_twins({"r": row.model_copy(update={"bar": "Wand2-Wand1"})}, document, 60.0)
+
+
 def test_other_cameras_than_the_sheet_says_are_a_line() -> None:
     assert faults_of(used_twins, rows([1, 3]), twins(), 60.0) == [
         'recordings, recording "r", column camera_ids: "1;3"; expected those of its twin hall, 4;1'

@@ -11,9 +11,11 @@ from typing import Any
 from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.entries import TwinsFile
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
 from mocap_metrology.common.sheets import read as read_sheet
+from mocap_metrology.io.labels import AUTO, pair_of
 from mocap_metrology.io.read import missing_marker
 from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.recording import monitor_sheet
@@ -149,14 +151,17 @@ def _spelled_otherwise(rows: Iterable[RecordingRow | CalibrationRow]) -> list[st
 
 
 def missing_markers(rows: Iterable[RecordingRow]) -> None:
-    """Refuse rows that name a marker which their file, where it can be read here, does not have."""
-    wrong = {
-        row.name: missing_marker(row.paths, row.markers, row.column_names)
-        for row in rows
-        if row.markers and not row.twin and not any(map(remote.in_s3, row.paths))
-    }
-    told = 'recordings, recording "{}", column markers: {}'
-    if faults := [told.format(name, why) for name, why in wrong.items() if why]:
+    """Refuse rows that name a marker, or an end of a bar, which their file, where it can be read
+    here, does not have."""
+    told = 'recordings, recording "{}", column {}: {}'
+    faults = []
+    for row in rows:
+        bar = None if row.bar == AUTO else row.bar
+        if row.twin or not (row.markers or bar) or any(map(remote.in_s3, row.paths)):
+            continue
+        if why := missing_marker(row.paths, row.markers, row.column_names, bar):
+            faults.append(told.format(row.name, "bar" if bar else "markers", why))
+    if faults:
         raise Faults(faults)
 
 
@@ -191,8 +196,8 @@ def _used(rows: Mapping[str, RecordingRow] | Mapping[str, CalibrationRow]) -> li
 
 def _unlike_twins(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]) -> list[str]:
     """Rows that name other cameras than those their twin, a subset of a take, is made of; then rows
-    without a date whose twin is of a facility over dates."""
-    cameras, dates = [], []
+    without a date whose twin is of a facility over dates; then bars that their twin is not."""
+    cameras, dates, bars = [], [], []
     for name, row in rows.items():
         twin = twins.get(row.twin or "")
         cameras_of_row = set(row.camera_ids)
@@ -203,7 +208,12 @@ def _unlike_twins(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]
         if not row.date and getattr(twin, "days", None):
             expected = f"a date, as twin {row.twin} has days"
             dates.append(_wrong("recording", name, "date", "", expected))
-    return cameras + dates
+        if twin and row.bar and row.bar != AUTO:
+            try:
+                pair_of(row.bar, twin.labels, f"twin {row.twin}")
+            except Refusal as refusal:
+                bars.append(f'recordings, recording "{name}", column bar: {refusal}')
+    return cameras + dates + bars
 
 
 def calibration_twins(

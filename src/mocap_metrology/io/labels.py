@@ -24,6 +24,7 @@ def in_words(labels: Sequence[str], most: int = 20) -> str:
 COMPUTED = re.compile(
     r"(angles?|forces?|moments?|powers?)v?$|cent(re|er)ofmass|virtual", re.IGNORECASE
 )
+AUTO = "auto"  # in the place of the two ends of a bar
 SEGMENT = ("O", "A", "L", "P")  # ends of the labels of Vicon's axes of a segment: LFOO, LFOA, ...
 
 
@@ -125,7 +126,7 @@ def pair_of(
     text: str,
     labels: Sequence[str],
     where: str,
-    expected: str = "auto, or two markers of the file",
+    expected: str = f"{AUTO}, or two markers of the file",
     name: str = "bar",
 ) -> tuple[str, str]:
     """`A-B` as two labels of a file; a label may itself hold a `-`. where, name: where it stands

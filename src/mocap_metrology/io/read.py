@@ -35,6 +35,7 @@ from mocap_metrology.io.labels import (
     in_words,
     is_unlabelled,
     numbered,
+    pair_of,
 )
 from mocap_metrology.io.recording import Header, Recording
 from mocap_metrology.io.text import first_principles, motive, nexus, poses, qualisys, table, trc
@@ -239,16 +240,22 @@ def orientation_of(
     return read(files, marker, frame_rate_hz, accept_truncated)
 
 
-def missing_marker(paths: Sequence[str | Path], markers: Sequence[str], columns: str | None) -> str:
-    """Which of the chosen `markers` one of the files lacks, and what it has instead; empty where
-    none does, and where a header cannot be read, which is another fault."""
+def missing_marker(
+    paths: Sequence[str | Path], markers: Sequence[str], columns: str | None, bar: str | None = None
+) -> str:
+    """Which of the chosen `markers`, or of the ends of the `bar`, one of the files lacks, and what
+    it has instead; empty where none does, and where a header cannot be read, which is another
+    fault."""
     for path in filter(is_file, map(Path, paths)):
         try:
             header = _header(path, True, columns)
         except (Refusal, OSError):
             continue
         try:
-            find_points(header.labels, markers, header.name)
+            if markers:
+                find_points(header.labels, markers, header.name)
+            if bar:
+                pair_of(bar, numbered(header.labels), header.name)
         except Refusal as refusal:
             return str(refusal)
     return ""

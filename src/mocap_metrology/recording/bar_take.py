@@ -15,13 +15,11 @@ from mocap_metrology.accuracy.clusters import ScaleSlope, rigid_clusters, scale_
 from mocap_metrology.accuracy.take import Take, take_of, with_angles
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
-from mocap_metrology.io.labels import in_words, pair_of
+from mocap_metrology.io.labels import AUTO, in_words, pair_of
 from mocap_metrology.io.read import bodies_of, orientation_of, points_by_kind
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.recording.clean import Check, Entry, accepted, read, trajectories
 from mocap_metrology.settings import Settings
-
-AUTO = "auto"
 
 
 @dataclass(frozen=True)

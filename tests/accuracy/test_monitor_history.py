@@ -97,7 +97,7 @@ def test_a_change_within_the_tolerance_is_a_note(tmp_path: Path) -> None:
     said = [monitor("hall", rows()[:k], every, Settings(), tmp_path) for k in range(21, 31)]
     assert {one["word"] for one in said} == {"pass", "note"}
     assert all(one["valid"] for one in said)
-    assert any("place x has moved by +0.3" in one["line"] for one in said)
+    assert any("Place x has moved by +0.3" in one["line"] for one in said)
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -159,7 +159,7 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
 
 RECORDING = [
     *("recording", "path", "markers", "group", "camera_type", "n_cameras", "frame_rate_hz"),
-    *("cluster", "truncated", "comment", "compare_with", "covariate"),
+    *("cluster", "truncated", "comment", "compare_with", "covariate", "date", "monitor"),
 ]
 # In the sheet; what its line says
 REFUSED_RECORDINGS = {"cut": 'write "accept" in column truncated of the sheet'}
@@ -175,6 +175,7 @@ ACTIVE = [
 ]
 ACTIVE_MM, BODY_MM = 0.1, np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0]])  # noise, and places
 BESIDE = {"compare_with": "active", "covariate": "room-air.csv"}
+BESIDE |= {"date": "2026-03-02", "monitor": "hall"}
 ACTIVE_FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
 TRC = """PathFileType\t4\t(X/Y/Z)\tcut.trc
 DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames

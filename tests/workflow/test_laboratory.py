@@ -289,8 +289,9 @@ def test_opens_without_error_or_network(made, executable, tmp_path) -> None:
         assert words in front
     assert links["take"] == "details/recordings/take.html"
     assert links["measured"] == "details/calibrations/measured.html"
+    assert links["Monitor hall"] == "details/monitors/hall.html"
     assert all((page.parent / path).is_file() for path in links.values())
-    assert {Path(path).suffix for path in shown} == {".html", ".svg"}
+    assert {Path(path).suffix for path in shown} == {".html", ".svg", ".png"}  # of the monitor
     listed = [line.strip() for line in menu if line.strip() in report.CATEGORIES]
     assert listed == [name for name in report.CATEGORIES if name in listed]
     assert listed[0] == "1 Summary"
@@ -327,6 +328,9 @@ def test_pages_and_provenance(made) -> None:
     assert {path.stem for path in (results / "pages").glob("*.html")} == {
         Path(name).stem for name in tables
     }
+    watched = (results / "details/monitors/hall.html").read_text(encoding="utf-8")
+    assert "Learning: 1 take on 1 day" in watched
+    assert '<img src="../../monitors/hall/chart.png"' in watched
     inputs = {row["name"]: row for row in found["inputs"]}
     twin, calibration = inputs["T40-10"], inputs["twin"]
     assert (twin["name"], twin["source"], twin["seed"]) == ("T40-10", "twin", 110)

@@ -137,7 +137,8 @@ def dated(name: str, date: str | None = None, reference: str | None = None, **ot
 
 
 def test_a_recording_is_compared_with_the_one_before_by_date_of_the_same_cameras() -> None:
-    """Or with the one that is named, of any group; never with a subset of the same take."""
+    """Or with the one that is named, of any group; never with a subset of the same take, and a
+    take of a monitor only with the one that is named."""
     rows = [
         dated("march", "2026-03-01"),
         dated("january", "2026-01-01"),
@@ -152,6 +153,9 @@ def test_a_recording_is_compared_with_the_one_before_by_date_of_the_same_cameras
     assert selection.pairs(rows, ["after", "today", "before"]) == [("after", "before")]
     rows = [dated("two", "2026-03-01"), dated("again", "2026-03-01")]
     assert selection.pairs(rows, ["two", "again"]) == []
+    rows = [dated(f"take{k}", f"2026-03-0{k}", monitor="hall") for k in (1, 2, 3)]
+    rows.append(dated("take4", "2026-03-04", "take1", monitor="hall"))
+    assert selection.pairs(rows, names(rows)) == [("take4", "take1")]
 
 
 def test_takes_are_nested_subsets_of_one_type_and_day() -> None:

@@ -6,9 +6,9 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, groupby, pairwise
 from operator import attrgetter
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import pandas as pd
 
@@ -189,37 +189,36 @@ def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:
 
 def pairs(rows: Sequence[RecordingRow], accepted: Iterable[str]) -> list[tuple[str, str]]:
     """(recording, reference): the one named by `compare_with`, else the one before by date, of the
-    same cameras and markers. Recordings of one moment are subsets of one take, and not compared."""
-    known, compared = set(accepted), []
-    for row in rows:
-        reference = row.compare_with
-        if reference is None and row.date:
-            earlier = [r for r in _dated_alike(rows, row) if _date(r) < row.date]
-            reference = max(earlier, key=_date).recording if earlier else None
-        if reference in known:
-            compared.append((row.recording, reference))
-    return compared
+    same cameras and markers. Recordings of one moment are subsets of one take, and not compared;
+    takes of a monitor are, with its baseline, by the monitor."""
+    known, earlier = set(accepted), {}
+    for alike in _dated_alike([row for row in rows if not row.monitor]):
+        for before, now in pairwise(list(of) for _, of in groupby(alike, _date)):
+            earlier |= {row.recording: before[0].recording for row in now}
+    compared = [(row.recording, row.compare_with or earlier.get(row.recording)) for row in rows]
+    return [(name, reference) for name, reference in compared if reference in known]
 
 
 def series_over_dates(rows: Sequence[RecordingRow]) -> list[list[str]]:
     """Recordings of the same cameras and markers on three days or more, in order of date."""
-    series: list[list[str]] = []
-    for row in rows:
-        alike = sorted(_dated_alike(rows, row), key=_date)
-        names = [r.recording for r in alike]
-        if row.date and len({_date(r)[:10] for r in alike}) >= 3 and names not in series:
-            series.append(names)
-    return series
+    return [
+        [row.recording for row in alike]
+        for alike in _dated_alike(rows)
+        if len({_date(row)[:10] for row in alike}) >= 3
+    ]
 
 
 def _date(row: RecordingRow) -> str:
     return row.date or ""
 
 
-def _dated_alike(rows: Sequence[RecordingRow], row: RecordingRow) -> list[RecordingRow]:
-    """Dated rows of the same cameras and markers, the row itself included."""
+def _dated_alike(rows: Sequence[RecordingRow]) -> list[list[RecordingRow]]:
+    """Dated rows of the same cameras and markers, in order of date."""
     same = attrgetter("camera_type", "n_cameras", "camera_ids", "markers")
-    return [r for r in rows if r.date and same(r) == same(row)]
+    alike: dict[Any, list[RecordingRow]] = {}
+    for row in sorted((row for row in rows if row.date), key=_date):
+        alike.setdefault(same(row), []).append(row)
+    return list(alike.values())
 
 
 def takes(rows: Sequence[RecordingRow]) -> list[list[str]]:

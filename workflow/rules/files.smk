@@ -187,11 +187,12 @@ def entry(key):
 
 
 def subjects(wildcards):
-    """Names of the recordings, calibrations and groups that have a page of their own."""
+    """Names of the recordings, calibrations, monitors and groups that have a page of their own."""
     recordings, calibrations = EVERY_RECORDING(wildcards), EVERY_CALIBRATION(wildcards)
     return {
         "recording": [row.name for row in recordings],
         "calibration": [row.name for row in calibrations],
+        "monitor": list(MONITORS),
         "group": list(dict.fromkeys(row.group for row in [*recordings, *calibrations])),
     }
 

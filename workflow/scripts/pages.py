@@ -22,7 +22,7 @@ with step(snakemake) as log:
         params.papers,
         params.subjects,
         [Path(path) for path in dict.fromkeys(inputs.results)],
-        [Path(path) for path in inputs.monitors],
+        {Path(path).parent.name: Path(path) for path in inputs.monitors},
     )
     write_folder(output.tables, write.table_pages(map(Path, inputs.tables), params.papers))
     write_folder(output.details, write.detail_pages(results))

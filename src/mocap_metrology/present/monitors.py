@@ -26,7 +26,6 @@ LOOKS = {
     "alert": ("#c2410c", "^"),
     "failure": ("#991b1b", "X"),
 }
-OPEN = ("learning", "provisional")  # of which most are in the baseline
 NUMBERS = ("value_mm", "mean_mm", "lower_mm", "upper_mm")
 Columns = dict[str, np.ndarray]
 
@@ -94,15 +93,15 @@ def _findings(one: Judged) -> list[Row]:
     if chart.learning[-1]:
         return []
     sizes, m = shares(one), int(chart.n_baseline[-1])
-    unit = series.unit
+    unit, name = series.unit, series.name[:1].upper() + series.name[1:]
     last = float(series.natural(chart.value)[-1])
     value = mm(last) if series.kind in ("jitter", "wander") else f"{number(last, 3)} mm"
     change = _change(sizes["take"], unit)
-    size = render("changed.size", name=series.name, value=value, change=change, m=m)
+    size = render("changed.size", name=name, value=value, change=change, m=m)
     findings: list[Row] = []
 
     def find(code: str, case: str, value: float, ends: tuple[float, float], **how: Any) -> None:
-        words = render(f"changed.{case}", name=series.name, size=size, **how)
+        words = render(f"changed.{case}", name=name, size=size, **how)
         of = {"code": code, "series": series.name, "value": value, "unit": unit}
         findings.append(of | {"lower_95": ends[0], "upper_95": ends[1], "words": words})
 
@@ -147,8 +146,9 @@ def chart(rows: Sequence[Mapping[str, Any]], texts: plot.Texts) -> plot.Picture:
     said = {row["word"] for row in rows}
     for word in (word for word in LOOKS if word in said):
         colour, marker = LOOKS[word]
+        learnt = all(row["in_baseline"] == "yes" for row in rows if row["word"] == word)
         how: plot.Keywords = {"edgecolor": colour, "marker": marker, "label": word}
-        strips[-1].scatter([], [], s=16, facecolor="white" if word in OPEN else colour, **how)
+        strips[-1].scatter([], [], s=16, facecolor="white" if learnt else colour, **how)
     return plot.finished(body, strips, render("chart.caption"))
 
 

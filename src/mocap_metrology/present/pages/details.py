@@ -1,4 +1,4 @@
-"""A page a recording, calibration, group and paper: verdict, figures that explain it, tables."""
+"""A page a recording, calibration, monitor, group and paper: verdict, figures, tables."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ class PaperTable(NamedTuple):
 
 
 def address(kind: str, name: str) -> str:
-    """Path of the page of a recording, calibration, group or paper, from the folder of results."""
+    """Path of the page of a subject (recording, calibration, monitor, group or paper) from the
+    folder of results."""
     return f"details/{kind}s/{name}.html"
 
 

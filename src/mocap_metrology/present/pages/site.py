@@ -17,9 +17,10 @@ from mocap_metrology.common.errors import printable
 from mocap_metrology.present.plot.figure import UNKNOWN_WORD, VERDICT_WORDS
 from mocap_metrology.present.text.numbers import MINUS
 
-WORDS = VERDICT_WORDS | {  # of verdicts, and of claims
-    **dict.fromkeys(("holds", "agrees"), VERDICT_WORDS["good"]),
-    **dict.fromkeys(("does not", "differs"), VERDICT_WORDS["bad"]),
+WORDS = VERDICT_WORDS | {  # of verdicts, claims and monitors
+    **dict.fromkeys(("holds", "agrees", "pass"), VERDICT_WORDS["good"]),
+    "note": VERDICT_WORDS["usable"],
+    **dict.fromkeys(("does not", "differs", "alert", "failure"), VERDICT_WORDS["bad"]),
     "unknown": UNKNOWN_WORD,
 }
 EMPTY = "–"  # a cell without a number

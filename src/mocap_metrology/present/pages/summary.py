@@ -61,7 +61,7 @@ class Verdicts:
     `source`, `pose` (contents of pose.json); refused: `kind`, `name`, `group`, `why`; cameras:
     by group, what <group>_cameras.json holds: `short`, a line a camera type, and `apart`; changes:
     by group, sentences on comparisons with earlier recordings; picture, caption: of
-    the recordings, as PNG; monitors: a line on each facility that is watched.
+    the recordings, as PNG; monitors: by name, a line on each facility that is watched.
     """
 
     recordings: Sequence[Record] = ()
@@ -71,7 +71,7 @@ class Verdicts:
     changes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     picture: bytes = b""
     caption: str = ""
-    monitors: Sequence[str] = ()
+    monitors: Mapping[str, str] = field(default_factory=dict)
 
     def rows(self) -> list[Record]:
         """Recordings and calibrations, each with its `kind`, `name`, `word` and `reason`, those
@@ -123,7 +123,10 @@ def page(
             for kind in ("recording", "calibration")
             if (of_kind := [row for row in mine if row["kind"] == kind])
         ],
-        changes=[*verdicts.monitors, *changes(changed)],
+        changes=[
+            *(_watched(address("monitor", name), line) for name, line in verdicts.monitors.items()),
+            *changes(changed),
+        ],
         picture=base64.b64encode(verdicts.picture).decode(),
         picture_says=verdicts.caption,
         notes=captions,
@@ -195,12 +198,18 @@ def origin(rows: Sequence[Record]) -> str:
 
 
 def _shortened_twins(rows: Sequence[Record]) -> str:
-    """Words on twins of recordings of nine hours that are shorter."""
-    lengths = _lengths(rows)
+    """Words on twins of a paper's recordings of nine hours that are shorter."""
+    lengths = _lengths([row for row in rows if row["group"].startswith(OF_PAPERS)])
     if not lengths or round(lengths[-1]) >= NINE_HOURS_S:
         return ""
     shown = " to ".join(dict.fromkeys(map(duration_words, lengths)))
     return f"A quick look: the simulated stand-ins (twins) are {shown} long."
+
+
+def _watched(address: str, line: str) -> Markup:
+    """The line on a facility, whose first words, its name, lead to its page."""
+    name, _, words = line.partition(": ")
+    return link(address, name) + Markup(": ") + site.typeset(words)
 
 
 def changes(sentences: Sequence[str]) -> list[str]:

@@ -4,7 +4,7 @@ summary that is read first."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from mocap_metrology.common.types import Record
 from mocap_metrology.present.pages import comparison, details, site, summary
 from mocap_metrology.present.plot.figure import Picture, Texts, caption_of
 from mocap_metrology.present.text.captions import PAPERS
+from mocap_metrology.present.text.sentence import render
 from mocap_metrology.present.verdict import words
 from mocap_metrology.present.verdict.figure import overview_figure
 
@@ -27,7 +28,7 @@ class Results:
 
     recordings, calibrations: rows of the sheets, accepted; cameras, changes: JSON files by group;
     claims: rows of claims.csv; papers: those that have results; subjects: names with a page, by
-    kind; files: figures and tables; monitors: monitor.json of each facility.
+    kind; files: figures and tables; monitors: monitor.json of each facility by name.
     """
 
     folder: Path
@@ -39,7 +40,7 @@ class Results:
     papers: Sequence[str]
     subjects: Mapping[str, Sequence[str]]
     files: list[Path]
-    monitors: Sequence[Path] = ()
+    monitors: Mapping[str, Path] = field(default_factory=dict)
 
     @cached_property
     def verdicts(self) -> list[Record]:
@@ -55,10 +56,10 @@ class Results:
         return [{"pose": pose, **row} for pose, row in zip(poses, self.calibrations, strict=True)]
 
     def of(self, kind: str, name: str, suffix: str) -> list[Path]:
-        """Files of a recording or calibration by folder, of a group or paper by name: where several
-        names begin a file's, it is of the longest (`lab` and `lab_2`)."""
+        """Files of a recording, calibration or monitor by folder, of a group or paper by name:
+        where several names begin a file's, it is of the longest (`lab` and `lab_2`)."""
         files = [path for path in self.files if path.suffix == suffix]
-        if kind in ("recording", "calibration"):
+        if kind in ("recording", "calibration", "monitor"):
             return [path for path in files if self.folder / f"{kind}s" / name in path.parents]
         names = [*self.subjects["group"], *self.papers]
         begin = {p: [n for n in names if p.stem.startswith(f"{n}_")] for p in files}
@@ -66,7 +67,8 @@ class Results:
 
     def page(self, kind: str, name: str, title: str, more_csv: Sequence[Path], **more: Any) -> str:
         """The page of a subject, with its figures and tables."""
-        figures = details.figures_of(self.folder, self.of(kind, name, ".svg"))
+        images = self.of(kind, name, ".png" if kind == "monitor" else ".svg")
+        figures = details.figures_of(self.folder, images)
         csv = [*self.of(kind, name, ".csv"), *more_csv]
         csv = [path.relative_to(self.folder) for path in csv]
         return details.page(title, figures, csv, **more)
@@ -90,7 +92,7 @@ def table_pages(tables: Iterable[Path], papers: Sequence[str]) -> dict[str, str]
 
 
 def detail_pages(results: Results) -> dict[Path, str]:
-    """A page of each recording, calibration, group and paper, by its path in the folder."""
+    """A page of each subject, by its path in the folder."""
     return {
         Path(details.address(kind, name)).relative_to("details"): results.page(
             kind, name, PAPERS.get(name, name) if kind == "paper" else name, csv, **more
@@ -125,6 +127,11 @@ def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str
             *(str(one.get("sentence") or one["refused"]) for one in documents),
         ]
         yield "calibration", name, [], _judged(verdict, lines, row["group"], groups)
+    for name, document in results.monitors.items():
+        state = read_json(document)
+        told = [render("monitor.left_out", **one) for one in state["left_out"]]
+        lines = list(dict.fromkeys([*state["reasons"], *told]))
+        yield "monitor", name, [], {"verdict": state["word"], "lines": lines}
     yield from (("group", group, [], {}) for group in groups)
     csv = [path for path in results.files if path.suffix == ".csv"]
     for paper in results.papers:
@@ -171,7 +178,7 @@ def summaries(
         {group: read_json(path)["words"] for group, path in results.changes.items()},
         png.read_bytes(),
         caption_of(png)[1],
-        [read_json(path)["line"] for path in results.monitors],
+        {name: read_json(path)["line"] for name, path in results.monitors.items()},
     )
     csv = [path for path in tables if path.suffix == ".csv"]
     papers = [

@@ -233,8 +233,7 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
         if not is_file(path):
             raise Refusal(f"{path}: is not a file; expected a recording, as take.c3d")
         if path.name.lower().endswith(DUMPS) and not options.board:
-            what = "a dump needs --board board.csv, the places of its photodiodes"
-            raise Refusal(f"{path.name}: {what}")
+            options = argparse.Namespace(**vars(options) | {"board": _only_object(path)})
         return _verdict(path, folder, options)
     except Refusal as refusal:
         print(refusal, file=sys.stderr)
@@ -245,6 +244,21 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
             crash = results.write_crash(error, folder, path.name)
             print(f"{crash}\nNo results were written", file=sys.stderr)
     return results.NONE
+
+
+def _only_object(path: Path) -> str:
+    """The --board of a dump: the one object of a recording of libsurvive."""
+    names = []
+    if path.name.lower().endswith((".rec", ".rec.gz")):
+        from mocap_metrology.lighthouse.decode.libsurvive import tracked_objects
+
+        names = [one.name for one in tracked_objects(path)]
+    if len(names) == 1:
+        return names[0]
+    what = "a dump needs --board board.csv, the places of its photodiodes"
+    if names:
+        what = f"name one of its objects with --board, in make BOARD=: {', '.join(names)}"
+    raise Refusal(f"{path.name}: {what}")
 
 
 def _verdict(path: Path, folder: Path, options: argparse.Namespace) -> str:

@@ -101,6 +101,21 @@ def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:
     assert np.allclose(bands[1:], [LIMITS["good"], LIMITS["usable"]])
 
 
+def test_certified_bars_have_a_panel_of_their_own() -> None:
+    """With the limits of a length; a bar without a certificate has no row."""
+    limits = {"good": 0.5, "usable": 2.0}
+    bars = [
+        recording("z", "usable", None, bar={"size_mm": 1.88, "certificate": {"u_mm": 0.05}}),
+        recording("p", "precise", None, bar={"size_mm": 1.2, "certificate": None}),
+    ]
+    rows = [*ROWS[:2], *(row | {"limits_mm": limits} for row in bars)]
+    shown = overview_figure(rows, Texts("T", "Source: measured."))
+    still, moved = (panel for panel in shown.figure.get_axes() if panel.lines)
+    assert len(still.lines) == 2 and [float(one.get_xdata()[0]) for one in moved.lines] == [1.88]
+    assert sorted(patch.get_x() for patch in moved.patches)[1:] == pytest.approx([0.5, 2.0])
+    assert "as without that number: 1." in shown.caption
+
+
 def test_the_page_and_the_front_in_order_and_nothing_is_taken_for_markup() -> None:
     """Refusals first, one's own groups, measured before twins, papers, theirs, all tables."""
     recordings = [*ROWS[2:], recording("twin-1", "good", source="twin", sentences=WARNINGS)]

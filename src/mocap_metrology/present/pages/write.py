@@ -95,10 +95,16 @@ def detail_pages(results: Results) -> dict[Path, str]:
     """A page of each subject, by its path in the folder."""
     return {
         Path(details.address(kind, name)).relative_to("details"): results.page(
-            kind, name, PAPERS.get(name, name) if kind == "paper" else name, csv, **more
+            kind, name, _title(kind, name), csv, **more
         )
         for kind, name, csv, more in _subjects(results)
     }
+
+
+def _title(kind: str, name: str) -> str:
+    if kind == "paper":
+        return PAPERS[name]
+    return f"Monitor {name}" if kind == "monitor" else name
 
 
 def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str, Any]]]:
@@ -154,7 +160,7 @@ def _judged(verdict: Record, lines: list[str], group: str, groups: Sequence[str]
 def overview(results: Results) -> Picture:
     """Figure of one's own recordings against the limits."""
     mine = summary.own_rows(results.verdicts)
-    texts = Texts("One frame against the limits", f"Source: {summary.origin(mine)}.")
+    texts = Texts("Recordings against the limits", f"Source: {summary.origin(mine)}.")
     return overview_figure(mine, texts)
 
 

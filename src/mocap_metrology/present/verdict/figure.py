@@ -52,6 +52,7 @@ KINDS = {
 CORRELATED = {kind.split()[1]: kind for kind in KINDS if kind.startswith("correlated")}
 DARK = ("periodic", CORRELATED["unclassed"], CORRELATED["long"])  # white text on them
 MOST = 24  # recordings drawn
+BARS = "Error of the length of a bar (mm)"
 NAME_MM = 5.5
 ROOM = 5.0  # times the limits, that the axis reaches at least: for the words of the bands
 BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
@@ -247,14 +248,40 @@ def draw_bands(
         axes.annotate(word, (at, 1.0), weight=look[0], color=look[1], **where)
 
 
+def wrong_length(row: Record) -> tuple[float, float, float] | None:
+    """What the word of a certified bar is of, thrice, mm; None of other recordings."""
+    bar = row.get("bar")
+    return (bar["size_mm"],) * 3 if bar and bar["certificate"] else None
+
+
 @figure.styled()
 def overview_figure(rows: Sequence[Record], texts: figure.Texts) -> figure.Picture:
-    """A row a recording, in the order given, at most `MOST`."""
-    shown = [(row, point) for row in rows if (point := worst_frame(row))][:MOST]
-    if not shown:
+    """A row a recording, in the order given, at most `MOST` at rest and as many of bars."""
+    points = (("Standard uncertainty of one frame (mm)", worst_frame), (BARS, wrong_length))
+    panels = [
+        (label, shown)
+        for label, point in points
+        if (shown := [(row, at) for row in rows if (at := point(row))][:MOST])
+    ]
+    if not panels:
         return figure.words_picture("No recording has an uncertainty of a frame.", texts)
-    body = figure.new_figure(texts, 22.0 + NAME_MM * len(shown))
-    axes = body.subplots()
+    counts = [len(shown) for _, shown in panels]
+    body = figure.new_figure(texts, 22.0 * len(panels) + NAME_MM * sum(counts))
+    places = body.subplots(len(panels), 1, squeeze=False, height_ratios=counts)[:, 0]
+    for axes, (label, shown) in zip(places, panels, strict=True):
+        _against_limits(axes, shown)
+        axes.set_xlabel(label)
+    twins = any(row["source"] == "twin" for _, shown in panels for row, _ in shown)
+    more = len(rows) - sum(counts)
+    bars = f" {captions.OVERVIEW_BARS}" if panels[-1][0] == BARS else ""
+    hollow = " Hollow: a simulated stand-in (twin)." if twins else ""
+    left_out = f" Not shown, as without that number: {more}." if more else ""
+    return figure.Picture(body, f"{captions.OVERVIEW}{bars}{hollow}{left_out}")
+
+
+def _against_limits(
+    axes: figure.Axes, shown: Sequence[tuple[Record, tuple[float, float, float]]]
+) -> None:
     words_mm = shown[0][0]["limits_mm"]
     limits = axis_limits([np.array(point) for _, point in shown], words_mm)
     figure.log_axis(axes, "x", limits)
@@ -264,10 +291,4 @@ def overview_figure(rows: Sequence[Record], texts: figure.Texts) -> figure.Pictu
         face = "white" if row["source"] == "twin" else colour
         axes.hlines(place, lower, upper, color=colour, lw=1.2)
         axes.plot([value], [place], marker="o", ms=5, mec=colour, mfc=face)
-    axes.set_xlabel("Standard uncertainty of one frame (mm)")
     figure.name_axis(axes, [row["recording"] for row, _ in shown], "y", size=figure.SMALL_PT)
-    twins = any(row["source"] == "twin" for row, _ in shown)
-    more = len(rows) - len(shown)
-    hollow = " Hollow: a simulated stand-in (twin)." if twins else ""
-    left_out = f" Not shown, as without that number: {more}." if more else ""
-    return figure.Picture(body, f"{captions.OVERVIEW}{hollow}{left_out}")

@@ -25,7 +25,8 @@ from mocap_metrology.lighthouse import RECORDING_FORMATS
 
 TEXTS = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
-DUMPS = (".bin", ".dump", ".rec", ".rec.gz")
+OF_LIBSURVIVE = (".rec", ".rec.gz")  # which have their objects in them
+DUMPS = (".bin", ".dump", *OF_LIBSURVIVE)
 INTERRUPTED = 130  # the shell's number for it
 
 
@@ -215,7 +216,7 @@ def _recordings(options: argparse.Namespace) -> Iterator[Path]:
             continue
         from mocap_metrology.io.read import FORMATS
 
-        endings = DUMPS if options.board else (".c3d", *FORMATS)
+        endings = DUMPS if options.board else (".c3d", *FORMATS, *OF_LIBSURVIVE)
         inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(endings))
         if not inside:
             print(f"{text}: no recording in this folder", file=sys.stderr)
@@ -249,7 +250,7 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
 def _only_object(path: Path) -> str:
     """The --board of a dump: the one object of a recording of libsurvive."""
     names = []
-    if path.name.lower().endswith((".rec", ".rec.gz")):
+    if path.name.lower().endswith(OF_LIBSURVIVE):
         from mocap_metrology.lighthouse.decode.libsurvive import tracked_objects
 
         names = [one.name for one in tracked_objects(path)]

@@ -1,7 +1,5 @@
 """Rows of sheets as text: what separates cells, what is no row, and every fault of one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Calibrations of both generations, of every format, estimator and fault."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Estimates by `batch` of a second or two of hits, made without the package's simulator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

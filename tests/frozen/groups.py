@@ -1,7 +1,5 @@
 """What several recordings or calibrations say together, and readings of real files."""
 
-from __future__ import annotations
-
 import json
 import logging
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Recordings of many kinds, each written in another format, and all numbers that come of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the functions of noise accept, and refuse one step beyond."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

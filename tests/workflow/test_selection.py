@@ -1,7 +1,5 @@
 """What rules select from the rows of a sheet."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Lengths that were measured in the room, in an estimate by `batch`."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Normal equations, covariances and noise of the joint estimate, against dense algebra, numerical
 derivatives, closed forms and Monte Carlo."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline

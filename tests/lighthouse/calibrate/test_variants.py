@@ -1,7 +1,5 @@
 """Which variant of the rotor model a recording prefers; what others do to the covariance."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

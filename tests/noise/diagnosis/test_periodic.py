@@ -1,7 +1,5 @@
 """Lines of known frequency and size, and what is said of them."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Shapes of slow wander, each against least squares over all places, and how fast a curve goes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

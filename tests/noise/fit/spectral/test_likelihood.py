@@ -1,7 +1,5 @@
 """Estimator `likelihood`: truth recovered, order chosen, gaps, many lines, resonance, bounds."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

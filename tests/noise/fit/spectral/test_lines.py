@@ -5,8 +5,6 @@ Truth of these: phase by summed frequency (an Ornstein-Uhlenbeck process, a sinu
 amplitude is constant and its power A_s^2 / 2 wherever it lies.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt

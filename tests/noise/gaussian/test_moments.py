@@ -54,13 +54,10 @@ def by_spectrum(density, T: float, f_h: float) -> tuple[float, float]:
 
 @pytest.mark.parametrize(
     "part",
-    [
-        *(PowerLaw(alpha, 1e-6) for alpha in (-2, -1, 0, 1, 2)),
-        GaussMarkov(2e-3, 5.0),
-        GaussMarkov(2e-3, 400.0),
-    ],
+    [*(PowerLaw(alpha, 1e-6) for alpha in (-2, -1, 0, 1, 2)), GaussMarkov(2e-3, 5.0),
+     GaussMarkov(2e-3, 400.0)],
     ids=str,
-)
+)  # fmt: skip
 def test_closed_forms_are_integrals_over_the_spectrum(part) -> None:
     T, f_h = 60.0, 60.0
 

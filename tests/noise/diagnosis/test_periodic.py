@@ -110,6 +110,7 @@ def test_gaps_neither_shrink_a_line_nor_make_one(amplitude: float):
     assert one.lower < amplitude < one.upper
     (one,) = found_in(series)
     assert one.lower < amplitude < one.upper
+    assert series_lines(series, RATE, 10)[1] == 250.0  # the longest stretch, which is the first
 
 
 def test_a_fan_that_is_switched_changes_its_amplitude() -> None:

@@ -102,7 +102,7 @@ def test_noise_that_doubles_after_a_crump_is_said_to():
         assert event.outcome == "level changed"
         assert all(side.lower < 2.0 < side.upper for side in event.sides)
     crump, change = events_of(loud_after(position, 400.0, 2.0))  # which ends the side of the crump
-    assert (crump.outcome, change.outcome) == ("once", "level changed")
+    assert (crump.outcome, change.outcome, change.of) == ("once", "level changed", 1)
 
 
 @pytest.mark.parametrize(

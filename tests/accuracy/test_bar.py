@@ -1,7 +1,5 @@
 """Bars by twins whose errors are known, and what is refused; budgets against published examples."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -39,17 +39,12 @@ def test_equal_folders_but_for_logs_and_versions(
 
 @pytest.mark.parametrize(
     "after",
-    [
-        {"text": TABLE.replace("1.2345e-05", "1.23450001e-05")},
-        {"text": TABLE.replace("L,,mm", "L,0,mm")},
-        {"text": TABLE.replace("mm\nL", "m\nL")},
-        {"text": TABLE + "z2,1,mm\n"},
-        {"column": (1.0, 2.0, 3.0)},
-        {"column": (1.0, np.nan)},
-        {"column": (1.0, np.nan, 3.0 + 1e-9)},
-    ],
+    [{"text": TABLE.replace("1.2345e-05", "1.23450001e-05")},
+     {"text": TABLE.replace("L,,mm", "L,0,mm")}, {"text": TABLE.replace("mm\nL", "m\nL")},
+     {"text": TABLE + "z2,1,mm\n"}, {"column": (1.0, 2.0, 3.0)}, {"column": (1.0, np.nan)},
+     {"column": (1.0, np.nan, 3.0 + 1e-9)}],
     ids=["digit", "gap filled", "unit", "row", "NaN", "length", "Parquet digit"],
-)
+)  # fmt: skip
 def test_whatever_differs_is_found(tmp_path: Path, after: dict[str, object]) -> None:
     assert compared(tmp_path, "--relative", "1e-12", **after) == 1
 

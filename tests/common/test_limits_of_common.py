@@ -147,14 +147,8 @@ def test_yaml_that_is_no_value(text: str, expected: str) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "",
-        "~",
-        "a: 1e-6\nb: [1, 2.5, yes]",
-        "d: &d {a: 1}\ne: {<<: *d, a: 2}\nf: *d",
-        "? a\n? b",
-        f"a: {'x' * 5000}\nb: [0x1F, 017, 1_000, 1:30]",
-    ],
-)
+    ["", "~", "a: 1e-6\nb: [1, 2.5, yes]", "d: &d {a: 1}\ne: {<<: *d, a: 2}\nf: *d", "? a\n? b",
+     f"a: {'x' * 5000}\nb: [0x1F, 017, 1_000, 1:30]"],
+)  # fmt: skip
 def test_any_other_yaml_is_that_of_pyyaml(text: str) -> None:
     assert load_yaml(text) == yaml.safe_load(text)

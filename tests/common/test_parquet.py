@@ -26,19 +26,12 @@ from mocap_metrology.common.parquet import to_arrow, to_numpy
 
 NUMBERS = ["f4", "f8", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"]
 OTHERS = {
-    "stepped": np.arange(20.0)[::3],
-    "big-endian": np.arange(4, dtype=">i4"),
-    "integers": [1, -2, 3],
-    "truths": [True, False],
-    "texts": ["µm", "", "Größe 日本"],
-    "fixed texts": np.array(["a", "bcd"]),
-    "objects": np.array(["x", "yz"], dtype=object),
-    "missing": ["a", None],
-    "no numbers": [1.5, None],
-    "nothing": [],
-    "no floats": np.array([]),
+    "stepped": np.arange(20.0)[::3], "big-endian": np.arange(4, dtype=">i4"),
+    "integers": [1, -2, 3], "truths": [True, False], "texts": ["µm", "", "Größe 日本"],
+    "fixed texts": np.array(["a", "bcd"]), "objects": np.array(["x", "yz"], dtype=object),
+    "missing": ["a", None], "no numbers": [1.5, None], "nothing": [], "no floats": np.array([]),
     "no integers": np.array([], dtype=np.int32),
-}
+}  # fmt: skip
 COLUMNS = {kind: np.array([3, 1, 2, 0, 7], kind) for kind in NUMBERS} | OTHERS
 
 

@@ -1,7 +1,5 @@
 """Rows of sheets as text: what separates cells, what is no row, and every fault of one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -53,32 +51,23 @@ def test_a_formula_that_failed_is_no_comment_and_sep_is_no_header(
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [
-        ("", ["s.tsv: no header; expected columns name, path, note"]),
-        ("# only a word\n\t\n", ["s.tsv: no header; expected columns name, path, note"]),
-        ("name\n\xff", ["s.tsv, row 2: not UTF-8; expected UTF-8 text"]),
-        ("name|path\na|b", ["s.tsv: cells are separated by bars; expected tabs"]),
-        ("name path\na b", ["s.tsv: cells are separated by blanks; expected tabs"]),
-        ("path\nb", ["s.tsv: no column name; expected a header with it"]),
-        ("name\t\tpath\na", ["s.tsv: column 2 has no name; expected one in its header"]),
-        ("name\tname\na", ["s.tsv, column name: repeated; expected once"]),
-        ("name\tpath\na\tb\tc\nd", ["s.tsv, row 2: 3 cells; expected 2"]),
-        ("name\tpath\na\tb\t\nd", []),
-        (
-            "name,path\na,b,c\nd,e,f",
-            [
-                f's.tsv, row {k}: 3 cells; expected 2, and quotes round a cell with ","'
-                for k in (2, 3)
-            ],
-        ),
-        ('name\tpath\na\t"b', ["s.tsv, row 2: a quote without its closing quote; expected a pair"]),
-        (
-            "name\n" + "x" * 100_001,
-            ["s.tsv, row 2: 100001 letters; expected at most 100000 in a cell"],
-        ),
-        ("name\tpath\n" + "x" * 100_000 + "\tb", []),
-    ],
-)
+    [("", ["s.tsv: no header; expected columns name, path, note"]),
+     ("# only a word\n\t\n", ["s.tsv: no header; expected columns name, path, note"]),
+     ("name\n\xff", ["s.tsv, row 2: not UTF-8; expected UTF-8 text"]),
+     ("name|path\na|b", ["s.tsv: cells are separated by bars; expected tabs"]),
+     ("name path\na b", ["s.tsv: cells are separated by blanks; expected tabs"]),
+     ("path\nb", ["s.tsv: no column name; expected a header with it"]),
+     ("name\t\tpath\na", ["s.tsv: column 2 has no name; expected one in its header"]),
+     ("name\tname\na", ["s.tsv, column name: repeated; expected once"]),
+     ("name\tpath\na\tb\tc\nd", ["s.tsv, row 2: 3 cells; expected 2"]),
+     ("name\tpath\na\tb\t\nd", []),
+     ("name,path\na,b,c\nd,e,f",
+      [f's.tsv, row {k}: 3 cells; expected 2, and quotes round a cell with ","' for k in (2, 3)]),
+     ('name\tpath\na\t"b', ["s.tsv, row 2: a quote without its closing quote; expected a pair"]),
+     ("name\n" + "x" * 100_001,
+      ["s.tsv, row 2: 100001 letters; expected at most 100000 in a cell"]),
+     ("name\tpath\n" + "x" * 100_000 + "\tb", [])],
+)  # fmt: skip
 def test_faults(tmp_path: Path, text: str, said: list[str]) -> None:
     raw = text.encode("latin-1")
     assert (faults(tmp_path, raw) if said else rows(tmp_path, raw) and []) == said

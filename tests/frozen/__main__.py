@@ -1,7 +1,5 @@
 """`python -m tests.frozen [name ...]`: store the results anew, and say what changed."""
 
-from __future__ import annotations
-
 import json
 import logging
 import sys

@@ -1,7 +1,5 @@
 """Calibrations of both generations, of every format, estimator and fault."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import replace
 from functools import partial
@@ -101,32 +99,20 @@ EVERY = Lighthouse(
 )
 CASES = {
     "every estimator": partial(first_generation, "sim-1-1", settings=EVERY, duration_s=1.5),
-    "pairs of sweeps": partial(
-        first_generation,
-        "sim-2-1",
-        settings=Lighthouse(reconstruction="pairs", lm_interpolation="linear", lm_weights="none"),
-        duration_s=2.0,
-    ),
+    "pairs of sweeps": partial(first_generation, "sim-2-1",
+                               settings=Lighthouse(reconstruction="pairs",
+                                                   lm_interpolation="linear", lm_weights="none"),
+                               duration_s=2.0),
     "factory values": partial(first_generation, "real-3-1", duration_s=4.0),
-    "inertial": partial(
-        first_generation,
-        "real-4-1",
-        settings=Lighthouse(estimators=("batch", "paper-lm"), inertial=True),
-        duration_s=3.0,
-    ),
+    "inertial": partial(first_generation, "real-4-1",
+                        settings=Lighthouse(estimators=("batch", "paper-lm"), inertial=True),
+                        duration_s=3.0),
     "still": still,
     "angles": as_angles,
-    "disturbed": partial(
-        first_generation,
-        "real-6-2",
-        duration_s=4.0,
-        reflections=0.03,
-        missed_flashes=0.05,
-        false_flashes_per_s=3.0,
-        blocked=((1, 1.0, 1.4),),
-        sync_jitter_us=0.5,
-    ),
+    "disturbed": partial(first_generation, "real-6-2", duration_s=4.0, reflections=0.03,
+                         missed_flashes=0.05, false_flashes_per_s=3.0, blocked=((1, 1.0, 1.4),),
+                         sync_jitter_us=0.5),
     "whole frames": partial(second_generation, 2, seconds=10.0),
     "two stations": partial(second_generation, 2),
     "four stations": partial(second_generation, 4, cover_mm=(-0.8, 1.5), reflections=0.02),
-}
+}  # fmt: skip

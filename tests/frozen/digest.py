@@ -1,7 +1,5 @@
 """A few numbers of every result, which change where the result does."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,8 +1,6 @@
 """Disturbances of a diagnosis in twelve doses, each 1.3 times the one before, from none that is
 found to all: a threshold that moves shows. Brief recordings, so that a dose costs milliseconds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Estimates by `batch` of a second or two of hits, made without the package's simulator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -28,18 +26,12 @@ from .digest import Flat, flat
 NONE = Priors(0, 0, 0, 0, 0)
 THIRD = np.eye(3), np.array([0.3, -2.2, -0.4])
 FIRST: dict[str, dict[str, Any]] = {
-    "quiet": {"noise_rad": 2e-5},
-    "noisy": {"noise_rad": 2e-4},
-    "prior": {"priors": Priors()},
-    "wrong hits": {"wrong": 0.04},
-    "gap": {"dark": (0.5, 0.9)},
-    "still": {"still": True},
-    "fast": {"speed": 1.2},
-    "few diodes": {"board": flat_board(3, 2)},
-    "own optics": {"optics": "estimated", "priors": Priors()},
-    "very brief": {"seconds": 0.3},
+    "quiet": {"noise_rad": 2e-5}, "noisy": {"noise_rad": 2e-4}, "prior": {"priors": Priors()},
+    "wrong hits": {"wrong": 0.04}, "gap": {"dark": (0.5, 0.9)}, "still": {"still": True},
+    "fast": {"speed": 1.2}, "few diodes": {"board": flat_board(3, 2)},
+    "own optics": {"optics": "estimated", "priors": Priors()}, "very brief": {"seconds": 0.3},
     "three stations": {"more": (THIRD,)},
-}
+}  # fmt: skip
 SECOND: dict[str, dict[str, Any]] = {
     "turns": {},
     "turns with wrong hits": {"wrong": 0.05},

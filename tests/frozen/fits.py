@@ -1,7 +1,5 @@
 """Noise models of brief series: each kind of noise, line, slow part and gap in a few doses."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Functions of one series: their results for series of many kinds, and of how many samples each
 needs at least."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass

@@ -1,7 +1,5 @@
 """What several recordings or calibrations say together, and readings of real files."""
 
-from __future__ import annotations
-
 import json
 import logging
 from pathlib import Path
@@ -28,7 +26,7 @@ from mocap_metrology.noise.fit.estimates import read_noise
 from mocap_metrology.noise.motion.orientation import of_cluster, of_poses
 from mocap_metrology.noise.motion.place import by_place, evenness
 from mocap_metrology.recording.clean import Entry, simulated
-from mocap_metrology.settings import Settings
+from mocap_metrology.settings import Lighthouse, Settings
 
 from .calibrations import LIGHT, ROOT, first_generation, twin
 from .digest import Flat, flat, of_folder
@@ -118,11 +116,11 @@ def bodies(folder: Path) -> Flat:
 
 def setup(folder: Path) -> Flat:
     """Two recordings of one pair of stations, together."""
-    members = []
+    members, brief = [], Lighthouse(estimators=("paper-lm",))  # own poses are not read
     for name in ("real-5-1", "real-5-2"):
         own = folder / name
         own.mkdir()
-        first_generation(name, own, duration_s=2.0)
+        first_generation(name, own, brief, duration_s=2.0)
         kinds = ("sweeps", "stations", "board", "pose")
         members.append(Member(name, *(str(own / TABLES[kind]) for kind in kinds)))
     write_setup("real-5", members, LIGHT, str(folder / "setup.json"))

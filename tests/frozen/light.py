@@ -1,8 +1,6 @@
 """Faults of light on photodiodes in doses, from none that matters to what is refused. Of the first
 generation the light is made from first principles (`tests/lighthouse/decode/synthetic.py`)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path

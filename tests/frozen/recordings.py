@@ -1,7 +1,5 @@
 """Recordings of many kinds, each written in another format, and all numbers that come of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -128,21 +126,14 @@ QUALISYS, NEXUS = partial(typed, text.qualisys, "tsv"), partial(typed, text.nexu
 TABLE, NDI = partial(typed, text.table, "csv"), partial(typed, text.first_principles, "tsv")
 # Kind, format, sd of the white noise of a frame in mm, seconds
 KINDS: dict[str, tuple[Make, Callable[..., Path], float, float]] = {
-    "white": (lambda rng, x, t: x, TRC, 0.02, 60),
-    "walk": (walk, c3d, 0.02, 240),
-    "flicker": (flicker, MOTIVE, 0.02, 180),
-    "correlated": (correlated, NEXUS, 0.03, 180),
-    "events": (events, c3d, 0.02, 240),
-    "lines": (lines, c3d, 0.02, 240),
-    "slow": (slow, c3d, 0.02, 300),
-    "levels": (levels, TABLE, 0.02, 240),
-    "repeated": (repeated, NDI, 0.03, 120),
-    "filled": (filled, QUALISYS, 0.02, 120),
-    "shaken": (shaken, c3d, 0.02, 150),
-    "exchanged": (exchanged, c3d, 0.03, 180),
-    "coarse": (coarse, c3d, 0.02, 120),
-    "brief": (lambda rng, x, t: x, c3d, 0.1, 2),
-}
+    "white": (lambda rng, x, t: x, TRC, 0.02, 60), "walk": (walk, c3d, 0.02, 240),
+    "flicker": (flicker, MOTIVE, 0.02, 180), "correlated": (correlated, NEXUS, 0.03, 180),
+    "events": (events, c3d, 0.02, 240), "lines": (lines, c3d, 0.02, 240),
+    "slow": (slow, c3d, 0.02, 300), "levels": (levels, TABLE, 0.02, 240),
+    "repeated": (repeated, NDI, 0.03, 120), "filled": (filled, QUALISYS, 0.02, 120),
+    "shaken": (shaken, c3d, 0.02, 150), "exchanged": (exchanged, c3d, 0.03, 180),
+    "coarse": (coarse, c3d, 0.02, 120), "brief": (lambda rng, x, t: x, c3d, 0.1, 2),
+}  # fmt: skip
 # With the first marker alone, as the second would be disturbed alike
 ALONE = ("walk", "flicker", "correlated", "levels", "repeated", "filled", "shaken", "coarse")
 

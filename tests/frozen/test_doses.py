@@ -1,7 +1,5 @@
 """Stored results over doses of single disturbances (`test_frozen` has whole recordings)."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

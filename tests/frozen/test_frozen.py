@@ -2,8 +2,6 @@
 but that they are what they were: `python -m tests.frozen` stores them anew and says what changed.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Words of the checks of a calibration over the values that they judge: where each word begins."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

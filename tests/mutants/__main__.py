@@ -9,8 +9,6 @@ each mutant, in the order of the draw, so that the first so many are a random sa
 `--survivors` runs again what survived, on the lines as they stand now.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import importlib

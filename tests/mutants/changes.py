@@ -1,7 +1,5 @@
 """Every change to a source that the rule makes: operators, comparisons, constants, signs, names."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

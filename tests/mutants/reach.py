@@ -5,8 +5,6 @@ Marks are stores into one array, set before each statement while the package is 
 quicker than a trace. What a fixture or a cached function ran counts for every test that uses it.
 """
 
-from __future__ import annotations
-
 import ast
 import builtins
 import functools

@@ -1,7 +1,5 @@
 """The rule by which lines are changed, and which tests reach a line that no trace sees."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from .changes import apply, changes

@@ -1,7 +1,5 @@
 """What the functions of noise accept, and refuse one step beyond."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -43,65 +41,40 @@ def beside(n: int, n_missing: int = 0) -> dict[str, object]:
 DAYS, EDF = [0, 20, 61], [50, 60, 40]
 # What is accepted, and what is just beyond
 LIMITS: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
-    "lines of a model": (
-        lambda: NoiseModel((Sinusoid(1.0, 1.0),)),
-        lambda: NoiseModel((Sinusoid(1.0, 1.0), Sinusoid(1.0, 2.0))),
-    ),
-    "averaging factor": (
-        lambda: allan_variance(WHITE[:9], np.array([1])),
-        lambda: allan_variance(WHITE[:9], np.array([0])),
-    ),
+    "lines of a model": (lambda: NoiseModel((Sinusoid(1.0, 1.0),)),
+                         lambda: NoiseModel((Sinusoid(1.0, 1.0), Sinusoid(1.0, 2.0)))),
+    "averaging factor": (lambda: allan_variance(WHITE[:9], np.array([1])),
+                         lambda: allan_variance(WHITE[:9], np.array([0]))),
     "Gauss-Markov terms": (lambda: Components(gauss_markov=0), lambda: Components(gauss_markov=-1)),
-    "variances for coefficients": (
-        lambda: fitted(Components((-2, 0, 2), 1), longest_share=0.5),
-        lambda: fitted(Components((-2, -1, 0, 2), 1), longest_share=0.5),
-    ),
-    "first averaging factor of a fit": (
-        lambda: fitted(Components((0,), 0), np.array([1, 2])),
-        lambda: fitted(Components((0,), 0), np.array([0.5, 2])),
-    ),
-    "frame rate of a fit": (
-        lambda: fitted(Components((0,), 0), rate=1e-9),
-        lambda: fitted(Components((0,), 0), rate=0.0),
-    ),
-    "duration over the longest tau": (
-        lambda: fitted(Components((0,), 0), duration=16.001),
-        lambda: fitted(Components((0,), 0), duration=16.0),
-    ),
-    "frames of a duration": (
-        lambda: fitted(Components((0,), 0), duration=0.9999e8),
-        lambda: fitted(Components((0,), 0), duration=1e8),
-    ),
-    "range of T_c": (
-        lambda: fitted(Components((0,), 1), duration=48, shortest_frames=4, longest_share=0.084),
-        lambda: fitted(Components((0,), 1), duration=48, shortest_frames=4, longest_share=1 / 12),
-    ),
-    "range of f_0": (
-        lambda: fitted(Components((0,), 0, True), lowest_hz=0.49999),
-        lambda: fitted(Components((0,), 0, True), lowest_hz=0.5),
-    ),
-    "missing samples": (
-        lambda: check_series(with_missing(3000, 1500)),
-        lambda: check_series(with_missing(3000, 1501)),
-    ),
-    "span over steps": (
-        lambda: check_series(np.arange(1000.0), 2 * 999.0),
-        lambda: check_series(np.arange(1000.0), 2 * 999.001),
-    ),
-    "recordings of a trend": (
-        lambda: adev_trend(DAYS, [1, 2, 3], EDF, 0.9),
-        lambda: adev_trend(DAYS[:2], [1, 2], EDF[:2], 0.9),
-    ),
-    "days of a trend": (
-        lambda: adev_trend([0, 0, 1], [1, 2, 3], EDF, 0.9),
-        lambda: adev_trend([0, 0, 0], [1, 2, 3], EDF, 0.9),
-    ),
-    "samples in common": (
-        lambda: coherence(WHITE[:36], WHITE[50:86], 1.0),
-        lambda: coherence(WHITE[:35], WHITE[50:85], 1.0),
-    ),
+    "variances for coefficients": (lambda: fitted(Components((-2, 0, 2), 1), longest_share=0.5),
+                                   lambda: fitted(Components((-2, -1, 0, 2), 1),
+                                                  longest_share=0.5)),
+    "first averaging factor of a fit": (lambda: fitted(Components((0,), 0), np.array([1, 2])),
+                                        lambda: fitted(Components((0,), 0), np.array([0.5, 2]))),
+    "frame rate of a fit": (lambda: fitted(Components((0,), 0), rate=1e-9),
+                            lambda: fitted(Components((0,), 0), rate=0.0)),
+    "duration over the longest tau": (lambda: fitted(Components((0,), 0), duration=16.001),
+                                      lambda: fitted(Components((0,), 0), duration=16.0)),
+    "frames of a duration": (lambda: fitted(Components((0,), 0), duration=0.9999e8),
+                             lambda: fitted(Components((0,), 0), duration=1e8)),
+    "range of T_c": (lambda: fitted(Components((0,), 1), duration=48, shortest_frames=4,
+                                    longest_share=0.084),
+                     lambda: fitted(Components((0,), 1), duration=48, shortest_frames=4,
+                                    longest_share=1 / 12)),
+    "range of f_0": (lambda: fitted(Components((0,), 0, True), lowest_hz=0.49999),
+                     lambda: fitted(Components((0,), 0, True), lowest_hz=0.5)),
+    "missing samples": (lambda: check_series(with_missing(3000, 1500)),
+                        lambda: check_series(with_missing(3000, 1501))),
+    "span over steps": (lambda: check_series(np.arange(1000.0), 2 * 999.0),
+                        lambda: check_series(np.arange(1000.0), 2 * 999.001)),
+    "recordings of a trend": (lambda: adev_trend(DAYS, [1, 2, 3], EDF, 0.9),
+                              lambda: adev_trend(DAYS[:2], [1, 2], EDF[:2], 0.9)),
+    "days of a trend": (lambda: adev_trend([0, 0, 1], [1, 2, 3], EDF, 0.9),
+                        lambda: adev_trend([0, 0, 0], [1, 2, 3], EDF, 0.9)),
+    "samples in common": (lambda: coherence(WHITE[:36], WHITE[50:86], 1.0),
+                          lambda: coherence(WHITE[:35], WHITE[50:85], 1.0)),
     "blocks in common": (lambda: beside(36), lambda: beside(35)),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", LIMITS)

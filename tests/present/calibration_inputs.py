@@ -10,12 +10,9 @@ from mocap_metrology.common.files import write_json, write_table
 from mocap_metrology.lighthouse.board import flat_board
 
 FILES = {
-    "pose": "pose.json",
-    "poses": "poses.parquet",
-    "sweeps": "sweeps.parquet",
-    "stations": "stations.json",
-    "board": "board.csv",
-}
+    "pose": "pose.json", "poses": "poses.parquet", "sweeps": "sweeps.parquet",
+    "stations": "stations.json", "board": "board.csv",
+}  # fmt: skip
 TURN = Rotation.from_euler("ZYX", [-37.0, -6.0, 11.5], degrees=True)  # gamma, beta, alpha
 T_M = np.array([0.396, 1.995, 0.248])
 CYCLE_S = 1 / 120

@@ -35,13 +35,10 @@ def _constant(data):
 
 
 TRAJECTORIES = {
-    "29 frames": (recording(29), _gaps),
-    "no frame": (recording(0, 1), None),
-    "no series": (({}, {}, {}), None),
-    "gaps": (recording(9000), _gaps),
-    "constant": (recording(9000), _constant),
-    "many markers": (recording(300, 8), _gaps),
-}
+    "29 frames": (recording(29), _gaps), "no frame": (recording(0, 1), None),
+    "no series": (({}, {}, {}), None), "gaps": (recording(9000), _gaps),
+    "constant": (recording(9000), _constant), "many markers": (recording(300, 8), _gaps),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", TRAJECTORIES)

@@ -1,7 +1,5 @@
 """A bar of two bodies: angles against a stated rotation; groups of passes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

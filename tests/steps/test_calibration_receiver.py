@@ -29,11 +29,8 @@ from tests.steps.test_calibration_bar import (  # noqa: F401
 )
 
 TURN, SHIFT_MM, OFFSET_S, RATE_HZ = (
-    exp(np.array([1.5, 0.2, -0.3])),
-    [900.0, -300.0, 1200.0],
-    1.7,
-    150.0,
-)
+    exp(np.array([1.5, 0.2, -0.3])), [900.0, -300.0, 1200.0], 1.7, 150.0,
+)  # fmt: skip
 LEVERS_M = np.array([[0.0, 0.03, 0.09], [0.04, -0.03, 0.07], [-0.05, -0.02, 0.08]])
 
 

@@ -1,7 +1,5 @@
 """Snakemake in forks of a process that has loaded it, which takes most of the time of a dry run."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import runpy

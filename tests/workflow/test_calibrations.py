@@ -10,13 +10,9 @@ from running import faults_of, write_sheet
 from mocap_metrology.common.faults import Faults
 
 CALIBRATION = {
-    "calibration": "s1-1",
-    "setup": "s1",
-    "group": "g",
-    "path": "dump.bin",
-    "format": "gpio-dump",
+    "calibration": "s1-1", "setup": "s1", "group": "g", "path": "dump.bin", "format": "gpio-dump",
     "board": "board.csv",
-}
+}  # fmt: skip
 
 
 BAR = {"bar": "T20-T21", "length_mm": "267.86", "length_u_mm": "0.1", "board": "T20"}
@@ -76,35 +72,31 @@ def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -
 
 @pytest.mark.parametrize(
     ("cells", "expected"),
-    [
-        ({"format": "csv"}, "expected one of gpio-dump, libsurvive-rec, crazyflie-uart"),
-        ({"setup": ""}, "column setup: nothing; expected a name"),
-        ({"board": ""}, "expected a CSV file x_m,y_m,z_m in diode order"),
-        ({"board": "", "format": "libsurvive-rec"}, "the name of the tracked object"),
-        ({"board": "no.csv"}, "expected a file (no.csv does not exist)"),
-        ({"reference": "ref.c3d"}, "column reference_labels_slave: nothing; expected labels"),
-        ({"tracked_with": "s1-1"}, 'column tracked_with: "s1-1"; expected another calibration'),
-        ({"tracked_with": "s2"}, "expected a calibration of the sheet ("),
-        ({"tracked_with": "no.json"}, "column tracked_with"),
-        ({"known_length": "4.33"}, "expected `stations 4.330 0.005`"),
-        ({"known_length": "points"}, "expected a length, as the row names no world_points"),
-        (BAR | {"bar": "T20"}, 'column bar: "T20"; expected two objects joined by "-"'),
-        (BAR | {"bar": "T20-s2:T21"}, "a calibration of the sheet ("),
-        ({"receiver_labels": "A"}, 'column receiver_labels: "A"; expected nothing without a file'),
-        (
-            {"path": "simulate:T", "receiver": "ref.c3d"},
-            'column receiver: "ref.c3d"; expected nothing for a simulated calibration',
-        ),
-        (BAR | {"bar": ""}, 'column length_mm: "267.86"; expected nothing without a bar'),
-        (BAR | {"length_mm": ""}, "expected nothing without a length in column length_mm"),
-        (BAR | {"known_length": LENGTH + " 0.268 0.002"}, "another length than known_length"),
-        (BAR | {"path": "simulate:T"}, 'column bar: "T20-T21"; expected nothing for a simulated'),
-        ({"path": "simulate:T", "sha256": "0" * 64}, "nothing for a simulated calibration"),
-        ({"reference_labels_master": "a"}, "expected nothing, as the reference is no C3D file"),
-        ({"sha256": "1"}, "expected 64 hexadecimal digits or nothing"),
-        ({"path": "simulate:U"}, "unknown; expected one of T"),
-    ],
-)
+    [({"format": "csv"}, "expected one of gpio-dump, libsurvive-rec, crazyflie-uart"),
+     ({"setup": ""}, "column setup: nothing; expected a name"),
+     ({"board": ""}, "expected a CSV file x_m,y_m,z_m in diode order"),
+     ({"board": "", "format": "libsurvive-rec"}, "the name of the tracked object"),
+     ({"board": "no.csv"}, "expected a file (no.csv does not exist)"),
+     ({"reference": "ref.c3d"}, "column reference_labels_slave: nothing; expected labels"),
+     ({"tracked_with": "s1-1"}, 'column tracked_with: "s1-1"; expected another calibration'),
+     ({"tracked_with": "s2"}, "expected a calibration of the sheet ("),
+     ({"tracked_with": "no.json"}, "column tracked_with"),
+     ({"known_length": "4.33"}, "expected `stations 4.330 0.005`"),
+     ({"known_length": "points"}, "expected a length, as the row names no world_points"),
+     (BAR | {"bar": "T20"}, 'column bar: "T20"; expected two objects joined by "-"'),
+     (BAR | {"bar": "T20-s2:T21"}, "a calibration of the sheet ("),
+     ({"receiver_labels": "A"}, 'column receiver_labels: "A"; expected nothing without a file'),
+     ({"path": "simulate:T", "receiver": "ref.c3d"},
+      'column receiver: "ref.c3d"; expected nothing for a simulated calibration'),
+     (BAR | {"bar": ""}, 'column length_mm: "267.86"; expected nothing without a bar'),
+     (BAR | {"length_mm": ""}, "expected nothing without a length in column length_mm"),
+     (BAR | {"known_length": LENGTH + " 0.268 0.002"}, "another length than known_length"),
+     (BAR | {"path": "simulate:T"}, 'column bar: "T20-T21"; expected nothing for a simulated'),
+     ({"path": "simulate:T", "sha256": "0" * 64}, "nothing for a simulated calibration"),
+     ({"reference_labels_master": "a"}, "expected nothing, as the reference is no C3D file"),
+     ({"sha256": "1"}, "expected 64 hexadecimal digits or nothing"),
+     ({"path": "simulate:U"}, "unknown; expected one of T")],
+)  # fmt: skip
 def test_a_wrong_calibration_is_named(folder: Path, cells: dict, expected: str) -> None:
     lines = faults(folder, **cells)
     assert any(expected in line for line in lines), lines

@@ -1,7 +1,5 @@
 """What the workflow would do, asked of Snakemake itself."""
 
-from __future__ import annotations
-
 import csv
 import shutil
 from pathlib import Path

@@ -55,16 +55,11 @@ def start(folder: Path, address: str, body: str) -> subprocess.Popen:
 
 @pytest.mark.parametrize(
     ("body", "status", "told"),
-    [
-        ("open('here', 'w').close()", 0, ""),
-        ("sys.exit(3)", 3, ""),
-        ("sys.exit(-1)", 255, ""),
-        ("sys.exit('why')", 1, "why"),
-        ("1 / 0", 1, "ZeroDivisionError"),
-        ("os.kill(os.getpid(), 9)", -9, ""),
-        ("import subprocess; sys.exit(subprocess.call(['false']))", 1, ""),
-    ],
-)
+    [("open('here', 'w').close()", 0, ""), ("sys.exit(3)", 3, ""), ("sys.exit(-1)", 255, ""),
+     ("sys.exit('why')", 1, "why"), ("1 / 0", 1, "ZeroDivisionError"),
+     ("os.kill(os.getpid(), 9)", -9, ""),
+     ("import subprocess; sys.exit(subprocess.call(['false']))", 1, "")],
+)  # fmt: skip
 def test_a_script_ends_as_in_its_own_process(tmp_path, address, body, status, told) -> None:
     job = start(tmp_path, address, body)
     words, errors = job.communicate(timeout=60)

@@ -117,18 +117,11 @@ def made(name: str, effect: float, n: int) -> list[dict[str, object]]:
 
 @pytest.mark.parametrize(
     ("name", "effect", "finding"),
-    [
-        ("baseline", 0.0, "holds"),
-        ("baseline", 1.0, "does not"),
-        ("baseline", -1.0, "does not"),
-        ("pattern", 0.0, "holds"),
-        ("pattern", 1.0, "does not"),
-        ("diodes", -1.0, "holds"),
-        ("diodes", 1.0, "does not"),
-        ("lasers", 1.0, "error rises"),
-        ("lasers", 0.0, "no noticeable influence"),
-    ],
-)
+    [("baseline", 0.0, "holds"), ("baseline", 1.0, "does not"), ("baseline", -1.0, "does not"),
+     ("pattern", 0.0, "holds"), ("pattern", 1.0, "does not"), ("diodes", -1.0, "holds"),
+     ("diodes", 1.0, "does not"), ("lasers", 1.0, "error rises"),
+     ("lasers", 0.0, "no noticeable influence")],
+)  # fmt: skip
 def test_words_follow_the_errors(name: str, effect: float, finding: str) -> None:
     import pandas as pd
 

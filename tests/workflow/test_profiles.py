@@ -1,7 +1,5 @@
 """Profiles repeat one another where they must, as Snakemake cannot share their keys."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import yaml

@@ -1,7 +1,5 @@
 """What a changed cell of a sheet, source or file of the package computes anew, and nothing else."""
 
-from __future__ import annotations
-
 import functools
 import json
 import shutil

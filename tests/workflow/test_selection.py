@@ -1,7 +1,5 @@
 """What rules select from the rows of a sheet."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -52,37 +50,23 @@ def of(kind: str, count: int | None = None, **cells: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("select", "rows", "expected"),
-    [
-        (selection.first, {"a": {}, "b": {}}, ["a"]),
-        (selection.first, {}, []),
-        (selection.several, {"a": {}, "b": {}}, ["a", "b"]),
-        (selection.several, {"a": {}}, []),
-        (selection.having("place"), {"a": {"place": None}, "b": {"place": "door"}}, ["b"]),
-        (
-            selection.with_place,
-            {"a": PLACE, "b": {"place": None}, "c": {"place": "wall"}},
-            ["a", "c"],
-        ),
-        (selection.with_place, {"a": PLACE, "b": PLACE}, []),
-        (selection.scaled, {"a": of("V", 2), "b": of("V", 3), "c": {}}, ["a", "b", "c"]),
-        (selection.scaled, {"a": of("V", 2), "b": of("T", 3), "c": of("V")}, []),
-        (
-            selection.with_and_without_failing,
-            {
-                **{"few": of("Vantage", 9), "again": of("Vantage", 9)},
-                **{"all": of("Vantage", 10), "other": of("T40", 10)},
-            },
-            ["all", "few"],
-        ),
-        (selection.with_and_without_failing, {"all": of("Vantage", 10)}, []),
-        (
-            selection.full_sets,
-            {"twin": of("T40", 10, twin="T"), "real": of("T40", 10), "few": of("Bonita", 8)},
-            ["real"],
-        ),
-        (selection.full_sets, {"few": of("T40", 8), "fewer": of("T40", 6)}, ["few"]),
-    ],
-)
+    [(selection.first, {"a": {}, "b": {}}, ["a"]),
+     (selection.first, {}, []),
+     (selection.several, {"a": {}, "b": {}}, ["a", "b"]),
+     (selection.several, {"a": {}}, []),
+     (selection.having("place"), {"a": {"place": None}, "b": {"place": "door"}}, ["b"]),
+     (selection.with_place, {"a": PLACE, "b": {"place": None}, "c": {"place": "wall"}}, ["a", "c"]),
+     (selection.with_place, {"a": PLACE, "b": PLACE}, []),
+     (selection.scaled, {"a": of("V", 2), "b": of("V", 3), "c": {}}, ["a", "b", "c"]),
+     (selection.scaled, {"a": of("V", 2), "b": of("T", 3), "c": of("V")}, []),
+     (selection.with_and_without_failing,
+      {**{"few": of("Vantage", 9), "again": of("Vantage", 9)},
+       **{"all": of("Vantage", 10), "other": of("T40", 10)}}, ["all", "few"]),
+     (selection.with_and_without_failing, {"all": of("Vantage", 10)}, []),
+     (selection.full_sets,
+      {"twin": of("T40", 10, twin="T"), "real": of("T40", 10), "few": of("Bonita", 8)}, ["real"]),
+     (selection.full_sets, {"few": of("T40", 8), "fewer": of("T40", 6)}, ["few"])],
+)  # fmt: skip
 def test_recordings(select: Callable, rows: dict[str, dict], expected: list[str]) -> None:
     assert names(select([recording(name, **cells) for name, cells in rows.items()])) == expected
 

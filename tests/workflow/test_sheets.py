@@ -1,7 +1,5 @@
 """Sheets: every wrong cell is named, all of them at once, and nothing else is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

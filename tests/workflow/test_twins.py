@@ -1,7 +1,5 @@
 """Twins of the file of twins: what a change of one is seen by, and subsets of one take."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

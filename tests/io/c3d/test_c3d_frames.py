@@ -1,7 +1,5 @@
 """The true number of frames: every row of the table of what ezc3d does with long recordings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

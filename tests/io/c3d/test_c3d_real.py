@@ -17,26 +17,16 @@ from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import METRE
 
 READ = (
-    "btk_others/ADemo1_rewrite_c3d_pc_float.c3d",
-    "btk_others/ADemo1_rewrite_c3d_pc_integer.c3d",
-    "btk_others/FunctionalStatic.c3d",
-    "btk_pig/PiG_Calibration3_FF.c3d",
-    "c3dorg_sample01/Eb015pi.c3d",
-    "c3dorg_sample01/Eb015pr.c3d",
-    "c3dorg_sample01/Eb015vi.c3d",
-    "c3dorg_sample01/Eb015vr.c3d",
-    "c3dorg_sample04/sub_labels.c3d",
-    "c3dorg_sample08/TESTAPI.c3d",
-    "c3dorg_sample08/TESTBPI.c3d",
-    "c3dorg_sample08/TESTCPI.c3d",
-    "c3dorg_sample08/TESTDPI.c3d",
-    "c3dorg_sample15/FP1.C3D",
-    "c3dorg_sample24/MotionMonitorC3D.c3d",
-    "ezc3d_testfiles/Qualisys.c3d",
-    "kineticstoolkit/duplicate_labels.c3d",
+    "btk_others/ADemo1_rewrite_c3d_pc_float.c3d", "btk_others/ADemo1_rewrite_c3d_pc_integer.c3d",
+    "btk_others/FunctionalStatic.c3d", "btk_pig/PiG_Calibration3_FF.c3d",
+    "c3dorg_sample01/Eb015pi.c3d", "c3dorg_sample01/Eb015pr.c3d", "c3dorg_sample01/Eb015vi.c3d",
+    "c3dorg_sample01/Eb015vr.c3d", "c3dorg_sample04/sub_labels.c3d", "c3dorg_sample08/TESTAPI.c3d",
+    "c3dorg_sample08/TESTBPI.c3d", "c3dorg_sample08/TESTCPI.c3d", "c3dorg_sample08/TESTDPI.c3d",
+    "c3dorg_sample15/FP1.C3D", "c3dorg_sample24/MotionMonitorC3D.c3d",
+    "ezc3d_testfiles/Qualisys.c3d", "kineticstoolkit/duplicate_labels.c3d",
     "kineticstoolkit/kinematics_racing_probing_acromion_R.c3d",
     "kineticstoolkit/kinematics_racing_static.c3d",
-)
+)  # fmt: skip
 
 
 @pytest.fixture(scope="session")

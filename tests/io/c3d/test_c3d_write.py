@@ -58,18 +58,10 @@ def test_whole_or_absent(tmp_path, chunks, message):
 
 @pytest.mark.parametrize(
     "change",
-    [
-        {"labels": []},
-        {"labels": ["A", "A"]},
-        {"labels": ["A", ""]},
-        {"labels": ["A", "x" * 128]},
-        {"labels": ["A", "Fuß"]},
-        {"frame_rate_hz": 0},
-        {"frame_rate_hz": float("nan")},
-        {"n_frames": 0},
-        {"first_frame": 0},
-    ],
-)
+    [{"labels": []}, {"labels": ["A", "A"]}, {"labels": ["A", ""]}, {"labels": ["A", "x" * 128]},
+     {"labels": ["A", "Fuß"]}, {"frame_rate_hz": 0}, {"frame_rate_hz": float("nan")},
+     {"n_frames": 0}, {"first_frame": 0}],
+)  # fmt: skip
 def test_refuses_to_start(tmp_path, change):
     keys = {"labels": ["A", "B"], "frame_rate_hz": 120, "n_frames": 10} | change
     with pytest.raises(ValueError):

@@ -60,13 +60,9 @@ def test_a_wrong_unit_is_refused_until_the_right_one_is_stated(tmp_path: Path, k
 
 @pytest.mark.parametrize(
     ("unit", "plausible", "wrong"),
-    [
-        (MILLIMETRE, 20.001, 20.0),
-        (MILLIMETRE, 1e9, 0.5),
-        (METRE, 1e5, 1.00001e5),
-        (METRE, 0.1, 1e6),
-    ],
-)
+    [(MILLIMETRE, 20.001, 20.0), (MILLIMETRE, 1e9, 0.5), (METRE, 1e5, 1.00001e5),
+     (METRE, 0.1, 1e6)],
+)  # fmt: skip
 @pytest.mark.parametrize("sign", [1, -1])
 def test_sizes_that_are_believed_up_to_their_limit(unit, plausible, wrong, sign) -> None:
     position = np.array([[0.1, np.nan, 0.0]])

@@ -1,7 +1,5 @@
 """What supports a calibration, of paths, hits and tracks made by hand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -18,16 +18,9 @@ STATIONS = [
     Station("slave", 2, "c", Factory(), R.T @ UP, 2),
 ]
 POSE = PoseEstimate(
-    "paper-lm",
-    "final",
-    "factory",
-    R,
-    T,
-    covariance=np.diag([1.0, 1, 1, 1e-4, 1e-4, 1e-4]),
-    residual_rms_urad=240.0,
-    n_angles=20_000,
-    mirrored_share=0.0,
-)
+    "paper-lm", "final", "factory", R, T, covariance=np.diag([1.0, 1, 1, 1e-4, 1e-4, 1e-4]),
+    residual_rms_urad=240.0, n_angles=20_000, mirrored_share=0.0,
+)  # fmt: skip
 GIVEN = {"n_common": 470, "span_m": 0.6, "duration_s": 8.0}
 
 
@@ -40,28 +33,24 @@ WIDE = np.diag([100.0, 1, 1, 1e-4, 1e-4, 1e-4])
 
 @pytest.mark.parametrize(
     ("change", "expected", "case", "numbers"),
-    [
-        ({"residual_rms_urad": 900.0}, "usable", Case.RESIDUAL_HIGH, {"times": 12}),
-        ({"residual_rms_urad": 9000.0}, "failed", Case.RESIDUAL_HIGH, {"times": 120}),
-        ({"stage": "static", "residual_rms_urad": 60.0}, "usable", Case.STILL, {}),
-        ({"weighted_rms_urad": 84.0, "halves": Halves(1.5, 0.03, 30.0)}, "good", None, {}),
-        ({"weighted_rms_urad": 110.0}, "usable", Case.BEYOND_PATH, {"noise": 75}),
-        (
-            {"halves": Halves(4.0, 0.05, 2238.0)},
-            *("doubtful", Case.HALVES_OPEN, {"mm": 4.0, "deg": 0.05, "times": 19}),
-        ),
-        ({"mirrored_share": 0.42}, "doubtful", Case.MIRRORED_BOTH, {"percent": 42}),
-        ({"mirrored_share": 0.02, "estimator": "paper"}, "usable", Case.MIRRORED_FLAT, {}),
-        ({"t_m": np.array([1e24, 0.0, 0.0])}, "failed", Case.TOO_DISTANT, {}),
-        ({"covariance": WIDE}, "usable", Case.UNCERTAINTY, {"value": 10}),
-        ({"covariance": WIDE * np.nan}, "doubtful", Case.UNCERTAINTY_UNKNOWN, {"value": np.nan}),
-        ({"n_common": 30}, "doubtful", Case.COMMON_FEW, {"value": 30}),
-        ({"n_common": 30, "estimator": "batch", "residual_rms_urad": 60.0}, "good", None, {}),
-        ({"board_rms_urad": 40.0}, "good", None, {}),
-        ({"board_rms_urad": 120.0}, "usable", Case.BOARD_POSES_HIGH, {"value": 120}),
-        ({"duration_s": 2.0}, "usable", Case.DURATION_SHORT, {"value": 2}),
-    ],
-)
+    [({"residual_rms_urad": 900.0}, "usable", Case.RESIDUAL_HIGH, {"times": 12}),
+     ({"residual_rms_urad": 9000.0}, "failed", Case.RESIDUAL_HIGH, {"times": 120}),
+     ({"stage": "static", "residual_rms_urad": 60.0}, "usable", Case.STILL, {}),
+     ({"weighted_rms_urad": 84.0, "halves": Halves(1.5, 0.03, 30.0)}, "good", None, {}),
+     ({"weighted_rms_urad": 110.0}, "usable", Case.BEYOND_PATH, {"noise": 75}),
+     ({"halves": Halves(4.0, 0.05, 2238.0)},
+      *("doubtful", Case.HALVES_OPEN, {"mm": 4.0, "deg": 0.05, "times": 19})),
+     ({"mirrored_share": 0.42}, "doubtful", Case.MIRRORED_BOTH, {"percent": 42}),
+     ({"mirrored_share": 0.02, "estimator": "paper"}, "usable", Case.MIRRORED_FLAT, {}),
+     ({"t_m": np.array([1e24, 0.0, 0.0])}, "failed", Case.TOO_DISTANT, {}),
+     ({"covariance": WIDE}, "usable", Case.UNCERTAINTY, {"value": 10}),
+     ({"covariance": WIDE * np.nan}, "doubtful", Case.UNCERTAINTY_UNKNOWN, {"value": np.nan}),
+     ({"n_common": 30}, "doubtful", Case.COMMON_FEW, {"value": 30}),
+     ({"n_common": 30, "estimator": "batch", "residual_rms_urad": 60.0}, "good", None, {}),
+     ({"board_rms_urad": 40.0}, "good", None, {}),
+     ({"board_rms_urad": 120.0}, "usable", Case.BOARD_POSES_HIGH, {"value": 120}),
+     ({"duration_s": 2.0}, "usable", Case.DURATION_SHORT, {"value": 2})],
+)  # fmt: skip
 def test_of_a_pose_and_its_recording(change, expected, case, numbers):
     """Each check has its word; `tests/frozen/words.py` has where each word begins."""
     own = {name: value for name, value in change.items() if hasattr(POSE, name)}
@@ -72,13 +61,9 @@ def test_of_a_pose_and_its_recording(change, expected, case, numbers):
 
 @pytest.mark.parametrize(
     ("details", "turned", "case"),
-    [
-        ({}, 0.0, Case.HALVES_APART),
-        ({"prior_p": 1e-9}, 0.0, Case.HALVES_OPEN),
-        ({"scale_p": 1e-5}, 0.0, Case.HALVES_OPEN),
-        ({}, 20.0, Case.HALVES_OPEN),
-    ],
-)
+    [({}, 0.0, Case.HALVES_APART), ({"prior_p": 1e-9}, 0.0, Case.HALVES_OPEN),
+     ({"scale_p": 1e-5}, 0.0, Case.HALVES_OPEN), ({}, 20.0, Case.HALVES_OPEN)],
+)  # fmt: skip
 def test_a_touch_is_asked_for_where_nothing_else_explains_a_step(details, turned, case) -> None:
     """Not where board, optics or the ways up of the stations contradict the pose."""
     halves = Halves(50.0, 0.5, 900.0, stepped=True)

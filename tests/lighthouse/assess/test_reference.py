@@ -1,7 +1,5 @@
 """References: pose files, markers on mounts against scipy's rotations, station ids."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

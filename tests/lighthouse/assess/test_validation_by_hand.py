@@ -1,7 +1,5 @@
 """Checks of a pose against what else is known of it, of poses made by hand."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

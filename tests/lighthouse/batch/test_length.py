@@ -1,7 +1,5 @@
 """Lengths that were measured in the room, in an estimate by `batch`."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -56,18 +54,14 @@ POINTS = {"master": np.zeros(3), "diode 1": np.array([3.0, 0, 0]), "slave": np.a
 
 @pytest.mark.parametrize(
     ("cell", "places", "size_m", "sd_m"),
-    [
-        ("stations 4.330 0.005", (MASTER, SLAVE), 4.33 / 2**0.5, 0.005 / 2**0.5),
-        (
-            "diode 0 at 2.0 s - diode 3 at 7.25 s 2 0.002",
-            *((Place(diode=0, time_s=2.0), Place(diode=3, time_s=7.25)), 2**0.5, 0.002 / 2**0.5),
-        ),
-        ("points", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.005),
-        ("points 0.001", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.001),
-        ("stations 100 0.000000001", (MASTER, SLAVE), 5000**0.5, 1e-9 / 2**0.5),
-        ("stations 2 1.999", (MASTER, SLAVE), 2**0.5, 1.999 / 2**0.5),
-    ],
-)
+    [("stations 4.330 0.005", (MASTER, SLAVE), 4.33 / 2**0.5, 0.005 / 2**0.5),
+     ("diode 0 at 2.0 s - diode 3 at 7.25 s 2 0.002",
+      *((Place(diode=0, time_s=2.0), Place(diode=3, time_s=7.25)), 2**0.5, 0.002 / 2**0.5)),
+     ("points", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.005),
+     ("points 0.001", (MASTER, Place(diode=1), SLAVE), (50 / 3) ** 0.5, 0.001),
+     ("stations 100 0.000000001", (MASTER, SLAVE), 5000**0.5, 1e-9 / 2**0.5),
+     ("stations 2 1.999", (MASTER, SLAVE), 2**0.5, 1.999 / 2**0.5)],
+)  # fmt: skip
 def test_a_length_in_a_cell(cell: str, places, size_m: float, sd_m: float) -> None:
     found = known_length(cell, 4, POINTS)
     assert found.places == places

@@ -1,8 +1,6 @@
 """Normal equations, covariances and noise of the joint estimate, against dense algebra, numerical
 derivatives, closed forms and Monte Carlo."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
@@ -22,12 +20,9 @@ from mocap_metrology.lighthouse.rotor import LIBSURVIVE, rotor_parameters
 EXACT = Priors(0, 0, 0, 0, 0)
 EVERYTHING = Priors(tilt_mrad=4.0, curve_mrad=4.0, gib_mrad=6.0)
 FACTORY = Factory(
-    np.array([0.03, -0.02]),
-    np.array([-0.004, 0.003]),
-    np.array([0.002, -0.005]),
-    np.array([1.9, -0.8]),
-    np.array([0.009, -0.011]),
-)
+    np.array([0.03, -0.02]), np.array([-0.004, 0.003]), np.array([0.002, -0.005]),
+    np.array([1.9, -0.8]), np.array([0.009, -0.011]),
+)  # fmt: skip
 
 
 def some_hits(n: int = 400) -> Hits:

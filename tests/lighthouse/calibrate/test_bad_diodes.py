@@ -1,7 +1,5 @@
 """Diodes that decide a still board's pose against all others."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -20,13 +20,10 @@ METHODS = {
 }
 NO_OPENCV = pytest.mark.skipif(bool(pnp.opencv_is_missing()), reason=pnp.opencv_is_missing())
 CASES = [
-    pytest.param("ippe", FLAT, marks=NO_OPENCV),
-    pytest.param("epnp", ROUGH, marks=NO_OPENCV),
-    pytest.param("sqpnp", FLAT, marks=NO_OPENCV),
-    pytest.param("sqpnp", ROUGH, marks=NO_OPENCV),
-    ("geometric", FLAT),
-    ("geometric", ROUGH),
-]
+    pytest.param("ippe", FLAT, marks=NO_OPENCV), pytest.param("epnp", ROUGH, marks=NO_OPENCV),
+    pytest.param("sqpnp", FLAT, marks=NO_OPENCV), pytest.param("sqpnp", ROUGH, marks=NO_OPENCV),
+    ("geometric", FLAT), ("geometric", ROUGH),
+]  # fmt: skip
 
 
 def views(board, n=40, seed=3, noise_rad=0.0):

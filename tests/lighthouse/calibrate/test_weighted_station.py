@@ -50,6 +50,7 @@ def recording(n: int, seed: int):
     for Rs, ts in ((np.eye(3), np.zeros(3)), (R, T)):
         own = seen_by(path, Rs, ts) + rng.normal(0, SIGMA, (n, len(BOARD), 2))
         own[rng.random(own.shape[:2]) < 0.1] = np.nan
+        own[::3, 5, 1] = np.nan  # one angle is no measurement
         given.append(Measurements(path.time_s, own))
     return path, *given, by_levenberg_marquardt(given[0], BOARD, IDEAL)
 

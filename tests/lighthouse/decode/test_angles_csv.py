@@ -33,31 +33,21 @@ CASES = {
     "half a cycle": ([HEADER, "0,0,0.5,0,0,0"], "cycle is 0.5"),
     "negative diode": ([HEADER, "0,0,0,-1,0,0"], "diode is -1"),
     "a sweep of a second": ([HEADER, "0,0,7,0,0.1,0", "0,0,7,1,1.1,0"], "cycle 7 are 1 s apart"),
-    "cycles backwards": (
-        [HEADER, "1,1,8,0,0.1,0", "1,1,4,0,0.2,0"],
-        "cycle 8 is not after cycle 4",
-    ),
-    "milliseconds": (
-        [HEADER, *(f"0,0,{4 * k},0,{33.3 * k},0.1" for k in range(30))],
-        "azimuth sweeps of the master are 33.3 s apart",
-    ),
-    "one number for all": (
-        [HEADER, *(f"0,0,3,{k},{0.033 * k},0.1" for k in range(30))],
-        "hits of cycle 3 are 0.957 s apart",
-    ),
+    "cycles backwards": ([HEADER, "1,1,8,0,0.1,0", "1,1,4,0,0.2,0"],
+                         "cycle 8 is not after cycle 4"),
+    "milliseconds": ([HEADER, *(f"0,0,{4 * k},0,{33.3 * k},0.1" for k in range(30))],
+                     "azimuth sweeps of the master are 33.3 s apart"),
+    "one number for all": ([HEADER, *(f"0,0,3,{k},{0.033 * k},0.1" for k in range(30))],
+                           "hits of cycle 3 are 0.957 s apart"),
     "twice": ([HEADER, "0,0,1,0,0.1,0", "0,0,1,0,0.101,0"], "row 1: its station, axis, cycle and"),
     "a diode of 16 bits": ([HEADER, "0,0,0,32768,0,0"], "diode is 32768; expected a whole number"),
     "more than a right angle": ([HEADER, "0,0,0,0,0,1.5709"], "reaches 1.5709; expected radians"),
-    "each eighth turn": (
-        [HEADER, *(f"0,0,{k},0,{0.075 * k},0.1" for k in range(11))],
-        "are 0.075 s apart; expected about 0.017 or 0.033 s",
-    ),
-    "each half of a turn": (
-        [HEADER, *(f"0,0,{k},0,{k / 120},0.1" for k in range(11))],
-        "are 0.00833 s apart; expected about 0.017 or 0.033 s",
-    ),
+    "each eighth turn": ([HEADER, *(f"0,0,{k},0,{0.075 * k},0.1" for k in range(11))],
+                         "are 0.075 s apart; expected about 0.017 or 0.033 s"),
+    "each half of a turn": ([HEADER, *(f"0,0,{k},0,{k / 120},0.1" for k in range(11))],
+                            "are 0.00833 s apart; expected about 0.017 or 0.033 s"),
     "degrees": ([HEADER, "0,0,0,0,0,0.5", "0,0,0,1,0,-22.5"], "reaches 22.5; expected radians"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -69,12 +59,9 @@ def test_bad_input_gets_one_line(tmp_path: Path, case: str) -> None:
 
 
 @given(
-    step=st.sampled_from((2, 4)),
-    first=st.integers(-1000, 1000),
-    begin=st.floats(0, 1e4),
-    missing=st.sets(st.integers(0, 39), max_size=10),
-    comma=st.booleans(),
-)
+    step=st.sampled_from((2, 4)), first=st.integers(-1000, 1000), begin=st.floats(0, 1e4),
+    missing=st.sets(st.integers(0, 39), max_size=10), comma=st.booleans(),
+)  # fmt: skip
 def test_angles_are_those_of_the_file(step, first, begin, missing, comma) -> None:
     """Cycles numbered by half turns or by turns from any number, times rounded to ms, some sweeps
     missing, and as a spreadsheet saves it where the decimal mark is a comma."""

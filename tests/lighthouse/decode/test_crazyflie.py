@@ -1,8 +1,6 @@
 """Frames of a Crazyflie's lighthouse deck, made byte by byte of a simulated recording as the deck
 documents them: decoded to the angles that the model gives."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from pathlib import Path

@@ -75,13 +75,10 @@ def test_frame_has_the_published_length_and_checksum() -> None:
 
 
 @given(
-    start=st.integers(0, 357),
-    seed=st.integers(0, 999),
-    n=st.sampled_from((358, 716, DUMP)),
+    start=st.integers(0, 357), seed=st.integers(0, 999), n=st.sampled_from((358, 716, DUMP)),
     up=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1),
-    mode=st.sampled_from("Abc"),
-    firmware=st.integers(0, 1023),
-)
+    mode=st.sampled_from("Abc"), firmware=st.integers(0, 1023),
+)  # fmt: skip
 def test_every_start_bit(start, seed, n, up, mode, firmware) -> None:
     """One frame's time, 2.98 s, is enough wherever it begins, and without a misread bit; the way up
     is known to the accelerometer's step."""

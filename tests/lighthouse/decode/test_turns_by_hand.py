@@ -1,7 +1,5 @@
 """Turns, hits and planes of one second-generation station, of times made by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Frames of the room, against poses that were built from the room's side."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -24,12 +24,9 @@ BOARD_M = flat_board()
 AWAY = np.array([3.0, 0, 0])
 POSE = np.array([3.1, 0.5, -0.4, 0.2, -0.15, np.pi - 0.25])
 FACTORY = Factory(
-    np.array([0.05, 0.024]),
-    np.array([-0.009, 0.001]),
-    np.array([-0.004, -0.0015]),
-    np.array([1.86, -0.79]),
-    np.array([0.011, -0.011]),
-)
+    np.array([0.05, 0.024]), np.array([-0.009, 0.001]), np.array([-0.004, -0.0015]),
+    np.array([1.86, -0.79]), np.array([0.011, -0.011]),
+)  # fmt: skip
 LASERS = np.array([[0.01, 0.005, -0.02], [-0.015, 0.01, 0.02]])
 ROTORS = {
     "ideal": rotor_parameters(),

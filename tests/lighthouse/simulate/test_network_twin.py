@@ -17,14 +17,10 @@ from mocap_metrology.settings import Lighthouse
 FILE: TwinsFile = {
     "defaults": {"calibration": {"motion": {"centre_m": [3, 0, 0]}, "dropout": 0.5}},
     "setups": {"room": {"stations": 3, "room_seed": 4, "duration_s": 3.0}},
-    "twins": {
-        "a": {"setup": "room", "seed": 1},
-        "b": {"like": "a", "seed": 2},
-        "c": {"seed": 1, "stations": 1},
-        "d": {"seed": 1, "stations": 2, "dropout": 2},
-        "old": {"seed": 1, "master": {"id": 1, "mode": "A"}},
-    },
-}
+    "twins": {"a": {"setup": "room", "seed": 1}, "b": {"like": "a", "seed": 2},
+              "c": {"seed": 1, "stations": 1}, "d": {"seed": 1, "stations": 2, "dropout": 2},
+              "old": {"seed": 1, "master": {"id": 1, "mode": "A"}}},
+}  # fmt: skip
 
 
 def twin(name: str) -> NetworkTwin:

@@ -1,7 +1,5 @@
 """Markers between their frames against a closed path, and which frames are cleaned."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

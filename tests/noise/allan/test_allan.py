@@ -100,13 +100,9 @@ def test_definition_far_from_zero_and_over_blocks(estimator, series, factors):
 
 @pytest.mark.parametrize(
     ("noise", "estimator", "gaps"),
-    [
-        ("white", "oadev", "random"),
-        ("random walk", "oadev", "bursts"),
-        ("white", "hdev", "bursts"),
-        ("random walk", "mdev", "random"),
-    ],
-)
+    [("white", "oadev", "random"), ("random walk", "oadev", "bursts"), ("white", "hdev", "bursts"),
+     ("random walk", "mdev", "random")],
+)  # fmt: skip
 def test_gaps_do_not_bias(noise, estimator, gaps):
     """Mean over 300 runs with 20 % missing against the same runs whole: within 3 %, modified 4 %;
     bursts are no random choice, so random walk under bursts as long as tau is allowed 6 %."""

@@ -1,7 +1,5 @@
 """Expected and measured spread of means: by hand, covariances written out, Monte Carlo."""
 
-from __future__ import annotations
-
 import functools
 import math
 

@@ -11,10 +11,10 @@ from mocap_metrology.noise.diagnosis.dynamic import (
     dynamic_allan,
 )
 from mocap_metrology.noise.diagnosis.events import WHITE, Event
-from mocap_metrology.noise.diagnosis.levels import Sides
+from mocap_metrology.noise.diagnosis.levels import Sides, blocks
 from mocap_metrology.noise.diagnosis.outliers import isolated_frames, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import search_events
-from mocap_metrology.noise.diagnosis.recurring import recurrence
+from mocap_metrology.noise.diagnosis.recurring import recurrence, recurring_bout
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 
@@ -101,6 +101,8 @@ def test_noise_that_doubles_after_a_crump_is_said_to():
         assert event.kind == "burst"
         assert event.outcome == "level changed"
         assert all(side.lower < 2.0 < side.upper for side in event.sides)
+    crump, change = events_of(loud_after(position, 400.0, 2.0))  # which ends the side of the crump
+    assert (crump.outcome, change.outcome, change.of) == ("once", "level changed", 1)
 
 
 @pytest.mark.parametrize(
@@ -196,6 +198,15 @@ def test_events_that_recur_have_a_period() -> None:
     assert not np.isfinite(recurrence([at(time) for time in doors[:5]]))
     random = [recurrence([at(t) for t in rng.uniform(0, 900, 6)]) for _ in range(2000)]
     assert np.isfinite(random).mean() < 0.002
+
+
+def test_bursts_that_recur_for_two_minutes() -> None:
+    """To a quarter of the minute that is looked at."""
+    t = np.arange(60_000) / 100
+    ring = 0.1 * np.exp(-(t % 2.9) / 0.15) * np.sin(50 * t) * ((t > 200) & (t < 320))
+    x = 0.02 * np.random.default_rng(3).standard_normal(t.size) + ring
+    found = recurring_bout(x, 100.0, 1e-3, blocks(x, 100.0))
+    assert found == pytest.approx((2.9, 200, 320), abs=15)
 
 
 def test_a_step_moves_and_several_knocks_are_told_apart() -> None:

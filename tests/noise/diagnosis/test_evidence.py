@@ -1,7 +1,5 @@
 """What supports a diagnosis: the event that shows best, its view, a broad peak."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace as Some
 
 from mocap_metrology.noise.diagnosis import evidence

@@ -9,7 +9,7 @@ import pytest
 from scipy import signal
 
 from mocap_metrology.noise.diagnosis.events import Event
-from mocap_metrology.noise.diagnosis.export import bands, low_passes
+from mocap_metrology.noise.diagnosis.export import LowPass, bands, low_passes
 from mocap_metrology.noise.diagnosis.findings import Finding, findings_of
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine
@@ -146,13 +146,17 @@ def test_a_switch_back_at_once_is_no_event() -> None:
         assert bool(explained(found, 600.0).events) is stands
 
 
-def test_loud_frames_of_heavy_tails_are_no_event() -> None:
-    """In which nothing moved; elsewhere they are one."""
+def test_loud_frames_of_heavy_tails_and_ends_of_a_filter_are_no_event() -> None:
+    """In which nothing moved; elsewhere they are one. A filter of 0.5 Hz has ends of 2 s."""
     others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
     tails = [Tails("x1", 9.0, 8.0, 10.0)]
     for moved, series, stands in ((False, "x1", False), (True, "x1", True), (False, "y1", True)):
         event = Event(90.0, 1.0, "burst", (series,), series, 0.3, 0.0, 0.01, 9.0, 0.1, moved=moved)
         found = Diagnosis(**others | {"tails": tails, "events": [event]})
+        assert bool(explained(found, 600.0).events) is stands
+    for at_s, stands in ((0.9, False), (1.1, True), (597.9, True), (598.1, False)):
+        event = Event(at_s, 1.0, "burst", ("x1",), "x1", 0.3, 0.0, 0.01, 9.0, 0.1)
+        found = Diagnosis(**others | {"low_pass": [LowPass("x1", 0.5, 0.1)], "events": [event]})
         assert bool(explained(found, 600.0).events) is stands
 
 

@@ -72,12 +72,9 @@ def plain() -> tuple[dict, dict]:
 
 @pytest.mark.parametrize(
     ("made", "codes"),
-    [
-        (troubled, {"heavy_tails", "level_changes", "event", "line", "gap_filled"}),
-        (filtered, {"low_pass"}),
-        (plain, set()),
-    ],
-)
+    [(troubled, {"heavy_tails", "level_changes", "event", "line", "gap_filled"}),
+     (filtered, {"low_pass"}), (plain, set())],
+)  # fmt: skip
 def test_sentences_and_findings_say_the_same(made, codes) -> None:
     position, n_filled = made()
     names = ("x1", "y1", "z1", "x2", "y2", "z2")

@@ -1,7 +1,5 @@
 """Lines of known frequency and size, and what is said of them."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np
@@ -112,6 +110,7 @@ def test_gaps_neither_shrink_a_line_nor_make_one(amplitude: float):
     assert one.lower < amplitude < one.upper
     (one,) = found_in(series)
     assert one.lower < amplitude < one.upper
+    assert series_lines(series, RATE, 10)[1] == 250.0  # the longest stretch, which is the first
 
 
 def test_a_fan_that_is_switched_changes_its_amplitude() -> None:

@@ -1,11 +1,9 @@
 """Shapes of slow wander, each against least squares over all places, and how fast a curve goes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.shape import pace
+from mocap_metrology.noise.diagnosis.shape import pace, refined_place, time_of
 from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, MOST_STEPS, shapes
 from mocap_metrology.noise.diagnosis.signatures import signature
 
@@ -108,6 +106,13 @@ def test_the_size_of_a_shape_is_what_it_does() -> None:
 )
 def test_pace_of_a_curve(curve, expected: set[str]) -> None:
     assert pace(np.asarray(curve(np.linspace(0, 1, 600)), float)) == expected
+
+
+def test_a_place_is_found_to_a_thousandth_of_the_grid() -> None:
+    t, grid = time_of(np.arange(200)), np.linspace(-0.4, 0.4, 9)
+    z = 3 * np.maximum(t - 0.1234, 0) + 2 * t
+    found = refined_place(z, t, lambda place: np.maximum(t - place, 0), grid)
+    assert found == pytest.approx(0.1234, abs=1e-4)
 
 
 def test_a_shift_that_is_not_over_ends_with_the_recording() -> None:

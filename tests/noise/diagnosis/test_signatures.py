@@ -1,7 +1,5 @@
 """Kinds of slow wander: simulated shapes of known kind, in noise of known kind."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

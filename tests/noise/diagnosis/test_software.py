@@ -1,8 +1,6 @@
 """What software did to frames: on the filters themselves, on noise of other kinds without, and
 shares of a spectrum in closed form."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

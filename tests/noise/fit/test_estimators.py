@@ -1,7 +1,5 @@
 """All estimators on one series: what each is given, what is stored, what is refused."""
 
-from __future__ import annotations
-
 import csv
 import math
 

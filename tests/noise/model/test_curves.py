@@ -1,7 +1,5 @@
 """Curves beside data against closed forms and scipy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

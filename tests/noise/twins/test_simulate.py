@@ -1,7 +1,5 @@
 """Twins: exact expectation of their Allan variance, joint behaviour, effects, configuration."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

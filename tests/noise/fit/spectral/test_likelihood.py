@@ -1,7 +1,5 @@
 """Estimator `likelihood`: truth recovered, order chosen, gaps, many lines, resonance, bounds."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np
@@ -119,17 +117,12 @@ def test_levels_of_a_coarse_file_have_no_noise() -> None:
 
 @pytest.mark.parametrize(
     ("series", "resolution", "said"),
-    [
-        (np.ones(999), 0.0, "999 valid samples, expected at least 1000"),
-        (np.full(5000, 2.5), 0.0, "all samples are equal, expected a series with noise"),
-        (np.full(5000, 2.5), 0.01, "all samples are equal: the file's resolution (0.01) hides"),
-        (
-            np.where(np.arange(5000) % 5 < 3, np.nan, np.arange(5000.0)),
-            0.0,
-            "60.0 % of the samples are missing, expected at most half",
-        ),
-    ],
-)
+    [(np.ones(999), 0.0, "999 valid samples, expected at least 1000"),
+     (np.full(5000, 2.5), 0.0, "all samples are equal, expected a series with noise"),
+     (np.full(5000, 2.5), 0.01, "all samples are equal: the file's resolution (0.01) hides"),
+     (np.where(np.arange(5000) % 5 < 3, np.nan, np.arange(5000.0)), 0.0,
+      "60.0 % of the samples are missing, expected at most half")],
+)  # fmt: skip
 def test_refusals_are_one_clear_line(series, resolution, said):
     with pytest.raises(Refusal, match="^" + said.replace("(", r"\(").replace(")", r"\)")) as e:
         check_series(series, resolution)

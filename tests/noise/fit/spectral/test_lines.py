@@ -5,8 +5,6 @@ Truth of these: phase by summed frequency (an Ornstein-Uhlenbeck process, a sinu
 amplitude is constant and its power A_s^2 / 2 wherever it lies.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
@@ -101,15 +99,9 @@ def brick_wall(x):
 
 @pytest.mark.parametrize(
     "filtered",
-    [
-        five_point,
-        butterworth(6),
-        butterworth(20),
-        brick_wall,
-        lambda x: savgol_filter(x, 11, 3),
-        lambda x: np.convolve(x, np.ones(12) / 12, "valid"),
-    ],
-)
+    [five_point, butterworth(6), butterworth(20), brick_wall, lambda x: savgol_filter(x, 11, 3),
+     lambda x: np.convolve(x, np.ones(12) / 12, "valid")],
+)  # fmt: skip
 def test_filters_make_no_lines_and_hide_none(filtered):
     """At most one by chance in 8 recordings (probability 0.9997 with 3 in 1000); a line of 3 Hz,
     which all of them pass, is found in all."""

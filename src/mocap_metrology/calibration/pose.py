@@ -36,7 +36,8 @@ from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
-from mocap_metrology.lighthouse.decode.clean import clean_hits
+from mocap_metrology.lighthouse.decode.clean import clean_hits, neighbour_outliers
+from mocap_metrology.lighthouse.decode.gates import Cleaning
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, Inertial, PoseEstimate, Station
 from mocap_metrology.lighthouse.simulate import recording as simulated
@@ -268,7 +269,8 @@ def _chosen_estimates(calibration: Calibration, document: PoseFile) -> dict[str,
 
 
 def warm_up() -> None:
-    """Compile all kernels of the first generation, with what a calibration gives them."""
+    """Compile the kernels of a calibration, with what it gives them; those of the second generation
+    are the same but for one."""
     master = twins.StationTwin(id=1, mode="b", factory=twins.FactoryValues(phase=(0.001, 0.001)))
     slave = twins.StationTwin(id=2, mode="c", position_m=(0.0, 1.0, 0.0))
     twin = twins.LighthouseTwin(
@@ -285,6 +287,7 @@ def warm_up() -> None:
     up, rng = simulated.up_of(twin), np.random.default_rng(0)
     series = sensed(simulation.truth.motion, up, twins.InertialTwin(), twin.duration_s, rng)
     hits, _ = clean_hits(simulation.hits, simulation.truth.board)
+    neighbour_outliers(hits, simulation.truth.board, Cleaning())
     factories = [station.factory for station in simulation.truth.stations]
     how = CalibrationSettings(("batch", "paper", "paper-lm", "geometric"), ("factory", "ideal"))
     calibrate(hits, simulation.truth.board, factories, how, sensors=Sensors(series))

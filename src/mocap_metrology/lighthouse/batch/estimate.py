@@ -371,5 +371,7 @@ class _Search:
             members = self.of.group == problem.GROUPS.index(name)
             if members.any():
                 best, most = solve.supported(S, h, values, self.working, members)
+                if self.share:  # many hits show the size: what remains open is about the best
+                    most = float(np.hypot(best, most - best))
                 self.working[members] = best * self.of.sd[members]
                 self.believed[members] = most * self.of.sd[members]

@@ -10,7 +10,7 @@ prior, a normal distribution about the value of the board file, the factory cali
 | depth between both lasers | station | 10 mm |
 | scale of the board | | 1e-3, of a small one 0.3 mm over its largest extent (`Scene.used_priors`) |
 | place of a diode | diode, coordinate | 0.2 mm |
-| cover of the diodes: shift at 50 deg, thickness | | 0.15, 0.8 mm about 0, 1.6 mm |
+| cover of the diodes: shift at 50 deg, thickness | | 0.08, 0.8 mm about 0, 1.6 mm |
 | gravity | | none; its magnitude 0.03 m/s^2 about 9.81 |
 | gyroscope: bias | recording, axis | 0.1 rad/s |
 | accelerometer: bias | recording, axis | 0.3 m/s^2 |

@@ -57,7 +57,8 @@ def test_the_covers_are_those_of_second_generation_recordings(
 ) -> None:
     """Nearly nothing known beforehand, each object finds -0.8 and 1.6 mm within two standard
     deviations, and the thickness is not 0."""
-    monkeypatch.setattr(problem, "COVER_SD_M", np.array([5e-3, 5e-3]))
+    for name in ("COVER_SD_M", "COVER_USED_M"):
+        monkeypatch.setattr(problem, name, np.array([5e-3, 5e-3]))
     for own in headset.values():
         found = at_rest(own, own.hits, own.normals)
         first = found.of.cover

@@ -149,3 +149,16 @@ def test_stations_that_are_known_show_the_size_of_a_board() -> None:
     stated = found.sd.total[found.hits.any(axis=1), :3]
     assert np.mean((off / stated) ** 2) < 1.5
     assert np.sqrt(np.sum(off**2, axis=1).mean()) < 0.08e-3
+
+
+def test_a_board_at_rest_is_placed_as_well_in_a_longer_recording() -> None:
+    """What errors by direction leave of a pose does not depend on how long others were taken: of
+    8 s as of 2 s (sigma of the noise was twice as large). Its places scatter by less."""
+    stated = []
+    for seconds in (2.0, 8.0):
+        given = planes_scene.made(2, 3, seconds, still=True, place_mm=0.1)
+        found = track(given.scene, Calibrated(*given.poses[1], np.zeros((6, 6)), False))
+        seen = found.hits.any(axis=1)
+        stated.append(np.sqrt(np.mean(found.sd.noise[seen, :3] ** 2)))
+        assert found.t_m[seen].std(axis=0).max() < stated[-1]
+    assert stated[1] == pytest.approx(stated[0], rel=0.1)

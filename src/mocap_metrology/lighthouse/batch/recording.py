@@ -219,6 +219,17 @@ class Recording:
         self.share, self.tau_rad, hit = shared_by_direction(*at, alone, plain.hit, self.noise.hit)
         self.noise = self.noise._replace(hit=hit)
 
+    def at_a_moment(self) -> Recording:
+        """With the share of a hit in the board's pose at one moment, which comes from the hits of
+        one interval between knots: errors by direction are shared there by these alone."""
+        if self.share is None:
+            return self
+        who = self.seen.who
+        key = np.ravel_multi_index(who.T, who.max(axis=0) + 1)
+        _, group, n = np.unique(key, return_inverse=True, return_counts=True)
+        alone = 1 / (1 + (n - 1) * (self.tau_rad / self.noise.hit) ** 2)
+        return replace(self, share=np.maximum(self.share, alone[group]))
+
     def total_weight(self) -> Floats:
         """Weight of each hit, times that of its sweep."""
         plain = self.plain()

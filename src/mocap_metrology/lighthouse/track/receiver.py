@@ -158,6 +158,9 @@ def spread(
     of_noise = np.zeros_like(S)
     of_noise[q, q] = M @ S[q, q] @ M
     by_all, of_hits = _by_unknowns(one, parts, time_s)
+    if (then := one.at_a_moment()) is not one:
+        own = reduced(then.sums(state, of, of.inertial[0]), one.trajectory, one.noise)
+        of_hits = _by_unknowns(one, own, time_s)[1]
     hits = np.einsum("naa->na", of_hits)
 
     def sd(by: Floats, of_y: Floats, more: Floats | float = 0.0) -> Floats:

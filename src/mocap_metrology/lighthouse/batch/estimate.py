@@ -122,13 +122,12 @@ def estimate(
     more: problem.SideInformation | None = None,
     near: Joint | None = None,
     rounds: int = ROUNDS,
-    scaled: bool = True,
 ) -> Joint:
     """Poses R, t of the stations in the master's frame and everything else, from near them; rotors
     (stations, 2, 13); board (n, 3) in m; known_poses: R and t are held; sized: the priors are taken
     as they are, also of `SIZED`, and the bias remains; near: an estimate of the same unknowns, or
-    all but the last, where this begins; scaled: the scale of a board is sought before known
-    stations. Raises LinAlgError where the hits do not determine the poses."""
+    all but the last, where this begins. Raises LinAlgError where the hits do not determine the
+    poses."""
     if not all(len(one.hits) for one in recordings):
         raise np.linalg.LinAlgError("none of them fits the board")
     recordings = [one.with_knots() for one in recordings]
@@ -137,7 +136,7 @@ def estimate(
     ups, normals = more.ups, more.normals
     by_ups = ups is not None and bool(np.isfinite(ups).all(axis=1).any())
     there = [one is not None for one in seen]
-    sized_scale = (known_poses and scaled) or any(one.lengths for one in recordings)
+    sized_scale = known_poses or any(one.lengths for one in recordings)
     priors = priors or problem.Priors()
     of = problem.layout(len(R), len(board), priors, known_poses, there, by_ups, sized_scale, more)
     state = problem.start(

@@ -74,10 +74,7 @@ def fitted(
     its = scene.sensors
     inputs = [BatchInput(hits, trajectory, its.inertial, its.lengths, its.clocks)]
     how = scene.rotors, scene.board, scene.used_priors, scene.known_pose
-    return estimate(
-        inputs, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds,
-        scaled=scene.complete,
-    )  # fmt: skip
+    return estimate(inputs, R, t, *how, sized=sized, more=scene.more, near=near, rounds=rounds)
 
 
 def explored(scene: Scene, hits: Hits, trajectory: Trajectory, poses: Sequence[Pose]) -> Joint:
@@ -256,7 +253,7 @@ def well_fitted(
         joint, _, why = if_they_agree(scene, estimate_of)
         out = np.setdiff1d(hits.diode, joint.recordings[0].sweeps.hits.diode).tolist()
         return joint, exclusion_note(out, why)
-    scene = replace(scene, complete=False)
+    scene = replace(scene, covered=False)
     joint, scene, why = if_they_agree(
         scene, lambda one: bridged(one, _first_estimate(one, hits, trajectory, poses))
     )
@@ -264,8 +261,8 @@ def well_fitted(
     finer = _followed(scene, hits, joint)
     if finer is not joint:  # where the board was not followed, good diodes can look bad
         joint, out = _without_bad(scene, hits, finer)
-    good, scene = _gated(scene, hits, joint, FINE_RAD, out), replace(scene, complete=True)
-    path, rounds = joint.recordings[0].trajectory, 2 * ROUNDS  # as cover or scale is new to them
+    good, scene = _gated(scene, hits, joint, FINE_RAD, out), replace(scene, covered=True)
+    path, rounds = joint.recordings[0].trajectory, 2 * ROUNDS  # as the cover is new to the search
     return fitted(scene, good, path, near=joint, rounds=rounds), exclusion_note(out, why)
 
 

@@ -63,8 +63,8 @@ class Sensors:
 @dataclass(frozen=True)
 class Scene:
     """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in `seen` or
-    `estimated`, and what is known beforehand; known_pose: those of the stations are held; complete:
-    the cover of a flat board, and the size of one before known stations, are unknowns."""
+    `estimated`, and what is known beforehand; known_pose: those of the stations are held; covered:
+    the cover of a flat board is an unknown."""
 
     hits: records.Hits
     board: np.ndarray
@@ -77,7 +77,7 @@ class Scene:
     sensors: Sensors = Sensors()
     generation: int = 1
     names: Sequence[str] = records.ROLES
-    complete: bool = True
+    covered: bool = True
 
     @property
     def title(self) -> str:
@@ -121,7 +121,7 @@ class Scene:
         """What an estimate knows besides. Before stations of the second generation diodes of a flat
         board look along its normal, to the side that the light comes from."""
         normals = self.sensors.normals
-        if normals is None and self.generation == 2 and self.complete and is_flat(self.board):
+        if normals is None and self.generation == 2 and self.covered and is_flat(self.board):
             across = np.linalg.svd(self.board - self.board.mean(axis=0))[2][2]
             normals = np.tile(across, (len(self.board), 1))
         return SideInformation(self.sensors.ups, self.spreads, normals)

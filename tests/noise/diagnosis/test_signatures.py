@@ -184,6 +184,10 @@ OTHER = {
         lambda r: 0.1 * np.exp(-T / 80) + 0.15 * np.exp(-T / 500),
         only("warm_up", "slowing"),
     ),
+    "opposite approaches": (
+        lambda r: 0.15 * np.exp(-T / T[-1]) - 0.12 * np.exp(-T / 300),
+        only("warm_up"),
+    ),
     "bent": (lambda r: 0.05 * np.minimum(T / 400, 1) + 0.05 * T / 400, only("slowing")),
     "parabola and cycle": (
         lambda r: 0.3 * (T / T[-1]) ** 2 + 0.03 * np.sin(T / 10 + r.uniform(0, 6)),
@@ -267,6 +271,14 @@ def test_the_slope_beside_a_cycle() -> None:
         assert one.slope[1] == pytest.approx(error, rel=0.2)
         assert one.slope[0] == pytest.approx(3 / 3600, abs=4 * error)
         assert one.size_of("drift") == pytest.approx(3 * T[-1] / 3600, rel=0.01)
+
+
+def test_the_way_of_a_warm_up_beside_a_cycle() -> None:
+    curve = 0.1 * np.exp(-T / 200)
+    found = signature(noise(3) + curve + 0.02 * np.sin(2 * np.pi * T / 110), RATE)
+    assert found is not None and found.kinds == ("warm_up", "cycle") and found.own("warm_up")
+    assert found.size_of("warm_up") == pytest.approx(curve[-1] - curve[0], rel=0.03)
+    assert found.size_of("cycle") == pytest.approx(0.02, rel=0.03)
 
 
 def test_gaps_leave_the_kind_and_a_short_recording_has_none() -> None:

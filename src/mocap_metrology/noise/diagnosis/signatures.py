@@ -114,8 +114,7 @@ class Wander:
     def own(self, kind: str) -> bool:
         """Whether the size of a drift or a warm-up is of this curve, as the noise model does not
         have what is beside it."""
-        beside_cycle = kind in ("drift", "warm_up") and self.kinds == (kind, "cycle")
-        return len(self.jumps) == 1 or beside_cycle
+        return len(self.jumps) == 1 or self.kinds == (kind, "cycle")
 
     def beyond(self, step_mm: float) -> Wander:
         """Without what steps of a file may make of a straight line, or lines of nothing: shapes and
@@ -129,9 +128,8 @@ class Wander:
     def size_of(self, kind: str) -> float:
         """Size of one kind of movement: for a line, or a curve beside a sudden change or a cycle,
         what is left of all movement, for others size_mm."""
-        main = AT_ONCE | {"cycle"}
         beside = kind == "drift" or self.jumps or "cycle" in self.kinds
-        return self.moved_mm if beside and kind not in main else self.size_mm
+        return self.moved_mm if beside and kind not in AT_ONCE | {"cycle"} else self.size_mm
 
     def without_jumps(self, series: np.ndarray, frame_rate_hz: float) -> np.ndarray:
         """Values (n,) without the shape that changes at once; NaN in the blocks of its changes."""

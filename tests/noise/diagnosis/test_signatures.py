@@ -353,6 +353,18 @@ def test_a_shift_that_fades_ends_after_three_of_its_constants(constant_s: float)
     assert found.lasting_s == pytest.approx(3 * constant_s, rel=0.1)
 
 
+def test_a_shift_that_is_mostly_missing_has_no_size_of_one_that_fades() -> None:
+    """0.03 mm for 3.1 s, of which the last second and what comes after it are missing; named as one
+    of 0.05 mm that fades before."""
+    for seed in (1, 2):
+        series = np.random.default_rng(seed).normal(0, 0.02, 60_000)
+        time = np.arange(series.size) / 100
+        series[(time > 300.5) & (time < 303.6)] += 0.03
+        series[(time > 302.6) & (time < 308)] = np.nan
+        found = signature(series, 100.0, 10)
+        assert found is not None and "shift" not in found.kinds
+
+
 def test_a_walk_is_not_named_where_correlated_noise_may_be_it() -> None:
     """Noise correlated over a tenth of the recording is called a walk in 2 of 40 at most, and a
     walk in most (study of both: 0 and 77 %)."""

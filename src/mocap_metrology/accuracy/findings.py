@@ -12,7 +12,6 @@ from mocap_metrology.accuracy.bar import NORMAL, Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
 from mocap_metrology.accuracy.effective import effective_number, robust_sd
-from mocap_metrology.accuracy.parts import Parts
 from mocap_metrology.accuracy.take import Take
 from mocap_metrology.common.types import Row
 
@@ -32,7 +31,7 @@ LEAST_BLOCK = 50  # frames that show a deviation
 SPEEDS = 8  # bins of as many frames each
 LEAST_SPEED = 20.0  # mm/s, below it the bar stands
 CLAIMED = 1.5  # halves of its 95 % interval from which an exponent is a finding
-SURE = 0.999
+CHANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -151,26 +150,15 @@ def _bias(bar: Bar) -> list[Finding]:
 
 
 def _place_findings(bar: Bar) -> list[Finding]:
-    """Findings for classes whose error depends on the place by more than chance: its F for
-    effective frames is beyond the quantile SURE, and it explains some of each part that it was not
-    fitted to."""
+    """Findings for classes whose error depends on the place by more than chance: fewer than CHANCE
+    of its shifts in time are explained as well by the place, which explains some of each part that
+    it was not fitted to."""
     return [
         Finding("by_place", one.name, part.value, part.lower, part.upper)
         for one in bar.classes
         for part in [one.parts["place"]]
-        if part.value > 0 and _is_bent(one.parts) and one.parts.predicts
+        if part.value > 0 and one.parts.predicts and one.parts.alike < CHANCE
     ]
-
-
-def _is_bent(parts: Parts) -> bool:
-    from scipy.stats import f
-
-    terms, free = parts.n_terms, parts.n_eff - parts.n_terms - 1
-    if free < 1:
-        return False
-    rest = parts["rest"].value ** 2
-    surface = parts["place"].value ** 2 + terms / parts.n_eff * rest
-    return bool(surface / terms > f.ppf(SURE, terms, free) * rest / free)
 
 
 def _speed(bar: Bar) -> list[Finding]:

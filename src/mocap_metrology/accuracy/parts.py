@@ -20,6 +20,7 @@ from mocap_metrology.accuracy.effective import effective_number, huber_fit, robu
 FLAT = 0.05  # of the largest extent: along an axis of less the surface does not bend
 FITTED = 10_000  # frames at most
 BLOCKS = 5  # of one pass
+SHIFTS, CLIPPED = 500, 4.0  # in time; robust standard deviations, of gross errors
 
 
 @dataclass(frozen=True)
@@ -27,15 +28,16 @@ class Parts:
     """The parts of the error of one class. sizes: of bias, pass, place, rest, frame in mm;
     place_share: share of the variance about the pass's mean that the surface of other dates, or of
     other passes, explains in what it was not fitted to (NaN of one pass); predicts: whether it
-    explains some in each, or in each of BLOCKS parts of one pass; rest: (n,) of each pass; n_eff:
-    of the rest; n_terms: of the surface."""
+    explains some in each, or in each of BLOCKS parts of one pass; alike: share of the shifts in
+    time of which a surface explains as much (`_shifted`); rest: (n,) of each pass; n_eff: of the
+    rest."""
 
     sizes: Mapping[str, Repeated]
     place_share: float
     predicts: bool
+    alike: float
     rest: tuple[np.ndarray, ...]
     n_eff: float
-    n_terms: int
 
     def __getitem__(self, name: str) -> Repeated:
         return self.sizes[name]
@@ -78,7 +80,7 @@ def parts_of(
     left = _left_out(terms, centred, dates)
     share = 1 - float(left[:, 1].sum() / left[:, 0].sum()) if len(errors) > 1 else math.nan
     predicts = bool((left[:, 1] < left[:, 0]).all())
-    return Parts(sizes, share, predicts, rest, sum(worth), terms[0].shape[1])
+    return Parts(sizes, share, predicts, _shifted(terms, centred), rest, sum(worth))
 
 
 def frame_variance(errors: np.ndarray) -> float:
@@ -134,3 +136,26 @@ def _left_out(
         squares = [[robust_sd(one - np.nanmean(one)) ** 2 for one in both] for both in pieces]
         errors.append(np.mean(squares, axis=0))
     return np.array(errors)
+
+
+def _shifted(terms: Sequence[np.ndarray], centred: Sequence[np.ndarray]) -> float:
+    """Share of circular shifts of the errors in time, and of the reversed errors, of which a
+    surface explains as much as of the errors where they were: of what is slow by itself many
+    [surrogates by shifts, Theiler et al. 1992]. What changes over a whole pass, BLOCKS half
+    cosines, is in neither, as it has no shifts."""
+    gram, products = np.zeros(()), np.zeros(())
+    for term, error in zip(terms, centred, strict=True):
+        known = np.flatnonzero(np.isfinite(error))
+        known = known[:: max(known.size // FITTED, 1)]
+        width = CLIPPED * robust_sd(error[known])
+        both = np.column_stack([term[known], np.clip(error[known], -width, width)])
+        n = known.size
+        slow = np.cos(np.pi / n * np.outer(np.arange(n) + 0.5, np.arange(BLOCKS + 1)))
+        both -= slow @ np.linalg.lstsq(slow, both, rcond=None)[0]
+        gram = gram + both[:, :-1].T @ both[:, :-1]
+        of_terms, of_error = np.split(np.fft.rfft(both, axis=0), [-1], axis=1)
+        at = np.arange(SHIFTS) * n // SHIFTS
+        ways = of_error * of_terms.conj(), (of_error * of_terms).conj()
+        products = products + np.concatenate([np.fft.irfft(w, n, axis=0)[at] for w in ways])
+    explained = ((products @ np.linalg.pinv(gram)) * products).sum(axis=1)
+    return float(np.mean(explained[1:] >= explained[0]))

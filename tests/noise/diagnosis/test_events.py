@@ -233,6 +233,27 @@ def test_a_step_moves_and_several_knocks_are_told_apart() -> None:
     assert event.often
 
 
+def test_an_event_has_both_its_ends_and_noise_between_events_is_compared_as_it_is() -> None:
+    """2.5 standard deviations off for 4 s, of which one end is surer than the other: begin and
+    duration of all but two of those that are found. Noise that doubles for 200 s from a knock on:
+    its ratio at the end."""
+    found, time = [], np.arange(72_000) / RATE
+    for seed in range(6):
+        rng = np.random.default_rng([seed, 9])
+        position = rng.normal(0, 0.02, (6, time.size))
+        begins = np.arange(60, 600, 100.0) + rng.uniform(0, 50, 6)
+        position[0] += 0.05 * np.any((time - begins[:, None]) % 1e9 < 4, axis=0)
+        for event in events_of(position):
+            late = event.time_s - begins[np.abs(begins - event.time_s).argmin()]
+            found.append(abs(late) < 0.1 and abs(event.duration_s - 4) < 0.2)
+    assert len(found) >= 30 and found.count(False) <= 2
+    loud = (time > 200) & (time < 400)
+    position[:3] = rng.normal(0, 0.02, (3, time.size)) * (1 + loud)
+    position[0] += 0.5 * ((time > 200) & (time < 200.5))
+    last = events_of(position)[-1].most_changed
+    assert last.lower < 0.5 < last.upper and last.upper / last.lower < 1.2
+
+
 def test_steps_of_one_axis_are_no_events() -> None:
     """Of 0.1 mm in noise of 0.03 mm: nine frames of ten have one value."""
     position = np.random.default_rng(6).normal(0, 0.03, (6, 36_000))

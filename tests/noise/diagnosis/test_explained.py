@@ -219,6 +219,13 @@ def hits() -> np.ndarray:
     return 0.15 * ringing.sum(axis=0)
 
 
+def passing() -> np.ndarray:
+    """Steps at 1.9 a second of those who pass by, every 20 s."""
+    times = np.cumsum(np.random.default_rng(13).exponential(20, 80))
+    envelope = np.exp(-(((T - times[:, None]) / 2.5) ** 2)).sum(axis=0)
+    return 0.02 * envelope * np.sin(2 * np.pi * 1.9 * T)
+
+
 OTHER: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "white": lambda x: x,
     "walk": lambda x: x + np.cumsum(0.002 * np.random.default_rng(9).standard_normal(N)),
@@ -227,6 +234,7 @@ OTHER: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "correlated": lambda x: x + correlated(1),
     "falling": lambda x: x + correlated(2),
     "hits": lambda x: x + hits(),
+    "passing": lambda x: x + passing(),
     "sweep": lambda x: x + 0.03 * np.sin(2 * np.pi * (2 * T + 9 * T**2 / T[-1])),
     "sweep in noise": lambda x: x + 0.03 * np.sin(2 * np.pi * (8 * T + 2 * T**2 / T[-1])),
     "lobes": lambda x: signal.savgol_filter(x, 21, 3),
@@ -237,7 +245,7 @@ OTHER: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 @pytest.mark.parametrize("kind", OTHER)
 def test_other_spectra_are_no_resonance(kind: str) -> None:
     """A line that is known, an oscillation that goes on for a minute only, Gauss-Markov noise or
-    its filtered form (f^-4), hits that ring, a frequency that sweeps, filters."""
+    its filtered form (f^-4), hits that ring, steps of people, a frequency that sweeps, filters."""
     values = OTHER[kind](0.02 * np.random.default_rng(8).standard_normal(N))
     assert resonance("x1", values, RATE, spectrum(values), [12.0]) is None
 

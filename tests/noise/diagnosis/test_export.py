@@ -125,6 +125,15 @@ def test_a_filter_is_named_with_its_cutoff(kind: str, cutoff_hz: float, order: i
     assert found.ratio < 0.02
 
 
+def test_the_cutoff_of_a_sharp_edge() -> None:
+    """Of a transform that is cut at 17 Hz."""
+    f = np.fft.rfftfreq(N, 1 / RATE)
+    for seed in range(6):
+        x = np.fft.irfft(np.fft.rfft(made("white", seed)) * (f < 17), N)
+        found = low_pass("x1", bands(np.float32(x + 160).astype(float), RATE), RATE, 1.5e-5)
+        assert found is not None and found.cutoff_hz == pytest.approx(17, rel=0.15)
+
+
 def test_resolution_against_rounded_noise():
     """Rounding adds q^2/12, whatever the noise, while that is above a third of a step."""
     q, rng = 0.01, np.random.default_rng(6)

@@ -96,12 +96,15 @@ def test_one_axis_in_coarse_steps_has_no_outliers() -> None:
 
 
 def test_frames_of_a_loud_stretch_are_not_off() -> None:
-    """Of Gaussian noise whose level falls at once one frame in 10^8 is; in either part one is."""
+    """Of Gaussian noise whose level falls at once one frame in 10^8 is; in either part one is. Nor
+    are frames of Gaussian noise that each come twice."""
     x = np.random.default_rng(4).standard_normal(60_000)
     x[40_500:] /= 10
     assert off_frames(x, 6.0).size == 0
     x[[20_000, 50_000]] += 15
     assert off_frames(x, 6.0).tolist() == [20_000, 50_000]
+    twice = np.float32(0.02 * np.repeat(np.random.default_rng(5).standard_normal(30_000), 2))
+    assert off_frames(twice, 6.0, 1e-4).size == 0
 
 
 def test_tails_as_heavy_as_cauchy_are_drawn_in() -> None:

@@ -21,7 +21,7 @@ LIKE_NOISE, WHITE = 0.75, 0.5  # of the whiteness beside it, of louder noise; if
 SURE = 3.0  # standard errors of a whiteness, or by which it scatters more
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
-SIDES_MISS = 0.01  # probability that some series of an event is reported as changed and is not
+SIDES_MISS = 0.01  # probability that some series beside some event is reported as changed falsely
 # Shorter recordings decide nothing: an event in the middle needs its context on both sides
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
@@ -31,7 +31,8 @@ NO_FRAMES = np.empty(0, int)
 
 @dataclass(frozen=True)
 class Alarm:
-    """Windows of one series and m that the noise does not explain; x as in `Dynamic`."""
+    """Windows of one series and m that the noise does not explain; x as in `Dynamic`; sure: by
+    themselves, not beside others alone."""
 
     start_s: float
     stop_s: float
@@ -39,6 +40,7 @@ class Alarm:
     tau_s: float
     x: float
     ratio: float
+    sure: bool
 
 
 @dataclass(frozen=True)
@@ -124,16 +126,24 @@ class Event:
 def alarms(
     dynamics: Mapping[str, Sequence[Dynamic]], false_alarm: float
 ) -> tuple[list[Alarm], float]:
-    """Windows less likely than false_alarm over the number of all, as `Alarm`s, and that number."""
-    n_tests = sum(d.n_tests for of_series in dynamics.values() for d in of_series)
+    """Windows less likely than false_alarm over the number of all, as `Alarm`s, and that number;
+    and beside these windows less likely than that over the number of those within CONTEXT_S, as the
+    parts of an event are not all as sure."""
+    every = [d for of_series in dynamics.values() for d in of_series]
+    n_tests = sum(d.n_tests for d in every)
     limit = math.log(max(n_tests, 1) / false_alarm)
+    seconds = max((d.x.size * d.hop_s for d in every), default=CONTEXT_S)
+    beside = limit - math.log(max(seconds / CONTEXT_S, 1.0))
     raised = [
-        Alarm(k * d.hop_s, k * d.hop_s + d.window_s, name, d.tau_s, d.x[k], d.ratio[k])
+        Alarm(
+            k * d.hop_s, k * d.hop_s + d.window_s, name, d.tau_s, d.x[k], d.ratio[k], d.x[k] > limit
+        )
         for name, of_series in dynamics.items()
         for d in of_series
-        for k in np.flatnonzero(d.x > limit)
+        for k in np.flatnonzero(d.x > beside)
     ]  # fmt: skip
-    return raised, n_tests
+    groups = [group for group in merged(raised) if any(a.sure for a in group)]
+    return [alarm for group in groups for alarm in group], n_tests
 
 
 def merged(raised: Iterable[Alarm]) -> list[list[Alarm]]:
@@ -206,22 +216,14 @@ class _Excursion:
 
 def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excursion:
     """Extremes of an event in centred means, over few enough frames to leave its shape as it is."""
-    begin, end = min(a.start_s for a in group), max(a.stop_s for a in group)
     surest = max(group, key=lambda a: a.x)
     width = max(round(surest.tau_s * rate_hz / SMOOTHED), 1)
-    first, last = round(begin * rate_hz), min(round(end * rate_hz), values.size)
+    first, last = _frames(group, rate_hz, values.size)
     far = round(CONTEXT_S * rate_hz)
     start = max(first - far, 0)
     near = values[start : last + far].astype(float)
-    before, within, after = np.split(near, [first - start, last - start])
-    count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
-    alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
-    usual = np.median([_power(part) for part in alone if part.size > 1] or [np.zeros(2)], axis=0)
-    of_event, beside = _power(within), max(before.size + after.size, 1)
-    scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
-    white = float(of_event[1] * usual[0] / max(usual[1] * of_event[0], 1e-300))  # of that beside it
-    moved = white < min(LIKE_NOISE, 1 - SURE / math.sqrt(max(within.size, 1)))
-    loud = bool(np.any(of_event > (1 + SURE * scatter) * usual))
+    sure = merged(a for a in group if a.sure)
+    whites, moved, loud = zip(*(_likeness(values, part, rate_hz) for part in sure), strict=True)
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
@@ -237,7 +239,30 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     shift = float(levels[1] - levels[0]) if both else math.nan
-    return _Excursion(size, shift, start + first + off, white, moved, loud)
+    return _Excursion(size, shift, start + first + off, min(whites), any(moved), any(loud))
+
+
+def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[float, bool, bool]:
+    """Whiteness of a sure part of an event, of that beside it; whether it moved; whether it is
+    louder."""
+    first, last = _frames(part, rate_hz, values.size)
+    far = round(CONTEXT_S * rate_hz)
+    start = max(first - far, 0)
+    near = values[start : last + far].astype(float)
+    before, within, after = np.split(near, [first - start, last - start])
+    count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
+    alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
+    usual = np.median([_power(one) for one in alone if one.size > 1] or [np.zeros(2)], axis=0)
+    of_event, beside = _power(within), max(before.size + after.size, 1)
+    scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
+    white = float(of_event[1] * usual[0] / max(usual[1] * of_event[0], 1e-300))  # of that beside it
+    moved = white < min(LIKE_NOISE, 1 - SURE / math.sqrt(max(within.size, 1)))
+    return white, moved, bool(np.any(of_event > (1 + SURE * scatter) * usual))
+
+
+def _frames(group: Sequence[Alarm], rate_hz: float, n: int) -> tuple[int, int]:
+    begin, end = min(a.start_s for a in group), max(a.stop_s for a in group)
+    return round(begin * rate_hz), min(round(end * rate_hz), n)
 
 
 def _power(values: np.ndarray) -> np.ndarray:
@@ -263,10 +288,10 @@ def with_sides(
     out_of: np.ndarray,
     side_s: float,
     levels_s: Sequence[float],
+    tail: float,
 ) -> Event:
     """The event with every series compared before and after, at most side_s on each side and up to
-    the next of `levels_s`, times at which the level changes."""
-    tail = SIDES_MISS / max(len(levels), 1)
+    the next of `levels_s`, times at which the level changes. tail: as of `compare`."""
     start, stop = event.time_s - CLEAR_S, event.stop_s + CLEAR_S
     first = max([start - side_s, *(t for t in levels_s if t < start)])
     last = min([stop + side_s, *(t for t in levels_s if t > stop)])
@@ -308,6 +333,8 @@ def find_events(
             name, nan = change.series, math.nan
             level = (change.time_s, 0.0, "level", (name,), name, nan, nan, change.p, nan, nan)
             events.append(Event(*level))
-    levels_s = [event.time_s for event in events if event.kind == "level"]
-    events = [with_sides(event, levels, out_of, side_s, levels_s) for event in events]
+    for _ in range(2):  # of bursts it is known once their sides are
+        levels_s = [e.time_s for e in events if e.kind == "level" or e.level_changed]
+        how = levels, out_of, side_s, levels_s, SIDES_MISS / max(len(levels) * len(events), 1)
+        events = [with_sides(event, *how) for event in events]
     return sorted(events, key=lambda e: e.time_s)

@@ -247,17 +247,18 @@ def wander(means: np.ndarray, of: int = 10) -> float:
 
 def _cutoff(spectrum: Bands, steps: np.ndarray, fallen: int, rounding: float) -> float:
     """The cutoff, Hz, of the best fit of (a + b / f + c / f^2) |H|^2 + d around the edge: from
-    three octaves below it to where W is least, or a hundredth of its greatest; least squares of
-    logarithms."""
+    three octaves below it to where W is least, or a hundredth of its greatest; of a sharp edge to
+    the first band beyond, in which less counts as that; least squares of logarithms."""
     w = spectrum.psd * steps
     greatest = w[:fallen].max()
     edge = int(np.flatnonzero(w[:fallen] >= greatest / 2)[-1])
     if rounding > COARSE_SHARE * spectrum.psd[edge]:
         return math.nan
     low = np.flatnonzero(w[edge:] < FOLLOWED * greatest)
-    last = min(edge + int(low[0]) if low.size else w.size, fallen + 2)
+    last = min(edge + max(int(low[0]), 2) if low.size else w.size, fallen + 2)
     near = slice(max(edge - 3 * OCTAVE, 0), last)
-    f, psd, steps = spectrum.f_hz[near], spectrum.psd[near], steps[near]
+    f, steps = spectrum.f_hz[near], steps[near]
+    psd = np.maximum(w[near], FOLLOWED * greatest) / steps
     best = (math.inf, math.nan)
     for cutoff in np.geomspace(f[0], f[-1], 100):
         for order in FILTER_ORDERS:

@@ -29,6 +29,7 @@ ADEQUATE_VARIANCES = 1.7  # variance of the residuals over that of the points, a
 INADEQUATE = 1e-3  # chance of residuals so large about a polynomial that describes the points
 FEWEST_PARTS = 10  # of a recording whose levels no polynomial describes
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
+ENDS = 2  # degrees more, of which the ends are: the bias of the best may exceed its error
 TREND_CHANCE = 0.005  # that any series of a recording is reported as changing and is not
 LEAST_CHANGE = 0.02  # that is reported
 MATTERS = 0.1  # relative change from which a reader is warned
@@ -298,7 +299,7 @@ def _trend(
     t = (k + 0.5) / g.size
     steps = [(k >= place).astype(float) for place in places]
     fits = {}
-    for degree in (0, *DEGREES):
+    for degree in range(DEGREES[-1] + ENDS + 1):
         x = np.stack([np.ones(k.size), *steps, *(t**n for n in range(1, degree + 1))], axis=1)
         rest, value, _ = _fit(x, g[k], scale)
         fits[degree] = rest, value, x
@@ -309,16 +310,17 @@ def _trend(
         return None
     off = g[k] - x @ value
     r_1 = float(np.clip(off[1:] @ off[:-1] / max(off @ off, 1e-300), 0, 0.9))
-    spread = max(rest / (k.size - x.shape[1]), scale**2) * (1 + r_1) / (1 - r_1)
-    powers = np.arange(1, best + 1)
+    left = k.size - x.shape[1]
+    spread = max(rest / left, scale**2) * (1 + r_1) / (1 - r_1)
+    _, value, x = fits[best + ENDS]
+    powers = np.arange(1, best + ENDS + 1)
     ends = np.concatenate([[0.0], np.ones(x.shape[1] - 1)])
     error = math.sqrt(spread * float(ends @ np.linalg.pinv(x.T @ x) @ ends))
     change = float(ends @ value)
     reach = float(stdtrit(max(k.size - x.shape[1], 1), 0.975)) * error
     at = np.linspace(0, 1, 101)[:, None]
-    curve = at**powers @ value[-best:]
-    curve += (at * g.size >= np.array(places)) @ value[1:-best] if places else 0.0
-    left = k.size - x.shape[1]
+    curve = at**powers @ value[-powers.size :]
+    curve += (at * g.size >= np.array(places)) @ value[1 : -powers.size] if places else 0.0
     part_s = math.nan
     if fdtrc(left, dof, rest / left / scale**2) < INADEQUATE:  # its ends are no levels
         change, reach, curve = _up_and_down(g[k])

@@ -112,13 +112,14 @@ def _medians_of_five(series: np.ndarray, medians: np.ndarray) -> None:
 def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> np.ndarray:
     """Frames of (n,) that are farther than n_sigma scales from the median of the five round them;
     the scale is that of all these distances, or of steps from frame to frame over sqrt(2) if that
-    is more (smoothed tracks lie on their medians), half a step of the values at least; as
-    many times that as the distances of `BLOCK` frames are louder, there or beside."""
-    distance = series - medians_of_five(series)
-    usual = mad_spread(distance)
-    scale = max(
-        usual, mad_spread(np.diff(series)) / np.sqrt(2), resolution / 2, own_step(series) / 2
-    )
+    is more (smoothed tracks lie on their medians; of a fine file without steps of 0, which repeated
+    frames have), half a step of the values at least; as many times that as the distances of `BLOCK`
+    frames are louder, there or beside."""
+    distance, changes = series - medians_of_five(series), np.diff(series)
+    usual, step = mad_spread(distance), max(resolution, own_step(series))
+    if usual > 10 * step:
+        changes = changes[changes != 0]
+    scale = max(usual, mad_spread(changes) / np.sqrt(2), step / 2)
     with np.errstate(invalid="ignore"):
         off = np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
     blocks = np.add.outer(off // BLOCK, (-1, 0, 1)).clip(0, max(series.size // BLOCK - 1, 0))

@@ -77,9 +77,9 @@ def _leaving(
     moved: npt.NDArray[np.bool_],
     step_mm: float,
 ) -> tuple[float, float]:
-    """What the coordinate that does most does before and after the `runs`, the smaller of both, in
-    mm, and the chance that all repeat their values, the product of theirs. moved (n - 1,): which
-    changes are of no run."""
+    """What the coordinate that does most does after the `runs` (median, in mm), and the chance that
+    all repeat their values, the product of theirs, by what each does before or after, the smaller
+    of both. moved (n - 1,): which changes are of no run."""
     best, chance = (0.0, 1.0), 1.0
     for axis in position_mm:
         changes = _changes(axis)
@@ -90,7 +90,8 @@ def _leaving(
         change = float(np.median(known)) if known.size else 0.0
         if change > 0 and steps.size:
             step = max(step_mm, float(np.quantile(steps, HIDDEN)))
-            best = min(best, (change, min(step / change, 1.0)), key=lambda one: one[1])
+            jump = float(np.nanmedian(after)) if np.isfinite(after).any() else change
+            best = min(best, (jump, min(step / change, 1.0)), key=lambda one: one[1])
             chance *= min(step / change, 1.0)
     return best[0], chance
 

@@ -31,7 +31,7 @@ BROADEST = 0.25  # damping; broader, a peak is hardly told from correlated noise
 CORNERS = 24  # of what falls, between the lowest frequency and Nyquist's
 ORDERS = 1, 2, 4  # of Butterworth filters
 PLACES, BAND = 60, 0.015  # of f_0 that are tried; of the frequency, a band
-RANDOM = 1.6  # mean square of the power over the square of its mean; Gaussian noise has 2
+RANDOM = 1.6, 4.0  # mean square of the power over the square of its mean; Gaussian noise has 2
 MOST_GAPS = 0.1  # share of the frames; bridges over more have a spectrum of their own
 STEADY = 0.6  # share of the mean square that its median is
 NARROWEST = 0.006  # damping; narrower, it may be a line that wanders
@@ -150,10 +150,10 @@ def _bands(f: Floats, psd: Floats) -> tuple[Floats, Floats, Floats]:
 
 def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float, base: float) -> bool:
     """Whether the oscillation goes on all the time, as no burst and no sweep does, with an
-    amplitude that is random, as that of no line: powers at f_0 of blocks of eight times its decay
-    (of means over four, which are narrower than the peak), less that of the noise of density
-    `base`, have a median of `STEADY` of their mean at least, powers over half a decay a mean square
-    of `RANDOM` at least."""
+    amplitude that is random, as that of no line, and Gaussian, as that of no bursts: powers at f_0
+    of blocks of eight times its decay (of means over four, which are narrower than the peak), less
+    that of the noise of density `base`, have a median of `STEADY` of their mean at least, powers
+    over half a decay a mean square in `RANDOM`."""
     decay = 1 / (2 * math.pi * damping * f_0)
     short, long = max(round(decay * rate_hz / 2), 1), 16
     known = np.where(np.isfinite(values), values - np.nanmean(values), 0.0)
@@ -165,7 +165,8 @@ def _steady(values: np.ndarray, rate_hz: float, f_0: float, damping: float, base
     power, blocks = np.abs(means) ** 2, (np.abs(means.mean(axis=2)) ** 2).mean(axis=1)
     noise = base * rate_hz / 2 / short
     size = float(power.mean()) - noise  # E |s + n|^4 = E |s|^4 + 4 S N + 2 N^2 of Gaussian noise
-    if float(np.mean(power**2)) - 4 * size * noise - 2 * noise**2 < RANDOM * size**2:
+    square = float(np.mean(power**2)) - 4 * size * noise - 2 * noise**2
+    if not RANDOM[0] * size**2 <= square <= RANDOM[1] * size**2:
         return False
     noise /= long / 2
     return float(np.median(blocks)) - noise > STEADY * (float(blocks.mean()) - noise)

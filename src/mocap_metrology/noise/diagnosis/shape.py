@@ -56,9 +56,10 @@ class Shape:
         return np.asarray(solved[self.line :] @ self.columns[self.line :])
 
     def moved(self, solved: Floats) -> float:
-        """From the first block to the last, with the straight line, without jumps and cycle."""
+        """From the first block to the last, with the straight line, without jumps and cycle, beside
+        which a warm-up is the first column."""
         only = bool(self.kinds & {"fades", "cycle"})
-        part = slice(self.line) if only else slice(None)
+        part = slice(self.line + ("warm_up" in self.kinds)) if only else slice(None)
         change = solved[part] @ np.diff(self.columns[part, [0, -1]])[:, 0]
         return float(change) - (0.0 if only else sum(size for _, size in self.jumps(solved)))
 

@@ -21,7 +21,7 @@ POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a 
 FINER = 8  # places a cycle of the search for one
 SMOOTH, BESIDE = (4, 8, 16, 32, 48), 4  # cosines of any other slow curve; of one beside a cycle
 MOST_STEPS, MOST_BENDS = 8, 10
-SLOW = (0.3, 0.7)  # constants of the slower of two approaches, over the recording
+SLOW = (0.3, 0.7, 1.5)  # constants of the slower of two approaches, over the recording
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
 RAMPS, RAMP_WIDTHS = (4, 0.25), 8  # blocks, and share of the recording; widths between them
 

@@ -114,7 +114,7 @@ class Wander:
     def own(self, kind: str) -> bool:
         """Whether the size of a drift or a warm-up is of this curve, as the noise model does not
         have what is beside it."""
-        return len(self.jumps) == 1 or (kind == "drift" and self.kinds == ("drift", "cycle"))
+        return len(self.jumps) == 1 or self.kinds == (kind, "cycle")
 
     def beyond(self, step_mm: float) -> Wander:
         """Without what steps of a file may make of a straight line, or lines of nothing: shapes and
@@ -126,10 +126,10 @@ class Wander:
         return replace(self, kinds=kinds, possible=possible, jumps=self.jumps if kinds else ())
 
     def size_of(self, kind: str) -> float:
-        """Size of one kind of movement: for a line, or a curve beside a sudden change, what is left
-        of all movement, for others size_mm."""
-        alone = kind in AT_ONCE or (kind != "drift" and not self.jumps)
-        return self.size_mm if alone else self.moved_mm
+        """Size of one kind of movement: for a line, or a curve beside a sudden change or a cycle,
+        what is left of all movement, for others size_mm."""
+        beside = kind == "drift" or self.jumps or "cycle" in self.kinds
+        return self.moved_mm if beside and kind not in AT_ONCE | {"cycle"} else self.size_mm
 
     def without_jumps(self, series: np.ndarray, frame_rate_hz: float) -> np.ndarray:
         """Values (n,) without the shape that changes at once; NaN in the blocks of its changes."""

@@ -113,7 +113,7 @@ FUNCTIONS: dict[str, Callable[[Floats], object]] = {
     "trends": lambda x: trends(
         {"x1": blocks(x * np.geomspace(1, 9, x.size), RATE)}, np.zeros(N, bool), []
     ),
-    "lines": lambda x: series_lines(x, RATE, 5),
+    "lines": lambda x: ((y := series_lines(x, RATE, 5))[0], y[1].size / RATE),
     "all lines": lambda x: find_lines(x[np.isfinite(x)], RATE),
     "resonance": lambda x: resonance("x1", x, RATE, spectrum(x)),
     "bins": lambda x: bins_of(x.size, RATE),

@@ -273,6 +273,15 @@ def test_a_step_or_shift_that_is_an_event_is_said_once(at_s, event, wanders) -> 
     assert any(one.kind == "wander" for one in said) == wanders
 
 
+@pytest.mark.parametrize(
+    ("possible", "how_many"), [((), "several"), (("two_levels",), "two or more")]
+)
+def test_several_positions_may_be_two(possible, how_many) -> None:
+    """Where two explain a series, too."""
+    one = replace(wander("levels", 0.05, 40.0)["wanders"]["x1"], possible=("levels", *possible))
+    assert any(f"between {how_many} positions" in s.words for s in told({"wanders": {"x1": one}}))
+
+
 def test_every_step_is_said_and_once() -> None:
     """That of an event, with its marker, and a later one, but not its part of the distance."""
     at = {"x1": 98.0, "y2": 300.0, "L": 300.0}

@@ -109,6 +109,20 @@ def test_what_goes_up_and_down_does_not_rise() -> None:
             assert -0.4 < one.least <= 0 <= one.greatest < 0.67  # 0.75 / 1.25, 1.25 / 0.75
 
 
+@pytest.mark.parametrize(("minutes", "size"), [(1.5, 0.15), (2.5, 0.4)])
+def test_a_level_that_rises_for_a_while_and_returns_was_not_less(
+    minutes: float, size: float
+) -> None:
+    """A bump; beside it a polynomial is up to 8 % too low. Minutes, of which each has an error of
+    1 %, are told in every series."""
+    bump = size * np.exp(-(((TIME - 0.5) * 10 / minutes) ** 2))
+    for seed in range(8):
+        found = trends(levels(1 + bump, seed), NONE, [])
+        assert len(found) == 3
+        assert all(one.direction == "changes" and one.least > -0.05 for one in found)
+        assert all(abs(one.greatest - size) < 0.1 for one in found)
+
+
 def test_slow_movement_is_no_level() -> None:
     """A pendulum of 10 s that comes to rest moves by 0.05 mm (sd) within a second at first."""
     t = np.arange(N) / RATE

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
+from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.one_series import left_in_means
 from mocap_metrology.noise.diagnosis.periodic import (
     comb,
@@ -23,8 +24,8 @@ RATE = 120.0
 
 
 def found_in(series, **more):
-    lines, duration = series_lines(series, RATE, 10)
-    return described("x1", lines, duration, RATE, series, **more)
+    lines, part = series_lines(series, RATE, 10)
+    return described("x1", lines, part, RATE, **more)
 
 
 def noise(n=72_000, sigma=0.01, seed=1):
@@ -103,14 +104,27 @@ def test_gaps_neither_shrink_a_line_nor_make_one(amplitude: float):
     series[10_000:14_000:40] = np.nan
     series[30_000:31_000] = np.nan
     series[50_000:50_700] = np.nan
-    lines, duration = series_lines(series, RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE))
-    assert duration == 600.0
-    (one,) = described("x1", lines, duration, RATE, series)
+    lines, part = series_lines(series, RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE))
+    assert part.size == 72_000
+    (one,) = described("x1", lines, part, RATE)
     assert one.line.f_0 == pytest.approx(14.4, abs=0.01) and not one.line.wide
     assert one.lower < amplitude < one.upper
     (one,) = found_in(series)
     assert one.lower < amplitude < one.upper
-    assert series_lines(series, RATE, 10)[1] == 250.0  # the longest stretch, which is the first
+    assert series_lines(series, RATE, 10)[1].size == 30_000  # the longest, the first
+
+
+def test_what_dies_away_contributes_the_variance_that_there_is() -> None:
+    """A pendulum: what follows frames that are not known is no part of the stretch where it was
+    found, nor of the share. By the Allan variance without it."""
+    t = np.arange(72_000) / RATE
+    series = noise() + 0.3 * np.exp(-t / 80) * np.sin(2 * np.pi * 0.7 * t)
+    series[47_000:51_000] = np.nan
+    (one,), (alone,) = found_in(series), found_in(series[:47_000])
+    m = np.array([round(one.tau_s * RATE)])
+    rest, total = (allan_variance(x[:47_000], m).variance[0] for x in (noise(), series))
+    assert one.share == alone.share
+    assert 1 - rest / total - 0.06 < one.share <= 1  # without the flanks of its band
 
 
 def test_a_fan_that_is_switched_changes_its_amplitude() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.shape import pace, refined_place, time_of
+from mocap_metrology.noise.diagnosis.shape import Shape, pace, refined_place, time_of
 from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, MOST_STEPS, shapes
 from mocap_metrology.noise.diagnosis.signatures import signature
 
@@ -22,6 +22,20 @@ def test_the_ends_of_a_shift_are_those_of_least_squares() -> None:
         ]
         found = [s for s in shapes(z, np.arange(n)) if s.kinds == {"shift"}]
         assert pairs[int(np.argmin(rest))] in [s.at for s in found if len(s.columns) == 1]
+
+
+@pytest.mark.parametrize("length", [1, 2, 3, 20])
+@pytest.mark.parametrize("ends_within", [False, True])
+def test_a_short_shift_changes_twice(length: int, ends_within: bool) -> None:
+    """Of blocks between which others may be missing; also with blocks that it ends within."""
+    t, first, last = np.arange(60), 25, 25 + length
+    inside = ((t >= first) & (t < last)).astype(float)
+    ends = np.array([t == place for place in (first - 1, last)], float)
+    columns = np.vstack([inside, ends]) if ends_within else inside[None]
+    shape = Shape(frozenset({"shift"}), columns, at=(first, last), main=-len(columns))
+    jumps = shape.jumps(np.array([2.0, 0.5, 1.0])[: len(columns)])
+    assert [size for _, size in jumps] == pytest.approx([2.0, -2.0])
+    assert [place for place, _ in jumps] == [first, last + ends_within]
 
 
 def test_each_of_several_steps_is_where_it_leaves_least() -> None:

@@ -26,7 +26,7 @@ LEAST_POINTS = 6  # a side, or of a trend
 SHORTER = (1, 2, 4)  # parts of the reach that a step is looked at over, until lines describe it
 SURER_VARIANCES = 10.0  # variances of a point by which a step must fit better than a smooth curve
 ADEQUATE_VARIANCES = 1.7  # variance of the residuals over that of the points, at most
-INADEQUATE = 1e-3  # chance of residuals so large about a polynomial that describes the points
+INADEQUATE = 1e-3  # chance of residuals so large or so alike about a polynomial that describes them
 FEWEST_PARTS = 10  # of a recording whose levels no polynomial describes
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
 ENDS = 2  # degrees more, of which the ends are: the bias of the best may exceed its error
@@ -288,7 +288,7 @@ def _trend(
 ) -> Trend | None:
     """The trend by the polynomial of the least BIC, or None where an F test does not distinguish it
     from constant noise."""
-    from scipy.special import fdtrc, stdtrit
+    from scipy.special import fdtrc, ndtr, stdtrit
 
     k = np.flatnonzero(np.isfinite(g))
     if k.size < 2 * LEAST_POINTS:
@@ -322,7 +322,8 @@ def _trend(
     curve = at**powers @ value[-powers.size :]
     curve += (at * g.size >= np.array(places)) @ value[1 : -powers.size] if places else 0.0
     part_s = math.nan
-    if fdtrc(left, dof, rest / left / scale**2) < INADEQUATE:  # its ends are no levels
+    large, alike = fdtrc(left, dof, rest / left / scale**2), ndtr(-r_1 * math.sqrt(k.size))
+    if min(large, alike) < INADEQUATE:  # its ends are no levels
         change, reach, curve = _up_and_down(g[k])
         part_s = block_s * JOINED_BLOCKS * k.size / curve.size
     elif not fdtrc(best, left, ratio * scale**2 / spread) * len(DEGREES) < chance:

@@ -103,12 +103,12 @@ class Examiner:
         self, name: str, series: np.ndarray, density: Density | None, spectrum: Columns | None
     ) -> tuple[list[SpectralLine], list[Filtered]]:
         settings, rate = self.settings, self.rate_hz
-        lines, duration = series_lines(series, rate, settings.max_lines, density, self.n_series)
+        lines, part = series_lines(series, rate, settings.max_lines, density, self.n_series)
         notches = [line.f_0 for line in lines[:NOTCHES]]
         among = filters(rate, settings.cutoffs_hz, notches, settings.notch_width_hz)
         sinusoids = [Sinusoid(line.A_s, line.f_0) for line in lines]
         return (
-            described(name, lines, duration, rate, series, spectrum),
+            described(name, lines, part, rate, spectrum),
             tried(name, series, rate, among, density, sinusoids),
         )
 

@@ -139,18 +139,17 @@ def series_lines(
     at_most: int,
     density: Callable[[np.ndarray], np.ndarray] | None = None,
     n_series: int = 1,
-) -> tuple[list[Line], float]:
-    """Lines of the longest stretch of (n,) without long gaps, strongest first, and its duration.
+) -> tuple[list[Line], np.ndarray]:
+    """Lines of the longest stretch of (n,) without long gaps, strongest first, and that stretch.
 
     density: of the noise, f -> mm^2/Hz. With it, gaps of up to 1200 frames are filled with a draw
     of that noise, and lines of fewer than 128 cycles looked for too; without it gaps of up to 12
     frames are bridged. (A straight line over a longer one is a slow bump, which looks like lines.)
     Of n_series together no more lines are by chance than of one (`threshold`).
     """
-    tau0 = 1 / frame_rate_hz
     parts = stretches(series, LONGEST_GAP if density else SHORT_GAP, LEAST)
     if not parts:
-        return [], 0.0
+        return [], series[:0]
     longest = max(parts, key=lambda p: p.stop - p.start)
     measurable = series[longest]
     measured = float(np.isfinite(measurable).mean())
@@ -174,29 +173,34 @@ def series_lines(
         sinusoids += find_slow_lines(bare, frame_rate_hz, density, at_most)
     least = threshold(full.size) + 2 * math.log(n_series)
     sinusoids = [line for line in sinusoids if line.gain > least]
-    return sorted(sinusoids, key=lambda line: -line.gain)[:at_most], full.size * tau0
+    return sorted(sinusoids, key=lambda line: -line.gain)[:at_most], measurable
 
 
 def described(
     series: str,
     lines: Sequence[Line],
-    duration_s: float,
-    rate_hz: float,
     values: np.ndarray,
+    rate_hz: float,
     psd: Mapping[str, np.ndarray] | None = None,
 ) -> list[SpectralLine]:
     """The lines with their errors, names and cross-checks.
 
     values: (n,) what they were found in; psd: its `f_hz`, `psd_mm2_hz`, `n_segments`.
     """
+    duration_s = values.size / rate_hz
     m = np.array([first_maximum(line.f_0, rate_hz) for line in lines], np.int64)
     avar = allan_variance(values, m).variance if len(lines) else m
     rows = []
     for line, size, total in zip(lines, m, avar, strict=True):
         a_error, f_error = line.errors(duration_s)
         snr, in_psd = _in_psd(line, psd)
-        variance = float(Sinusoid(line.A_s, line.f_0).avar(size, rate_hz))
-        share = variance / total if total > 0 else math.nan
+        variance = Sinusoid(line.A_s, line.f_0).avar(size, rate_hz)
+        if line.wide:  # its amplitude may change; less the noise in its band
+            wave = line.wave(values.size, rate_hz)
+            known = np.where(np.isfinite(values), wave, np.nan)
+            (variance,) = allan_variance(known, np.array([size])).variance
+            variance *= line.A_s**2 / 2 / np.mean(wave**2)
+        share = float(variance) / total if total > 0 else math.nan
         rows.append(
             SpectralLine(
                 series, line, max(line.A_s - 1.96 * a_error, 0.0), line.A_s + 1.96 * a_error,

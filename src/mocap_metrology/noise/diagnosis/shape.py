@@ -83,9 +83,11 @@ class Shape:
         if "fades" in self.kinds or (self.placed and len(self.at) == 1):  # beside a curve, too
             return [(int(self.at[0]), self.size(solved))]
         steps = np.diff(self.curve(solved))
+        middle = sum(self.at) / 2 - 1 if "shift" in self.kinds else math.inf
         places: list[tuple[int, float]] = []
         for place in np.flatnonzero(np.abs(steps) > 1e-9 * np.abs(steps).max(initial=0)).tolist():
-            if places and place - places[-1][0] <= 2:  # within the blocks that it takes
+            near = bool(places) and place - places[-1][0] <= 2  # within the blocks that it takes
+            if near and not places[-1][0] < middle <= place:  # from begin to end of a short shift
                 places[-1] = place, places[-1][1] + float(steps[place])
             else:
                 places.append((place, float(steps[place])))

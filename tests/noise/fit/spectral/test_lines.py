@@ -76,8 +76,8 @@ def test_a_wide_line_is_out_of_the_noise_and_one_row():
     assert found["A_s"].lower_95 < A_S < found["A_s"].upper_95
     assert found["width_f"].lower_95 < 0.02 < 2 * found["width_f"].upper_95
     assert all(c.status in ("ok", "not_detected") for c in run.estimate.coefficients)
-    lines, duration = series_lines(series, RATE, 10, lambda f: np.full_like(f, 4.17e-5))
-    (one,) = described("x1", lines, duration, RATE, series)
+    lines, part = series_lines(series, RATE, 10, lambda f: np.full_like(f, 4.17e-5))
+    (one,) = described("x1", lines, part, RATE)
     assert one.lower < A_S < one.upper
     assert one.line.f_0 == pytest.approx(found["f_0"].value, abs=0.01)
     assert one.line.wide

@@ -100,7 +100,7 @@ SAID = [
     ("bar.length_bias", {"series": "bar x, way x", "value": 0.31, "lower_95": 0.12, "upper_95": 0.5,
      "passes": 1, "fewest": 3}, "0.31, 0.12, 0.50"),
     ("bar.exact", {}, ""),
-    ("bar.angle_bias", {"value": 1.9}, "1.9°"),
+    ("bar.angle_bias", {"value": 1.9, "lower_95": 1.7, "upper_95": 2.1}, "1.90, 1.70, 2.10"),
     ("bar.by_direction", {"value": 0.31, "lower_95": 0.12, "upper_95": 0.5},
      "0.31 mm, 0.12 mm, 0.5 mm"),
     ("bar.by_place", {"value": 0.31, "lower_95": 0.12, "upper_95": 0.5, "series": "bar z, way x"},

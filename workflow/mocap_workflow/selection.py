@@ -191,7 +191,8 @@ def pairs(rows: Sequence[RecordingRow], accepted: Iterable[str]) -> list[tuple[s
     """(recording, reference): the one named by `compare_with`, else the one before by date, of the
     same cameras and markers. Recordings of one moment are subsets of one take, and not compared;
     takes of a monitor are, with its baseline, by the monitor."""
-    known, earlier = set(accepted), {}
+    known = set(accepted)
+    earlier: dict[str, str] = {}
     for alike in _dated_alike([row for row in rows if not row.monitor]):
         for before, now in pairwise(list(of) for _, of in groupby(alike, _date)):
             earlier |= {row.recording: before[0].recording for row in now}

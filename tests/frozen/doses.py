@@ -11,9 +11,10 @@ from scipy import ndimage, signal
 
 from mocap_metrology.noise.diagnosis.fills import filled
 from mocap_metrology.noise.diagnosis.findings import findings_of
-from mocap_metrology.noise.diagnosis.levels import blocks, changes, trends
+from mocap_metrology.noise.diagnosis.levels import changes, trends
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import Recording
+from mocap_metrology.noise.diagnosis.sides import blocks
 from mocap_metrology.noise.diagnosis.signatures import signature
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.motion.exchange import put_right

@@ -20,10 +20,11 @@ from mocap_metrology.noise.cameras.covariance import covariance_rows
 from mocap_metrology.noise.diagnosis import export, outliers, repeats, software
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan
 from mocap_metrology.noise.diagnosis.fills import innovation
-from mocap_metrology.noise.diagnosis.levels import blocks, trends
+from mocap_metrology.noise.diagnosis.levels import trends
 from mocap_metrology.noise.diagnosis.periodic import series_lines
 from mocap_metrology.noise.diagnosis.recurring import pulses, recurring_bout
 from mocap_metrology.noise.diagnosis.resonance import resonance
+from mocap_metrology.noise.diagnosis.sides import blocks
 from mocap_metrology.noise.fit.spectral.lines import find_lines
 from mocap_metrology.noise.fit.spectral.periodogram import bins_of, edges
 from mocap_metrology.noise.fit.spectral.welch import welch

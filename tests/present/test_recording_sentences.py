@@ -11,12 +11,13 @@ from said import numbers_in, templates
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filter, Filtered, ResidualNoise
-from mocap_metrology.noise.diagnosis.levels import Sides, Trend
+from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import Mains, SpectralLine
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.diagnosis.resonance import Resonance
+from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import Processed
 from mocap_metrology.noise.fit.spectral.lines import Line

@@ -156,11 +156,14 @@ def missing_markers(rows: Iterable[RecordingRow]) -> None:
     told = 'recordings, recording "{}", column {}: {}'
     faults = []
     for row in rows:
-        bar = None if row.bar == AUTO else row.bar
-        if row.twin or not (row.markers or bar) or any(map(remote.in_s3, row.paths)):
+        if row.twin or any(map(remote.in_s3, row.paths)):
             continue
-        if why := missing_marker(row.paths, row.markers, row.column_names, bar):
-            faults.append(told.format(row.name, "bar" if bar else "markers", why))
+        bar = None if row.bar == AUTO else row.bar
+        for column, markers, pair in (("markers", row.markers, None), ("bar", (), bar)):
+            if (markers or pair) and (
+                why := missing_marker(row.paths, markers, row.column_names, pair)
+            ):
+                faults.append(told.format(row.name, column, why))
     if faults:
         raise Faults(faults)
 

@@ -20,9 +20,9 @@ from mocap_metrology.noise.diagnosis.evidence import View
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import NO_FILTER, Filtered, filter_row
 from mocap_metrology.noise.diagnosis.findings import Finding
-from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_bins, log_limits
 from mocap_metrology.present.plot.figure import GREY, INK, Keywords, length_unit, panel_title

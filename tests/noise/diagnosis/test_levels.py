@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mocap_metrology.noise.diagnosis.levels import (
-    Blocks,
-    _contrasts,
-    blocks,
-    changes,
-    compare,
-    trends,
-)
+from mocap_metrology.noise.diagnosis.levels import _contrasts, changes, trends
+from mocap_metrology.noise.diagnosis.sides import Blocks, blocks, compare
 
 RATE, N = 100.0, 60_000
 TIME = np.linspace(0, 1, N)

@@ -10,8 +10,9 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.levels import Blocks, Sides, changes, compare
+from mocap_metrology.noise.diagnosis.levels import changes
 from mocap_metrology.noise.diagnosis.outliers import mad_spread
+from mocap_metrology.noise.diagnosis.sides import Blocks, Sides, compare
 
 JOIN_S = 1.0  # alarms so close are one event
 REST_S = 0.5  # between excursions, at least

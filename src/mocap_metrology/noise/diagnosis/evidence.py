@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.events import Event
-from mocap_metrology.noise.diagnosis.levels import Sides, compare
 from mocap_metrology.noise.diagnosis.records import Diagnosis
+from mocap_metrology.noise.diagnosis.sides import Sides, compare
 from mocap_metrology.noise.series import AXES
 
 ROUND_LEVEL_S = 5.0  # on either side of a change of level

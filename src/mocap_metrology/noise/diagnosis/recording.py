@@ -14,7 +14,7 @@ from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.export import bands, hiding_step, low_passes, wander
-from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
+from mocap_metrology.noise.diagnosis.levels import Trend, trends
 from mocap_metrology.noise.diagnosis.one_series import Examiner, decided, without_frames
 from mocap_metrology.noise.diagnosis.outliers import (
     drawn_in,
@@ -31,6 +31,7 @@ from mocap_metrology.noise.diagnosis.records import (
 )
 from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence, recurring_bout
 from mocap_metrology.noise.diagnosis.repeats import repeats, solved_pairs
+from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import processed, running_median
 from mocap_metrology.noise.fit.estimates import NoiseRow

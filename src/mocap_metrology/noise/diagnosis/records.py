@@ -15,11 +15,12 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.events import WHITE, Event
 from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
-from mocap_metrology.noise.diagnosis.levels import Blocks, Trend
+from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine
 from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.diagnosis.resonance import Resonance
+from mocap_metrology.noise.diagnosis.sides import Blocks
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import Processed
 from mocap_metrology.noise.gaussian.two_markers import Drift

@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_metrology.noise.allan.confidence import mean_variance
 from mocap_metrology.noise.diagnosis.events import Event
-from mocap_metrology.noise.diagnosis.levels import Blocks
+from mocap_metrology.noise.diagnosis.sides import Blocks
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that they may be off

@@ -16,6 +16,7 @@ from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine, comb, disturbances, mains_of
 from mocap_metrology.noise.diagnosis.recording import MANY_GAPS
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
+from mocap_metrology.noise.diagnosis.sides import BLOCK_S
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.motion.movement import all_keep_moving, most_moving
@@ -24,7 +25,7 @@ from mocap_metrology.present.text.sentence import Sentence, movement_words, rend
 
 NAMED = 10  # events, or lines
 RECURRING_SHOWN = 2  # examples of events that recur
-LEVELS_S = 2 * levels.LEAST_POINTS * levels.JOINED_BLOCKS * levels.BLOCK_S
+LEVELS_S = 2 * levels.LEAST_POINTS * levels.JOINED_BLOCKS * BLOCK_S
 COARSE_STEP_MM = 0.01  # of text files as some programs export them, Vicon's among them (S 3.4)
 LONGER = 4  # times the length: of cycles four, of a warm-up its end
 

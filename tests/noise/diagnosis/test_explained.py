@@ -160,10 +160,14 @@ def test_loud_frames_of_heavy_tails_and_ends_of_a_filter_are_no_event() -> None:
         assert bool(explained(found, 600.0).events) is stands
 
 
-@pytest.mark.parametrize(("size", "code"), [(0.008, "resonance"), (0.03, "line")])
-def test_a_weak_line_in_a_resonance_is_a_part_of_it(size: float, code: str) -> None:
+@pytest.mark.parametrize(
+    ("series", "size", "code"),
+    [("x1", 0.008, "resonance"), ("x1", 0.03, "line"), ("y1", 0.03, "line")],
+)
+def test_a_weak_line_in_a_resonance_is_a_part_of_it(series: str, size: float, code: str) -> None:
+    """And a strong one of another series is the peak."""
     line = Line(size, 6.1, 0.0, 1.0, 99.0)
-    line = SpectralLine("x1", line, *[math.nan] * 3, None, None, *[math.nan] * 2, *[math.nan] * 3)
+    line = SpectralLine(series, line, *[math.nan] * 3, None, None, *[math.nan] * 2, *[math.nan] * 3)
     others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
     one = Resonance("x1", 6.0, 0.03, 0.02)
     found = explained(Diagnosis(**others | {"lines": [line], "resonances": [one]}), 600.0)

@@ -80,13 +80,14 @@ OTHER = {
     ),
     "two approaches": (
         lambda r: 0.1 * np.exp(-T / 80) + 0.15 * np.exp(-T / 500),
-        only("warm_up", "slowing"),
+        only("slowing"),
     ),
     "opposite approaches": (
         lambda r: 0.15 * np.exp(-T / T[-1]) - 0.12 * np.exp(-T / 300),
         only("warm_up"),
     ),
-    "bent": (lambda r: 0.05 * np.minimum(T / 400, 1) + 0.05 * T / 400, only("slowing")),
+    "bent": (lambda r: 0.05 * np.minimum(T / 400, 1) + 0.05 * T / 400, only()),
+    "part of a day": (lambda r: 0.15 * np.sin(2.36 * T / T[-1] + 6), only()),
     "parabola and cycle": (
         lambda r: 0.3 * (T / T[-1]) ** 2 + 0.03 * np.sin(T / 10 + r.uniform(0, 6)),
         only("cycle"),
@@ -94,8 +95,8 @@ OTHER = {
     "stretched exponential": (lambda r: 0.4 * np.exp(-np.sqrt(T / 60)), only("slowing")),
     "two levels": (KINDS["two levels"][0], only("two_levels")),
     "clicks": (clicks, lambda found: not found.of & {"levels", "step", "shift"}),
-    "fast approaches": (warm(6.0, 20.0), lambda found: found.kinds == ("warm_up",)),
-    "less fast": (warm(12.0, 60.0), lambda found: found.kinds == ("warm_up",)),
+    "fast approaches": (warm(6.0, 20.0), lambda found: found.kinds == ("slowing",)),
+    "less fast": (warm(12.0, 60.0), lambda found: found.kinds == ("slowing",)),
     **{f"ramp {s} s": (lambda r, s=s: ramp(r, s), no_step) for s in (12, 30, 60)},
     **{f"fading {s} s": (lambda r, s=s: fading(r, s), no_step) for s in (12, 30, 60)},
     "f^-2.5": (lambda r: coloured(-2.5, 2e-4)(r, N, RATE), not_a_walk),

@@ -133,8 +133,8 @@ class Diagnosis:
 
 
 def _in_band(line: SpectralLine, one: Resonance) -> bool:
-    """Whether a line is within the width of a resonance of its series."""
-    return line.series == one.series and abs(line.line.f_0 / one.f_hz - 1) <= 2 * one.damping
+    """Whether a line is within the width of a resonance."""
+    return abs(line.line.f_0 / one.f_hz - 1) <= 2 * one.damping
 
 
 def explained(diagnosis: Diagnosis, duration_s: float, still_range_mm: float = 2.0) -> Diagnosis:
@@ -177,13 +177,13 @@ def explained(diagnosis: Diagnosis, duration_s: float, still_range_mm: float = 2
         return not np.any(near)
 
     def other_than_lines(one: Resonance) -> bool:
-        inside = [x for x in diagnosis.lines if _in_band(x, one) and not x.wanders]
-        return not any(x.line.A_s > one.rms_mm for x in inside)
+        inside = [x for x in diagnosis.lines if _in_band(x, one) and x.line.A_s > one.rms_mm]
+        return all(x.wanders and x.series == one.series for x in inside)
 
     def stands_alone(one: SpectralLine) -> bool:
         below = one.line.f_0 <= cutoffs.get(one.series, math.inf)
         is_lobe = not (below or (one.in_adev and not one.line.wide))
-        return not (is_lobe or any(_in_band(one, x) for x in resonances))
+        return not (is_lobe or any(_in_band(one, x) for x in resonances if x.series == one.series))
 
     if diagnosis.repeats or "repeated" in diagnosis.software:  # which no interpolation makes
         diagnosis = replace(

@@ -18,14 +18,13 @@ FADINGS, MOST_FADING = 5, 16  # time constants of shifts that fade alike; such s
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
 DWELL = 3.0  # blocks, of each level
 LASTING, AT_ONCE = 0.2, 0.5  # of what fades, that is left for good; of that, which comes at once
-LEAST_SEEN = 0.5  # of the blocks in which it fades, as of others its size is not known
+LEAST_SEEN = 0.5  # of the blocks in which it fades, but the first: else its size is not known
 SPIKE = 1.5  # times what fades, in the block where it begins: more is of that block alone
 
 
 def recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     """Shifts at once that fade, wholly or in part."""
-    n = z.size
-    t = np.arange(n)
+    n, t = z.size, np.arange(z.size)
     centred = z - np.median(z)
     gains = [_fading_at(centred, constant) for constant in np.geomspace(3, n / 5, 10)]
     start, jump = max(gains)[1], int(np.argmax(np.abs(np.diff(z))))
@@ -43,7 +42,7 @@ def recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             columns, main = np.vstack([beside, fading(constant)]), -1 if kind == "shift" else -3
             shape = Shape(frozenset({kind, "fades"}), columns, PLACE + 1, places, main)
             lasting, *_, faded = shape.solved(z)
-            seen = np.count_nonzero((k >= k[best]) & (k < k[best] + 3 * constant))
+            seen = np.count_nonzero((k > k[best]) & (k < k[best] + 3 * constant))
             if seen < LEAST_SEEN * 3 * constant or (
                 kind == "step" and (lasting + faded) / lasting < AT_ONCE
             ):

@@ -11,6 +11,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 
 PARTS = 20  # of a curve, by whose steps it becomes faster or slower
+BENT = 0.8  # of the change of pace, that two neighbours of its parts may have
 PLACE = 2  # parameters of a place in time, as it is searched among many
 AT_ONCE = frozenset({"step", "shift", "steps", "two_levels", "levels"})
 
@@ -99,26 +100,25 @@ def on_line(shape: Shape, k: np.ndarray) -> Shape | None:
     """The shape beside a straight line; None where it has one, or would take its part."""
     if shape.kinds <= {"slowing"} or shape.kinds & {"drift", "smooth", "accelerating"}:
         return None
-    both = np.vstack([time_of(k), shape.columns])
     kinds = shape.kinds - {"slowing"} | {"drift"}
-    return replace(shape, kinds=kinds, columns=both, line=1)
+    return replace(shape, kinds=kinds, columns=np.vstack([time_of(k), shape.columns]), line=1)
 
 
 def pace(curve: Floats) -> frozenset[str]:
     """`accelerating` of a curve that goes one way, ever faster; `slowing`, ever more slowly;
     `drift`, about as fast everywhere; else none. By the steps between the means of its parts, of
-    which none may be most of the way."""
+    which none may be most of the way, nor two changes in a row most of all, as at a bend."""
     steps = np.diff([part.mean() for part in np.array_split(curve, PARTS)])
     way = steps.sum()
     share = steps / way if way else np.zeros(steps.size)
-    third = steps.size // 3
     if share.min() < -0.01 or share.max() > 0.4:
         return frozenset()
     if share.min() > 0.5 / steps.size and share.max() < 1.5 / steps.size:
         return frozenset({"drift"})
     for kind, ordered in (("accelerating", share), ("slowing", share[::-1])):
-        falls = -np.minimum(np.diff(ordered), 0.0).sum()
-        if ordered[-third:].sum() > 2 * ordered[:third].sum() and falls < 0.1 * np.ptp(ordered):
+        change, far = np.diff(ordered), np.ptp(ordered)
+        ever = np.convolve(change, [1, 1]).max() < BENT * far > -10 * np.minimum(change, 0.0).sum()
+        if ever and ordered[-(PARTS // 3) :].sum() > 2 * ordered[: PARTS // 3].sum():
             return frozenset({kind})
     return frozenset()
 

@@ -23,6 +23,7 @@ SMOOTH, BESIDE = (4, 8, 16, 32, 48), 4  # cosines of any other slow curve; of on
 MOST_STEPS, MOST_BENDS = 8, 10
 SLOW = (0.3, 0.7, 1.5)  # constants of the slower of two approaches, over the recording
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
+DAYS = np.geomspace(0.15, 0.75, 8)  # periods of a cycle that is longer than the recording
 RAMPS, RAMP_WIDTHS = (4, 0.25), 8  # blocks, and share of the recording; widths between them
 
 CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant over the recording
@@ -33,6 +34,7 @@ CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant
     "stretched": lambda t, c: np.exp(-np.sqrt(t / c)),
     "hyperbolic": lambda t, c: 1 / (1 + t / c),
 }
+LAWLESS = frozenset({"warm_up", "smooth"})  # by no single constant
 NAMELESS = "power", "stretched", "hyperbolic"  # laws that are `slowing` alone
 
 
@@ -45,6 +47,7 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     yield Shape(frozenset({"drift"}), t[None])
     for powers in (np.array([t, t**2]), np.array([t, t**2, t**3])):
         yield _smooth(powers, z)
+    yield _smooth(_wave(t, refined_place(z, t, partial(_wave, t), DAYS, False)), z, 1)
     for kind, curve in CURVES.items():
         kinds = {"slowing"} if kind in NAMELESS else {kind, "slowing"}
         kinds -= {"slowing"} if kind == "accelerating" else set()
@@ -67,6 +70,11 @@ def shapes(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     yield from _several_steps(z, np.array([np.ones(n), t]), frozenset({"drift"}))
 
 
+def _wave(t: Floats, place: float) -> Floats:
+    """(2, n) of so many periods."""
+    return np.array([np.sin(2 * np.pi * place * t), np.cos(2 * np.pi * place * t)])
+
+
 def _waves(count: int, t: Floats) -> Floats:
     """(count, n) half cosines."""
     return np.asarray(np.cos(np.pi * np.arange(1, count + 1)[:, None] * (t + 0.5)))
@@ -87,17 +95,14 @@ def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
         among = CONSTANTS[: max(np.count_nonzero(slow / 2 > CONSTANTS), 2)]
         return refined_place(z, t, fall, among, False, fall(slow)[None])
 
-    both = [(slow, faster(slow)) for slow in SLOW]
     slow = 2 * refined_place(z, t, fall, CONSTANTS, False)
     for _ in range(4):
         fast = faster(slow)
         among = CONSTANTS[min(np.count_nonzero(2 * fast > CONSTANTS), CONSTANTS.size - 2) :]
         slow = refined_place(z, t, fall, among, False, fall(fast)[None])
-    for constants in (*both, (slow, fast)):
-        columns = np.array([fall(constant) for constant in constants])
-        shape = Shape(frozenset({"warm_up"}), columns, 2)
-        one_way = np.prod(shape.solved(z)) > 0
-        yield replace(shape, kinds=shape.kinds | ({"slowing"} if one_way else set()))
+    for constants in (*((one, faster(one)) for one in SLOW), (slow, fast)):
+        shape = Shape(LAWLESS, np.array([fall(constant) for constant in constants]), 2)
+        yield replace(shape, kinds=LAWLESS | ({"slowing"} if shape.solved(z).prod() > 0 else set()))
 
 
 def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:
@@ -117,12 +122,10 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
     from scipy.fft import rfft
 
     n, t = int(k[-1] - k[0]), time_of(k)
-    time = t + 0.5
     places = np.arange(n) / FINER  # of the zero-padded transform
     among = (places >= 0.75) & (places < max(n / 8, 4))
 
-    def wave(place: float) -> Floats:
-        return np.array([np.sin(2 * np.pi * place * time), np.cos(2 * np.pi * place * time)])
+    wave = partial(_wave, t)
 
     def near(values: Floats) -> Floats:
         every = np.interp(np.arange(n), k - k[0], values)
@@ -142,10 +145,10 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             shape = Shape(frozenset(kinds), waves, PLACE, (n / place,))
             straight = pace(shape.solved(z)[: len(curve)] @ curve) & {"drift"}
             yield replace(shape, kinds=shape.kinds | straight)
-    fall = partial(CURVES["warm_up"], time)
+    fall = partial(CURVES["warm_up"], t + 0.5)
     constant = refined_place(z, t, fall, CONSTANTS)
     for _ in range(4):  # in turn, each beside the other
-        X = np.array([np.ones(z.size), time, fall(constant)]).T
+        X = np.array([np.ones(z.size), t, fall(constant)]).T
         rest = z - X @ np.linalg.lstsq(X, z, rcond=None)[0]
         place = refined_place(z, t, wave, near(rest), beside=fall(constant)[None])
         constant = refined_place(z, t, fall, CONSTANTS, beside=wave(place))
@@ -226,8 +229,7 @@ def _bends(z: Floats, t: Floats) -> Iterator[Shape]:
 def _several_steps(z: Floats, beside: Floats, kinds: frozenset[str]) -> Iterator[Shape]:
     """Each where it leaves least beside those before it, and columns (p, n) of these kinds."""
     n, fixed = z.size, len(beside)
-    at = np.arange(2, n - 1)
-    columns = beside
+    columns, at = beside, np.arange(2, n - 1)
     for count in range(1, MOST_STEPS + 1):
         rest = z - columns.T @ np.linalg.lstsq(columns.T, z, rcond=None)[0]
         stairs = columns[fixed:].sum(axis=0) if count > 1 else np.zeros(n)

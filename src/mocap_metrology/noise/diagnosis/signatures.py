@@ -31,7 +31,7 @@ import numpy as np
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.diagnosis.shape import AT_ONCE, Shape, on_line
-from mocap_metrology.noise.diagnosis.shapes import PERIODS, shapes
+from mocap_metrology.noise.diagnosis.shapes import LAWLESS, PERIODS, shapes
 from mocap_metrology.noise.fit.estimates import Z_95
 
 LEVEL, NOTHING = 0.03, 1e-3  # of what is excluded; of white noise alone
@@ -193,7 +193,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     at = tuple(block_s * (begun[int(a)] if shape.placed else a) for a in shape.at)
     if not gaussian or ("shift" in shape.kinds and at[1] - at[0] < LASTING_S):
         sure -= {"shift"}  # which a few blocks of a heavy tail may be
-    sure -= {"warm_up"} if shape.kinds == {"warm_up"} else set()  # of two that turn back
+    sure -= {"warm_up"} if shape.kinds >= LAWLESS else set()  # a constant is of one approach
     unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
     if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
         sure -= AT_ONCE  # which what it consists of may be, if it adds up
@@ -203,25 +203,24 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     for named, part in PARTS.items():
         sure -= part if named in sure else set()
     jumps = shape.jumps(solved) if sure & AT_ONCE else []
-    alone = 2 if "shift" in sure else 1  # changes at once
+    alone = len(jumps) == len(at) == (2 if "shift" in sure else 1)
     possible = tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds)))
     possible = () if none else possible or (() if noise or not slow else ("noise",))
     tenth, short = max(z.size // 10, 1), max(z.size // 50, 1)
     first, last = z[:tenth], z[-tenth:]
-    medians = [np.median(z[k : k + short]) for k in range(0, z.size, short)]
     return Wander(
         tuple(kind for kind in KINDS if kind in sure),
         noise,
         possible,
         float(last.mean() - first.mean()),
         math.sqrt(_mean_variance(first) + _mean_variance(last)),
-        float(np.ptp(medians)),
+        float(np.ptp([np.median(z[at : at + short]) for at in range(0, z.size, short)])),
         shape.size(solved),
         at,
         tuple((float(begun[place]) * block_s, size) for place, size in jumps),
         np.array([(k + 0.5) * block_s, shape.curve(solved)]) if jumps else None,
         shape.moved(solved),
-        float(fitted.errors[shape.main]) if len(jumps) == len(at) == alone else math.nan,
+        float(fitted.errors[shape.main]) if alone else math.nan,
         (float(solved[0]) / span_s, float(fitted.errors[0]) / span_s) if shape.line else NONE,
         _slowest(z) if slow and noise in ("", "random_walk") else None,
     )

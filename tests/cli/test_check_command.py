@@ -323,3 +323,10 @@ def test_options_that_do_not_apply_or_have_no_sense_are_refused(options: str, ca
     assert ended.value.code == 2
     last = capsys.readouterr().err.splitlines()[-1]
     assert "board" in last or "expected" in last
+
+
+def test_a_marker_that_is_one_number_throughout_is_not_chosen(tmp_path: Path) -> None:
+    position = np.random.default_rng(5).normal([[300], [310], [320]], SIGMA, (2000, 3, 3))
+    position[:, 0] = -9999
+    write_c3d(tmp_path / "take.c3d", ["A", "B", "C"], RATE, [position], 2000)
+    assert recording.chosen(Entry([str(tmp_path / "take.c3d")], (), None), 2.0)[0] == ["B", "C"]

@@ -154,7 +154,7 @@ def choose(
 
 def _movement(entry: Entry, label: str) -> float | None:
     """Range of a marker's one-second medians in mm; None if it is hardly seen, or has a coordinate
-    that is zero throughout, which no marker has that is measured."""
+    that is zero or three that are equal throughout, which no marker has that is measured."""
     try:
         recording = clean.read(replace(entry, markers=[label]), second_opinion=False)
     except Unseen:
@@ -162,7 +162,7 @@ def _movement(entry: Entry, label: str) -> float | None:
     position = recording.position_mm[0]
     seen = np.isfinite(position).all(axis=0)
     known = position if seen.all() else position[:, seen]
-    if seen.mean() < FEWEST_SEEN or not known.any(axis=1).all():
+    if seen.mean() < FEWEST_SEEN or not known.any(axis=1).all() or (known == known[0]).all():
         return None
     rate = recording.frame_rate_hz
     ranges = [median_drift(axis.astype(float), rate).range for axis in position]

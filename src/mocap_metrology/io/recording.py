@@ -23,8 +23,9 @@ from mocap_metrology.io.resolution import Resolution, coarsest
 from mocap_metrology.io.units import LengthUnit
 
 GIVE_RATE = "give it in column frame_rate_hz"
+FASTEST_HZ = 1e6  # faster than any system: times in another unit
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
-FAR_OFF = 2.0  # times the largest measured coordinate
+NEAR_MM = 20.0  # beyond all that a marker was at
 
 Array = npt.NDArray[np.floating]
 Counts = dict[str, int]  # invalid frames by reason
@@ -169,6 +170,9 @@ def frame_rate(first: Header, stated_hz: float | None) -> float:
     if stated_hz is None:
         if first.frame_rate_hz == 0:
             raise Refusal(f"{first.name}: has no frame rate; {GIVE_RATE}")
+        if first.frame_rate_hz > FASTEST_HZ:
+            said = f"{first.frame_rate_hz:g} Hz; expected at most {FASTEST_HZ:g} Hz"
+            raise Refusal(f"{first.name}: its frame rate, by the file or its times, is {said}")
         return first.frame_rate_hz
     if first.frame_rate_hz and not math.isclose(stated_hz, first.frame_rate_hz, rel_tol=1e-3):
         raise Refusal(
@@ -297,22 +301,30 @@ def exclude_sentinels(
     position: Array, labels: Sequence[str], counts: Sequence[Counts], mm_per_unit: float, file: str
 ) -> list[str]:
     """Make frames of positions (n_markers, 3, n_frames) NaN, count them and return notes on them,
-    where all three coordinates are one number that is `FAR_OFF`: so programs write a marker that
-    they did not see, as -9999."""
+    where all three coordinates are one number and the marker was nowhere near it (`NEAR_MM`), or
+    none of the markers where it has no other: so programs write a marker that they did not see, as
+    0, -1 or -9999."""
     alike = (position[:, 0] == position[:, 1]) & (position[:, 1] == position[:, 2])
     if not alike.any():
         return []
-    measured = ~alike[:, None]
-    ends = (end(position, where=measured, initial=0) for end in (np.nanmin, np.nanmax))
-    least, notes = FAR_OFF * float(max(map(abs, ends))), []
-    for label, xyz, at, count in zip(labels, position, alike, counts, strict=True):
-        far = at & (np.abs(xyz[0]) > least) & (least > 0)
-        if n := int(np.count_nonzero(far)):
-            value = float(xyz[0, far][0]) / mm_per_unit
+    other, notes = ~alike[:, None], []
+    low = np.nanmin(position, axis=2, where=other, initial=np.inf)
+    high = np.nanmax(position, axis=2, where=other, initial=-np.inf)
+    unseen = (low > high).any(axis=1)
+    if unseen.all():
+        return []
+    low[unseen], high[unseen] = low.min(axis=0), high.max(axis=0)
+    low, high = low[..., None] - NEAR_MM, high[..., None] + NEAR_MM
+    for k, (label, xyz, count) in enumerate(zip(labels, position, counts, strict=True)):
+        far = alike[k] & ((xyz < low[k]) | (xyz > high[k])).any(axis=0)
+        zero = alike[k] & ~far & (xyz[0] == 0)
+        for frames, said in ((far, "taken as missing"), (zero, "treated as measured")):
+            if n := int(np.count_nonzero(frames)):
+                value = f"{xyz[0, frames][0] / mm_per_unit:.7g}"
+                notes.append(f"{file}: {label}: x = y = z = {value} in {n} frames, {said}")
+        if far.any():
+            count["sentinel"] = int(np.count_nonzero(far))
             xyz[:, far] = np.nan
-            count["sentinel"] = n
-            said = f"x = y = z = {value:.7g} in {n} frames, taken as missing"
-            notes.append(f"{file}: {label}: {said}")
     return notes
 
 

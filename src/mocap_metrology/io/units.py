@@ -15,12 +15,12 @@ from mocap_metrology.common.errors import Refusal, UnknownUnit
 Unit = Literal["mm", "m"]  # what a user may give
 Source = Literal["file", "assumed", "given", "unknown"]
 
-_SPELLED = {"millimet": 1.0, "centimet": 10.0, "met": 1000.0}
+_SPELLED = {"millimet": 1.0, "centimet": 10.0, "met": 1000.0, "micromet": 1e-3}
 _ENDINGS = ("", "e", "er", "ers", "re", "res")  # "mete": cut to 4 characters by its writer
-MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0} | {
-    stem + ending: mm for stem, mm in _SPELLED.items() for ending in _ENDINGS
-}
-KNOWN = "mm, cm, m, millimetre, centimetre, metre"
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3, "\u00b5m": 1e-3, "\u03bcm": 1e-3}
+MM |= dict.fromkeys(("in", "inch", "inches"), 25.4) | dict.fromkeys(("ft", "foot", "feet"), 304.8)
+MM |= {stem + ending: mm for stem, mm in _SPELLED.items() for ending in _ENDINGS}
+KNOWN = "mm, cm, m, um, in, ft, or their names"
 NEAR_MM = 20.0  # no volume is so small, and none measures 20 m to each side of its origin
 NOWHERE_MM = 1e10  # 10 000 km
 FAR_MM = 1e5  # no volume is so large; in mm it is a few cm from the origin
@@ -66,7 +66,7 @@ class LengthUnit:
                 f"{file}: a coordinate is {largest:.3g} mm: the file is damaged, or its numbers are"
                 " no positions"
             )
-        if self.source == "given" or MM.get(self.name.lower()) not in (MM["mm"], MM["m"]):
+        if self.source == "given" or self.mm not in (MM["mm"], MM["m"]):
             return
         how = "assumed, as the file names none" if self.source == "assumed" else "the file's unit"
         if self.mm == MM["mm"] and largest <= NEAR_MM:
@@ -91,19 +91,21 @@ def read_unit(texts: Sequence[str], name: str, file: str, of_points: bool = Fals
     stated = list(dict.fromkeys(text.strip() for text in texts if text.strip()))
     if not stated:
         return LengthUnit("mm", MM["mm"], "assumed", "", f"no unit in {name}: mm is assumed")
-    for text in stated:
-        if text.lower() not in MM:
-            raise Refusal(f"{file}: {name} is {text[:40]!r}, expected one of {KNOWN}")
-    if len({MM[text.lower()] for text in stated}) > 1:
+    sizes = [MM.get(text.strip("[()] ").lower()) for text in stated]
+    for text, mm in zip(stated, sizes, strict=True):
+        if mm is None:
+            return unknown(f"{name} is {text[:40]!r}, expected one of {KNOWN}", text)
+    if len(set(sizes)) > 1:
         differ = (
             f"between points ({', '.join(sorted(stated))})"
             if of_points
             else f"({', '.join(stated)})"
         )
         raise Refusal(f"{file}: {name} differ {differ}, expected one unit")
-    return LengthUnit(stated[0], MM[stated[0].lower()], written=stated[0])
+    return LengthUnit(stated[0], sizes[0] or math.nan, written=stated[0])
 
 
-def unknown(why: str) -> LengthUnit:
-    """The unit of a file that names none where none can be assumed: refused, unless it is given."""
-    return LengthUnit("", math.nan, "unknown", "", why)
+def unknown(why: str, written: str = "") -> LengthUnit:
+    """The unit of a file that names none, or one that is not known, where none can be assumed:
+    refused, unless it is given."""
+    return LengthUnit("", math.nan, "unknown", written, why)

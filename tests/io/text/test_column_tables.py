@@ -105,9 +105,9 @@ class TestMarkers:
             ("time", "by hand\ntime", "line 1 is not understood before a table"),
             ("A_x,A_y,A_z,B_x,B_y,B_z", "gyr_x,gyr_y,gyr_z,x_dot,y_dot,z_dot",
              "line 1: no columns x, y, z of a marker"),
-            ("A_x,A_y,A_z,B_x,B_y,B_z", "A_x [in],A_y [in],A_z [in],b,c,d",
-             "line 1: no columns x, y, z of a marker in time, A_x [in], A_y [in], A_z [in], b, c,"
-             " d; units are mm, cm, m"),
+            ("A_x,A_y,A_z,B_x,B_y,B_z", "A_x [ell],A_y [ell],A_z [ell],b,c,d",
+             "line 1: no columns x, y, z of a marker in time, A_x [ell], A_y [ell], A_z [ell], b,"
+             " c, d; units are mm, cm, m, um, in, ft, or their names"),
             ("B_z", "B_q", "line 1: 'B' has the columns x, y, but not z"),
             (",B_z", "", "line 1: 6 names of columns, but 7 cells in line 2"),
             ("time,A_x,A_y,A_z,B_x,B_y,B_z\n", "", "line 1 has numbers without names"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from text_files import LABELS, make, motive, nexus, qualisys, read, refusal, still, trc
+from text_files import LABELS, make, motive, nexus, qualisys, read, refusal, still, table, trc
 
 from mocap_metrology.io.read import labels_of, points_by_kind
 
@@ -15,11 +15,31 @@ def same(recording, expected=EXPECTED, within=1e-9):
     return recording
 
 
-def test_zeros_are_measured_unless_the_format_says_so(tmp_path):
-    take = TAKE.copy()
-    take[4, 0] = 0
-    taken = same(read(make(tmp_path, "a.trc", trc(LABELS, 100, take))), take.transpose(1, 2, 0))
-    assert taken.notes == ("a.trc: A: x = y = z = 0 in 1 frames, treated as measured",)
+@pytest.mark.parametrize("value", [0, -1, 9999])
+@pytest.mark.parametrize("kind", [trc, nexus, table])
+def test_one_number_far_from_a_marker_is_missing_and_near_it_is_measured(tmp_path, kind, value):
+    """Of a marker at 100, 200, 300 mm, and of the same one near that number."""
+    away, near = TAKE.copy(), TAKE - TAKE[0, 0] + value
+    away[4, 0] = near[4, 0] = value
+    said = f"A: x = y = z = {value} in 1 frames, taken as missing"
+    assert said in str(read(make(tmp_path, "a.csv", kind(LABELS, 100, away))).notes)
+    away[4, 0] = np.nan
+    same(read(tmp_path / "a.csv"), away.transpose(1, 2, 0))
+    same(read(make(tmp_path, "b.csv", kind(LABELS, 100, near))), near.transpose(1, 2, 0), 1e-6)
+
+
+def test_cells_that_a_spreadsheet_has_put_in_quotes_or_apart(tmp_path):
+    quoted = trc(LABELS, 100, TAKE).replace("100.00\t100.00", "100 Hz\t100 Hz")
+    for text in (quoted, nexus(LABELS, 100, TAKE)):
+        between = "\t" if text is quoted else ","
+        rows = [between.join(f'"{c}"' for c in r.split(between)) for r in text.splitlines()]
+        assert same(read(make(tmp_path, "a.csv", "\n".join(rows) + "\n"))).frame_rate_hz == 100
+    same(read(make(tmp_path, "b.csv", qualisys(LABELS, 100, TAKE, digits=5).replace("\t", ";"))))
+
+
+def test_a_rate_that_no_system_has_is_refused(tmp_path):
+    said = refusal(make(tmp_path, "a.trc", trc(LABELS, 2e6, TAKE)))
+    assert "its frame rate, by the file or its times, is 2e+06 Hz; expected at most 1e+06" in said
 
 
 @pytest.mark.parametrize("suffix", ["csv", "tsv", "txt"])

@@ -91,7 +91,7 @@ def test_markers_that_were_not_seen(tmp_path, missing):
         ("frames: 3", "frames: 2", "has 3 frames, Number of frames states 2"),
         ("frames: 3", "frames: x", "Number of frames is 'x', expected a whole number"),
         ("Frequency: 50\n", "", "has no frame rate"),
-        ("Units: mm", "Units: inch", "Units is 'inch'"),
+        ("Units: mm", "Units: ell", "Units is 'ell'"),
         ("Beam2 z", "Beam2 y", "line 5: columns 6 and 7 are both 'Beam2 y'"),
         ("\tBeam2 z", "", "line 5: 'Beam2' has the columns x, y, but not z"),
         ("Frame\t", "Row\t", "is not an NDI First Principles export: it has no line Frame"),

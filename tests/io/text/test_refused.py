@@ -11,7 +11,7 @@ from mocap_metrology.io.read import WHAT, labels_of
 from mocap_metrology.io.text.table import HOW
 
 NO_RATE = "has no frame rate; give it in column frame_rate_hz"
-NO_UNIT = ", expected one of mm, cm, m, millimetre, centimetre, metre"
+NO_UNIT = ", expected one of mm, cm, m, um, in, ft, or their names"
 BY_TIME = ", by its time column 100 Hz; they may differ by 0.1 %"
 NO_LENGTH = (
     "line 1 has no Length Units, without which m and mm cannot be distinguished: export again "
@@ -28,11 +28,12 @@ HEADERS = [
     ("a.trc", "\t20\t2\tmm", "\t21\t2\tmm", "cut off: 20 of the 21 frames that NumFrames states"),
     ("a.trc", "\t20\t2\tmm", "\t19\t2\tmm", "has 20 frames, NumFrames states 19"),
     ("a.trc", "\t20\t2\tmm", "\tmany\t2\tmm", "NumFrames is 'many', expected a whole number"),
-    ("a.trc", "\tmm\t", "\tinch\t", "Units is 'inch'" + NO_UNIT),
+    ("a.trc", "\tmm\t", "\tmil\t", "Units is 'mil'" + NO_UNIT),
     ("a.trc", "100.00\t100.00\t20", "0\t100.00\t20", NO_RATE),
     ("a.trc", "100.00\t100.00\t20", "120\t100.00\t20", "its frame rate is 120 Hz" + BY_TIME),
     ("a.trc", "Frame#\tTime", "Nr\tTime",
-     "line 4 is 'Nr\\tTime\\tA\\t\\t\\tB\\t\\t\\t', expected Frame#, Time and labels"),
+     "line 4 is 'Nr\\tTime\\tA\\t\\t\\tB\\t\\t\\t', expected Frame#, Time and labels,"
+     " separated by tabs"),
     ("m.csv", "Format Version", "Version", "6" + NEITHER),
     ("m.csv", "Frame,Time", "Bild,Zeit", "no row Frame, Time ... within 10 rows of its header"),
     ("m.csv", "Frames,20,Rotation", "Frames,30,Rotation",

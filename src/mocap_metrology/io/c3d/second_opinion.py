@@ -102,7 +102,7 @@ def ask_ezc3d(
     if answer.opinion == "differs":
         raise Refusal(
             f"{structure.name}: ezc3d reads it differently: {answer.reason}; to read it without"
-            " ezc3d, set second_opinion: false"
+            " ezc3d, set second_opinion: false in the configuration"
         )
     remark = f"no second opinion: {answer.reason}" if answer.opinion == "none" else ""
     return answer.opinion, remark
@@ -172,6 +172,8 @@ def _differences(request: Request) -> str:
     file = ezc3d.c3d(request.path)
     parameters = file["parameters"]["POINT"]
     points = file["data"]["points"]
+    if not points.shape[1]:  # it does not know names of parameters in small letters
+        raise ValueError("it finds no points")
     if points.shape[1] != request.n_points:
         return f"{points.shape[1]} points instead of {request.n_points}"
     n = request.n_frames

@@ -171,7 +171,7 @@ def check_text(path: Path, expected: str, read: str = READ) -> None:
 
 def rate(text: str) -> float:
     """Frame rate in Hz, 0 where the text has none."""
-    value = number(text)
+    value = number(re.sub(r"\s*Hz$", "", text.strip(), flags=re.I))
     return value if value is not None and value > 0 else 0.0
 
 

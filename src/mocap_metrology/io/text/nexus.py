@@ -81,7 +81,7 @@ def refuse_old(path: Path) -> None:
 
 def _rate(line: Line, delimiter: str, name: str) -> float:
     """The frame rate in Hz; it stands alone on its line, else a decimal comma would cut it."""
-    first, *others = line.cells(delimiter)
+    first, *others = quoted_cells(line.text, delimiter) or [""]
     if any(cell.strip() for cell in others):
         where = f"{name}: line {line.number} is {line.text.strip()!r}"
         raise Refusal(f"{where}; expected the frame rate in Hz alone")
@@ -129,7 +129,7 @@ def layout(path: Path) -> Layout:
 
 def _delimiter(line: Line, file: str) -> str:
     """What follows `Frame`: a comma, or a semicolon where the system's language asks for it."""
-    text = line.text.lstrip()
+    text = line.text.replace('"', "").lstrip()
     if not text.startswith("Frame") or text[5:6] not in (",", ";", "\t"):
         raise Refusal(
             f"{file}: line {line.number} is {text[:30]!r}, expected Frame, Sub Frame, X, Y, Z ..."

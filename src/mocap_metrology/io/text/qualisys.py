@@ -1,5 +1,7 @@
 """Qualisys TSV: motion data exported from Track Manager with its header.
 
+A spreadsheet saves it with commas or semicolons, which then stand in every line.
+
 Layout after the QTM manual, "Motion data (.tsv)": a name and its values a line (NO_OF_FRAMES,
 FREQUENCY, DATA_INCLUDED, MARKER_NAMES, ...); then, as the export was set, a line of column names;
 then frame and time in s where they were asked for, and three coordinates a label in mm. A gap is
@@ -44,7 +46,7 @@ TYPES = {
 def layout(path: Path) -> Layout:
     """Read the header of a Qualisys TSV file; refuses what is none or contradicts itself."""
     check_text(path, WHAT)
-    fields, titles, first = _header(path)
+    fields, titles, first, delimiter = _header(path)
     included = fields.get("DATA_INCLUDED", ["3D"])[0].upper()
     if included not in ("3D", "6D"):
         data = fields["DATA_INCLUDED"][0][:40]
@@ -53,7 +55,8 @@ def layout(path: Path) -> Layout:
     labels = _labels(fields, of_bodies, path.name)
     step = PER_BODY + 1 if of_bodies else 3
     what = f"{len(labels)} {'bodies' if of_bodies else 'markers'}"
-    leading = _leading(titles, first, step * len(labels) - of_bodies, what, path.name)
+    cells, width = first.cells(delimiter), step * len(labels) - of_bodies
+    leading = _leading(titles, cells, width, f"{path.name}: line {first.number}", what)
     declared = count(fields["NO_OF_FRAMES"][0], "NO_OF_FRAMES", path.name)
     starts = range(len(leading), len(leading) + step * len(labels), step)
     return Layout(
@@ -63,10 +66,10 @@ def layout(path: Path) -> Layout:
         columns=triples(starts),
         frame_rate_hz=rate(fields.get("FREQUENCY", [""])[0]),
         unit=MILLIMETRE,
-        delimiter="\t",
+        delimiter=delimiter,
         data_line=first.number,
         data_offset=first.start,
-        n_columns=len(leading) + step * len(labels) - of_bodies,
+        n_columns=len(leading) + width,
         frame_column=leading.index("frame") if "frame" in leading else None,
         time_column=leading.index("time") if "time" in leading else None,
         declared=("NO_OF_FRAMES", declared),
@@ -86,12 +89,16 @@ def _types(fields: dict[str, list[str]]) -> dict[int, str]:
     return {k: TYPES[kind.strip().lower()] for k, kind in told if kind.strip().lower() in TYPES}
 
 
-def _header(path: Path) -> tuple[dict[str, list[str]], list[str], Line]:
-    """Fields with their values, names of columns (or none), the first line of numbers."""
+def _header(path: Path) -> tuple[dict[str, list[str]], list[str], Line, str]:
+    """Fields with their values, names of columns (or none), the first line of numbers, and what
+    separates cells."""
     fields: dict[str, list[str]] = {}
     titles: list[str] = []
+    delimiter = "\t"
     for line in lines(path):
-        cells = line.cells("\t")
+        if not fields and (match := re.match(r"[A-Z_]+([,;])", line.text)):
+            delimiter = match[1]
+        cells = line.cells(delimiter)
         filled = [cell for cell in cells if cell]
         if not line.text.strip("\r\n "):
             continue
@@ -106,7 +113,7 @@ def _header(path: Path) -> tuple[dict[str, list[str]], list[str], Line]:
         elif not titles and filled and not measured:
             titles = cells
         elif "NO_OF_FRAMES" in fields:
-            return fields, titles, line
+            return fields, titles, line, delimiter
         else:
             break
     if "NO_OF_FRAMES" in fields:
@@ -132,18 +139,17 @@ def _labels(fields: dict[str, list[str]], of_bodies: bool, file: str) -> tuple[s
     return named(labels)
 
 
-def _leading(titles: list[str], first: Line, width: int, what: str, file: str) -> list[str]:
+def _leading(titles: list[str], cells: list[str], width: int, where: str, what: str) -> list[str]:
     """Cells before the `width` cells of coordinates: nothing, `frame`, `time`, or both."""
     leading = [title.lower() for title in titles[:2] if title.lower() in ("frame", "time")]
     if leading:
         return leading
-    cells = first.cells("\t")
     empty = next((i for i, cell in enumerate(reversed(cells)) if cell), len(cells))
     extra = len(cells) - (empty % 3 == 1) - width  # a tab may end each line
     if extra not in (0, 1, 2):
         raise Refusal(
-            f"{file}: line {first.number} has {len(cells)} cells, expected {width} for {what},"
-            " and frame and time before them or not"
+            f"{where} has {len(cells)} cells, expected {width} for {what}, and frame and time"
+            " before them or not"
         )
     whole = "." not in cells[0] and "," not in cells[0]
     return [[], ["frame"] if whole else ["time"], ["frame", "time"]][extra]

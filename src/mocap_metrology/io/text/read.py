@@ -92,7 +92,9 @@ def _read_segment(
     """Copy the rows of one file to their frames in `out`."""
     sample = rows.blocks[0][:, :SAMPLE]
     _fill(out, rows, frames.index, layout.unit.mm)
-    said = exclude_sentinels(out, choice.labels, rows.counts, layout.unit.mm, layout.name)
+    n = None if layout.unit.name else 1  # of numbers without a unit the first three are a position
+    of = out[:n], choice.labels[:n], rows.counts[:n]
+    said = exclude_sentinels(*of, layout.unit.mm, layout.name)
     table = [cells_of(line, layout.delimiter) for line in rows.head[:SAMPLE]]
     columns = [c for point in choice.points for c in layout.columns[point]]
     written = [{row[c] for row in table if c < len(row)} - set(NULLS) for c in columns]
@@ -118,11 +120,9 @@ def _notes(layout: Layout, choice: Choice, rows: Rows, frames: Frames) -> list[s
     said = (*layout.notes, layout.unit.remark, *frames.notes)
     notes = [f"{layout.name}: {text}" for text in said if text]
     for k, (label, point) in enumerate(zip(choice.labels, choice.points, strict=True)):
-        where, measured, zeros = f"{layout.name}: {label}", rows.at_zero[k], rows.counts[k]["zero"]
+        where, zeros = f"{layout.name}: {label}", rows.counts[k]["zero"]
         if point in layout.remarks:
             notes.append(f"{where}: {layout.remarks[point]}")
-        if measured:
-            notes.append(f"{where}: x = y = z = 0 in {measured} frames, treated as measured")
         if zeros and layout.zero_note:
             notes.append(f"{where}: x = y = z = 0 in {zeros} frames, {layout.zero_note}")
     return notes

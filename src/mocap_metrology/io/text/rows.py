@@ -33,15 +33,14 @@ Floats = npt.NDArray[np.float64]
 @dataclass
 class Rows:
     """`frame`, `time` (n,) as written or None; `blocks` (3 n_points, n_i) in the file's unit, NaN
-    where there is no measurement; `counts` of such by reason for each point; `at_zero`: places
-    x = y = z = 0 taken as measured; `head` the first block's lines; `cut_off`: why the end is."""
+    where there is no measurement; `counts` of such by reason for each point; `head` the first
+    block's lines; `cut_off`: why the end is."""
 
     n: int = 0
     frame: Floats | None = None
     time: Floats | None = None
     blocks: list[Floats] = field(default_factory=list)
     counts: list[Counts] = field(default_factory=list)
-    at_zero: list[int] = field(default_factory=list)
     head: list[str] = field(default_factory=list)
     cut_off: str = ""
     notes: list[str] = field(default_factory=list)
@@ -49,7 +48,7 @@ class Rows:
 
 def read_rows(layout: Layout, points: Sequence[int], accept_truncated: bool) -> Rows:
     """Read all rows: frame, time and the coordinates of `points` (places of labels, from 0)."""
-    rows = Rows(counts=[dict.fromkeys(REASONS, 0) for _ in points], at_zero=[0] * len(points))
+    rows = Rows(counts=[dict.fromkeys(REASONS, 0) for _ in points])
     leading = [c for c in (layout.frame_column, layout.time_column) if c is not None]
     wanted = [*leading, *(c for p in points for c in layout.columns[p])]
     n_wanted = len(wanted)
@@ -320,14 +319,12 @@ def _mark_invalid(layout: Layout, points: Sequence[int], rows: Rows) -> None:
             line = line_of(layout, rows.n + row)
             label = layout.labels[point]
             raise Refusal(f"{layout.name}: line {line}: {label!r} has {n} of 3 coordinates")
-        zero = (three == 0).all(axis=0)
         infinite = np.isinf(three).any(axis=0)
         counts = rows.counts[k]
         counts["empty"] += int(empty.sum())
         counts["not_finite"] += int(infinite.sum())
         three[:, infinite] = np.nan
         if layout.zero_is_gap:
+            zero = (three == 0).all(axis=0)
             counts["zero"] += int(zero.sum())
             three[:, zero] = np.nan
-        else:
-            rows.at_zero[k] += int(zero.sum())

@@ -29,7 +29,7 @@ from mocap_metrology.io.text.layout import (
     quoted_cells,
     rate,
 )
-from mocap_metrology.io.units import METRE, MM
+from mocap_metrology.io.units import KNOWN, METRE, MM
 
 WHAT = "a table with a name over each column"
 DELIMITERS = ("\t", ";", ",", " ")
@@ -87,7 +87,7 @@ def layout(path: Path, stated: str | None = None) -> Layout:
         notes.append("its header names the quaternion w j i k, its writer means w i j k")
     columns = find_columns(names, where)
     if columns is None:
-        units = "; units are mm, cm, m" if any(BRACKETS.fullmatch(name) for name in names) else ""
+        units = f"; units are {KNOWN}" if any(BRACKETS.fullmatch(name) for name in names) else ""
         raise NoTable(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}{units}")
     _expect_a_row_a_frame(path.name, columns, names, rows)
     measured = _rate(path, first, columns, names, rows) if columns.time is not None else 0.0

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -41,6 +42,8 @@ def layout(path: Path) -> Layout:
     """Read the header of a TRC file; refuses what is none or contradicts itself."""
     check_text(path, WHAT)
     head = list(itertools.islice(lines(path), 8))
+    if head[0].text.startswith('"'):  # a program that puts every cell in quotes
+        head = [replace(line, text=line.text.replace('"', "")) for line in head]
     if not head[0].text.startswith(START):
         start = head[0].text[:30]
         raise Refusal(f"{path.name}: is not {WHAT}: line 1 is {start!r}, not PathFileType ...")
@@ -94,7 +97,8 @@ def _labels(
     cells = line.cells(delimiter)
     times = cells[1].lower() in ("time", MATLAB) if len(cells) > 1 else False
     if not times or not cells[0].lower().startswith("frame"):
-        raise Refusal(f"{file}: line 4 is {line.text[:30]!r}, expected Frame#, Time and labels")
+        expected = "Frame#, Time and labels, separated by tabs"
+        raise Refusal(f"{file}: line 4 is {line.text[:30]!r}, expected {expected}")
     n = count(fields["NumMarkers"], "NumMarkers", file)
     stated = [cell for cell in cells[2:] if cell]
     if n and len(stated) == n and _evenly(cells):

@@ -43,7 +43,8 @@ class TestMarkers:
          "{0}_{1} [mm]", "{0}_{1}/mm", "{0}.{1} / mm", '"{0}_{1}"'],
     )  # fmt: skip
     def test_names_and_the_rate_by_the_times(self, tmp_path, pattern):
-        path = make(tmp_path, "a.csv", markers(pattern))
+        text = markers(pattern)
+        path = make(tmp_path, "a.csv", text + ",,,,,,\n")  # as a spreadsheet ends it
         recording = read(path, unit="mm")
         assert labels_of(path) == points_by_kind(path)["marker"] == LABELS and bodies_of(path) == ()
         assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)

@@ -86,9 +86,9 @@ def line_of(layout: Layout, row: int) -> int:
 
 
 def _is_blank(layout: Layout, line: str) -> bool:
-    """Empty, or delimiters only where a frame number would stand."""
+    """Empty, or delimiters only where a frame number or time would stand."""
     blank = _blanks(layout) + "\r\n"
-    if layout.frame_column is not None:
+    if {layout.frame_column, layout.time_column} != {None}:
         blank += layout.delimiter
     return not line.strip(blank)
 
@@ -241,7 +241,7 @@ def _padded(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
     starts = np.concatenate([[0], ends[:-1] + 1])
     length = ends - starts - ((letters[ends - 1] == 13) & (ends > starts))
     blank = length == 0
-    if layout.frame_column is not None:
+    if {layout.frame_column, layout.time_column} != {None}:
         blank |= length == counts
     done = layout.ends_blank and bool(blank.any())
     if done:

@@ -150,7 +150,7 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     (wander("two_levels", 0.03, 50.0), "wander.two_levels", True, "x1, 30 µm, 50 s"),
     (wander(""), "wander.undecided", True, "60 µm, 15 min, x1"),
     ({"low_pass": [LowPass("x1", 5.0, 0.1), LowPass("y1", 8.0, 0.1)]}, "low_pass.filtered", True,
-     "x1, y1, 5, 8 Hz"),
+     "x1, y1, 5, 8 Hz, 1.4"),
     ({"processed": [Processed("smoothed", "x1", 0.1)]}, "smoothed.frames", True, "x1"),
     ({"processed": [Processed("resampled", k, 20.0) for k in ("x1", "y1")]}, "resampled.frames",
      True, "x1, y1, 20 Hz, 80, 20 Hz"),

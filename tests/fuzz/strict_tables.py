@@ -28,6 +28,8 @@ def first_principles(raw: bytes, labels: Sequence[str]) -> Values:
     said = dict(line.split(": ") for line in lines[:3])
     need(lines[0].startswith("Number of frames") and lines[4].startswith("Frame\t"))
     rows = [line.split("\t") for line in lines[5:] if line.strip()]
+    digits = [len(row[-1].partition(".")[2]) for row in rows if "." in row[-1]]
+    need(not lines[-1] or not digits or digits[-1] >= min(digits))  # else the last may be cut
     every, rows = _in_order(lines[4].rstrip("\t").split("\t")[1:], rows)
     rows = [["" if _missing(cell) else cell for cell in row] for row in rows]
     rate, mm = (

@@ -45,10 +45,10 @@ def dew(rng: np.random.Generator) -> np.ndarray:
     return np.where(wiped > T, 0.06 * (T / wiped) ** 2, 0.0)
 
 
-def settles(rng: np.random.Generator) -> np.ndarray:
-    """By 0.04 mm at once, and by 0.06 mm over some minutes."""
+def settles(rng: np.random.Generator, later_mm: float) -> np.ndarray:
+    """By 0.1 mm, of which a part over some minutes."""
     since = T - rng.uniform(200, 400)
-    return np.where(since > 0, 0.1 - 0.06 * np.exp(-np.maximum(since, 0) / 60), 0.0)
+    return np.where(since > 0, 0.1 - later_mm * np.exp(-np.maximum(since, 0) / 60), 0.0)
 
 
 def warm(*constants_s: float):
@@ -73,7 +73,7 @@ OTHER = {
     "bumps": (bumps, only()),
     "occluded": (occluded, only("step")),
     "dew": (dew, only("step")),
-    "settles": (settles, no_step),
+    **{f"settles by {s} mm": (lambda r, s=s: settles(r, s), no_step) for s in (0.03, 0.06)},
     "warm-up and step": (
         lambda r: 0.15 * np.exp(-T / 120) + 0.06 * (r.uniform(300, 600) < T),
         only("warm_up", "step"),

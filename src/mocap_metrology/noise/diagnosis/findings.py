@@ -34,7 +34,7 @@ CODES = {
     "levels": ("mm", "range of several positions between which a series switches"),
     "wander": ("mm", "range of slow wander whose kind cannot be decided"),
     "moves": ("mm", "movement that the noise does not explain, within the horizon"),
-    "low_pass": ("Hz", "cutoff of a low-pass filter that ran before the export"),
+    "low_pass": ("Hz", "where a low-pass filter before the export halves the amplitude"),
     "gap_filled": ("", "share of the frames that an interpolation filled"),
     "repeated": ("", "share of the frames, or values of a coordinate, that repeat the one before"),
     "exchanged": ("", "share of the frames with the label of another marker; put right"),

@@ -17,7 +17,7 @@ from mocap_metrology.noise.diagnosis.shape import PLACE, Shape, refined_place, t
 FADINGS, MOST_FADING = 5, 16  # time constants of shifts that fade alike; such shifts, at most
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
 DWELL = 3.0  # blocks, of each level
-LASTING, AT_ONCE = 0.2, 0.5  # of what fades, that is left for good; of that, which comes at once
+LASTING, AT_ONCE = 0.2, 0.8  # of what fades, that is left for good; of that, which comes at once
 LEAST_SEEN = 0.5  # of the blocks in which it fades, but the first: else its size is not known
 SPIKE = 1.5  # times what fades, in the block where it begins: more is of that block alone
 

@@ -33,12 +33,19 @@ def misses(found: Setup, given: Made, stations: list[int]) -> float:
     return float(np.array(off) @ np.linalg.solve(found.network.covariance, off))
 
 
-def subsets(seed: int, seen: Mapping[str, tuple[int, ...]], n: int = 4) -> dict[str, Made]:
-    """Recordings in each of which some of the stations see the board."""
-    return {
-        name: made(n, seed, 2.0, keep=[ALL if k in own else NEVER for k in range(n)], take=take)
-        for take, (name, own) in enumerate(seen.items(), start=1)
-    }
+def subsets(
+    seed: int, seen: Mapping[str, tuple[int, ...]], n: int = 4, last_mm: float = 0.0
+) -> dict[str, Made]:
+    """Recordings in each of which some of the stations see the board; last_mm: that the last
+    station is moved before the last of them."""
+    given = {}
+    for take, (name, own) in enumerate(seen.items(), start=1):
+        keep, bump_mm = (
+            [ALL if k in own else NEVER for k in range(n)],
+            last_mm * (take == len(seen)),
+        )
+        given[name] = made(n, seed, 2.0, keep=keep, take=take, bump_mm=bump_mm)
+    return given
 
 
 def test_recordings_that_see_different_stations_place_all_of_them() -> None:
@@ -51,8 +58,22 @@ def test_recordings_that_see_different_stations_place_all_of_them() -> None:
     assert misses(found, given["a"], [1, 2, 3]) < chi2.ppf(0.999, 18)
     sd = [np.sqrt(np.trace(pose.covariance[:3, :3])) for pose in found.poses]
     assert max(sd) < 3.0, sd
-    # Only recording a shows where station 1 is, so nothing predicts it; none of the others does.
-    assert found.predicted == {"1": {}, "2": {}, "3": {}}
+    # Only a shows where station 1 is, but each of the others sees a pair that d sees, too.
+    assert {k: [*of] for k, of in found.predicted.items()} == {
+        "1": [*"bd"],
+        "2": [*"bcd"],
+        "3": [*"cd"],
+    }
+    every = [one.m2 for of in found.predicted.values() for one in of.values()]
+    assert max(every) < chi2.ppf(0.999, 6)
+
+
+def test_a_station_moved_between_recordings_without_the_reference_is_found() -> None:
+    """Stations 1 and 2 are seen by both recordings that disagree, the reference by neither."""
+    given = subsets(3, {"a": (0, 1), "b": (1, 2), "c": (1, 2)}, 3, 20.0)
+    found = by_setup({name: own.scene for name, own in given.items()})
+    for of in found.predicted.values():
+        assert [*of] == ["b", "c"] and min(one.m2 for one in of.values()) > 10 * chi2.ppf(0.999, 6)
 
 
 def test_recordings_of_all_stations_predict_each_other() -> None:

@@ -24,8 +24,8 @@ PIECES = 12  # of a recording, of one duration
 SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
 FEWEST_SWEEPS = 20  # of each station in a part
 FEWEST_OF_PIECE = 5  # likewise
-UNDETERMINED = 100.0  # m^2 or rad^2: the variance of a pose that nothing determines
-ANYWHERE = 100.0  # m or rad
+UNDETERMINED = 0.25  # m^2 or rad^2: the variance of a pose that nothing determines
+ANYWHERE, ANCHORED = 100.0, 1.0  # m or rad
 WEAK = 1e-9  # of the largest information: a direction of a pose that a piece does not determine
 SHOWN = 0.03  # of the variance of a prior
 BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step in time
@@ -71,33 +71,46 @@ class Piece(NamedTuple):
         return cls(*(np.sum(column, axis=0) for column in zip(*pieces, strict=True)))
 
 
-def _part(joint: Joint, piece: Piece, station: int) -> _Part | None:
+def _from(joint: Joint, anchor: int, station: int) -> Floats:
+    """Derivative (6, n) of the pose of a station as seen from another by all unknowns, in the axes
+    of the first: with r from the anchor, dt - dt_a - w_a x r and w - w_a."""
+    rows = np.eye(joint.of.size)[joint.pose(station)]
+    if anchor:
+        held = np.eye(joint.of.size)[joint.pose(anchor)]
+        rows -= held
+        rows[:3] += np.cross(joint.state.t_m[station] - joint.state.t_m[anchor], held[3:], axis=0)
+    return rows
+
+
+def _part(joint: Joint, piece: Piece, station: int, anchor: int = 0) -> _Part | None:
     """One Gauss-Newton step of all unknowns from a part of the hits, at the scale of the whole;
-    None where these do not determine the pose of the station."""
+    None where these do not determine the pose of the station as seen from the anchor."""
     scale = joint.of.group == GROUPS.index("scale")
     sd = np.where(scale, NEARLY_KNOWN * joint.of.sd, joint.working)
-    rows = joint.pose(station)
     poses = np.flatnonzero(joint.of.group == GROUPS.index("pose"))
-    sd[np.setdiff1d(poses, rows)] = ANYWHERE  # of stations that a part does not see
+    sd[np.setdiff1d(poses, joint.pose(station))] = ANYWHERE  # of stations that a part does not see
+    if anchor:
+        sd[joint.pose(anchor)] = ANCHORED  # where it does not see the reference either
+    rows = _from(joint, anchor, station)
     known = 1 / sd**2
     try:
         M = np.linalg.inv(piece.S + np.diag(known))
     except np.linalg.LinAlgError:
         return None
-    variances = np.linalg.eigvalsh(M[np.ix_(rows, rows)])
+    variances = np.linalg.eigvalsh(rows @ M @ rows.T)
     if not 0 < variances[0] <= variances[-1] < UNDETERMINED:
         return None
     step = -M @ (piece.h + known * np.where(scale, 0.0, joint.state.values))
     return _Part(step, M * known, M @ piece.pull @ M)
 
 
-def _halves_apart(joint: Joint, a: _Part, b: _Part, single_sd: Floats, station: int) -> Halves:
-    """own: standard deviations that each part has for itself."""
-    rows = joint.pose(station)
-    gain = (a.gain - b.gain) * np.sqrt(np.maximum(joint.sd**2 - single_sd**2, 0.0))
-    alone = [part.noise + (part.gain * single_sd**2) @ part.gain.T for part in (a, b)]
-    covariance = (alone[0] + alone[1] + gain @ gain.T)[np.ix_(rows, rows)]
-    d = (a.step - b.step)[rows]
+def _halves_apart(joint: Joint, a: _Part, b: _Part, single_sd: Floats, rows: Floats) -> Halves:
+    """single_sd: standard deviations that each part has for itself; rows: of `_from`."""
+    gain = rows @ (a.gain - b.gain) * np.sqrt(np.maximum(joint.sd**2 - single_sd**2, 0.0))
+    alone = [rows @ part.gain * single_sd for part in (a, b)]
+    noise = rows @ (a.noise + b.noise) @ rows.T
+    covariance = noise + sum(one @ one.T for one in (*alone, gain))
+    d = rows @ (a.step - b.step)
     return Halves.of(d, float(d @ np.linalg.solve(covariance, d)))
 
 
@@ -184,7 +197,7 @@ def _step(
     a, b = (_part(joint, side, station) for side in whole)
     if a is None or b is None:
         return None
-    pair, p = _halves_apart(joint, a, b, np.zeros(joint.of.size), station), 1.0
+    pair, p = _halves_apart(joint, a, b, np.zeros(joint.of.size), _from(joint, 0, station)), 1.0
     per_side = [
         _scatter(side, joint, station, part.step) for side, part in zip(sides, (a, b), strict=True)
     ]
@@ -241,7 +254,8 @@ def halves(
 
 def predicted(joint: Joint, priors: Priors) -> list[list[Halves | None]]:
     """Pose of each station but the first from each of several recordings against that from all
-    others, None where either does not determine it: first by station, then by recording.
+    others, as seen from the first station from which both determine it, None where there is none:
+    first by station, then by recording.
 
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
@@ -254,12 +268,14 @@ def predicted(joint: Joint, priors: Priors) -> list[list[Halves | None]]:
     for station in range(1, len(state.R)):
         apart.append([])
         for member in parts:
-            rest = Piece(*(a - b for a, b in zip(every, member, strict=True)))
-            alone, others = (_part(joint, its, station) for its in (member, rest))
-            pair = None
-            if alone is not None and others is not None:
-                pair = replace(_halves_apart(joint, alone, others, zero, station), recordings=True)
-            apart[-1].append(pair)
+            rest, pair = Piece(*(a - b for a, b in zip(every, member, strict=True))), None
+            for anchor in sorted({*range(len(state.R))} - {station}):
+                alone, others = (_part(joint, its, station, anchor) for its in (member, rest))
+                if alone is not None and others is not None:
+                    rows = _from(joint, anchor, station)
+                    pair = _halves_apart(joint, alone, others, zero, rows)
+                    break
+            apart[-1].append(pair and replace(pair, recordings=True))
     return apart
 
 

@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.chain import decode
-from mocap_metrology.lighthouse.records import Factory, Station
+from mocap_metrology.lighthouse.records import Station
 from mocap_metrology.lighthouse.rotation import exp, to_angles
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
 from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTwin
@@ -49,7 +49,7 @@ class Setup:
         rng, priors = np.random.default_rng([seed, 6]), Priors()
         twin = hand(seed).twin.model_copy(update={"duration_s": seconds})
         true_board = twin.board.positions()
-        self.told = [station.optics or Factory() for station in twin.stations]
+        self.told = [station.optics for station in twin.stations]
         off = 1e-3 * priors.phase_mrad * rng.normal(size=(2, 2))
         depth = 1e-3 * priors.laser_depth_mm * rng.normal(size=2)
         master, slave = (

@@ -65,6 +65,7 @@ def test_white_noise_of_both_parts(hits: Hits, tmp_path: Path) -> None:
     assert [tuple(row) for row in rows] == [ANGLE_HEAD] * 4
     for row in rows:
         assert row["independent_exponent"] == 0
+        assert row["sd_urad"] == pytest.approx(1e6 * np.hypot(COMMON, INDEPENDENT), rel=0.1)
         assert row["independent_adev_1_urad"] == pytest.approx(30, rel=0.03)
         assert row["independent_h_0_urad2_hz"] == pytest.approx(2 * 30**2 / 30, rel=0.06)
         ends = row["common_adev_1_lower_urad"], row["common_adev_1_upper_urad"]

@@ -82,6 +82,7 @@ def test_sensors_are_used_where_the_settings_say_so(tmp_path: Path) -> None:
     used = chosen(files["pose"])
     found = used["details"]["inertial"]
     assert found["delay_ms"] == pytest.approx(3, abs=3)
+    assert 5e-4 < found["gyro_noise_rad_s"] < 5e-3 < found["accel_noise_m_s2"] < 5e-2
     assert np.linalg.norm(found["gravity_m_s2"]) == pytest.approx(9.81, abs=0.1)
 
     given = {name: files[name] for name in ("sweeps", "inertial", "stations", "board", "truth")}

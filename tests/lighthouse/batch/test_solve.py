@@ -64,6 +64,7 @@ def test_basis_is_that_of_scipy() -> None:
     expected = BSpline(knots, trajectory.control, 3)(time)
     R, p = trajectory.poses(time)
     np.testing.assert_allclose(p, expected[:, :3], atol=1e-12)
+    np.testing.assert_allclose(trajectory.halved().poses(time)[1], p, atol=1e-12)
     turned = trajectory.reference(time) @ Rotation.from_rotvec(expected[:, 3:]).as_matrix()
     np.testing.assert_allclose(R, turned, atol=1e-12)
 

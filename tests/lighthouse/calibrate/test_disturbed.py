@@ -2,6 +2,7 @@
 that are not as their files."""
 
 from dataclasses import replace
+from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from benchmarks.lighthouse_recordings import hand, wrong_sweeps
 from benchmarks.sentences.flights import Outcome, outcome
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate import stages
+from mocap_metrology.lighthouse.calibrate.fits import _bad_stretches
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate, chosen
 from mocap_metrology.lighthouse.calibrate.static import StaticPose, is_constant, is_still
 from mocap_metrology.lighthouse.decode.clean import clean_hits
@@ -120,3 +122,11 @@ def test_a_mirrored_pose_is_excluded_beyond_chance(ratio: float, guess: bool) ->
     """Four diodes leave two degrees of freedom: F exceeds x with the probability 1 / (1 + x)."""
     R, t = np.eye(3), np.zeros(3)
     assert StaticPose(R, t, np.eye(6), 0.0, 16, ratio, ((), ()), R, t).open_mirror == guess
+
+
+def test_stretches_of_fine_knots_are_judged_together() -> None:
+    who = np.arange(160)[:, None].repeat(4, 1) // 20
+    off = np.where(who[:, 3] == 4, 1e-3, 1e-4)
+    for knot_s, bad in ((0.025, [4]), (0.0125, [4, 5])):
+        one = Some(trajectory=Some(knot_s=knot_s), seen=Some(who=who), alone=off)
+        assert np.flatnonzero(_bad_stretches(one, False, 3.0)).tolist() == bad

@@ -10,7 +10,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.chain import decode
-from mocap_metrology.lighthouse.decode.crazyflie import _light
+from mocap_metrology.lighthouse.decode.crazyflie import PERIOD_S, _continuous, _light
 from mocap_metrology.lighthouse.simulate.turns import TurnsTwin, simulate_turns, stations_around
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
 from tests.lighthouse.simulate.test_turns import residuals
@@ -202,3 +202,12 @@ def test_a_sweep_that_is_of_no_single_station_is_left_out(fault: str) -> None:
     assert light.notes == (f"{n} of {n + 5} pulses are of sweeps of no single station",)
     with pytest.raises(Refusal, match="no sweep with one channel and one time in the turn"):
         decoded(WRONG[fault])
+
+
+def test_wraps_of_the_counter_between_pieces_are_those_that_fit_the_turns() -> None:
+    """Of channel 3; channel 5 is seen in the second piece only."""
+    turn = np.r_[0:10, 100:110]
+    true = np.rint(turn * PERIOD_S[3] * RATE_HZ).astype(np.int64) + 60_000
+    channel, offset = np.where(turn < 109, 3, 5), np.full(20, 50_000)
+    ticks = _continuous(true % (1 << 24), channel, offset, np.array([10]))
+    assert np.ptp(ticks - true) == 0

@@ -47,6 +47,8 @@ def test_dof_agrees_with_greenhall_and_riley_at_long_tau():
     white = (3 * (n - 1) / (2 * m) - 2 * (n - 2) / n) * 4 * m**2 / (4 * m**2 + 5)
     flicker = 5 * n**2 / (4 * m * (n + 3 * m))
     walk = (n - 2) / m * ((n - 1) ** 2 - 3 * m * (n - 1) + 4 * m**2) / (n - 3) ** 2
+    # White phase noise: differences of second order m frames apart have covariances 6, -4, 1
+    assert equivalent_dof(2, m, n - 1) == pytest.approx((n - 2 * m) * 36 / 70, rel=0.01)
     assert equivalent_dof(0, m, n - 1) == pytest.approx(white, rel=0.02)
     assert equivalent_dof(-1, m, n - 1) == pytest.approx(flicker, rel=0.06)
     assert equivalent_dof(-2, m, n - 1) == pytest.approx(walk, rel=0.08)

@@ -76,6 +76,7 @@ def test_interval_of_white_noise(confidence: float) -> None:
     assert np.log([found.lower, found.upper]) - math.log(found.value) == pytest.approx(
         [-reach, reach], rel=1e-3
     )
+    assert not any(vars(expected_spread(NoiseModel(()), 1, 9, RATE, 99, confidence)).values())
     low, high = Measured(4.0, 7.0).interval(confidence)  # 7 * 4 / truth is chi-squared
     expected = [28 / stats.chi2(7).ppf((1 + s * confidence) / 2) for s in (1, -1)]
     assert [low**2, high**2] == pytest.approx(expected)

@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.signal import lfilter
 
 from mocap_metrology.noise.assess.mean import mean_of_all
-from mocap_metrology.noise.assess.uncertainty import Reason, Span, Unmodelled, assess_series
+from mocap_metrology.noise.assess.uncertainty import Reason, Span, Unmodelled, assess_series, lowest
 from mocap_metrology.noise.fit.estimates import deterministic_of, model_of
 from mocap_metrology.noise.fit.estimates import rows as noise_rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
@@ -106,6 +106,7 @@ def test_constant_and_empty_series() -> None:
         none = np.full(500, math.nan)
         none[:n_valid] = np.arange(n_valid)
         assert assess_series(none, [], curve(), SPAN).status == status
+    assert lowest(np.full(3, math.nan), np.ones(3)) == (None, False)
 
 
 def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:

@@ -2,6 +2,8 @@
 
 from types import SimpleNamespace as Some
 
+import numpy as np
+
 from mocap_metrology.noise.diagnosis import evidence
 
 
@@ -27,4 +29,7 @@ def test_views_of_events() -> None:
     assert burst.names == ["x2", "y2", "z2"]
     level = evidence.view_of(found(), event("level", 0.1, 1e-9))
     assert (level.kind, level.first_s, level.last_s) == ("level", 15.0, 25.0)
+    windows = [Some(x=np.array([1.0, 9.0, 2.0]), hop_s=5.0, window_s=8.0, tau_s=0.1)]
+    window = evidence.view_of(found(dynamics={"x1": windows}, n_windows=40), None)
+    assert (window.first_s, window.last_s) == (5.0, 13.0)
     assert evidence.View("level", "L_1_2", 0.0, 1.0).names == ["L_1_2"]

@@ -24,6 +24,7 @@ from mocap_metrology.noise.motion.movement import Movement
 RATE, N = 50.0, 30_000
 T = np.arange(N) / RATE
 NAMES = ["x1", "y1", "z1"]
+NOTHING = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
 
 
 def oscillator(f_0: float, damping: float, rms: float, seed: int) -> np.ndarray:
@@ -129,34 +130,38 @@ def test_what_may_be_switches_of_cameras_is_no_movement(
 ) -> None:
     """Positions between which a marker goes to and fro, unless they are as far apart as no cameras
     of one facility put them."""
-    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
     jump = {"x1": Movement(size_mm, size_mm - 0.01, size_mm + 0.01, 90.0)}
     wanders = {"x1": Wander(kinds, "", possible, size_mm, 0.01, size_mm)}
-    found = explained(Diagnosis(**others | {"movements": jump, "wanders": wanders}), 600.0, 2.0)
+    found = explained(Diagnosis(**NOTHING | {"movements": jump, "wanders": wanders}), 600.0, 2.0)
     assert found.movements["x1"].moves is moves
+
+
+def test_a_cycle_at_a_multiple_of_recurring_bursts_is_theirs() -> None:
+    for period_s, stands in ((10.0, False), (30.1, False), (20.0, True)):
+        cycle = Wander(("cycle",), "", ("cycle",), 0.1, 0.01, 0.1, at_s=(period_s,))
+        found = Diagnosis(**NOTHING | {"wanders": {"x1": cycle}, "recurring": {"x1": 30.0}})
+        assert bool(explained(found, 600.0).wanders) is stands
 
 
 def test_a_switch_back_at_once_is_no_event() -> None:
     """Of a position that a marker stays at for less than is seen as a level."""
-    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
     wanders = {"x1": Wander(("levels",), "", ("levels",), 0.0, 0.01, 0.09, 0.09)}
     for size_mm, shift_mm, stands in ((0.117, -0.089, False), (0.12, 0.0, False), (0.3, 0.3, True)):
         event = Event(180.0, 2.0, "burst", ("x1",), "x1", size_mm, shift_mm, 0.01, 9.0, 0.1)
-        found = Diagnosis(**others | {"wanders": wanders, "events": [event]})
+        found = Diagnosis(**NOTHING | {"wanders": wanders, "events": [event]})
         assert bool(explained(found, 600.0).events) is stands
 
 
 def test_loud_frames_of_heavy_tails_and_ends_of_a_filter_are_no_event() -> None:
     """In which nothing moved; elsewhere they are one. A filter of 0.5 Hz has ends of 2 s."""
-    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
     tails = [Tails("x1", 9.0, 8.0, 10.0)]
     for moved, series, stands in ((False, "x1", False), (True, "x1", True), (False, "y1", True)):
         event = Event(90.0, 1.0, "burst", (series,), series, 0.3, 0.0, 0.01, 9.0, 0.1, moved=moved)
-        found = Diagnosis(**others | {"tails": tails, "events": [event]})
+        found = Diagnosis(**NOTHING | {"tails": tails, "events": [event]})
         assert bool(explained(found, 600.0).events) is stands
     for at_s, stands in ((0.9, False), (1.1, True), (597.9, True), (598.1, False)):
         event = Event(at_s, 1.0, "burst", ("x1",), "x1", 0.3, 0.0, 0.01, 9.0, 0.1)
-        found = Diagnosis(**others | {"low_pass": [LowPass("x1", 0.5, 0.1)], "events": [event]})
+        found = Diagnosis(**NOTHING | {"low_pass": [LowPass("x1", 0.5, 0.1)], "events": [event]})
         assert bool(explained(found, 600.0).events) is stands
 
 
@@ -168,9 +173,8 @@ def test_a_weak_line_in_a_resonance_is_a_part_of_it(series: str, size: float, co
     """And a strong one of another series is the peak."""
     line = Line(size, 6.1, 0.0, 1.0, 99.0)
     line = SpectralLine(series, line, *[math.nan] * 3, None, None, *[math.nan] * 2, *[math.nan] * 3)
-    others = {x.name: {} if "dict" in str(x.type) else [] for x in fields(Diagnosis)}
     one = Resonance("x1", 6.0, 0.03, 0.02)
-    found = explained(Diagnosis(**others | {"lines": [line], "resonances": [one]}), 600.0)
+    found = explained(Diagnosis(**NOTHING | {"lines": [line], "resonances": [one]}), 600.0)
     assert bool(found.lines) is (code == "line") and bool(found.resonances) is (code != "line")
 
 

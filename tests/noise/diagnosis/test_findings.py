@@ -5,20 +5,19 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import signal
 
 from mocap_metrology.common.files import write_json
-from mocap_metrology.noise.diagnosis.findings import (
-    CODES,
-    Finding,
-    findings_of,
-)
+from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.findings import CODES, Finding, _level_changes, findings_of
 from mocap_metrology.noise.diagnosis.one_series import _bounded
 from mocap_metrology.noise.diagnosis.recording import diagnose
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
+from mocap_metrology.noise.diagnosis.sides import Blocks, Sides
 from mocap_metrology.noise.diagnosis.signatures import _slowest
 from mocap_metrology.present.text.diagnosis import sentences
 
@@ -128,3 +127,12 @@ def test_noise_that_is_correlated_over_a_fifth_of_the_recording_is_no_walk(
     slowest = [[_slowest(row) for row in recording] for recording in x]
     assert least <= sum(not _bounded(one) for one in slowest) <= most
     assert all(_bounded(one[:1] * 6) == _bounded(one[:1]) for one in slowest)  # one movement of all
+
+
+def test_numbers_of_a_change_of_level_at_once() -> None:
+    side = Sides("x1", 1.0, 1.5, 1.0, 1.5, 1.5, 1.2, 1.9)
+    event = Event(90.0, 1.0, "level", ("x1",), "x1", math.nan, 0.0, 0.01, 9.0, 0.1, sides=(side,))
+    (found,) = _level_changes(SimpleNamespace(trends=[], events=[event]))
+    assert (found.value, found.lower_95, found.upper_95) == pytest.approx((0.5, 0.2, 0.9))
+    two = Blocks(np.array([1.0, 3.0]), np.array([4.0, 6.0]), 1.0)
+    assert two.sd == pytest.approx(math.sqrt(5 + 1))  # within blocks and between them

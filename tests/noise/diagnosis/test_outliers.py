@@ -10,6 +10,7 @@ from scipy.ndimage import median_filter
 from mocap_metrology.common.hampel import hampel, own_step
 from mocap_metrology.noise.diagnosis.one_series import multiples_of
 from mocap_metrology.noise.diagnosis.outliers import (
+    _dense_frames,
     drawn_in,
     heavy_tails,
     medians_of_five,
@@ -105,6 +106,9 @@ def test_frames_of_a_loud_stretch_are_not_off() -> None:
     assert off_frames(x, 6.0).tolist() == [20_000, 50_000]
     twice = np.float32(0.02 * np.repeat(np.random.default_rng(5).standard_normal(30_000), 2))
     assert off_frames(twice, 6.0, 1e-4).size == 0
+    off = np.where(np.arange(10_000) % 200 == 50, 1, 0)  # of six series
+    off[[2000, 5000]] = 2, 3  # which chance makes 0.1 and 1e-4 times [binomial]
+    assert np.flatnonzero(_dense_frames(off, 6)).tolist() == [5000]
 
 
 def test_tails_as_heavy_as_cauchy_are_drawn_in() -> None:

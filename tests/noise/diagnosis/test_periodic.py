@@ -133,7 +133,8 @@ def test_a_fan_that_is_switched_changes_its_amplitude() -> None:
     on = (t % 150) < 90
     phase = np.repeat(rng.uniform(0, 2 * np.pi, 8), 18_000)[: t.size]
     fan = 0.03 * on * np.sin(2 * np.pi * 12.34 * t + phase)
-    (found,) = found_in(fan + noise(t.size, 0.02))
+    gaps = np.where(rng.random(t.size) < 0.05, np.nan, 0.0)
+    (found,) = found_in(fan + noise(t.size, 0.02) + gaps)
     assert found.amplitude == pytest.approx((0.0, 0.03), abs=0.004)
     slow = np.interp(t, np.arange(0, 760, 10), rng.standard_normal(76))
     wandering = 0.03 * np.sin(2 * np.pi * np.cumsum(12.34 + 0.03 * slow) / 120)

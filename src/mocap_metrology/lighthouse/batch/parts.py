@@ -201,7 +201,7 @@ def _step(
     per_side = [
         _scatter(side, joint, station, part.step) for side, part in zip(sides, (a, b), strict=True)
     ]
-    rest, freedom = (sum(column) for column in zip(*per_side, strict=True))
+    rest, freedom = np.sum(per_side, axis=0)
     if freedom > 2 * POSE:
         rest = max(rest / (freedom - 2 * POSE), 1.0)
         p = float(fdtrc(POSE, freedom - 2 * POSE, pair.m2 / POSE / rest))

@@ -84,7 +84,7 @@ def is_still(path: Path) -> bool:
         return False
     turns = log(path.R @ mean(path.R).T)
     noise = np.median(np.abs(np.diff(turns, axis=0)), axis=0) / np.sqrt(2)
-    turned = np.median(np.abs(turns - np.median(turns, axis=0)), axis=0)
+    turned = np.median(np.abs(turns), axis=0)
     limit = STILL_RAD + 2 * MAD_TO_SIGMA * np.linalg.norm(noise)
     return bool(MAD_TO_SIGMA * np.linalg.norm(turned) < limit)
 

@@ -172,10 +172,9 @@ def _check(columns: dict[str, np.ndarray], name: str, second: bool) -> None:
         )
     for station, axis in np.ndindex(PERIOD_S.size if second else 2, 2):
         of_laser = (columns["station"] == station) & (columns["axis"] == axis)
-        if of_laser.any():
-            of_whom = f"channel {station}" if second else f"the {ROLES[station]}"
-            sweeps = f"{name}: {f'plane {axis}' if second else AXES[axis]} sweeps of {of_whom}"
-            _check_times(columns["time_s"][of_laser], columns["cycle"][of_laser], sweeps)
+        of_whom = f"channel {station}" if second else f"the {ROLES[station]}"
+        sweeps = f"{name}: {f'plane {axis}' if second else AXES[axis]} sweeps of {of_whom}"
+        _check_times(columns["time_s"][of_laser], columns["cycle"][of_laser], sweeps)
     largest = float(np.abs(columns["angle_rad"]).max())
     if largest > LARGEST_RAD:
         raise Refusal(

@@ -120,7 +120,7 @@ def truth_json(simulation: SimulatedSweeps) -> dict[str, object]:
     truth, twin = simulation.truth, simulation.twin
     keys = twin.model_dump()  # factory values as its stations state them
     for role, station in zip(records.ROLES, twin.stations, strict=False):
-        keys[role]["factory"] = vars(station.optics) if station.optics else None
+        keys[role]["factory"] = vars(station.optics) if station.factory else None
     return {
         "stations": {station.role: station.id for station in truth.stations},
         "R": None if truth.R is None else truth.R.tolist(),
@@ -148,10 +148,7 @@ def _scene(twin: LighthouseTwin, seed: int, blocked: list[tuple[int, float, floa
     of_slave = (cycle & 2) == 0
     skip = np.array([of_slave, ~of_slave]) if len(stations) == 2 else np.zeros((1, cycle.size))
     rng = np.random.default_rng([seed, BITS])
-    frames = [
-        encode_frame(s.optics or records.Factory(), s.id, s.mode, accel_of(s.R.T @ up))
-        for s in stations
-    ]
+    frames = [encode_frame(s.optics, s.id, s.mode, accel_of(s.R.T @ up)) for s in stations]
     bit = [frame[(cycle + rng.integers(frame.size)) % frame.size] for frame in frames]
     of_board = twin.board.positions(), motion_of(twin.motion, t, seed)
     start = np.array([master, master + after][: len(stations)])
@@ -162,7 +159,7 @@ def _scene(twin: LighthouseTwin, seed: int, blocked: list[tuple[int, float, floa
 def _truth(scene: _Scene, hits: records.Hits) -> Truth:
     twin, up = scene.twin, up_of(scene.twin)
     stations = tuple(
-        records.Station(role, s.id, s.mode, s.optics or records.Factory(), s.R.T @ up)
+        records.Station(role, s.id, s.mode, s.optics, s.R.T @ up)
         for role, s in zip(records.ROLES, twin.stations, strict=False)
     )
     epochs = scene.start_s[:, 0] - scene.cycle[0] * twin.cycle_s

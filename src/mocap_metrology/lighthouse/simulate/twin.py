@@ -176,9 +176,9 @@ class StationTwin(Entry):
     at its origin)."""
 
     @property
-    def optics(self) -> Factory | None:
-        """Values of the rotors as the station states them; None: ideal."""
-        return self.factory.made() if self.factory else None
+    def optics(self) -> Factory:
+        """Values of the rotors as the station states them."""
+        return self.factory.made() if self.factory else Factory()
 
     @property
     def R(self) -> np.ndarray:

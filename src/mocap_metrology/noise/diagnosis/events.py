@@ -87,11 +87,8 @@ class Event:
     @property
     def most_changed(self) -> Sides | None:
         """The side that departs most from equality, in units of its interval."""
-        known = [
-            side for side in self.sides if math.isfinite(side.ratio) and side.upper > side.lower
-        ]
-        width = {s.series: math.log(s.upper / s.lower) for s in known}
-        return max(known, key=lambda s: abs(math.log(s.ratio)) / width[s.series], default=None)
+        known = [side for side in self.sides if side.upper > side.lower]
+        return max(known, key=lambda s: abs(math.log(s.ratio, s.upper / s.lower)), default=None)
 
     @property
     def outcome(self) -> Literal["level changed", "once", "repeated", "unknown"]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -159,9 +160,9 @@ def _seen(lengths: np.ndarray) -> float:
     """How often a run of chance continues, from the lengths of all; values that repeat, as in files
     with hidden steps, go on more often than noise."""
     count = np.bincount(np.minimum(lengths, SHORT + 1), minlength=SHORT + 2)
-    pairs = [(count[k], count[k + 1]) for k in range(1, SHORT)]
+    often = pairwise(count[: SHORT + 1].tolist())
     return max(
-        (MARGIN * (more + 2 * math.sqrt(more)) / some for some, more in pairs if some >= ENOUGH),
+        (MARGIN * (more + 2 * math.sqrt(more)) / some for some, more in often if some >= ENOUGH),
         default=0.0,
     )
 

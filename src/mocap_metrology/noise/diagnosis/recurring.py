@@ -30,8 +30,7 @@ def recurrence(events: Sequence[Event]) -> float:
         return math.nan
     apart = np.diff(np.sort(times))
     period = float(np.median(apart))
-    often = apart / period if period > 0 else np.full(1, 0.5)
-    whole = np.maximum(np.rint(often), 1)
+    whole = np.maximum(np.rint(apart / period), 1)
     period = float(apart.sum() / whole.sum())
     return period if np.all(np.abs(apart / period - whole) < REGULAR) else math.nan
 

@@ -212,10 +212,9 @@ def _bends(z: Floats, t: Floats) -> Iterator[Shape]:
     places, finer = np.linspace(-0.48, 0.48, 97), np.linspace(-0.01, 0.01, 21)
     columns = np.array([np.ones(t.size), t])
     for count in range(1, MOST_BENDS + 1):
-        columns = np.vstack([columns, np.zeros(t.size)])
+        columns = np.vstack([columns, t])  # a place for the next
         again = range(2, count + 2) if count == MOST_BENDS else ()  # each beside all others
         for place in (count + 1, *again):
-            columns[place] = 0.0
             basis, _ = np.linalg.qr(np.delete(columns, place, axis=0).T)
             best = 0.0
             for among in (places, finer):

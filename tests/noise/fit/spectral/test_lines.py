@@ -11,8 +11,8 @@ from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
-from mocap_metrology.noise.fit.spectral.line import density_around
-from mocap_metrology.noise.fit.spectral.lines import find_lines, line_errors
+from mocap_metrology.noise.fit.spectral.line import Transform, density_around, grown
+from mocap_metrology.noise.fit.spectral.lines import find_lines, find_slow_lines, line_errors
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
 N = RATE * SECONDS
@@ -167,3 +167,22 @@ def test_amplitude_frequency_and_phase_reach_the_cramer_rao_bound(offset):
     assert 0.75 < rms[0] / bounds[0] < 1.3
     assert 0.75 < rms[1] / bounds[1] < 1.3
     assert rms[2] < 2.5 * 2 * bounds[0] / 0.1  # 2 sigma/(A sqrt n): phase at the start, f unknown
+
+
+def test_bands_and_ends_of_the_spectrum() -> None:
+    """A band grows to where its power ends, and by half; without power it has no line. Blue noise
+    is no line at Nyquist, where it is most. A line seen in means has the phase that it has."""
+    flat = np.full(2000, 0.1)
+    assert grown(flat, 10, 1240, 1260) == (1230, 1270)
+    flat[1000:1300] = 10.0
+    low, high = grown(flat, 10, 1240, 1260)
+    assert low <= 1010 and high >= 1309
+    rng = np.random.default_rng(5)
+    blue = np.diff(rng.normal(size=SHORT + 1))
+    assert not find_lines(blue, RATE)
+    none = Transform.of(blue, TAU0).measured(5000, 5020, psd=1.0)
+    assert (none.A_s, none.width_f) == (0, 0)
+    n = 8 * SHORT
+    x = sine(1.0, 120 / (n * TAU0), 0.7, n) + 0.02 * rng.normal(size=n)
+    (slow,) = find_slow_lines(x, RATE, lambda f: np.full(f.size, 8e-4 * TAU0), 3)
+    assert slow.phase == pytest.approx(0.7, abs=1e-3)

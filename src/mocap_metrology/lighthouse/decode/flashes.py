@@ -183,11 +183,6 @@ class _Comb:
         """Which flash each pulse is of."""
         return np.repeat(np.arange(self.first.size), self.count)
 
-    @property
-    def off(self) -> np.ndarray:
-        """How late each flash is after the clock, in s."""
-        return self.time - self.clock.start(self.cycle)
-
     def over_diodes(self) -> np.ndarray:
         """Upper median of the lengths of the pulses of each flash: of two, the longer."""
         ranked = self.length[np.lexsort((self.length, self.flash))]
@@ -258,7 +253,7 @@ def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
     def off(length: np.ndarray) -> np.ndarray:
         return data_residual(cycle, length, pattern) * CODE_STEP_S
 
-    by_clock = ends - drift(comb.cycle, comb.off, cycle)
+    by_clock = ends - drift(comb.cycle, comb.time - comb.clock.start(comb.cycle), cycle)
     for _ in range(3):
         late = replace(comb, length=off(by_clock)).over_diodes()
         by_clock = by_clock - drift(comb.cycle, late, cycle)
@@ -281,10 +276,7 @@ def find_hits(pulses: Pulses, flashes: list[Flashes]) -> tuple[Hits, dict[str, l
     a sweep and no flash, `no_sweep` outside the window 1222..6777 us of a station that sweeps,
     `second_on_diode` (a reflection: of two pulses on a diode in a sweep the longer
     stays, the direct light being the stronger), `width` out of [0.25, 3] times the median of its
-    sweep.
-
-    A pulse is as wide as a diode appears, aperture / (377 rad/s range): two samples at 4 m. So no
-    pulse of 1 us or more is too short.
+    sweep (none of 1 us is too short: so wide does a diode appear at 4 m).
     """
     fate = np.full(pulses.start_s.size, NO_SWEEP, np.int8)
     fate[pulses.length_s > LONGEST_SWEEP_S] = TOO_LONG
@@ -316,8 +308,7 @@ def _sweeps_of(pulses: Pulses, middle: np.ndarray, flashes: Flashes, fate: np.nd
     after = middle - clock.start(cycle)
     inside = (after <= LAST_S) & (code >= 0) & (skip_of(code) == 0)
     inside &= pulses.length_s <= LONGEST_SWEEP_S
-    chosen = np.flatnonzero(inside)
-    chosen = _longest_of_each(chosen, cycle, pulses, fate)
+    chosen = _longest_of_each(np.flatnonzero(inside), cycle, pulses, fate)
     chosen = _gate_width(chosen, cycle, pulses, fate)
     fate[chosen] = HIT
     cycle, code, middle = cycle[chosen], code[chosen], middle[chosen]

@@ -195,16 +195,12 @@ def find_pattern(
     else:
         candidates = [[name, name ^ SKIP] for name in names]
     steps = [steps_of(length) for length in length_s]
-    best: tuple[float, list[np.ndarray], list[float]] = (-np.inf, [], [])
-    for patterns in candidates:
-        fits = [
-            _fit_bias(y - pattern[c % 4])
-            for c, y, pattern in zip(cycle, steps, patterns, strict=True)
-        ]
-        score = sum(fit[0] for fit in fits)
-        if score > best[0]:
-            best = score, patterns, [fit[1] * CODE_STEP_S for fit in fits]
-    return best[1], best[2]
+    fits = [
+        [_fit_bias(y - p[c % 4]) for c, y, p in zip(cycle, steps, patterns, strict=True)]
+        for patterns in candidates
+    ]
+    best = int(np.argmax([sum(score for score, _ in of_stations) for of_stations in fits]))
+    return candidates[best], [bias * CODE_STEP_S for _, bias in fits[best]]
 
 
 def _fit_bias(above: np.ndarray) -> tuple[float, float]:

@@ -43,6 +43,7 @@ LARGEST_DRIFT = 2e-3  # of the clock; rotors hold 300 ppm, quartz better
 MOST_OUTSIDE = 0.1  # of the long pulses, before the first flash or after the last one
 LATE_S = 30e-6  # dim diodes rise late
 LONGEST_GAP = 240  # cycles, 2 s: a board may be hidden so long
+PIECE = 48  # cycles, in which codes show their turn
 LEAST_RUN = 0.1  # of the longest run of flashes
 FIRST_S, LAST_S = 1222e-6, 6777e-6  # 4000 us +- 60 deg after the own flash
 LONGEST_SWEEP_S = 40e-6
@@ -58,7 +59,7 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
 
     Cycles have one number for both stations, from 0. The time of a flash is the lower quartile of
     the edges on all diodes: dim ones rise late, and a single early one may be false. They fall with
-    the flash, so lengths are taken from its begin by the clock to the end of a pulse (`_lengths`).
+    the flash, so codes are of lengths from its begin by the clock to the end (`_lengths`).
     Raises `Refusal` where there are no flashes.
     """
     long = _long(pulses)
@@ -74,16 +75,15 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
             f"flashes come every {1e3 * period:.4f} ms; expected {1e3 * CYCLE_S:.4f} ms within "
             f"{100 * LARGEST_DRIFT:g} % (is the sample rate right?)"
         )
-    combs = [_comb(start, length, diode, at, period) for at in find_phases(start, period)]
-    combs = _number(combs)
-    patterns, biases = find_pattern(
-        [comb.cycle for comb in combs], [comb.over_diodes() for comb in combs]
-    )
+    phases = find_phases(start, period)
+    combs = _number([_comb(start, length, diode, at, period) for at in phases])
+    seen = [comb.over_diodes() for comb in combs]
+    patterns, biases = find_pattern([comb.cycle for comb in combs], seen)
     flashes = list[Flashes]()
-    for comb, pattern, bias in zip(combs, patterns, biases, strict=True):
-        length_s, cycle = _lengths(comb, pattern, bias), comb.cycle.astype(np.int32)
-        codes = codes_of(comb.cycle, length_s, pattern)
-        flashes.append(Flashes(len(flashes), comb.clock, cycle, comb.time, length_s, codes))
+    for comb, length_s, pattern, bias in zip(combs, seen, patterns, biases, strict=True):
+        codes = codes_of(comb.cycle, _lengths(comb, pattern, bias), pattern)
+        of_flash = comb.cycle.astype(np.int32), comb.time, length_s - bias, codes
+        flashes.append(Flashes(len(flashes), comb.clock, *of_flash))
     return flashes
 
 
@@ -93,17 +93,35 @@ def _long(pulses: Pulses) -> np.ndarray:
 
 
 def expect_unbroken(pulses: Pulses, flashes: list[Flashes], name: str) -> None:
-    """Refuse a recording in which samples are missing: of the flashes before and after, one part
-    fits the clocks, and the other comes before the first or after the last of these."""
+    """Refuse a recording in which samples are missing: a part of the flashes, before the first or
+    after the last that fit the clocks, does not, or the codes of a piece have another turn."""
     start = pulses.start_s[_long(pulses)]
     begin, end = (f(one.time_s[k] for one in flashes) for f, k in ((min, 0), (max, -1)))
-    shares = {f"before {begin:.3f} s": start < begin, f"after {end:.3f} s": start > end}
-    for where, outside in shares.items():
-        if outside.mean() > MOST_OUTSIDE:
-            raise Refusal(
-                f"{name}: {outside.mean():.0%} of the pulses as long as flashes come {where} and do"
-                " not fit the others: samples were lost or added there; expected each once"
-            )
+    odd = {f"before {begin:.3f} s": start < begin, f"after {end:.3f} s": start > end}
+    odd = {where: share for where, row in odd.items() if (share := row.mean()) > MOST_OUTSIDE}
+    for where, share in (odd or _out_of_turn(flashes)).items():
+        raise Refusal(
+            f"{name}: {share:.0%} of the pulses as long as flashes come {where} and do not fit the"
+            " others: samples were lost or added there; expected each once"
+        )
+
+
+def _out_of_turn(flashes: list[Flashes]) -> dict[str, float]:
+    """Share of the pieces of the recording whose flashes keep the clocks but have their codes in
+    other ones of four cycles than most, as where whole cycles were lost; by when."""
+
+    def pattern(piece: int) -> list[np.ndarray]:
+        rows = [(one.cycle // PIECE == piece) | (piece < 0) for one in flashes]
+        rows = [row & (row.sum() >= FEWEST_FLASHES) for row in rows]
+        of = [(one.cycle[row], one.length_s[row]) for one, row in zip(flashes, rows, strict=True)]
+        some = any(cycle.size for cycle, _ in of)
+        return find_pattern([c for c, _ in of], [y for _, y in of])[0] if some else most
+
+    most = pattern(-1)
+    pieces = range(max(int(one.cycle[-1]) for one in flashes) // PIECE + 1)
+    odd = [k for k in pieces if not np.array_equal(pattern(k), most)]
+    begin, end = (PIECE * CYCLE_S * k for k in ((odd[0], odd[-1] + 1) if odd else (0, 0)))
+    return {f"between {begin:.1f} and {end:.1f} s": len(odd) / len(pieces)} if odd else {}
 
 
 def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list[Flashes]]:
@@ -125,14 +143,11 @@ def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list
     begin = max(min(run[0] for run in runs) - CYCLE_S, 0.0)
     end = max(run[-1] for run in runs) + CYCLE_S
     within = (pulses.start_s >= begin) & (pulses.start_s <= end)
-    n_out = int(np.count_nonzero(~within))
-    told: tuple[str, ...] = ()
-    if n_out:
-        told = (
-            f"{n_out} pulses before or after the stations' flashes ignored, of"
-            f" {pulses.duration_s:.4g} s in total: are they old data in the device's memory, or did"
-            " its clock jump?",
-        )
+    told = (
+        f"{np.count_nonzero(~within)} pulses before or after the stations' flashes ignored, of"
+        f" {pulses.duration_s:.4g} s in total: are they old data in the device's memory, or did its"
+        " clock jump?",
+    )
     sensors = pulses.inertial
     inside = replace(
         pulses,
@@ -141,7 +156,7 @@ def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list
         length_s=pulses.length_s[within],
         diode=pulses.diode[within],
         duration_s=min(end, pulses.duration_s) - begin,
-        notes=(*pulses.notes, *told),
+        notes=pulses.notes + told * (not within.all()),
     )
     return inside, find_flashes(inside)
 
@@ -167,11 +182,6 @@ class _Comb:
     def flash(self) -> np.ndarray:
         """Which flash each pulse is of."""
         return np.repeat(np.arange(self.first.size), self.count)
-
-    @property
-    def off(self) -> np.ndarray:
-        """How late each flash is after the clock, in s."""
-        return self.time - self.clock.start(self.cycle)
 
     def over_diodes(self) -> np.ndarray:
         """Upper median of the lengths of the pulses of each flash: of two, the longer."""
@@ -226,11 +236,9 @@ def _number(combs: list[_Comb]) -> list[_Comb]:
     master, last = combs[0].clock, combs[-1].clock
     behind = last.epoch_s - master.epoch_s
     shift = int(np.ceil((-behind - 10e-6 * (len(combs) - 1) - master.epoch_s) / master.cycle_s))
-    numbered = []
-    for comb in combs:
-        clock = replace(comb.clock, epoch_s=float(comb.clock.start(shift)))
-        numbered.append(replace(comb, cycle=comb.cycle - shift, clock=clock))
-    return numbered
+    clocks = [replace(one.clock, epoch_s=float(one.clock.start(shift))) for one in combs]
+    pairs = zip(combs, clocks, strict=True)
+    return [replace(one, cycle=one.cycle - shift, clock=clock) for one, clock in pairs]
 
 
 def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
@@ -245,7 +253,7 @@ def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
     def off(length: np.ndarray) -> np.ndarray:
         return data_residual(cycle, length, pattern) * CODE_STEP_S
 
-    by_clock = ends - drift(comb.cycle, comb.off, cycle)
+    by_clock = ends - drift(comb.cycle, comb.time - comb.clock.start(comb.cycle), cycle)
     for _ in range(3):
         late = replace(comb, length=off(by_clock)).over_diodes()
         by_clock = by_clock - drift(comb.cycle, late, cycle)
@@ -268,10 +276,7 @@ def find_hits(pulses: Pulses, flashes: list[Flashes]) -> tuple[Hits, dict[str, l
     a sweep and no flash, `no_sweep` outside the window 1222..6777 us of a station that sweeps,
     `second_on_diode` (a reflection: of two pulses on a diode in a sweep the longer
     stays, the direct light being the stronger), `width` out of [0.25, 3] times the median of its
-    sweep.
-
-    A pulse is as wide as a diode appears, aperture / (377 rad/s range): two samples at 4 m. So no
-    pulse of 1 us or more is too short.
+    sweep (none of 1 us is too short: so wide does a diode appear at 4 m).
     """
     fate = np.full(pulses.start_s.size, NO_SWEEP, np.int8)
     fate[pulses.length_s > LONGEST_SWEEP_S] = TOO_LONG
@@ -303,8 +308,7 @@ def _sweeps_of(pulses: Pulses, middle: np.ndarray, flashes: Flashes, fate: np.nd
     after = middle - clock.start(cycle)
     inside = (after <= LAST_S) & (code >= 0) & (skip_of(code) == 0)
     inside &= pulses.length_s <= LONGEST_SWEEP_S
-    chosen = np.flatnonzero(inside)
-    chosen = _longest_of_each(chosen, cycle, pulses, fate)
+    chosen = _longest_of_each(np.flatnonzero(inside), cycle, pulses, fate)
     chosen = _gate_width(chosen, cycle, pulses, fate)
     fate[chosen] = HIT
     cycle, code, middle = cycle[chosen], code[chosen], middle[chosen]

@@ -101,8 +101,8 @@ def expect_unbroken(pulses: Pulses, flashes: list[Flashes], name: str) -> None:
     odd = {where: share for where, row in odd.items() if (share := row.mean()) > MOST_OUTSIDE}
     for where, share in (odd or _out_of_turn(flashes)).items():
         raise Refusal(
-            f"{name}: {share:.0%} of the pulses as long as flashes come {where} and do not fit the"
-            " others: samples were lost or added there; expected each once"
+            f"{name}: about {share:.0%} of the flashes, {where}, do not fit the others: samples"
+            " were lost or added there; expected each once"
         )
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy import signal
+from scipy.ndimage import gaussian_filter1d
 
 Kind = Callable[[np.random.Generator, int, float], np.ndarray]
 SIGMA = 0.05
@@ -162,6 +163,10 @@ def savitzky_golay(size: int, order: int) -> Callable[[np.ndarray, float], np.nd
     return lambda x, rate_hz: signal.savgol_filter(x, size, order)
 
 
+def gaussian(sd: float) -> Callable[[np.ndarray, float], np.ndarray]:
+    return lambda x, rate_hz: gaussian_filter1d(x, sd)
+
+
 def half_amplitude(apply: Callable[[np.ndarray, float], np.ndarray], rate_hz: float) -> float:
     """Cutoff of a linear filter, where it halves the amplitude."""
     x = np.zeros(1 << 14)
@@ -179,6 +184,8 @@ FILTERS = {
     "Woltring 12 Hz": woltring(12.0),
     "five-point mean": moving_average(5),
     "Savitzky-Golay 11, 2": savitzky_golay(11, 2),
+    "Gaussian of 1.2 frames": gaussian(1.2),
+    "Gaussian of 3 frames": gaussian(3.0),
 }
 
 

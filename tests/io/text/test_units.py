@@ -83,14 +83,8 @@ def test_every_spelling_of_a_unit() -> None:
     for stem, mm in (("millimet", 1), ("centimet", 10), ("met", 1000), ("MILLIMET", 1)):
         for ending in ("re", "res", "er", "ers", "e"):
             assert read_unit([f" {stem}{ending} "], "U", "a").mm == mm
-    for short, mm in (
-        ("mm", 1),
-        ("[cm]", 10),
-        ("m", 1000),
-        ("(M)", 1000),
-        ("µm", 1e-3),
-        ("in", 25.4),
-    ):
+    known = {"mm": 1, "[cm]": 10, "m": 1000, "(M)": 1000, "µm": 1e-3, "in": 25.4}
+    for short, mm in known.items():
         assert read_unit(["", short, short], "U", "a").mm == mm
     strange = read_unit(["furlong"], "U", "a")
     assert strange.stated("mm", "a").mm == 1

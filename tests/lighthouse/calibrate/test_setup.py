@@ -40,10 +40,8 @@ def subsets(
     station is moved before the last of them."""
     given = {}
     for take, (name, own) in enumerate(seen.items(), start=1):
-        keep, bump_mm = (
-            [ALL if k in own else NEVER for k in range(n)],
-            last_mm * (take == len(seen)),
-        )
+        keep = [ALL if k in own else NEVER for k in range(n)]
+        bump_mm = last_mm * (take == len(seen))
         given[name] = made(n, seed, 2.0, keep=keep, take=take, bump_mm=bump_mm)
     return given
 
@@ -59,10 +57,10 @@ def test_recordings_that_see_different_stations_place_all_of_them() -> None:
     sd = [np.sqrt(np.trace(pose.covariance[:3, :3])) for pose in found.poses]
     assert max(sd) < 3.0, sd
     # Only a shows where station 1 is, but each of the others sees a pair that d sees, too.
-    assert {k: [*of] for k, of in found.predicted.items()} == {
-        "1": [*"bd"],
-        "2": [*"bcd"],
-        "3": [*"cd"],
+    assert {k: "".join(of) for k, of in found.predicted.items()} == {
+        "1": "bd",
+        "2": "bcd",
+        "3": "cd",
     }
     every = [one.m2 for of in found.predicted.values() for one in of.values()]
     assert max(every) < chi2.ppf(0.999, 6)

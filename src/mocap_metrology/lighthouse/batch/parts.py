@@ -74,9 +74,10 @@ class Piece(NamedTuple):
 def _from(joint: Joint, anchor: int, station: int) -> Floats:
     """Derivative (6, n) of the pose of a station as seen from another by all unknowns, in the axes
     of the first: with r from the anchor, dt - dt_a - w_a x r and w - w_a."""
-    rows = np.eye(joint.of.size)[joint.pose(station)]
+    rows, held = np.zeros((2, 6, joint.of.size))
+    rows[:, joint.pose(station)] = np.eye(6)
     if anchor:
-        held = np.eye(joint.of.size)[joint.pose(anchor)]
+        held[:, joint.pose(anchor)] = np.eye(6)
         rows -= held
         rows[:3] += np.cross(joint.state.t_m[station] - joint.state.t_m[anchor], held[3:], axis=0)
     return rows

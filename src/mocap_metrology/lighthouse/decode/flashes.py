@@ -110,16 +110,18 @@ def _out_of_turn(flashes: list[Flashes]) -> dict[str, float]:
     """Share of the pieces of the recording whose flashes keep the clocks but have their codes in
     other ones of four cycles than most, as where whole cycles were lost; by when."""
 
-    def pattern(piece: int) -> list[np.ndarray]:
-        rows = [(one.cycle // PIECE == piece) | (piece < 0) for one in flashes]
-        rows = [row & (row.sum() >= FEWEST_FLASHES) for row in rows]
-        of = [(one.cycle[row], one.length_s[row]) for one, row in zip(flashes, rows, strict=True)]
-        some = any(cycle.size for cycle, _ in of)
-        return find_pattern([c for c, _ in of], [y for _, y in of])[0] if some else most
+    def pattern(rows: list[np.ndarray]) -> list[np.ndarray]:
+        cycles = [one.cycle[row] for one, row in zip(flashes, rows, strict=True)]
+        lengths = [one.length_s[row] for one, row in zip(flashes, rows, strict=True)]
+        return find_pattern(cycles, lengths)[0]
 
-    most = pattern(-1)
-    pieces = range(max(int(one.cycle[-1]) for one in flashes) // PIECE + 1)
-    odd = [k for k in pieces if not np.array_equal(pattern(k), most)]
+    most = pattern([np.full(one.cycle.size, True) for one in flashes])
+    odd, pieces = list[int](), range(max(int(one.cycle[-1]) for one in flashes) // PIECE + 1)
+    for piece in pieces:
+        rows = [one.cycle // PIECE == piece for one in flashes]
+        rows = [row & (row.sum() >= FEWEST_FLASHES) for row in rows]
+        if any(row.any() for row in rows) and not np.array_equal(pattern(rows), most):
+            odd.append(piece)
     begin, end = (PIECE * CYCLE_S * k for k in ((odd[0], odd[-1] + 1) if odd else (0, 0)))
     return {f"between {begin:.1f} and {end:.1f} s": len(odd) / len(pieces)} if odd else {}
 

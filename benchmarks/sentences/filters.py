@@ -1,8 +1,8 @@
 """Low-pass filters before the export: detected with their cutoff, and no false alarm.
 
 One coordinate, ten minutes at 100 Hz (a third of the runs at 60, 120 or 240 Hz, some of one
-minute), float32 steps or 0.01 mm. A cutoff is right within a factor of 1.3. Published: the 154
-series of S.
+minute), float32 steps or 0.01 mm. A cutoff is right within a factor of 1.3 or 1.4, as stated.
+Published: the 154 series of S.
 """
 
 from __future__ import annotations

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -12,7 +13,8 @@ from mocap_metrology.accuracy.bar import NORMAL, Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
 from mocap_metrology.accuracy.effective import effective_number, robust_sd
-from mocap_metrology.accuracy.take import Take
+from mocap_metrology.accuracy.parts import parts_of, shifted, surface_terms
+from mocap_metrology.accuracy.take import MOVING_MM_S, Take
 from mocap_metrology.common.types import Row
 
 CODES = {  # unit of the value
@@ -21,6 +23,7 @@ CODES = {  # unit of the value
     "by_direction": "mm",
     "by_place": "mm",
     "by_speed": "",
+    "latency": "ms",
     "more_than_still": "",
     "spikes": "",
     "scale_slope": "ppm/m",
@@ -29,9 +32,9 @@ SPIKE = 6.0  # robust standard deviations of the rest
 LEAST_SPIKES, LEAST_SHARE = 3, 1e-4  # frames; share of frames
 LEAST_BLOCK = 50  # frames that show a deviation
 SPEEDS = 8  # bins of as many frames each
-LEAST_SPEED = 20.0  # mm/s, below it the bar stands
-CLAIMED = 1.5  # halves of its 95 % interval from which an exponent is a finding
+CLAIMED = 1.5  # halves of its 95 % interval from which an exponent or a latency is a finding
 CHANCE = 0.01
+LEAST_EXPLAINED = 0.05  # of the variance of what remains, by the velocity
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,8 @@ def findings_of(
         findings.append(
             Finding("by_direction", "", way.between, way.between_lower, way.between_upper)
         )
-    findings += [*_place_findings(bar), *_speed(bar)]
+    late = _latency(bar)
+    findings += [*_place_findings(bar, late[0].value if late else 0.0), *_speed(bar), *late]
     if still_mm:
         rest = max(one.parts["rest"].value for one in bar.classes)
         findings.append(Finding("more_than_still", "", rest / still_mm))
@@ -149,28 +153,75 @@ def _bias(bar: Bar) -> list[Finding]:
     return findings
 
 
-def _place_findings(bar: Bar) -> list[Finding]:
+def _place_findings(bar: Bar, latency_ms: float) -> list[Finding]:
     """Findings for classes whose error depends on the place by more than chance: fewer than CHANCE
     of its shifts in time are explained as well by the place, which explains some of each part that
-    it was not fitted to."""
-    return [
-        Finding("by_place", one.name, part.value, part.lower, part.upper)
-        for one in bar.classes
-        for part in [one.parts["place"]]
-        if part.value > 0 and one.parts.predicts and one.parts.alike < CHANCE
-    ]
+    it was not fitted to. A latency that is a finding is taken off before."""
+    along = {take.name: 1e-3 * latency_ms * np.nan_to_num(take.along_mm_s) for take in bar.takes}
+    findings = []
+    for one in bar.classes:
+        parts = one.parts
+        if latency_ms:
+            errors = [e - along[name] for e, name in zip(one.errors, one.passes, strict=True)]
+            parts = parts_of(errors, one.middles, one.dates)
+        place = parts["place"]
+        if place.value > 0 and parts.predicts and parts.alike < CHANCE:
+            findings.append(Finding("by_place", one.name, place.value, place.lower, place.upper))
+    return findings
+
+
+def _latency(bar: Bar) -> list[Finding]:
+    """Time from the measurement of end A to that of end B, in ms, by the velocity of the bar along
+    itself: of both ends v, so that the length errs by v times that time. From what the place leaves
+    of errors and velocities (Frisch and Waugh 1933), over passes, or of one pass by the effective
+    number of its products."""
+    velocities = {take.name: take.along_mm_s for take in bar.takes}
+    by_pass: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    for one in bar.classes:
+        for name, rest, terms in zip(
+            one.passes, one.parts.rest, surface_terms(one.middles), strict=True
+        ):
+            known = np.isfinite(rest) & np.isfinite(velocities[name])
+            if known.sum() < LEAST_BLOCK:
+                continue
+            left = np.full((2, rest.size), math.nan)
+            of = np.column_stack([np.ones(known.sum()), terms[known]])
+            both = np.column_stack([velocities[name][known], rest[known]])
+            left[:, known] = (both - of @ np.linalg.lstsq(of, both, rcond=1e-10)[0]).T
+            by_pass.setdefault(name, []).append((left[0], left[1]))
+    times = []
+    for pairs in by_pass.values():
+        v, e = (np.concatenate(both) for both in zip(*pairs, strict=True))
+        time = float(np.nansum(v * e) / np.nansum(v * v))
+        product = v * (e - time * v)
+        worth = max(effective_number(product), 1.0)
+        error = float(np.nanstd(product)) / math.sqrt(worth) / float(np.nanmean(v * v))
+        times.append((time, error, time**2 * float(np.nanvar(v) / np.nanvar(e))))
+    if not times:
+        return []
+    every, errors, shares = (np.array(column) for column in zip(*times, strict=True))
+    value = float(every.mean())
+    half = NORMAL * float(np.sqrt((errors**2).sum())) / every.size
+    if every.size >= FEWEST:
+        half = (over := repeated(every)).upper - over.value
+    pairs = [pair for of_pass in by_pass.values() for pair in of_pass]
+    is_sure = abs(value) > CLAIMED * half and shares.mean() > LEAST_EXPLAINED
+    if not is_sure or shifted([v[:, None] for v, _ in pairs], [e for _, e in pairs]) >= CHANCE:
+        return []
+    return [Finding("latency", "", 1e3 * value, 1e3 * (value - half), 1e3 * (value + half))]
 
 
 def _speed(bar: Bar) -> list[Finding]:
     """Exponent of the growth of the rest with speed, over all classes: between the speeds of the
-    passes, or of one take's frames."""
+    passes, or of one take's frames; none where CHANCE of the shifts of the rest in time, or more,
+    is explained as well by the speed."""
     speeds = {take.name: take.speed_mm_s for take in bar.takes}
-    slopes = [
-        _exponent(rest, speeds[name])
+    pairs = [
+        (rest, speeds[name])
         for one in bar.classes
         for name, rest in zip(one.passes, one.parts.rest, strict=True)
     ]
-    slopes = [slope for slope in slopes if math.isfinite(slope[0])]
+    slopes = [slope for pair in pairs if math.isfinite((slope := _exponent(*pair))[0])]
     if len(slopes) >= FEWEST:
         mean = repeated([slope for slope, _ in slopes])
         value, lower, upper = mean.value, mean.lower, mean.upper
@@ -179,14 +230,31 @@ def _speed(bar: Bar) -> list[Finding]:
         lower, upper = value - NORMAL * error, value + NORMAL * error
     else:
         return []
-    is_sure = value > CLAIMED * (value - lower)
-    return [Finding("by_speed", "", value, lower, upper)] if is_sure else []
+    if value <= CLAIMED * (value - lower) or _at_any_time(pairs) >= CHANCE:
+        return []
+    return [Finding("by_speed", "", value, lower, upper)]
+
+
+def _at_any_time(pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> float:
+    """Share of the shifts in time of the size of the rest, as its logarithm, that the logarithm of
+    the speed explains as well."""
+    terms, sizes = [], []
+    for rest, speed in pairs:
+        away = np.abs(rest - np.nanmedian(rest))
+        known = np.isfinite(rest) & (speed > MOVING_MM_S) & (away > 0)
+        if known.any():
+            logs = np.full((2, rest.size), math.nan)
+            logs[:, known] = np.log([speed[known], away[known]])
+            term, size = logs - np.nanmean(logs, axis=1, keepdims=True)
+            terms.append(term[:, None])
+            sizes.append(size)
+    return shifted(terms, sizes) if sizes else 1.0
 
 
 def _exponent(rest: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
     """b of robust sd ~ speed^b, and its standard error, from SPEEDS bins of equal frames: the
     logarithm of the sd of n_eff values has the variance 1 / (2 n_eff) (of the MAD 1.36 / n_eff)."""
-    known = np.flatnonzero(np.isfinite(rest) & (speed > LEAST_SPEED))
+    known = np.flatnonzero(np.isfinite(rest) & (speed > MOVING_MM_S))
     if known.size < 100 * SPEEDS:
         return math.nan, math.nan
     bins = np.array_split(known[np.argsort(speed[known])], SPEEDS)

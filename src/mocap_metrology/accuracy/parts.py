@@ -29,7 +29,7 @@ class Parts:
     place_share: share of the variance about the pass's mean that the surface of other dates, or of
     other passes, explains in what it was not fitted to (NaN of one pass); predicts: whether it
     explains some in each, or in each of BLOCKS parts of one pass; alike: share of the shifts in
-    time of which a surface explains as much (`_shifted`); rest: (n,) of each pass; n_eff: of the
+    time of which a surface explains as much (`shifted`); rest: (n,) of each pass; n_eff: of the
     rest."""
 
     sizes: Mapping[str, Repeated]
@@ -80,7 +80,7 @@ def parts_of(
     left = _left_out(terms, centred, dates)
     share = 1 - float(left[:, 1].sum() / left[:, 0].sum()) if len(errors) > 1 else math.nan
     predicts = bool((left[:, 1] < left[:, 0]).all())
-    return Parts(sizes, share, predicts, _shifted(terms, centred), rest, sum(worth))
+    return Parts(sizes, share, predicts, shifted(terms, centred), rest, sum(worth))
 
 
 def frame_variance(errors: np.ndarray) -> float:
@@ -138,10 +138,10 @@ def _left_out(
     return np.array(errors)
 
 
-def _shifted(terms: Sequence[np.ndarray], centred: Sequence[np.ndarray]) -> float:
-    """Share of circular shifts of the errors in time, and of the reversed errors, of which a
-    surface explains as much as of the errors where they were: of what is slow by itself many
-    [surrogates by shifts, Theiler et al. 1992]. What changes over a whole pass, BLOCKS half
+def shifted(terms: Sequence[np.ndarray], centred: Sequence[np.ndarray]) -> float:
+    """Share of circular shifts of the errors (n,) in time, and of the reversed errors, of which
+    the terms (n, p) explain as much as of the errors where they were: of what is slow by itself
+    many [surrogates by shifts, Theiler et al. 1992]. What changes over a whole pass, BLOCKS half
     cosines, is in neither, as it has no shifts."""
     gram, products = np.zeros(()), np.zeros(())
     for term, error in zip(terms, centred, strict=True):

@@ -14,6 +14,7 @@ from mocap_metrology.common.errors import Refusal
 STEP_S = 0.1  # of a speed: long enough that noise of a frame counts little
 STRIDE_S = 0.5  # of a way
 LEAST_STRIDE_MM = 5.0  # below it the stride is noise
+MOVING_MM_S = 20.0  # below it the bar stands
 MOST_SPREAD = 0.05  # of the length of one object, (p97.5 - p2.5) / 4
 MOST_BIAS = 0.05  # of a certificate that is of this object
 SLIP_S, ABRUPT = 0.5, 0.7  # within which a marker slips, and how much of the change comes there
@@ -47,14 +48,24 @@ class Take:
         return np.isfinite(self.length_mm)
 
     @property
-    def speed_mm_s(self) -> np.ndarray:
-        """(n,) of the middle, over STEP_S about each frame; NaN at gaps and ends."""
+    def velocity_mm_s(self) -> np.ndarray:
+        """(3, n) of the middle, over STEP_S about each frame; NaN at gaps and ends."""
         half = max(round(STEP_S * self.frame_rate_hz / 2), 1)
-        speed = np.full(self.length_mm.size, math.nan)
+        velocity = np.full(self.middle_mm.shape, math.nan)
         step = self.middle_mm[:, 2 * half :] - self.middle_mm[:, : -2 * half]
-        rate = self.frame_rate_hz / (2 * half)
-        speed[half:-half] = np.sqrt(np.einsum("kn,kn->n", step, step)) * rate
-        return speed
+        velocity[:, half:-half] = step * self.frame_rate_hz / (2 * half)
+        return velocity
+
+    @property
+    def speed_mm_s(self) -> np.ndarray:
+        """(n,) of the middle."""
+        velocity = self.velocity_mm_s
+        return np.sqrt(np.einsum("kn,kn->n", velocity, velocity))
+
+    @property
+    def along_mm_s(self) -> np.ndarray:
+        """(n,) velocity of the bar along itself, from A to B: of the middle and of both ends."""
+        return np.einsum("kn,kn->n", self.velocity_mm_s, self.direction)
 
 
 def take_of(
@@ -112,10 +123,28 @@ def spread_mm(take: Take) -> float:
     return float(high - low) / 4
 
 
-def slip(take: Take) -> tuple[float, float] | None:
-    """Moment in s and change in mm where the length differs before and after by more than it
-    scatters on both sides (the split of least squares leaves less than half of the variance), and
-    does so within SLIP_S; None where it does not. Gross errors are clipped."""
+def repeated(take: Take) -> float:
+    """Share of the frames of a bar that moves, by more than two steps of the file a frame, in which
+    both ends are where they were in the frame before."""
+    least = max(MOVING_MM_S, 2 * take.step_mm * take.frame_rate_hz)
+    moves = take.speed_mm_s[1:] > least
+    same = (np.diff(take.middle_mm) == 0).all(axis=0) & (np.diff(take.length_mm) == 0)
+    return float(same[moves].mean()) if moves.any() else 0.0
+
+
+@dataclass(frozen=True)
+class Change:
+    """Of a length within a take: change in mm; at_s: when, NaN of one that is not at once."""
+
+    change: float
+    at_s: float
+
+
+def change(take: Take) -> Change | None:
+    """How the length differs before and after one moment by more than it scatters on both sides
+    (the split of least squares leaves less than half of the variance): at that moment, within
+    SLIP_S, or slowly, then from the first to the last tenth; None where it does not. Gross errors
+    are clipped."""
     known = np.flatnonzero(take.known)
     length = take.length_mm[known]
     middle, width = np.median(length), CLIPPED * spread_mm(take)
@@ -126,13 +155,15 @@ def slip(take: Take) -> tuple[float, float] | None:
         return None
     total = np.cumsum(length - length.mean())
     between = total[count - 1] ** 2 * (1 / count + 1 / (n - count))
-    at = int(count[np.argmax(between)])
-    change = float(np.median(length[at:]) - np.median(length[:at]))
-    here = float(np.median(length[at : at + half]) - np.median(length[at - half : at]))
-    is_half = between.max() > n * float(length.var()) / 2
-    if not is_half or here * np.sign(change) < ABRUPT * abs(change):
+    if not between.max() > n * float(length.var()) / 2:
         return None
-    return float(known[at] / take.frame_rate_hz), change
+    at = int(count[np.argmax(between)])
+    whole = float(np.median(length[at:]) - np.median(length[:at]))
+    here = float(np.median(length[at : at + half]) - np.median(length[at - half : at]))
+    if here * np.sign(whole) >= ABRUPT * abs(whole):
+        return Change(whole, float(known[at] / take.frame_rate_hz))
+    tenth = max(n // 10, 1)
+    return Change(float(np.median(length[-tenth:]) - np.median(length[:tenth])), math.nan)
 
 
 def check(take: Take, pair: str, certificate_mm: float | None, least_path_mm: float) -> None:

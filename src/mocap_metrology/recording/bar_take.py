@@ -21,6 +21,8 @@ from mocap_metrology.present.text.sentence import render
 from mocap_metrology.recording.clean import Check, Entry, accepted, read, trajectories
 from mocap_metrology.settings import Settings
 
+MOST_REPEATED = 0.01  # of the frames in which a bar moves
+
 
 @dataclass(frozen=True)
 class Reading:
@@ -90,8 +92,10 @@ def _warnings(take: Take, pair: tuple[str, str], rigid_mm: float) -> list[str]:
     said = []
     if turned := of_take.reversals(take):
         said.append(render("bar.reversals", n=turned, pair=pair))
-    if slip := of_take.slip(take):
-        said.append(render("bar.slip", at_s=slip[0], change=slip[1], pair=pair))
+    if (share := of_take.repeated(take)) > MOST_REPEATED:
+        said.append(render("bar.repeated", share=share))
+    if one := of_take.change(take):
+        said.append(render("bar.change", **asdict(one), pair=pair))
     if (spread := of_take.spread_mm(take)) > rigid_mm:
         said.append(render("bar.loose", spread=spread, limit=rigid_mm, pair=pair))
     return said

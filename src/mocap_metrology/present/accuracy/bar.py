@@ -214,10 +214,10 @@ def sentences(document: Record) -> list[str]:
         known = document["certificate"] | {"fewest": FEWEST}
         said += [render("bar.mean", c=c, **known) for c in document["classes"]]
     of_class = {one["class"]: len(one["passes"]) for one in document["classes"]}
-    said += [
-        render(f"bar.{one['code']}", **one, passes=of_class.get(one["series"], 0), fewest=FEWEST)
-        for one in document["findings"]
-    ]
+    for one in document["findings"]:
+        earlier, later = document["pair"][:: 1 if one["value"] > 0 else -1]
+        known = {"passes": of_class.get(one["series"], 0), "earlier": earlier, "later": later}
+        said.append(render(f"bar.{one['code']}", **one, **known, fewest=FEWEST))
     if document["scale"] and not any(f["code"] == "scale_slope" for f in document["findings"]):
         said.append(render("bar.no_slope", **document["scale"]))
     if document["certificate"] and not document["certificate"]["u_mm"]:

@@ -103,6 +103,8 @@ SAID = [
     ("bar.angle_bias", {"value": 1.9, "lower_95": 1.7, "upper_95": 2.1}, "1.90, 1.70, 2.10"),
     ("bar.by_direction", {"value": 0.31, "lower_95": 0.12, "upper_95": 0.5},
      "0.31 mm, 0.12 mm, 0.5 mm"),
+    ("bar.by_pass", {"value": 0.31, "lower_95": 0.12, "upper_95": 0.5, "series": "bar z, way x",
+     "farthest": "take-3", "away": -0.7}, "0.31 mm, 0.12 mm, 0.5 mm, 3, −0.7 mm"),
     ("bar.by_place", {"value": 0.31, "lower_95": 0.12, "upper_95": 0.5, "series": "bar z, way x"},
      "0.31 mm, 0.12 mm, 0.5 mm"),
     ("bar.by_speed", {"value": 0.5, "lower_95": 0.4, "upper_95": 0.6}, "0.5, 0.4, 0.6"),

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -204,18 +204,27 @@ def _of_class(
 
 
 def statistics(errors: Sequence[np.ndarray]) -> dict[str, Repeated]:
-    """Each statistic of passes (n,): over passes, from FEWEST on with its interval and that of the
-    next pass; of fewer the interval of the mean alone, where frames are worth enough."""
+    """Each statistic of passes (n,): the mean of the passes' means, any other of all frames
+    together; from FEWEST passes on with the interval of a pass's statistic, which holds that of all
+    frames, too, and that of the next pass; of fewer the interval of the mean alone, where frames
+    are worth enough."""
     passes = [e[np.isfinite(e)] for e in errors]
+    every = np.concatenate(passes)
     numbers = {
-        name: repeated([of(e) for e in passes], positive=name != "mean")
+        name: _with_value(repeated([of(e) for e in passes], positive=True), of(every))
         for name, of in STATISTICS.items()
     }
+    numbers["mean"] = repeated([float(e.mean()) for e in passes])
     if len(passes) < FEWEST:
         half = math.hypot(*map(half_interval, errors)) / len(errors)
         mean = numbers["mean"].value
         numbers["mean"] = Repeated(len(passes), mean, mean - half, mean + half)
     return numbers
+
+
+def _with_value(of: Repeated, value: float) -> Repeated:
+    lower, upper = np.minimum(of.lower, value), np.maximum(of.upper, value)  # NaN remains
+    return replace(of, value=value, lower=float(lower), upper=float(upper))
 
 
 def pass_scatter(of_classes: Sequence[OfClass]) -> tuple[float, int]:

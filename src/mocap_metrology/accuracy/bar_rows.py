@@ -117,6 +117,7 @@ def _class(one: OfClass) -> Row:
     return {
         "class": one.name,
         "passes": list(one.passes),
+        "pass_means_mm": [float(np.nanmean(e)) for e in one.errors],
         "n_frames": one.n_frames,
         "n_eff": one.n_eff,
         "statistics_mm": {name: asdict(value) for name, value in one.statistics.items()},

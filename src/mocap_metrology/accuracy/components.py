@@ -53,7 +53,7 @@ def repeated(values: Sequence[float] | np.ndarray, positive: bool = False) -> Re
 @dataclass(frozen=True)
 class Effects:
     """Random effects of k groups: common mean, its standard error and 95 % interval; sd between
-    groups with its interval. NaN below two groups."""
+    groups with its interval; chance of a scatter as large without any. NaN below two groups."""
 
     k: int
     mean: float
@@ -63,6 +63,7 @@ class Effects:
     between: float
     between_lower: float
     between_upper: float
+    chance: float
 
 
 def random_effects(
@@ -72,22 +73,23 @@ def random_effects(
 ) -> Effects:
     """Values (k,) and the variances (k,) > 0 of their errors, up to one factor of `dof` degrees of
     freedom: Q / (k - 1) ~ F(k - 1, dof)."""
-    from scipy.special import chdtri, fdtri, stdtrit
+    from scipy.special import chdtrc, chdtri, fdtrc, fdtri, stdtrit
 
     x, v = np.asarray(values, dtype=float), np.asarray(variances, dtype=float)
     k = x.size
     if k < 2:
-        return Effects(k, float(x[0]) if k else math.nan, *(math.nan,) * 6)
+        return Effects(k, float(x[0]) if k else math.nan, *(math.nan,) * 7)
     w = 1 / v
-    excess = _cochran_q(x, v, 0.0)[0] - (k - 1)
-    between = max(excess / (w.sum() - (w**2).sum() / w.sum()), 0.0)
+    alone = _cochran_q(x, v, 0.0)[0]
+    between = max((alone - (k - 1)) / (w.sum() - (w**2).sum() / w.sum()), 0.0)
     q, mean = _cochran_q(x, v, between)
     se = math.sqrt(q / (k - 1) / float((1 / (v + between)).sum()))
     half = float(stdtrit(k - 1, 0.975)) * se
     known, tails = math.isinf(dof), (0.025, 0.975)
     limits = (chdtri(k - 1, p) if known else (k - 1) * fdtri(k - 1, dof, 1 - p) for p in tails)
-    ends = (math.sqrt(_solve(x, v, float(limit))) for limit in limits)
-    return Effects(k, mean, se, mean - half, mean + half, math.sqrt(between), *ends)
+    low, high = (math.sqrt(_solve(x, v, float(limit))) for limit in limits)
+    chance = float(chdtrc(k - 1, alone) if known else fdtrc(k - 1, dof, alone / (k - 1)))
+    return Effects(k, mean, se, mean - half, mean + half, math.sqrt(between), low, high, chance)
 
 
 def _cochran_q(x: np.ndarray, v: np.ndarray, between: float) -> tuple[float, float]:

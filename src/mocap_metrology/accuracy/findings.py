@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from mocap_metrology.accuracy.bar import NORMAL, Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
 from mocap_metrology.accuracy.components import FEWEST, repeated
 from mocap_metrology.accuracy.effective import effective_number, robust_sd
-from mocap_metrology.accuracy.parts import parts_of, shifted, surface_terms
+from mocap_metrology.accuracy.parts import shifted, surface_terms
 from mocap_metrology.accuracy.take import MOVING_MM_S, Take
 from mocap_metrology.common.types import Row
 
@@ -21,6 +21,7 @@ CODES = {  # unit of the value
     "length_bias": "mm",
     "angle_bias": "deg",
     "by_direction": "mm",
+    "by_pass": "mm",
     "by_place": "mm",
     "by_speed": "",
     "latency": "ms",
@@ -71,16 +72,23 @@ def findings_of(
     if turned.value > least:  # than the stated rotation, by more than its uncertainty
         ends = turned.value - least, turned.value + least
         findings.append(Finding("angle_bias", "", turned.value, *ends))
-    if (way := bar.direction) is not None and way.between_lower > 0:
+    if (way := bar.direction) is not None and way.chance < CHANCE:
         findings.append(
             Finding("by_direction", "", way.between, way.between_lower, way.between_upper)
         )
+    findings += [
+        Finding("by_pass", one.name, part.value, part.lower, part.upper)
+        for one in bar.classes
+        for part in [one.parts["pass"]]
+        if len(one.passes) >= FEWEST and one.parts.pass_chance < CHANCE
+    ]
     late = _latency(bar)
-    findings += [*_place_findings(bar, late[0].value if late else 0.0), *_speed(bar), *late]
+    without = _without_latency(bar, late[0].value) if late else bar
+    findings += [*_place_findings(without), *_speed(without), *late]
     if still_mm:
         rest = max(one.parts["rest"].value for one in bar.classes)
         findings.append(Finding("more_than_still", "", rest / still_mm))
-    findings += _spikes(bar)
+    findings += _spikes(without)
     if scale is not None and not scale.lower <= 0 <= scale.upper:
         findings.append(Finding("scale_slope", "", scale.slope, scale.lower, scale.upper))
     return findings
@@ -153,21 +161,26 @@ def _bias(bar: Bar) -> list[Finding]:
     return findings
 
 
-def _place_findings(bar: Bar, latency_ms: float) -> list[Finding]:
+def _place_findings(bar: Bar) -> list[Finding]:
     """Findings for classes whose error depends on the place by more than chance: fewer than CHANCE
     of its shifts in time are explained as well by the place, which explains some of each part that
-    it was not fitted to. A latency that is a finding is taken off before."""
-    along = {take.name: 1e-3 * latency_ms * np.nan_to_num(take.along_mm_s) for take in bar.takes}
-    findings = []
-    for one in bar.classes:
-        parts = one.parts
-        if latency_ms:
-            errors = [e - along[name] for e, name in zip(one.errors, one.passes, strict=True)]
-            parts = parts_of(errors, one.middles, one.dates)
-        place = parts["place"]
-        if place.value > 0 and parts.predicts and parts.alike < CHANCE:
-            findings.append(Finding("by_place", one.name, place.value, place.lower, place.upper))
-    return findings
+    it was not fitted to."""
+    return [
+        Finding("by_place", one.name, part.value, part.lower, part.upper)
+        for one in bar.classes
+        for part in [one.parts["place"]]
+        if part.value > 0 and one.parts.predicts and one.parts.alike < CHANCE
+    ]
+
+
+def _without_latency(bar: Bar, time_ms: float) -> Bar:
+    """The classes of a bar less the errors by this time between the ends."""
+    errs = {take.name: 1e-3 * time_ms * take.along_mm_s for take in bar.takes}
+    classes = [
+        replace(one, errors=tuple(e - errs[n] for e, n in zip(one.errors, one.passes, strict=True)))
+        for one in bar.classes
+    ]
+    return replace(bar, classes=tuple(classes))
 
 
 def _latency(bar: Bar) -> list[Finding]:

@@ -28,13 +28,15 @@ class Parts:
     """The parts of the error of one class. sizes: of bias, pass, place, rest, frame in mm;
     place_share: share of the variance about the pass's mean that the surface of other dates, or of
     other passes, explains in what it was not fitted to (NaN of one pass); predicts: whether it
-    explains some in each, or in each of BLOCKS parts of one pass; alike: share of the shifts in
+    explains some in each, or in each of BLOCKS parts of one pass; pass_chance: of means that
+    scatter as much where passes do not differ; alike: share of the shifts in
     time of which a surface explains as much (`shifted`); rest: (n,) of each pass; n_eff: of the
     rest."""
 
     sizes: Mapping[str, Repeated]
     place_share: float
     predicts: bool
+    pass_chance: float
     alike: float
     rest: tuple[np.ndarray, ...]
     n_eff: float
@@ -80,7 +82,8 @@ def parts_of(
     left = _left_out(terms, centred, dates)
     share = 1 - float(left[:, 1].sum() / left[:, 0].sum()) if len(errors) > 1 else math.nan
     predicts = bool((left[:, 1] < left[:, 0]).all())
-    return Parts(sizes, share, predicts, shifted(terms, centred), rest, sum(worth))
+    chances = between.chance, shifted(terms, centred)
+    return Parts(sizes, share, predicts, *chances, rest, sum(worth))
 
 
 def frame_variance(errors: np.ndarray) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -214,9 +214,15 @@ def sentences(document: Record) -> list[str]:
         known = document["certificate"] | {"fewest": FEWEST}
         said += [render("bar.mean", c=c, **known) for c in document["classes"]]
     of_class = {one["class"]: len(one["passes"]) for one in document["classes"]}
+    means = {
+        one["class"]: dict(zip(one["passes"], one["pass_means_mm"], strict=True))
+        for one in document["classes"]
+    }
     for one in document["findings"]:
         earlier, later = document["pair"][:: 1 if one["value"] > 0 else -1]
         known = {"passes": of_class.get(one["series"], 0), "earlier": earlier, "later": later}
+        if one["code"] == "by_pass":
+            known["farthest"], known["away"] = _farthest(means[one["series"]])
         said.append(render(f"bar.{one['code']}", **one, **known, fewest=FEWEST))
     if document["scale"] and not any(f["code"] == "scale_slope" for f in document["findings"]):
         said.append(render("bar.no_slope", **document["scale"]))
@@ -226,6 +232,13 @@ def sentences(document: Record) -> list[str]:
     if few := sum(count < FEWEST for count in of_class.values()):
         said.append(render("bar.few", few=few, of=len(of_class), passes=passes, fewest=FEWEST))
     return said
+
+
+def _farthest(means: Mapping[str, float]) -> tuple[str, float]:
+    """The pass whose mean is farthest from the median of all, and by how much."""
+    middle = float(np.median(list(means.values())))
+    name = max(means, key=lambda one: abs(means[one] - middle))
+    return name, means[name] - middle
 
 
 def bar_words(documents: Sequence[Record]) -> list[str]:

@@ -98,6 +98,8 @@ def test_map_wrap_order_and_line_ends(tmp_path: Path, end: str, packed: bool) ->
         end=end,
         packed=packed,
     )
+    if not packed:
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     read, board = read_libsurvive(path, "T20")
     assert read.diode.tolist() == [1, 3, 2]
     assert (read.start_s * TICKS_PER_S).round().tolist() == [0, 46, 106]
@@ -229,5 +231,8 @@ def test_broken_gzip_and_missing_file(tmp_path: Path, samples: Path) -> None:
         path.write_bytes(broken)
         with pytest.raises(Refusal, match="gzip stream is damaged"):
             read_libsurvive(path, "HMD")
+    path.write_bytes(gzip.decompress(whole)[:9999].decode().encode("utf-16"))
+    with pytest.raises(Refusal, match="UTF-16 text; expected UTF-8"):
+        read_libsurvive(path, "HMD")
     with pytest.raises(Refusal, match="cannot be read"):
         read_libsurvive(tmp_path / "none.rec", "HMD")

@@ -10,7 +10,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode import libsurvive
-from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
+from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive, tracked_objects
 from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.rotation import log
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
@@ -69,6 +69,21 @@ def test_real_solution_is_turned_into_this_projects_axes(samples: Path) -> None:
     assert np.allclose(R @ R.T, np.eye(3), atol=1e-5)
     back = -R.T @ t  # the master in the slave's frame: x = -Z, y = -X, z = Y
     assert back == pytest.approx([3.926, -0.811, 0.128], abs=6e-4)
+
+
+@pytest.mark.parametrize(("length", "of_a_head"), [(0.996, True), (1.004, True), (1.006, False)])
+def test_axes_of_a_head_have_unit_length_to_half_a_percent(
+    tmp_path: Path, length: float, of_a_head: bool
+) -> None:
+    head = {"plus_x": [0, length, 0], "plus_z": [0, 0, 1], "position": [0.1, 0.2, 0.3]}
+    path = recording(tmp_path / "a.rec", f"0 A CONFIG {json.dumps({'head': head})}")
+    if of_a_head:
+        (found,) = tracked_objects(path)
+        np.testing.assert_allclose(found.R, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
+        assert found.t_m.tolist() == head["position"]
+    else:
+        with pytest.raises(Refusal, match=r"^a\.rec, A: its CONFIG is unreadable; .* unit length"):
+            tracked_objects(path)
 
 
 def test_other_objects_and_the_second_generation_are_refused_by_name(

@@ -62,7 +62,7 @@ def resonance(
     `psd_mm2_hz` (k,), `n_segments` of their Welch spectrum; lines_hz: frequencies of periodic
     disturbances, whose bins are left out."""
     f, psd = spectrum["f_hz"], spectrum["psd_mm2_hz"]
-    if f.size < PLACES or np.isnan(values).mean() > MOST_GAPS:
+    if np.isnan(values).mean() > MOST_GAPS:
         return None
     bin_hz, nyquist = float(f[1] - f[0]), float(f[-1])
     keep = (f > bin_hz) & (f < nyquist) & (psd > 0)

@@ -169,6 +169,17 @@ def test_amplitude_frequency_and_phase_reach_the_cramer_rao_bound(offset):
     assert rms[2] < 2.5 * 2 * bounds[0] / 0.1  # 2 sigma/(A sqrt n): phase at the start, f unknown
 
 
+def test_power_of_no_line_is_as_uncertain_as_its_error_states() -> None:
+    """Power of a band less that of noise beside it, known from a few coefficients: of half of the
+    recordings it is above zero, and its rms there is that of all; A^2 has twice the error of A."""
+    rng = np.random.default_rng(6)
+    lines = [Transform.of(rng.normal(size=4096), TAU0).measured(600, 1099) for _ in range(1500)]
+    power = [line.A_s**2 for line in lines if line.A_s > 0]
+    error = {round(line.A_error**2 / line.psd, 9) for line in lines if line.A_s == 0}
+    assert len(error) == 1
+    assert 2 * error.pop() * 2 * TAU0 == pytest.approx(np.sqrt(np.mean(np.square(power))), rel=0.1)
+
+
 def test_bands_and_ends_of_the_spectrum() -> None:
     """A band grows to where its power ends, and by half; without power it has no line. Blue noise
     is no line at Nyquist, where it is most. A line seen in means has the phase that it has."""

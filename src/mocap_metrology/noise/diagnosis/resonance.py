@@ -135,7 +135,7 @@ def _candidates(
     peaks = _oscillator(f, *tried.T[:, :, None]) * scale
     peaks = peaks - (peaks @ basis) @ basis.T
     z = peaks @ ((psd - level) * scale) / np.sqrt((peaks**2).sum(axis=1))
-    return np.asarray(tried[z > math.sqrt(LEAST / 2)])
+    return np.asarray(tried[z > math.sqrt(LEAST)])
 
 
 def _bands(f: Floats, psd: Floats) -> tuple[Floats, Floats, Floats]:

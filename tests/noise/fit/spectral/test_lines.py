@@ -79,6 +79,8 @@ def test_a_wide_line_is_out_of_the_noise_and_one_row():
     lines, part = series_lines(series, RATE, 10, lambda f: np.full_like(f, 4.17e-5))
     (one,) = described("x1", lines, part, RATE)
     assert one.lower < A_S < one.upper
+    assert one.upper - one.lower == pytest.approx(2 * 1.96 * one.line.errors(N / RATE)[0])
+    assert (one.lower + one.upper) / 2 == pytest.approx(one.line.A_s)
     assert one.line.f_0 == pytest.approx(found["f_0"].value, abs=0.01)
     assert one.line.wide
     assert 0 < one.line.width_f < 0.095

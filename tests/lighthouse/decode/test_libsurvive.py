@@ -135,7 +135,7 @@ def test_lines_that_cannot_be_read_are_counted(tmp_path: Path) -> None:
     damaged = read_libsurvive(path, "A")[0]
     assert damaged.start_s.size == 5
     assert damaged.notes == (
-        "4 lines cannot be read and are left out: the file is damaged",
+        "4 lines cannot be read and are left out: damage, or messages of a program",
         "2 pulses are of objects without a CONFIG line and are left out",
     )
 
@@ -169,7 +169,9 @@ def test_gyroscope_and_accelerometer(tmp_path: Path, described: str) -> None:
     lines += ["0.5 A I 3 96000 1 0 x 0 0 1 0 0 0 9", "0.5 A I 3", "0.5 A I 3 96000 1 0 0 0 0 1e3"]
     read, _ = read_libsurvive(recording(tmp_path / "b.rec", *lines), "A")
     assert read.inertial is not None and len(read.inertial) == 2
-    assert read.notes == ("3 lines cannot be read and are left out: the file is damaged",)
+    assert read.notes == (
+        "3 lines cannot be read and are left out: damage, or messages of a program",
+    )
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,8 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
         notes.append(f"the file is cut off ({seen.cut}) and used to its last whole line")
     if seen.unreadable:
         notes.append(
-            f"{seen.unreadable} lines cannot be read and are left out: the file is damaged"
+            f"{seen.unreadable} lines cannot be read and are left out: damage, or messages of a"
+            " program"
         )
     known = {name.encode() for name in seen.configs}
     stray = sum(n for name, n in seen.raw.items() if name not in known)

@@ -11,7 +11,7 @@ from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
-from mocap_metrology.noise.fit.spectral.line import Transform, density_around, grown
+from mocap_metrology.noise.fit.spectral.line import Transform, beside, density_around, grown
 from mocap_metrology.noise.fit.spectral.lines import find_lines, find_slow_lines, line_errors
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
@@ -169,6 +169,12 @@ def test_amplitude_frequency_and_phase_reach_the_cramer_rao_bound(offset):
     assert 0.75 < rms[0] / bounds[0] < 1.3
     assert 0.75 < rms[1] / bounds[1] < 1.3
     assert rms[2] < 2.5 * 2 * bounds[0] / 0.1  # 2 sigma/(A sqrt n): phase at the start, f unknown
+
+
+def test_the_last_band_beside_a_line_is_a_whole_one() -> None:
+    """Of 42 coefficients here, of which ten alone would be a flank of 100 times the noise."""
+    power = np.log(2) * np.r_[np.ones(161), np.full(10, 100.0)]
+    assert beside(power, np.arange(1, 171)).max() < 1
 
 
 def test_power_of_no_line_is_as_uncertain_as_its_error_states() -> None:

@@ -80,6 +80,16 @@ def test_a_shift_that_fades_has_two_places_and_a_step_has_one(lasts: float, at: 
     assert best.at == pytest.approx(at, abs=0.5)
 
 
+@pytest.mark.parametrize("order", [2, 3])
+def test_a_cycle_beside_a_polynomial_has_two_coefficients_more(order: int) -> None:
+    k = np.arange(400)
+    z = 3 * (k / 200 - 1) ** order + np.sin(2 * np.pi * k / 57)
+    z = z + 1e-3 * np.random.default_rng(4).standard_normal(k.size)
+    cycles = [s.columns for s in shapes(z, k) if "cycle" in s.kinds and len(s.columns) == order + 2]
+    fits = [np.vstack([np.ones(k.size), columns]).T for columns in cycles]
+    assert min(np.linalg.lstsq(X, z, rcond=None)[1][0] for X in fits) < 2e-6 * k.size
+
+
 def test_what_two_blocks_show_has_no_size_beyond_them() -> None:
     """A shift for eight blocks, of which two are known."""
     k = np.delete(np.arange(300), [*range(174, 180), *range(182, 187)])

@@ -84,7 +84,7 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
     Path("cut.c3d").write_bytes(take.read_bytes()[:-20_000])
     position = np.random.default_rng(3).normal(0, 1e-5, (500, 1, 3)) + 0.1
     write_c3d(Path("metres.c3d"), ["A"], 50.0, [position], 500)
-    for objects in (["T20"], ["T20", "T21"]):
+    for objects in ([], ["T20"], ["T20", "T21"]):
         lines = [f"0.1 {name} CONFIG {{}}\n" for name in objects]
         Path(f"objects{len(objects)}.rec").write_text("".join(lines))
     unit = " (--unit m or mm, in make UNIT=m or mm)"
@@ -104,6 +104,9 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
             "objects1.rec",
         ): "objects1.rec: no light; expected raw pulses (C lines, or W and Y lines):"
         " record with a libsurvive that writes them",
+        (
+            "objects0.rec",
+        ): "objects0.rec: no line `seconds object CONFIG ...`; expected a recording of libsurvive",
         ("objects2.rec",): "objects2.rec: name one of its objects with --board, in make BOARD=:"
         " T20, T21",
         ("cut.c3d",): None,

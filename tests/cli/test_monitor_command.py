@@ -159,13 +159,13 @@ def test_two_commands_at_once_wait_for_each_other(tmp_path: Path, run: Run) -> N
 
 
 def test_a_sheet_that_was_edited(tmp_path: Path, run: Run) -> None:
-    """A comment, Windows line ends, a row removed, a column added."""
+    """A comment, Windows line ends, a row removed, a column added, other capitals, Ctrl-Z."""
     grown(tmp_path, run, 3)
     sheet = tmp_path / "hall/recordings.tsv"
     head, first, _, third = [row.split("\t") for row in sheet.read_text().splitlines()]
     rows = [["comment", *head], ["as set up", *first], ["", *third]]
     text = "# our hall\r\n" + "".join("\t".join(row) + "\r\n" for row in rows)
-    sheet.write_bytes(text.encode())
+    sheet.write_bytes(text.replace("recording\t", "Recording\t", 1).encode() + b"\x1a")
     assert run(write_take(tmp_path / "t4.c3d", 4), "--date", "2026-03-04") == 0
     assert sheet.read_bytes().startswith(text.encode())
     assert sheet.read_bytes().count(b"\r\n") == 5

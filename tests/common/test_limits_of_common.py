@@ -136,6 +136,7 @@ def repeated(first: str, later: str) -> str:
         ("a: [", "expected"),
         ("a\tb: 1", "cannot start any token"),  # libyaml reads it
         ("a: 1\n\ufeff\nb: 2", "line 2: a byte order mark"),
+        ("\n\ufeffb: 2", "line 2: a byte order mark"),
         ("a: !!python/object:os.system x", "could not determine a constructor"),
     ],
 )

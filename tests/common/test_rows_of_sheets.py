@@ -30,13 +30,13 @@ def test_rows_by_their_numbers_with_cells_left_out_empty(
     """Without comments, empty rows, blanks round cells, and empty columns at the end."""
     lines = [
         "# title",
-        f"name{sep}note{sep}{sep}",
+        f"Name{sep}NOTE{sep}{sep}",
         "",
         f" a {sep}b c{sep}{sep}",
         f"{sep}{sep} {sep}",
     ]
     lines += [f'"x{sep}y"{sep}', "  # end", f"{sep}z"]
-    found = rows(tmp_path, "\ufeff" + end.join(lines) + end)
+    found = rows(tmp_path, "\ufeff" + end.join(lines) + end + "\x1a")
     assert found == [(4, ["a", "", "b c"]), (6, [f"x{sep}y", "", ""]), (8, ["", "", "z"])]
 
 
@@ -53,7 +53,10 @@ def test_a_formula_that_failed_is_no_comment_and_sep_is_no_header(
     ("text", "said"),
     [("", ["s.tsv: no header; expected columns name, path, note"]),
      ("# only a word\n\t\n", ["s.tsv: no header; expected columns name, path, note"]),
-     ("name\n\xff", ["s.tsv, row 2: not UTF-8; expected UTF-8 text"]),
+     ("name\n\xff",
+      ['s.tsv, row 2: "\xff" is not UTF-8; expected UTF-8 text, "CSV UTF-8" of a spreadsheet']),
+     ("name;path\rA;St\xfctz;b",
+      ['s.tsv, row 2: "St\xfctz" is not UTF-8; expected UTF-8 text, "CSV UTF-8" of a spreadsheet']),
      ("name|path\na|b", ["s.tsv: cells are separated by bars; expected tabs"]),
      ("name path\na b", ["s.tsv: cells are separated by blanks; expected tabs"]),
      ("path\nb", ["s.tsv: no column name; expected a header with it"]),
@@ -63,7 +66,9 @@ def test_a_formula_that_failed_is_no_comment_and_sep_is_no_header(
      ("name\tpath\na\tb\t\nd", []),
      ("name,path\na,b,c\nd,e,f",
       [f's.tsv, row {k}: 3 cells; expected 2, and quotes round a cell with ","' for k in (2, 3)]),
-     ('name\tpath\na\t"b', ["s.tsv, row 2: a quote without its closing quote; expected a pair"]),
+     ('name\tpath\na\t"b',
+      ["s.tsv, row 2: a quote that its cell does not end with; expected a pair round the whole"
+       " cell, in one line"]),
      ("name\n" + "x" * 100_001,
       ["s.tsv, row 2: 100001 letters; expected at most 100000 in a cell"]),
      ("name\tpath\n" + "x" * 100_000 + "\tb", [])],

@@ -1,4 +1,4 @@
-"""Tables that a spreadsheet saves with semicolons and decimal commas are those with commas."""
+"""Tables that a spreadsheet saves with semicolons or tabs and decimal commas are read alike."""
 
 import csv
 import io
@@ -15,6 +15,7 @@ from mocap_metrology.io.text.covariate import read_covariate
 from mocap_metrology.lighthouse.assess.reference import read_mount
 from mocap_metrology.lighthouse.board import read_board
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles
+from mocap_metrology.lighthouse.decode.crazyflie import read_log
 
 PLACES = [[0.0, -0.05, 0.02], [0.0, 0.05, 0.02], [0.0, -0.05, -0.02], [0.0, 0.05, -0.02]]
 LABELLED = [[name, *place] for name, place in zip("ABCD", PLACES, strict=True)]
@@ -30,6 +31,10 @@ TABLES: dict[str, tuple[str, list[list], Callable[[Path], object]]] = {
     "mount": ("label,x_m,y_m,z_m", LABELLED, lambda path: list(read_mount(path).values())),
     "covariate": ("time_s,room_C", [[k, 20 + 0.25 * k] for k in range(9)],
                   lambda path: np.stack(read_covariate(path)[1:])),
+    "pulses of a deck": (
+        "sensor,basestation,offset,timestamp2FPGA", [[0, 2, 0.0, 5e5], [1, 1, 161392.0, 5e5 + 9]],
+        lambda path: attrgetter("hit_s", "begin_s")(read_log(path))[0],
+    ),
     "angles": ("station,axis,cycle,diode,time_s,angle_rad", HITS,
                lambda path: attrgetter("time_s", "angle_rad")(read_angles(path)[0])),
 }  # fmt: skip
@@ -46,14 +51,17 @@ def saved(header: str, table: list[list], between: str, mark: str) -> str:
 
 
 @pytest.mark.parametrize("name", TABLES)
-def test_semicolons_and_decimal_commas(tmp_path: Path, name: str) -> None:
+def test_semicolons_tabs_decimal_commas_blank_rows_and_the_mark_of_the_end(
+    tmp_path: Path, name: str
+) -> None:
     header, table, read = TABLES[name]
     found = []
-    for between, mark in ((",", "."), (";", ","), (";", ".")):
+    for between, mark in ((",", "."), (";", ","), (";", "."), ("\t", ","), ("\t", ".")):
         path = tmp_path / f"{name}{len(found)}.csv"
-        path.write_bytes(saved(header, table, between, mark).encode())
+        rest = f"{between}{between}\r\n\r\n\x1a" if len(found) % 2 else ""
+        path.write_bytes((saved(header, table, between, mark) + rest).encode())
         found.append(np.asarray(read(path), dtype=float))
-    assert np.array_equal(found[0], found[1]) and np.array_equal(found[0], found[2])
+    assert all(np.array_equal(found[0], one) for one in found[1:])
 
 
 @pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "@SUM(1)", "+1+1", "-2+3+cmd"])

@@ -284,7 +284,7 @@ def board(raw: bytes) -> Values:
 def sheet(raw: bytes) -> Values:
     """The cells of columns that hold text, row by row."""
     try:
-        text = raw.decode("utf-8-sig")
+        text = raw.rstrip(b"\x1a").decode("utf-8-sig")
     except UnicodeDecodeError:
         raise Unreadable from None
     need(not re.search(r'(^|\t) *"', QUOTED.sub(r"\1", text), re.M))
@@ -293,6 +293,7 @@ def sheet(raw: bytes) -> Values:
     rows = [line for line in rows if not line.lstrip(' "').startswith("#")]
     need(rows and "\0" not in text)
     head, *cells = ([cell.strip() for cell in line.split("\t")] for line in rows)
+    head = [cell.lower() for cell in head]
     while head and not head[-1]:
         head.pop()
     need(len(set(head)) == len(head))

@@ -74,3 +74,9 @@ def test_log_bins_keep_a_narrow_line_and_sparse_points():
     assert np.all(bins.median == 1e-5) and bins.centre.size < 200
     sparse = log_bins(f_hz[:10], np.arange(10.0), 40)
     assert np.allclose(sparse.centre, f_hz[1:10]) and np.array_equal(sparse.median, range(1, 10))
+
+
+def test_values_of_which_none_is_clean_are_drawn_as_they_are():
+    raw = 1000 + np.random.default_rng(3).standard_normal(2000)
+    one = trace(raw, np.ones(2000, bool), np.full(2000, np.nan))
+    assert one.raw["low"].min() == raw.min() and one.raw["high"].max() == raw.max()

@@ -122,7 +122,9 @@ class RecordingRow(SheetRow):
     """Pairs of these markers whose distance is analysed: `A-B;C-D`. If empty, the first two
     markers. A label may contain `-` as long as there is only one way to read the pair."""
     frame_rate_hz: Annotated[
-        float | None, Cell(NUMBER, "a number of Hz > 0 or nothing"), BeforeValidator(_with_point)
+        float | None,
+        Cell(f"(?![1-9][0-9]*,000$){NUMBER}", "a number of Hz > 0 (1000, not 1,000), or nothing"),
+        BeforeValidator(_with_point),
     ] = None
     """Frame rate where the file has none, or more exactly than in the file (within 0.1 %)."""
     unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None

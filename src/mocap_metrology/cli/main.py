@@ -249,16 +249,16 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
 
 def _only_object(path: Path) -> str:
     """The --board of a dump: the one object of a recording of libsurvive."""
-    names = []
+    what = "a dump needs --board board.csv, the places of its photodiodes"
     if path.name.lower().endswith(OF_LIBSURVIVE):
         from mocap_metrology.lighthouse.decode.libsurvive import tracked_objects
 
         names = [one.name for one in tracked_objects(path)]
-    if len(names) == 1:
-        return names[0]
-    what = "a dump needs --board board.csv, the places of its photodiodes"
-    if names:
+        if len(names) == 1:
+            return names[0]
         what = f"name one of its objects with --board, in make BOARD=: {', '.join(names)}"
+        if not names:
+            what = "no line `seconds object CONFIG ...`; expected a recording of libsurvive"
     raise Refusal(f"{path.name}: {what}")
 
 

@@ -118,14 +118,14 @@ class Sheet:
     def with_row(self, cells: Mapping[str, str]) -> bytes:
         """The sheet and one row more, as its editor wrote it: columns that it lacks are added to
         its header."""
-        text = self.raw.decode("utf-8-sig")
+        text = sheets.decoded(self.raw)
         end = "\r\n" if "\r\n" in text else "\n"
         rows = text.splitlines()
         is_header = [sheets.has_cells(row) for row in rows]
         at = is_header.index(True) if any(is_header) else len(rows)
         delimiter = sheets.delimiter(rows[at], COLUMNS) if any(is_header) else "\t"
         header = next(csv.reader(rows[at : at + 1], delimiter=delimiter), [])
-        header = [name.strip() for name in header]
+        header = [sheets.column_named(name.strip(), COLUMNS) for name in header]
         while header and not header[-1]:
             header.pop()
         header += [name for name in cells if name not in header and cells[name]]

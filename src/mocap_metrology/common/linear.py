@@ -61,8 +61,9 @@ def non_negative(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
 
     norm = np.linalg.norm(matrix, axis=0)
     norm[norm == 0] = 1.0
+    scaled = matrix / norm
     try:
-        x = nnls(matrix / norm, target)[0]
+        x = nnls(scaled, target)[0]
     except RuntimeError:
-        x = np.maximum(lsq_linear(matrix / norm, target, (0.0, np.inf)).x, 0.0)
+        x = np.maximum(lsq_linear(scaled, target, (0.0, np.inf)).x, 0.0)
     return np.asarray(x / norm)

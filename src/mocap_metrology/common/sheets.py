@@ -20,6 +20,7 @@ OTHER_DELIMITERS = {"|": "bars", " ": "blanks"}
 LONGEST = 100_000  # letters of a cell: a thousand paths
 EMPTY = " \t;,"  # of a row that a spreadsheet saves without a cell
 ERROR = re.compile(r'"?(#N/A|#[A-Z/0]+[!?])"?\s*[\t;,]')  # a first cell whose formula failed
+END = re.compile(r"\r\n|\n|\r")
 SEPARATOR = re.compile(r'"?sep=[\t;,]"?[\t;,]*', re.IGNORECASE)  # for a spreadsheet alone
 
 
@@ -46,7 +47,7 @@ def read(
         raise Faults([f"{sheet}: no header; expected columns {', '.join(columns)}"])
     faults: list[str] = []
     separator = delimiter(lines[0][1], columns)
-    header = _cells(*lines[0], separator, sheet, faults)
+    header = [column_named(cell, columns) for cell in _cells(*lines[0], separator, sheet, faults)]
     while header and not header[-1]:
         header.pop()
     known = [*columns, *header] if others else columns
@@ -91,11 +92,20 @@ def _lines(path: Path, sheet: str) -> list[str]:
     if b"\0" in raw or raw[:2] == b"PK":
         raise Faults([f"{sheet}: not a text file; expected UTF-8 text with tabs between cells"])
     try:
-        text = raw.decode("utf-8-sig")
+        text = decoded(raw)
     except UnicodeDecodeError as error:
-        row = raw.count(b"\n", 0, error.start) + 1
-        raise Faults([f"{sheet}, row {row}: not UTF-8; expected UTF-8 text"]) from None
-    return re.split(r"\r\n|\n|\r", text)
+        row = len(END.findall(raw[: error.start].decode("latin-1"))) + 1
+        cell = re.split(rb"[\t;,\r\n]", raw[: error.start])[-1]
+        cell += re.split(rb"[\t;,\r\n]", raw[error.start :])[0]
+        what = f"{quoted(cell.decode('latin-1'))} is not UTF-8"
+        expected = 'expected UTF-8 text, "CSV UTF-8" of a spreadsheet'
+        raise Faults([f"{sheet}, row {row}: {what}; {expected}"]) from None
+    return END.split(text)
+
+
+def decoded(raw: bytes) -> str:
+    """The text of a file, without the mark of its end (Ctrl-Z) of programs of the time of DOS."""
+    return raw.rstrip(b"\x1a").decode("utf-8-sig")
 
 
 def parts_of(text: str) -> tuple[str, ...]:
@@ -103,10 +113,15 @@ def parts_of(text: str) -> tuple[str, ...]:
     return tuple(part.strip() for part in text.split(";")) if text else ()
 
 
+def column_named(name: str, columns: Sequence[str]) -> str:
+    """The name of a column as it is, where it has other capitals."""
+    return name.lower() if name.lower() in columns else name
+
+
 def delimiter(header: str, known: Sequence[str]) -> str:
     """What separates most names of columns from each other; a tab where nothing does."""
     counts = {
-        one: len({part.strip(' "') for part in header.split(one)} & set(known))
+        one: len({part.strip(' "').lower() for part in header.split(one)} & set(known))
         for one in DELIMITERS
     }
     return max(DELIMITERS, key=lambda one: counts[one])
@@ -122,7 +137,8 @@ def _cells(number: int, line: str, delimiter: str, sheet: str, faults: list[str]
     try:
         cells = next(csv.reader([line], delimiter=delimiter, strict=True))
     except csv.Error:
-        faults.append(f"{sheet}, row {number}: a quote without its closing quote; expected a pair")
+        expected = "expected a pair round the whole cell, in one line"
+        faults.append(f"{sheet}, row {number}: a quote that its cell does not end with; {expected}")
         return []
     return [cell.strip() for cell in cells]
 

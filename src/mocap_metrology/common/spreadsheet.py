@@ -1,5 +1,5 @@
-"""CSV files as spreadsheets save them: where the decimal mark is a comma, semicolons are between
-cells."""
+"""CSV files as spreadsheets save them: where the decimal mark is a comma, semicolons or tabs are
+between cells."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import csv
 import re
 from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal, printable
 
@@ -18,8 +19,8 @@ FORMULA = re.compile(r"(^|[;\t\r\n]\s*)(?=[=@\t\r]|[+-](?![\d.]*([eE][+-]?\d+)?(
 
 
 def delimiter(header: str) -> str:
-    """What is between the cells of a header: `;` where there is no comma, else `,`."""
-    return ";" if ";" in header and "," not in header else ","
+    """What is between the cells of a header: `;` or a tab where there is no comma, else `,`."""
+    return next((one for one in ";\t" if one in header and "," not in header), ",")
 
 
 def with_point(cell: str) -> str:
@@ -51,7 +52,9 @@ def _of_text(text: str) -> str:
 
 def rows(text: str) -> list[list[str]]:
     """Cells of each line of a table, its header first; numbers have points; a line of blank cells
-    has none. ValueError where a line is not to be split."""
+    has none. The mark of the end that programs of the time of DOS write (Ctrl-Z) is no text.
+    ValueError where a line is not to be split."""
+    text = text.rstrip("\x1a")
     if odd := CONTROL.search(text):
         line = len(re.findall(r"\r\n|\r|\n", text[: odd.start()])) + 1
         raise ValueError(f"line {line} has a control character, {odd[0]!r}")
@@ -67,9 +70,28 @@ def rows(text: str) -> list[list[str]]:
     return [[with_point(cell) for cell in row] for row in filled]
 
 
-def check_width(rows: Sequence[Sequence[str]], name: str) -> None:
-    """Refuse a line with more cells than the header, as where two lines were joined."""
-    for number, row in enumerate(rows, start=1):
+def columns(path: str | Path, expected: str) -> dict[str, list[str]]:
+    """Cells of each column of a table by its name. `Refusal` where there is no table, for a line
+    with more cells than there are names, and for a name that is repeated."""
+    name = Path(path).name
+    try:
+        table = rows(Path(path).read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError) as error:
+        raise Refusal(f"{name}: cannot be read ({error}); expected {expected}") from None
+    first = next((k for k, row in enumerate(table) if row), 0)
+    check_width(table[first:], name, first + 1)
+    header, *body = [row for row in table if row] or [[]]
+    names = [cell.strip() for cell in header]
+    if repeated := {one for one in names if one and names.count(one) > 1}:
+        raise Refusal(f"{name}: column {min(repeated)} is repeated; expected {expected}")
+    padded = [row + [""] * len(names) for row in body]
+    return {one: [row[k] for row in padded] for k, one in enumerate(names)}
+
+
+def check_width(rows: Sequence[Sequence[str]], name: str, first: int = 1) -> None:
+    """Refuse a line with more cells than the header, line `first`, as where two lines were
+    joined."""
+    for number, row in enumerate(rows, start=first):
         if any(cell.strip() for cell in row[len(rows[0]) :]):
             said = f"line {number} has {len(row)} cells, expected {len(rows[0])}"
             raise Refusal(f"{name}: {said}")

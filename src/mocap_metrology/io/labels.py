@@ -119,7 +119,7 @@ def suggestion(wrong: str, labels: Sequence[str]) -> str:
 
 
 def _bare_label(label: str) -> str:
-    return label.split(":", 1)[-1].strip()
+    return re.sub("^[^:]*:", "", label).strip()
 
 
 def pair_of(

@@ -79,7 +79,7 @@ def known_length(
     """The length that a cell states: see `EXPECTED`; points: places in the room by label, in m;
     names: of the stations. Raises `Refusal` for anything else, for diodes that the board has not,
     and for `points` without a file of these."""
-    if (cell := POINTS.fullmatch(text)) is not None:
+    if (cell := POINTS.fullmatch(text)) and float(cell[1] or POINTS_SD_M):
         if points is None:
             raise Refusal(f"known_length: {text!r}; expected a file of points (world_points)")
         places = [(_parsed_place(label, n_diodes, names), at) for label, at in points.items()]

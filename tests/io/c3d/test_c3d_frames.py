@@ -51,6 +51,10 @@ COUNTS = [  # frames in the file, what it declares, where its count is from, rem
     (100_001, {"frames": 100_001.0}, FRAMES, ""),
     (50, {"groups": VICON}, FRAMES, ""),
     (640, {"tail": bytes(512)}, FRAMES, ""),  # ezc3d adds a block where the data end on one
+    (500, {"tail": bytes(5000)}, FRAMES, "5504 bytes of zeros follow the last frame"),
+    (100_001, {"frames": 65535, "trial": (1, 100_001), "tail": bytes(5000)}, TRIAL,
+     "5088 bytes of zeros follow the last frame"),
+    (100_001, {"frames": 65535, "tail": bytes(5000)}, SIZE, AT_LIMIT),
     (3000, {"trial": (1, 9000)}, FRAMES, "3000 frames; the file also declares 9000 by TRIAL"),
     (500, {"frames": 495, "header": (1, 500)}, "header",
      "500 frames; the file also declares 495 by POINT:FRAMES"),
@@ -77,6 +81,10 @@ REFUSED = [
     (640, {"tail": bytes(513), "pad": False},
      "frame count and file size disagree: 640 by POINT:FRAMES, 640 by header, but the data"
      " section holds 641 to 656 frames of 32 bytes"),
+    (500, {"tail": bytes(5000), "header": (1, 400)},
+     "frame count and file size disagree: 500 by POINT:FRAMES, 400 by header, but the data"),
+    (500, {"tail": bytes(5000) + JUNK},
+     "frame count and file size disagree: 500 by POINT:FRAMES, 500 by header, but the data"),
     (500, {"frames": 512, "tail": JUNK + JUNK},
      "frame counts disagree and the data do not decide: 512 by POINT:FRAMES, 500 by header, and"
      " the data section holds 496 to 512 frames of 32 bytes"),

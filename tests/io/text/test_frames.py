@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
+from text_files import LABELS, WRITERS, make, motive, nexus, qualisys, read, still, trc
 
 from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.common.files import sha256
@@ -55,6 +55,32 @@ def test_cut_off(tmp_path):
         assert np.array_equal(found.position_mm, EXPECTED[:, :, :199])
     path = make(tmp_path, "c.csv", nexus(LABELS, 100, TAKE).rstrip())
     assert read(path).notes == ("c.csv: line 205, the last, has no line end: is anything missing?",)
+
+
+@pytest.mark.parametrize("n", [20, 200])  # more than the first block that is looked at, and less
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_a_mark_of_the_end_is_no_text(tmp_path, suffix, n):
+    """Ctrl-Z, which programs of the time of DOS write."""
+    text = WRITERS[suffix](LABELS, 100, TAKE[:n])
+    for end in ("\x1a", "\x1a\x1a"):
+        path = make(tmp_path, f"a{suffix}", text + end)
+        assert np.allclose(read(path).position_mm, EXPECTED[:, :, :n], atol=5e-4)
+        with pytest.raises(Truncated, match=r"cut off: line \d+ ends after"):
+            read(make(tmp_path, f"a{suffix}", text.rstrip()[:-25] + end))
+
+
+@pytest.mark.parametrize("end", ["\t\t", "\t" * 5, "\t\t\r\n", "\t" * 5 + "\r\n\t\r\n"])
+def test_tabs_alone_behind_the_declared_frames_are_no_frame(tmp_path, end):
+    """Before them they are a gap; without frame numbers and times only the count tells."""
+    text = qualisys(LABELS, 100, TAKE, leading=0, gap="")
+    assert np.allclose(read(make(tmp_path, "a.tsv", text + end)).position_mm, EXPECTED, atol=5e-4)
+    take = TAKE.copy()
+    take[-1] = np.nan
+    found = read(make(tmp_path, "a.tsv", qualisys(LABELS, 100, take, leading=0, gap="") + end))
+    assert found.position_mm.shape == EXPECTED.shape and np.isnan(found.position_mm[..., -1]).all()
+    lost = text.rstrip().rpartition("\n")[0] + "\n"
+    with pytest.raises(Refusal, match="cut off"):
+        read(make(tmp_path, "a.tsv", lost + "\t\t"))
 
 
 def test_the_last_number_of_columns_that_drop_zeros(tmp_path):

@@ -90,6 +90,10 @@ class TestRows:
         ):
             path = spoilt(tmp_path, name, row(name, 5), mark.join(new))
             assert refusal(path) == f"{name}: {said}"
+        first = row(name, 1).rstrip(mark).split(mark)
+        spoilt_row = mark.join([*first[:4], "n/a", *first[5:]])
+        said = f"line {FIRST_ROW[name]}, column 5: 'n/a' is not a number"
+        assert refusal(spoilt(tmp_path, name, row(name, 1), spoilt_row)) == f"{name}: {said}"
 
     def test_frame_numbers(self, tmp_path, name):
         start = re.match("[0-9]+", row(name, 5))[0]

@@ -47,8 +47,10 @@ def test_other_stations_are_refused():
             compare_with_earlier(content(), old)
     unknown = content(stations=[Station("master"), Station("slave", 12)])
     assert "Station ids not compared" in compare_with_earlier(content(), unknown).note
-    with pytest.raises(Refusal, match="the earlier calibration has no pose"):
-        compare_with_earlier(content(), content([], chosen=None))
+    none = content([], chosen=None)
+    for new, old, which in ((content(), none, "earlier"), (none, content(), "new")):
+        with pytest.raises(Refusal, match=f"the {which} calibration has no pose"):
+            compare_with_earlier(new, old)
 
 
 def test_false_alarms():

@@ -75,6 +75,7 @@ def test_a_length_in_a_cell(cell: str, places, size_m: float, sd_m: float) -> No
         ("stations 100.0001 0.005", "expected `stations"),
         ("stations 2 2", "expected `stations"),
         ("stations 4.33 0", "expected `stations"),
+        ("points 0.0", "expected `stations"),
         ("diode 4 at 2 s - diode 0 at 7 s 2 0.002", "the board has the diodes 0 to 3"),
         ("diode 0 - diode 1 2 0.002", "expected `stations"),
     ],

@@ -55,6 +55,16 @@ def begun(priors: Priors) -> tuple[views.View, Trajectory, State, Layout]:
     return views.view(by_sweep(some_hits()), trajectory), trajectory, state, of
 
 
+def test_nodes_on_a_straight_line_make_that_line() -> None:
+    """As uniform B-splines do, but within a knot of the ends, beyond which it is held."""
+    node_s, velocity = np.linspace(0, 0.41, 6), np.array([1.0, -0.5, 0.2])
+    path = trajectory_through(
+        node_s, np.tile(np.eye(3), (6, 1, 1)), node_s[:, None] * velocity, 0.0, 0.41
+    )
+    time = np.linspace(path.knot_s, 0.41 - 2 * path.knot_s, 30)
+    np.testing.assert_allclose(path.poses(time)[1], time[:, None] * velocity, atol=1e-12)
+
+
 def test_basis_is_that_of_scipy() -> None:
     """Position and rotation vector against scipy's B-spline and rotations."""
     _, trajectory, _, _ = begun(EVERYTHING)

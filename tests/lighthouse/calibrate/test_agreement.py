@@ -5,7 +5,7 @@ import pytest
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.calibrate.agreement import agree, choose, minima
+from mocap_metrology.lighthouse.calibrate.agreement import IMPOSSIBLE, agree, choose, minima
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
 from mocap_metrology.lighthouse.records import Measurements
 from mocap_metrology.lighthouse.rotor import rotor_parameters
@@ -59,3 +59,13 @@ def test_covariance_of_rotations_by_simulation() -> None:
     off = [rotation.error(R, turn) for R in found.paths[0].R]
     told = found.spread[0].trace(axis1=1, axis2=2).mean()
     assert told / np.square(off).sum(axis=1).mean() == pytest.approx(np.log(2), rel=0.1)
+
+
+@pytest.mark.parametrize(("far_m", "seen"), [(19.0, True), (21.0, False)])
+def test_no_station_is_seen_from_more_than_20_m(far_m: float, seen: bool) -> None:
+    board = np.array([[0, 0, 0], [0.5, 2, 0], [0, 0, 2], [-1, 1, 1.0]])
+    place = board @ rotation.from_angles(0.2, -0.1, 0.3).T + [far_m, 0, 0]
+    angles = np.arctan2(place[:, 1:], place[:, :1])[None]
+    found = minima(Measurements(np.zeros(1), angles), board, IDEAL)
+    assert np.linalg.norm(found.paths[0].t_m) == pytest.approx(far_m, abs=0.01)
+    assert (found.excess[0, 0] < IMPOSSIBLE) == seen

@@ -1,11 +1,16 @@
 """Factory values of two stations, each stated for the other."""
 
+from dataclasses import dataclass
+from itertools import combinations
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from benchmarks.lighthouse_recordings import flight
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.calibrate import variants
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.records import ROLES, Station
@@ -26,6 +31,34 @@ def second_generation():
     one = made(2, 3, 2.5)
     scene = one.scene
     return scene.hits, scene.board, list(scene.factories), list(scene.names), one.poses[1][1]
+
+
+@dataclass(frozen=True)
+class Names:
+    """What `exchanged` asks of a scene of stations without light."""
+
+    names: tuple[str, ...]
+    factories: tuple[int, ...]
+    optics: str = "factory"
+
+    @property
+    def rotors(self) -> tuple[int, ...]:
+        return self.factories
+
+
+@pytest.mark.parametrize("pair", list(combinations(range(4), 2)))
+def test_each_two_of_four_stations_may_be_exchanged(monkeypatch, pair) -> None:
+    """Where the values are all of a file."""
+    right = [0, 1, 2, 3]
+    right[pair[0]], right[pair[1]] = right[pair[1]], right[pair[0]]
+    monkeypatch.setattr(
+        variants, "_fits_worse", lambda scene, solution, other: other.factories == right
+    )
+    solution = SimpleNamespace(
+        misfit=2.0, recordings=[SimpleNamespace(trajectory=SimpleNamespace(still=False))]
+    )
+    found = variants.exchanged(Names(tuple("abcd"), (0, 1, 2, 3)), solution, [])
+    assert found == tuple("abcd"[k] for k in pair)
 
 
 @pytest.mark.parametrize("recording", [first_generation, second_generation])

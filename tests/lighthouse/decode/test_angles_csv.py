@@ -24,7 +24,9 @@ def write(path: Path, *rows: str) -> Path:
 CASES = {
     "no column": (["station,axis,cycle,diode,time_s", "0,0,0,0,0"], "no column angle_rad"),
     "no rows": ([HEADER], "no rows"),
-    "empty": ([], "cannot be read"),
+    "empty": ([], "no column station"),
+    "a column twice": ([f"{HEADER}, station", "0,0,0,0,0,0,1"], "column station is repeated"),
+    "a cell too many": ([HEADER, "5,0,0,0,0,0,0"], "line 2 has 7 cells, expected 6"),
     "a station too many": ([HEADER, "0,0,0,0,0,0", "2,0,0,0,0,0"], "row 2: station is '2'"),
     "a word": ([HEADER, "0,0,0,0,0,left"], "angle_rad is 'left'"),
     "an empty cell": ([HEADER, "0,0,0,0,,0.1"], "time_s is ''"),

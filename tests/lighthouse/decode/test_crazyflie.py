@@ -156,6 +156,9 @@ def test_what_is_refused(tmp_path: Path, frames: tuple[np.ndarray, object]) -> N
         ("crazyflie-log", log(rows[:0]), "no event lhUartFrame"),
         ("crazyflie-log", log(rows, 2, ("sensor(B)",)), "no basestation, offset"),
         ("crazyflie-log", b"hello\n1\n", "no sensor, basestation, offset"),
+        ("crazyflie-log", b"", "no sensor, basestation, offset"),
+        ("crazyflie-log", _csv(rows[:0]), "no rows; expected one row per pulse"),
+        ("crazyflie-log", _csv(rows).replace(b",161392,", b",161.392,"), "offset is 161.392"),
         ("crazyflie-log", log(rows * [1, 0, 1, 0, 1]), "no sweep with one channel"),
     ]
     for kind, data, message in cases:

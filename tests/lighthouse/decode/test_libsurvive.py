@@ -10,7 +10,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode import libsurvive
-from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
+from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive, tracked_objects
 from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.rotation import log
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
@@ -71,6 +71,21 @@ def test_real_solution_is_turned_into_this_projects_axes(samples: Path) -> None:
     assert back == pytest.approx([3.926, -0.811, 0.128], abs=6e-4)
 
 
+@pytest.mark.parametrize(("length", "of_a_head"), [(0.996, True), (1.004, True), (1.006, False)])
+def test_axes_of_a_head_have_unit_length_to_half_a_percent(
+    tmp_path: Path, length: float, of_a_head: bool
+) -> None:
+    head = {"plus_x": [0, length, 0], "plus_z": [0, 0, 1], "position": [0.1, 0.2, 0.3]}
+    path = recording(tmp_path / "a.rec", f"0 A CONFIG {json.dumps({'head': head})}")
+    if of_a_head:
+        (found,) = tracked_objects(path)
+        np.testing.assert_allclose(found.R, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
+        assert found.t_m.tolist() == head["position"]
+    else:
+        with pytest.raises(Refusal, match=r"^a\.rec, A: its CONFIG is unreadable; .* unit length"):
+            tracked_objects(path)
+
+
 def test_other_objects_and_the_second_generation_are_refused_by_name(
     tmp_path: Path, samples: Path
 ) -> None:
@@ -98,6 +113,8 @@ def test_map_wrap_order_and_line_ends(tmp_path: Path, end: str, packed: bool) ->
         end=end,
         packed=packed,
     )
+    if not packed:
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     read, board = read_libsurvive(path, "T20")
     assert read.diode.tolist() == [1, 3, 2]
     assert (read.start_s * TICKS_PER_S).round().tolist() == [0, 46, 106]
@@ -118,7 +135,7 @@ def test_lines_that_cannot_be_read_are_counted(tmp_path: Path) -> None:
     damaged = read_libsurvive(path, "A")[0]
     assert damaged.start_s.size == 5
     assert damaged.notes == (
-        "4 lines cannot be read and are left out: the file is damaged",
+        "4 lines cannot be read and are left out: damage, or messages of a program",
         "2 pulses are of objects without a CONFIG line and are left out",
     )
 
@@ -152,7 +169,9 @@ def test_gyroscope_and_accelerometer(tmp_path: Path, described: str) -> None:
     lines += ["0.5 A I 3 96000 1 0 x 0 0 1 0 0 0 9", "0.5 A I 3", "0.5 A I 3 96000 1 0 0 0 0 1e3"]
     read, _ = read_libsurvive(recording(tmp_path / "b.rec", *lines), "A")
     assert read.inertial is not None and len(read.inertial) == 2
-    assert read.notes == ("3 lines cannot be read and are left out: the file is damaged",)
+    assert read.notes == (
+        "3 lines cannot be read and are left out: damage, or messages of a program",
+    )
 
 
 @pytest.mark.parametrize(
@@ -229,5 +248,8 @@ def test_broken_gzip_and_missing_file(tmp_path: Path, samples: Path) -> None:
         path.write_bytes(broken)
         with pytest.raises(Refusal, match="gzip stream is damaged"):
             read_libsurvive(path, "HMD")
+    path.write_bytes(gzip.decompress(whole)[:9999].decode().encode("utf-16"))
+    with pytest.raises(Refusal, match="UTF-16 text; expected UTF-8"):
+        read_libsurvive(path, "HMD")
     with pytest.raises(Refusal, match="cannot be read"):
         read_libsurvive(tmp_path / "none.rec", "HMD")

@@ -10,7 +10,7 @@ import pytest
 
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.common.parallel import in_turn
-from mocap_metrology.noise.assess.checks import Code, Facts
+from mocap_metrology.noise.assess.checks import Code, Facts, _graded
 from mocap_metrology.noise.assess.recording import (
     Assessment,
     Inputs,
@@ -111,6 +111,15 @@ def test_special_cases(case: str) -> None:
     upper = max(y1.get("frame_upper_mm", FINE.frame_upper_mm), 0.25 if "step" in case else 0.0)
     reference = NAN if word == "bad" or "low pass" in case else 4 * upper
     assert found.reference_for_mm["4"] == pytest.approx(reference, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("value", "word", "limit"),
+    [(0.1, "good", 0.1), (0.101, "usable", 0.1), (0.25, "usable", 0.1), (0.251, "bad", 0.25)],
+)
+def test_a_limit_itself_is_kept(value: float, word: str, limit: float) -> None:
+    """It means "up to"; what is stated is the limit that was kept, or not."""
+    assert _graded(value, 0.1, 0.25, "mm")[::2] == (word, limit)
 
 
 def test_without_numbers() -> None:

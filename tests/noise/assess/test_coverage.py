@@ -214,6 +214,14 @@ def test_spread_of_means_about_their_mean() -> None:
     assert measured_spread(np.ones(8), 2, 8) == Measured(0.0, 1.0)
 
 
+@pytest.mark.parametrize(("each", "measured"), [(8, True), (11, False)])
+def test_a_thousand_frames_of_a_long_stretch_are_enough(each: int, measured: bool) -> None:
+    x = np.full(10_000, np.nan)
+    x[::each] = np.random.default_rng(4).normal(size=x[::each].size)
+    variance = measured_spread(x, 1, x.size).variance
+    assert variance == pytest.approx(np.nanvar(x)) if measured else math.isnan(variance)
+
+
 @pytest.mark.parametrize("n", [1, 5, 40])
 def test_spread_of_a_sinusoid(n: int) -> None:
     """A^2/2 times the squared means of n and of N points of exp(2 pi i f t)."""

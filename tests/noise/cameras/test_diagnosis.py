@@ -49,6 +49,18 @@ def test_intervals_hold_the_truth() -> None:
     assert np.mean(held) > 0.85  # a median of estimates is in all of them
 
 
+@pytest.mark.parametrize(("shared", "together"), [(0.035, False), (0.075, True)])
+def test_frames_are_shared_where_positions_are_correlated(shared: float, together: bool) -> None:
+    """From 5 % of the variance on; positions from different frames have less by chance."""
+    subsets = {"2": [0, 1], "3": [0, 1, 2], "4": [0, 1, 2, 3]}
+    found, rng = additions(subsets), np.random.default_rng(5)
+    joint = np.kron([[1.0, np.sqrt(shared)], [np.sqrt(shared), 1.0]], np.diag([1.0, 2.0, 3.0]))
+    blocks = [wishart_blocks(rng, joint, 48_000, N_BLOCKS) for _ in found]
+    sums = np.array(blocks)[None, None]
+    told = diagnose(Moments((1 / 120,), sums, np.ones(sums.shape[:4])), found, subsets)
+    assert told.together.tolist() == [together] * len(found)
+
+
 @pytest.mark.parametrize(("share", "t"), [(0.9, 1.729), (0.95, 2.093), (0.99, 2.861)])
 def test_intervals_are_those_of_student(share: float, t: float) -> None:
     """Printed table, 19 degrees of freedom: of 20 blocks one is for the mean."""

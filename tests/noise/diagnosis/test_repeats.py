@@ -61,6 +61,16 @@ def test_one_stretch_some_frames_and_a_doubled_rate_are_found() -> None:
     assert found is not None and found.change_mm == pytest.approx(np.median(leaves, axis=1).max())
 
 
+@pytest.mark.parametrize(("count", "named"), [(100, False), (200, True)])
+def test_single_repeats_of_a_coarse_file_are_named_from_four_times_chance(
+    count: int, named: bool
+) -> None:
+    """Chance: the product over x, y, z of the step of the file over what the marker does. 100
+    repeats are twice, 200 more than four times as many."""
+    starts = range(100, N - 100, (N - 200) // count)
+    assert (repeats("A", held(still(5), starts, 1), 0.004) is not None) is named
+
+
 @pytest.mark.parametrize("step", [1e-4, 0.01, 0.05, 0.1, 0.3, 1 / 12])
 @pytest.mark.parametrize("told", [True, False])
 def test_steps_of_a_file_make_no_repeats(step: float, told: bool) -> None:

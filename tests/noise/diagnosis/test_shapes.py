@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mocap_metrology.noise.diagnosis.recoveries import recoveries
 from mocap_metrology.noise.diagnosis.shape import Shape, pace, refined_place, time_of
 from mocap_metrology.noise.diagnosis.shapes import MOST_BENDS, MOST_STEPS, shapes
 from mocap_metrology.noise.diagnosis.signatures import signature
@@ -62,6 +63,31 @@ def test_each_of_the_shifts_that_fade_alike_is_a_column(count: int) -> None:
     z = fading.sum(axis=0) + 1e-3 * np.random.default_rng(1).standard_normal(k.size)
     found = [s.columns for s in shapes(z, k) if "recoveries" in s.kinds]
     assert any(len(own) == count and np.allclose(own.sum(axis=0), z, atol=0.01) for own in found)
+
+
+@pytest.mark.parametrize(("lasts", "at"), [(0.0, (150, 210)), (2.0, (150,))])
+def test_a_shift_that_fades_has_two_places_and_a_step_has_one(lasts: float, at: tuple) -> None:
+    """Three time constants, of 20 blocks, after its begin it is over."""
+    k = np.arange(400)
+    z = (k >= 150) * (lasts + np.exp(-np.maximum(k - 150, 0) / 20))
+    z = z + 1e-3 * np.random.default_rng(1).standard_normal(k.size)
+
+    def misfit(shape: Shape) -> float:
+        columns = np.vstack([np.ones(k.size), shape.columns]).T
+        return float(np.linalg.lstsq(columns, z, rcond=None)[1][0])
+
+    best = min(recoveries(z, k), key=misfit)
+    assert best.at == pytest.approx(at, abs=0.5)
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_a_cycle_beside_a_polynomial_has_two_coefficients_more(order: int) -> None:
+    k = np.arange(400)
+    z = 3 * (k / 200 - 1) ** order + np.sin(2 * np.pi * k / 57)
+    z = z + 1e-3 * np.random.default_rng(4).standard_normal(k.size)
+    cycles = [s.columns for s in shapes(z, k) if "cycle" in s.kinds and len(s.columns) == order + 2]
+    fits = [np.vstack([np.ones(k.size), columns]).T for columns in cycles]
+    assert min(np.linalg.lstsq(X, z, rcond=None)[1][0] for X in fits) < 2e-6 * k.size
 
 
 def test_what_two_blocks_show_has_no_size_beyond_them() -> None:

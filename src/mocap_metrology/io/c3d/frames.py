@@ -2,7 +2,8 @@
 
 Five places declare a count and each has its limits, so the size of the data section decides which
 are possible: n frames of s bytes fit `available` bytes where n s <= available <= n s + 512, the
-512 because some writers add a whole block of padding.
+512 because some writers add a whole block of padding. Some add more, all zeros: then a count on
+which all declarations agree fits, too.
 """
 
 from __future__ import annotations
@@ -20,16 +21,16 @@ CUT_OFF = "cut off"
 
 @dataclass(frozen=True)
 class Section:
-    """Data section: `available` bytes, the last <= 512 of them, and whether it ends on a block."""
+    """Data section: `available` bytes, of which the last `zeros` are 0, and whether it ends on a
+    block."""
 
     available: int
-    tail: bytes
+    zeros: int
     on_block: bool
 
     def empty_after(self, used: int) -> bool:
-        """Whether nothing but zeros follows the first `used` bytes (at most 512 from the end)."""
-        rest = self.available - used
-        return rest <= 0 or not any(self.tail[-rest:])
+        """Whether nothing but zeros follows the first `used` bytes."""
+        return self.available - used <= self.zeros
 
     def ends_cleanly(self, used: int) -> bool:
         """Whether a file of `used` data bytes would end here: no padding, or a filled block."""
@@ -149,6 +150,10 @@ def count_frames(
     echoes = {e for n in wide.values() if n > max(high, 32767) for e in (*SATURATED, n % WRAP)}
     counts = wide | {source: n for source, n in narrow.items() if n not in echoes}
     fits = {source: n for source, n in counts.items() if low <= n <= high}
+    most = max(counts.values(), default=0)
+    padded = section.on_block and most < low and section.empty_after(most * frame_bytes)
+    if padded and not _remarks(most, [*counts.items()]):
+        fits = {source: n for source, n in counts.items() if n == most}
     # Where several fit, the recording ends with its last frame that is not all zeros.
     full = {source: n for source, n in fits.items() if section.empty_after(n * frame_bytes)}
     n = min(full.values(), default=next(iter(fits.values()), 0))
@@ -162,6 +167,10 @@ def count_frames(
     if n and (source in wide or n not in SATURATED or full):
         agrees = declared.trial is not None and wide["TRIAL"] == n
         notes = _remarks(n, [*wide.items(), *narrow.items()])
+        if n < low:
+            notes += (
+                f"{section.available - n * frame_bytes} bytes of zeros follow the last frame",
+            )
         return FrameCount(n, source, base if agrees else None, notes)
     count = None
     if by_size and not wide and section.ends_cleanly(high * frame_bytes):
@@ -212,7 +221,7 @@ def _from_size(
     narrow = declared.narrow()
     limit = declared.frames or declared.header_last
     if limit in SATURATED:
-        n = next(n for n in possible if section.empty_after(n * frame_bytes))
+        n = min(-(-(section.available - section.zeros) // frame_bytes), possible[-1])
         note = (
             "the declared frame count is at its 16-bit limit: frames are counted by the file size, "
             "so a cut-off end would not be detected"
@@ -244,7 +253,7 @@ def _why_not(declared: Declared, section: Section, low: int, frame_bytes: int) -
 def _whole_frames(section: Section, frame_bytes: int) -> int:
     """Whole frames in the data section, those of zeros in its last block not counted."""
     high = section.available // frame_bytes
-    low = -(-(section.available - len(section.tail)) // frame_bytes)
+    low = -(-(section.available - BLOCK) // frame_bytes)
     return next((n for n in range(low, high) if section.empty_after(n * frame_bytes)), high)
 
 

@@ -319,10 +319,15 @@ def _data_end(parameters: Parameters, offset: int, start: int, size: int) -> int
 
 
 def _section(path: Path, offset: int, end: int) -> Section:
+    zeros, at = 0, end
     with path.open("rb") as stream:
-        stream.seek(max(offset, end - BLOCK))
-        tail = stream.read(end - stream.tell())
-    return Section(end - offset, tail, end % BLOCK == 0)
+        while at > offset and zeros == end - at:
+            begin = max(offset, at - BLOCK)
+            stream.seek(begin)
+            block = stream.read(at - begin)
+            zeros += len(block) - len(block.rstrip(b"\0"))
+            at = begin
+    return Section(end - offset, zeros, end % BLOCK == 0)
 
 
 def _check_end(

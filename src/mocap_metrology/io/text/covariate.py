@@ -33,8 +33,8 @@ def read_covariate(path: str | Path) -> tuple[str, np.ndarray, np.ndarray]:
     if len(columns) != 2 or columns[0] != "time_s" or not columns[1]:
         listed = ", ".join(columns)[:80]
         raise Refusal(
-            f"{path.name}: columns {listed}; expected time_s and one other, with a comma or a"
-            " semicolon between"
+            f"{path.name}: columns {listed}; expected time_s and one other, with a comma, a"
+            " semicolon or a tab between"
         )
     rows = _rows(path.name, records[1:])
     return columns[1], rows[:, 0], rows[:, 1]
@@ -62,7 +62,7 @@ def _rows(name: str, records: list[tuple[int, list[str]]]) -> np.ndarray:
 def _cells(text: str, between: str) -> list[str]:
     """Two cells, and what else there is: a spreadsheet may add empty ones."""
     cells = [cell.strip(' \t"') for cell in text.split(between)]
-    if between == ";":
+    if between != ",":
         cells = [with_point(cell) for cell in cells]
     while len(cells) > 2 and not cells[-1]:
         cells.pop()

@@ -16,6 +16,7 @@ from mocap_metrology.io.units import LengthUnit
 
 LONGEST_LINE = 1 << 20  # bytes; 30,000 markers
 BOM = b"\xef\xbb\xbf"
+END_OF_TEXT = b"\x1a"  # Ctrl-Z, behind the last line of programs of the time of DOS
 BLANKS = " \t"
 NULLS = (
     *("", "NULL", "null", "None", "NA", "N/A", "#N/A"),
@@ -135,7 +136,7 @@ def lines(path: Path, start: int = 0, number: int = 1) -> Iterator[Line]:
         while raw := stream.readline(LONGEST_LINE):
             if len(raw) == LONGEST_LINE:
                 raise Refusal(f"{path.name}: line {number} is longer than {LONGEST_LINE} bytes")
-            end = start + len(raw)
+            end, raw = start + len(raw), raw.rstrip(END_OF_TEXT)
             text = decoded(raw.removeprefix(BOM) if start == 0 else raw).rstrip("\r\n")
             if "\r" in text:  # some programs would read two lines
                 raise Refusal(f"{path.name}: line {number} has a carriage return inside")
@@ -156,7 +157,7 @@ def check_text(path: Path, expected: str, read: str = READ) -> None:
     what to name instead."""
     size = regular_size(path, expected)
     with path.open("rb") as stream:
-        block = stream.read(4096)
+        block = stream.read(4096).rstrip(END_OF_TEXT)
     half_empty = len(block) > 3 and any(block[:200:2]) != any(block[1:200:2])  # as of Latin letters
     if half_empty or block[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise Refusal(f"{path.name}: is UTF-16 text, expected UTF-8: save it as UTF-8")

@@ -165,8 +165,8 @@ class _Columns:
 
     def of(self, kinds: Sequence[str]) -> list[int]:
         """The columns in which positions of these types begin."""
-        there = range(1, len(self.axes) - 2)
-        return [i for i in there if self.types[i] in kinds and self.hold(i, "position", "XYZ")]
+        of_kind = (i for i, kind in enumerate(self.types) if kind in kinds)
+        return [i for i in of_kind if self.hold(i, "position", "XYZ")]
 
     def hold(self, i: int, what: str, letters: str) -> bool:
         """Whether the columns from i on, of one type, hold `what`, one for each letter."""

@@ -6,6 +6,7 @@ that is too short nor one that is too long may pass for a gap.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ from pyarrow import csv as arrow_csv
 from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.io.header import NUMBER
 from mocap_metrology.io.recording import Counts
-from mocap_metrology.io.text.layout import NULLS, Layout, cells_of, decoded, lines
+from mocap_metrology.io.text.layout import END_OF_TEXT, NULLS, Layout, cells_of, decoded, lines
 
 BLOCK_BYTES = 8 << 20
 REASONS = ("empty", "zero", "not_finite")
@@ -58,7 +59,8 @@ def read_rows(layout: Layout, points: Sequence[int], accept_truncated: bool) -> 
     for block, line in _blocks(layout, rows, accept_truncated):
         if not rows.head:
             rows.head = decoded(block).splitlines()
-        columns, done = _parse(layout, block, line, wanted, _decimal_point(layout, rows.head))
+        point = _decimal_point(layout, rows.head)
+        columns, done = _parse(layout, block, line, wanted, point, rows.n)
         parsed.append(columns[: len(leading)])
         rows.blocks.append(columns[len(leading) : n_wanted])
         _mark_invalid(layout, points, rows)
@@ -78,19 +80,28 @@ def read_rows(layout: Layout, points: Sequence[int], accept_truncated: bool) -> 
 def line_of(layout: Layout, row: int) -> int:
     """Number of the line of a row (from 0); slow, for messages."""
     for line in lines(layout.path, layout.data_offset, layout.data_line):
-        if not _is_blank(layout, line.text):
+        if not _is_blank(layout, line.text, 0):
             row -= 1
         if row < 0:
             return line.number
     return 0
 
 
-def _is_blank(layout: Layout, line: str) -> bool:
-    """Empty, or delimiters only where a frame number or time would stand."""
+def _is_blank(layout: Layout, line: str, row: int) -> bool:
+    """Empty, or delimiters only where a frame number or time would stand, or, as row `row` (from
+    0), after the last frame that is declared."""
     blank = _blanks(layout) + "\r\n"
-    if {layout.frame_column, layout.time_column} != {None}:
+    if row >= _first_blank(layout):
         blank += layout.delimiter
     return not line.strip(blank)
+
+
+def _first_blank(layout: Layout) -> float:
+    """The first row (from 0) that is no frame if it has delimiters only; without frame number and
+    time such a row is a frame without measurement, unless all that are declared came before."""
+    if {layout.frame_column, layout.time_column} != {None}:
+        return 0
+    return layout.declared[1] if layout.declared else math.inf
 
 
 def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tuple[bytes, int]]:
@@ -105,8 +116,8 @@ def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tupl
             if block:
                 yield _unblanked(layout, block), line
                 line += block.count(b"\n")
-    rest = _unblanked(layout, rest + b"\n")[:-1]
-    if _is_blank(layout, decoded(rest)):
+    rest = _unblanked(layout, rest.rstrip(END_OF_TEXT) + b"\n")[:-1]
+    if _is_blank(layout, decoded(rest), rows.n):
         return
     cut_off = _cut_off(layout, decoded(rest), rows.head) if rows.n else ""
     if cut_off:
@@ -184,10 +195,11 @@ def _decimal_point(layout: Layout, head: Sequence[str]) -> str:
 
 
 def _parse(
-    layout: Layout, block: bytes, line: int, wanted: Sequence[int], point: str
+    layout: Layout, block: bytes, line: int, wanted: Sequence[int], point: str, row: int
 ) -> tuple[Floats, bool]:
-    """(n_wanted, n) numbers of a block, NaN where empty; and whether the numbers end in it."""
-    block, width, done = _padded(layout, block, line)
+    """(n_wanted, n) numbers of a block, NaN where empty; and whether the numbers end in it. line,
+    row: of its first line, the latter from 0."""
+    block, width, done = _padded(layout, block, line, row)
     if not block:
         return np.empty((len(wanted), 0)), done
     beyond = [f"f{i}" for i in range(layout.n_columns, width)]
@@ -229,7 +241,7 @@ def _table(
     )
 
 
-def _padded(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
+def _padded(layout: Layout, block: bytes, line: int, row: int) -> tuple[bytes, int, bool]:
     """The block with as many cells in each row, how many, and whether the numbers end in it.
 
     Cells may be missing at the end of a row, where the last markers are not seen; empty lines go.
@@ -241,8 +253,7 @@ def _padded(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
     starts = np.concatenate([[0], ends[:-1] + 1])
     length = ends - starts - ((letters[ends - 1] == 13) & (ends > starts))
     blank = length == 0
-    if {layout.frame_column, layout.time_column} != {None}:
-        blank |= length == counts
+    blank |= (length == counts) & (row + np.arange(len(counts)) >= _first_blank(layout))
     done = layout.ends_blank and bool(blank.any())
     if done:
         n = int(np.argmax(blank))

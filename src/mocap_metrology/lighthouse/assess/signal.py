@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.records import MASTER, SLAVE
-from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S
+from mocap_metrology.lighthouse.timing import CYCLE_S
 
 Columns = Mapping[str, np.ndarray]
 N_CYCLES = 4
@@ -82,9 +82,8 @@ def _read(start: np.ndarray, length: np.ndarray, hits: Columns, diode: int) -> S
     long = length > SHORTEST_FLASH_S
     if long.sum() != 2 * N_CYCLES or (~long).sum() != N_CYCLES:
         return None
-    after = (start[long] - first + NEAR_S) % CYCLE_S
-    of_slave = (after > SLAVE_OFFSET_S / 2).astype(int)
-    flashes = list(zip(start[long].tolist(), length[long].tolist(), of_slave.tolist(), strict=True))
+    of = N_CYCLES * (MASTER, SLAVE)  # in this order in each cycle
+    flashes = list(zip(start[long].tolist(), length[long].tolist(), of, strict=True))
     sweeps = []
     for k, (station, axis) in enumerate(ORDER):
         begins = [at for at, _, by in flashes if by == station and abs(at - begin[k]) < NEAR_S]

@@ -137,9 +137,8 @@ def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
     beyond_noise = max(total[best] - float(angles @ fits[best].noise[typical]), 0.0)
     weighed = []
     for k, fit in enumerate(fits):
-        gap, value = sums[k] - sums[best], 0.0
-        sure = False
-        if k != best and units.size > 2:
+        gap, value, sure = sums[k] - sums[best], 0.0, False
+        if units.size > 2:
             value = float(gap.mean() / max(gap.std(ddof=1) / np.sqrt(units.size), 1e-30))
             sure = value > stdtrit(units.size - 1, RULED_OUT) and gap.sum() > beyond_noise
         standing = "chosen" if k == best else "worse" if sure else "open"

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.spreadsheet import delimiter, with_point
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S, PLANE_RAD
 from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
 from mocap_metrology.lighthouse.timing import CYCLE_S
@@ -115,17 +115,7 @@ def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> pd.DataF
     import pandas as pd
 
     name = Path(path).name
-    try:
-        with Path(path).open(encoding="utf-8-sig") as stream:
-            between = delimiter(stream.readline())
-        table = pd.read_csv(
-            path, sep=between, dtype=str, keep_default_na=False, encoding="utf-8-sig"
-        )
-    except (OSError, ValueError) as error:  # pandas raises ValueErrors of its own
-        raise Refusal(f"{name}: cannot be read ({error}); expected a CSV: {expected}") from None
-    if between == ";":
-        table = table.map(with_point)
-    table.columns = [str(column).strip() for column in table.columns]
+    table = pd.DataFrame(spreadsheet.columns(path, f"a CSV: {expected}"), dtype=str)
     missing = [column for column in needed if column not in table.columns]
     if missing:
         raise Refusal(f"{name}: no column {', '.join(missing)}; expected {expected}")

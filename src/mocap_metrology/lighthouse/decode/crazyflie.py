@@ -26,6 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Integers
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light
@@ -117,18 +118,21 @@ def read_log(path: str | Path) -> Light:
     """Light out of a log, or of a CSV with its columns. Raises `Refusal` for a file that is
     neither, or has no such event."""
     name, data = Path(path).name, _bytes(path)
-    columns = _events(data, name) if data[:1] == bytes([MAGIC]) else _table(path, name)
-    missing = [column for column in NEEDED if column not in columns]
-    stamps = [column for column in STAMPS if column in columns]
+    table = _events(data, name) if data[:1] == bytes([MAGIC]) else _table(path, name)
+    missing = [column for column in NEEDED if column not in table]
+    stamps = [column for column in STAMPS if column in table]
     if missing or not stamps:
         raise Refusal(f"{name}: no {', '.join(missing or STAMPS[:1])}; expected {NEEDED + STAMPS}")
     for column in (*NEEDED, stamps[0]):
-        values = columns[column]
-        bad = ~((values >= 0) & (values < (SENSORS if column == "sensor" else 1 << 53)))
+        values = table[column]
+        most = SENSORS if column == "sensor" else 1 << 53
+        bad = ~((values >= 0) & (values < most) & (values == np.floor(values)))
         if bad.any():
             raise Refusal(f"{name}: {column} is {values[np.argmax(bad)]:g}; expected a count")
+        if not values.size:
+            raise Refusal(f"{name}: no rows; expected one row per pulse")
     sensor, station, offset, stamp = (
-        columns[column].astype(np.int64) for column in (*NEEDED, stamps[0])
+        table[column].astype(np.int64) for column in (*NEEDED, stamps[0])
     )
     if stamps[0] == STAMPS[1]:
         stamp = _unrolled(stamp)
@@ -186,20 +190,16 @@ def _events(data: bytes, name: str) -> Mapping[str, np.ndarray]:
 
 
 def _table(path: str | Path, name: str) -> Mapping[str, np.ndarray]:
-    import pandas as pd
-
+    expected = f"a log of the Crazyflie with event {EVENT}, or its columns as a CSV"
+    table = spreadsheet.columns(path, expected)
     try:
-        table = pd.read_csv(path, sep=None, engine="python", encoding="utf-8-sig")
         return {
-            str(column).strip(): pd.to_numeric(table[column]).to_numpy(np.float64)
-            for column in table.columns
-            if str(column).strip() in NEEDED + STAMPS
+            column: np.array([spreadsheet.number(cell) for cell in cells])
+            for column, cells in table.items()
+            if column in NEEDED + STAMPS
         }
-    except (OSError, ValueError) as error:
-        raise Refusal(
-            f"{name}: neither a log of the Crazyflie nor its columns ({error}); expected event"
-            f" {EVENT}"
-        ) from None
+    except ValueError as error:
+        raise Refusal(f"{name}: {error}; expected {expected}") from None
 
 
 def _light(

@@ -8,6 +8,7 @@ see `libsurvive_lines`. Light of second-generation stations is in lines of its o
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import json
 import re
@@ -100,7 +101,8 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
         notes.append(f"the file is cut off ({seen.cut}) and used to its last whole line")
     if seen.unreadable:
         notes.append(
-            f"{seen.unreadable} lines cannot be read and are left out: the file is damaged"
+            f"{seen.unreadable} lines cannot be read and are left out: damage, or messages of a"
+            " program"
         )
     known = {name.encode() for name in seen.configs}
     stray = sum(n for name, n in seen.raw.items() if name not in known)
@@ -170,6 +172,10 @@ def blocks(path: str | Path, seen: RecordingPass) -> Iterator[bytes]:
             packed = raw.peek(2).startswith(b"\x1f\x8b")  # whatever its name
             stream = gzip.GzipFile(fileobj=raw) if packed else raw
             while piece := stream.read1(CHUNK):
+                if not size:
+                    if piece[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+                        raise Refusal(f"{name}: is UTF-16 text; expected UTF-8: save it as UTF-8")
+                    piece = piece.removeprefix(codecs.BOM_UTF8)
                 size += len(piece)
                 if len(rest) > LONGEST_LINE:
                     raise Refusal(f"{name}: no lines; expected a libsurvive recording")

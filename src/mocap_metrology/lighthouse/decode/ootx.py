@@ -256,7 +256,7 @@ def unpack(data: bytes) -> Station:
     mode = data[31] if len(data) == 33 else None
     if mode is not None and mode >= len(MODES):
         raise Refusal(f"mode {mode}; expected 0, 1 or 2")
-    station = station_of_payload(v, "", (2, 4, 8, 13, 15), GIB_LIMITS)
+    station = station_of_payload(v, "", (2, 4, 8, 13, 15), GIB_LIMITS, generation=1)
     return replace(station, mode=None if mode is None else MODES[mode])
 
 
@@ -265,7 +265,7 @@ def station_of_payload(
     role: str,
     pairs: Sequence[int],
     limits: Mapping[str, float],
-    generation: int = 1,
+    generation: int,
 ) -> Station:
     """A station by the values of its payload, which begins alike in both generations; pairs: where
     those of its factory calibration are. Raises `Refusal` for values that no station has."""

@@ -81,7 +81,7 @@ def match(track: Tracked, seen: Markers) -> Match:
             " motion, recorded by both"
         )
     fit, free = fits[0], _Fit(track, seen, known, fits[0].alignment, free_scale=True)
-    _check(fit, fits[1:])
+    _check(fits)
     others = []
     for block in np.array_split(np.flatnonzero(fit.kept), BLOCKS):
         rest = fit.kept.copy()
@@ -99,8 +99,9 @@ def _fits(track: Tracked, seen: Markers, known: np.ndarray) -> list[_Fit]:
     return sorted((fit for fit in fits if fit.common_s >= LEAST_S), key=lambda fit: -fit.score)
 
 
-def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
-    """Refuse what determines no alignment, or a wrong one."""
+def _check(fits: Sequence[_Fit]) -> None:
+    """Refuse what determines no alignment, or a wrong one; the best of the fits is the first."""
+    fit = fits[0]
     size, whole = 1e3 * np.sqrt(fit.spread), float(np.sqrt(fit.spread.sum()))
     if size[1] < LEAST_MM:
         raise Refusal(
@@ -108,7 +109,7 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
             f" across; expected {LEAST_MM:g} mm or more in two"
         )
     if fit.rms > WORST_FIT * whole:
-        free = [_scaled_start(one) for one in (fit, *others)]
+        free = [_scaled_start(one) for one in fits]
         best = min(free, key=lambda one: one.rms / max(one.alignment.scale, 1e-9))
         scale = best.alignment.scale
         if abs(scale - 1) > LARGEST_SCALE and _of_one_motion(best, scale * whole):
@@ -128,7 +129,7 @@ def _check(fit: _Fit, others: Sequence[_Fit]) -> None:
             " mm rms at the best offset of the clocks, or more where they were not fitted; expected"
             " one motion, recorded by both"
         )
-    for other in others:
+    for other in fits:
         apart = abs(other.alignment.offset_s - fit.alignment.offset_s)
         long = other.common_s > fit.common_s / 2
         if long and apart > APART_S and other.rms < AMBIGUOUS * fit.rms:

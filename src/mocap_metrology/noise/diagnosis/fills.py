@@ -121,9 +121,8 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
 
 def _fading(series: np.ndarray, first: int, last: int, rule: Rule) -> bool:
     """Whether differences near a run of small ones are hardly larger: of noise that fades there."""
-    order = rule.order
-    sides = series[max(first - NEAR, 0) : first + 1], series[last + order - 1 :][:NEAR]
-    near = np.concatenate([np.abs(np.diff(side.astype(np.float64), order)) for side in sides])
+    order, around = rule.order, series[max(first - NEAR, 0) : last + NEAR].astype(np.float64)
+    near = np.abs(np.diff(around, order))
     near = near[near > rule.limit]
     usual = rule.limit / (rule.chance / (0.8 * DENSER)) * math.sqrt(math.comb(2 * order, order))
     return near.size > 16 and float(np.median(near)) < FADED * usual / MAD_TO_SIGMA

@@ -62,7 +62,7 @@ def resonance(
     `psd_mm2_hz` (k,), `n_segments` of their Welch spectrum; lines_hz: frequencies of periodic
     disturbances, whose bins are left out."""
     f, psd = spectrum["f_hz"], spectrum["psd_mm2_hz"]
-    if f.size < PLACES or np.isnan(values).mean() > MOST_GAPS:
+    if np.isnan(values).mean() > MOST_GAPS:
         return None
     bin_hz, nyquist = float(f[1] - f[0]), float(f[-1])
     keep = (f > bin_hz) & (f < nyquist) & (psd > 0)
@@ -135,7 +135,7 @@ def _candidates(
     peaks = _oscillator(f, *tried.T[:, :, None]) * scale
     peaks = peaks - (peaks @ basis) @ basis.T
     z = peaks @ ((psd - level) * scale) / np.sqrt((peaks**2).sum(axis=1))
-    return np.asarray(tried[z > math.sqrt(LEAST / 2)])
+    return np.asarray(tried[z > math.sqrt(LEAST)])
 
 
 def _bands(f: Floats, psd: Floats) -> tuple[Floats, Floats, Floats]:

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import least_squares, nnls
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.fit.allan.annealing import annealing_run
+from mocap_metrology.noise.fit.allan.annealing import _estimate, annealing_run
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
 from mocap_metrology.noise.fit.allan.relative import misfit
 from mocap_metrology.noise.fit.estimates import Components
@@ -119,6 +119,18 @@ def test_recovers_a_published_row_of_four_terms(key, series):
     expected = truth.ordered().coefficients()
     for name in set(expected) - {"h_-1", "h_1", "h_2"}:  # the others are hidden
         assert run.estimate.values[name] == pytest.approx(expected[name], rel=0.02), name
+
+
+@pytest.mark.parametrize(
+    ("starts", "equal", "status"), [(3, 2, "ok"), (3, 1, "not_converged"), (1, 1, "ok")]
+)
+def test_a_result_has_converged_where_two_starts_or_the_only_one_reach_it(starts, equal, status):
+    settings = SETTINGS.model_copy(update={"starts": starts})
+    avar = WALK.avar(M, RATE, "continuous")
+    problem = misfit(M, avar, RATE, Components.of(WALK), "continuous", "relative", settings)
+    x, cost = problem.polished((problem.lower + problem.upper) / 2, 200)
+    found = _estimate(problem, x, cost, [problem.model(x)] * equal, settings)
+    assert {*statuses(found).values()} == {status}
 
 
 def test_what_the_colony_gains_is_the_ratio_of_the_relative_squares():

@@ -159,6 +159,17 @@ def test_gaps_in_white_noise_make_no_other_noise(share):
     assert abs(np.mean([z for _, z in found])) < 2, found
 
 
+@pytest.mark.parametrize("first", [1 << 12, 7 << 12])
+def test_lines_are_those_of_the_longest_stretch(first):
+    """Of seven eighths of the recording, before or after a long gap; 60 times the noise in it, in
+    the shorter one about as much as chance makes."""
+    n = 1 << 15
+    series = np.random.default_rng(3).normal(size=n) + sine(np.sqrt(4 * 60 / n), 17.3)[:n]
+    series = np.insert(series, first, np.full(6000, np.nan))
+    (line,) = likelihood(series, RATE).lines
+    assert line.f_0 == pytest.approx(17.3, abs=2 * RATE / n)
+
+
 def test_slow_line_and_its_error():
     """Beside a warm-up, too."""
     f_0, warm_up = 40.3 / (N * TAU0), 10 * np.exp(-12 * np.arange(N) / N)

@@ -11,7 +11,7 @@ from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
-from mocap_metrology.noise.fit.spectral.line import Transform, density_around, grown
+from mocap_metrology.noise.fit.spectral.line import Transform, beside, density_around, grown
 from mocap_metrology.noise.fit.spectral.lines import find_lines, find_slow_lines, line_errors
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
@@ -79,6 +79,8 @@ def test_a_wide_line_is_out_of_the_noise_and_one_row():
     lines, part = series_lines(series, RATE, 10, lambda f: np.full_like(f, 4.17e-5))
     (one,) = described("x1", lines, part, RATE)
     assert one.lower < A_S < one.upper
+    assert one.upper - one.lower == pytest.approx(2 * 1.96 * one.line.errors(N / RATE)[0])
+    assert (one.lower + one.upper) / 2 == pytest.approx(one.line.A_s)
     assert one.line.f_0 == pytest.approx(found["f_0"].value, abs=0.01)
     assert one.line.wide
     assert 0 < one.line.width_f < 0.095
@@ -167,6 +169,23 @@ def test_amplitude_frequency_and_phase_reach_the_cramer_rao_bound(offset):
     assert 0.75 < rms[0] / bounds[0] < 1.3
     assert 0.75 < rms[1] / bounds[1] < 1.3
     assert rms[2] < 2.5 * 2 * bounds[0] / 0.1  # 2 sigma/(A sqrt n): phase at the start, f unknown
+
+
+def test_the_last_band_beside_a_line_is_a_whole_one() -> None:
+    """Of 42 coefficients here, of which ten alone would be a flank of 100 times the noise."""
+    power = np.log(2) * np.r_[np.ones(161), np.full(10, 100.0)]
+    assert beside(power, np.arange(1, 171)).max() < 1
+
+
+def test_power_of_no_line_is_as_uncertain_as_its_error_states() -> None:
+    """Power of a band less that of noise beside it, known from a few coefficients: of half of the
+    recordings it is above zero, and its rms there is that of all; A^2 has twice the error of A."""
+    rng = np.random.default_rng(6)
+    lines = [Transform.of(rng.normal(size=4096), TAU0).measured(600, 1099) for _ in range(1500)]
+    power = [line.A_s**2 for line in lines if line.A_s > 0]
+    error = {round(line.A_error**2 / line.psd, 9) for line in lines if line.A_s == 0}
+    assert len(error) == 1
+    assert 2 * error.pop() * 2 * TAU0 == pytest.approx(np.sqrt(np.mean(np.square(power))), rel=0.1)
 
 
 def test_bands_and_ends_of_the_spectrum() -> None:

@@ -266,7 +266,8 @@ class Transform:
         band = self.coefficients[low : high + 1].copy()
         A_s, f_0, width = self._moments(band, low, psd)
         gain = A_s**2 * duration / psd
-        noise = math.sqrt(gain + size + size**2 / (2 * side)) * psd / duration
+        # A median has twice the variance of a mean: 1 / ln(2)^2
+        noise = math.sqrt(gain + size + size**2 / side) * psd / duration
         A_error, f_error, width_error = self._jackknife(band, low, psd)
         A_error = max(noise / A_s, A_error) if A_s > 0 else math.sqrt(noise)
         if high >= (self.n - 1) // 2:

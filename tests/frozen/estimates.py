@@ -12,7 +12,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
-from mocap_metrology.lighthouse.calibrate.batch import details_of, joint, solved
+from mocap_metrology.lighthouse.calibrate.batch import details_of, joint, solved, usable_hits
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, reconstruct
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
@@ -82,7 +82,7 @@ def paths(hits: Hits, board: np.ndarray) -> object:
 def second(name: str, folder: Path | None = None) -> Flat:
     made = planes_scene.made(2, 4, 1.5, **SECOND[name])
     found = joint(made.scene)[0]
-    of = details_of(made.scene, found)
+    of = details_of(made.scene, found, {"": usable_hits(made.scene, found)})
     return dict(flat({"state": found.state._asdict(), "S": found.covariance, "of": of}))
 
 

@@ -10,11 +10,12 @@ from scipy.stats import chi2
 from mocap_metrology.calibration.setup import same_stations
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess import fit_checks
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.setup import Setup, by_setup
-from mocap_metrology.lighthouse.records import Factory, Station
+from mocap_metrology.lighthouse.records import Factory, Hits, Station
 from mocap_metrology.lighthouse.simulate import recording
 from tests.lighthouse import pairs
 from tests.lighthouse.batch.planes_scene import Made, made
@@ -165,6 +166,19 @@ def test_a_station_moved_between_recordings_is_found() -> None:
     found = by_setup({str(k): one_of(own) for k, own in enumerate(recordings)})
     assert max(pair.m2 for pair in found.predicted["slave"].values()) > 10 * chi2.ppf(0.999, 6)
     assert found.pose.halves.m2 == max(pair.m2 for pair in found.predicted["slave"].values())
+
+
+@pytest.mark.parametrize(("bump_mm", "share"), [(5.0, 0.5), (1500.0, 0.75)])
+def test_a_station_moved_within_a_recording_is_found(bump_mm: float, share: float) -> None:
+    """By the step, or by the hits that then fit no path of the board."""
+    own, other = (made(2, 3, 3.0, take=take).scene for take in (1, 2))
+    end = share * own.hits.time_s.max()
+    after = made(2, 3, 3.0, take=1, bump_mm=bump_mm).scene.hits
+    parts = own.hits.take(own.hits.time_s < end), after.take(after.time_s >= end)
+    columns = {k: np.concatenate([getattr(p, k) for p in parts]) for k in vars(after)}
+    found = by_setup({"own": replace(own, hits=Hits(**columns)), "other": other}).pose
+    checks = fit_checks.weight(found), fit_checks.halves(found)
+    assert any(one.level != "good" and one.names == ("own",) for one in checks)
 
 
 def test_a_bad_recording_is_left_out_by_name_and_one_is_too_few() -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -182,7 +182,15 @@ def weight(chosen: PoseEstimate) -> Check:
     """Share of the hits' weight that `batch` does not use."""
     lost = _detail(chosen, "weight_lost")
     cases = Case.WEIGHT, Case.WEIGHT_LOST, Case.WEIGHT_UNKNOWN
-    return judged("weight of hits", cases, lost, "", graded(lost, WEIGHT_LOST), percent=100 * lost)
+    grade, names = graded(lost, WEIGHT_LOST), _recording(chosen, "weight_lost_in")
+    check = judged("weight of hits", cases, lost, "", grade, percent=100 * lost)
+    return replace(check, names=names)
+
+
+def _recording(chosen: PoseEstimate, name: str) -> tuple[str, ...]:
+    """The recording of a setup that a detail names, if any."""
+    where = (chosen.details or {}).get(name)
+    return (where,) if isinstance(where, str) else ()
 
 
 def priors(chosen: PoseEstimate) -> Check:
@@ -238,7 +246,8 @@ def halves(chosen: PoseEstimate) -> Check:
     if parts.recordings:
         cases = Case.RECORDINGS, Case.RECORDINGS_APART
     numbers = {"mm": parts.mm, "deg": parts.deg, "times": math.sqrt(parts.m2 / 6)}
-    return judged(name, cases, value, "", graded(value, limits), **numbers)
+    check = judged(name, cases, value, "", graded(value, limits), **numbers)
+    return replace(check, names=_recording(chosen, "halves_of"))
 
 
 def mirrored(chosen: PoseEstimate) -> Check:

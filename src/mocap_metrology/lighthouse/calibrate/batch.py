@@ -83,7 +83,8 @@ def all_solved(
         solution = replace(solution, misfit=misfit)
         residuals = residual_rows(solution, scene.hits, scene.names)
         path = _path(one.trajectory, one.sweeps.hits.time_s)
-        details = {**details_of(scene, solution), "residuals": residuals}
+        usable = {"": usable_hits(scene, solution)}
+        details = {**details_of(scene, solution, usable), "residuals": residuals}
         poses = []
         for k, (pair, _) in zip(stations, halves, strict=True):
             pose = pose_of(scene, solution, stage, details, k)
@@ -127,24 +128,31 @@ def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
     return Path(at, R, t_m, none, np.zeros(at.size, dtype=np.int64), none)
 
 
-def details_of(scene: Scene, solution: Joint) -> dict[str, object]:
+def usable_hits(scene: Scene, solution: Joint) -> int:
+    """Hits of a recording on diodes of its estimate that light can reach, at times at which the
+    board's place is sought."""
+    one = solution.recordings[0]
+    used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode)) & placed(scene)
+    if (normals := scene.sensors.normals) is not None:
+        used &= ~fits.grazing(scene.hits, one.trajectory, solution.state, normals)
+    return max(int(used.sum()), one.residual.size)
+
+
+def details_of(scene: Scene, solution: Joint, usable: Mapping[str, int]) -> dict[str, object]:
     """Of a joint estimate: noise of a hit and of a sweep, offsets of the axes, depths between
     lasers, size of the errors of diodes' places that the recording does not contradict; rms
     residual over the noise of a hit by station, axis and diode; the sensors of the board; rms
-    residual of hits as they are weighed; lost share of the weight of all hits on diodes that light
-    can reach, at times at which the board's place is sought; misfit of pieces as in `Joint`;
-    probabilities by chance that estimates are so far from their priors; `of_length`."""
+    residual of hits as they are weighed; lost share of the weight of the `usable_hits` of each
+    recording, by title, the largest, and that title; misfit of pieces as in `Joint`; probabilities
+    by chance that estimates are so far from their priors; `of_length`."""
     one, of, state = solution.recordings[0], solution.of, solution.state
     depth = of.columns[:, 0, 1]
     place = of.group == GROUPS.index("place")
     residual = np.concatenate([part.residual for part in solution.recordings])
-    weight = np.concatenate([part.total_weight() for part in solution.recordings])
-    total = residual.size
-    if len(solution.recordings) == 1:
-        used = np.isin(scene.hits.diode, np.unique(one.sweeps.hits.diode)) & placed(scene)
-        if (normals := scene.sensors.normals) is not None:
-            used &= ~fits.grazing(scene.hits, one.trajectory, state, normals)
-        total = max(int(used.sum()), residual.size)
+    weights = [part.total_weight() for part in solution.recordings]
+    weight = np.concatenate(weights)
+    shares = [float(own.sum()) / n for own, n in zip(weights, usable.values(), strict=True)]
+    kept, most_lost = min(zip(shares, usable, strict=True))
     return {
         "noise_hit_urad": 1e6 * one.noise.hit,
         "noise_sweep_urad": 1e6 * one.noise.sweep,
@@ -156,7 +164,8 @@ def details_of(scene: Scene, solution: Joint) -> dict[str, object]:
         "steps": solution.rounds,
         **({"cover_mm": (1e3 * state.cover).tolist()} if of.cover >= 0 else {}),
         "weighted_rms_urad": 1e6 * float(np.sqrt(weight @ residual**2 / weight.sum())),
-        "weight_lost": 1 - float(weight.sum()) / total,
+        "weight_lost": 1 - kept,
+        **({"weight_lost_in": most_lost} if most_lost else {}),
         "misfit": solution.misfit,
         "prior_p": parts.prior_p(solution),
         **parts.of_length(solution),

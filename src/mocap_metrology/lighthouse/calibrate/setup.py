@@ -18,15 +18,22 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, estimate, expect_determined
-from mocap_metrology.lighthouse.batch.parts import misfit_of, predicted
+from mocap_metrology.lighthouse.batch.parts import halves, misfit_of, pieces_of, predicted
 from mocap_metrology.lighthouse.batch.recording import BatchInput
 from mocap_metrology.lighthouse.calibrate import network as networks
-from mocap_metrology.lighthouse.calibrate.batch import all_solved, details_of, joint, pose_of
+from mocap_metrology.lighthouse.calibrate.batch import (
+    all_solved,
+    details_of,
+    joint,
+    pose_of,
+    usable_hits,
+)
 from mocap_metrology.lighthouse.calibrate.fits import poses_of, refitted
 from mocap_metrology.lighthouse.calibrate.scene import (
     NAME,
@@ -174,7 +181,7 @@ class Setup:
 class _Piece:
     """A recording alone, or what it sees of stations that it does not connect with its others:
     members (m,) among all stations, moments (n, n) that each two share; first: of its board's
-    diodes among those of all boards."""
+    diodes among those of all boards; usable: its hits as in `usable_hits`."""
 
     recording: str
     title: str
@@ -182,6 +189,7 @@ class _Piece:
     shared: np.ndarray
     joint: Joint
     first: int
+    usable: int
 
 
 def by_setup(
@@ -211,18 +219,36 @@ def by_setup(
     solution, scene, ways = _by_variant(scene, scenes, pieces)
     with expect_determined(scene.title):
         apart = predicted(solution, scene.used_priors)
-        details = details_of(scene, solution)
+        usable = {piece.title: piece.usable for piece in pieces}
+        solution, touched = _touched(solution, list(usable))
+        details = details_of(scene, solution, usable)
         poses, by_station = [], {}
         for k, name in enumerate(scene.names[1:], start=1):
-            pairs = zip(pieces, apart[k - 1], strict=True)
-            by_name = {piece.title: pair for piece, pair in pairs if pair is not None}
-            worst = max(by_name.values(), key=lambda pair: pair.m2, default=None)
-            pose = replace(pose_of(scene, solution, "final", details, k), halves=worst)
+            pairs = zip(usable, apart[k - 1], strict=True)
+            by_name = {title: pair for title, pair in pairs if pair is not None}
+            every = [*by_name.items(), *touched[k - 1].items()]
+            where, worst = max(every, key=lambda pair: pair[1].m2, default=("", None))
+            of = {} if worst is None or worst.recordings else {"halves_of": where}
+            pose = replace(pose_of(scene, solution, "final", details | of, k), halves=worst)
             pose = widened(pose, ways[k - 1])
             poses.append(replace(pose, seconds=time.perf_counter() - begun))
             by_station[name] = by_name
     network = network and replace(network, covariance=covariance_of_all(solution, ways))
     return Setup(poses, by_station, ways[0], why, network)
+
+
+def _touched(solution: Joint, titles: Sequence[str]) -> tuple[Joint, list[dict[str, Halves]]]:
+    """The estimate with the misfit by steps within its recordings, and these of each station but
+    the first, by title, as where it was moved meanwhile."""
+    named = zip(titles, solution.recordings, strict=True)
+    every = {k: pieces_of(solution, one) for k, one in named if not one.trajectory.still}
+    stepped, misfits = [dict[str, Halves]() for _ in solution.state.R[1:]], [solution.misfit]
+    for k, title in product(range(len(stepped)), every):
+        pair, misfit = halves(solution, k + 1, every[title])
+        misfits.append(misfit)
+        if pair is not None and pair.stepped:
+            stepped[k][title] = pair
+    return replace(solution, misfit=max(misfits)), stepped
 
 
 def _of_all_boards(
@@ -278,7 +304,8 @@ def _single_estimates(
             why.append(f"{title}: {refusal}")
             continue
         why += [f"{title}: {note}"] if note else []
-        yield _Piece(name, title, island, shared, solution, first)
+        usable = usable_hits(of, solution)
+        yield _Piece(name, title, island, shared, solution, first, usable)
 
 
 def _connected(

@@ -102,6 +102,8 @@ def sentence(check: Check, station: str = "") -> str:
         its=f"the rotation of station {station}" if station else "the slave's rotation",
         why=why or "not used",
         first=next(iter(check.names), ""),
+        in_one=f" in recording {check.names[0]}" if check.names else "",
+        the_recording=f"recording {check.names[0]}" if check.names else "the recording",
         others=" or ".join(check.names[1:]),
         all_names=_all_names(check.names, station),
     )

@@ -42,6 +42,13 @@ def test_each_kind_is_named_and_nothing_else(case: str) -> None:
     assert named
 
 
+def test_the_interval_of_the_net_movement_holds_in_99_of_100() -> None:
+    """Of 200 that do not move; t of the 14 degrees of freedom of two ends."""
+    rng = np.random.default_rng(7)
+    found = [signature(rng.normal(0, 0.02, 600), 10.0) for _ in range(200)]
+    assert sum(abs(one.net_mm) > 2.98 * one.net_error_mm for one in found if one) <= 6
+
+
 def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
     """Of a Gauss-Markov process the means of blocks of 1/a correlation times have the covariances
     2 (a - 1 + e^-a), (1 - e^-a)^2 and (1 - e^-a)^2 e^-a (over a^2) 0, 1 and 2 blocks apart. Of

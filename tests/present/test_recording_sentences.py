@@ -293,11 +293,21 @@ def test_every_step_is_said_and_once() -> None:
     assert not any("L shifted" in words for words in said)
 
 
+def test_no_net_movement_where_an_event_is_at_an_end() -> None:
+    for time_s, there in ((98.49, True), (870.0, False)):
+        event = replace(EVENT, time_s=time_s)
+        said = told({"events": [event], "drifts": DRIFTS, **wander("cycle", 0.03, 200.0)})
+        assert any("first tenth" in s.words for s in said) is there
+
+
 def test_steps_are_told_at_the_times_of_events() -> None:
     """Which are known to less than a block; and what is left afterwards has an interval."""
     event = replace(EVENT, shift_mm=0.5, shift_error=0.01)
     said = [s.words for s in told({"events": [event], **wander("step", 0.05, 97.0, 300.0)})]
     assert any("at about 98.5 s, 5 min;" in words for words in said)
+    long = replace(EVENT, duration_s=20.0)
+    said = [s.words for s in told({"events": [long], **wander("step", 8.0, 99.0)})]
+    assert any("A, B moved by 8 mm (x1) within 20 s and stayed there" in words for words in said)
     said = [s.words for s in told({"events": [event]})]
     assert any("were 0.500 (0.480…0.520) mm off afterwards" in words for words in said)
 

@@ -317,6 +317,13 @@ def test_blocks_that_are_loud_are_no_wander(draw) -> None:
         assert found is not None and not found.possible and not found.kinds
 
 
+def test_the_ends_of_what_was_left_out_are_no_levels() -> None:
+    """Bumps of 16 s, of which an event has the middle."""
+    x, since = noise(8), np.abs(np.subtract.outer(T, np.arange(50, 850, 100))).min(axis=1)
+    found = signature(np.where(since < 6, np.nan, x + 0.015 * (since < 12)), RATE)
+    assert found is not None and found.undecided and "two_levels" not in found.possible
+
+
 def test_a_recording_has_no_more_blocks_than_are_worth_the_time() -> None:
     """Of a second, of more where it is long, and of less where it is short."""
     for n in (1, 59, 6000, 60_000, 60_001, 10**6 + 1, 10**8 + 999):

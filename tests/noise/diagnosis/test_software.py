@@ -86,6 +86,10 @@ KINDS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
     "one-euro": (one_euro, "smoothed"),
     "resampled": (resampled, "resampled"),
     "median of five": (lambda x: ndimage.median_filter(x, (1, 5)), "running_median"),
+    "median of nine, 3 m away": (
+        lambda x: ndimage.median_filter(x, (1, 9)) + 3000.0,
+        "running_median",
+    ),
     "Savitzky-Golay": (lambda x: signal.savgol_filter(x, 21, 3), "low_pass"),
     "repeated": (held, "repeated"),
     "repeated, each coordinate for itself": (held_alone, "repeated"),

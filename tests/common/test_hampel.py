@@ -10,6 +10,7 @@ from mocap_metrology.common.hampel import (
     MAD_TO_SIGMA,
     hampel,
     mask_half_window,
+    share_of_rounded,
     taken_at_most,
     white_level_kept,
 )
@@ -84,6 +85,14 @@ def test_what_clean_gaussian_noise_loses(half_window):
     masked = hampel(noise, half_window, action="mask").values
     _, left = white_level_kept(3.0, half_window, "mask")
     assert np.nanvar(masked) / noise.var() == pytest.approx(left, abs=0.003)
+
+
+@pytest.mark.parametrize("sigma", [1.3, 2.0, 3.0])
+def test_what_noise_in_steps_loses(sigma):
+    """Of noise of two steps the stored MAD is one, and six times as many frames are replaced."""
+    rounded = np.round(sigma * np.random.default_rng(1).normal(size=60_000) + 0.3)
+    share = share_of_rounded(rounded, 120, 3.0, 1.0)
+    assert share == pytest.approx(hampel(rounded, 120, resolution=1.0).share, rel=0.2, abs=3e-4)
 
 
 def test_windows_too_short_for_a_scale():

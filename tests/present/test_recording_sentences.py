@@ -134,7 +134,7 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     (([row("x1", "drift", 0.5), row("y1", "drift", -1.2)], NAMED), "drift.model", False,
      "−1.2 mm/h, y1, 0.3 mm"),
     ({"drifts": DRIFTS, **wander("cycle", 0.03, 200.0)}, "drift.slow", False,
-     "9 s, 0.4 mm, x1, 15 min, −1.2 mm/h, −50 µm, 1.96 µm"),
+     "9 s, 0.4 mm, x1, 15 min, −1.2 mm/h, −50 µm, 3 µm, 99 %"),
     (wander("warm_up"), "wander.warm_up", True, "x1, 60 µm, 15 min"),
     (wander("accelerating"), "wander.accelerating", True, "x1, 60 µm, 15 min"),
     (wander("slowing"), "wander.slowing", True, "x1, 60 µm, 15 min"),
@@ -148,12 +148,12 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     ({"resonances": [Resonance(k, 6.0, 0.03, 0.03) for k in ("x1", "x2")]}, "resonance.broad", True,
      "6 Hz, 0.03, x1, 30 µm, x2, 30 µm"),
     (wander("two_levels", 0.03, 50.0), "wander.two_levels", True, "x1, 30 µm, 50 s"),
-    (wander(""), "wander.undecided", True, "60 µm, 15 min, x1"),
+    (wander(""), "wander.undecided", True, "15 min, x1, 18 s, 60 µm"),
     ({"low_pass": [LowPass("x1", 5.0, 0.1), LowPass("y1", 8.0, 0.1)]}, "low_pass.filtered", True,
      "x1, y1, 5, 8 Hz, 1.4"),
     ({"processed": [Processed("smoothed", "x1", 0.1)]}, "smoothed.frames", True, "x1"),
     ({"processed": [Processed("resampled", k, 20.0) for k in ("x1", "y1")]}, "resampled.frames",
-     True, "x1, y1, 20 Hz, 80, 20 Hz"),
+     True, "x1, y1, 20 Hz, 80, 120, 20 Hz"),
     ({"processed": [Processed("running_median", "x1", 0.4)]}, "running_median.frames", True, "x1"),
     ({"processed": [Processed("repeated", "x1", 0.4)]}, "repeated.frames", True, "x1"),
     ({"trends": [Trend("x1", -0.3, -0.4, -0.2, -0.3, 0.0), Trend("y1", -0.2, -0.4, -0.1, -0.2, 0)]},
@@ -291,6 +291,25 @@ def test_every_step_is_said_and_once() -> None:
     assert sum("shifted by 50 µm (x1)" in words for words in said) == 1
     assert sum("y2 shifted" in words for words in said) == 1
     assert not any("L shifted" in words for words in said)
+
+
+def test_no_net_movement_where_an_event_is_at_an_end() -> None:
+    for time_s, there in ((98.49, True), (870.0, False)):
+        event = replace(EVENT, time_s=time_s)
+        said = told({"events": [event], "drifts": DRIFTS, **wander("cycle", 0.03, 200.0)})
+        assert any("first tenth" in s.words for s in said) is there
+
+
+def test_steps_are_told_at_the_times_of_events() -> None:
+    """Which are known to less than a block; and what is left afterwards has an interval."""
+    event = replace(EVENT, shift_mm=0.5, shift_error=0.01)
+    said = [s.words for s in told({"events": [event], **wander("step", 0.05, 97.0, 300.0)})]
+    assert any("at about 98.5 s, 5 min;" in words for words in said)
+    long = replace(EVENT, duration_s=20.0)
+    said = [s.words for s in told({"events": [long], **wander("step", 8.0, 99.0)})]
+    assert any("A, B moved by 8 mm (x1) within 20 s and stayed there" in words for words in said)
+    said = [s.words for s in told({"events": [event]})]
+    assert any("were 0.500 (0.480…0.520) mm off afterwards" in words for words in said)
 
 
 def test_wander_that_the_noise_model_states_is_said_once() -> None:

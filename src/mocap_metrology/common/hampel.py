@@ -20,6 +20,7 @@ SAMPLED = 1 << 17  # changes of frames that show steps
 CHANGING, HIDDEN, LEAST_CHANGE = 0.1, 0.1, 0.3  # of steps: share of frames that change, at least;
 # quantile of their changes, and its share of their median
 MAD_TO_SIGMA = 1.4826  # 1 / Phi^-1(3/4): the MAD of a Gaussian times this is its sigma
+WINDOWS, FINE_STEPS = 64, 8  # windows looked at; steps in a MAD that they do not change
 SHORT_WINDOW = 15  # frames to each side; below, the MAD scatters too much to be a scale
 
 
@@ -128,6 +129,35 @@ def white_level_kept(
     weight = weight / weight.sum()
     share, left = float(weight @ (2 * tail)), float(1 - weight @ (2 * (k * density + tail)))
     return share, left / (1 - share) if action == "mask" else left
+
+
+def share_of_rounded(
+    series: np.ndarray, half_window: int, n_sigma: float, resolution: float
+) -> float:
+    """Share of clean Gaussian noise in steps q = resolution that the filter replaces; 0 where the
+    steps are fine.
+
+    Of windows over (n,) values, from their own medians: where a share p lies within MAD + q/2, half
+    a step more than the MAD that is stored, sigma is (MAD + q/2) / Phi^-1((1 + p) / 2), which may
+    be well above 1.4826 MAD.
+    """
+    from scipy.special import ndtr, ndtri
+
+    size = 2 * half_window + 1
+    starts = np.linspace(0, max(series.size - size, 0), WINDOWS).astype(int)
+    rows = np.array([series[start : start + size] for start in starts], np.float64)
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if not (resolution > 0 and rows.size):
+        return 0.0
+    off = np.abs(rows - np.median(rows, axis=1, keepdims=True))
+    mad = np.maximum(np.median(off, axis=1, keepdims=True), resolution / 2)
+    if float(np.median(mad)) > FINE_STEPS * resolution:
+        return 0.0
+    edge = (np.floor(mad / resolution + 0.01) + 0.5) * resolution
+    within = np.mean(off < edge)
+    sigma = float(np.mean(edge)) / float(ndtri((1 + within) / 2)) if within < 1 else 0.0
+    beyond = (np.floor(n_sigma * MAD_TO_SIGMA * mad / resolution) + 0.5) * resolution
+    return float(np.mean(2 * ndtr(-beyond / sigma))) if sigma > 0 else 0.0
 
 
 def tail(

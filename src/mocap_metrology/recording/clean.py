@@ -15,7 +15,13 @@ from mocap_metrology import settings as of
 from mocap_metrology.accuracy.twin import BarTwin, simulate_bar
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
-from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, own_step, white_level_kept
+from mocap_metrology.common.hampel import (
+    SHORT_WINDOW,
+    hampel,
+    own_step,
+    share_of_rounded,
+    white_level_kept,
+)
 from mocap_metrology.common.large import is_large
 from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.common.types import Row
@@ -336,6 +342,7 @@ def _filtered(
         step = max(origin["resolution_mm"], own_step(values))
         result = hampel(values, half_window, settings.n_sigma, settings.action, step)
         log.info("%s: %.3f %% outliers", name, 100 * result.share)
+        rounded = share_of_rounded(values, half_window, settings.n_sigma, step)
         row: Row = {
             "series": name,
             "action": settings.action,
@@ -345,7 +352,7 @@ def _filtered(
             "n_valid": result.n_valid,
             "n_outliers": int(result.outlier.sum()),
             "share": result.share,
-            "share_of_clean_gaussian_noise": share_of_noise,
+            "share_of_clean_gaussian_noise": max(share_of_noise, rounded),
             "white_level_kept": left,
             "resolution_mm": origin["resolution_mm"],
             "resolution_kind": origin["resolution_kind"],

@@ -42,6 +42,13 @@ def test_each_kind_is_named_and_nothing_else(case: str) -> None:
     assert named
 
 
+def test_the_interval_of_the_net_movement_holds_in_99_of_100() -> None:
+    """Of 200 that do not move; t of the 14 degrees of freedom of two ends."""
+    rng = np.random.default_rng(7)
+    found = [signature(rng.normal(0, 0.02, 600), 10.0) for _ in range(200)]
+    assert sum(abs(one.net_mm) > 2.98 * one.net_error_mm for one in found if one) <= 6
+
+
 def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
     """Of a Gauss-Markov process the means of blocks of 1/a correlation times have the covariances
     2 (a - 1 + e^-a), (1 - e^-a)^2 and (1 - e^-a)^2 e^-a (over a^2) 0, 1 and 2 blocks apart. Of
@@ -308,6 +315,13 @@ def test_blocks_that_are_loud_are_no_wander(draw) -> None:
     for seed in range(5):
         found = signature(draw(np.random.default_rng([seed, 5])), 50.0)
         assert found is not None and not found.possible and not found.kinds
+
+
+def test_the_ends_of_what_was_left_out_are_no_levels() -> None:
+    """Bumps of 16 s, of which an event has the middle."""
+    x, since = noise(8), np.abs(np.subtract.outer(T, np.arange(50, 850, 100))).min(axis=1)
+    found = signature(np.where(since < 6, np.nan, x + 0.015 * (since < 12)), RATE)
+    assert found is not None and found.undecided and "two_levels" not in found.possible
 
 
 def test_a_recording_has_no_more_blocks_than_are_worth_the_time() -> None:

@@ -86,6 +86,10 @@ KINDS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
     "one-euro": (one_euro, "smoothed"),
     "resampled": (resampled, "resampled"),
     "median of five": (lambda x: ndimage.median_filter(x, (1, 5)), "running_median"),
+    "median of nine, 3 m away": (
+        lambda x: ndimage.median_filter(x, (1, 9)) + 3000.0,
+        "running_median",
+    ),
     "Savitzky-Golay": (lambda x: signal.savgol_filter(x, 21, 3), "low_pass"),
     "repeated": (held, "repeated"),
     "repeated, each coordinate for itself": (held_alone, "repeated"),
@@ -122,7 +126,7 @@ def test_what_software_did_is_named(kind: str) -> None:
 
 def test_exchanged_labels_are_put_right() -> None:
     """In 6000 frames, of which some are missing; a third marker is left alone, and nothing is
-    changed where nothing is exchanged."""
+    changed where nothing is exchanged. Of three markers in both directions, too."""
     rng = np.random.default_rng(4)
     place = np.array([[0, 0, 0], [60, 5, 0], [0, 300, 0]], float)[:, :, None]
     true = place + 0.02 * rng.standard_normal((3, 3, 20_000))
@@ -133,6 +137,13 @@ def test_exchanged_labels_are_put_right() -> None:
     given[0, :, there], given[1, :, there] = true[1, :, there], true[0, :, there]
     (found,) = put_right(["A", "B", "C"], given)
     assert found.labels == ("A", "B") and found.share == pytest.approx(0.3)
+    np.testing.assert_array_equal(given, true)
+    there = np.arange(9_000, 9_900)
+    for at, order in ((there, [1, 2, 0]), (there + 5_000, [2, 0, 1]), (there + 9_000, [1, 0, 2])):
+        given[:, :, at] = true[order][:, :, at]
+    every = put_right(["A", "B", "C"], given)
+    assert [one.labels for one in every] == [("A", "B"), ("A", "B", "C"), ("A", "C", "B")]
+    assert all(one.share == pytest.approx(0.045) for one in every)
     np.testing.assert_array_equal(given, true)
 
 

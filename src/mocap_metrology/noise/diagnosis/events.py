@@ -13,6 +13,7 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.levels import changes
 from mocap_metrology.noise.diagnosis.outliers import mad_spread
 from mocap_metrology.noise.diagnosis.sides import Blocks, Sides, compare
+from mocap_metrology.noise.fit.estimates import Z_95
 
 JOIN_S = 1.0  # alarms so close are one event
 REST_S = 0.5  # between excursions, at least
@@ -27,6 +28,7 @@ SIDES_MISS = 0.01  # probability that some series beside some event is reported 
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
 MOST = 200  # events that are measured; more, and the recording is no still one
+MEDIAN_ERROR = math.sqrt(math.pi / 2)  # times that of the mean, of Gaussian noise
 NO_FRAMES = np.empty(0, int)
 
 
@@ -46,14 +48,15 @@ class Alarm:
 
 @dataclass(frozen=True)
 class Event:
-    """kind: `burst` (something moved) or `level` (noise became another). series: those with
-    alarms, most significant first. size_mm: largest excursion of a coordinate, `largest`; nan
-    for a level. shift_mm: where that coordinate was after less where it was before, NaN where
-    one is unknown. p: probability of anything so unlikely in the whole recording, at most.
-    ratio: of the dynamic Allan variance to that of the noise, at tau_s. sides: of every series.
-    of: number of bursts in the recording. moved: whether any excursion is less white than the
-    noise, which else was loud; white: least whiteness, of that beside it. often: whether it is
-    several excursions, at rest between them most of the time."""
+    """kind: `burst` (something moved) or `level` (noise became another). series: those with alarms,
+    most significant first. size_mm: largest excursion of a coordinate, `largest`; nan for a level.
+    shift_mm: where that coordinate was after less where it was before, NaN where one is unknown;
+    shift_error: its standard error. p: probability of anything so unlikely in the whole recording,
+    at most. ratio: of the dynamic Allan variance to that of the noise, at tau_s. sides: of every
+    series. of: number of bursts in the recording. moved: whether any excursion is less white than
+    the noise, which else was loud; white: least whiteness, of that beside it. often: whether it is
+    several excursions, at rest between them most of the time.
+    """
 
     time_s: float
     duration_s: float
@@ -70,10 +73,17 @@ class Event:
     moved: bool = True
     often: bool = False
     white: float = 0.0
+    shift_error: float = math.nan
 
     @property
     def stop_s(self) -> float:
         return self.time_s + self.duration_s
+
+    @property
+    def shift_ends_mm(self) -> tuple[float, float]:
+        """95 % interval of |shift_mm|."""
+        reach = Z_95 * self.shift_error
+        return abs(self.shift_mm) - reach, abs(self.shift_mm) + reach
 
     @property
     def stays(self) -> bool:
@@ -196,16 +206,18 @@ def _event(
         sized[largest].shift, min(1.0, n_tests * math.exp(-min(surest.x, 700))), surest.ratio,
         surest.tau_s, moved=any(m.moved for m in moved.values()),
         often=(stop - start) / 2 < float(rests[rests > REST_S].sum()),
-        white=min(m.white for m in moved.values()),
+        white=min(m.white for m in moved.values()), shift_error=sized[largest].error,
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Excursion:
-    """size, shift: mm; off: frames that are off the level; others as of `Event`."""
+    """size, shift, error (standard, of the shift): mm; off: frames off the level; others as of
+    `Event`."""
 
     size: float
     shift: float
+    error: float
     off: np.ndarray
     white: float
     moved: bool
@@ -237,7 +249,8 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
         off = np.flatnonzero(np.abs(inside) > MOVED * noise)
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     shift = float(levels[1] - levels[0]) if both else math.nan
-    return _Excursion(size, shift, start + first + off, min(whites), any(moved), any(loud))
+    error = MEDIAN_ERROR * noise * math.sqrt(2 * width / max(few, 1))
+    return _Excursion(size, shift, error, start + first + off, min(whites), any(moved), any(loud))
 
 
 def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[float, bool, bool]:

@@ -26,7 +26,7 @@ INADEQUATE = 1e-3  # chance of residuals so large or so alike about a polynomial
 FEWEST_PARTS = 10  # of a recording whose levels no polynomial describes
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
 ENDS = 2  # degrees more, of which the ends are: the bias of the best may exceed its error
-TREND_CHANCE = 0.005  # that any series of a recording is reported as changing and is not
+TREND_CHANCE = 0.001  # that any series of a recording is reported as changing and is not
 LEAST_CHANGE = 0.02  # that is reported
 MATTERS = 0.1  # relative change from which a reader is warned
 

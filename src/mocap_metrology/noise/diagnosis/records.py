@@ -146,7 +146,7 @@ def explained(diagnosis: Diagnosis, duration_s: float, still_range_mm: float = 2
     cutoffs = {one.series: one.cutoff_hz for one in diagnosis.low_pass if one.cutoff_hz > 0}
     end_s = 1 / min(cutoffs.values(), default=math.inf)
     switching = {name: one for name, one in diagnosis.wanders.items() if "levels" in one.of}
-    swings = [one.line.f_0 for one in diagnosis.lines if one.amplitude]
+    swings = [x.line.f_0 for x in diagnosis.lines if x.amplitude or (x.line.wide and x.in_adev)]
     changing = {
         one.series
         for one in diagnosis.lines

@@ -17,6 +17,7 @@ from mocap_metrology.noise.diagnosis.shape import PLACE, Shape, refined_place, t
 FADINGS, MOST_FADING = 5, 16  # time constants of shifts that fade alike; such shifts, at most
 SWITCHES, MOST_LEVELS = 4, 4  # of levels that recur, at least; levels, at most
 DWELL = 3.0  # blocks, of each level
+BROKEN = 0.5  # of the stays at a level, at most, that have a gap within: else it is of flanks
 LASTING, AT_ONCE = 0.2, 0.8  # of what fades, that is left for good; of that, which comes at once
 LEAST_SEEN = 0.5  # of the blocks in which it fades, but the first: else its size is not known
 SPIKE = 1.5  # times what fades, in the block where it begins: more is of that block alone
@@ -111,8 +112,13 @@ def recurring_levels(z: Floats, numbers: np.ndarray) -> Iterator[Shape]:
             return
         if each.min() < DWELL:  # blocks on the way from one level to another, or loud ones
             return
-        kinds = {"levels"} | ({"two_levels"} if count == 2 else set())
         dwell = (numbers[-1] - numbers[0] + 1) / (switches + 1)
+        kinds = {"levels"} | ({"two_levels"} if count == 2 else set())
+        inside = np.diff(numbers, prepend=numbers[0]) > 1  # blocks are missing before it
+        inside[changes] = False
+        broken = np.add.reduceat(inside, changes) > 0
+        if any(np.mean(broken[state[changes] == level]) > BROKEN for level in range(count)):
+            kinds = {"steps"}
         columns = (state == np.arange(1, count)[:, None]).astype(float)
         searched = switches * (PLACE + 2 * math.log(count - 1) / math.log(n))
         yield Shape(frozenset(kinds), columns, searched, (dwell,))

@@ -41,7 +41,7 @@ DEEPER = 1.5  # times what noise that is louder at times has; interpolated frame
 SLOWEST = 0.02  # of the frame rate
 REPEATED = 0.1  # of the values, from which a median ran; of five white samples it is 0.43
 HELD = -0.4  # correlation of changes in turn: -1/3 behind a median of white noise, -1/2 if held
-HIDDEN = 0.05  # chance of a repeat by the steps of the file, at most
+HIDDEN = 0.5  # chance of a repeat by the steps of the file, of the repeats, at most
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def running_median(
             return []
         step = max(step_mm, float(np.quantile(np.abs(change), 0.005)))
         in_turn = np.mean(change[1:] * change[:-1]) / np.mean(change**2)
-        if step > HIDDEN * np.median(np.abs(change)):
+        if step > HIDDEN * share * np.median(np.abs(change)):
             return []
         told.append(Processed("repeated" if in_turn < HELD else "running_median", name, share))
     return told

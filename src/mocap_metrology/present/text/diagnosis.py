@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from mocap_metrology.noise.diagnosis import findings, levels
-from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
+from mocap_metrology.noise.diagnosis.events import LEAST_S, Event, inside_events
 from mocap_metrology.noise.diagnosis.fills import MANY_FILLED
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
@@ -17,7 +17,7 @@ from mocap_metrology.noise.diagnosis.periodic import SpectralLine, comb, disturb
 from mocap_metrology.noise.diagnosis.recording import MANY_GAPS
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.sides import BLOCK_S
-from mocap_metrology.noise.diagnosis.signatures import Wander
+from mocap_metrology.noise.diagnosis.signatures import NEAR_S, Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.motion.movement import all_keep_moving, most_moving
 from mocap_metrology.noise.series import AXES
@@ -27,6 +27,7 @@ NAMED = 10  # events, or lines
 RECURRING_SHOWN = 2  # examples of events that recur
 LEVELS_S = 2 * levels.LEAST_POINTS * levels.JOINED_BLOCKS * BLOCK_S
 COARSE_STEP_MM = 0.01  # of text files as some programs export them, Vicon's among them (S 3.4)
+ENDS = 10  # parts, of which the first and the last are compared
 LONGER = 4  # times the length: of cycles four, of a warm-up its end
 
 
@@ -97,9 +98,9 @@ def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) ->
     shift, near = "", findings.shift_near(event.time_s, event.stop_s, wanders)
     if near and not abs(event.shift_mm) > 2 * abs(near[1]):  # else another coordinate moved more
         event = replace(event, series=tuple(dict.fromkeys([*event.series, near[0]])))
-        shift = render(
-            "event.shift", name=near[0], size_mm=near[1], back=near[2], one=wanders[near[0]]
-        )
+        within_s = event.duration_s if event.duration_s > NEAR_S else 0.0  # not at once
+        values = {"name": near[0], "size_mm": near[1], "back": near[2], "one": wanders[near[0]]}
+        shift = render("event.shift", within_s=within_s, **values)
     markers = event.markers(recording.labels)
     numbers = {
         "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,
@@ -207,6 +208,7 @@ def _wanders(
             "one": diagnosis.wanders[name],
             "seconds": seconds,
             "longer": LONGER,
+            "times_s": findings.times_of(diagnosis.wanders[name], diagnosis),
         }
         yield sentence(f"wander.{kind}", kind != "drift", sizes, {f"{kind}_mm": sizes}, **values)
 
@@ -220,8 +222,10 @@ def _slow_movement(diagnosis: Diagnosis, recording: Recording) -> Iterator[Sente
             "range_mm": {k: d.range for k, d in known.items()},
             "drift_mm_per_h": {k: d.per_hour for k, d in known.items()},
         }
-        values = {"drift": known[name], "one": diagnosis.wanders.get(name)}
         seconds = recording.duration_s
+        ends = inside_events(diagnosis.events, ENDS, seconds / ENDS)[[0, -1]]
+        one = None if ends.any() else diagnosis.wanders.get(name)
+        values = {"drift": known[name], "one": one}
         yield sentence("drift.slow", False, [name], numbers, seconds=seconds, **values)
 
 

@@ -282,6 +282,16 @@ def test_a_walk_is_not_named_where_correlated_noise_may_be_it() -> None:
     assert named["walk"] >= 4 and named["correlated"] <= 1
 
 
+def test_equal_steps_at_equal_times_are_neither_cycle_nor_drift() -> None:
+    """Of 0.008 mm every 20 s: a line and what has their period. A cycle as large is one."""
+    t = np.arange(6000) / 10.0
+    for seed in range(3):
+        stairs = signature(noise(seed, t.size) + 0.008 * np.floor(t / 20 + 0.1 * seed), 10.0)
+        wave = signature(noise(seed, t.size) + 0.02 * np.sin(2 * np.pi * t / 50), 10.0)
+        assert stairs is not None and stairs.undecided and not stairs.kinds
+        assert wave is not None and wave.kinds == ("cycle",)
+
+
 def test_what_steps_of_a_file_make_is_no_cycle() -> None:
     """A drift of 0.4 mm in steps of 0.1 mm that noise of 0.02 mm does not dither ripples."""
     t = np.arange(15_000) / 50

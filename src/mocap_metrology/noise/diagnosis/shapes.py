@@ -21,6 +21,7 @@ POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a 
 FINER = 8  # places a cycle of the search for one
 SMOOTH, BESIDE = (4, 8, 16, 32, 48), 4  # cosines of any other slow curve; of one beside a cycle
 MOST_STEPS, MOST_BENDS = 8, 10
+PHASES = np.arange(24) / 24  # of equal steps at equal times
 SLOW = (0.3, 0.7, 1.5)  # constants of the slower of two approaches, over the recording
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
 DAYS = np.geomspace(0.15, 0.75, 8)  # periods of a cycle that is longer than the recording
@@ -145,6 +146,8 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
             shape = Shape(frozenset(kinds), waves, PLACE, (n / place,))
             straight = pace(shape.solved(z)[: len(curve)] @ curve) & {"drift"}
             yield replace(shape, kinds=shape.kinds | straight)
+        if len(beside) == 1 and place >= PERIODS:  # the line and the cycle of even steps
+            yield _stairs(z, t, place * np.linspace(0.97, 1.03, 13))
     fall = partial(CURVES["warm_up"], t + 0.5)
     constant = refined_place(z, t, fall, CONSTANTS)
     for _ in range(4):  # in turn, each beside the other
@@ -154,6 +157,20 @@ def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
         constant = refined_place(z, t, fall, CONSTANTS, beside=wave(place))
     both = np.vstack([fall(constant), wave(place)])
     yield Shape(frozenset({"warm_up", "cycle"}), both, 2, (n / place,))
+
+
+def _stairs(z: Floats, t: Floats, among: Floats) -> Shape:
+    """The best of equal steps at equal times, of these numbers in the recording. The mean over a
+    block of the greatest integer below x is the difference of its integral, k x - k (k + 1) / 2
+    with k = floor(x), over the ends of the block."""
+    ends = np.array([t + 0.5, t + 0.5 + 1 / t.size])
+    x = ends * among[:, None, None, None] + PHASES[:, None, None]  # (places, phases, 2, n)
+    whole = np.floor(x)
+    integral = whole * x - whole * (whole + 1) / 2
+    stairs = np.diff(integral, axis=2)[:, :, 0].reshape(-1, t.size)
+    stairs -= stairs.mean(axis=1, keepdims=True)
+    gain = (stairs @ z) ** 2 / (stairs**2).sum(axis=1)
+    return Shape(frozenset({"steps"}), stairs[[int(np.argmax(gain))]], 1 + PLACE)
 
 
 def _steps(z: Floats, time: Floats) -> Iterator[Shape]:

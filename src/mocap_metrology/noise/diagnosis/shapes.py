@@ -170,7 +170,8 @@ def _stairs(z: Floats, t: Floats, among: Floats) -> Shape:
     stairs = np.diff(integral, axis=2)[:, :, 0].reshape(-1, t.size)
     stairs -= stairs.mean(axis=1, keepdims=True)
     gain = (stairs @ z) ** 2 / (stairs**2).sum(axis=1)
-    return Shape(frozenset({"steps"}), stairs[[int(np.argmax(gain))]], 1 + PLACE)
+    kinds = frozenset({"drift", "steps"})  # of many small ones nothing tells it from a line
+    return Shape(kinds, stairs[[int(np.argmax(gain))]], 1 + PLACE)
 
 
 def _steps(z: Floats, time: Floats) -> Iterator[Shape]:

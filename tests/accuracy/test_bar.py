@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from mocap_metrology.accuracy.bar import Bar, Certificate, evaluate
 from mocap_metrology.accuracy.findings import findings_of
 from mocap_metrology.accuracy.statement import Statement, statements
-from mocap_metrology.accuracy.take import Take, change, check, repeated, take_of
+from mocap_metrology.accuracy.take import Take, change, check, repeated_frames, take_of
 from mocap_metrology.accuracy.twin import BarErrors, BarMotion, BarTwin, gauss_markov, simulate_bar
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.gum import Budget, Component, coverage_factor
@@ -167,12 +167,12 @@ def test_the_time_between_the_measurements_of_both_ends() -> None:
 
 def test_frames_that_repeat_the_one_before() -> None:
     take = taken(QUIET, 1)
-    assert repeated(take) == 0
+    assert repeated_frames(take) == 0
     n = take.length_mm.size
     again = np.random.default_rng(1).random(n) < 0.2
     kept = np.maximum.accumulate(np.where(again, 0, np.arange(n)))
     lost = replace(take, length_mm=take.length_mm[kept], middle_mm=take.middle_mm[:, kept])
-    assert repeated(lost) == pytest.approx(again.mean(), abs=0.01)
+    assert repeated_frames(lost) == pytest.approx(again.mean(), abs=0.01)
 
 
 def test_a_marker_that_slips_and_noise_that_is_larger_in_one_half() -> None:

@@ -123,7 +123,7 @@ def spread_mm(take: Take) -> float:
     return float(high - low) / 4
 
 
-def repeated(take: Take) -> float:
+def repeated_frames(take: Take) -> float:
     """Share of the frames of a bar that moves, by more than two steps of the file a frame, in which
     both ends are where they were in the frame before."""
     least = max(MOVING_MM_S, 2 * take.step_mm * take.frame_rate_hz)

@@ -92,7 +92,7 @@ def _warnings(take: Take, pair: tuple[str, str], rigid_mm: float) -> list[str]:
     said = []
     if turned := of_take.reversals(take):
         said.append(render("bar.reversals", n=turned, pair=pair))
-    if (share := of_take.repeated(take)) > MOST_REPEATED:
+    if (share := of_take.repeated_frames(take)) > MOST_REPEATED:
         said.append(render("bar.repeated", share=share))
     if one := of_take.change(take):
         said.append(render("bar.change", **asdict(one), pair=pair))

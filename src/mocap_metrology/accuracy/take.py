@@ -48,9 +48,12 @@ class Take:
         return np.isfinite(self.length_mm)
 
     @property
-    def velocity_mm_s(self) -> np.ndarray:
-        """(3, n) of the middle, over STEP_S about each frame; NaN at gaps and ends."""
-        half = max(round(STEP_S * self.frame_rate_hz / 2), 1)
+    def _half(self) -> int:
+        """Frames to each side of a speed."""
+        return max(round(STEP_S * self.frame_rate_hz / 2), 1)
+
+    def _velocity_mm_s(self, half: int) -> np.ndarray:
+        """(3, n) of the middle, over `half` frames to both sides; NaN at gaps and ends."""
         velocity = np.full(self.middle_mm.shape, math.nan)
         step = self.middle_mm[:, 2 * half :] - self.middle_mm[:, : -2 * half]
         velocity[:, half:-half] = step * self.frame_rate_hz / (2 * half)
@@ -59,13 +62,19 @@ class Take:
     @property
     def speed_mm_s(self) -> np.ndarray:
         """(n,) of the middle."""
-        velocity = self.velocity_mm_s
+        velocity = self._velocity_mm_s(self._half)
         return np.sqrt(np.einsum("kn,kn->n", velocity, velocity))
 
     @property
     def along_mm_s(self) -> np.ndarray:
-        """(n,) velocity of the bar along itself, from A to B: of the middle and of both ends."""
-        return np.einsum("kn,kn->n", self.velocity_mm_s, self.direction)
+        """(n,) velocity of the bar along itself, from A to B: of the middle and of both ends. By
+        Richardson's extrapolation from two steps h, as a mean over time is off by some h^2."""
+        half = self._half
+        short = max(half // 2, 1)
+        velocity = self._velocity_mm_s(short)
+        if half > short:
+            velocity += (velocity - self._velocity_mm_s(half)) / ((half / short) ** 2 - 1)
+        return np.einsum("kn,kn->n", velocity, self.direction)
 
 
 def take_of(

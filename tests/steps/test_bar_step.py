@@ -125,7 +125,7 @@ def test_statement_of_a_group(tmp_path: Path, passes: dict[str, list[Path]]) -> 
     assert told["U_mm"] == pytest.approx(told["k"] * np.linalg.norm(list(sizes.values())))
     assert told["correction_mm"] == pytest.approx(-1.0, abs=0.3)
     assert sum(part["share"] for part in told["budget"]) == pytest.approx(1)
-    assert "latency" in found["not_covered"]
+    assert "a delay of both ends alike" in found["not_covered"]
     rows = read_csv(tmp_path / "one.csv", ("u_mm",))
     assert [row["contribution"] for row in rows][-1] == "combined"
     (few,) = passes_of(paths[:2], Settings())

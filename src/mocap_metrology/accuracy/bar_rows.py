@@ -15,7 +15,11 @@ from mocap_metrology.common.types import Record, Row
 from mocap_metrology.noise.motion.place import LEAST_DIFFERENCES, by_place
 from mocap_metrology.settings import Bar as Settings
 
-NOT_COVERED = ("latency", "places outside those covered", "changes after the last pass")
+NOT_COVERED = (
+    "a delay of both ends alike",
+    "places outside those covered",
+    "changes after the last pass",
+)
 PLACES = (  # columns of bar_places.csv; sigma_mm: of one frame
     *("class", "x_mm", "y_mm", "z_mm", "n_frames", "error_mm", "sigma_mm", "lower_mm", "upper_mm"),
 )

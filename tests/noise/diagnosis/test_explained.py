@@ -171,12 +171,17 @@ def test_loud_frames_of_heavy_tails_and_ends_of_a_filter_are_no_event() -> None:
 
 
 @pytest.mark.parametrize(
-    ("series", "size", "code"),
-    [("x1", 0.008, "resonance"), ("x1", 0.03, "line"), ("y1", 0.03, "line")],
+    ("series", "size", "width", "code"),
+    [
+        *(("x1", 0.008, 0.0, "resonance"), ("x1", 0.03, 0.0, "line"), ("y1", 0.03, 0.0, "line")),
+        ("y1", 0.001, 0.004, "resonance"),
+    ],
 )
-def test_a_weak_line_in_a_resonance_is_a_part_of_it(series: str, size: float, code: str) -> None:
-    """And a strong one of another series is the peak."""
-    line = Line(size, 6.1, 0.0, 1.0, 99.0)
+def test_a_weak_line_in_a_resonance_is_a_part_of_it(
+    series: str, size: float, width: float, code: str
+) -> None:
+    """A band of another series, too; and a strong one of another series is the peak."""
+    line = Line(size, 6.1, 0.0, 1.0, 99.0, width, band_hz=(6.0, 6.2) if width else None)
     line = SpectralLine(series, line, *[math.nan] * 3, None, None, *[math.nan] * 2, *[math.nan] * 3)
     one = Resonance("x1", 6.0, 0.03, 0.02)
     found = explained(Diagnosis(**NOTHING | {"lines": [line], "resonances": [one]}), 600.0)
@@ -201,16 +206,19 @@ def test_levels_of_noise_that_steps_hide_are_not_stated() -> None:
     assert "resolution_limited" in codes and "level_changes" not in codes
 
 
-@pytest.mark.parametrize("blue", [False, True])
+@pytest.mark.parametrize("beside", ["white", "blue", "cycle"])
 @pytest.mark.parametrize(
     ("f_0", "damping", "rms"), [(2.5, 0.08, 0.02), (6.0, 0.03, 0.01), (11.5, 0.01, 0.03)]
 )
 def test_frequency_damping_and_size_of_a_resonance(
-    f_0: float, damping: float, rms: float, blue: bool
+    f_0: float, damping: float, rms: float, beside: str
 ) -> None:
-    """Within 3, 25 and 10 %, beside noise of the same size, white or the difference of white."""
+    """Within 3, 25 and 10 %, beside noise of the same size, white or the difference of white, and
+    beside a cycle of a minute."""
     noise = 0.02 * np.random.default_rng(6).standard_normal(N + 1)
-    values = oscillator(f_0, damping, rms, 5) + (np.diff(noise) if blue else noise[1:])
+    values = oscillator(f_0, damping, rms, 5)
+    values += np.diff(noise) if beside == "blue" else noise[1:]
+    values += 0.06 * np.sin(T / 11.7) if beside == "cycle" else 0.0
     found = resonance("x1", values, RATE, spectrum(values))
     assert found is not None
     assert found.f_hz == pytest.approx(f_0, rel=0.03)

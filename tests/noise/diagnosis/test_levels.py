@@ -50,6 +50,8 @@ def test_a_step_is_a_step_and_no_trend(factor: float) -> None:
     (step,) = changes(found, NONE, 300.0, 0.005)
     assert step.time_s == pytest.approx(360.0, abs=20.0)
     assert not trends(found, NONE, [step.time_s])
+    within_a_point = levels(np.where(TIME > 0.6083, factor, 1.0))
+    assert not trends(within_a_point, NONE, [360.0])
 
 
 def test_a_level_that_rises_in_some_minutes_changes_nowhere_at_once() -> None:

@@ -127,10 +127,39 @@ def test_size_and_place_of_a_step_a_cycle_and_two_levels() -> None:
         assert cycle is not None and cycle.kinds == ("cycle",)
         assert cycle.size_mm == pytest.approx(0.05, abs=0.001)
         assert cycle.at_s[-1] == pytest.approx(period_s, rel=0.005)
-    levels = signature(noise(7) + 0.04 * (np.floor(T / 45) % 2), RATE)
-    assert levels is not None and levels.kinds == ("two_levels",)
-    assert abs(levels.size_mm) == pytest.approx(0.04, abs=0.001)
-    assert levels.at_s[0] == pytest.approx(45, rel=0.05)
+    stays = np.random.default_rng(8).uniform(5, 14, 200)  # which end within blocks
+    for k in (np.floor(T / 45), np.searchsorted(np.cumsum(stays), T)):
+        levels = signature(noise(7) + 0.04 * (k % 2), RATE)
+        assert levels is not None and levels.kinds == ("two_levels",)
+        assert abs(levels.size_mm) == pytest.approx(0.04, abs=0.0004)
+        assert levels.at_s[0] == pytest.approx(T[-1] / (k.max() + 1), rel=0.05)
+
+
+def test_a_shift_in_a_walk_that_moves_as_far() -> None:
+    """Named in half of ten or more, its size within three standard errors; never steps."""
+    shift, named = 0.1 * ((T > 344) & (T < 447)), 0
+    for seed in range(10):
+        walk = np.cumsum(np.random.default_rng(seed).normal(0, 0.1 / math.sqrt(N), N))
+        found = signature(noise(seed) + walk + shift, RATE)
+        assert found is not None and set(found.kinds) <= {"shift"}
+        if found.kinds:
+            named += 1
+            assert found.size_mm == pytest.approx(0.1, abs=3 * found.error_mm)
+    assert named >= 5
+
+
+def test_switches_of_which_only_the_stays_are_seen_are_no_cycle() -> None:
+    """Events blank four seconds round each."""
+    named = []
+    for seed in range(8):
+        rng = np.random.default_rng([seed, 4])
+        ends = np.cumsum(rng.uniform(9, 23, 100))
+        k = np.searchsorted(ends, T)
+        off = np.abs(T[:, None] - ends[None]).min(axis=1) < 2
+        slow = gauss_markov(6.3, 0.017)(rng, N, RATE)
+        found = signature(np.where(off, np.nan, noise(seed) + slow + 0.045 * (k % 2)), RATE)
+        named += found.kinds if found else ()
+    assert "cycle" not in named
 
 
 def test_the_size_of_a_step_in_a_walk_has_the_error_of_a_local_level() -> None:

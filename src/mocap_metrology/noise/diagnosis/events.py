@@ -250,7 +250,20 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     shift = float(levels[1] - levels[0]) if both else math.nan
     error = MEDIAN_ERROR * noise * math.sqrt(2 * width / max(few, 1))
+    error = max(error, math.sqrt(2) * _scatter_of_levels(sides, few))
     return _Excursion(size, shift, error, start + first + off, min(whites), any(moved), any(loud))
+
+
+def _scatter_of_levels(sides: Sequence[np.ndarray], few: int) -> float:
+    """Standard deviation of medians over `few` frames about their mean of each side, which noise
+    that is correlated for seconds makes larger; 0 where there are no two of them on a side."""
+    off, n = 0.0, 0
+    for side in sides:
+        count = side.size // max(few, 1)
+        if count > 1:
+            levels = np.median(side[: count * few].reshape(count, few), axis=1)
+            off, n = off + float(np.var(levels)) * count, n + count - 1
+    return math.sqrt(off / n) if n else 0.0
 
 
 def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[float, bool, bool]:
@@ -348,4 +361,15 @@ def find_events(
         levels_s = [e.time_s for e in events if e.kind == "level" or e.level_changed]
         how = levels, out_of, side_s, levels_s, SIDES_MISS / max(len(levels) * len(events), 1)
         events = [with_sides(event, *how) for event in events]
-    return sorted(events, key=lambda e: e.time_s)
+    return sorted(map(_of_level, events), key=lambda e: e.time_s)
+
+
+def _of_level(event: Event) -> Event:
+    """A change of level in place of a burst that left no shift and is not much louder than what came
+    after it."""
+    side, shifted = event.most_changed, abs(event.shift_mm) > SURE * event.shift_error
+    if shifted or not event.level_changed or side is None or side.ratio**2 < event.ratio / 2:
+        return event
+    nan = math.nan
+    level = replace(event, kind="level", duration_s=0.0, largest=event.series[0])
+    return replace(level, size_mm=nan, shift_mm=nan, ratio=nan, tau_s=nan)

@@ -124,9 +124,9 @@ def abrupt(g: np.ndarray, place: int, reach: int) -> float:
     for part in SHORTER:
         near = max(reach // part, LEAST_POINTS)
         k = np.arange(max(place - near, 0), min(place + near, g.size))
-        k = k[np.isfinite(g[k])]
+        k = _whole(k[np.isfinite(g[k])], place)
         t = (k - place + 0.5) / near
-        if min((t < 0).sum(), (t > 0).sum()) < LEAST_POINTS:
+        if min((t < 0).sum(), (t > 0).sum()) < LEAST_POINTS - 1:
             return 1.0
         step = np.stack([np.ones(k.size), t, t > 0], axis=1)
         smooth = np.stack([t**power for power in range(6)], axis=1)
@@ -141,6 +141,11 @@ def abrupt(g: np.ndarray, place: int, reach: int) -> float:
         if near == LEAST_POINTS:
             break
     return 1.0
+
+
+def _whole(k: np.ndarray, place: int) -> np.ndarray:
+    """Those of the points k that are not beside a change at a place, which may be within them."""
+    return k[(k < place - 1) | (k > place)]
 
 
 def _fit(x: np.ndarray, y: np.ndarray, scale: float) -> tuple[float, np.ndarray, np.ndarray]:
@@ -175,6 +180,8 @@ def _trend(
     from scipy.special import fdtrc, ndtr, stdtrit
 
     k = np.flatnonzero(np.isfinite(g))
+    for place in places:
+        k = _whole(k, place)
     if k.size < 2 * LEAST_POINTS:
         return None
     scale, dof = _scatter(g)

@@ -81,11 +81,11 @@ class Examiner:
             spectrum = _welch(_gapless(blank, density, rate), rate, self.welch)
         elif jumps or self.away.any():
             spectrum = _welch(blank, rate, self.welch)
-        lines, filtered = self._lines_and_filters(name, blank, density, spectrum)
         length, lowest = block_length(series.size, rate), 0.0
         if wander and (wander.jumps or wander.kinds or wander.undecided):  # slower ones may be its
             lowest = SLOW_HZ if wander.jumps else rate / (LEAST_PERIOD * length)
-        lines = [one for one in lines if one.line.f_0 > lowest and one.line.A_s > coarse / 2]
+        least = lowest, coarse / 2
+        lines, filtered = self._lines_and_filters(name, blank, density, spectrum, least)
         folded = left_in_means(lines, length, rate)
         wander = wander and wander.beyond(max(coarse, folded))
         steps = np.diff(blank)
@@ -100,13 +100,20 @@ class Examiner:
         return Examined(name, spectrum, lines, filtered, step, wander, broad)
 
     def _lines_and_filters(
-        self, name: str, series: np.ndarray, density: Density | None, spectrum: Columns | None
+        self,
+        name: str,
+        series: np.ndarray,
+        density: Density | None,
+        spectrum: Columns | None,
+        least: tuple[float, float],
     ) -> tuple[list[SpectralLine], list[Filtered]]:
+        """Lines beyond this frequency and amplitude."""
         settings, rate = self.settings, self.rate_hz
-        lines, part = series_lines(series, rate, settings.max_lines, density, self.n_series)
+        every, part = series_lines(series, rate, settings.max_lines, density, self.n_series)
+        lines = [line for line in every if line.f_0 > least[0] and line.A_s > least[1]]
         notches = [line.f_0 for line in lines[:NOTCHES]]
         among = filters(rate, settings.cutoffs_hz, notches, settings.notch_width_hz)
-        sinusoids = [Sinusoid(line.A_s, line.f_0) for line in lines]
+        sinusoids = [Sinusoid(line.A_s, line.f_0) for line in every]
         return (
             described(name, lines, part, rate, spectrum),
             tried(name, series, rate, among, density, sinusoids),

@@ -183,7 +183,8 @@ def explained(diagnosis: Diagnosis, duration_s: float, still_range_mm: float = 2
     def stands_alone(one: SpectralLine) -> bool:
         below = one.line.f_0 <= cutoffs.get(one.series, math.inf)
         is_lobe = not (below or (one.in_adev and not one.line.wide))
-        return not (is_lobe or any(_in_band(one, x) for x in resonances if x.series == one.series))
+        near = [x for x in resonances if x.series == one.series or one.line.wide]
+        return not (is_lobe or any(_in_band(one, x) for x in near))
 
     if diagnosis.repeats or "repeated" in diagnosis.software:  # which no interpolation makes
         diagnosis = replace(

@@ -26,6 +26,7 @@ from mocap_metrology.common.types import Floats
 
 POWERS = (-2, -1, 0, 2)
 LOWEST_HZ, HIGHEST = 0.3, 0.8  # of f_0, the latter of Nyquist
+SLOW = 1 / 6  # of the lowest f_0: below it a slow cycle or step may have any spectrum
 DAMPING = np.geomspace(0.005, 0.15, 10)
 BROADEST = 0.25  # damping; broader, a peak is hardly told from correlated noise
 CORNERS = 24  # of what falls, between the lowest frequency and Nyquist's
@@ -65,7 +66,7 @@ def resonance(
     if np.isnan(values).mean() > MOST_GAPS:
         return None
     bin_hz, nyquist = float(f[1] - f[0]), float(f[-1])
-    keep = (f > bin_hz) & (f < nyquist) & (psd > 0)
+    keep = (f > max(bin_hz, SLOW * LOWEST_HZ)) & (f < nyquist) & (psd > 0)
     for line in lines_hz:
         keep &= np.abs(f - line) > 3 * bin_hz
     f, psd, count = _bands(f[keep], psd[keep])

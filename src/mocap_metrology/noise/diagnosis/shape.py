@@ -13,7 +13,8 @@ from mocap_metrology.common.types import Floats
 PARTS = 20  # of a curve, by whose steps it becomes faster or slower
 BENT = 0.8  # of the change of pace, that two neighbours of its parts may have
 PLACE = 2  # parameters of a place in time, as it is searched among many
-AT_ONCE = frozenset({"step", "shift", "steps", "two_levels", "levels"})
+LEVELS = frozenset({"two_levels", "levels"})
+AT_ONCE = LEVELS | {"step", "shift", "steps"}
 
 Columns = Callable[[float], Floats]
 
@@ -48,8 +49,13 @@ class Shape:
         return some and alone and np.diff(self.at).min(initial=math.inf) > 2
 
     def solved(self, z: Floats) -> Floats:
-        """Least-squares coefficients (p,)."""
+        """Least-squares coefficients (p,); of levels without the blocks beside a switch, which may
+        be of neither."""
         X = np.vstack([np.ones(z.size), self.columns])
+        if self.kinds & LEVELS:
+            switched = np.diff(self.columns[self.line :]).any(axis=0)
+            inside = ~(np.append(switched, False) | np.append(False, switched))
+            X, z = X[:, inside], z[inside]
         return np.asarray(np.linalg.lstsq(X.T, z, rcond=None)[0][1:], np.float64)
 
     def curve(self, solved: Floats) -> Floats:

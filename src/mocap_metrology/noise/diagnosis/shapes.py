@@ -176,7 +176,7 @@ def _stairs(z: Floats, t: Floats, among: Floats) -> Shape:
 
 def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
     """The best step and temporary shifts (begin and end searched) by least squares, also of z less
-    its trend, and the step of the largest difference, where noise wanders."""
+    its trend, and those of the largest differences, where noise wanders."""
     n = z.size
     t = np.arange(n)
     apart = np.maximum(t - t[:, None], 1)
@@ -199,12 +199,14 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
                 straight = pace(shape.solved(z)[:-1] @ bent[:-1]) & {"drift"}
                 yield replace(shape, kinds=shape.kinds | straight)
         gain = np.triu((total[:n] - total[:n, None]) ** 2 * either, 1)
-        first, last = np.unravel_index(int(np.argmax(gain[1:])), gain[1:].shape) + np.array([1, 0])
-        inside = ((t >= first) & (t < last)).astype(float)
-        ends = [t == place for place in (first - 1, first, last - 1, last)]
-        for columns in (inside[None], np.vstack([inside, *ends])):  # blocks that it ends within
-            places = float(first), float(last)
-            yield Shape(frozenset({"shift"}), columns, 2 * PLACE, places, -len(columns))
+        best = np.unravel_index(int(np.argmax(gain[1:])), gain[1:].shape) + np.array([1, 0])
+        over = left[2:] - left[:-2]
+        for first, last in (best, 1 + np.sort([np.argmin(over), np.argmax(over)])):
+            inside = ((t >= first) & (t < last)).astype(float)
+            ends = [t == place for place in (first - 1, first, last - 1, last)]
+            for columns in (inside[None], np.vstack([inside, *ends])):  # blocks that it ends within
+                places = float(first), float(last)
+                yield Shape(frozenset({"shift"}), columns, 2 * PLACE, places, -len(columns))
 
 
 def _ramps(z: Floats, t: Floats) -> Iterator[Shape]:

@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.diagnosis.shape import AT_ONCE, Shape, on_line
+from mocap_metrology.noise.diagnosis.shape import AT_ONCE, LEVELS, Shape, on_line
 from mocap_metrology.noise.diagnosis.shapes import LAWLESS, PERIODS, shapes
 from mocap_metrology.noise.fit.estimates import Z_95
 
@@ -191,8 +191,9 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     block_s = length / frame_rate_hz
     begun = np.append(k[0], k[:-1] + 1)  # after missing blocks: where these begin
     at = tuple(block_s * (begun[int(a)] if shape.placed else a) for a in shape.at)
-    if not gaussian or ("shift" in shape.kinds and at[1] - at[0] < LASTING_S):
-        sure -= {"shift"}  # which a few blocks of a heavy tail may be
+    short = "shift" in shape.kinds and at[1] - at[0] < LASTING_S
+    sure -= {"shift"} if short else set()
+    sure -= set() if gaussian else {"shift", "cycle"}  # as heavy tails, switches may be
     sure -= {"warm_up"} if shape.kinds >= LAWLESS else set()  # a constant is of one approach
     unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
     if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
@@ -206,7 +207,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     alone = len(jumps) == len(at) == (2 if "shift" in sure else 1)
     possible = tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds)))
     possible = () if none else possible or (() if noise or not slow else ("noise",))
-    tenth, short = max(z.size // 10, 1), max(z.size // 50, 1)
+    tenth, part = max(z.size // 10, 1), max(z.size // 50, 1)
     first, last = z[:tenth], z[-tenth:]
     return Wander(
         tuple(kind for kind in KINDS if kind in sure),
@@ -214,7 +215,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
         possible,
         float(last.mean() - first.mean()),
         math.sqrt(_mean_variance(first) + _mean_variance(last)),
-        float(np.ptp([np.median(z[at : at + short]) for at in range(0, z.size, short)])),
+        float(np.ptp([np.median(z[k : k + part]) for k in range(0, z.size, part)])),
         shape.size(solved),
         at,
         tuple((float(begun[place]) * block_s, size) for place, size in jumps),
@@ -301,14 +302,15 @@ def _fits(
             value, key = float(values[at]), (shape.kinds, noise)
             best = min(best, (value, shape, columns, stacked[at]), key=lambda one: one[0])
             fits[key] = min(value, fits.get(key, math.inf))
-    _, shape, columns, spectrum = best
+    shape, columns, spectrum = best[1:]
     if shape.separate:
         blocks, rows = _at_changes(z, k, shape)
         y, columns = (dst(np.diff(values), type=1, norm="ortho") for values in (blocks, rows))
         noises = np.concatenate([*_noises(y.size).values()][:-1])
         logs = np.log(noises).sum(axis=1) + math.log(n) * (np.arange(len(noises)) > 0)
         spectrum = noises[np.argmin(_bic(y, columns, 1 / noises, logs))]
-    return fits, shape, _fitted(y, columns, spectrum, len(shape.columns))
+    fitted = _fitted(y, columns, spectrum, len(shape.columns))
+    return fits, shape, fitted._replace(solved=shape.solved(z)) if shape.kinds & LEVELS else fitted
 
 
 def _at_changes(z: Floats, k: np.ndarray, shape: Shape) -> tuple[Floats, Floats]:
@@ -387,7 +389,6 @@ def _noises(n: int) -> Mapping[str, Floats]:
 def _bic(y: Floats, X: Floats, inverse: Floats, logs: Floats) -> Floats:
     """(m,) of spectra, of which the inverse (m, n) and the sum of logarithms (m,) are given, less
     the price of the parameters."""
-    n = y.size
     rest = inverse @ (y * y)
     if len(X):
         row, column = np.triu_indices(len(X))
@@ -396,4 +397,4 @@ def _bic(y: Floats, X: Floats, inverse: Floats, logs: Floats) -> Floats:
         b = inverse @ (X * y).T
         A[:, np.arange(len(X)), np.arange(len(X))] *= 1 + 1e-10
         rest = rest - (b * np.linalg.solve(A, b[..., None])[..., 0]).sum(axis=1)
-    return logs[: len(inverse)] + n * np.log(np.maximum(rest, 1e-300) / n)
+    return logs[: len(inverse)] + y.size * np.log(np.maximum(rest, 1e-300) / y.size)

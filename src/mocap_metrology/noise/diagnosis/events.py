@@ -365,7 +365,7 @@ def find_events(
 
 
 def _of_level(event: Event) -> Event:
-    """A change of level in place of a burst that left no shift and is not much louder than what came
+    """A change of level in place of a burst that left no shift and is not much louder than what is
     after it."""
     side, shifted = event.most_changed, abs(event.shift_mm) > SURE * event.shift_error
     if shifted or not event.level_changed or side is None or side.ratio**2 < event.ratio / 2:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.common.spreadsheet import as_text
 from mocap_metrology.io.text.covariate import read_covariate
@@ -62,6 +63,22 @@ def test_semicolons_tabs_decimal_commas_blank_rows_and_the_mark_of_the_end(
         path.write_bytes((saved(header, table, between, mark) + rest).encode())
         found.append(np.asarray(read(path), dtype=float))
     assert all(np.array_equal(found[0], one) for one in found[1:])
+
+
+def test_a_log_that_is_cut_off_within_its_last_number_is_refused(tmp_path: Path) -> None:
+    """Not one that only lacks the end of its last line, nor a board that a hand wrote."""
+    rows = [f"{s},{a},{c},{d},{t:.5f},{r:.4f}" for s, a, c, d, t, r in HITS]
+    text = "\n".join(["station,axis,cycle,diode,time_s,angle_rad", *rows])
+    path = tmp_path / "a.csv"
+    for cut in range(5):
+        path.write_text(text[: len(text) - cut])
+        if not cut:
+            assert len(read_angles(path)[0]) == len(HITS)
+            continue
+        with pytest.raises(Refusal, match="every earlier number has more digits"):
+            read_angles(path)
+    path.write_text("x_m,y_m,z_m\n0.125,0.25,0.125\n0.125,0.5,0.375\n0.25,0.25,0.125\n0.5,0.5,0.5")
+    assert len(read_board(path)) == 4
 
 
 @pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "@SUM(1)", "+1+1", "-2+3+cmd"])

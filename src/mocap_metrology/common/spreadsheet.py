@@ -12,6 +12,8 @@ from pathlib import Path
 from mocap_metrology.common.errors import Refusal, printable
 
 NUMBER = re.compile(r"\s*[+-]?\d*,\d*([eE][+-]?\d+)?\s*", re.ASCII)
+WRITTEN = re.compile(r"[+-]?\d*(?:[.,](\d*))?(?:[eE][+-]?(\d*))?", re.ASCII)
+ENOUGH_ABOVE = 20  # rows that a program wrote alike; fewer may be of a hand
 CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]")  # not \t, \n, \r
 
 # At the start of a cell, or behind what may separate cells too; a number is none
@@ -35,6 +37,21 @@ def number(cell: str) -> float:
     return float(cell)
 
 
+def fewer_digits(last: str, above: Sequence[str]) -> bool:
+    """Whether a number has fewer digits behind its point, or in its exponent, than every one above
+    it: where the text ends in it, it is cut off."""
+    of_last, others = _digits(last), [digits for digits in map(_digits, above) if digits]
+    if not (of_last and others):
+        return False
+    return any(of_last[k] < min(digits[k] for digits in others) for k in (0, 1))
+
+
+def _digits(cell: str) -> tuple[int, int] | None:
+    """How many digits a number has behind its point and in its exponent; None if it is none."""
+    match = WRITTEN.fullmatch(cell)
+    return (len(match[1] or ""), len(match[2] or "")) if match and cell else None
+
+
 def as_text(value: object) -> object:
     """A value as CSV has it: before what a spreadsheet would run as a formula, in the whole cell or
     in the parts into which it may split it, stands `'`, which it takes for text. Letters that
@@ -53,7 +70,7 @@ def _of_text(text: str) -> str:
 def rows(text: str) -> list[list[str]]:
     """Cells of each line of a table, its header first; numbers have points; a line of blank cells
     has none. The mark of the end that programs of the time of DOS write (Ctrl-Z) is no text.
-    ValueError where a line is not to be split."""
+    ValueError where a line is not to be split, or the last one is cut off within its number."""
     text = text.rstrip("\x1a")
     if odd := CONTROL.search(text):
         line = len(re.findall(r"\r\n|\r|\n", text[: odd.start()])) + 1
@@ -65,6 +82,10 @@ def rows(text: str) -> list[list[str]]:
         filled = [row if any(cell.strip() for cell in row) else [] for row in read]
     except csv.Error as error:
         raise ValueError(error) from None
+    if not text.endswith(("\n", "\r")) and len(filled) > ENOUGH_ABOVE and (last := filled[-1]):
+        above = [row[-1] for row in filled[1:-1] if len(row) == len(last)]
+        if len(above) >= ENOUGH_ABOVE and fewer_digits(last[-1], above):
+            raise ValueError(f"it ends in {last[-1][:30]!r}, every earlier number has more digits")
     if between == ",":
         return filled
     return [[with_point(cell) for cell in row] for row in filled]

@@ -17,6 +17,7 @@ import pyarrow as pa
 from pyarrow import csv as arrow_csv
 
 from mocap_metrology.common.errors import Refusal, Truncated
+from mocap_metrology.common.spreadsheet import fewer_digits
 from mocap_metrology.io.header import NUMBER
 from mocap_metrology.io.recording import Counts
 from mocap_metrology.io.text.layout import END_OF_TEXT, NULLS, Layout, cells_of, decoded, lines
@@ -25,7 +26,6 @@ BLOCK_BYTES = 8 << 20
 REASONS = ("empty", "zero", "not_finite")
 INFINITE = re.compile(r"[+-]?inf(inity)?", re.I)
 COMMA = re.compile(r"[+-]?\d*,\d+")
-WRITTEN = re.compile(r"[+-]?\d*(?:[.,](\d*))?(?:[eE][+-]?(\d*))?")
 ROWS_ABOVE = 10_000  # rows that decide how a column is written
 
 Floats = npt.NDArray[np.float64]
@@ -172,19 +172,11 @@ def _cut_off(layout: Layout, last: str, above: Sequence[str]) -> str:
     cells = cells_of(last, layout.delimiter)
     if len(cells) < layout.n_columns:
         return f"ends after {len(cells)} of {layout.n_columns} cells"
-    column, of_cell = len(cells) - 1, _digits(cells[-1])
+    column = len(cells) - 1
     rows = (cells_of(line, layout.delimiter) for line in above[:ROWS_ABOVE])
-    every = [_digits(row[column]) for row in rows if column < len(row)]
-    others = [digits for digits in every if digits]
-    if of_cell and others and any(of_cell[k] < min(digits[k] for digits in others) for k in (0, 1)):
+    if fewer_digits(cells[-1], [row[column] for row in rows if column < len(row)]):
         return f"ends in {cells[-1][:30]!r}, every earlier number has more digits"
     return ""
-
-
-def _digits(cell: str) -> tuple[int, int] | None:
-    """How many digits a number has behind its point and in its exponent; None if it is none."""
-    match = WRITTEN.fullmatch(cell)
-    return (len(match[1] or ""), len(match[2] or "")) if match and cell else None
 
 
 def _decimal_point(layout: Layout, head: Sequence[str]) -> str:

@@ -207,7 +207,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     alone = len(jumps) == len(at) == (2 if "shift" in sure else 1)
     possible = tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds)))
     possible = () if none else possible or (() if noise or not slow else ("noise",))
-    tenth, part = max(z.size // 10, 1), max(z.size // 50, 1)
+    tenth, few = max(z.size // 10, 1), max(z.size // 50, 1)
     first, last = z[:tenth], z[-tenth:]
     return Wander(
         tuple(kind for kind in KINDS if kind in sure),
@@ -215,7 +215,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
         possible,
         float(last.mean() - first.mean()),
         math.sqrt(_mean_variance(first) + _mean_variance(last)),
-        float(np.ptp([np.median(z[k : k + part]) for k in range(0, z.size, part)])),
+        float(np.ptp([np.median(z[at : at + few]) for at in range(0, z.size, few)])),
         shape.size(solved),
         at,
         tuple((float(begun[place]) * block_s, size) for place, size in jumps),

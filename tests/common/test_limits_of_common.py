@@ -137,6 +137,7 @@ def repeated(first: str, later: str) -> str:
         ("a\tb: 1", "cannot start any token"),  # libyaml reads it
         ("a: 1\n\ufeff\nb: 2", "line 2: a byte order mark"),
         ("\n\ufeffb: 2", "line 2: a byte order mark"),
+        ("\ufeffa: 1\n\ufeffb: 2", "line 2: a byte order mark"),  # a second one
         ("a: !!python/object:os.system x", "could not determine a constructor"),
     ],
 )

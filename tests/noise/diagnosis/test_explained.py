@@ -91,6 +91,10 @@ def pendulum(x: np.ndarray) -> None:
     x[:2] += 0.1 * np.sin(2 * np.pi * 0.45 * T) * np.exp(-T / 200)
 
 
+def louder(x: np.ndarray) -> None:
+    x *= 1 + 2 * T / T[-1]
+
+
 def held(x: np.ndarray) -> None:
     """Every fifth frame, as of a slower camera, which have few fast changes."""
     x[:] = np.repeat(x[:, ::5], 5, axis=1)
@@ -101,7 +105,7 @@ def held(x: np.ndarray) -> None:
     [(fan, "line", 17.3), (positions, "levels", 0.09), (doors, "recurring", 30.0),
      (switch, "two_levels", 0.04), (mount, "resonance", 6.0), (shaker, "line", 7.1),
      (spring, "resonance", 6.0), (lobes, "low_pass", 1.27), (steep, "low_pass", 1.5),
-     (held, "repeated", 0.8), (pendulum, "line", 0.45)],
+     (held, "repeated", 0.8), (pendulum, "line", 0.45), (louder, "level_changes", 2.0)],
 )  # fmt: skip
 def test_one_disturbance_is_one_kind_of_finding(
     disturb: Callable[[np.ndarray], None], code: str, value: float

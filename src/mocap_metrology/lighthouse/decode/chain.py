@@ -279,4 +279,4 @@ def dropped_share(report: Mapping[str, Sequence[int]]) -> dict[str, float]:
     reasons = ("too_long", "second_on_diode", "width", "sweep", "still")
     counts = {reason: sum(report.get(reason, [])) for reason in reasons}
     total = sum(counts.values()) + sum(report.get("kept", []))
-    return {reason: count / total if total else 0.0 for reason, count in counts.items()}
+    return {reason: count / max(total, 1) for reason, count in counts.items()}

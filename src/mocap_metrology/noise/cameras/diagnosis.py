@@ -250,8 +250,8 @@ def moments(
     chosen = factors(frame_rate_hz, n_frames, N_BLOCKS)
     if not chosen:
         raise Refusal(f"cameras: recordings of {n_frames} frames; expected {3 * N_BLOCKS} at least")
-    sums = np.zeros((n_markers, len(chosen), len(pairs), N_BLOCKS, 6, 6))
-    counts = np.zeros(sums.shape[:4])
+    sums = np.empty((n_markers, len(chosen), len(pairs), N_BLOCKS, 6, 6))
+    counts = np.empty(sums.shape[:4])
     for marker in range(n_markers):
         for k, addition in enumerate(pairs):
             names = addition.smaller, addition.larger

@@ -95,8 +95,8 @@ X = np.array([5.0, 6, 7, 55, 56, 57, 58, 59, 9, 8])
 
 @pytest.mark.parametrize("block", [4, 5, place.BLOCK])
 def test_cells_their_pairs_and_their_means(monkeypatch, block: int) -> None:
-    """However many frames are worked on at a time. Of 50 mm: frames 0 to 2 and 8, 9 in the first, 3 to 6 in the second; pairs within a cell
-    alone, none over a gap; deviations from the mean of all nine."""
+    """Of 50 mm: frames 0 to 2 and 8, 9 in the first, 3 to 6 in the second; pairs within a cell
+    alone, none over a gap; deviations from the mean of all nine. However many frames at a time."""
     monkeypatch.setattr(place, "BLOCK", block)
     middle = np.array([X, 0 * X - 1, 0 * X + 120])
     (first, second), visits = by_place(middle, LENGTHS, 50.0, least=3)

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.levels import changes
+from mocap_metrology.noise.diagnosis.levels import JOINED_BLOCKS, changes
 from mocap_metrology.noise.diagnosis.outliers import mad_spread
 from mocap_metrology.noise.diagnosis.sides import Blocks, Sides, compare
 from mocap_metrology.noise.fit.estimates import Z_95
@@ -22,6 +22,7 @@ SMOOTHED = 4  # part of the surest averaging time that excursions are averaged o
 LIKE_NOISE, WHITE = 0.75, 0.5  # of the whiteness beside it, of louder noise; if its size varies
 SURE = 3.0  # standard errors of a whiteness, or by which it scatters more
 MOVED = 5.0  # standard deviations off the level that count as moved
+NEAR = 2 * JOINED_BLOCKS  # blocks from a burst within which a change of level is of it
 CLEAR_S = 1.0  # left out on each side before sides are compared
 SIDES_MISS = 0.01  # probability that some series beside some event is reported as changed falsely
 # Shorter recordings decide nothing: an event in the middle needs its context on both sides
@@ -55,7 +56,8 @@ class Event:
     at most. ratio: of the dynamic Allan variance to that of the noise, at tau_s. sides: of every
     series. of: number of bursts in the recording. moved: whether any excursion is less white than
     the noise, which else was loud; white: least whiteness, of that beside it. often: whether it is
-    several excursions, at rest between them most of the time.
+    several excursions, at rest between them most of the time. level_s: time of a lasting change of
+    level near it.
     """
 
     time_s: float
@@ -74,6 +76,7 @@ class Event:
     often: bool = False
     white: float = 0.0
     shift_error: float = math.nan
+    level_s: float = math.nan
 
     @property
     def stop_s(self) -> float:
@@ -124,6 +127,12 @@ class Event:
         if side is None or self.kind == "burst":
             return True
         return max(side.ratio, 1 / side.ratio) >= LEVEL_MATTERS
+
+    def of_level(self) -> Event:
+        """The change of the level of noise alone."""
+        level = replace(self, kind="level", duration_s=0.0, largest=self.series[0])
+        level = replace(level, time_s=self.level_s)
+        return replace(level, size_mm=math.nan, shift_mm=math.nan, ratio=math.nan, tau_s=math.nan)
 
     def markers(self, labels: Sequence[str]) -> list[str]:
         """Labels of the markers whose coordinates it is seen in."""
@@ -352,11 +361,15 @@ def find_events(
     n = max((b.mean.size for b in levels.values()), default=0)
     out_of = inside_events(events, n, length.length_s if length else 1.0)
     for change in changes(dict(levels), out_of, side_s, false_alarm / 2):
-        near = 3 * side_s / 10
-        if not any(e.time_s - near <= change.time_s <= e.stop_s + near for e in events):
+        time_s, near = change.time_s, NEAR * length.length_s if length else 0.0
+        beside = [e for e in events if e.time_s - near <= time_s <= e.stop_s + near]
+        if beside:
+            one = min(beside, key=lambda e: abs(e.time_s - time_s))
+            events[events.index(one)] = replace(one, level_s=time_s)
+        else:
             name, nan = change.series, math.nan
-            level = (change.time_s, 0.0, "level", (name,), name, nan, nan, change.p, nan, nan)
-            events.append(Event(*level))
+            level = (time_s, 0.0, "level", (name,), name, nan, nan, change.p, nan, nan)
+            events.append(Event(*level, level_s=time_s))
     for _ in range(2):  # of bursts it is known once their sides are
         levels_s = [e.time_s for e in events if e.kind == "level" or e.level_changed]
         how = levels, out_of, side_s, levels_s, SIDES_MISS / max(len(levels) * len(events), 1)
@@ -368,8 +381,5 @@ def _of_level(event: Event) -> Event:
     """A change of level in place of a burst that left no shift and is not much louder than what is
     after it."""
     side, shifted = event.most_changed, abs(event.shift_mm) > SURE * event.shift_error
-    if shifted or not event.level_changed or side is None or side.ratio**2 < event.ratio / 2:
-        return event
-    nan = math.nan
-    level = replace(event, kind="level", duration_s=0.0, largest=event.series[0])
-    return replace(level, size_mm=nan, shift_mm=nan, ratio=nan, tau_s=nan)
+    louder = side is None or side.ratio**2 < event.ratio / 2
+    return event if shifted or louder or math.isnan(event.level_s) else event.of_level()

@@ -187,7 +187,11 @@ def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend
     if one is None:
         return []
     out_of = inside_events(events, one.mean.size, one.length_s)
-    steps = [e.time_s for e in events if e.kind == "level" or e.level_changed]
+    steps = [
+        e.time_s if math.isnan(e.level_s) else e.level_s
+        for e in events
+        if e.kind == "level" or e.level_changed
+    ]
     return trends(levels, out_of, steps)
 
 

@@ -171,6 +171,12 @@ def explained(diagnosis: Diagnosis, duration_s: float, still_range_mm: float = 2
         near = switch is not None and event.size_mm < WITHIN * abs(switch.size_mm)
         return near or any(x.jump_near(event.time_s, event.stop_s) for x in switching.values())
 
+    def left_of(event: Event) -> Event | None:
+        if not is_explained(event):
+            return event
+        level = event if math.isnan(event.level_s) else event.of_level()  # which may remain
+        return None if is_explained(level) else level
+
     def other_than_bursts(name: str, one: Wander) -> bool:
         periods = diagnosis.recurring.get(name, math.nan) / np.arange(1, MULTIPLES + 1)
         near = np.abs(one.at_s[-1] / periods - 1) < 0.02 if "cycle" in one.kinds else [False]
@@ -203,7 +209,7 @@ def explained(diagnosis: Diagnosis, duration_s: float, still_range_mm: float = 2
     resonances = [one for one in diagnosis.resonances if not software and other_than_lines(one)]
     return replace(
         diagnosis,
-        events=[one for one in diagnosis.events if not is_explained(one)],
+        events=list(filter(None, map(left_of, diagnosis.events))),
         lines=list(filter(stands_alone, diagnosis.lines)),
         recurring={k: period for k, period in diagnosis.recurring.items() if k not in switching},
         trends=[one for one in diagnosis.trends if one.series not in changing],

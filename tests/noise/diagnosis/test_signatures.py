@@ -28,25 +28,20 @@ def noise(seed: int, n: int = N) -> np.ndarray:
 
 @pytest.mark.parametrize("case", KINDS)
 def test_each_kind_is_named_and_nothing_else(case: str) -> None:
-    """Nothing false in two recordings, and all that is true in one of them: in the study of 40 the
-    least is 75 %, of a drift in flicker."""
+    """In the study of 40 recordings of each the least is 75 %, of a drift in flicker."""
     draw, true, also = KINDS[case]
-    named = 0
-    for seed in (3, 6):
-        found = signature(draw(np.random.default_rng(seed)) + noise(seed), RATE)
-        assert found is not None
-        said = {*found.kinds, *(("noise",) if found.noise else ())} - {*also}
-        assert said <= set(true), (said, found.possible)
-        assert set(found.kinds) <= set(found.possible)
-        named += said == set(true)
-    assert named
+    found = signature(draw(np.random.default_rng(6)) + noise(6), RATE)
+    assert found is not None
+    said = {*found.kinds, *(("noise",) if found.noise else ())} - {*also}
+    assert said == set(true), (said, found.possible)
+    assert set(found.kinds) <= set(found.possible)
 
 
 def test_the_interval_of_the_net_movement_holds_in_99_of_100() -> None:
-    """Of 200 that do not move; t of the 14 degrees of freedom of two ends."""
+    """Of 50 that do not move; t of the 14 degrees of freedom of two ends."""
     rng = np.random.default_rng(7)
-    found = [signature(rng.normal(0, 0.02, 600), 10.0) for _ in range(200)]
-    assert sum(abs(one.net_mm) > 2.98 * one.net_error_mm for one in found if one) <= 6
+    found = [signature(rng.normal(0, 0.02, 600), 10.0) for _ in range(50)]
+    assert sum(abs(one.net_mm) > 2.98 * one.net_error_mm for one in found if one) <= 3
 
 
 def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
@@ -196,15 +191,6 @@ def test_gaps_leave_the_kind_and_a_short_recording_has_none() -> None:
     assert spike is not None and spike.possible
     assert signature(np.full(N, np.nan), RATE) is None
     assert signature(np.zeros(N), RATE) is None
-
-
-def test_a_coefficient_is_named_by_its_own_kind_alone() -> None:
-    none = Wander((), "", (), 0.0, 0.0, 0.0)
-    assert not any(none.allows(kind) for kind in ("drift", "warm_up", "random_walk"))
-    assert not none.undecided
-    slow = Wander(("drift",), "random_walk", ("drift",), 0.1, 0.01, 0.1)
-    assert slow.allows("drift") and slow.allows("random_walk") and not slow.allows("warm_up")
-    assert Wander((), "", ("cycle", "drift"), 0.1, 0.01, 0.1).undecided
 
 
 def test_times_and_sizes_of_changes_at_once() -> None:

@@ -113,10 +113,10 @@ def test_jumps_of_frames_and_none() -> None:
 
 
 def test_few_points_without_jump_or_scale() -> None:
-    """Of 200 sets of 5 markers with noise alone at most 4 have a scale; of 200 of 8 bodies in a
+    """Of 100 sets of 5 markers with noise alone at most 3 have a scale; of 100 of 8 bodies in a
     volume bent by 4 mm no frame jumps."""
     scales, jumps = 0, 0
-    for seed in range(200):
+    for seed in range(100):
         rng = np.random.default_rng([9, seed])
         places = rng.uniform(-1500, 1500, (5, 3))
         markers = Points(
@@ -124,7 +124,7 @@ def test_few_points_without_jump_or_scale() -> None:
         )
         scales += "scale" in of.points_document(markers, 1.7, "abcde")[0]["findings"]
         jumps += bool(frame_changes(bent(rng, drawn(rng, 8, 1.0), 4.0)).cuts)
-    assert scales <= 4 and jumps == 0
+    assert scales <= 3 and jumps == 0
 
 
 def test_too_few_points_and_a_line_are_refused() -> None:

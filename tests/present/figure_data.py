@@ -28,19 +28,6 @@ def recording(n: int, n_markers: int = 2, pairs: bool = True, seed: int = 1):
     return raw, clean, outliers
 
 
-def allan_columns(names) -> dict:
-    """Columns of allan.parquet for white noise and a random walk, in closed form."""
-    m = np.unique(np.geomspace(1, 10_000, 40).astype(int))
-    tau = np.tile(m / RATE, len(names))
-    adev = np.sqrt(1e-6 / tau + 1e-8 * tau)
-    return {
-        **{"series": np.repeat(np.array(names, dtype=object), m.size), "tau_s": tau},
-        **{"estimator": np.full(tau.size, "oadev"), "m": np.tile(m, len(names))},
-        **{"adev_mm": adev, "adev_lower_mm": 0.8 * adev, "adev_upper_mm": 1.4 * adev},
-        "edf": np.full(tau.size, 9.0),
-    }
-
-
 def every_text(picture) -> list[str]:
     """All text that the figure shows, as the user wrote it; and the caption of a `Picture`."""
     found = [
@@ -56,16 +43,15 @@ def shown_texts(figure) -> list[Text]:
     return [text for text in figure.findobj(Text) if text.get_visible() and text not in hidden]
 
 
-def check(picture, draw: bool = True) -> None:
-    """Draw at a low resolution, or as saved; no text leaves the page, labels of an axis do not
-    touch."""
+def check(picture, apart: bool = False) -> None:
+    """Draw at a low resolution: no text leaves the page, labels of an axis do not touch; apart: no
+    other text lies on another one either."""
     figure = picture.figure
     if figure.get_layout_engine():
         figure.set_dpi(80)
     canvas = FigureCanvasAgg(figure)
     with styled():
-        if draw:
-            figure.draw_without_rendering()
+        figure.draw_without_rendering()
         extent = partial(Text.get_window_extent, renderer=canvas.get_renderer())
         page, slack = figure.bbox, 0.01 * figure.bbox.width  # hinting widens small text
         every_axis = [axis for axes in figure.axes for axis in axes._axis_map.values()]
@@ -76,21 +62,26 @@ def check(picture, draw: bool = True) -> None:
         }
         for text in [text for text in shown_texts(figure) if text not in ticks]:
             box = extent(text)
-            if not text.get_text() or not draw:
+            if not text.get_text():
                 continue
             assert page.x0 <= box.x0 and box.x1 <= page.x1 + slack, text.get_text()
             assert page.y0 <= box.y0 and box.y1 <= page.y1 + slack, text.get_text()
+        groups = []
         for axis in every_axis:
-            if not draw or not axis.get_visible() or not axis.axes.axison:
+            if not axis.get_visible() or not axis.axes.axison:
                 continue
             labels = [
                 axis.label,
                 *(t.label1 for t in axis.get_major_ticks() if t.label1.get_visible()),
             ]
-            boxes = [extent(text) for text in labels if text.get_text()]
-            for one, other in combinations(boxes, 2):
-                # Squeezed by half a point, for the box holds room for descenders
-                assert not one.padded(-1).overlaps(other.padded(-1)), labels
+            groups.append([text for text in labels if text.get_text()])
+        if apart:
+            free = [text for owner in (figure, *figure.axes) for text in owner.texts]
+            groups.append([text for text in free if text.get_text()])
+        for texts in groups:
+            # Squeezed by half a point, for the box holds room for descenders
+            for one, other in combinations([extent(text).padded(-1) for text in texts], 2):
+                assert not one.overlaps(other), [text.get_text() for text in texts]
 
 
 def check_saved(figure, folder: Path) -> Path:

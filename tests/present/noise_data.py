@@ -2,16 +2,12 @@
 form, rows of noise.csv and spectra by published models, perturbed."""
 
 import math
-from itertools import combinations
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 
 from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
-from mocap_metrology.present.plot.figure import styled
 
 RATE = 120.0
 TAU0 = 1 / RATE
@@ -96,17 +92,6 @@ def periodogram_arrays(model: NoiseModel, per_decade: int = 40, n: int = 3_888_0
         psd[inside] += line.A_s**2 / 2 / (upper - lower)[inside]
     columns = ("f_hz", "f_lower_hz", "f_upper_hz", "psd_mm2_hz", "dof")
     return dict(zip(columns, (f, lower, upper, psd, dof), strict=True))
-
-
-def assert_texts_apart(picture) -> None:
-    """No text lies on another one (axis labels: see `figure_data.check`)."""
-    figure = picture.figure
-    texts = [text for owner in (figure, *figure.axes) for text in owner.texts if text.get_text()]
-    with styled():
-        renderer = FigureCanvasAgg(figure).get_renderer()
-        boxes = [(t.get_text(), Text.get_window_extent(t, renderer).padded(-1)) for t in texts]
-    for (one, box), (other, beside) in combinations(boxes, 2):
-        assert not box.overlaps(beside), (one, other)
 
 
 M = np.unique(np.geomspace(1, 1_000_000, 60).astype(int))

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from figure_data import check, every_text
-from noise_data import assert_texts_apart, group, noise_rows
+from noise_data import group, noise_rows
 from noise_data import row as sheet_row
 
 from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
@@ -92,8 +92,7 @@ def test_colours_of_noise_show_every_number(rows, logarithmic) -> None:
         assert (above > 0) == (not logarithmic)
         limits = own.loc[own["likelihood_status"] == "not_detected", UPPER]
         assert np.allclose(drawn(axes, slots.LIMIT)[:, 1], np.sort(limits[limits <= top]))
-    check(made)
-    assert_texts_apart(made)
+    check(made, apart=True)
 
 
 def test_correlated_terms(rows) -> None:
@@ -125,8 +124,7 @@ def test_correlated_terms(rows) -> None:
     own = table[(table["camera_type"] == "T40") & (table["name"] == "T_c")]
     expected = places(own, "published", sorted(own["n_cameras"].unique()))
     assert np.allclose(drawn(panels["(a) T40"], slots.PUBLISHED, slots.PALE), expected)
-    check(made)
-    assert_texts_apart(made)
+    check(made, apart=True)
 
 
 # ---- of any group
@@ -168,8 +166,7 @@ def test_every_correlated_term_of_a_group_is_shown_twice() -> None:
     points = np.concatenate([x.get_xydata() for x in scatter.lines if x.get_markersize() == 3.4])
     assert np.allclose(np.sort(points[:, 0]), np.sort(terms["T_c"]), rtol=1e-12)
     assert np.allclose(np.sort(points[:, 1]), np.sort(terms["q_c"]), rtol=1e-12)
-    check(picture)
-    assert_texts_apart(picture)
+    check(picture, apart=True)
 
 
 def test_many_recordings_show_one_series_the_noisiest_first() -> None:

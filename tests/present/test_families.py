@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from figure_data import check
-from noise_data import RATE, TAU0, M, assert_texts_apart, drawn, published, row
+from noise_data import RATE, TAU0, M, drawn, published, row
 
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.papers import subsets
@@ -35,8 +35,7 @@ def test_a_family_shows_every_curve_and_its_ratio_to_the_smallest_subset() -> No
         assert len(curves) == 7 and not axes.collections
         for curve, n in zip(curves, sorted(T40), strict=True):
             assert np.allclose(curve, adev("T40", n, series), rtol=1e-12)
-    check(figure)
-    assert_texts_apart(figure)
+    check(figure, apart=True)
     smallest = min(T40)
     for axes, series in zip(panels_of(figure, 1), SERIES, strict=True):
         for (x, ratio), n in zip((line.get_data() for line in axes.lines[-7:]), sorted(T40),
@@ -87,8 +86,7 @@ def test_subsets_show_curves_and_the_drops_of_s() -> None:
             assert np.allclose(curve, np.ravel(exact), rtol=0.01)
         shaded = narrow.patches[0].get_extents().transformed(narrow.transData.inverted())
         assert (shaded.x0 + shaded.x1) / 2 == pytest.approx(paper.DROPS[kind])
-    check(figure)
-    assert_texts_apart(figure)
+    check(figure, apart=True)
 
 
 def test_a_deviation_between_two_averaging_times() -> None:
@@ -116,9 +114,7 @@ def test_figures_of_s_show_the_recordings_they_are_about() -> None:
             shown, (("T40", 10), ("Bonita", 10), ("Vantage", 9), ("T40", 10)), strict=True
         ):
             assert np.allclose(curve, adev(kind, n, series), rtol=1e-12)
-    check(failing)
-    check(types)
-    for figure in (failing, types):
-        assert_texts_apart(figure)
+    check(failing, apart=True)
+    check(types, apart=True)
     del rows["Vantage-9"]
     assert paper.failing_figure(rows, given, "s", "n", 0.683) is None

@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from figure_data import ODD_TEXT, RATE, allan_columns, check, every_text, recording
+from figure_data import ODD_TEXT, RATE, check, every_text, recording
+from noise_data import allan
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.motion.orientation import of_cluster, orientation_rows, unknown
 from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.present.recording import (
@@ -65,12 +67,14 @@ def _names(n_markers, pairs=()):
 )
 def test_odd_allan_curves(case, text):
     names = _names(2, ["L"])
-    data = allan_columns([] if case == "none" else names)
+    model = NoiseModel((PowerLaw(0, 2e-6), PowerLaw(-2, 1e-9)))
+    data = allan(dict.fromkeys(names, model))
     chosen = data["series"] == "x1"
     if case == "infinite":
         data["adev_upper_mm"][5:], data["adev_lower_mm"][::3] = np.inf, np.nan
-    elif case == "few":
-        data = {key: values[::40] for key, values in data.items()}
+    elif case in ("few", "none"):
+        kept = slice(None, None, 40) if case == "few" else slice(0)
+        data = {key: values[kept] for key, values in data.items()}
     elif case == "zero":
         for key in ("adev_mm", "adev_lower_mm", "adev_upper_mm"):
             data[key][chosen] = 0.0

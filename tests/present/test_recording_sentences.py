@@ -59,23 +59,14 @@ def of(seconds: float, **more: Any) -> Recording:
 NAMED = {"wanders": dict.fromkeys(("x1", "y1"), Wander(("drift", "warm_up"), "", (), *MOVED))}
 
 
-def wander(kind: str, size: float = 0.06, *at_s: float) -> dict[str, Any]:
+def wander(kind: str, size: float = 0.06, *at_s: float, **more: Any) -> dict[str, Any]:
     kinds = (kind,) if kind else ()
     jumps = {"step": [(t, size) for t in at_s], "shift": [*zip(at_s, (size, -size), strict=False)]}
     one = Wander(
         kinds, "", kinds or ("cycle", "drift"), *MOVED, size, at_s, tuple(jumps.get(kind, ()))
     )
+    one = replace(one, **more)
     return {"wanders": {"x1": one, "L": replace(one, size_mm=9.0, range_mm=9.0)}}
-
-
-def drifting_beside_a_step() -> dict[str, Any]:
-    one = wander("step", 0.03, 200.0)["wanders"]["x1"]
-    return {"wanders": {"x1": replace(one, kinds=("drift", "step"), moved_mm=-0.05)}}
-
-
-def known_step() -> dict[str, Any]:
-    one = wander("step", -0.03, 200.0)["wanders"]["x1"]
-    return {"wanders": {"x1": replace(one, error_mm=0.005)}}
 
 
 def row(series: str, parameter: str, value: float, status: str = "ok", note: str = "") -> Any:
@@ -140,9 +131,11 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     (wander("slowing"), "wander.slowing", True, "x1, 60 µm, 15 min"),
     (wander("creep"), "wander.creep", True, "x1, 60 µm, 15 min"),
     (wander("cycle", -0.03, 200.0), "wander.cycle", True, "x1, 3.33 min, 30 µm"),
-    (drifting_beside_a_step(), "wander.drift", False, "x1, 50 µm, 15 min"),
+    (wander("step", 0.03, 200.0, kinds=("drift", "step"), moved_mm=-0.05), "wander.drift", False,
+     "x1, 50 µm, 15 min"),
     (wander("step", -0.03, 200.0), "wander.step", True, "3 min, 20.0 s, x1, 30 µm"),
-    (known_step(), "wander.step", True, "3 min, 20.0 s, x1, 30.0, 20.2, 39.8"),
+    (wander("step", -0.03, 200.0, error_mm=0.005), "wander.step", True,
+     "3 min, 20.0 s, x1, 30.0, 20.2, 39.8"),
     (wander("shift", 0.03, 200.0, 240.0), "wander.shift", True, "3 min, 20.0 s, x1, 30 µm, 40 s"),
     (wander("levels", 0.03, 50.0), "wander.levels", True, "x1, 30 µm, 50 s"),
     ({"resonances": [Resonance(k, 6.0, 0.03, 0.03) for k in ("x1", "x2")]}, "resonance.broad", True,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from mocap_workflow.recording_twins import twin_from_mapping
-from noise_data import RATE, TAU0, allan_arrays, assert_texts_apart, estimate
+from noise_data import RATE, TAU0, allan_arrays, estimate
 
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
@@ -191,8 +191,7 @@ def test_regression(n_starts) -> None:
     curve = np.sqrt(model.avar(data["m"], RATE, "continuous"))
     assert np.allclose(final, 100 * (data["adev_mm"] / curve - 1))
     assert np.abs(final).max() <= below.get_ylim()[1]
-    check(figure)
-    assert_texts_apart(figure)
+    check(figure, apart=True)
 
 
 def spectra(names, line_hz: float = 14.4):
@@ -221,8 +220,7 @@ def test_the_line_is_seen() -> None:
         assert np.allclose(y / scale, psd[near])
         assert any(line.get_xdata()[0] == 14.4 for line in axes.lines)
         assert axes.get_title(loc="left").endswith(name)
-    check(figure)
-    assert_texts_apart(figure)
+    check(figure, apart=True)
 
 
 SECONDS = 300.0
@@ -297,5 +295,4 @@ def test_the_figure(shaken, quiet, other) -> None:
     texts = every_text(figure)
     assert "from 120.0 s" in figure.caption and " 1 of " in figure.caption
     assert ("(b) Q, without a shock" in texts) == other
-    check(figure)
-    assert_texts_apart(figure)
+    check(figure, apart=True)

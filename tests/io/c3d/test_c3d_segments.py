@@ -112,20 +112,23 @@ class TestNotAlike:
         build(paths[1], TAKE[1000:2000], header=(1001, 2000), **second)
         return paths
 
-    def test_rate(self, tmp_path):
-        with pytest.raises(Refusal, match=r"^part2.c3d: its frame rate is 100 Hz, that of part1"):
-            read(self.two(tmp_path, rate=100.0))
+    @pytest.mark.parametrize(
+        ("second", "said"),
+        [
+            ({"rate": 100.0}, "its frame rate is 100 Hz, that of part1"),
+            ({"labels": ["C7"]}, "its labels are not those of part1.*: 'C7'"),
+        ],
+    )
+    def test_rate_and_labels(self, tmp_path, second, said):
+        with pytest.raises(Refusal, match=rf"^part2\.c3d: {said}"):
+            read(self.two(tmp_path, **second))
 
-    def test_labels(self, tmp_path):
-        with pytest.raises(
-            Refusal, match=r"^part2\.c3d: its labels are not those of part1.*: 'C7'"
-        ):
-            read(self.two(tmp_path, labels=["C7"]))
-
-    def test_the_same_file(self, tmp_path):
+    def test_no_file_and_the_same_file(self, tmp_path):
         paths = self.two(tmp_path)
         with pytest.raises(Refusal, match=r"^part1.c3d: is given twice"):
             read([paths[0], paths[1], tmp_path / "." / "part1.c3d"])
+        with pytest.raises(Refusal, match="no C3D file is given"):
+            read([])
 
     def test_unit(self, tmp_path):
         """One take has one unit: two of them are more likely a field that was lost or damaged."""
@@ -146,7 +149,3 @@ class TestNotAlike:
         assert recording.position_mm.dtype == np.float64
         assert (recording.units, recording.encoding) == ("mm", "Intel float; DEC int16")
         assert (recording.resolution_mm, recording.resolution_kind) == (0.125, "int16")
-
-    def test_nothing_given(self):
-        with pytest.raises(Refusal, match="no C3D file is given"):
-            read([])

@@ -36,7 +36,7 @@ def first_lines(samples: Path) -> bytes:
         return gzip.compress(b"".join(islice(lines, 5000)))
 
 
-def test_real_diodes_are_those_of_the_processed_lines(samples: Path) -> None:
+def test_real_diodes_are_those_of_the_processed_lines(samples: Path, headset: dict) -> None:
     """A lines repeat the pulse's start and name the diode as libsurvive mapped it."""
     path = samples / FOLDER / "lh1_test_cal.rec.gz"
     raw, mapped = [], {}
@@ -46,7 +46,7 @@ def test_real_diodes_are_those_of_the_processed_lines(samples: Path) -> None:
                 raw.append(int(cells[4]))
             elif cells[1:3] == ["T20", "A"]:
                 mapped[int(cells[5])] = int(cells[3])
-    read, _ = read_libsurvive(path, "T20")
+    read = headset["T20"].pulses
     ticks = np.round(read.start_s * TICKS_PER_S).astype(np.int64)
     diode_at = dict(zip(((ticks + min(raw)) % 2**32).tolist(), read.diode.tolist(), strict=True))
     assert len(mapped) > 10_000

@@ -1,6 +1,7 @@
 """Calibration of second-generation stations: frames of real recordings against the values that
 libsurvive stored beside them, and damaged streams, which must give the truth or nothing."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,7 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.decode.factory_file import NAMES_OF, read_factory
-from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.turns import (
-    Light,
     Turns,
     decode_turns,
     encode_frame2,
@@ -42,14 +41,11 @@ def a_factory(rng: np.random.Generator) -> Factory:
 
 
 @pytest.mark.parametrize(("file", "name"), READ)
-def test_frames_of_real_recordings(samples: Path, file: str, name: str) -> None:
+def test_frames_of_real_recordings(samples: Path, light_of: Callable, file: str, name: str) -> None:
     """Values as libsurvive printed them, with 6 digits or more; up is up to 40 deg."""
-    path = samples / f"lighthouse2/{file}.rec.gz"
-    light, _ = read_libsurvive(path, name)
-    assert isinstance(light, Light)
-    stations = [decode_turns(turns) for turns in find_turns(light)[0]]
+    stations = [decode_turns(turns) for turns in find_turns(light_of(file, name))[0]]
     assert [one.channel for one in stations if one.factory is not None] == READ[file, name]
-    filed = {one.channel: one for one in read_factory(f"{path}.json")}
+    filed = {one.channel: one for one in read_factory(samples / f"lighthouse2/{file}.rec.gz.json")}
     for station in stations:
         if station.factory is None:
             assert "no calibration frame" in station.why

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, find_hits
-from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.records import Hits, Pulses
 
 from .synthetic import TICK, Scene, add, drop
@@ -113,21 +112,21 @@ def libsurvive_angles(path, name: bytes) -> tuple[np.ndarray, int]:
 
 
 @pytest.fixture(scope="module", params=["HMD", "T20"])
-def real(request, samples) -> tuple:
+def real(request, samples, headset) -> tuple:
     """Decoded pulses of an object in a real recording, and libsurvive's own angles of it."""
     path = samples / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
-    pulses, board = read_libsurvive(path, request.param)
+    pulses = headset[request.param].pulses
     flashes = find_flashes(pulses)
-    hits, _ = find_hits(pulses, flashes)
     angles, tick_0 = libsurvive_angles(path, request.param.encode())
-    return flashes, hits, board, angles, (angles[:, 2] - tick_0) % 2**32 * TICK
+    time_s = (angles[:, 2] - tick_0) % 2**32 * TICK
+    return flashes, find_hits(pulses, flashes)[0], angles, time_s
 
 
 def test_real_recording_as_libsurvive_decodes_it(real) -> None:
     """Station, axis and diode of at least 99 % of its angles are ours; the angles agree within 30
     ticks (1 tick: 7.9 urad) for 95 %, 10 in the middle: libsurvive times a sweep by an estimate of
     the flash that lags behind the rotors. Its lighthouse 1 is the master."""
-    flashes, hits, _, angles, time_s = real
+    flashes, hits, angles, time_s = real
     # Times of a diode are milliseconds apart, so that those of all diodes sort on one line
     ours = hits.time_s + 100.0 * hits.diode
     order = np.argsort(ours)

@@ -41,12 +41,11 @@ def white(light: Light) -> list[float]:
 
 
 @pytest.mark.parametrize(("file", "name"), STILL)
-def test_a_still_object(samples: Path, file: str, name: str) -> None:
+def test_a_still_object(light_of: Callable, file: str, name: str) -> None:
     """Noise as measured by others on these receivers, 15 to 30 urad; no hit is lost but those of
     another count of the clock."""
     channels, n = STILL[file, name]
-    light, _ = read_libsurvive(samples / FOLDER / f"{file}.rec.gz", name)
-    assert isinstance(light, Light)
+    light = light_of(file, name)
     turns, notes = find_turns(light)
     assert [one.channel for one in turns] == channels and notes == []
     assert n - 50 < light.hit_s.size <= n
@@ -54,7 +53,7 @@ def test_a_still_object(samples: Path, file: str, name: str) -> None:
     assert all(9e-6 < one < 40e-6 for one in white(light))
 
 
-def test_planes_and_angles_are_those_of_libsurvive(samples: Path) -> None:
+def test_planes_and_angles_are_those_of_libsurvive(samples: Path, light_of: Callable) -> None:
     """B lines: plane and angle as libsurvive computes them from a single begin of a turn, whose
     noise of 22 to 60 urad and the wander of the rotor are the difference. Two sensors hit in one
     tick exchange their lines."""
@@ -62,8 +61,8 @@ def test_planes_and_angles_are_those_of_libsurvive(samples: Path) -> None:
     with gzip.open(path) as stream:
         text = stream.read()
     lines = re.findall(rb"^\S+ T20 B (\d+) (\d+) (\d+) (\d) (\S+)$", text, re.M)
-    light, _ = read_libsurvive(path, "T20")
-    assert isinstance(light, Light) and len(lines) == light.hit_s.size
+    light = light_of("index-yank-up-down", "T20")
+    assert len(lines) == light.hit_s.size
     hits, _ = find_turn_hits(light, find_turns(light)[0])
     theirs = np.array(lines, dtype=np.float64)
     first = np.floor(light.hit_s * 48e6 + 0.25).astype(np.int64)  # whole ticks of our clock

@@ -4,13 +4,12 @@ what docs/cameras.md states of how surely a noisy camera is named, in fewer twin
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.signal import lfilter
 
 from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Estimate, Moments, additions, diagnose
 from mocap_metrology.noise.cameras.scaling import fit_scaling, law
 from mocap_metrology.noise.twins.published import published_row, published_subsets
-from mocap_metrology.noise.twins.take import joint_covariance, positions, random_facility
+from mocap_metrology.noise.twins.take import joint_covariance, random_facility
 
 CHAIN = {f"{n}": list(range(n)) for n in (2, 3, 4, 5, 6, 8)}
 
@@ -68,19 +67,6 @@ def test_intervals_are_those_of_student(share: float, t: float) -> None:
     assert np.log([lower[0], upper[0]]) == pytest.approx([0.1 - 0.2 * t, 0.1 + 0.2 * t], abs=1e-4)
     (p,) = Estimate(np.array([0.2 * t]), np.array([0.2])).p_value()
     assert p == pytest.approx((1 - share) / 2, rel=2e-3)
-
-
-def recordings(bad: int, extra: float, seed: int) -> tuple[dict, np.ndarray]:
-    """Ten minutes of a marker that walks; the bad camera's extra noise is correlated over 0.3 s."""
-    rng, n = np.random.default_rng(seed), 72_000
-    facility, noise = random_facility(rng, 8), 0.05 * np.exp(rng.normal(0, 0.05, 8))
-    pixels = rng.standard_normal((8, 2, n)) * noise[:, None, None]
-    kept = np.exp(-1 / 36)
-    white = rng.standard_normal((2, n)) * np.sqrt(1 - kept**2)
-    pixels[bad] += extra * noise[bad] * lfilter([1.0], [1.0, -kept], white, axis=1)
-    walk = np.cumsum(rng.normal(0, 1e-3, (3, n)), axis=1)
-    made = {name: walk + positions(facility, 0, pixels, ids) for name, ids in CHAIN.items()}
-    return made, noise / np.median(noise)
 
 
 def test_published_vantage_rises_most_with_the_tenth() -> None:

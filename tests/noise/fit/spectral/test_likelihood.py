@@ -4,7 +4,6 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.fit.estimates import Components
@@ -180,13 +179,6 @@ def test_slow_line_and_its_error():
         errors.append((found["A_s"].value - 0.3) / found["A_s"].std_error)
         assert abs(found["T_c1"].value - 0.3) < 4 * found["T_c1"].std_error
     assert np.sqrt(np.mean(np.square(errors))) < 2, errors
-
-
-def resonance(seed: int) -> np.ndarray:
-    """A damped oscillator of 14 Hz and Q = 50, driven by noise: a peak, and no line."""
-    a, w = np.exp(-np.pi * 14 / 50 * TAU0), 2 * np.pi * 14 * TAU0
-    driven = np.random.default_rng(seed).normal(size=N)
-    return lfilter([1.0], [1.0, -2 * a * np.cos(w), a * a], driven)
 
 
 def test_wrong_settings_are_refused():

@@ -175,6 +175,20 @@ def test_moments_with_a_zone_are_in_order_of_time(first: str, second: str, fits:
     assert (not said) == fits
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_a_series_that_is_judged_later_does_not_make_the_facility_learn_again(
+    tmp_path: Path,
+) -> None:
+    """The wander of takes that were too short is learnt after ten takes of the others."""
+    every = takes()
+    for k in range(1, 12):
+        every[f"t{k}"]["take"]["wander_df"] = 7.0
+    said = [monitor("hall", rows()[:k], every, Settings(), tmp_path) for k in (13, 18)]
+    assert [one["word"] for one in said] == ["pass", "pass"] and said[0]["valid"] is True
+    assert "this one is too short: wander." in said[0]["line"]
+    assert "Not judged" not in said[1]["line"]
+
+
 MARKERS = [f"M{k}" for k in range(1, 7)]
 
 

@@ -184,8 +184,9 @@ def chart(
     are more than six series (`Limits.least`).
 
     days: (n,) day of each; marked: (n,) whether the sheet names it as of the baseline. Where none
-    is, the baseline is the first ten values that are not beyond. Values are judged from five values
-    of five days on.
+    is, the baseline is the first ten values that are not beyond; of its first five one that is
+    beyond the tolerance of the four others is none of it. Values are judged from five values of
+    five days on.
     """
     x = np.asarray(values, dtype=np.float64)
     baseline = marked if marked.any() else _learning_values(x, days, watched, limit)
@@ -283,18 +284,30 @@ def _days_before(days: Sequence[object], chosen: np.ndarray) -> np.ndarray:
 def _learning_values(
     x: Floats, days: Sequence[object], watched: WatchLimits, limit: Limits
 ) -> np.ndarray:
-    """(n,) the first ten values that are not beyond the tolerance of those before them."""
+    """(n,) the first ten values that are not beyond the tolerance of those before them; of the
+    first five none that is beyond that of the four others."""
+
+    def is_beyond(value: float, known: Floats) -> bool:
+        m = np.array([known.size])
+        mean, spread = known.mean(keepdims=True), known.std(ddof=1, keepdims=True)
+        tolerance, scatter = _widths(m, mean, spread, watched)
+        return bool(
+            abs(value - mean[0]) > _allowed_distance(m, tolerance, scatter, limit.least(m))[0]
+        )
+
     chosen: list[int] = []
     for k in range(x.size):
         if len(chosen) >= SETTLED:
             break
-        if len(chosen) >= LEARNT and len({days[c] for c in chosen}) >= LEARNT:
-            known, m = x[chosen], np.array([len(chosen)])
-            mean, spread = known.mean(keepdims=True), known.std(ddof=1, keepdims=True)
-            tolerance, scatter = _widths(m, mean, spread, watched)
-            if abs(x[k] - mean[0]) > _allowed_distance(m, tolerance, scatter, limit.least(m))[0]:
-                continue
+        is_learnt = len(chosen) >= LEARNT and len({days[c] for c in chosen}) >= LEARNT
+        if is_learnt and is_beyond(x[k], x[chosen]):
+            continue
         chosen.append(k)
+        if len(chosen) == LEARNT and k < LEARNT:  # once, as a step would not end it
+            alone = {c: x[[other for other in chosen if other != c]] for c in chosen}
+            worst = max(chosen, key=lambda c: abs(x[c] - alone[c].mean()))
+            if is_beyond(x[worst], alone[worst]):
+                chosen.remove(worst)
     mask = np.zeros(x.size, dtype=bool)
     mask[chosen] = True
     return mask

@@ -61,11 +61,11 @@ def document(
     last = takes[-1]
     at = len(takes) - 1 - start
     judged = [one for one in judged_all if one.at.size and one.at[-1] == at]
-    word = min((one.words[-1][0] for one in judged), key=ORDER.index, default="")
+    m = max((int(one.chart.n_baseline[-1]) for one in judged), default=0)
+    word = _word(judged, m)
     # A series that this take says nothing about keeps what the take before said
     wrong = {one.series.name: take for one in judged_all if (take := failed_since(one)) is not None}
     dates = [takes[start + first].date for first in wrong.values()]
-    m = max(int(one.chart.n_baseline[-1]) for one in judged) if judged else 0
     findings = [finding for one in judged for finding in _findings(one)]
     findings.sort(key=lambda one: one["code"] == "not_capable")  # last
     valid = None if word == "learning" else not wrong
@@ -80,7 +80,8 @@ def document(
     at_fault = [one.series for one in judged_all if one.series.name in wrong] or beyond
     how |= {"alone": _single(at_fault, markers), "others": len(markers) - 1}
     first = render(f"monitor.{key}", since=min(dates, default=""), **how)
-    reasons = [first, *_reasons(findings)]
+    late = [] if word == "learning" else _not_judged(judged_all, judged)
+    reasons = [first, *_reasons(findings), *late]
     pairs = [one.series.name for one in judged_all if one.series.kind == "length"]
     watched = render("monitor.watched", markers=markers, pairs=pairs)
     named = {"name": name, "recording": last.recording, "date": last.date}
@@ -100,6 +101,25 @@ def document(
         "findings": findings,
         "line": render("monitor.line", word=word, reasons=[*reasons, watched, *told], **named),
     }
+
+
+def _word(judged: Sequence[Judged], m: int) -> str:
+    """The worst word; a series with fewer takes of the baseline than m, the most, is learnt later
+    than the others, and does not make the facility learn again."""
+    words = [
+        one.words[-1][0]
+        for one in judged
+        if one.words[-1][0] not in ("learning", "provisional") or one.chart.n_baseline[-1] == m
+    ]
+    return min(words, key=ORDER.index, default="")
+
+
+def _not_judged(every: Sequence[Judged], judged: Sequence[Judged]) -> list[str]:
+    """Which series of all markers or of a pair this take says nothing about, or not yet."""
+    known = [one.series.name for one in judged if not one.chart.learning[-1]]
+    names = [one.series.name for one in every if not one.series.marker]
+    names = [name for name in names if name not in known]
+    return [render("monitor.not_judged", names=names)] if names else []
 
 
 def _single(at_fault: Sequence[Series], markers: Sequence[str]) -> str:

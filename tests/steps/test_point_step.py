@@ -38,7 +38,14 @@ def test_a_group_of_markers(tmp_path: Path) -> None:
     write_points(
         "lab", rows[:3] + rows[4:], recorded[:3] + recorded[4:], tmp_path / "ref.csv", *found
     )
-    assert "Without point P6 the others fit to" in json.loads(found[0].read_text())["sentences"][1]
+    told = json.loads(found[0].read_text())
+    assert told["wrong_point"] == "P6" and "without it the others fit to" in told["sentences"][-1]
+    recorded[2] = RecordedPoint(places[2], 30.0, np.eye(3))
+    write_points(
+        "lab", rows[:3] + rows[4:], recorded[:3] + recorded[4:], tmp_path / "ref.csv", *found
+    )
+    told = json.loads(found[0].read_text())
+    assert told["unsteady"] == ["P2"] and told["wrong_point"] == "P6"
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,9 @@ def sentences(document: Mapping[str, Any]) -> list[str]:
     """What contents of <group>_points.json show."""
     codes = document["findings"]
     said = ["headline", *codes, *([] if codes else ["no_scale"])]
+    said += [key for key in ("wrong_point", "exchanged", "unsteady") if document[key]]
+    if "does_not_fit" in codes and not (document["wrong_point"] or document["exchanged"]):
+        said.insert(said.index("does_not_fit") + 1, "causes")
     return [render(f"points.{code}", **document) for code in said]
 
 

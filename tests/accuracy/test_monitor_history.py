@@ -11,6 +11,7 @@ from mocap_metrology.accuracy.monitor_row import Row
 from mocap_metrology.accuracy.monitor_take import Take, judge
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.sheets import Line
+from mocap_metrology.present.monitors import _drawn
 from mocap_metrology.recording.monitor import monitor
 from mocap_metrology.recording.monitor_sheet import monitors
 from mocap_metrology.settings import Settings
@@ -185,7 +186,10 @@ def test_a_series_that_is_judged_later_does_not_make_the_facility_learn_again(
         every[f"t{k}"]["take"]["wander_df"] = 7.0
     said = [monitor("hall", rows()[:k], every, Settings(), tmp_path) for k in (13, 18)]
     assert [one["word"] for one in said] == ["pass", "pass"] and said[0]["valid"] is True
-    assert "this one is too short: wander." in said[0]["line"]
+    assert "Not judged yet, fewer than 5 takes are learnt: wander." in said[0]["line"]
+    every["t18"]["take"]["wander_df"] = 7.0
+    short = monitor("hall", rows()[:18], every, Settings(), tmp_path)
+    assert "Not judged, as this take is too short: wander." in short["line"]
     assert "Not judged" not in said[1]["line"]
 
 
@@ -250,3 +254,15 @@ def test_many_unchanged_markers_are_hardly_ever_noted() -> None:
         words = {word for one in judged for word, _ in one.words[10:]}
         noted += bool(words - {"pass"})
     assert noted <= 5
+
+
+def test_the_chart_of_many_markers_draws_what_alarms_and_what_is_of_all() -> None:
+    names = ["jitter", "wander", "place x", "place y", "place z", "length M1-M2"]
+    names += [f"place M{k} {a}" for k in range(1, 41) for a in "xyz"]
+    row = {"word": "pass", "value_mm": 1.0, "mean_mm": 1.0, "lower_mm": 0.5, "upper_mm": 1.5}
+    rows = [row | {"series": name} for name in names]
+    rows[-1] |= {"word": "alert", "value_mm": 3.0}
+    rows[40] |= {"value_mm": 1.4}
+    drawn, left = _drawn(rows)
+    assert left == len(names) - 12 and drawn[:6] == names[:6]
+    assert {"place M40 z", names[40]} <= set(drawn)

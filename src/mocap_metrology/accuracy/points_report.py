@@ -95,7 +95,7 @@ def _misfit(
     gross = max(MISFIT * noise_mm, rounding)
     whole_mm = rms(residuals(points, fit(points, points.has_lever, False)))
     worst, swap, swapped_mm, simple_mm = int(np.argmin(others_mm)), list[int](), math.inf, math.inf
-    if left_mm > gross:
+    if left_mm > rounding:
         swap, swapped_mm = exchanged(points, off_mm)
         simple_mm = min(float(others_mm[worst]), swapped_mm)
     changes = frame_changes(points)

@@ -25,6 +25,7 @@ from mocap_metrology.present.text.sentence import MOST_NAMED, render
 
 STRIP_MM, HEAD_MM = 27.0, 28.0
 MOST_STRIPS = 12
+OF_ALL = ("jitter", "wander", "place x", "place y", "place z")
 BAND = "#1a809d"
 # Colour and marker of a word, in the order in which they are drawn
 LOOKS = {
@@ -116,10 +117,11 @@ def _word(judged: Sequence[Judged], m: int) -> str:
 
 def _not_judged(every: Sequence[Judged], judged: Sequence[Judged]) -> list[str]:
     """Which series of all markers or of a pair this take says nothing about, or not yet."""
-    known = [one.series.name for one in judged if not one.chart.learning[-1]]
-    names = [one.series.name for one in every if not one.series.marker]
-    names = [name for name in names if name not in known]
-    return [render("monitor.not_judged", names=names)] if names else []
+    common = [one for one in every if not one.series.marker]
+    short = [one.series.name for one in common if one not in judged]
+    learning = [one.series.name for one in common if one in judged and one.chart.learning[-1]]
+    names = {"learning": learning, "short": short, "learnt": LEARNT}
+    return [render("monitor.not_judged", **names)] if learning or short else []
 
 
 def _single(at_fault: Sequence[Series], markers: Sequence[str]) -> str:
@@ -233,12 +235,17 @@ def chart(rows: Sequence[Mapping[str, Any]], texts: plot.Texts) -> plot.Picture:
 
 def _drawn(rows: Sequence[Mapping[str, Any]]) -> tuple[list[str], int]:
     """Names of the series to draw, in their order, and how many are not drawn: of many those whose
-    last take has the worst word, or is the nearest to what is allowed."""
+    last take is a note or worse, then those of all markers, then those of a marker that are the
+    nearest to what is allowed."""
     last = {row["series"]: row for row in rows}
 
-    def rank(row: Mapping[str, Any]) -> tuple[int, float]:
+    def rank(row: Mapping[str, Any]) -> tuple[bool, int, bool, float]:
+        name, order = row["series"], ORDER.index(row["word"])
+        is_single = not (name in OF_ALL or name.startswith("length "))
+        is_sound = order > ORDER.index("note")
         away = abs(row["value_mm"] - row["mean_mm"]) / (row["upper_mm"] - row["lower_mm"])
-        return ORDER.index(row["word"]), -float(np.nan_to_num(away))
+        nearest = -float(np.nan_to_num(away))
+        return is_sound and is_single, order * (not is_sound), is_single, nearest
 
     chosen = sorted(last, key=lambda name: rank(last[name]))[:MOST_STRIPS]
     return [name for name in last if name in chosen], len(last) - len(chosen)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from mocap_metrology.accuracy import points as of
 from mocap_metrology.accuracy import points_report as report
 from mocap_metrology.accuracy.points import Points, fit, frame_changes, left_out, residuals, rms
+from mocap_metrology.accuracy.statement import known_of
 from mocap_metrology.common.errors import Refusal
 
 SETS = Path(__file__).parents[3] / "shared/data/metrology/vive_accuracy"
@@ -213,3 +214,17 @@ def test_scale_and_what_it_leaves() -> None:
     assert not document["mispaired"]
     rounded = Points(points.reference.round(4), points.turns, points.reference)
     assert report.points_document(rounded, 0.0, "abcdefghijkl")[0]["findings"] == []
+
+
+def test_points_whose_names_are_exchanged_have_no_scale_in_a_statement() -> None:
+    """Twelve places taken twice have 11 degrees of freedom; the jackknife of an exchange is
+    percents of the length."""
+    points, names = markers(np.random.default_rng(9), 12), [str(k) for k in range(24)]
+    both = points.only(np.tile(np.arange(12), 2))
+    (scale,) = known_of(["A", "B"], points=report.points_document(both, 0.3, names)[0])
+    assert scale.dof == 11 and scale.u < 1e-3
+    order = [1, 0, *range(2, 12)]
+    wrong = Points(points.places[order], points.turns, points.reference)
+    document = report.points_document(wrong, 0.3, names)[0]
+    assert document["exchanged"] == ["0", "1"]
+    assert known_of(["A", "B"], points=document) == []

@@ -143,6 +143,7 @@ def choose(
     enough are found.
     """
     ranges: dict[str, float] = {}
+    still: list[str] = []
     for label in labels:
         moved = movement(label)
         if moved is not None:

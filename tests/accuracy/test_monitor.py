@@ -76,6 +76,19 @@ def test_a_take_beyond_the_tolerance_is_not_learnt() -> None:
     assert found.n_baseline[-1] == 10
 
 
+def test_a_wild_take_among_the_first_five_is_not_learnt() -> None:
+    """Else a shift of 1 mm would be within the tolerance of what that take made of the scatter; a
+    step among them is no single take."""
+    values = 0.05 * np.random.default_rng(6).standard_normal(14)
+    values[2] += 5
+    values[12:] += 1
+    charted = of(values)
+    assert charted.baseline.tolist() == [True, True, False, *[True] * 8, *[False] * 3]
+    assert charted.beyond.tolist() == [False] * 12 + [True] * 2
+    stepped = of(np.where(np.arange(14) < 4, 0.0, 3.0) + 0.05)
+    assert not stepped.learning[-1]
+
+
 def test_false_alarms_and_changes_that_are_found() -> None:
     """The study of benchmarks/monitor.py on fewer facilities, with the room that they need."""
     n = 120

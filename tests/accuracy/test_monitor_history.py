@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from mocap_metrology.accuracy.monitor_row import Row
+from mocap_metrology.accuracy.monitor_take import Take, judge
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.sheets import Line
+from mocap_metrology.present.monitors import _drawn
 from mocap_metrology.recording.monitor import monitor
 from mocap_metrology.recording.monitor_sheet import monitors
 from mocap_metrology.settings import Settings
@@ -40,6 +42,8 @@ def takes(jump_mm: float = 0, at: int = 99, trend_mm: float = 0) -> dict[str, di
             "wander_df": 28.0,
             "places_mm": {"A": place.tolist(), "B": [place[0] + 500, *place[1:]]},
             "lengths_mm": {"A-B": length},
+            "jitters_mm": {},
+            "wanders_mm": {},
         }
         of = {"recording": f"t{k}", "source": "measured", "sha256": [str(k)], "moving": False}
         found[f"t{k}"] = of | {"take": take}
@@ -170,3 +174,95 @@ def test_moments_with_a_zone_are_in_order_of_time(first: str, second: str, fits:
     except Faults as faults:
         said = faults.lines
     assert (not said) == fits
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_series_that_is_judged_later_does_not_make_the_facility_learn_again(
+    tmp_path: Path,
+) -> None:
+    """The wander of takes that were too short is learnt after ten takes of the others."""
+    every = takes()
+    for k in range(1, 12):
+        every[f"t{k}"]["take"]["wander_df"] = 7.0
+    said = [monitor("hall", rows()[:k], every, Settings(), tmp_path) for k in (13, 18)]
+    assert [one["word"] for one in said] == ["pass", "pass"] and said[0]["valid"] is True
+    assert "Not judged yet, fewer than 5 takes are learnt: wander." in said[0]["line"]
+    every["t18"]["take"]["wander_df"] = 7.0
+    short = monitor("hall", rows()[:18], every, Settings(), tmp_path)
+    assert "Not judged, as this take is too short: wander." in short["line"]
+    assert "Not judged" not in said[1]["line"]
+
+
+MARKERS = [f"M{k}" for k in range(1, 7)]
+
+
+def single(noisy: float = 1, moved_mm: float = 0, at: int = 12) -> dict[str, dict[str, Any]]:
+    """Takes of six markers; the third one has noise of its own, or is moved, from the twelfth."""
+    rng, made = np.random.default_rng(8), takes()
+    shape = rng.uniform(-500, 500, (6, 3))
+    for k, one in enumerate(made.values(), start=1):
+        factors = np.exp(rng.normal(0, 0.02, 6))
+        places = shape + rng.normal(0, 0.08, 3) + rng.normal(0, 0.03, (6, 3))
+        if k >= at:
+            factors[2] *= noisy
+            places[2] += moved_mm
+        jitter, wander = 0.02 * factors, 0.005 * np.exp(rng.normal(0, 0.1, 6))
+        one["take"] |= {
+            "jitter_mm": float(np.sqrt(np.mean(jitter**2))),
+            "wander_mm": float(np.sqrt(np.mean(wander**2))),
+            "places_mm": dict(zip(MARKERS, places.tolist(), strict=True)),
+            "lengths_mm": {"M1-M2": float(np.linalg.norm(places[1] - places[0]))},
+            "jitters_mm": dict(zip(MARKERS, jitter.tolist(), strict=True)),
+            "wanders_mm": dict(zip(MARKERS, wander.tolist(), strict=True)),
+        }
+    return made
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize(
+    ("change", "series"),
+    [({"noisy": 1.6}, {"jitter M3"}), ({"moved_mm": 2.0}, {f"place M3 {a}" for a in "xyz"})],
+)
+def test_a_single_marker_of_many_fails_by_name(
+    tmp_path: Path, change: dict[str, float], series: set[str]
+) -> None:
+    """1.6 times its noise is 13 % of the noise of all six, less than the 16 % that are allowed."""
+    sound = monitor("hall", rows()[:13], single(), Settings(), tmp_path)
+    assert sound["word"] == "pass" and sound["markers"] == MARKERS
+    assert "Watched: M1, M2, M3, M4, M5, M6; length M1-M2." in sound["line"]
+    failed = monitor("hall", rows()[:13], single(**change), Settings(), tmp_path)
+    assert failed["word"] == "failure" and set(failed["not_valid"]) == series
+    assert "Marker M3 is no longer as it was, since 2026-03-12, unlike the 5" in failed["line"]
+
+
+def test_many_unchanged_markers_are_hardly_ever_noted() -> None:
+    """20 markers, 105 series, 50 takes after the baseline of 10: 5 % are stated; by seeds 1 to 5
+    it is 0 to 3 of 40 facilities."""
+    how, rng, noted = Settings().monitor, np.random.default_rng(1), 0
+    for _ in range(40):
+        places = rng.normal(0, 0.1, (60, 1, 3)) + rng.normal(0, 0.05, (60, 20, 3))
+        jitter = 0.03 * np.exp(rng.normal(0, 0.05, (60, 1)) + rng.normal(0, 0.01, (60, 20)))
+        wander = 0.005 * np.exp(rng.normal(0, 0.08, (60, 20)))
+        labels = [f"M{k}" for k in range(20)]
+        history = [
+            Take(0.03, 0.005, 28.0, dict(zip(labels, p.tolist(), strict=True)), {},
+                 dict(zip(labels, j.tolist(), strict=True)),
+                 dict(zip(labels, w.tolist(), strict=True)))
+            for p, j, w in zip(places, jitter, wander, strict=True)
+        ]  # fmt: skip
+        judged = judge(history, [str(k) for k in range(60)], [k < 10 for k in range(60)], how)
+        words = {word for one in judged for word, _ in one.words[10:]}
+        noted += bool(words - {"pass"})
+    assert noted <= 5
+
+
+def test_the_chart_of_many_markers_draws_what_alarms_and_what_is_of_all() -> None:
+    names = ["jitter", "wander", "place x", "place y", "place z", "length M1-M2"]
+    names += [f"place M{k} {a}" for k in range(1, 41) for a in "xyz"]
+    row = {"word": "pass", "value_mm": 1.0, "mean_mm": 1.0, "lower_mm": 0.5, "upper_mm": 1.5}
+    rows = [row | {"series": name} for name in names]
+    rows[-1] |= {"word": "alert", "value_mm": 3.0}
+    rows[40] |= {"value_mm": 1.4}
+    drawn, left = _drawn(rows)
+    assert left == len(names) - 12 and drawn[:6] == names[:6]
+    assert {"place M40 z", names[40]} <= set(drawn)

@@ -94,6 +94,18 @@ def test_words_and_exit_status(
     assert state(tmp_path)["restarted"] == "2026-03-09"
 
 
+def test_all_markers_at_rest_are_watched(tmp_path: Path, run: Run) -> None:
+    """The third one of four, the fourth moves; the next take keeps them."""
+    rng = np.random.default_rng(1)
+    for k in (1, 2):
+        x = np.array([*PLACES, [0, 0, 500], [1, 1, 1]]) + rng.normal(0, 0.03, (2250, 4, 3))
+        x[:, 3, 0] += np.linspace(0, 300, 2250)
+        write_c3d(tmp_path / f"{k}.c3d", list("ABCD"), 50.0, iter([x.astype(np.float32)]), 2250)
+        assert run(tmp_path / f"{k}.c3d", "--date", f"2026-03-0{k}") == 0
+    assert state(tmp_path)["markers"] == ["A", "B", "C"]
+    assert "Watched: A, B, C; length A-B." in state(tmp_path)["line"]
+
+
 def test_what_is_refused_changes_nothing(
     tmp_path: Path, run: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:

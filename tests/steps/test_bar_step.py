@@ -111,7 +111,7 @@ def test_statement_of_a_group(tmp_path: Path, passes: dict[str, list[Path]]) -> 
     state nothing; a bar without a certificate is precise, not accurate."""
     paths = passes["certified"]
     monitors = [{"series": {"length B-A": {"scatter": 0.4, "dof": 12}, "length A-C": {}}}]
-    known = known_of(["A", "B"], monitors, {"n": 10, "scale_se_ppm": 300.0})
+    known = known_of(["A", "B"], monitors, {"n_places": 10, "scale_se_ppm": 300.0})
     (bar,) = passes_of(paths, Settings())
     for name in ("one", "two"):
         write_statement("lab", bar, known, tmp_path / f"{name}.json", tmp_path / f"{name}.pdf")

@@ -8,6 +8,8 @@ import pytest
 
 from mocap_metrology.accuracy.points import Points, check
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.present.accuracy.points import points_figure
+from mocap_metrology.present.plot.figure import Texts
 from mocap_metrology.recording.points import RecordedPoint, read_reference, write_points
 
 
@@ -38,7 +40,14 @@ def test_a_group_of_markers(tmp_path: Path) -> None:
     write_points(
         "lab", rows[:3] + rows[4:], recorded[:3] + recorded[4:], tmp_path / "ref.csv", *found
     )
-    assert "Without point P6 the others fit to" in json.loads(found[0].read_text())["sentences"][1]
+    told = json.loads(found[0].read_text())
+    assert told["wrong_point"] == "P6" and "without it the others fit to" in told["sentences"][-1]
+    recorded[2] = RecordedPoint(places[2], 30.0, np.eye(3))
+    write_points(
+        "lab", rows[:3] + rows[4:], recorded[:3] + recorded[4:], tmp_path / "ref.csv", *found
+    )
+    told = json.loads(found[0].read_text())
+    assert told["unsteady"] == ["P2"] and told["wrong_point"] == "P6"
 
 
 @pytest.mark.parametrize(
@@ -88,3 +97,15 @@ def test_a_reference_as_a_spreadsheet_saves_it(tmp_path: Path) -> None:
         "P": [1.5, 2, 3, 0.1],
         "Q": [4, 5, 6, 0],
     }
+
+
+def test_arrows_of_a_gross_error_stay_on_the_map() -> None:
+    """Of eight points within 2 m one is off by 1 m, the others by 1 mm."""
+    rng = np.random.default_rng(3)
+    places = rng.uniform(-1000, 1000, (8, 3))
+    off = np.ones((8, 3))
+    off[2, 0] = 1000
+    points = Points(places, np.tile(np.eye(3), (8, 1, 1)), places)
+    labels = [f"P{k}" for k in range(8)]
+    picture = points_figure(points, off, labels, (), Texts("lab", ""))
+    assert all(np.ptp(axes.get_xlim()) < 6 for axes in picture.figure.axes[:2])

@@ -12,25 +12,34 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.special import ndtr, ndtri, stdtr
+from scipy.special import ndtr, ndtri, stdtr, stdtrit
 
 from mocap_metrology.common.types import Floats
 
 CLIP, REFERENCE = 2.5, 0.5  # of the CUSUM, in standard deviations
 LEARNT, SETTLED = 5, 10  # takes of a baseline: below it is learning, provisional
 PRIOR_DF = 4  # degrees of freedom of the scatter that is stated
-CAPABLE = 3  # a series is if its tolerance is this many s_p or more
 LEAST = 3.5  # s_p: the smallest tolerance that a series which is not capable can be watched for
+CAPABLE = 0.5  # s_p by which the tolerance of a series that is may be below that
+FEW = 6  # series together of which this holds
 ONE_SIDED = 1.645  # 95 % of a normal distribution lies below
 CELLS = 250  # of the Markov chain
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of |Q| and of a CUSUM, both in standard deviations."""
+    """Limits of |Q| and of a CUSUM, both in standard deviations, of each of `n_series`."""
 
     q: float
     cusum: float
+    n_series: int = FEW
+
+    def least(self, m: np.ndarray) -> Floats:
+        """Distance from the mean of m values, in s_p, that an unchanged series is hardly beyond:
+        3.5; of more than FEW series so much that all together alarm as often as FEW would."""
+        dof = np.maximum(m, 1) - 1.0 + PRIOR_DF
+        share = min(FEW / self.n_series, 1)
+        return np.asarray(-stdtrit(dof, share * stdtr(dof, -LEAST)))
 
 
 @cache
@@ -47,7 +56,7 @@ def limits(n_series: int, false_alarms: float, dates: int) -> Limits:
     while high - low > 1e-3:
         middle = (low + high) / 2
         low, high = (middle, high) if crossing(middle, dates) > share else (low, middle)
-    return Limits(float(-ndtri(-np.expm1(np.log1p(-share) / dates))), high)
+    return Limits(float(-ndtri(-np.expm1(np.log1p(-share) / dates))), high, n_series)
 
 
 def crossing(limit: float, steps: int, clip: float = CLIP) -> float:
@@ -90,9 +99,10 @@ class Chart:
     """Statistics of a series at each take, (n,) each; those before a take is judged are NaN.
 
     n_baseline, mean, scatter: takes of the baseline before this one, their mean, s_p; baseline: of
-    which takes it consists; tolerance; q: of the take against the baseline; cusum: the larger of
-    both sides; since: first value of its run; shift: mean from there on minus that of the
-    baseline; learning; beyond: the tolerance; unusual: by Q; drifting: by CUSUM and shift.
+    which takes it consists; tolerance; least: tolerance in s_p that can be watched; q: of the take
+    against the baseline; cusum: the larger of both sides; since: first value of its run; shift:
+    mean from there on minus that of the baseline; learning; beyond: the tolerance; unusual: by Q;
+    drifting: by CUSUM and shift.
     """
 
     value: Floats
@@ -101,6 +111,7 @@ class Chart:
     mean: Floats
     scatter: Floats
     tolerance: Floats
+    least: Floats
     q: Floats
     cusum: Floats
     since: np.ndarray
@@ -113,17 +124,17 @@ class Chart:
     @property
     def capable(self) -> np.ndarray:
         """(n,) whether the scatter is small enough, s_p <= T/3."""
-        return self.scatter <= self.tolerance / CAPABLE
+        return self.scatter * (self.least - CAPABLE) <= self.tolerance
 
     @property
     def band(self) -> Floats:
         """(n,) distance from the mean beyond which a take alarms."""
-        return _allowed_distance(self.n_baseline, self.tolerance, self.scatter)
+        return _allowed_distance(self.n_baseline, self.tolerance, self.scatter, self.least)
 
     @property
     def watchable(self) -> Floats:
         """(n,) smallest tolerance that the series can be watched for, 3.5 s_p."""
-        return LEAST * self.scatter
+        return self.least * self.scatter
 
 
 ORDER = ("failure", "alert", "note", "learning", "provisional", "pass", "")  # the worst first
@@ -169,17 +180,20 @@ def chart(
     against all earlier values, clipped to 2.5: independent, so its limits are exact. A value is
     beyond the tolerance T if |x - mean| > T + 1.645 s_p / sqrt(m), where s_p^2 = (4 s_0^2 + (m-1)
     s^2) / (m+3) and s_0 is the scatter that is stated. Where s_p > T/3, the series is not capable:
-    it would alarm by chance, and 3.5 s_p stands in place of T.
+    it would alarm by chance, and 3.5 s_p stands in place of T; both numbers are larger where there
+    are more than six series (`Limits.least`).
 
     days: (n,) day of each; marked: (n,) whether the sheet names it as of the baseline. Where none
-    is, the baseline is the first ten values that are not beyond. Values are judged from five values
-    of five days on.
+    is, the baseline is the first ten values that are not beyond; of its first five one that is
+    beyond the tolerance of the four others is none of it. Values are judged from five values of
+    five days on.
     """
     x = np.asarray(values, dtype=np.float64)
-    baseline = marked if marked.any() else _learning_values(x, days, watched)
+    baseline = marked if marked.any() else _learning_values(x, days, watched, limit)
     m, mean, spread = _earlier_moments(x, baseline)
     learning = (m < LEARNT) | (_days_before(days, baseline) < LEARNT)
     tolerance, scatter = _widths(m, mean, spread, watched)
+    least = limit.least(m)
     count, all_mean, all_spread = _earlier_moments(x, np.ones(x.size, dtype=bool))
     running = np.clip(_self_starting_q(x, count, all_mean, all_spread), -CLIP, CLIP)
     high, since_high = _cusum(running)
@@ -190,7 +204,7 @@ def chart(
     recent = (total[1:] - total[since]) / length + x[:1].sum()
     shift = np.where(learning, np.nan, recent - mean)
     q = np.where(learning, np.nan, _self_starting_q(x, m, mean, spread))
-    beyond = ~learning & (np.abs(x - mean) > _allowed_distance(m, tolerance, scatter))
+    beyond = ~learning & (np.abs(x - mean) > _allowed_distance(m, tolerance, scatter, least))
     return Chart(
         x,
         m,
@@ -198,6 +212,7 @@ def chart(
         np.where(learning, np.nan, mean),
         np.where(learning, np.nan, scatter),
         np.where(learning, np.nan, tolerance),
+        least,
         q,
         cusum,
         since,
@@ -250,9 +265,9 @@ def _widths(
     return tolerance, scatter
 
 
-def _allowed_distance(m: np.ndarray, tolerance: Floats, scatter: Floats) -> Floats:
+def _allowed_distance(m: np.ndarray, tolerance: Floats, scatter: Floats, least: Floats) -> Floats:
     """Distance from the mean of a baseline of m values that is allowed."""
-    watched = np.where(scatter <= tolerance / CAPABLE, tolerance, LEAST * scatter)
+    watched = np.where(scatter * (least - CAPABLE) <= tolerance, tolerance, least * scatter)
     return watched + ONE_SIDED * scatter / np.sqrt(np.maximum(m, 1))
 
 
@@ -266,19 +281,33 @@ def _days_before(days: Sequence[object], chosen: np.ndarray) -> np.ndarray:
     return np.array(numbers, dtype=np.int64)
 
 
-def _learning_values(x: Floats, days: Sequence[object], watched: WatchLimits) -> np.ndarray:
-    """(n,) the first ten values that are not beyond the tolerance of those before them."""
+def _learning_values(
+    x: Floats, days: Sequence[object], watched: WatchLimits, limit: Limits
+) -> np.ndarray:
+    """(n,) the first ten values that are not beyond the tolerance of those before them; of the
+    first five none that is beyond that of the four others."""
+
+    def is_beyond(value: float, known: Floats) -> bool:
+        m = np.array([known.size])
+        mean, spread = known.mean(keepdims=True), known.std(ddof=1, keepdims=True)
+        tolerance, scatter = _widths(m, mean, spread, watched)
+        return bool(
+            abs(value - mean[0]) > _allowed_distance(m, tolerance, scatter, limit.least(m))[0]
+        )
+
     chosen: list[int] = []
     for k in range(x.size):
         if len(chosen) >= SETTLED:
             break
-        if len(chosen) >= LEARNT and len({days[c] for c in chosen}) >= LEARNT:
-            known, m = x[chosen], np.array([len(chosen)])
-            mean, spread = known.mean(keepdims=True), known.std(ddof=1, keepdims=True)
-            tolerance, scatter = _widths(m, mean, spread, watched)
-            if abs(x[k] - mean[0]) > _allowed_distance(m, tolerance, scatter)[0]:
-                continue
+        is_learnt = len(chosen) >= LEARNT and len({days[c] for c in chosen}) >= LEARNT
+        if is_learnt and is_beyond(x[k], x[chosen]):
+            continue
         chosen.append(k)
+        if len(chosen) == LEARNT and k < LEARNT:  # once, as a step would not end it
+            alone = {c: x[[other for other in chosen if other != c]] for c in chosen}
+            worst = max(chosen, key=lambda c: abs(x[c] - alone[c].mean()))
+            if is_beyond(x[worst], alone[worst]):
+                chosen.remove(worst)
     mask = np.zeros(x.size, dtype=bool)
     mask[chosen] = True
     return mask

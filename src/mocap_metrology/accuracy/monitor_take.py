@@ -3,6 +3,7 @@ monitor.csv, and numbers of each series at the last take."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -23,6 +24,7 @@ COLUMNS = (
 )
 LEAST_JITTER_MM = 1e-6  # of a stream that repeats itself; its logarithm must be finite
 LEAST_DF = 20  # of a wander that is judged
+SEVERAL = 3  # markers, of which a single one is lost among all
 
 Kind = Literal["jitter", "wander", "place", "length"]
 
@@ -31,13 +33,16 @@ Kind = Literal["jitter", "wander", "place", "length"]
 class Take:
     """jitter_mm: from frame to frame; wander_mm: Allan deviation at `monitor.wander_s`, both the
     root mean square of all coordinates; wander_df: its degrees of freedom; places_mm: mean
-    position of each marker; lengths_mm: mean distance of each pair."""
+    position of each marker; lengths_mm: mean distance of each pair; jitters_mm, wanders_mm: of each
+    marker."""
 
     jitter_mm: float
     wander_mm: float
     wander_df: float
     places_mm: Mapping[str, Sequence[float]]
     lengths_mm: Mapping[str, float]
+    jitters_mm: Mapping[str, float]
+    wanders_mm: Mapping[str, float]
 
 
 def numbers(
@@ -56,31 +61,40 @@ def numbers(
     n, m = series[0].size, max(round(wander_s * frame_rate_hz), 1)
     factors = np.array([1, min(m, max(n // 2, 1))])
     variances = np.array([allan_variance(one, factors).variance for one in series])
-    known = np.isfinite(variances).any(axis=0)
-    jitter, wander = (
-        float(np.sqrt(np.nanmean(variances[:, k]))) if known[k] else np.nan for k in range(2)
+    jitters, wanders = (
+        {label: _root_mean(variances[3 * i : 3 * i + 3, k]) for i, label in enumerate(positions)}
+        for k in range(2)
     )
     return Take(
-        jitter,
-        wander,
+        _root_mean(variances[:, 0]),
+        _root_mean(variances[:, 1]),
         max(n - 2 * m + 1, 0) / m,
         {label: np.nanmean(values, axis=1).tolist() for label, values in positions.items()},
         {
             name: float(np.nanmean(values)) if np.isfinite(values).any() else np.nan
             for name, values in distances.items()
         },
+        jitters,
+        wanders,
     )
+
+
+def _root_mean(variances: Floats) -> float:
+    known = variances[np.isfinite(variances)]
+    return float(np.sqrt(known.mean())) if known.size else np.nan
 
 
 @dataclass(frozen=True)
 class Series:
-    """One number of each take: values (n,) in which it is charted, `natural` those to show."""
+    """One number of each take: values (n,) in which it is charted, `natural` those to show;
+    marker: of which one it is, nothing where it is of all or of a pair."""
 
     name: str
     kind: Kind
     values: Floats
     judged: np.ndarray
     watched: WatchLimits
+    marker: str = ""
 
     def natural(self, values: Floats) -> Floats:
         """Charted values in mm."""
@@ -107,22 +121,43 @@ class Series:
 
 
 def series_of(takes: Sequence[Take], how: Monitor) -> list[Series]:
-    """All series of takes of the same markers and pairs."""
+    """All series of takes of the same markers and pairs: of all markers together, of each pair,
+    and, of three markers or more, of each marker."""
     every = np.ones(len(takes), dtype=bool)
-    tolerance, scatter = how.tolerance, how.scatter
-    jitter = np.maximum(_values(take.jitter_mm for take in takes), LEAST_JITTER_MM)
-    wander = _values(take.wander_mm for take in takes) ** (2 / 3)
     enough = np.array([take.wander_df >= LEAST_DF for take in takes])
+    tolerance, scatter = how.tolerance, how.scatter
     of_jitter = WatchLimits(tolerance.jitter, scatter.jitter)
     of_wander = WatchLimits(tolerance.wander, scatter.wander, relative=True)
     of_place = WatchLimits(tolerance.place_mm, scatter.place_mm)
     of_length = WatchLimits(tolerance.length_mm, scatter.length_mm)
+
+    def jitter(values: Floats, marker: str = "") -> Series:
+        logs = np.log(np.maximum(values, LEAST_JITTER_MM))
+        return Series(f"jitter {marker}".rstrip(), "jitter", logs, every, of_jitter, marker)
+
+    def wander(values: Floats, marker: str = "") -> Series:
+        name = f"wander {marker}".rstrip()
+        return Series(name, "wander", values ** (2 / 3), enough, of_wander, marker)
+
+    def place(name: str, values: Floats, marker: str = "") -> Series:
+        return Series(f"place {name}", "place", values, every, of_place, marker)
+
+    labels = list(takes[0].places_mm)
+    alone = labels if len(labels) >= SEVERAL else []
+    together, single = _places(takes, how)
     lengths = {n: _values(take.lengths_mm[n] for take in takes) for n in takes[0].lengths_mm}
     series = [
-        Series("jitter", "jitter", np.log(jitter), every, of_jitter),
-        Series("wander", "wander", wander, enough, of_wander),
-        *(Series(n, "place", v, every, of_place) for n, v in _places(takes, how.frame).items()),
+        jitter(_values(take.jitter_mm for take in takes)),
+        wander(_values(take.wander_mm for take in takes)),
+        *(place(axis, together[:, k]) for k, axis in enumerate("xyz") if together.size),
         *(Series(f"length {n}", "length", v, every, of_length) for n, v in lengths.items()),
+        *(jitter(_values(take.jitters_mm[label] for take in takes), label) for label in alone),
+        *(wander(_values(take.wanders_mm[label] for take in takes), label) for label in alone),
+        *(
+            place(f"{label} {axis}", single[:, i, k], label)
+            for i, label in enumerate(alone)
+            for k, axis in enumerate("xyz")
+        ),
     ]
     return [one for one in series if np.isfinite(one.values).any()]
 
@@ -132,27 +167,28 @@ def _values(numbers: Iterable[float | None]) -> Floats:
     return np.array([*numbers], dtype=float)
 
 
-def _places(takes: Sequence[Take], frame: str) -> dict[str, Floats]:
-    """Mean of the markers, or what a rigid fit to the first take leaves of each."""
+def _places(takes: Sequence[Take], how: Monitor) -> tuple[Floats, Floats]:
+    """Of all markers (takes, 3), and of each (takes, markers, 3): the mean of the first take and of
+    the ways of the markers since then, and what each is off that mean way; or nothing, and what a
+    rigid fit to the first take leaves of each. Of three ways or more those that differ from the
+    median by more than the tolerance are not in the mean: a marker that is moved leaves it."""
     labels = list(takes[0].places_mm)
-    places = np.array([[take.places_mm[label] for label in labels] for take in takes])
-    if frame == "fixed":
-        return {f"place {axis}": places[:, :, k].mean(axis=1) for k, axis in enumerate("xyz")}
-    if len(labels) < 3:
+    places = np.array([[take.places_mm[label] for label in labels] for take in takes], dtype=float)
+    if how.frame == "fixed":
+        ways = places - places[0]
+        near = np.abs(ways - np.median(ways, axis=1, keepdims=True)) <= how.tolerance.place_mm
+        near |= ~near.any(axis=1, keepdims=True)
+        common = (ways * near).sum(axis=1) / near.sum(axis=1)
+        return places[0].mean(axis=0) + common, ways - common[:, None]
+    if len(labels) < SEVERAL:
         raise Refusal(
             f"monitor.frame is fitted, and there are {len(labels)} markers; expected three or more"
         )
     from scipy.spatial.transform import Rotation
 
     centred = places - places.mean(axis=1, keepdims=True)
-    left = np.array(
-        [Rotation.align_vectors(centred[0], one)[0].apply(one) - centred[0] for one in centred]
-    )
-    return {
-        f"place {label} {axis}": left[:, i, k]
-        for i, label in enumerate(labels)
-        for k, axis in enumerate("xyz")
-    }
+    left = [Rotation.align_vectors(centred[0], one)[0].apply(one) - centred[0] for one in centred]
+    return np.empty(0), np.array(left)
 
 
 @dataclass(frozen=True)
@@ -181,11 +217,16 @@ def judge(
     """
     every, judged = series_of(takes, how), []
     watched = [np.flatnonzero(one.judged & np.isfinite(one.values)) for one in every]
-    number = sum(at.size > 0 for at in watched)
-    limit = limits(max(number, 1), how.false_alarms, how.dates)
+    kinds = [bool(one.marker) for one in every]
+    number = Counter(kind for kind, at in zip(kinds, watched, strict=True) if at.size)
+    limit = {  # of single markers half of the false alarms, however many there are
+        kind: limits(max(number[kind] * len(number), 1), how.false_alarms, how.dates)
+        for kind in set(kinds)
+    }
     for one, at in zip(every, watched, strict=True):
         own_days = [days[k] for k in at.tolist()]
-        charted = chart(one.values[at], own_days, np.array(marked)[at], one.watched, limit)
+        own = limit[bool(one.marker)]
+        charted = chart(one.values[at], own_days, np.array(marked)[at], one.watched, own)
         judged.append(Judged(one, at, charted, words(charted)))
     return judged
 

@@ -11,15 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.special import stdtrit
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.types import Row
 
 ROUNDS, TURNS = 100, 6
 LEAST_TURN_DEG = 3.0  # of attitudes, below which a lever is not seen
@@ -27,14 +24,9 @@ LEAST_POINTS, LEAST_WITH_LEVER = 5, 6
 LEAST_SEGMENT = 4  # points
 LEAST_FREE = 12  # degrees of freedom that segments leave; a lever counts twice
 PARAMETERS = 7  # a segment adds: six of a rigid fit, and its place
+FREE_OF_PLACE = 0.5  # share of the order that the place must not explain
 ON_A_LINE = 1e-2  # of the largest extent
 ALIKE = 1.25  # factor between the extents of places and reference
-CLAIMED, SURE = 3.0, 0.995  # standard errors from which a scale is claimed, beyond Student's t
-MISFIT = 10.0  # times the noise
-ALONE = 0.25  # of the rms of all points, which is left without a single one that is wrong
-SUSPECTS = 6  # points that are off most, of which two may be exchanged
-LIKELIER = 1.5  # times what segments leave: a single wrong point or exchange that leaves less
-ROUNDING = 1e-9  # of the largest extent
 MIRRORED = 0.25  # of the rms of a rigid fit that a mirrored one leaves
 
 
@@ -69,11 +61,15 @@ class Points:
         return Points(self.places[which], self.turns[which], self.reference[which])
 
     @property
+    def turn_deg(self) -> float:
+        """The largest angle of the attitudes from their mean."""
+        turns = Rotation.from_matrix(self.turns)
+        return float(np.degrees((turns.mean().inv() * turns).magnitude()).max())
+
+    @property
     def has_lever(self) -> bool:
         """Whether the attitudes differ enough to show a lever."""
-        turns = Rotation.from_matrix(self.turns)
-        angles = np.degrees((turns.mean().inv() * turns).magnitude())
-        return bool(angles.max() > LEAST_TURN_DEG)
+        return self.turn_deg > LEAST_TURN_DEG
 
 
 def fit(points: Points, lever: bool, scale: bool) -> Fit:
@@ -136,19 +132,6 @@ def left_out(points: Points, lever: bool, scale: bool) -> tuple[np.ndarray, np.n
         off[which == k] = residuals(points.only(which == k), one)
     values = np.array([[one.scale, *one.lever] for one in fits])
     return off, left[which], np.sqrt((n - 1) * values.var(axis=0))
-
-
-def exchanged(points: Points, off_mm: np.ndarray) -> tuple[list[int], float]:
-    """The two of the points that are off most whose exchange leaves the least rms, and this rms."""
-    worst = np.argsort(-np.linalg.norm(off_mm, axis=1))[:SUSPECTS]
-    best: tuple[list[int], float] = [], math.inf
-    for i, j in combinations(sorted(worst.tolist()), 2):
-        reference = points.reference.copy()
-        reference[[i, j]] = reference[[j, i]]
-        swapped = replace(points, reference=reference)
-        left = rms(residuals(swapped, fit(swapped, points.has_lever, False)))
-        best = min(best, ([i, j], left), key=lambda one: one[1])
-    return best
 
 
 def check(points: Points, group: str) -> None:
@@ -262,80 +245,36 @@ def _costs(points: Points) -> np.ndarray:
     return cost
 
 
-def points_document(
-    points: Points, noise_mm: float, names: Sequence[str]
-) -> tuple[dict[str, Any], np.ndarray]:
-    """Contents of <group>_points.json, and what the left-out points are off by (n, 3); noise_mm: of
-    reference and takes together; names: of the points. Of a frame that jumped, segments are fitted
-    each for itself."""
-    lever = points.has_lever
-    rigid, scaled = fit(points, lever, False), fit(points, lever, True)
-    off, others, lever_se = left_out(points, lever, False)
-    off_scaled, _, of_scale = left_out(points, lever, True)
-    ppm, se = 1e6 * scaled.scale, 1e6 * float(of_scale[0])
-    document: dict[str, Any] = {
-        "n": len(points),
-        "left_out_rms_mm": rms(off),
-        "fit_rms_mm": rms(residuals(points, rigid)),
-        "left_out_scaled_rms_mm": rms(off_scaled),
-        "lever_mm": rigid.lever if lever else None,
-        "lever_se_mm": lever_se[1:] if lever else None,
-        "scale_ppm": ppm,
-        "scale_se_ppm": se,
-        "noise_mm": noise_mm,
-    }
-    least = max(CLAIMED, float(stdtrit(len(np.unique(points.reference, axis=0)) - 1, SURE)))
-    has_scale = abs(ppm) > least * se and abs(scaled.scale) < ALIKE - 1
-    left_mm = document["left_out_scaled_rms_mm" if has_scale else "left_out_rms_mm"]
-    document |= _misfit(points, names, off, others, left_mm, noise_mm)
-    codes = document["findings"] + ["scale"] * has_scale
-    return document | {"findings": codes}, off
+@dataclass(frozen=True)
+class Drift:
+    """size_mm: how far the places of all points are moved from the first to the last one, rms;
+    inside_mm: rms that a frame which drifts evenly leaves."""
+
+    size_mm: float
+    inside_mm: float
 
 
-def _misfit(
-    points: Points,
-    names: Sequence[str],
-    off_mm: np.ndarray,
-    others_mm: np.ndarray,
-    left_mm: float,
-    noise_mm: float,
-) -> dict[str, Any]:
-    """Why one frame does not fit: segments, unless a single wrong point or an exchange of two
-    explains as much; nothing of what is only rounding. others_mm (n,) by `left_out`; left_mm: rms
-    of the left-out points."""
-    rounding = ROUNDING * float(np.ptp(points.reference, axis=0).max())
-    gross = max(MISFIT * noise_mm, rounding)
-    whole_mm = rms(residuals(points, fit(points, points.has_lever, False)))
-    worst, swap, swapped_mm, simple_mm = int(np.argmin(others_mm)), list[int](), math.inf, math.inf
-    if left_mm > gross:
-        swap, swapped_mm = exchanged(points, off_mm)
-        simple_mm = min(float(others_mm[worst]), swapped_mm)
-    changes = frame_changes(points)
-    if left_mm <= rounding or simple_mm < LIKELIER * changes.inside_mm:
-        changes = Segments((), whole_mm, ())
-    fits = (changes.inside_mm if changes.cuts else left_mm) <= gross
-    is_simple = not fits and simple_mm < ALONE * whole_mm
-    is_swapped = is_simple and swapped_mm == simple_mm
-    return {
-        "cuts": list(changes.cuts),
-        "inside_mm": changes.inside_mm,
-        "jumps_mm": list(changes.jumps_mm),
-        "wrong_point": names[worst] if is_simple and not is_swapped else None,
-        "others_mm": float(others_mm[worst]),
-        "exchanged": [names[k] for k in swap] if is_swapped else None,
-        "exchanged_mm": swapped_mm if is_swapped else None,
-        "findings": ["frame_changed"] * bool(changes.cuts) + ["does_not_fit"] * (not fits),
-    }
+def frame_drift(points: Points) -> Drift | None:
+    """A frame that shifts and turns evenly from point to point: the residuals of one rigid fit by
+    least squares of t + a x y + tau (v + w x y), y the places about their mean, tau from 0 to 1.
 
-
-def point_rows(points: Points, off_mm: np.ndarray) -> list[Row]:
-    """Rows of <group>_points.csv: place in the reference's frame, what fit and left-out fit are off
-    by there."""
-    residual = residuals(points, fit(points, points.has_lever, False))
-    rows: list[Row] = []
-    for place, fitted, off in zip(points.reference, residual, off_mm, strict=True):
-        row: Row = {f"{a}_mm": float(v) for a, v in zip("xyz", place, strict=True)}
-        row |= {f"fit_{a}_mm": float(v) for a, v in zip("xyz", fitted, strict=True)}
-        row |= {f"left_out_{a}_mm": float(v) for a, v in zip("xyz", off, strict=True)}
-        rows.append(row | {"left_out_mm": float(np.linalg.norm(off))})
-    return rows
+    None where it leaves more than a third of the rms (of a jump it leaves half or more), fewer
+    than LEAST_FREE, or where the order follows the place, so that a bent volume looks alike.
+    """
+    n, rigid = len(points), fit(points, points.has_lever, scale=False)
+    left = residuals(points, rigid)
+    y = points.reference - left
+    y = y - y.mean(axis=0)
+    tau = np.linspace(0, 1, n) - 0.5
+    cross = np.array([[[0, z, -b], [-z, 0, a], [b, -a, 0]] for a, b, z in y])  # a x y, rows a
+    once = np.concatenate([np.tile(np.eye(3), (n, 1, 1)), cross], axis=2)
+    design = np.concatenate([once, tau[:, None, None] * once], axis=2).reshape(3 * n, 12)
+    found = np.linalg.lstsq(design, left.ravel(), rcond=1e-10)[0]
+    inside = math.sqrt(float(((left.ravel() - design @ found) ** 2).sum() / n))
+    by_place = np.column_stack([np.ones(n), y])
+    alone = tau - by_place @ np.linalg.lstsq(by_place, tau, rcond=1e-10)[0]
+    free = 3 * n - 12 - 3 * points.has_lever
+    is_mixed = float(alone @ alone) < FREE_OF_PLACE * float(tau @ tau)
+    if free < LEAST_FREE or is_mixed or inside > rms(left) / 3:
+        return None
+    return Drift(rms((once @ found[6:]).reshape(n, 3)), inside)

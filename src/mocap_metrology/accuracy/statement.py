@@ -137,13 +137,16 @@ def known_of(
     points: Mapping[str, Any] | None = None,
 ) -> list[Component]:
     """Out of contents of monitor.json, the largest scatter of the length of this pair, and of
-    <group>_points.json the standard error of the scale."""
+    <group>_points.json the standard error of the scale, unless their frame changed or points are
+    wrong: those have no scale."""
     names = {f"length {'-'.join(order)}" for order in (pair, pair[::-1])}
     series = [s for one in monitors for n, s in one.get("series", {}).items() if n in names]
     scatter = [(one["scatter"], one["dof"]) for one in series if "scatter" in one]
     known = [Component("drift", "A", *max(scatter))] if scatter else []
-    if points and (se := points.get("scale_se_ppm")):
-        known.append(Component("scale", "A", 1e-6 * se, points["n"] - 1))
+    wrong = ("cuts", "drift_mm", "wrong_point", "exchanged", "mispaired")
+    if points and points.get("scale_se_ppm") and not any(map(points.get, wrong)):
+        dof = points["n_places"] - 1
+        known.append(Component("scale", "A", 1e-6 * points["scale_se_ppm"], dof))
     return known
 
 

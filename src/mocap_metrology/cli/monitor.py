@@ -223,7 +223,7 @@ def _line(sheet: Sheet, path: Path, options: argparse.Namespace) -> Line:
         cells["markers"] = ";".join(options.markers)
     elif not cells.get("markers"):
         entry = Entry([str(path)], [], options.rate, unit=options.unit)
-        markers, why = of_recording.chosen(entry, Settings().still.range_mm)
+        markers, why = of_recording.chosen(entry, Settings().still.range_mm, sys.maxsize)
         results.tell(f"Markers: {', '.join(markers)} ({why}); name others with --markers")
         cells["markers"] = ";".join(markers)
     for key, value in (("frame_rate_hz", options.rate), ("unit", options.unit)):
@@ -267,7 +267,7 @@ def _earlier_take(sheet: Sheet, name: str, settings: Settings) -> dict[str, Mapp
         folder = f"{recordings}/{recording}"
         try:
             earlier = read_take(folder)
-            is_current = tuple(earlier["take"]["places_mm"]) == parts_of(line.cells["markers"])
+            is_current = tuple(earlier["take"]["jitters_mm"]) == parts_of(line.cells["markers"])
             is_current &= earlier["wander_s"] == settings.monitor.wander_s
             named = [Path(part).name for part in parts_of(line.cells["path"])]
             is_current &= earlier["files"] == sorted(named)

@@ -111,13 +111,14 @@ def advised(refusal: Refusal) -> str:
     return why.replace(GIVE_RATE, GIVE_RATE + rate).replace(HOW, HOW + names)
 
 
-def chosen(entry: Entry, limit_mm: float) -> tuple[list[str], str]:
-    """Markers of a file by which it is judged where none are named, and why these."""
+def chosen(entry: Entry, limit_mm: float, wanted: int = WANTED) -> tuple[list[str], str]:
+    """Markers of a file, so many at most, by which it is judged where none are named, and why
+    these."""
     (path,) = entry.paths
     points = points_by_kind(path, entry.accept_truncated, entry.column_names)
     for kind in (kind for kind in KINDS if kind in points):
         labels = [label for label in points[kind] if ";" not in label]  # which separates them
-        markers, why = choose(labels, lambda label: _movement(entry, label), limit_mm)
+        markers, why = choose(labels, lambda label: _movement(entry, label), limit_mm, wanted)
         if markers:
             return markers, why + KINDS[kind]
     why = "all its points were computed by a model, not measured; to use them all the same, name"
@@ -129,22 +130,29 @@ def chosen(entry: Entry, limit_mm: float) -> tuple[list[str], str]:
 
 
 def choose(
-    labels: Sequence[str], movement: Callable[[str], float | None], limit_mm: float
+    labels: Sequence[str],
+    movement: Callable[[str], float | None],
+    limit_mm: float,
+    wanted: int = WANTED,
 ) -> tuple[list[str], str]:
     """Markers to judge by, and why these.
 
-    The first two in the file that are at rest: choosing the quietest would flatter the system.
-    Where fewer do, the two that move least. movement: range in mm of a marker's one-second means,
-    None if it is hardly visible or not measured; computed only until two are found.
+    The first in the file that are at rest, so many as are wanted: choosing the quietest would
+    flatter the system. Where fewer than two do, the two that move least. movement: range in mm of
+    a marker's one-second means, None if it is hardly visible or not measured; computed only until
+    enough are found.
     """
     ranges: dict[str, float] = {}
+    still: list[str] = []
     for label in labels:
         moved = movement(label)
         if moved is not None:
             ranges[label] = moved
         still = [name for name, value in ranges.items() if value <= limit_mm]
-        if len(still) == WANTED:
+        if len(still) == wanted:
             return still, "the first two at rest"
+    if len(still) >= WANTED:
+        return still, f"all {len(still)} at rest of {len(labels)}"
     least = sorted(ranges, key=lambda name: ranges[name])[:WANTED]
     if least and ranges[least[-1]] <= limit_mm:
         return least, "all at rest"

@@ -91,7 +91,8 @@ def monitor(
     of = [takes[row.recording] for row in used]
     judged = stretches(used, [Take(**one["take"]) for one in of], settings.monitor)
     rows_of_table = table(used, judged)
-    document = monitors.document(name, used, judged, left_out, [one["source"] for one in of])
+    sources, markers = [one["source"] for one in of], [*of[-1]["take"]["places_mm"]] if of else []
+    document = monitors.document(name, used, judged, left_out, sources, markers)
     folder.mkdir(parents=True, exist_ok=True)
     write_csv(folder / "monitor.csv", rows_of_table, COLUMNS)
     n, said = len(used), document["word"] or "no word"

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.accuracy.points import Points, check, point_rows, points_document
+from mocap_metrology.accuracy.points import Points, check
+from mocap_metrology.accuracy.points_report import point_rows, points_document
 from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.documents import text_of
 from mocap_metrology.common.errors import Refusal
@@ -23,6 +24,7 @@ from mocap_metrology.present.text import captions
 from mocap_metrology.recording.results import Table
 
 COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
+UNSTEADY, LEAST_UNSTEADY_MM = 10.0, 1.0  # scatter of the frames of a take against the median, in mm
 
 
 @dataclass(frozen=True)
@@ -103,13 +105,18 @@ def write_points(
         np.array([known[row["point"]][0] for row in rows]),
     )
     check(points, group)
-    noise = [
-        np.hypot(one.noise_mm, known[row["point"]][1])
-        for one, row in zip(recorded, rows, strict=True)
-    ]
     labels = [str(row["point"]) for row in rows]
-    size = float(np.sqrt(np.mean(np.square(noise))))
-    document, off = points_document(points, size, labels)
+    of_takes = np.array([one.noise_mm for one in recorded])
+    of_reference = np.array([known[label][1] for label in labels])
+    # One take that moves must not make all of them noisy
+    noise_mm = float(np.median(np.hypot(of_takes, of_reference)))
+    document, off = points_document(points, noise_mm, labels)
+    least = max(UNSTEADY * float(np.median(of_takes)), LEAST_UNSTEADY_MM)
+    document |= {
+        "has_u": bool(of_reference.any()),
+        "unsteady": [label for label, mm in zip(labels, of_takes, strict=True) if mm > least],
+        "unsteady_mm": float(of_takes.max()),
+    }
     document |= {"sentences": sentences(document)}
     named = [{key: row[key] for key in ("point", "recording", "source")} for row in rows]
     table = [one | more for one, more in zip(named, point_rows(points, off), strict=True)]

@@ -14,13 +14,16 @@ from mocap_metrology.present.text.numbers import mm
 from mocap_metrology.present.text.sentence import render
 
 HEIGHT_MM = 150.0
-SHOWN = 0.08  # of the largest extent is the median arrow
+SHOWN, LONGEST = 0.08, 0.4  # of the largest extent: the median arrow; none is longer
 
 
 def sentences(document: Mapping[str, Any]) -> list[str]:
     """What contents of <group>_points.json show."""
     codes = document["findings"]
     said = ["headline", *codes, *([] if codes else ["no_scale"])]
+    said += [key for key in ("wrong_point", "exchanged", "unsteady") if document[key]]
+    if "does_not_fit" in codes and not (document["wrong_point"] or document["exchanged"]):
+        said.insert(said.index("does_not_fit") + 1, "causes")
     return [render(f"points.{code}", **document) for code in said]
 
 
@@ -38,7 +41,7 @@ def points_figure(
     panels = body.subplot_mosaic([["above", "side"], ["size", "size"]], height_ratios=[1.6, 1.0])
     size = np.linalg.norm(off_mm, axis=1)
     extent = float(np.ptp(points.reference, axis=0).max())
-    times = SHOWN * extent / max(float(np.median(size)), 1e-9)
+    times = SHOWN * extent / max(float(np.median(size)), SHOWN / LONGEST * float(size.max()), 1e-9)
     look: plot.Keywords = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.004}
     for name, (a, b) in (("above", (0, 1)), ("side", (0, 2))):
         axes = panels[name]
@@ -50,7 +53,7 @@ def points_figure(
         axes.autoscale_view()
         axes.set(xlabel=f"{'xyz'[a]} (m)", ylabel=f"{'xyz'[b]} (m)")
         axes.set_aspect("equal", adjustable="datalim")
-        plot.panel_title(axes, f"{'xyz'[a]} and {'xyz'[b]}", f"arrows {times:.3g} times enlarged")
+        plot.panel_title(axes, f"{'xyz'[a]} and {'xyz'[b]}", f"arrows × {times:.3g}")
     axes = panels["size"]
     axes.bar(range(len(size)), size, color=plot.LOOKS["x"].colour, width=0.7)
     for cut in cuts:

@@ -120,6 +120,7 @@ def test_sentences_name_series_times_and_the_largest_change() -> None:
     assert numbers_in(sentences(same)[0]).endswith("1.10, 1, 2, z1, 100 s")
     found = outcomes([*rows, better, *others])
     assert list(found.values()) == ["worse and better", OUTCOMES[3], "limited by the resolution"]
+    assert set(outcomes(rows, {"b": [{"code": "low_pass"}]}).values()) == {"not comparable"}
     rates = {"code": "rates", "new_hz": 50.0, "old_hz": 200.0, "white": 2.0}
     (words,) = sentences(rows, {"b": [rates]})
     assert numbers_in(words).endswith("x1, 0.1 s, 50, 200 Hz, 2.00")

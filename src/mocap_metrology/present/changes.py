@@ -22,8 +22,9 @@ MOST_MARKERS = 2  # with a column each
 NONE: Mapping[str, Sequence[Row]] = {}
 OUTCOMES = (  # of a comparison, in the order of the front page
     *("worse", "worse and better", "better", "without a significant change"),
-    *("limited by the resolution", "the same data"),
+    *("not comparable", "limited by the resolution", "the same data"),
 )
+OTHER_CAUSES = ("rates", "low_pass", "moves")  # conditions that alone make a ratio
 ENDS = (
     *(("least", "ratio", min), ("most", "ratio", max)),
     *(("least", "lower", min), ("most", "upper", max)),
@@ -54,16 +55,15 @@ def outcomes(rows: Sequence[Row], conditions: Mapping[str, Sequence[Row]] = NONE
 
 
 def _outcome(words: Collection[str], conditions: Sequence[Row]) -> str:
-    if _is_same_data(conditions):
+    codes = {row["code"] for row in conditions}
+    if "same_data" in codes:
         return "the same data"
+    if not codes.isdisjoint(OTHER_CAUSES):
+        return "not comparable"
     changed = [word for word in ("worse", "better") if word in words]
     if changed:
         return " and ".join(changed)
     return "without a significant change" if "same" in words else "limited by the resolution"
-
-
-def _is_same_data(conditions: Sequence[Row]) -> bool:
-    return any(row["code"] == "same_data" for row in conditions)
 
 
 def _by_pair(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
@@ -74,7 +74,7 @@ def _by_pair(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
 
 
 def _changes(rows: Sequence[Row], conditions: Sequence[Row]) -> str:
-    if _is_same_data(conditions):
+    if any(row["code"] == "same_data" for row in conditions):
         return SENTENCES["same_data"]
     parts = []
     for word in ("worse", "better"):

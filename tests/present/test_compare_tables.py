@@ -147,6 +147,28 @@ def test_steps_that_hide_the_noise_are_no_change(step: float, hidden: bool) -> N
     assert not changes.coarse_steps(both[0], None) and not changes.coarse_steps(both[0], np.inf)
 
 
+def test_rounding_of_one_file_alone_is_no_change() -> None:
+    """Noise of 0.03 mm in steps of 0.05 mm is 1.11 times that of exact coordinates; where both
+    have these steps, there is no change, and three times as much noise is one in either case."""
+    rng, m = np.random.default_rng(2), averaging_factors(30_000, 30, 1, 1 / 3)
+    step = 0.05
+
+    def recorded(sigma: float, step: float | None) -> dict:
+        position = sigma * rng.normal(size=30_000)
+        stored = np.round(position / step) * step if step else position
+        return allan_columns("x1", allan_curve(stored, 100.0, m))
+
+    for sigma, steps, word in (
+        (0.03, (step, 0.0), "resolution"),
+        (0.03, (step, step), "same"),
+        (0.09, (step, 0.0), "worse"),
+    ):
+        both = recorded(sigma, steps[0]), recorded(0.03, steps[1])
+        coarse = changes.coarse_in_either(*both, steps, SETTINGS["margin"])
+        rows = changes.compare_rows("new", "old", *both, **SETTINGS, coarse=coarse)
+        assert {row["overall"] for row in rows} == {word}
+
+
 def test_figure_shows_the_last_ratios_with_their_intervals() -> None:
     both = [
         Comparison(f"r{k}", f"r{k - 1}", *(columns(f, series=SERIES) for f in (1 + k / 10, 1)))

@@ -8,7 +8,7 @@ INPUTS = ("new", "old", "new_diagnosis", "old_diagnosis")
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_json, read_table, write_json
     from mocap_metrology.noise.changes.pairs import Side, conditions
-    from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows
+    from mocap_metrology.noise.changes.rows import coarse_in_either, compare_rows
     from mocap_metrology.present import changes, tables
     from mocap_metrology.present.changes import Comparison, compare_figure
     from mocap_metrology.present.plot.figure import Texts, save
@@ -25,8 +25,8 @@ with step(snakemake) as log:
         before = before.named_as(now)
         comparisons.append(Comparison(*names, now.columns, before.columns))
         origins |= {side.name: side.origin for side in (now, before)}
-        coarse = coarse_steps(before.columns, before.origin["resolution_mm"])
-        coarse |= coarse_steps(now.columns, now.origin["resolution_mm"])
+        steps = now.origin["resolution_mm"], before.origin["resolution_mm"]
+        coarse = coarse_in_either(now.columns, before.columns, steps, settings["margin"])
         of = compare_rows(*names, now.columns, before.columns, **settings, coarse=coarse)
         known[now.name] = conditions(now, before, of)
         rows += of

@@ -113,11 +113,11 @@ def test_sentences_name_series_times_and_the_largest_change() -> None:
     assert said == [
         "x1, L, 0.1 s, x1, 1 s, 1.50, 1.10, 2.00, x1, 0.1 s, y1, 0.1 s, "
         "0.50, 1.10, 2.00, y1, 0.1 s",
-        "0.98, 1.01, 0.01 s, 0.90, 1.10, 1, 2.00, 0.50, 8.00, z1, 100 s",
+        "0.98, 1.01, 0.01 s, 0.90, 1.10, 3, 1, 2.00, 0.50, 8.00, z1, 100 s",
         "L, 0.1 mm",
     ]
     same[-1]["upper"] = 1e5  # tells nothing
-    assert numbers_in(sentences(same)[0]).endswith("1.10, 1, 2, z1, 100 s")
+    assert numbers_in(sentences(same)[0]).endswith("1.10, 3, 1, 2, z1, 100 s")
     found = outcomes([*rows, better, *others])
     assert list(found.values()) == ["worse and better", OUTCOMES[3], "limited by the resolution"]
     assert set(outcomes(rows, {"b": [{"code": "low_pass"}]}).values()) == {"not comparable"}

@@ -103,7 +103,8 @@ def _limits(rows: Sequence[Row]) -> str:
     farthest = max(rows, key=lambda row: abs(math.log(row["ratio"])))
     known = farthest["lower"] > 1 / UNKNOWN and farthest["upper"] < UNKNOWN
     text = f"{SENTENCES['limits']}{SENTENCES['farthest' if known else 'undecided']}"
-    return text.format(**(_written(farthest) | ends | {"frame_s": _time(frame)}))
+    more = {"frame_s": _time(frame), "n_ratios": len(rows)}
+    return text.format(**(_written(farthest) | ends | more))
 
 
 def _written(row: Row) -> Row:

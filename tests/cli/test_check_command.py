@@ -126,6 +126,25 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_files_of_one_name_are_distinguished_and_hidden_ones_left_alone(take: Path, capsys) -> None:
+    """Of two folders, as macOS fills them; in the lines of verdicts and in the table."""
+    for day in ("monday", "tuesday"):
+        Path(day).mkdir()
+        Path(day, "take.c3d").write_bytes(take.read_bytes())
+        Path(day, "._take.c3d").write_bytes(b"Mac OS X")
+    assert main.main(["check", "monday", "tuesday"]) == 0
+    *verdicts, nothing, one, other = capsys.readouterr().out.splitlines()
+    assert [line.partition(":")[0] for line in verdicts] == [
+        "monday-take.c3d",
+        "tuesday-take.c3d",
+    ]
+    assert not nothing and [row.split()[0] for row in (one, other)] == [
+        "monday/take.c3d",
+        "tuesday/take.c3d",
+    ]
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_a_file_that_is_cut_off_or_in_another_unit_is_used_where_that_is_stated(
     take: Path, capsys
 ) -> None:

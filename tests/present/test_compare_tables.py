@@ -11,9 +11,11 @@ from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.changes import rows as changes
 from mocap_metrology.noise.series import allan_columns
 from mocap_metrology.present.changes import (
+    OUTCOMES,
     Comparison,
     compare_figure,
     compare_markdown,
+    outcomes,
     sentences,
     trend_figure,
 )
@@ -98,14 +100,30 @@ def test_sentences_name_series_times_and_the_largest_change() -> None:
     ]
     better = rows[0] | {"word": "better", "series": "y1", "ratio": 0.5}
     limited = row | {"word": "resolution", "step_mm": 0.1}
-    others = [row | {"word": "same", "recording": "c"}, limited | {"recording": "d", "series": "L"}]
+    same = [
+        row | {"word": "same", "recording": "c", "series": "z1", "ratio": ratio} | ends
+        for ratio, ends in (
+            (0.98, {"tau_s": 0.01, "lower": 0.9, "upper": 1.02}),
+            (1.01, {"tau_s": 0.01, "lower": 0.95, "upper": 1.1}),
+            (2.0, {"tau_s": 100.0, "lower": 0.5, "upper": 8.0}),
+        )
+    ]
+    others = [*same, limited | {"recording": "d", "series": "L"}]
     said = list(map(numbers_in, sentences([*rows, better, *others])))
     assert said == [
         "x1, L, 0.1 s, x1, 1 s, 1.50, 1.10, 2.00, x1, 0.1 s, y1, 0.1 s, "
         "0.50, 1.10, 2.00, y1, 0.1 s",
-        "",
+        "0.98, 1.01, 0.01 s, 0.90, 1.10, 3, 1, 2.00, 0.50, 8.00, z1, 100 s",
         "L, 0.1 mm",
     ]
+    same[-1]["upper"] = 1e5  # tells nothing
+    assert numbers_in(sentences(same)[0]).endswith("1.10, 3, 1, 2, z1, 100 s")
+    found = outcomes([*rows, better, *others])
+    assert list(found.values()) == ["worse and better", OUTCOMES[3], "limited by the resolution"]
+    assert set(outcomes(rows, {"b": [{"code": "low_pass"}]}).values()) == {"not comparable"}
+    rates = {"code": "rates", "new_hz": 50.0, "old_hz": 200.0, "white": 2.0}
+    (words,) = sentences(rows, {"b": [rates]})
+    assert numbers_in(words).endswith("x1, 0.1 s, 50, 200 Hz, 2.00")
     alike = [*rows, rows[0] | {"series": "L", "tau_s": 1.0, "ratio": 1.1}]
     assert numbers_in(sentences(alike)[0]).startswith("x1, L, 0.1, 1 s, 1.50")
 
@@ -127,6 +145,28 @@ def test_steps_that_hide_the_noise_are_no_change(step: float, hidden: bool) -> N
         rows = changes.compare_rows("new", "old", *both, **SETTINGS, coarse=coarse)
         assert {row["overall"] for row in rows} == {"resolution" if hidden else "worse"}
     assert not changes.coarse_steps(both[0], None) and not changes.coarse_steps(both[0], np.inf)
+
+
+def test_rounding_of_one_file_alone_is_no_change() -> None:
+    """Noise of 0.03 mm in steps of 0.05 mm is 1.11 times that of exact coordinates; where both
+    have these steps, there is no change, and three times as much noise is one in either case."""
+    rng, m = np.random.default_rng(2), averaging_factors(30_000, 30, 1, 1 / 3)
+    step = 0.05
+
+    def recorded(sigma: float, step: float | None) -> dict:
+        position = sigma * rng.normal(size=30_000)
+        stored = np.round(position / step) * step if step else position
+        return allan_columns("x1", allan_curve(stored, 100.0, m))
+
+    for sigma, steps, word in (
+        (0.03, (step, 0.0), "resolution"),
+        (0.03, (step, step), "same"),
+        (0.09, (step, 0.0), "worse"),
+    ):
+        both = recorded(sigma, steps[0]), recorded(0.03, steps[1])
+        coarse = changes.coarse_in_either(*both, steps, SETTINGS["margin"])
+        rows = changes.compare_rows("new", "old", *both, **SETTINGS, coarse=coarse)
+        assert {row["overall"] for row in rows} == {word}
 
 
 def test_figure_shows_the_last_ratios_with_their_intervals() -> None:

@@ -2,6 +2,7 @@
 
 import base64
 import math
+import re
 
 import numpy as np
 import pytest
@@ -58,13 +59,17 @@ def rows(*recordings: dict) -> list[dict]:
 
 
 def test_changes_are_a_sentence_or_counts() -> None:
-    sentences = ["a compared with b: worse in x1.", "c compared with b: better in x1."]
-    sentences += ["d compared with e: no significant change beyond the margin."]
-    assert summary.changes(sentences[:1]) == sentences[:1] and summary.changes([]) == []
-    (line,) = summary.changes(sentences)
-    assert line == (
-        "Of 3 recordings compared with another: 1 worse, 1 better, 1 without a significant change."
-    )
+    """Each recording counts once, also one in which some series became worse and others better;
+    those that changed are named, three of many."""
+    words = [f"{name} compared with z: so." for name in "abcdefgh"]
+    outcomes = {"a": "worse and better", "b": "the same data", "c": "limited by the resolution"}
+    outcomes |= dict.fromkeys("defg", "worse") | {"h": "without a significant change"}
+    of = {"words": words[:1], "outcomes": {"a": "worse"}}
+    assert summary.changes([of]) == words[:1] and summary.changes([]) == []
+    (line,) = summary.changes([{"words": words, "outcomes": outcomes}])
+    counts = [int(n) for n in re.findall(r"(\d+) (?:worse|better|wit|lim|the)", line)]
+    assert sum(counts) == 8 and counts[0] == 4
+    assert "(d, e, f, 1 more)" in line and "(a)" in line and "(b)" not in line
 
 
 @pytest.mark.parametrize(
@@ -126,7 +131,10 @@ def test_the_page_and_the_front_in_order_and_nothing_is_taken_for_markup() -> No
         [calibration("pair", "good")],
         refused,
         {"hall": {"short": ["Camera 6 is noisy."]}},
-        {"hall": ["c compared with b: worse."], "skurowski2019": ["T40-6 with T40-8."]},
+        {
+            "hall": {"words": ["c compared with b: worse."], "outcomes": {"c": "worse"}},
+            "skurowski2019": {"words": ["T40-6 with T40-8."], "outcomes": {}},
+        },
         b"png",
     )
     papers = [summary.Paper("The paper", "p.html", "3 hold, 1 undecided")]

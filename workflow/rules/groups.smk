@@ -68,10 +68,9 @@ OF_GROUPS = {
     "compare": {
         "of": groups(pairs, ABOUT_NOISE),
         "input": {
-            name: collect(
-                f"<results>/recordings/{{pair[{k}]}}/allan_masked.parquet", pair=still(pairs)
-            )
+            f"{name}{of}": collect(f"<results>/recordings/{{pair[{k}]}}/{file}", pair=still(pairs))
             for k, name in enumerate(("new", "old"))
+            for of, file in (("", "allan_masked.parquet"), ("_diagnosis", "diagnosis.json"))
         },
         "output": {
             "tables": {"csv": "compare.csv", "md": "compare.md", "json": "compare.json"},

@@ -12,6 +12,7 @@ import io
 import os
 import sys
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
 from importlib import metadata
@@ -194,16 +195,25 @@ def check(options: argparse.Namespace) -> int:
             print(f"\n{number}/{len(paths)} {path}", file=sys.stderr, flush=True)
         if options.output:
             folder = Path(options.output, folder.name if options.brief else "")
-        rows.append((path.name, check_file(path, folder, options), str(folder)))
+        rows.append((path, check_file(path, folder, options), str(folder)))
     if options.brief:
-        width = [max(len(row[k]) for row in rows) for k in range(2)]
-        lines = (f"{name:{width[0]}}  {word:{width[1]}}  {folder}" for name, word, folder in rows)
-        results.tell_result(["", *lines])
+        results.tell_result(["", *_table(rows)])
         if options.bar and not options.board:
             from mocap_metrology.cli.bar import tell_together
 
             tell_together([Path(folder) for _, word, folder in rows if word != results.NONE])
     return int(any(word.endswith((results.NONE, results.IN_PART)) for _, word, _ in rows))
+
+
+def _table(rows: Sequence[tuple[Path, str, str]]) -> list[str]:
+    """Lines of file, word and folder of results; files of one name with the folder they are in."""
+    times = Counter(path.name for path, *_ in rows)
+    names = [str(path) if times[path.name] > 1 else path.name for path, *_ in rows]
+    width = [max(map(len, of)) for of in (names, [word for _, word, _ in rows])]
+    return [
+        f"{name:{width[0]}}  {word:{width[1]}}  {folder}"
+        for name, (_, word, folder) in zip(names, rows, strict=True)
+    ]
 
 
 def _recordings(options: argparse.Namespace) -> Iterator[Path]:
@@ -217,7 +227,11 @@ def _recordings(options: argparse.Namespace) -> Iterator[Path]:
         from mocap_metrology.io.read import FORMATS
 
         endings = DUMPS if options.board else (".c3d", *FORMATS, *OF_LIBSURVIVE)
-        inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(endings))
+        inside = sorted(
+            p
+            for p in path.iterdir()
+            if p.name.lower().endswith(endings) and not p.name.startswith(".")  # `._take.c3d`
+        )
         if not inside:
             print(f"{text}: no recording in this folder", file=sys.stderr)
         yield from inside or [path]

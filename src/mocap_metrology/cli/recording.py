@@ -58,9 +58,10 @@ def check_recording(path: Path, folder: Path, options: argparse.Namespace) -> st
         log.removeHandler(progress)
     lines = verdict_lines(verdict)
     pictures = (f"  {folder / f'{figure}.png'}" for figure in analyse.PICTURES)
-    brief = options.brief
-    results.tell_result([": ".join(lines[:2])] if brief else [*lines, "", "Figures:", *pictures])
-    return str(verdict["word"])
+    word = str(verdict["word"])
+    short = [f"{folder.name}: {word}: {lines[1]}"]  # of several files of one name
+    results.tell_result(short if options.brief else [*lines, "", "Figures:", *pictures])
+    return word
 
 
 def tell(checked: Check, recording: Recording) -> None:

@@ -66,24 +66,34 @@ def _of_other_frames(rows: Rows) -> bool:
 def _sentences(rows: Rows, rises: Rows, loud: Rows, settings: Settings) -> list[str]:
     """On one camera type: noisy cameras, increases, and what was not detected."""
     apart = _of_other_frames(rows)
-    names = {"none raised": not rises, "none noisy": not (loud or apart), "apart": apart}
+    if exchanged := findings.exchanged(rows):
+        return [_filled("exchanged", row, rows) for row in exchanged]
+    by_earlier = [row for row in rises if findings.cause(row, loud) == "earlier"]
+    rest, silent = findings.not_judged(rows), not (loud or apart or by_earlier)
+    names = {"none raised": not rises, "none noisy": silent and not rest}
+    names |= {"none noisy added": silent and bool(rest), "apart": apart}
     limits = {"rise": 100 * settings["rise"], "noisy": settings["noisy"]}
+    listed = ", ".join(row["added"].replace(";", ", ") for row in rest)
     words = [_filled("noisy", row, rows) for row in loud]
-    by_added = [row for row in rises if findings.cause(row, loud) == "added"]
+    by_added = [row for row in rises if row not in by_earlier]
     if by_added:
         first, *others = by_added
         text = _filled("raised", first, rows)
         if first["added"] not in {row["added"] for row in loud}:
             text += _filled("bound", first, rows)
         words.append(f"{text}." + (f" It rose less from {_listed(others)}." if others else ""))
-    if by_earlier := [row for row in rises if row not in by_added]:
+    if by_earlier:
         smallest = min(by_earlier, key=lambda row: row["n_from"])
         words.append(SENTENCES["earlier"].format(**(smallest | {"listed": _listed(by_earlier)})))
-    return words + [SENTENCES[name].format(**limits) for name, holds in names.items() if holds]
+    return words + [
+        SENTENCES[name].format(**limits, rest=listed) for name, holds in names.items() if holds
+    ]
 
 
 def _short_finding(rows: Rows, rises: Rows, loud: Rows) -> str:
     """The one thing to know of a camera type."""
+    if exchanged := findings.exchanged(rows):
+        return _filled("exchanged", exchanged[0], rows)
     if loud:
         return _filled("short noisy", loud[0], rows)
     if not rises:
@@ -91,7 +101,7 @@ def _short_finding(rows: Rows, rises: Rows, loud: Rows) -> str:
     row = rises[0]
     axis = max("xyz", key=lambda axis: abs(row[f"direction_{axis}"]))
     by_earlier = findings.cause(row, loud) == "earlier"
-    earlier = f", because of one of {row['from']}" if by_earlier else ""
+    earlier = f", which points to one of the cameras of {row['from']}" if by_earlier else ""
     return _filled("short raised", row | {"axis": axis, "earlier": earlier}, rows)
 
 

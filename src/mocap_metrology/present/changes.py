@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,17 @@ from mocap_metrology.present.text import captions
 SENTENCES = captions.texts("COMPARE_SENTENCES")
 MOST = 6  # comparisons on a page; more are in the table
 MOST_MARKERS = 2  # with a column each
+NONE: Mapping[str, Sequence[Row]] = {}
+OUTCOMES = (  # of a comparison, in the order of the front page
+    *("worse", "worse and better", "better", "without a significant change"),
+    *("not comparable", "limited by the resolution", "the same data"),
+)
+OTHER_CAUSES = ("rates", "low_pass", "moves")  # conditions that alone make a ratio
+ENDS = (
+    *(("least", "ratio", min), ("most", "ratio", max)),
+    *(("least", "lower", min), ("most", "upper", max)),
+)
+UNKNOWN = 100.0  # an interval that reaches so far says no more than that nothing is known
 CLEAR = ("worse", "better")  # words of a trend that is drawn
 TIMES_S = (1.0, 100.0)  # averaging times of a trend beside a single frame; all are in the table
 ROW_MM, REST_MM = 44.0, 28.0
@@ -26,26 +37,83 @@ MARGIN = "#efd98f"
 CONFIDENCE = 0.683  # of the intervals of a trend
 
 
-def sentences(rows: Sequence[Row]) -> list[str]:
-    """A sentence a comparison: what became better, worse, by how much at most, or nothing."""
-    pairs: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        pairs.setdefault((row["recording"], row["reference"]), []).append(row)
+def sentences(rows: Sequence[Row], conditions: Mapping[str, Sequence[Row]] = NONE) -> list[str]:
+    """A sentence a comparison: what became better, worse, by how much at most, or nothing; and what
+    is to be known beside it: `conditions` (of `noise.changes.pairs`) by recording."""
     return [
-        f"{new} compared with {old}: {_changes(of_pair)}." for (new, old), of_pair in pairs.items()
+        f"{new} compared with {old}: {_changes(of_pair, conditions.get(new, ()))}."
+        for (new, old), of_pair in _by_pair(rows).items()
     ]
 
 
-def _changes(rows: Sequence[Row]) -> str:
+def outcomes(rows: Sequence[Row], conditions: Mapping[str, Sequence[Row]] = NONE) -> dict[str, str]:
+    """One word of `OUTCOMES` for each recording that is compared."""
+    return {
+        new: _outcome({row["word"] for row in of_pair}, conditions.get(new, ()))
+        for (new, _), of_pair in _by_pair(rows).items()
+    }
+
+
+def _outcome(words: Collection[str], conditions: Sequence[Row]) -> str:
+    codes = {row["code"] for row in conditions}
+    if "same_data" in codes:
+        return "the same data"
+    if not codes.isdisjoint(OTHER_CAUSES):
+        return "not comparable"
+    changed = [word for word in ("worse", "better") if word in words]
+    if changed:
+        return " and ".join(changed)
+    return "without a significant change" if "same" in words else "limited by the resolution"
+
+
+def _by_pair(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
+    pairs: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        pairs.setdefault((row["recording"], row["reference"]), []).append(row)
+    return pairs
+
+
+def _changes(rows: Sequence[Row], conditions: Sequence[Row]) -> str:
+    if any(row["code"] == "same_data" for row in conditions):
+        return SENTENCES["same_data"]
     parts = []
     for word in ("worse", "better"):
         if changed := [row for row in rows if row["word"] == word]:
             most = max(changed, key=lambda row: abs(math.log(row["ratio"])))
-            parts.append(SENTENCES["change"].format(**(most | {"where": _where(changed)})))
+            parts.append(
+                SENTENCES["change"].format(**(_written(most) | {"where": _where(changed)}))
+            )
+    if not parts and (same := [row for row in rows if row["word"] == "same"]):
+        parts.append(f"{SENTENCES['none']}: {_limits(same)}")
     if limited := {row["series"]: row["step_mm"] for row in rows if row["word"] == COARSE}:
         step, names = max(limited.values()), ", ".join(limited)
         parts.append(SENTENCES["resolution"].format(names=names, step=step))
-    return "; ".join(parts) or SENTENCES["none"]
+    for row in conditions:
+        names = ", ".join(row.get("series", ()))
+        parts.append(SENTENCES[str(row["code"])].format(**row, names=names))
+    return "; ".join(parts)
+
+
+def _limits(rows: Sequence[Row]) -> str:
+    """What may have changed all the same: least and greatest ratio of a single frame with the ends
+    of their intervals, and the ratio that is farthest from 1."""
+    frame = min(float(row["tau_s"]) for row in rows)
+    at = [row for row in rows if row["tau_s"] == frame]
+    ends = {f"{end}_{of}": of_all(row[of] for row in at) for end, of, of_all in ENDS}
+    farthest = max(rows, key=lambda row: abs(math.log(row["ratio"])))
+    known = farthest["lower"] > 1 / UNKNOWN and farthest["upper"] < UNKNOWN
+    text = f"{SENTENCES['limits']}{SENTENCES['farthest' if known else 'undecided']}"
+    more = {"frame_s": _time(frame), "n_ratios": len(rows)}
+    return text.format(**(_written(farthest) | ends | more))
+
+
+def _written(row: Row) -> Row:
+    """A row with its averaging time as it is written."""
+    return {**row, "tau_s": _time(row["tau_s"])}
+
+
+def _time(tau_s: float) -> str:
+    return f"{tau_s:.0f}" if tau_s >= 10 else f"{tau_s:.2g}"
 
 
 def _where(changed: Sequence[Row]) -> str:
@@ -57,12 +125,18 @@ def _where(changed: Sequence[Row]) -> str:
             spans.append((names, []))
         spans[-1][1].append(tau)
     return " and ".join(
-        f"in {names} " + (f"over {t[0]:.2g} to {t[-1]:.2g} s" if t[1:] else f"at {t[0]:.2g} s")
+        f"in {names} "
+        + (f"over {_time(t[0])} to {_time(t[-1])} s" if t[1:] else f"at {_time(t[0])} s")
         for names, t in spans
     )
 
 
-def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
+def compare_markdown(
+    rows: Sequence[Row],
+    title: str,
+    caption: str,
+    conditions: Mapping[str, Sequence[Row]] = NONE,
+) -> str:
     """Title, a sentence a comparison, and a line a series with its ratios side by side."""
     taus = sorted({float(row["tau_s"]) for row in rows})
     lines: dict[tuple[str, ...], dict[float, str]] = {}
@@ -73,7 +147,7 @@ def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
         lines.setdefault(key, {})[float(row["tau_s"])] = text
     head = ["recording", "reference", "series", "word", *(f"{tau:.3g} s" for tau in taus)]
     body = [[*key, *(cells.get(tau, "") for tau in taus)] for key, cells in lines.items()]
-    told = "\n".join(f"* {sentence}" for sentence in sentences(rows))
+    told = "\n".join(f"* {sentence}" for sentence in sentences(rows, conditions))
     return document(title, f"{caption} `+` worse, `−` better.", told, [head, *body])
 
 

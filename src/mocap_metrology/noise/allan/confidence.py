@@ -16,6 +16,7 @@ from mocap_metrology.noise.allan.variance import ORDER, allan_variance
 
 PARTS, LEAST_PARTS, LEAST_PART = 16, 6, 8  # of a recording; windows of one
 STRETCH_S = 60.0  # over which a marker's noise is one level, or is not
+FEWEST, MANY = 3.0, 12  # independent values of a mean; parts that show how they are correlated
 CHANCE, MOST_CELLS = 0.01, 1 << 18
 
 
@@ -172,6 +173,19 @@ def mean_variance(parts: np.ndarray) -> float:
     return power / (parts.size - 1) * (1 + 2 * r_1) / parts.size
 
 
+def mean_of_wandering(parts: np.ndarray) -> tuple[float, float]:
+    """Variance of the mean of (K,) successive parts whose level wanders, and its number of
+    independent values: K (1 - r) / (1 + r), as of an autoregression of first order, r >= 0 the
+    correlation with the next. With fewer than MANY r is uncertain: `mean_variance`, K values."""
+    off = parts - parts.mean()
+    power = float(off @ off)
+    if parts.size < MANY or not power > 0:
+        return mean_variance(parts), float(parts.size)
+    r = max(float(off[1:] @ off[:-1]) / power, 0.0)
+    independent = max(parts.size * (1 - r) / (1 + r), FEWEST)
+    return power / (parts.size - 1) / independent, independent
+
+
 class Terms(NamedTuple):
     """Squares (z_(i+1) - z_i)^2 at m = 2^octave, (n,), `windows` of them for each m samples."""
 
@@ -251,7 +265,8 @@ def levels_of_stretches(terms: Iterable[Terms], m: np.ndarray, tau_s: np.ndarray
         logs = np.log(means / 2)
         few = min(count, PARTS)
         values = logs[: count // few * few].reshape(few, -1).mean(axis=1)
-        rows.append((one.octave, float(values.mean()), math.sqrt(mean_variance(values)), few))
+        variance, independent = mean_of_wandering(values)
+        rows.append((one.octave, float(values.mean()), math.sqrt(variance), independent))
     if not rows:
         return np.full((3, m.size), np.nan)
     octaves, *columns = np.array(rows).T

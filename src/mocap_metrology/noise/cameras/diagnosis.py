@@ -110,7 +110,8 @@ class Diagnosis:
     """largest, mean: (markers, taus, additions), factors of position noise; direction: the same and
     3, unit vectors; noise: (taus, additions) noise of the noisiest added camera relative to the
     others, NaN where frames are not the same; firsts: subset -> that of its noisiest camera at the
-    shortest tau; together: (additions,) bool, same frames."""
+    shortest tau; together: (additions,) bool, same frames; information: (additions,) that was
+    added, over what cameras add on average, NaN where frames are not the same."""
 
     tau_s: tuple[float, ...]
     largest: Estimate
@@ -119,6 +120,7 @@ class Diagnosis:
     noise: Estimate
     firsts: Mapping[str, Estimate]
     together: np.ndarray
+    information: np.ndarray
 
     def least_noise(self) -> np.ndarray:
         """What a single camera's noise must be at least to explain `largest`, (markers, taus,
@@ -156,7 +158,19 @@ def diagnose(
         Estimate(*noise.reshape(2, *shape[1:])),
         {name: Estimate(*last[:, k]) for k, name in enumerate(firsts)},
         together,
+        np.where(together, _information(whole[:, 0], pairs, camera_ids), np.nan),
     )
+
+
+def _information(
+    joint: np.ndarray, pairs: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]]
+) -> Floats:
+    """(additions,) information that was added, mean over the markers: the trace of 1 - F, which is
+    3 for all cameras together, over 3 n_added / n. joint: (markers, additions, 6, 6)."""
+    transfer = joint[..., 3:, :3] @ np.linalg.inv(joint[..., :3, :3])
+    added = 3 - np.trace(transfer, axis1=-2, axis2=-1).mean(axis=0)
+    shares = [len(pair.added) / len(camera_ids[pair.larger]) for pair in pairs]
+    return np.asarray(added / (3 * np.array(shares)))
 
 
 def _unevenness(moments: Moments, directions: np.ndarray, together: np.ndarray) -> Floats:

@@ -34,6 +34,9 @@ LAW = {"b": "b", "b_std_error": "std_error", "b_p": "p_value", "scatter": "scatt
 LAW_COLUMNS = ("camera_type", "series", "n_subsets", *LAW, *(f"h_0_{name}" for name in LAW))
 # Ratio by which a factor must exceed that of another averaging time to be shown in its place
 CLEARLY = 1.2
+# Information that an addition brings, over that of a camera on average, below which the recordings
+# are not what they are called: of cameras that are added it is 0.3 to 3
+LEAST_INFORMATION, NOTHING = 0.2, "no information"
 
 
 def addition_rows(
@@ -48,7 +51,9 @@ def addition_rows(
     averaging time and marker.
 
     `word`: `raises` where the largest factor exceeds 1 + `rise`, and 1 significantly; `falls` where
-    the mean factor is below 1 with its whole interval; `same`.
+    the mean factor is below 1 with its whole interval; `same`; NOTHING where the larger subset has
+    no more information than the smaller, as of recordings that are exchanged: no camera of the take
+    then has a noise.
     """
 
     def row(smaller: str, larger: str, added: Sequence[int | str], values: Row) -> Row:
@@ -58,9 +63,11 @@ def addition_rows(
         sizes |= {"law_factor": math.sqrt(few / many) if few else None}
         return {name: (sizes | values).get(name) for name in COLUMNS}
 
+    nothing = diagnosis.information < LEAST_INFORMATION
+    no_noise = dict.fromkeys(NOISE) if nothing.any() else {}  # all rest on the same geometry
     first = {"tau_s": diagnosis.tau_s[0], "same_frames": "yes"}
     rows = [
-        row("", name, camera_ids[name], first | _with_interval(NOISE, estimate, ()))
+        row("", name, camera_ids[name], first | _with_interval(NOISE, estimate, ()) | no_noise)
         for name, estimate in diagnosis.firsts.items()
     ]
     least = diagnosis.least_noise()
@@ -71,12 +78,14 @@ def addition_rows(
             values: Row = same | {"marker": label, "tau_s": tau}
             values |= _with_interval((*LARGEST, "p_value"), diagnosis.largest, at)
             values |= _with_interval((*MEAN, ""), diagnosis.mean, at)
-            values |= _with_interval(NOISE, diagnosis.noise, (t, k))
+            values |= _with_interval(NOISE, diagnosis.noise, (t, k)) | no_noise
             unit = diagnosis.direction[at]  # or its opposite: the largest component is positive
             unit = unit * np.sign(unit[np.abs(unit).argmax()])
             values |= dict(zip(DIRECTION, unit.tolist(), strict=True))
             values["word"] = "falls" if values["mean_upper_95"] < 1 else "same"
-            if values["largest_factor"] > 1 + rise and values["p_value"] < CHANCE_OF_ERROR:
+            if nothing[k]:
+                values["word"] = NOTHING
+            elif values["largest_factor"] > 1 + rise and values["p_value"] < CHANCE_OF_ERROR:
                 values |= {"word": "raises", "least_camera_noise": least[at]}
             rows.append(row(addition.smaller, addition.larger, addition.added, values))
     return rows
@@ -129,7 +138,7 @@ def noisy(rows: Sequence[Row], limit: float) -> list[Row]:
     worst: dict[str, Row] = {}
     for row in rows:
         value = row["camera_noise"]
-        if value is None or value <= limit or row["camera_noise_p"] >= CHANCE_OF_ERROR:
+        if value is None or value <= limit or not row["camera_noise_p"] < CHANCE_OF_ERROR:
             continue
         if row["tau_s"] <= NAMING_S * 1.01:
             before = worst.setdefault(row["added"], row)
@@ -139,6 +148,22 @@ def noisy(rows: Sequence[Row], limit: float) -> list[Row]:
     sets = {added: set(added.split(";")) for added in worst}
     smallest = [r for a, r in worst.items() if not any(s < sets[a] for s in sets.values())]
     return sorted(smallest, key=lambda row: -row["camera_noise"])
+
+
+def exchanged(rows: Sequence[Row]) -> list[Row]:
+    """Additions that brought no information, one row of each."""
+    first: dict[tuple[str, str], Row] = {}
+    for row in rows:
+        if row["word"] == NOTHING:
+            first.setdefault((row["from"], row["to"]), row)
+    return list(first.values())
+
+
+def not_judged(rows: Sequence[Row]) -> list[Row]:
+    """Subsets that no addition divides, of more than two cameras: the noise of one of these is
+    unknown. Of two cameras it is that of the noisier."""
+    firsts = (row for row in rows if not row["from"])
+    return [row for row in firsts if row["n_to"] > 2 or row["camera_noise"] is None]
 
 
 def cause(rise: Row, noisy_rows: Sequence[Row]) -> str:

@@ -46,8 +46,18 @@ def series_in_all(allan: Sequence[Columns]) -> list[str]:
     return [name for name in first if all(name in names for names in others)]
 
 
-def coarse_steps(columns: Columns, step_mm: float | None) -> dict[str, float]:
-    """The step of the file by series whose noise it hides, by the Allan variance at one frame.
+def coarse_in_either(
+    new: Columns, old: Columns, steps_mm: tuple[float | None, float | None], margin: float
+) -> dict[str, float]:
+    """`coarse_steps` of either recording. Where their steps differ, also series of which the noise
+    of rounding alone makes a change by more than the margin."""
+    most = MOST if steps_mm[0] == steps_mm[1] else min(MOST, 1 - (1 + margin) ** -2)
+    return coarse_steps(old, steps_mm[1], most) | coarse_steps(new, steps_mm[0], most)
+
+
+def coarse_steps(columns: Columns, step_mm: float | None, most: float = MOST) -> dict[str, float]:
+    """The step of the file by series of which rounding makes more than the share `most` of the
+    Allan variance at one frame; beyond `MOST` it hides the noise.
 
     Where in a step a marker is then decides on its Allan deviations (`noise.diagnosis.export`).
     """
@@ -58,7 +68,7 @@ def coarse_steps(columns: Columns, step_mm: float | None) -> dict[str, float]:
     return {
         name: float(step_mm)
         for name in series_in_all([columns])
-        if rounding_share(step_mm, float(levels.get(name, math.nan)) ** 2, name[0] == "L") > MOST
+        if rounding_share(step_mm, float(levels.get(name, math.nan)) ** 2, name[0] == "L") > most
     }
 
 

@@ -16,6 +16,7 @@ from mocap_metrology.common.types import Record
 from mocap_metrology.lighthouse.assess.rows import calibration_rows, spread
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.noise.assess.checks import COORDINATE
+from mocap_metrology.present.changes import OUTCOMES
 from mocap_metrology.present.pages import site
 from mocap_metrology.present.pages.details import PaperTable
 from mocap_metrology.present.pages.site import EMPTY, link, word
@@ -36,9 +37,8 @@ SHORTER = (  # what a sentence loses in the table
     r"; (the distance \S+ is still|still) valid.*(?=\.$)",
     r": (without a distance|nothing is measured there),.*(?=\.$)",
 )
-CHANGES = {"worse": ": worse ", "better": "better in "}  # how sentences of a comparison name them
-CHANGES |= {"without a significant change": "no significant change"}
 DURATIONS_S = (1, 10, 60)
+CHANGED, MOST_CHANGED = OUTCOMES[:3], 3  # those whose recordings are named, and how many
 MOST_WARNINGS = 3  # shown for a recording
 MOST_MEMBERS = 12  # of a group on the front of the report
 MOST_ROWS = 20  # calibrations of a group beyond which a row is a setup
@@ -60,7 +60,8 @@ class Verdicts:
     recordings: contents of verdict.json; calibrations: rows `calibration`, `group`, `setup`,
     `source`, `pose` (contents of pose.json); refused: `kind`, `name`, `group`, `why`; cameras:
     by group, what <group>_cameras.json holds: `short`, a line a camera type, and `apart`; changes:
-    by group, sentences on comparisons with earlier recordings; picture, caption: of
+    by group, what <group>_compare.json holds: `words`, sentences on comparisons with earlier
+    recordings, and `outcomes`, a word for each recording; picture, caption: of
     the recordings, as PNG; monitors: by name, a line on each facility that is watched.
     """
 
@@ -68,7 +69,7 @@ class Verdicts:
     calibrations: Sequence[Record] = ()
     refused: Sequence[Record] = ()
     cameras: Mapping[str, Record] = field(default_factory=dict)
-    changes: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    changes: Mapping[str, Record] = field(default_factory=dict)
     picture: bytes = b""
     caption: str = ""
     monitors: Mapping[str, str] = field(default_factory=dict)
@@ -109,7 +110,7 @@ def page(
     rows, refused = verdicts.rows(), verdicts.refused
     mine = own_rows(rows)
     groups = sorted({row["group"] for row in mine})
-    changed = [words for group in groups for words in verdicts.changes.get(group, ())]
+    changed = [verdicts.changes[group] for group in groups if group in verdicts.changes]
     sections = [*_sections(verdicts, rows, address)]
     names = sorted(tables, key=site.natural)
     shown = [(link(f"pages/{n}.html", n), link(f"tables/{n}.csv", f"{n}.csv")) for n in names]
@@ -212,14 +213,27 @@ def _watched(address: str, line: str) -> Markup:
     return link(address, name) + Markup(": ") + site.typeset(words)
 
 
-def changes(sentences: Sequence[str]) -> list[str]:
+def changes(compared: Sequence[Record]) -> list[str]:
     """What changed since the recordings that others are compared with: the sentence of one, of
-    several how many became worse or better."""
+    several how many have each outcome, with the names of those that changed. compared: contents of
+    <group>_compare.json."""
+    sentences = [words for of in compared for words in of["words"]]
     if len(sentences) < 2:
-        return list(sentences)
-    counts = {name: sum(words in s for s in sentences) for name, words in CHANGES.items()}
-    shown = ", ".join(f"{count} {name}" for name, count in counts.items())
-    return [f"Of {len(sentences)} recordings compared with another: {shown}."]
+        return sentences
+    named: dict[str, list[str]] = {outcome: [] for outcome in OUTCOMES}
+    for name, outcome in (pair for of in compared for pair in of["outcomes"].items()):
+        named[outcome].append(name)
+    shown = [
+        f"{len(names)} {outcome}{_names(names) if outcome in CHANGED else ''}"
+        for outcome, names in named.items()
+        if names
+    ]
+    return [f"Of {len(sentences)} recordings compared with another: {', '.join(shown)}."]
+
+
+def _names(names: Sequence[str]) -> str:
+    more = [f"{len(names) - MOST_CHANGED} more"] if len(names) > MOST_CHANGED else []
+    return f" ({', '.join([*names[:MOST_CHANGED], *more])})"
 
 
 def shorter(sentence: str) -> str:
@@ -256,7 +270,9 @@ def _sections(
             "table": table,
             "notes": notes,
             "members": [*shown[:MOST_MEMBERS], *([f"and {more} more"] if more > 0 else [])],
-            "changes": verdicts.changes.get(group, ()) if kind == "recording" else (),
+            "changes": verdicts.changes.get(group, {}).get("words", ())
+            if kind == "recording"
+            else (),
         }
 
 

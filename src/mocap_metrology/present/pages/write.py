@@ -181,7 +181,7 @@ def summaries(
         results.poses,
         refused,
         {group: read_json(path) for group, path in results.cameras.items()},
-        {group: read_json(path)["words"] for group, path in results.changes.items()},
+        {group: read_json(path) for group, path in results.changes.items()},
         png.read_bytes(),
         caption_of(png)[1],
         {name: read_json(path)["line"] for name, path in results.monitors.items()},

@@ -63,7 +63,10 @@ def test_white_noise_of_both_parts(hits: Hits, tmp_path: Path) -> None:
         assert allan["adev_rad"][own] == pytest.approx(np.hypot(COMMON, INDEPENDENT), rel=0.12)
     rows = angle_rows(NAMED, allan, origin)
     assert [tuple(row) for row in rows] == [ANGLE_HEAD] * 4
-    for row in rows:
+    for rotor, row in zip(ROTORS, rows, strict=True):
+        best = np.argmin(np.where(allan["series"] == f"{rotor}_common", allan["adev_rad"], np.inf))
+        least = row["common_adev_min_urad"], row["common_tau_min_s"]
+        assert least == pytest.approx((1e6 * allan["adev_rad"][best], allan["tau_s"][best]))
         assert row["independent_exponent"] == 0
         assert row["sd_urad"] == pytest.approx(1e6 * np.hypot(COMMON, INDEPENDENT), rel=0.1)
         assert row["independent_adev_1_urad"] == pytest.approx(30, rel=0.03)

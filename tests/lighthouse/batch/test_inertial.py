@@ -44,6 +44,16 @@ def of_motion(**more: object) -> Inertial:
     return sensed(motion, UP, twin, 3.0, np.random.default_rng(1))
 
 
+def test_noise_of_simulated_sensors_has_the_stated_density() -> None:
+    """White noise of density N, per root of 1 Hz, has the variance N^2 times the bandwidth,
+    half of the 1000 Hz."""
+    silent = of_motion(gyro_density=0.0, accel_density=0.0)
+    noisy = of_motion(gyro_density=1e-3, accel_density=2e-2)
+    for name, density in (("rate_rad_s", 1e-3), ("force_m_s2", 2e-2)):
+        noise = getattr(noisy, name) - getattr(silent, name)
+        assert noise.std() == pytest.approx(density * np.sqrt(500), rel=0.03)
+
+
 def moving() -> Trajectory:
     """Through the motion of `of_motion`, with knots 25 ms apart, fitted by nothing."""
     motion = motion_of(MotionTwin(centre_m=(3.0, 0.0, 0.0)), np.zeros((1, 3)), 5)

@@ -130,6 +130,13 @@ def test_size_and_place_of_a_step_a_cycle_and_two_levels() -> None:
         assert levels.at_s[0] == pytest.approx(T[-1] / (k.max() + 1), rel=0.05)
 
 
+def test_size_of_a_step_between_two_slopes() -> None:
+    slopes = 1e-4 * np.where(T < 400, T, 400 - 0.5 * (T - 400))
+    step = signature(noise(9) + slopes + 0.05 * (T > 400), RATE)
+    assert step is not None and step.kinds == ("step",)
+    assert step.size_mm == pytest.approx(0.05, abs=0.002)
+
+
 def test_a_shift_in_a_walk_that_moves_as_far() -> None:
     """Named in half of ten or more, its size within three standard errors; never steps."""
     shift, named = 0.1 * ((T > 344) & (T < 447)), 0

@@ -53,6 +53,14 @@ def test_a_curve_is_the_sum_of_its_parts() -> None:
     assert total_avar([warm], M, RATE, "sampled", 50.0) == pytest.approx(warm.avar(tau, 50.0))
 
 
+def test_positions_of_a_drift_and_a_warm_up_and_their_means() -> None:
+    t = np.array([0.0, 900.0, 3600.0])
+    slow = Deterministic(drift=7.2, A_w=1.5, T_w=1000.0)
+    assert slow.at(t) == pytest.approx(7.2 * t / 3600 + 1.5 * np.exp(-t / 1000))
+    fine = slow.at(t[:, None] + np.linspace(0, 50, 20_001)).mean(axis=1)
+    assert slow.means(t, 50.0) == pytest.approx(fine, rel=1e-6)
+
+
 @pytest.mark.parametrize("form", ["sampled", "continuous"])
 def test_beyond_six_periods_a_sinusoid_is_its_envelope(form: str) -> None:
     """Of the Allan variance A^2 sin^4(pi f tau) / (m sin(pi f tau0))^2, or with pi f tau0."""

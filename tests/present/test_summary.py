@@ -67,7 +67,7 @@ def test_changes_are_a_sentence_or_counts() -> None:
     of = {"words": words[:1], "outcomes": {"a": "worse"}}
     assert summary.changes([of]) == words[:1] and summary.changes([]) == []
     (line,) = summary.changes([{"words": words, "outcomes": outcomes}])
-    counts = [int(n) for n in re.findall(r"(\d+) (?:worse|better|wit|lim|the)", line)]
+    counts = [int(n) for n in re.findall(r"(\d+) (?:worse|better|without|limited|the)", line)]
     assert sum(counts) == 8 and counts[0] == 4
     assert "(d, e, f, 1 more)" in line and "(a)" in line and "(b)" not in line
 

@@ -82,7 +82,7 @@ def rows(text: str) -> list[list[str]]:
         filled = [row if any(cell.strip() for cell in row) else [] for row in read]
     except csv.Error as error:
         raise ValueError(error) from None
-    if not text.endswith(("\n", "\r")) and len(filled) > ENOUGH_ABOVE and (last := filled[-1]):
+    if not text.endswith(("\n", "\r")) and filled and (last := filled[-1]):
         above = [row[-1] for row in filled[1:-1] if len(row) == len(last)]
         if len(above) >= ENOUGH_ABOVE and fewer_digits(last[-1], above):
             raise ValueError(f"it ends in {last[-1][:30]!r}, every earlier number has more digits")

@@ -143,6 +143,24 @@ class TestValidity:
         assert recording.segments[0].second_opinion == "agrees"
 
 
+class TestResolution:
+    @pytest.mark.parametrize("unit", ["mm", "m"])
+    def test_rounded(self, tmp_path, unit):
+        factor = {"mm": 1, "m": 1000}[unit]
+        for step in (1, 0.5, 0.1, 0.05, 0.01, 0.005, 0.001):
+            points = still(N)
+            noise = np.random.default_rng(3).normal(0, 3 * step, (N, 2, 3))
+            points[..., :3] = step * np.round((points[..., :3] + noise) / step) / factor
+            points[:50, 0, 3] = -1
+            recording = read(build(tmp_path / "a.c3d", points, units=unit))
+            assert (recording.resolution_mm, recording.resolution_kind) == (step, "rounded")
+
+    def test_step_near_the_spacing_is_not_claimed(self, tmp_path):
+        points = still(N)
+        points[..., :3] = 1e-4 * np.round((points[..., :3] + 1500) / 1e-4)
+        assert read(build(tmp_path / "a.c3d", points)).resolution_kind == "float32"
+
+
 RATES = [  # in the file, as given (Hz), as read or why not
     ({"rate": 59.94}, None, 59.94),  # of a float32 the decimal that was meant
     ({}, 120, 120),

@@ -47,21 +47,26 @@ def test_cut_off(tmp_path):
     assert recording.notes == (
         "a.trc: cut off: 150 of the 200 frames that NumFrames states; used as it is",
     )
+    for name, text in (("b.trc", trc(LABELS, 100, TAKE)), ("b.csv", nexus(LABELS, 100, TAKE))):
+        path = make(tmp_path, name, text.rstrip()[:-25])
+        with pytest.raises(Refusal, match=r": cut off: line 20[56] ends after \d of 8 cells$"):
+            read(path)
+        found = read(path, accept_truncated=True)
+        assert np.array_equal(found.position_mm, EXPECTED[:, :, :199])
+    path = make(tmp_path, "c.csv", nexus(LABELS, 100, TAKE).rstrip())
+    assert read(path).notes == ("c.csv: line 205, the last, has no line end: is anything missing?",)
 
 
 @pytest.mark.parametrize("n", [20, 200])  # more than the first block that is looked at, and less
 @pytest.mark.parametrize("suffix", WRITERS)
 def test_a_mark_of_the_end_is_no_text(tmp_path, suffix, n):
-    """Ctrl-Z, which programs of the time of DOS write; also after a row that is cut off."""
+    """Ctrl-Z, which programs of the time of DOS write."""
     text = WRITERS[suffix](LABELS, 100, TAKE[:n])
     for end in ("\x1a", "\x1a\x1a"):
         path = make(tmp_path, f"a{suffix}", text + end)
         assert np.allclose(read(path).position_mm, EXPECTED[:, :, :n], atol=5e-4)
-        cut = make(tmp_path, f"a{suffix}", text.rstrip()[:-25] + end)
         with pytest.raises(Truncated, match=r"cut off: line \d+ ends after"):
-            read(cut)
-        found = read(cut, accept_truncated=True).position_mm
-        assert np.allclose(found, EXPECTED[:, :, : n - 1], atol=5e-4)
+            read(make(tmp_path, f"a{suffix}", text.rstrip()[:-25] + end))
 
 
 @pytest.mark.parametrize("end", ["\t\t", "\t" * 5, "\t\t\r\n", "\t" * 5 + "\r\n\t\r\n"])

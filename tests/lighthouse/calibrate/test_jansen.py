@@ -60,6 +60,20 @@ def test_accuracy_is_that_of_the_paper(moved: tuple[Scene, Calibration]) -> None
     assert pick(found, "paper-lm", "final").mirrored_share < 0.01
 
 
+def test_covariance_is_of_the_size_of_the_errors() -> None:
+    """Errors over their standard deviation, six short recordings, six components: rms between
+    0.5 and 1.8 at both stages of paper-lm."""
+    settings = CalibrationSettings(optics=("ideal",), estimators=("paper-lm",))
+    ratios: dict[str, list] = {"kabsch": [], "final": []}
+    for seed in range(10, 16):
+        own = scene(seed, seconds=5, noise_rad=6e-5)
+        for e in calibrate(own.hits, own.board, [None, None], settings).estimates:
+            error = np.r_[1e3 * (e.t_m - own.t_m), np.degrees(rotation.error(e.R, own.R))]
+            ratios[e.stage].append(error / np.sqrt(np.diag(e.covariance)))
+    for stage in ratios:
+        assert 0.5 < np.sqrt(np.mean(np.square(ratios[stage]))) < 1.8, stage
+
+
 @pytest.mark.parametrize("estimator", ["pnp", "geometric"])
 def test_peers_that_j_discusses(estimator: str) -> None:
     if estimator == "pnp" and (why := opencv_is_missing()):

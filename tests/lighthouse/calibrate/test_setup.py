@@ -16,7 +16,7 @@ from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.setup import Setup, by_setup
 from mocap_metrology.lighthouse.records import Factory, Hits, Station
-from mocap_metrology.lighthouse.simulate.recording import simulate
+from mocap_metrology.lighthouse.simulate import recording
 from tests.lighthouse import pairs
 from tests.lighthouse.batch.planes_scene import Made, made
 from tests.lighthouse.pairs import twin
@@ -146,10 +146,26 @@ def test_a_channel_of_two_stations_does_not_tell_which() -> None:
         same_stations(every | {"c": [station(3, None)]})
 
 
-def of_pair(seed: int, *centre_m: float) -> Scene:
-    """A recording of a master and a slave, at a place of its own."""
-    made = simulate(twin(seed, duration_s=4.0, motion={"centre_m": centre_m}))
-    return pairs.scene(made, priors=Priors())
+PLACES = ((3.0, 0.8, 0.2), (3.6, 0.3, -0.4), (2.5, 1.3, 0.5), (3.3, 1.5, -0.1), (2.7, 0.2, 0.4))
+
+
+def of_pair(k: int, **slave: object) -> recording.SimulatedSweeps:
+    """Recording k of a setup, at a place of its own."""
+    return recording.simulate(
+        twin(40 + k, duration_s=4.0, motion={"centre_m": PLACES[k]}, slave=slave)
+    )
+
+
+def one_of(own: recording.SimulatedSweeps) -> Scene:
+    return pairs.scene(own, priors=Priors())
+
+
+def test_a_station_moved_between_recordings_is_found() -> None:
+    recordings = [of_pair(k) for k in range(2)]
+    recordings.append(of_pair(2, position_m=(0.505, 2.5, 0.3)))
+    found = by_setup({str(k): one_of(own) for k, own in enumerate(recordings)})
+    assert max(pair.m2 for pair in found.predicted["slave"].values()) > 10 * chi2.ppf(0.999, 6)
+    assert found.pose.halves.m2 == max(pair.m2 for pair in found.predicted["slave"].values())
 
 
 @pytest.mark.parametrize(("bump_mm", "share"), [(5.0, 0.5), (1500.0, 0.75)])
@@ -166,11 +182,9 @@ def test_a_station_moved_within_a_recording_is_found(bump_mm: float, share: floa
 
 
 def test_a_bad_recording_is_left_out_by_name_and_one_is_too_few() -> None:
-    own, other = of_pair(40, 3.0, 0.8, 0.2), of_pair(41, 3.6, 0.3, -0.4)
+    own, other = one_of(of_pair(0)), one_of(of_pair(1))
     short = replace(other, hits=other.hits.take(other.hits.time_s < other.hits.time_s.min() + 0.2))
     with pytest.raises(Refusal, match=r"1 recordings of the setup can be used; .*short: "):
         by_setup({"own": own, "short": short})
     found = by_setup({"own": own, "other": other, "short": short})
-    predicted = found.predicted["slave"]
-    assert found.why[0].startswith("short: ") and set(predicted) == {"own", "other"}
-    assert found.pose.halves.m2 == max(pair.m2 for pair in predicted.values())
+    assert found.why[0].startswith("short: ") and set(found.predicted["slave"]) == {"own", "other"}

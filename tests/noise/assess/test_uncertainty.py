@@ -110,7 +110,7 @@ def test_constant_and_empty_series() -> None:
 
 
 def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
-    """Of 75 white series the right model is believed in all but what 1 in 1000 explains."""
+    """Of 150 white series the right model is believed in all but what 1 in 1000 explains."""
     found = assess_series(white() + np.linspace(0, 0.2, N), rows(), curve(), SPAN)
     assert (found.status, found.basis) == ("ok", "measured")
     assert found.frame_mm == pytest.approx(math.hypot(SIGMA, 0.2 / math.sqrt(12)), rel=0.02)
@@ -119,8 +119,8 @@ def test_wander_the_model_lacks_is_measured_and_chance_is_none() -> None:
     assert why.expected == pytest.approx(SIGMA * math.sqrt(1 / RATE - 1 / N))
     assert why.value == pytest.approx(0.2 / math.sqrt(12), rel=0.02)
     assert found.drift_mm_per_h == pytest.approx(0.2 * 12, rel=0.02)
-    bases = [assess_series(white(s), rows(), curve(), SPAN).basis for s in range(75)]
-    assert bases.count("measured") <= 1
+    bases = [assess_series(white(s), rows(), curve(), SPAN).basis for s in range(150)]
+    assert bases.count("measured") <= 2
 
 
 @pytest.mark.parametrize("name", ["drift", "warm-up"])

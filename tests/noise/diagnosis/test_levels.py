@@ -93,6 +93,18 @@ def test_the_ratio_of_two_sides_and_its_interval() -> None:
     assert part.mean.tolist() == [1.0, 3.0] and math.isnan(few.between(0, 1).sd)
 
 
+def test_what_goes_up_and_down_does_not_rise() -> None:
+    """A level that swings by a quarter over 4 min: no polynomial describes it, and its ends are
+    none of the level. At the ends of a cubic it "rose" by 20 to 88 %."""
+    t = np.arange(N) / RATE
+    for seed in range(8):
+        phase = np.random.default_rng(seed).uniform(0, 2 * np.pi)
+        found = levels(1 + 0.25 * np.sin(2 * np.pi * t / 240 + phase), seed)
+        for one in trends(found, NONE, []):
+            assert one.direction == "changes" and one.lower < 0 < one.upper
+            assert -0.4 < one.least <= 0 <= one.greatest < 0.67  # 0.75 / 1.25, 1.25 / 0.75
+
+
 @pytest.mark.parametrize(("minutes", "size"), [(1.5, 0.15), (2.5, 0.4)])
 def test_a_level_that_rises_for_a_while_and_returns_was_not_less(
     minutes: float, size: float

@@ -85,6 +85,7 @@ KINDS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
     "Kalman": (kalman, "smoothed"),
     "one-euro": (one_euro, "smoothed"),
     "resampled": (resampled, "resampled"),
+    "median of five": (lambda x: ndimage.median_filter(x, (1, 5)), "running_median"),
     "median of nine, 3 m away": (
         lambda x: ndimage.median_filter(x, (1, 9)) + 3000.0,
         "running_median",

@@ -104,10 +104,12 @@ def test_chi_squared_of_independent_samples_is_that_of_scipy():
     "draw",
     [
         lambda rng: rng.normal(size=2000),
+        lambda rng: white_and_slow(rng, rng.normal(size=2000), 1.0, 0.3),
         lambda rng: white_and_slow(rng, rng.normal(size=2000), 10.0, 0.9),
+        lambda rng: 3 * rng.normal(size=2000) + np.cumsum(rng.normal(size=2000)) / 10,
         lambda rng: np.cumsum(rng.normal(size=2000)),
     ],
-    ids=["white", "mostly slow", "random walk"],
+    ids=["white", "and slow", "mostly slow", "and random walk", "random walk"],
 )
 def test_p_is_uniform_on_gaussian_noise(draw, monkeypatch):
     """Whatever its time scales; Kolmogorov-Smirnov p > 0.01 of 60 recordings."""

@@ -172,8 +172,8 @@ def test_too_short_is_refused():
 
 
 def test_days_of_a_facility() -> None:
-    """150 dates of one twin: place, length and jitter scatter from day to day as stated (standard
-    errors of 6 %), and what changes on a date stays changed. The same date gives the same bytes."""
+    """300 dates of one twin: place, length and jitter scatter from day to day as stated (standard
+    errors of 4 %), and what changes on a date stays changed. The same date gives the same bytes."""
     change = {"since": "2026-03-01", "place_mm": [3, 0, 0], "length_mm": 1, "jitter": 4}
     days = {"place_mm": 0.2, "length_mm": 0.1, "jitter": 0.1}
     own = WHITE | {"duration_s": 4, "start_mm": [[0, 0, 0], [0, 500, 0]]}
@@ -182,7 +182,7 @@ def test_days_of_a_facility() -> None:
 
     def numbers(twin) -> np.ndarray:
         found = []
-        for k in range(150):
+        for k in range(300):
             day = date(2026, 3, 1) + timedelta(days=k)
             made = simulate(replace(twin, date=f"{day.isoformat()}T10:00"))
             mean = made.position_mm.mean(axis=2)
@@ -191,7 +191,7 @@ def test_days_of_a_facility() -> None:
         return np.array(found)
 
     quiet, moved = numbers(before), numbers(after)
-    assert quiet.std(axis=0) == pytest.approx([0.2, 0.1, 0.1], rel=0.2)
+    assert quiet.std(axis=0) == pytest.approx([0.2, 0.1, 0.1], rel=0.15)
     assert np.median(moved - quiet, axis=0) == pytest.approx([3, 1, math.log(4)], abs=0.03)
     creeping = {"since": "2026-03-01", "length_mm_per_day": 0.5}
     late = recording_twin(own | {"days": {"changes": [creeping]}}, "t")

@@ -148,7 +148,7 @@ pictures: warm  ## redraw the pictures of README.md and docs from nine-hour twin
 docs: env  ## regenerate the tables of config/README.md and workflow/schemas from the models
 	@$(RUN) PYTHONPATH=workflow python -m mocap_workflow.document
 
-graph: env  ## redraw the rule graph of docs/rule_graph.md
+graph: env  ## redraw the rule graph of docs/rule_graph.md (needs Graphviz)
 	@$(RUN) python workflow/rule_graph.py
 
 clean:  ## remove the environment, not the results

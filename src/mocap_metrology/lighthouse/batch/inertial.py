@@ -23,7 +23,13 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.kernel import POSE, Equations, right_jacobians, rotated
+from mocap_metrology.lighthouse.batch.kernel import (
+    POSE,
+    Equations,
+    of_turn,
+    right_jacobians,
+    rotated,
+)
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2, INERTIAL_SD, Layout, State
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, cubic
 from mocap_metrology.lighthouse.batch.view import LIMIT, selected_inverse
@@ -310,7 +316,8 @@ def _measured(
 
 @njit
 def _turn(R: np.ndarray, v: np.ndarray) -> None:
-    row = np.empty(3)
+    """R Exp(v), whose rows are Exp(-v) of those of R."""
+    x, y, z = v
+    s, c, _ = of_turn(x * x + y * y + z * z)
     for i in range(3):
-        rotated(-v, R[i], row)  # R Exp(v) has the rows Exp(-v) r
-        R[i] = row
+        R[i, 0], R[i, 1], R[i, 2] = rotated(-x, -y, -z, s, c, R[i, 0], R[i, 1], R[i, 2])

@@ -27,10 +27,15 @@ from mocap_metrology.lighthouse.rotor import GENERATION, angle_gradient
 
 POSE = 6  # unknowns of a control point, and of a station: position, rotation vector
 SPAN = 5 * POSE  # of a sweep: the control points of two neighbouring intervals
-LOCAL = 28  # most global unknowns of one hit
-ROOM = 45  # of the work of one hit
+NEAR = 4 * POSE  # of the control points of one hit
+MOST = NEAR + 19  # of those, its other unknowns but its diode's place, its residual and 1
 HELD = 0.5  # of the factor of t: where the places of a board's file hold
 INDEX2 = 1.5**2  # of refraction, of the cover of a diode
+# Of the work of one hit: derivatives by the diode's place in the board's frame, by the master's
+# coordinates, by depth and by the intrinsics; the diode from the station; rotation vector and the
+# functions of its length; the diode under its cover, the sign of the shift and the factor of t
+PLACE, ALL, DEPTH, BY, FAR, TURN, UNDER, SIDE, LEAN = 0, 3, 6, 7, 13, 16, 22, 25, 26
+ROOM = 27
 
 
 Rows = tuple[np.ndarray, int, int, int]
@@ -47,7 +52,8 @@ class Light(NamedTuple):
 
 class Equations(NamedTuple):
     """Normal equations of K control points and G other unknowns: lower diagonals (SPAN, 6 K);
-    (6 K, G); (G, G); gradients (6 K,) and (G,)."""
+    (6 K, G); (G, G); gradients (6 K,) and (G,). The first two are in column order, in which LAPACK
+    works and sums over neighbours are contiguous."""
 
     band: np.ndarray
     cross: np.ndarray
@@ -59,7 +65,7 @@ class Equations(NamedTuple):
     def zeros(cls, K: int, G: int) -> Equations:
         """Empty equations of K coordinates of control points and G global unknowns."""
         shapes = (SPAN, K), (K, G), (G, G), (K,), (G,)
-        return cls(*(np.zeros(shape) for shape in shapes))
+        return cls(*(np.zeros(shape, order="F") for shape in shapes))
 
 
 class Values(NamedTuple):
@@ -83,160 +89,167 @@ class Values(NamedTuple):
 
 
 @njit(inline="always")
-def right_jacobian(v: np.ndarray, J: np.ndarray) -> None:
-    """J with Exp(v + d) = Exp(v) Exp(J d) to first order in d."""
-    a2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+def of_turn(a2: float) -> tuple[float, float, float]:
+    """sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of the square of an angle."""
     if a2 < 1e-8:
-        b, c = 0.5 - a2 / 24, 1 / 6 - a2 / 120
-    else:
-        a = math.sqrt(a2)
-        b, c = (1 - math.cos(a)) / a2, (a - math.sin(a)) / (a2 * a)
-    for i in range(3):
-        for j in range(3):
-            J[i, j] = c * v[i] * v[j]
-        J[i, i] += 1 - c * a2
-    J[0, 1] += b * v[2]
-    J[0, 2] -= b * v[1]
-    J[1, 0] -= b * v[2]
-    J[1, 2] += b * v[0]
-    J[2, 0] += b * v[1]
-    J[2, 1] -= b * v[0]
+        return 1 - a2 / 6, 0.5 - a2 / 24, 1 / 6 - a2 / 120
+    a = math.sqrt(a2)
+    sine = math.sin(a)
+    return sine / a, (1 - math.cos(a)) / a2, (a - sine) / (a2 * a)
+
+
+@njit(inline="always")
+def rotated(
+    v0: float, v1: float, v2: float, s: float, c: float, q0: float, q1: float, q2: float
+) -> tuple[float, float, float]:
+    """Exp(v) q (Rodrigues); s, c: the first of `of_turn`."""
+    k0, k1, k2 = v1 * q2 - v2 * q1, v2 * q0 - v0 * q2, v0 * q1 - v1 * q0
+    return (
+        q0 + s * k0 + c * (v1 * k2 - v2 * k1),
+        q1 + s * k1 + c * (v2 * k0 - v0 * k2),
+        q2 + s * k2 + c * (v0 * k1 - v1 * k0),
+    )
 
 
 @njit
 def right_jacobians(v: np.ndarray) -> np.ndarray:
-    """Those of rotation vectors (n, 3), (n, 3, 3)."""
+    """J (n, 3, 3) with Exp(v + d) = Exp(v) Exp(J d) to first order in d, of vectors (n, 3)."""
     out = np.empty((len(v), 3, 3))
     for m in range(len(v)):
-        right_jacobian(v[m], out[m])
+        x, y, z = v[m]
+        a2 = x * x + y * y + z * z
+        _, b, c = of_turn(a2)
+        for i in range(3):
+            for j in range(3):
+                out[m, i, j] = c * v[m, i] * v[m, j]
+            out[m, i, i] += 1 - c * a2
+        out[m, 0, 1] += b * z
+        out[m, 0, 2] -= b * y
+        out[m, 1, 0] -= b * z
+        out[m, 1, 2] += b * x
+        out[m, 2, 0] += b * y
+        out[m, 2, 1] -= b * x
     return out
 
 
 @njit(inline="always")
-def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
-    """out = Exp(v) q (Rodrigues)."""
-    a2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-    if a2 < 1e-8:
-        s, c = 1 - a2 / 6, 0.5 - a2 / 24
-    else:
-        a = math.sqrt(a2)
-        s, c = math.sin(a) / a, (1 - math.cos(a)) / a2
-    k0, k1, k2 = v[1] * q[2] - v[2] * q[1], v[2] * q[0] - v[0] * q[2], v[0] * q[1] - v[1] * q[0]
-    out[0] = q[0] + s * k0 + c * (v[1] * k2 - v[2] * k1)
-    out[1] = q[1] + s * k1 + c * (v[2] * k0 - v[0] * k2)
-    out[2] = q[2] + s * k2 + c * (v[0] * k1 - v[1] * k0)
+def _angle(
+    h: int, seen: Light, control: np.ndarray, of: Values, work: np.ndarray, by: np.ndarray
+) -> float:
+    """Predicted angle, and the part of the work that it needs; by: room for derivatives by the
+    intrinsics, or empty."""
+    basis, F, R, t, board, normals = seen.basis, seen.turned, of.R, of.t_m, of.board, of.normals
+    s, axis, d, k = seen.who[h, 0], seen.who[h, 1], seen.who[h, 2], seen.who[h, 3]
+    p0 = p1 = p2 = v0 = v1 = v2 = 0.0
+    for i in range(4):
+        b = basis[h, i]
+        p0 += b * control[k + i, 0]
+        p1 += b * control[k + i, 1]
+        p2 += b * control[k + i, 2]
+        v0 += b * control[k + i, 3]
+        v1 += b * control[k + i, 4]
+        v2 += b * control[k + i, 5]
+    sine, cosine, third = of_turn(v0 * v0 + v1 * v1 + v2 * v2)
+    q0, q1, q2 = board[d, 0], board[d, 1], board[d, 2]
+    a0, a1, a2 = rotated(v0, v1, v2, sine, cosine, q0, q1, q2)
+    f0 = p0 - t[s, 0] + F[h, 0, 0] * a0 + F[h, 0, 1] * a1 + F[h, 0, 2] * a2
+    f1 = p1 - t[s, 1] + F[h, 1, 0] * a0 + F[h, 1, 1] * a1 + F[h, 1, 2] * a2
+    f2 = p2 - t[s, 2] + F[h, 2, 0] * a0 + F[h, 2, 1] * a1 + F[h, 2, 2] * a2
+    if normals.shape[0] > 0:
+        n0, n1, n2 = normals[d, 0], normals[d, 1], normals[d, 2]
+        a0, a1, a2 = rotated(v0, v1, v2, sine, cosine, n0, n1, n2)
+        m0 = F[h, 0, 0] * a0 + F[h, 0, 1] * a1 + F[h, 0, 2] * a2
+        m1 = F[h, 1, 0] * a0 + F[h, 1, 1] * a1 + F[h, 1, 2] * a2
+        m2 = F[h, 2, 0] * a0 + F[h, 2, 1] * a1 + F[h, 2, 2] * a2
+        along = -(m0 * f0 + m1 * f1 + m2 * f2) / math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
+        side = 1.0 if along > 0.0 else -1.0  # that of a flat board which the light comes from
+        along = min(side * along, 1.0)
+        lean = 1.0 - along / math.sqrt(INDEX2 - 1.0 + along * along)
+        shift = side * (of.cover[0] + of.cover[1] * lean)
+        f0, f1, f2 = f0 + shift * m0, f1 + shift * m1, f2 + shift * m2
+        q0, q1, q2 = q0 + shift * n0, q1 + shift * n1, q2 + shift * n2
+        work[SIDE], work[LEAN] = side, lean
+    x = R[s, 0, 0] * f0 + R[s, 1, 0] * f1 + R[s, 2, 0] * f2
+    y = R[s, 0, 1] * f0 + R[s, 1, 1] * f1 + R[s, 2, 1] * f2
+    z = R[s, 0, 2] * f0 + R[s, 1, 2] * f1 + R[s, 2, 2] * f2
+    theta, gx, gy, gz = angle_gradient(axis, x, y, z, of.rotors[s, axis], by)
+    for i in range(3):
+        work[ALL + i] = R[s, i, 0] * gx + R[s, i, 1] * gy + R[s, i, 2] * gz
+    work[DEPTH] = gx
+    work[FAR], work[FAR + 1], work[FAR + 2] = f0, f1, f2
+    work[TURN], work[TURN + 1], work[TURN + 2] = v0, v1, v2
+    work[TURN + 3], work[TURN + 4], work[TURN + 5] = sine, cosine, third
+    work[UNDER], work[UNDER + 1], work[UNDER + 2] = q0, q1, q2
+    return theta
 
 
 @njit(inline="always")
-def _hit(
-    h: int, seen: Light, control: np.ndarray, of: Values, row: np.ndarray, work: np.ndarray, at: int
-) -> float:
-    """Predicted angle; derivative by the board's pose at the time, in row[:6]; work[3:6] is that
-    by the diode's place, work[6:9] by the master's coordinates, work[9:12] the diode from the
-    station, work[12:15] in the station's frame, work[30:36] those by the intrinsics if `at` is no
-    less than 0, work[36] the factor of t, work[37:43] the normal in the master's frame and the
-    diode under its cover, work[43] the sign of the shift, work[44] the derivative by depth."""
-    who, basis, normals, cover = seen.who, seen.basis, of.normals, of.cover
-    t, rotors = of.t_m, of.rotors
-    s, axis, d, k = who[h, 0], who[h, 1], who[h, 2], who[h, 3]
-    p0 = p1 = p2 = 0.0
-    v = work[15:18]
-    v[:] = 0.0
-    for i in range(4):
-        b, c = basis[h, i], control[k + i]
-        p0 += b * c[0]
-        p1 += b * c[1]
-        p2 += b * c[2]
-        v[0] += b * c[3]
-        v[1] += b * c[4]
-        v[2] += b * c[5]
-    q, a, F, S = of.board[d], work[0:3], seen.turned[h], of.R[s]
-    rotated(v, q, a)
-    far, x = work[9:12], work[12:15]
-    far[0] = p0 - t[s, 0] + F[0, 0] * a[0] + F[0, 1] * a[1] + F[0, 2] * a[2]
-    far[1] = p1 - t[s, 1] + F[1, 0] * a[0] + F[1, 1] * a[1] + F[1, 2] * a[2]
-    far[2] = p2 - t[s, 2] + F[2, 0] * a[0] + F[2, 1] * a[1] + F[2, 2] * a[2]
-    if normals.shape[0] > 0:
-        m, under = work[37:40], work[40:43]
-        rotated(v, normals[d], a)
-        along = 0.0
-        for i in range(3):
-            m[i] = F[i, 0] * a[0] + F[i, 1] * a[1] + F[i, 2] * a[2]
-            along -= m[i] * far[i]
-        along /= math.sqrt(far[0] * far[0] + far[1] * far[1] + far[2] * far[2])
-        side = 1.0 if along > 0.0 else -1.0  # that of a flat board which the light comes from
-        along = min(side * along, 1.0)
-        work[36], work[43] = 1.0 - along / math.sqrt(INDEX2 - 1.0 + along * along), side
-        shift = side * (cover[0] + cover[1] * work[36])
-        for i in range(3):
-            far[i] += shift * m[i]
-            under[i] = q[i] + shift * normals[d, i]
-        q = under
-    for i in range(3):
-        x[i] = S[0, i] * far[0] + S[1, i] * far[1] + S[2, i] * far[2]
-    by = work[30:36] if at >= 0 else work[:0]
-    theta, gx, gy, gz = angle_gradient(axis, x[0], x[1], x[2], rotors[s, axis], by)
-    work[44] = gx
-    D, e = work[6:9], work[3:6]
-    for i in range(3):
-        D[i] = S[i, 0] * gx + S[i, 1] * gy + S[i, 2] * gz
-        row[i] = D[i]
-    for i in range(3):
-        a[i] = F[0, i] * D[0] + F[1, i] * D[1] + F[2, i] * D[2]
-    work[18], work[19], work[20] = -v[0], -v[1], -v[2]
-    rotated(work[18:21], a, e)
-    J = work[21:30].reshape(3, 3)
-    right_jacobian(v, J)
-    m0, m1, m2 = q[1] * e[2] - q[2] * e[1], q[2] * e[0] - q[0] * e[2], q[0] * e[1] - q[1] * e[0]
-    for i in range(3):
-        row[3 + i] = m0 * J[0, i] + m1 * J[1, i] + m2 * J[2, i]
-    return theta
+def _by_pose(h: int, seen: Light, work: np.ndarray, row: np.ndarray) -> None:
+    """Derivative by the board's pose at the time of a hit, row (6,), and by the diode's place. With
+    m = q x e, that by the rotation vector v is (1 - c |v|^2) m + c (m v) v + b v x m, b and c the
+    last of `of_turn`."""
+    F, D0, D1, D2 = seen.turned, work[ALL], work[ALL + 1], work[ALL + 2]
+    a0 = F[h, 0, 0] * D0 + F[h, 1, 0] * D1 + F[h, 2, 0] * D2
+    a1 = F[h, 0, 1] * D0 + F[h, 1, 1] * D1 + F[h, 2, 1] * D2
+    a2 = F[h, 0, 2] * D0 + F[h, 1, 2] * D1 + F[h, 2, 2] * D2
+    v0, v1, v2 = work[TURN], work[TURN + 1], work[TURN + 2]
+    s, b, c = work[TURN + 3], work[TURN + 4], work[TURN + 5]
+    e0, e1, e2 = rotated(-v0, -v1, -v2, s, b, a0, a1, a2)
+    q0, q1, q2 = work[UNDER], work[UNDER + 1], work[UNDER + 2]
+    m0, m1, m2 = q1 * e2 - q2 * e1, q2 * e0 - q0 * e2, q0 * e1 - q1 * e0
+    whole = 1 - c * (v0 * v0 + v1 * v1 + v2 * v2)
+    along = c * (m0 * v0 + m1 * v1 + m2 * v2)
+    row[0], row[1], row[2] = D0, D1, D2
+    row[3] = whole * m0 + along * v0 + b * (v1 * m2 - v2 * m1)
+    row[4] = whole * m1 + along * v1 + b * (v2 * m0 - v0 * m2)
+    row[5] = whole * m2 + along * v2 + b * (v0 * m1 - v1 * m0)
+    work[PLACE], work[PLACE + 1], work[PLACE + 2] = e0, e1, e2
 
 
 @njit(inline="always")
 def _globals(
     h: int, seen: Light, of: Values, rows: Rows, work: np.ndarray, at: np.ndarray, value: np.ndarray
 ) -> int:
-    """Which global unknowns the angle depends on, and its derivatives; returns how many.
+    """Which global unknowns but its diode's place the angle depends on, and its derivatives, from
+    `NEAR` on; returns where they end. Of all hits of a station and axis they are the same.
 
     rows: columns (stations, 2, 9), first column of the station's pose, of its laser depth, then of
     each axis' offset, tilt, curve and both parts of gibbous, and of ogee; that of the scale, of the
     diodes' places and of the cover; -1 where known.
     """
-    columns, scale, places, cover = rows
-    board, normals = of.board, of.normals
+    columns, scale, _, cover = rows
+    board, normals, n = of.board, of.normals, NEAR
     s, axis, d = seen.who[h, 0], seen.who[h, 1], seen.who[h, 2]
-    column, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
-    if column[0] >= 0:
+    first = columns[s, axis, 0]
+    if first >= 0:
         for i in range(3):
-            at[n], value[n] = column[0] + i, -D[i]
             j, k = (i + 1) % 3, (i + 2) % 3
-            at[n + 3], value[n + 3] = column[0] + 3 + i, D[j] * far[k] - D[k] * far[j]
+            turn = work[ALL + j] * work[FAR + k] - work[ALL + k] * work[FAR + j]
+            at[n], value[n] = first + i, -work[ALL + i]
+            at[n + 3], value[n + 3] = first + 3 + i, turn
             n += 1
         n += 3
-    if column[1] >= 0:
-        at[n], value[n] = column[1], (0.5 if axis == 1 else -0.5) * work[44]
+    if columns[s, axis, 1] >= 0:
+        at[n], value[n] = columns[s, axis, 1], (0.5 if axis == 1 else -0.5) * work[DEPTH]
         n += 1
-    if column[2] >= 0:
-        at[n], value[n] = column[2], 1.0
+    if columns[s, axis, 2] >= 0:
+        at[n], value[n] = columns[s, axis, 2], 1.0
         n += 1
-    if column[3] >= 0:
+    if columns[s, axis, 3] >= 0:
         for i in range(6 if of.rotors[s, axis, GENERATION] == 2.0 else 4):
-            at[n], value[n] = column[3 + i], work[30 + i]
+            at[n], value[n] = columns[s, axis, 3 + i], work[BY + i]
             n += 1
     if scale >= 0:
-        at[n] = scale
-        value[n] = e[0] * board[d, 0] + e[1] * board[d, 1] + e[2] * board[d, 2]
-        n += 1
-    if places >= 0:
+        at[n], value[n] = scale, 0.0
         for i in range(3):
-            at[n], value[n] = places + 3 * d + i, e[i]
-            n += 1
+            value[n] += work[PLACE + i] * board[d, i]
+        n += 1
     if cover >= 0:
-        across = e[0] * normals[d, 0] + e[1] * normals[d, 1] + e[2] * normals[d, 2]
-        across *= work[43]
+        across = 0.0
+        for i in range(3):
+            across += work[SIDE] * work[PLACE + i] * normals[d, i]
         at[n], value[n] = cover, across
-        at[n + 1], value[n + 1] = cover + 1, across * (work[36] - HELD)
+        at[n + 1], value[n + 1] = cover + 1, across * (work[LEAN] - HELD)
         n += 2
     return n
 
@@ -244,9 +257,9 @@ def _globals(
 @njit
 def predicted(seen: Light, control: np.ndarray, of: Values) -> np.ndarray:
     """Angle (rad) that the model gives for each hit, the offset of its rotor included."""
-    row, work, out = np.empty(POSE), np.empty(ROOM), np.empty(seen.who.shape[0])
+    work, out, none = np.empty(ROOM), np.empty(seen.who.shape[0]), np.empty(0)
     for h in range(out.size):
-        theta = _hit(h, seen, control, of, row, work, -1)
+        theta = _angle(h, seen, control, of, work, none)
         out[h] = theta + of.offsets[seen.who[h, 0], seen.who[h, 1]]
     return out
 
@@ -268,56 +281,87 @@ def accumulate(
 
     first (sweeps + 1,): hits of each sweep; rows: as of `_globals`; of each sweep sum(w J) in sums
     (sweeps, SPAN), from the first control point of its first hit on, and sums_inner (sweeps, G).
-    All are zero before.
+    All are zero before. Hits of a sweep in one interval share their unknowns: w z z^T of z = (J, e,
+    1) is summed up in one small matrix first, which fits in the cache.
     """
-    who, basis, inner, g_inner = seen.who, seen.basis, total.inner, total.g_inner
-    row, work = np.empty(POSE), np.empty(ROOM)
-    at, value = np.empty(LOCAL, np.int64), np.empty(LOCAL)
-    block = np.zeros((4 * POSE, 4 * POSE)), np.zeros((4 * POSE, g_inner.size)), np.zeros(4 * POSE)
-    wide = np.empty(4 * POSE)
-    at_knot = -1
+    who, basis, places = seen.who, seen.basis, rows[2]
+    row, work, z = np.empty(POSE), np.empty(ROOM), np.empty(MOST)
+    by, none, at = work[BY : BY + 6], work[:0], np.empty(MOST, np.int64)
+    M = np.zeros((MOST, MOST))
     for m in range(first.size - 1):
-        begin = who[first[m], 3]
-        for h in range(first[m], first[m + 1]):
+        begin, end = who[first[m], 3], first[m + 1]
+        for h in range(first[m], end):
             begin = min(begin, who[h, 3])
-        for h in range(first[m], first[m + 1]):
-            k = who[h, 3]
-            if k != at_knot:
-                _flush(at_knot, block, total)
-                at_knot = k
-            _hit(h, seen, control, of, row, work, rows[0][who[h, 0], who[h, 1], 3])
-            n = _globals(h, seen, of, rows, work, at, value)
-            w = weight[h]
-            we, shift = w * residual[h], POSE * (k - begin)
+        wants = rows[0][who[first[m], 0], who[first[m], 1], 3] >= 0
+        for h in range(first[m], end):
+            k, w = who[h, 3], weight[h]
+            _angle(h, seen, control, of, work, by if wants else none)
+            _by_pose(h, seen, work, row)
+            n = _globals(h, seen, of, rows, work, at, z)
+            z[n], z[n + 1] = residual[h], 1.0
             for i in range(4):
                 for a in range(POSE):
-                    wide[POSE * i + a] = basis[h, i] * row[a]
-            for i in range(4 * POSE):
-                wx = w * wide[i]
-                sums[m, shift + i] += wx
-                block[2][i] += we * wide[i]
+                    z[POSE * i + a] = basis[h, i] * row[a]
+            for i in range(n + 2):
+                x = w * z[i]
                 for j in range(i + 1):
-                    block[0][i, j] += wx * wide[j]
-                for j in range(n):
-                    block[1][i, at[j]] += wx * value[j]
-            for i in range(n):
-                sums_inner[m, at[i]] += w * value[i]
-                g_inner[at[i]] += we * value[i]
-                for j in range(n):
-                    inner[at[i], at[j]] += w * value[i] * value[j]
-    _flush(at_knot, block, total)
+                    M[i, j] += x * z[j]
+            if places >= 0:
+                column = places + 3 * who[h, 2]
+                _add_place(column, POSE * k, w, n, at, z, work, total)
+                for i in range(3):
+                    sums_inner[m, column + i] += w * work[PLACE + i]
+            if h + 1 == end or who[h + 1, 3] != k:
+                _add(POSE * k, n, at, M, total)
+                for i in range(NEAR):
+                    sums[m, POSE * (k - begin) + i] += M[n + 1, i]
+                for i in range(NEAR, n):
+                    sums_inner[m, at[i]] += M[n + 1, i]
+                M[: n + 2] = 0.0
+    inner = total.inner
+    for i in range(len(inner)):  # what is on one side of the diagonal alone
+        for j in range(i):
+            inner[i, j] = inner[j, i] = inner[i, j] + inner[j, i]
 
 
 @njit
-def _flush(knot: int, block: tuple[np.ndarray, np.ndarray, np.ndarray], total: Equations) -> None:
-    """Move the sums over hits of one interval, which fit in the cache, to those of all."""
-    if knot < 0:
-        return
-    of, band, cross, g = POSE * knot, total.band, total.cross, total.g
-    for i in range(4 * POSE):
+def _add(k: int, n: int, at: np.ndarray, M: np.ndarray, total: Equations) -> None:
+    """Add the sums over some hits to those of all; k: first row of their control points."""
+    band, cross, inner, g, g_inner = total
+    for j in range(NEAR):  # of slices the processor adds several numbers at once
+        column, part = band[: NEAR - j, k + j], M[j:NEAR, j]
+        for i in range(column.size):
+            column[i] += part[i]
+        g[k + j] += M[n, j]
+    for i in range(NEAR, n):
+        column, part = cross[k : k + NEAR, at[i]], M[i, :NEAR]
+        for j in range(column.size):
+            column[j] += part[j]
+        for j in range(NEAR, i + 1):
+            inner[at[i], at[j]] += M[i, j]
+        g_inner[at[i]] += M[n, i]
+
+
+@njit
+def _add_place(
+    column: int,
+    k: int,
+    w: float,
+    n: int,
+    at: np.ndarray,
+    z: np.ndarray,
+    work: np.ndarray,
+    total: Equations,
+) -> None:
+    """Add what a hit says about its diode's place, from `column` on."""
+    _, cross, inner, _, g_inner = total
+    for i in range(3):
+        x = w * work[PLACE + i]
+        along = cross[k : k + NEAR, column + i]
+        for j in range(along.size):
+            along[j] += x * z[j]
+        for j in range(NEAR, n):
+            inner[column + i, at[j]] += x * z[j]
         for j in range(i + 1):
-            band[i - j, of + j] += block[0][i, j]
-        for j in range(cross.shape[1]):
-            cross[of + i, j] += block[1][i, j]
-        g[of + i] += block[2][i]
-    block[0][:], block[1][:], block[2][:] = 0.0, 0.0, 0.0
+            inner[column + i, column + j] += x * work[PLACE + j]
+        g_inner[column + i] += x * z[n]

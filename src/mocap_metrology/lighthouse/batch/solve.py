@@ -90,7 +90,8 @@ class Reduced:
 
 def _bend(trajectory: Trajectory, noise: float) -> tuple[np.ndarray, np.ndarray]:
     """Band and gradient of the second differences, in units of the variance of a hit."""
-    band, flat = np.zeros((SPAN, trajectory.control.size)), trajectory.control
+    flat = trajectory.control
+    band = np.zeros((SPAN, flat.size), order="F")
     if trajectory.still:
         band[0, POSE:] = 1.0  # control points that are not used
         return band, np.zeros(flat.size)
@@ -124,10 +125,11 @@ def reduced(
 ) -> Reduced:
     """The trajectory eliminated, damping (6 K,) times the diagonal added; raises LinAlgError where
     it is not determined."""
-    variance = noise.hit**2
+    variance, hits = noise.hit**2, sums.hits
     band, g = known_of(trajectory, sums.more, noise.hit)
-    band, g = sums.hits.band + band, sums.hits.g + g
-    cross, inner, h = sums.hits.cross.copy(), sums.hits.inner.copy(), sums.hits.g_inner.copy()
+    band, g = hits.band + band, hits.g + g
+    # np.copy keeps the order of columns, the method of arrays does not
+    cross, inner, h = map(np.copy, (hits.cross, hits.inner, hits.g_inner))
     if sums.more is not None:
         cross += variance * sums.more.cross
         inner += variance * sums.more.inner

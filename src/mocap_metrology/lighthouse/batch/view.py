@@ -42,18 +42,18 @@ def without_offsets(
             if sums_inner[m, j] != 0.0:
                 used[n] = j
                 n += 1
-        for i in range(min(SPAN, g.size - of)):
-            x = f * sums[m, i]
-            if x == 0.0:
-                continue
-            for j in range(i + 1):
-                band[i - j, of + j] -= x * sums[m, j]
-            for k in range(n):
-                cross[of + i, used[k]] -= x * sums_inner[m, used[k]]
+        near = sums[m, : min(SPAN, g.size - of)]
+        for i in range(near.size):  # of slices the processor subtracts several numbers at once
+            column, part, x = band[: near.size - i, of + i], near[i:], f * near[i]
+            for j in range(column.size):
+                column[j] -= x * part[j]
             g[of + i] -= x * sum_residual[m]
         for k in range(n):
             i = used[k]
             x = f * sums_inner[m, i]
+            column = cross[of : of + near.size, i]
+            for j in range(column.size):
+                column[j] -= x * near[j]
             for j in range(n):
                 inner[i, used[j]] -= x * sums_inner[m, used[j]]
             g_inner[i] -= x * sum_residual[m]

@@ -76,6 +76,8 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
                 write_poses(entry, settings, files | beside, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
             results = read_calibration(files, entry.calibration, None)
+            for words in _notes(results):
+                tell(words)
             tell_result(_verdict_lines(results, options.brief))
             inputs = files | beside | {"dump": str(path)}
             refusals = list(_tell_truth(entry, inputs, settings, part, options))
@@ -133,6 +135,13 @@ def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
     width = max(len(label) for label, _ in rows)
     table = [f"  {label:{width}}  {'  '.join(f'{c:>10}' for c in cells)}" for label, cells in rows]
     return [*lines, "", title, *table]
+
+
+def _notes(results: CalibrationFiles) -> list[str]:
+    """What the estimates left out, and why, each once."""
+    notes = [pose["note"] for pose in results.entries.values() if pose is not None]
+    every = [*results.pose["diagnostics"]["left_out"], *notes]
+    return [words for words in dict.fromkeys(every) if words]
 
 
 def _tell_truth(

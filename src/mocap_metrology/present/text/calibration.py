@@ -100,6 +100,7 @@ def sentence(check: Check, station: str = "") -> str:
         usual="noise and places of the diodes make" if station else "the noise of an angle is",
         that="what noise and places of the diodes make" if station else "the noise of an angle",
         its=f"the rotation of station {station}" if station else "the slave's rotation",
+        of_it=f" of station {station}" if station else "",
         why=why or "not used",
         first=next(iter(check.names), ""),
         in_one=f" in recording {check.names[0]}" if check.names else "",

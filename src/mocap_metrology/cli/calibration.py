@@ -141,7 +141,8 @@ def _notes(results: CalibrationFiles) -> list[str]:
     """What the estimates left out, and why, each once."""
     notes = [pose["note"] for pose in results.entries.values() if pose is not None]
     every = [*results.pose["diagnostics"]["left_out"], *notes]
-    return [words for words in dict.fromkeys(every) if words]
+    told = str(results.pose["verdict"]["reason"])
+    return [words for words in dict.fromkeys(every) if words and words not in told]
 
 
 def _tell_truth(

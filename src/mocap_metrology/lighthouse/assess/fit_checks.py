@@ -29,6 +29,7 @@ SCALE_P = 1e-4  # the length or the board is not as stated, and gives the pose i
 MISFIT = (1.2, 25.0)  # of variances; 1 within chance
 SCALE_SHARE = 0.5  # of the variance of the position: from then on a known length helps most
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits
+BATCH_FAILED = 25.0  # likewise of a path and all hits: optics of other stations make 16 at most
 # Over the noise, without errors of board poses. Sound ones reach 1.2, lasers 15 mm off 1.3; of a
 # mirrored deep board a pose 5 m and 76° off can leave as little as 13 (of 50, the next 13.6).
 WEIGHTED_FAILED = 10.0
@@ -166,8 +167,9 @@ def residual(chosen: PoseEstimate, noise: float) -> Check:
     exact = chosen.estimator == "batch" and chosen.stage == "final"
     word, limit = graded(value / expected, RESIDUAL_BATCH if exact else RESIDUAL[chosen.stage])
     lost = chosen.weighted_rms_urad > WEIGHTED_FAILED * noise
-    if lost or not value < RESIDUAL_FAILED * expected:
-        word, limit = "failed", RESIDUAL_FAILED
+    most = BATCH_FAILED if exact else RESIDUAL_FAILED
+    if lost or not value < most * expected:
+        word, limit = "failed", most
     numbers["times"] = value / noise
     cases = Case.RESIDUAL, Case.RESIDUAL_HIGH
     return judged("residual", cases, value, "urad", (word, limit * expected), **numbers)

@@ -138,11 +138,16 @@ def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
 
 
 def _notes(results: CalibrationFiles) -> list[str]:
-    """What the estimates left out, and why, each once."""
-    notes = [pose["note"] for pose in results.entries.values() if pose is not None]
-    every = [*results.pose["diagnostics"]["left_out"], *notes]
+    """What the chosen estimates left out, and why, each once."""
+    chosen = [pose for pose in results.entries.values() if pose is not None]
+    mine, every = (
+        {f"{pose['estimator']}, {pose['optics']}: " for pose in poses}
+        for poses in (chosen, results.pose["poses"])
+    )
     told = str(results.pose["verdict"]["reason"])
-    return [words for words in dict.fromkeys(every) if words and words not in told]
+    notes = [*results.pose["diagnostics"]["left_out"], *(pose["note"] for pose in chosen)]
+    notes = [words for words in notes if not words.startswith(tuple(every - mine))]
+    return [words for words in dict.fromkeys(notes) if words and words not in told]
 
 
 def _tell_truth(

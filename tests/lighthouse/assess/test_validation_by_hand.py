@@ -130,3 +130,12 @@ def test_a_difference_that_the_covariances_allow_is_no_fault() -> None:
         unknown[place] = unknown[place[::-1]] = np.nan
         check = stages(50.0, 0.0, unknown)
         assert (check.case, check.level, check.ok) == (Case.STAGES_UNKNOWN, "usable", None)
+
+
+@pytest.mark.parametrize(("times", "level"), [(16.0, "doubtful"), (36.0, "failed")])
+def test_a_path_that_hits_do_not_follow_is_no_pose(times: float, level: str) -> None:
+    """16 times the noise: optics of another station; 36: both planes of a station exchanged, the
+    pose 4.7 m off."""
+    pose = replace(POSE, details={"weighted_rms_urad": 75.0 * times}, residual_rms_urad=1.0)
+    checks = validation.verdict(pose, [pose], STATIONS).checks
+    assert {check.name: check.level for check in checks}["residual"] == level

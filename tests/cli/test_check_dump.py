@@ -8,6 +8,7 @@ import sys
 import time
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -94,3 +95,16 @@ def test_no_process_is_left_where_the_first_is_killed() -> None:
             return
         time.sleep(0.05)
     pytest.fail(f"{state} is still there")
+
+
+def test_what_the_chosen_estimate_left_out_is_told_once() -> None:
+    """Not what the verdict states already, nor what another estimate left out."""
+    kinds = [{"estimator": "batch", "optics": o, "note": "diode 7"} for o in ("factory", "ideal")]
+    left = ["batch, factory: directions", "batch, ideal: directions", "no view of 3", "diode 7"]
+    pose = {
+        "poses": kinds,
+        "diagnostics": {"left_out": left},
+        "verdict": {"reason": "no view of 3"},
+    }
+    results = SimpleNamespace(entries={"slave": kinds[0], "4": None}, pose=pose)
+    assert calibration._notes(results) == ["batch, factory: directions", "diode 7"]

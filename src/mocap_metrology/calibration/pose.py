@@ -48,6 +48,7 @@ from mocap_metrology.present.text.calibration import pose_document, reason
 from mocap_metrology.settings import Allan, Lighthouse
 
 log = logging.getLogger(__name__)
+MOST_REJECTED = 20.0  # % of the hits, by the others of their sweep; of reflections rarely so many
 
 
 def pose(
@@ -123,6 +124,7 @@ def write_poses(
     sensors = _sensors(entry, settings, inputs, read)
     try:
         calibration = calibrate(*read.seen, how, log.info, over, sensors, stations)
+        calibration.why.extend([] if calibration.estimates else _contradicted(origin["dropped"]))
         result = summary(
             calibration,
             stations,
@@ -141,7 +143,7 @@ def write_poses(
             placed = frame_of(calibration, taken, stations, read.board, settings.world, points)
     except Refusal as refusal:
         log.warning("%s", refusal)
-        result = refused(stations, str(refusal))
+        result = refused(stations, "; ".join([str(refusal), *_contradicted(origin["dropped"])]))
     document = pose_document(result)
     verdict = {"word": result.verdict.word, "reason": reason(result.verdict)}
     log.info("%s", verdict)
@@ -156,6 +158,13 @@ def write_poses(
     document |= {"world": world, "origin": origin}
     files.write_json(paths["pose"], document)
     return document
+
+
+def _contradicted(dropped: Mapping[str, float]) -> list[str]:
+    """What a recording without a pose says of the board; dropped: shares of hits, by reason."""
+    percent = 100 * dropped["sweep"]
+    said = f"{percent:.0f} % of the hits contradict others of their sweep: is the board file right?"
+    return [said] if percent > MOST_REJECTED else []
 
 
 def _sensors(entry: Entry, settings: Lighthouse, inputs: Paths, read: sweeps.Recorded) -> Sensors:

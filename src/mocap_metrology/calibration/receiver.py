@@ -81,6 +81,8 @@ def _judged(entry: Entry, seen: Markers, file: str, inputs: Paths, settings: Lig
             "offset_sd_s": float(matched.sd[0]),
             "rate_ppm": 1e6 * free.rate,
             "rate_sd_ppm": 1e6 * float(matched.sd[1]),
+            "slip_ms": 1e3 * matched.slip_s,
+            "slip_share": matched.slip_share,
         },
         "frame": pose_row(matched.alignment.A, matched.alignment.b_m),
         "lever_mm": {k: {"value": _mm(value), "sd": _mm(sd)} for k, value, sd in levers},

@@ -76,6 +76,8 @@ def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> 
                 write_poses(entry, settings, files | beside, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
             results = read_calibration(files, entry.calibration, None)
+            for words in _notes(results):
+                tell(words)
             tell_result(_verdict_lines(results, options.brief))
             inputs = files | beside | {"dump": str(path)}
             refusals = list(_tell_truth(entry, inputs, settings, part, options))
@@ -133,6 +135,19 @@ def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
     width = max(len(label) for label, _ in rows)
     table = [f"  {label:{width}}  {'  '.join(f'{c:>10}' for c in cells)}" for label, cells in rows]
     return [*lines, "", title, *table]
+
+
+def _notes(results: CalibrationFiles) -> list[str]:
+    """What the chosen estimates left out, and why, each once."""
+    chosen = [pose for pose in results.entries.values() if pose is not None]
+    mine, every = (
+        {f"{pose['estimator']}, {pose['optics']}: " for pose in poses}
+        for poses in (chosen, results.pose["poses"])
+    )
+    told = str(results.pose["verdict"]["reason"])
+    notes = [*results.pose["diagnostics"]["left_out"], *(pose["note"] for pose in chosen)]
+    notes = [words for words in notes if not words.startswith(tuple(every - mine))]
+    return [words for words in dict.fromkeys(notes) if words and words not in told]
 
 
 def _tell_truth(

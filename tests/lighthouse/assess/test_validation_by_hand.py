@@ -54,6 +54,33 @@ def test_ways_up_of_two_stations_differ_as_rayleigh_has_it() -> None:
 
 
 @pytest.mark.parametrize(
+    ("misfit", "frames", "stage", "case", "level"),
+    [
+        (1.0, 0, "final", Case.FACTORY_FILE, "usable"),
+        (19.0, 0, "final", Case.FACTORY_DOUBTED, "doubtful"),  # those of another station: 4 deg off
+        (19.0, 3, "final", Case.FACTORY, "good"),
+        (11.0, 0, "static", Case.FACTORY_FILE, "usable"),  # as of a sound headset at rest
+    ],
+)
+def test_values_of_a_file_that_pieces_contradict(misfit, frames, stage, case, level) -> None:
+    stations = [replace(STATIONS[0], frames_found=frames), STATIONS[1]]
+    pose = replace(POSE, stage=stage, details={"misfit": misfit}, covariance=np.eye(6))
+    checks = validation.verdict(pose, [pose], stations).checks
+    (found,) = (check for check in checks if check.name == "factory values")
+    assert (found.case, found.level) == (case, level)
+    assert found.names == (() if frames else ("master",))
+
+
+def test_the_least_certain_of_equally_good_stations_is_told() -> None:
+    sd = {"1": 2.0, "4": 5.0, "9": 3.0}
+    poses = {
+        k: replace(POSE, station=k, covariance=np.eye(6) * (1e-2 * v) ** 2) for k, v in sd.items()
+    }
+    told = {k: validation.verdict(pose, [pose], STATIONS) for k, pose in poses.items()}
+    assert validation.worst_of(told, ()).station == "4"
+
+
+@pytest.mark.parametrize(
     ("mm", "deg", "level"),
     [
         *((29.9, 1.99, "good"), (30.1, 0.0, "usable"), (0.0, 2.01, "usable")),
@@ -103,3 +130,12 @@ def test_a_difference_that_the_covariances_allow_is_no_fault() -> None:
         unknown[place] = unknown[place[::-1]] = np.nan
         check = stages(50.0, 0.0, unknown)
         assert (check.case, check.level, check.ok) == (Case.STAGES_UNKNOWN, "usable", None)
+
+
+@pytest.mark.parametrize(("times", "level"), [(16.0, "doubtful"), (36.0, "failed")])
+def test_a_path_that_hits_do_not_follow_is_no_pose(times: float, level: str) -> None:
+    """16 times the noise: optics of another station; 36: both planes of a station exchanged, the
+    pose 4.7 m off."""
+    pose = replace(POSE, details={"weighted_rms_urad": 75.0 * times}, residual_rms_urad=1.0)
+    checks = validation.verdict(pose, [pose], STATIONS).checks
+    assert {check.name: check.level for check in checks}["residual"] == level

@@ -96,6 +96,27 @@ def test_clock_frame_and_lever_are_found(three: Lab) -> None:
     assert found.turn_rad is None
 
 
+def test_lost_frames_show_as_a_slip_of_the_clocks(three: Lab) -> None:
+    """50 ms of frames are missing without a gap; the speed is 0.3 m/s."""
+    markers = seen(three)
+    whole = match(three.tracked(), markers)
+    assert whole.slip_share < 0.1
+    part = replace(markers, place_m=np.delete(markers.place_m, np.arange(620, 625), axis=2))
+    found = match(three.tracked(), part)
+    assert found.slip_share > 0.5
+    assert found.slip_s == pytest.approx(0.05, rel=0.15)
+
+
+def test_frames_after_a_marker_slipped_are_left_out(three: Lab) -> None:
+    """By 8 mm, for the last 4.5 of 12 s."""
+    markers = seen(three, LEVERS)
+    R, _ = three.moves((np.arange(750, 1200) / markers.rate_hz - OFFSET_S) / (1 + RATE))
+    markers.place_m[0, :, 750:] += (R @ [0.008, 0, 0] @ TURN.T).T
+    clean = markers.cleaned()
+    assert clean.not_rigid == pytest.approx(450 / 1200, abs=0.02)
+    assert 1e3 * np.sqrt(np.mean(match(three.tracked(), clean).place_m ** 2)) < 0.25
+
+
 @pytest.mark.parametrize("generation", [1, 2])
 def test_stations_are_resected(generation: int, three: Lab, pair: Lab) -> None:
     """Where they are, within the 99.9 % ellipsoid; the search starts from stations that are wrong

@@ -34,14 +34,19 @@ GRAVITY_SD_DEG = 1.5  # of either component of the difference: sound real pairs 
 # Doubtful where one sound pair in 200 is, failed where none in 1e9 is (Rayleigh's distribution).
 GRAVITY_DEG = tuple(GRAVITY_SD_DEG * math.sqrt(-2 * math.log(p)) for p in (5e-3, 1e-9))
 RIVALS = ("board and optics", "board poses", "gravity")  # fail where halves differ by no touch
+DOUBTED = 4.0  # misfit from which values of a file may be another station's: such make 5 to 80
 REFERENCE = ((30.0, 2.0), (100.0, 5.0))
 
 
 def factory(
-    chosen: PoseEstimate, stations: Sequence[Station], exchanged: Sequence[str] = ()
+    chosen: PoseEstimate,
+    stations: Sequence[Station],
+    exchanged: Sequence[str] = (),
+    misfit: float | int | str | None = None,
 ) -> Check:
     """Errors by neglected factory values do not show in any fit (facts of eight real stations);
-    exchanged: stations of any pair whose values fit better exchanged."""
+    exchanged: stations of any pair whose values fit better exchanged; misfit: of the pieces of the
+    recording, which shows a part of the errors of another station's values."""
     value, names, why = "file", tuple[str, ...](), dict[str, str]()
     if chosen.optics != "factory":
         value = chosen.optics
@@ -52,6 +57,8 @@ def factory(
         case, level, names = Case.FACTORY_EXCHANGED, "doubtful", tuple(exchanged)
     elif filed := tuple(s.role for s in stations if s.frames_found == 0):
         case, level, names = Case.FACTORY_FILE, "usable", filed
+        if isinstance(misfit, float) and misfit >= DOUBTED and chosen.stage != "static":
+            case, level = Case.FACTORY_DOUBTED, "doubtful"
     else:
         case, level, value = Case.FACTORY, "good", "recording"
     limit, ok = "of both stations, from the recording", case is Case.FACTORY
@@ -164,10 +171,18 @@ class Verdict:
     apart: tuple[str, ...] = ()
 
 
+def _check(one: Verdict, name: str) -> float:
+    """Value of a check of a verdict; 0 where it has none."""
+    values = (check.value for check in one.checks if check.name == name)
+    return next((v for v in values if isinstance(v, float) and math.isfinite(v)), 0.0)
+
+
 def worst_of(verdicts: Mapping[str, Verdict], apart: Sequence[str]) -> Verdict:
-    """The verdict on several stations; a calibration that lacks some is `usable` at best."""
+    """The verdict on several stations, of equal words by the least certain; a calibration that
+    lacks some is `usable` at best."""
     words = {name: one.word for name, one in verdicts.items()}
-    name = max(words, key=lambda key: WORDS.index(words[key]))
+    sd = {name: _check(one, "uncertainty") for name, one in verdicts.items()}
+    name = max(words, key=lambda key: (WORDS.index(words[key]), sd[key]))
     word = max(words[name], "usable" if apart else "good", key=WORDS.index)
     return replace(verdicts[name], word=word, station=name, words=words, apart=tuple(apart))
 
@@ -209,7 +224,7 @@ def verdict(
         fit_checks.priors(weighed),
         *fit_checks.length(weighed),
         fit_checks.misfit(weighed),
-        factory(chosen, stations, exchanged),
+        factory(chosen, stations, exchanged, fit_checks.misfit(weighed).value),
         rotor_model(chosen, variants),
         fit_checks.mirrored(chosen),
         fit_checks.motion(chosen),

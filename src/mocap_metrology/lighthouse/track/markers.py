@@ -15,7 +15,7 @@ from mocap_metrology.common.types import Floats
 
 NEAR, NEAR_S = 1.6, 0.035  # frames, or time: between are moments that were seen
 CLEANINGS = 6
-CLEAN_TIMES, CLEAN_M = 12.0, 5e-3  # off the path, or the distance: times the median, and at least
+CLEAN_TIMES, CLEAN_M = 12.0, 5e-3  # off the path, or the distance: times the noise, and at least
 FILLED_S, STRAIGHT_M = 0.1, 5e-7  # longer, and with smaller second differences: not measured
 NOT_RIGID_M, NOT_RIGID = 0.02, 0.02  # change of a distance in half of the frames, also over it
 
@@ -65,7 +65,9 @@ class Markers:
             off = np.abs(apart - middle)
             usual = np.median(off[known])
             change[[i, j]] = np.fmin(change[[i, j]], usual if usual > NOT_RIGID * middle else 0.0)
-            wrong |= off > max(CLEAN_TIMES * usual, CLEAN_M)
+            steps = np.abs(np.diff(apart[known]))  # which a marker that slips once leaves small
+            noise = min(usual, float(np.median(steps))) if steps.size else usual
+            wrong |= off > max(CLEAN_TIMES * noise, CLEAN_M)
             together |= known
         if names := [self.labels[k] for k in np.flatnonzero(change > NOT_RIGID_M)]:
             raise Refusal(

@@ -55,7 +55,7 @@ class Match:
     free: the alignment whose scale is free, which determines clock and lever also of a track of
     another size; sd: of its `values`. time_s (n,): moments that both know; place_m (n, markers, 3):
     of motion capture less of the track, in axes of motion capture; turn_rad (n, 3): likewise of the
-    attitude, None of fewer than three markers that span a surface.
+    attitude, None of fewer than three markers that span a surface; slip_s, slip_share: as `_slips`.
     """
 
     alignment: Alignment
@@ -64,6 +64,8 @@ class Match:
     time_s: Floats
     place_m: Floats
     turn_rad: Floats | None = None
+    slip_s: float = 0.0
+    slip_share: float = 0.0
 
 
 def match(track: Tracked, seen: Markers) -> Match:
@@ -89,7 +91,7 @@ def match(track: Tracked, seen: Markers) -> Match:
         others.append(_Fit(track, seen, rest, free.alignment, free_scale=True).alignment.values())
     sd = np.sqrt(np.diag(jackknife(np.array(others))))
     used = fit.kept
-    off = track.time_s[used], fit.residual[used], _turns(fit)
+    off = track.time_s[used], fit.residual[used], _turns(fit), *_slips(fit)
     return Match(fit.alignment, free.alignment, sd, *off)
 
 
@@ -249,6 +251,16 @@ class _Fit:
             return -np.inf
         ratio = self.spread.sum() / max(self.rms**2, 1e-12)
         return float(self.kept.sum() * np.log(max(ratio, 1e-12)))
+
+
+def _slips(fit: _Fit) -> tuple[float, float]:
+    """By how much the times of motion capture differ from piece to piece in s, and which share of
+    the squared errors e of the path this explains: sum e v / sum v v of each, v the velocity."""
+    e, v = (x[fit.kept].mean(axis=1) for x in (fit.residual, fit.velocity))
+    pieces = np.array_split(np.arange(len(e)), BLOCKS)
+    late = [float(np.sum(e[k] * v[k]) / max(np.sum(v[k] ** 2), 1e-12)) for k in pieces]
+    left = sum(np.sum((e[k] - s * v[k]) ** 2) for k, s in zip(pieces, late, strict=True))
+    return float(np.ptp(late)), float(1 - left / max(np.sum(e**2), 1e-30))
 
 
 def _turns(fit: _Fit) -> Floats | None:

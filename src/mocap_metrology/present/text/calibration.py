@@ -85,6 +85,7 @@ def sentence(check: Check, station: str = "") -> str:
     why = "; ".join(f"{role}: {reason or 'none found'}" for role, reason in check.why.items())
     distance = _pose_distance(check)
     both = f"station {station} and the reference" if station else "both stations"
+    errors = "noise and places of the diodes"
     sentences = SENTENCES | SAME if is_same(*distance) else SENTENCES
     return sentences[check.case].format(
         **check.numbers,
@@ -97,9 +98,10 @@ def sentence(check: Check, station: str = "") -> str:
         made=small,
         both=both,
         Both=_capital(both),
-        usual="noise and places of the diodes make" if station else "the noise of an angle is",
-        that="what noise and places of the diodes make" if station else "the noise of an angle",
+        usual=f"{errors} make up to" if station else "the noise of an angle is",
+        that=f"what {errors} make" if station else "the noise of an angle",
         its=f"the rotation of station {station}" if station else "the slave's rotation",
+        of_it=f" of station {station}" if station else "",
         why=why or "not used",
         first=next(iter(check.names), ""),
         in_one=f" in recording {check.names[0]}" if check.names else "",

@@ -254,8 +254,8 @@ def _entry(sheet: Sheet, line: Line) -> tuple[Entry, list[tuple[str, str]] | Non
     try:
         hz = number(rate.replace(",", ".")) if rate else None
     except ValueError:
-        where = f"{sheet.path}, row {line.number}, column frame_rate_hz"
-        raise Refusal(f"{where}: {quoted(rate)}; expected frames a second, as 100") from None
+        cell = f"{sheet.path}, row {line.number}, column frame_rate_hz: {quoted(rate)}"
+        raise Refusal(f"{cell}; expected frames a second, as 100") from None
     entry = Entry(
         sheet.located(line),
         markers,
